@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace sightline {
+
+// SHA-256 (FIPS 180-4): names contents.
+using Digest = std::array<std::uint8_t, 32>;
+
+Digest sha256(std::span<const std::byte> bytes);
+Digest sha256(std::string_view text);
+std::string to_hex(const Digest& digest);
+
+// XXH3, 64 bits, seed 0: detects damage, is no proof against intent.
+std::uint64_t xxh3(std::span<const std::byte> bytes);
+
+// SHA-256 of parts of which each is preceded by its length, so that no two lists of parts collide.
+class DigestBuilder {
+ public:
+  DigestBuilder();
+  ~DigestBuilder();
+  DigestBuilder(const DigestBuilder&) = delete;
+  DigestBuilder& operator=(const DigestBuilder&) = delete;
+
+  void add(std::string_view part);
+  void add(std::span<const std::byte> part);
+  void add(const Digest& part);
+  Digest finish();
+
+ private:
+  void* state_;  // EVP_MD_CTX
+};
+
+}  // namespace sightline

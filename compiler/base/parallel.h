@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+// Work on several threads whose result does not depend on how many there are.
+
+namespace sightline {
+
+// Calls body(i) once for each i in [0, count), on up to `threads` threads (0 = all there are).
+// The order of calls is not defined: a body writes only to slot i of something made before.
+void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& body);
+
+// result[i] = body(i), in order of i whatever the threads did. T is default constructible.
+template <class T>
+std::vector<T> parallel_map(std::size_t count, int threads,
+                            const std::function<T(std::size_t)>& body) {
+  std::vector<T> results(count);
+  parallel_for(count, threads, [&](std::size_t i) { results[i] = body(i); });
+  return results;
+}
+
+// Sum by pairwise halving in index order: the same bits for any thread count, rounding error
+// O(log n) instead of O(n).
+double ordered_sum(std::span<const double> values);
+
+}  // namespace sightline

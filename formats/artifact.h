@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/base/bytes.h"
+#include "compiler/base/result.h"
+#include "formats/table.h"
+
+// What every artifact has, found by overload (X is the artifact's struct, all in its own pair of
+// files formats/x.{h,cpp}):
+//
+//   template <> struct ArtifactTraits<X> {
+//     static constexpr std::string_view kName = "x";       // kebab-case, also in messages
+//     static constexpr std::uint32_t kVersion = 1;         // of the encoding
+//   };
+//   Result<void> validate(const X&);                       // every invariant the struct promises
+//   Table dump(const X&);                                  // every number there is
+//   void encode(const X&, ByteWriter&);
+//   void decode(ByteReader&, X&);                          // reader.fail() where bytes make no sense
+//
+// In memory an artifact never changes once made. On disk (the cache) it lies in an envelope that
+// names its type and version and carries a checksum.
+
+namespace sightline {
+
+template <class X>
+struct ArtifactTraits;
+
+// Envelope: magic "SLA\x1a", u32 encoding version, name, payload, XXH3 of all before it.
+std::vector<std::byte> seal(std::string_view name, std::uint32_t version,
+                            std::vector<std::byte> payload);
+// The payload, after every check. Errors: bad-magic, truncated-file, checksum-mismatch,
+// bad-layer (another artifact's name), old-version, future-version.
+Result<std::vector<std::byte>> unseal(std::span<const std::byte> sealed, std::string_view name,
+                                      std::uint32_t version);
+
+template <class X>
+std::vector<std::byte> to_bytes(const X& artifact) {
+  ByteWriter writer;
+  encode(artifact, writer);
+  return seal(ArtifactTraits<X>::kName, ArtifactTraits<X>::kVersion, writer.take());
+}
+
+template <class X>
+Result<X> from_bytes(std::span<const std::byte> bytes) {
+  const Result<std::vector<std::byte>> payload =
+      unseal(bytes, ArtifactTraits<X>::kName, ArtifactTraits<X>::kVersion);
+  if (!payload) return payload.error();
+  ByteReader reader(*payload);
+  X artifact;
+  decode(reader, artifact);
+  if (!reader.at_end()) {
+    return Error{ErrorCode::kBadLayer,
+                 "the payload of a " + std::string(ArtifactTraits<X>::kName) + " cannot be decoded",
+                 "", "payload byte " + std::to_string(reader.offset())};
+  }
+  const Result<void> valid = validate(artifact);
+  if (!valid) return valid.error();
+  return artifact;
+}
+
+}  // namespace sightline

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/artifact.h"
+
+namespace sightline {
+
+// What the sensor would see at each site: slant distance of the first hit for every cell of a level
+// image in map axes. Column a covers azimuth [a, a+1) degrees counter-clockwise from +x (ray at
+// a + 0.5); row e is at elevation first_elevation_deg + e * elevation_step_deg.
+struct DepthImages {
+  std::uint32_t azimuth_count = 360;
+  std::uint32_t elevation_count = 31;
+  double first_elevation_deg = -15.0;
+  double elevation_step_deg = 1.0;
+  double near_m = 0.5;
+  double longest_range_m = 50.0;
+  std::uint32_t site_count = 0;
+  std::vector<float> distance_m;  // [site][elevation][azimuth]; +inf where nothing is hit
+
+  [[nodiscard]] std::size_t cells_per_site() const {
+    return static_cast<std::size_t>(azimuth_count) * elevation_count;
+  }
+};
+
+template <>
+struct ArtifactTraits<DepthImages> {
+  static constexpr std::string_view kName = "depth-images";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+Result<void> validate(const DepthImages& images);
+Table dump(const DepthImages& images);
+void encode(const DepthImages& images, ByteWriter& writer);
+void decode(ByteReader& reader, DepthImages& images);
+
+}  // namespace sightline

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+
+#include "compiler/base/bytes.h"
+#include "compiler/base/result.h"
+
+// Poses, frames, and how they are written.
+
+namespace sightline {
+
+// `T_a_b` takes coordinates in frame b to coordinates in frame a.
+using Pose = Eigen::Isometry3d;
+
+// The map frame: world coordinates (the recording's own: UTM, first scan, ...) minus an origin
+// that is a multiple of the tile size on each axis, so that tiles do not depend on where a drive
+// begins and subtraction is exact. Axes are parallel to the world's, z up, metres.
+struct MapFrame {
+  Eigen::Vector3d origin_world_m = Eigen::Vector3d::Zero();
+  friend bool operator==(const MapFrame& a, const MapFrame& b) {
+    return a.origin_world_m == b.origin_world_m;
+  }
+};
+
+// The multiple of tile_m at or below `near_world_m` on each axis.
+MapFrame frame_near(const Eigen::Vector3d& near_world_m, double tile_m);
+
+// T_to_x from T_from_x: the same pose told in another map frame of the same world.
+Pose rebase(const Pose& T_from_x, const MapFrame& from, const MapFrame& to);
+
+// True when the upper left 3x3 is a rotation to 1e-6 and every number is finite.
+bool is_rigid(const Pose& pose);
+
+// Linear in position, slerp in rotation; fraction in [0, 1].
+Pose interpolate(const Pose& a, const Pose& b, double fraction);
+
+void encode(const Pose& pose, ByteWriter& writer);  // 3 + 9 doubles, exact
+void decode(ByteReader& reader, Pose& pose);
+void encode(const MapFrame& frame, ByteWriter& writer);
+void decode(ByteReader& reader, MapFrame& frame);
+
+}  // namespace sightline

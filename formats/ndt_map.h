@@ -1,0 +1,74 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/geometry.h"
+
+namespace sightline {
+
+// A cell of the NDT grid or a tile: floor(coordinate / edge) per axis, lower face included.
+struct CellKey {
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  std::int32_t z = 0;
+  friend auto operator<=>(const CellKey&, const CellKey&) = default;
+};
+
+CellKey cell_key(const Eigen::Vector3d& point_m, double cell_m);
+
+// Tiles cut the plane only: all heights of a place belong together.
+struct TileKey {
+  std::int32_t x = 0;
+  std::int32_t y = 0;
+  friend auto operator<=>(const TileKey&, const TileKey&) = default;
+};
+
+// The tile that holds a cell (tile_m is a multiple of cell_m).
+TileKey tile_of(const CellKey& cell, double cell_m, double tile_m);
+
+// One normal distribution: a valid cell of the map.
+struct Nd {
+  CellKey key;
+  std::uint32_t point_count = 0;
+  Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();          // inside its cell
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();   // raw, divided by n - 1
+  Eigen::Vector3d eigenvalues_m2 = Eigen::Vector3d::Zero();  // descending, never below 0, raw
+  Eigen::Matrix3d eigenvectors = Eigen::Matrix3d::Identity();  // column i belongs to eigenvalue i
+};
+
+// Eigenvalues below 0.01 of the largest raised to it, eigenvectors kept (SCIENCE definition v1 in
+// schemas/definitions.md): for matching and Mahalanobis distances.
+Eigen::Matrix3d regularised_covariance_m2(const Nd& nd);
+
+// Fills eigenvalues and eigenvectors from covariance_m2; the same input gives the same bits.
+void decompose(Nd& nd);
+
+// The dimension class of an ND: argmax(sigma1 - sigma2, sigma2 - sigma3, sigma3), first on a tie;
+// 1, 2 or 3 (paper Eq. 1 times sigma1).
+int dimension_class(const Nd& nd);
+
+struct NdtMap {
+  MapFrame frame;
+  double cell_m = 2.0;
+  double tile_m = 64.0;
+  std::vector<Nd> nds;  // valid cells only, ascending by (tile, cell key)
+  std::uint64_t sparse_cell_count = 0;      // fewer points than an ND needs
+  std::uint64_t degenerate_cell_count = 0;  // largest eigenvalue below 1e-6 m^2
+  std::uint64_t point_count = 0;            // all points that fell into any cell
+};
+
+template <>
+struct ArtifactTraits<NdtMap> {
+  static constexpr std::string_view kName = "ndt-map";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+Result<void> validate(const NdtMap& map);
+Table dump(const NdtMap& map);
+void encode(const NdtMap& map, ByteWriter& writer);
+void decode(ByteReader& reader, NdtMap& map);
+
+}  // namespace sightline

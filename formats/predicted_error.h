@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/artifact.h"
+
+namespace sightline {
+
+// What the error model says of every site at every range.
+struct PredictedError {
+  std::vector<double> ranges_m;  // ascending
+  std::vector<double> limits_m;  // ascending
+  std::uint32_t site_count = 0;
+  std::vector<double> mean_m;             // [site][range]: predicted mean error
+  std::vector<double> within_probability; // [site][range][limit]: P(error <= limit)
+  std::vector<std::uint8_t> extrapolated; // [site]: 1 where factors lie outside what the model saw
+
+  [[nodiscard]] double mean(std::size_t site, std::size_t range) const {
+    return mean_m[site * ranges_m.size() + range];
+  }
+  [[nodiscard]] double probability(std::size_t site, std::size_t range, std::size_t limit) const {
+    return within_probability[(site * ranges_m.size() + range) * limits_m.size() + limit];
+  }
+};
+
+template <>
+struct ArtifactTraits<PredictedError> {
+  static constexpr std::string_view kName = "predicted-error";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+Result<void> validate(const PredictedError& predicted);
+Table dump(const PredictedError& predicted);
+void encode(const PredictedError& predicted, ByteWriter& writer);
+void decode(ByteReader& reader, PredictedError& predicted);
+
+}  // namespace sightline

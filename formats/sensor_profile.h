@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/geometry.h"
+
+namespace sightline {
+
+// What the compiler knows of a LiDAR. Angles in degrees because people write these by hand.
+struct SensorProfile {
+  std::string name = "generic-16";
+  std::vector<double> beam_elevations_deg;  // one per ring, ascending
+  double azimuth_step_deg = 0.2;
+  double min_range_m = 1.0;
+  double max_range_m = 100.0;
+  double height_m = 1.8;                          // of the sensor's origin above ground
+  Pose T_vehicle_lidar = Pose::Identity();        // identity where poses are the sensor's own
+
+  [[nodiscard]] int ring_count() const { return static_cast<int>(beam_elevations_deg.size()); }
+};
+
+template <>
+struct ArtifactTraits<SensorProfile> {
+  static constexpr std::string_view kName = "sensor-profile";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+// Built in: generic-16, generic-32, generic-64, generic-128 (the examples' sensors), vlp-16,
+// hdl-32e, hdl-64e, os1-64. Anything else: unknown-name, with the nearest one.
+Result<SensorProfile> sensor_profile(std::string_view name);
+std::vector<std::string> sensor_profile_names();
+
+Result<void> validate(const SensorProfile& profile);
+Table dump(const SensorProfile& profile);
+void encode(const SensorProfile& profile, ByteWriter& writer);
+void decode(ByteReader& reader, SensorProfile& profile);
+
+}  // namespace sightline

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/geometry.h"
+
+namespace sightline {
+
+// A route point that the compiler annotates.
+struct Site {
+  std::uint32_t run = 0;  // a stretch of route without a gap
+  double s_m = 0.0;       // arc length from the start of the run
+  Pose T_map_vehicle = Pose::Identity();
+  Eigen::Vector3d p_map_m = Eigen::Vector3d::Zero();  // the sensor's origin here
+};
+
+struct Sites {
+  MapFrame frame;
+  double spacing_m = 1.0;
+  std::vector<Site> sites;  // ascending by (run, s_m); a site's id is its index
+};
+
+template <>
+struct ArtifactTraits<Sites> {
+  static constexpr std::string_view kName = "sites";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+Result<void> validate(const Sites& sites);
+Table dump(const Sites& sites);
+void encode(const Sites& sites, ByteWriter& writer);
+void decode(ByteReader& reader, Sites& sites);
+
+}  // namespace sightline

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/geometry.h"
+
+namespace sightline {
+
+enum class PoseSource : std::uint8_t { kGiven, kRefined, kEstimated };
+
+struct TrajectoryPose {
+  std::uint32_t recording_index = 0;  // of the scan
+  std::int64_t stamp_ns = 0;
+  Pose T_map_vehicle = Pose::Identity();
+};
+
+// Where the vehicle was at each scan of a drive, in `frame`; one pose per scan, in time order.
+struct Trajectory {
+  MapFrame frame;
+  PoseSource source = PoseSource::kGiven;
+  std::vector<TrajectoryPose> poses;
+  // Of the pose graph, over its odometry and loop edges; 0 where poses were given.
+  std::uint32_t odometry_edges = 0;
+  std::uint32_t loop_edges = 0;
+  std::uint32_t prior_edges = 0;
+  double rms_translation_residual_m = 0.0;
+  double rms_rotation_residual_rad = 0.0;
+};
+
+template <>
+struct ArtifactTraits<Trajectory> {
+  static constexpr std::string_view kName = "trajectory";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+// The same poses told in another map frame of the same world.
+Trajectory rebase(const Trajectory& trajectory, const MapFrame& to);
+
+Result<void> validate(const Trajectory& trajectory);
+Table dump(const Trajectory& trajectory);
+void encode(const Trajectory& trajectory, ByteWriter& writer);
+void decode(ByteReader& reader, Trajectory& trajectory);
+
+}  // namespace sightline

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "formats/artifact.h"
+
+namespace sightline {
+
+// Three of the four ways in which each format is tested: round trip, cut short at every byte, and
+// damaged at every byte. Keep `artifact` small: the work grows with the square of its size.
+template <class X>
+void expect_survives_disk(const X& artifact) {
+  ASSERT_TRUE(validate(artifact).has_value());
+  const std::vector<std::byte> bytes = to_bytes(artifact);
+  const Result<X> back = from_bytes<X>(bytes);
+  ASSERT_TRUE(back.has_value()) << to_string(back.error());
+  EXPECT_EQ(to_bytes(*back), bytes) << "encode(decode(bytes)) differs";
+  EXPECT_EQ(format_table(dump(*back), TableFormat::kCsv),
+            format_table(dump(artifact), TableFormat::kCsv));
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const Result<X> cut = from_bytes<X>(std::span(bytes).first(size));
+    ASSERT_FALSE(cut.has_value()) << "accepted a file cut short at byte " << size;
+  }
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    std::vector<std::byte> damaged = bytes;
+    damaged[i] ^= std::byte{0x10};
+    const Result<X> read = from_bytes<X>(damaged);
+    ASSERT_FALSE(read.has_value()) << "accepted a file damaged at byte " << i;
+  }
+  // Below the checksum: a decoder of its own never trusts what it reads.
+  ByteWriter writer;
+  encode(artifact, writer);
+  const std::vector<std::byte> payload = writer.take();
+  for (std::size_t size = 0; size < payload.size(); ++size) {
+    ByteReader reader(std::span(payload).first(size));
+    X ignored;
+    decode(reader, ignored);
+    ASSERT_FALSE(reader.at_end() && reader.ok() && size == payload.size());
+  }
+  for (std::size_t i = 0; i < payload.size(); ++i) {
+    std::vector<std::byte> damaged = payload;
+    damaged[i] ^= std::byte{0xff};
+    ByteReader reader(damaged);
+    X ignored;
+    decode(reader, ignored);  // must neither crash nor allocate without bound
+    if (reader.at_end()) (void)validate(ignored);
+  }
+}
+
+}  // namespace sightline
