@@ -1,0 +1,58 @@
+#include "formats/geometry.h"
+
+#include <cmath>
+
+namespace sightline {
+
+MapFrame frame_near(const Eigen::Vector3d& near_world_m, double tile_m) {
+  MapFrame frame;
+  for (int axis = 0; axis < 3; ++axis) {
+    frame.origin_world_m[axis] = std::floor(near_world_m[axis] / tile_m) * tile_m;
+  }
+  return frame;
+}
+
+Pose rebase(const Pose& T_from_x, const MapFrame& from, const MapFrame& to) {
+  Pose T_to_x = T_from_x;
+  T_to_x.translation() += from.origin_world_m - to.origin_world_m;
+  return T_to_x;
+}
+
+bool is_rigid(const Pose& pose) {
+  if (!pose.matrix().allFinite()) return false;
+  const Eigen::Matrix3d rotation = pose.linear();
+  const Eigen::Matrix3d excess = rotation * rotation.transpose() - Eigen::Matrix3d::Identity();
+  return excess.cwiseAbs().maxCoeff() < 1e-6 && rotation.determinant() > 0.0;
+}
+
+Pose interpolate(const Pose& a, const Pose& b, double fraction) {
+  const Eigen::Quaterniond from(a.linear());
+  const Eigen::Quaterniond to(b.linear());
+  Pose pose = Pose::Identity();
+  pose.linear() = from.slerp(fraction, to).normalized().toRotationMatrix();
+  pose.translation() = a.translation() + fraction * (b.translation() - a.translation());
+  return pose;
+}
+
+void encode(const Pose& pose, ByteWriter& writer) {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) writer.put(pose(row, column));
+  }
+}
+
+void decode(ByteReader& reader, Pose& pose) {
+  pose = Pose::Identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) reader.get(pose(row, column));
+  }
+}
+
+void encode(const MapFrame& frame, ByteWriter& writer) {
+  for (int axis = 0; axis < 3; ++axis) writer.put(frame.origin_world_m[axis]);
+}
+
+void decode(ByteReader& reader, MapFrame& frame) {
+  for (int axis = 0; axis < 3; ++axis) reader.get(frame.origin_world_m[axis]);
+}
+
+}  // namespace sightline
