@@ -19,7 +19,8 @@
 //   Result<void> validate(const X&);                       // every invariant the struct promises
 //   Table dump(const X&);                                  // every number there is
 //   void encode(const X&, ByteWriter&);
-//   void decode(ByteReader&, X&);                          // reader.fail() where bytes make no sense
+//   void decode(ByteReader&, X&);                          // reader.fail() where bytes make no
+//   sense
 //
 // In memory an artifact never changes once made. On disk (the cache) it lies in an envelope that
 // names its type and version and carries a checksum.

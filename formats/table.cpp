@@ -119,9 +119,12 @@ std::string format_double(double value) {
 
 std::string format_table(const Table& table, TableFormat format) {
   switch (format) {
-    case TableFormat::kCsv: return to_csv(table);
-    case TableFormat::kJson: return to_json(table);
-    case TableFormat::kText: return to_aligned_text(table);
+    case TableFormat::kCsv:
+      return to_csv(table);
+    case TableFormat::kJson:
+      return to_json(table);
+    case TableFormat::kText:
+      return to_aligned_text(table);
   }
   return {};
 }

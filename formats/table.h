@@ -25,8 +25,9 @@ struct Table {
 enum class TableFormat { kCsv, kJson, kText };
 
 // Doubles in the shortest decimal form that reads back as the same double; "inf", "-inf", "nan"
-// (JSON: null). CSV per RFC 4180, facts as leading "# name: value" lines. JSON: {"name", "facts": {}, "columns": [],
-// "rows": [[..]]}. Text: aligned columns for people, at the same precision. Ends in a newline.
+// (JSON: null). CSV per RFC 4180, facts as leading "# name: value" lines. JSON: {"name", "facts":
+// {}, "columns": [], "rows": [[..]]}. Text: aligned columns for people, at the same precision. Ends
+// in a newline.
 std::string format_table(const Table& table, TableFormat format);
 
 // "csv", "json", "text"; anything else is unknown-name.

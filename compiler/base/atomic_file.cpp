@@ -75,8 +75,7 @@ Result<void> write_file_atomically(const std::filesystem::path& path,
 
 Result<void> write_file_atomically(const std::filesystem::path& path, std::string_view text,
                                    IfExists if_exists) {
-  return write_file_atomically(path, std::as_bytes(std::span(text.data(), text.size())),
-                               if_exists);
+  return write_file_atomically(path, std::as_bytes(std::span(text.data(), text.size())), if_exists);
 }
 
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {

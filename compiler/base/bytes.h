@@ -15,22 +15,21 @@
 
 namespace sightline {
 
-static_assert(std::endian::native == std::endian::little, "sightline runs on little-endian machines");
+static_assert(std::endian::native == std::endian::little,
+              "sightline runs on little-endian machines");
 
 class ByteWriter {
  public:
   template <class T>
-    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
-  void put(T value) {
-    append(&value, sizeof value);
-  }
+  requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  void put(T value) { append(&value, sizeof value); }
   void put_string(std::string_view text) {
     put<std::uint64_t>(text.size());
     append(text.data(), text.size());
   }
   // Count, then the elements as they lie. For plain fixed-width types without padding only.
   template <class T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void put_array(std::span<const T> values) {
     put<std::uint64_t>(values.size());
     append(values.data(), values.size_bytes());
@@ -57,7 +56,7 @@ class ByteReader {
   explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
   template <class T>
-    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  requires std::is_arithmetic_v<T> || std::is_enum_v<T>
   void get(T& value) {
     if (!need(sizeof value)) return;
     std::memcpy(&value, bytes_.data() + offset_, sizeof value);
@@ -76,7 +75,7 @@ class ByteReader {
     offset_ += size;
   }
   template <class T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void get_array(std::vector<T>& values) {
     const std::size_t count = get_count(sizeof(T));
     if (!ok_) return;

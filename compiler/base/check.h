@@ -5,10 +5,10 @@
 
 // Stops the program when one of our own promises is broken. Bad input is never a check: it is a
 // `Result` (compiler/base/result.h).
-#define SIGHTLINE_CHECK(condition)                                                          \
-  do {                                                                                      \
-    if (!(condition)) {                                                                     \
-      std::fprintf(stderr, "%s:%d: internal error: %s\n", __FILE__, __LINE__, #condition);  \
-      std::abort();                                                                         \
-    }                                                                                       \
+#define SIGHTLINE_CHECK(condition)                                                         \
+  do {                                                                                     \
+    if (!(condition)) {                                                                    \
+      std::fprintf(stderr, "%s:%d: internal error: %s\n", __FILE__, __LINE__, #condition); \
+      std::abort();                                                                        \
+    }                                                                                      \
   } while (false)

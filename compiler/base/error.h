@@ -8,7 +8,16 @@
 namespace sightline {
 
 // The class of a failure; it alone decides the exit status of the command (exit_status()).
-enum class ErrorClass { kUsage, kInput, kVersion, kCorrupt, kSignature, kGate, kIncomplete, kSystem };
+enum class ErrorClass {
+  kUsage,
+  kInput,
+  kVersion,
+  kCorrupt,
+  kSignature,
+  kGate,
+  kIncomplete,
+  kSystem
+};
 
 // Stable codes, listed with cause and remedy in schemas/error_codes.md. A number is never reused;
 // the thousands digit names the class.

@@ -11,9 +11,8 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
     return;
   }
   oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
-  arena.execute([&] {
-    oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); });
-  });
+  arena.execute(
+      [&] { oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); }); });
 }
 
 double ordered_sum(std::span<const double> values) {

@@ -114,8 +114,12 @@ OptionField flag(std::string name, bool& value, std::string help) {
 }
 
 OptionField integer(std::string name, int& value, std::string help, int minimum, int maximum) {
-  return {std::move(name), &value,          std::move(help), static_cast<double>(minimum),
-          static_cast<double>(maximum), {}};
+  return {std::move(name),
+          &value,
+          std::move(help),
+          static_cast<double>(minimum),
+          static_cast<double>(maximum),
+          {}};
 }
 
 OptionField number(std::string name, double& value, std::string help, double minimum,

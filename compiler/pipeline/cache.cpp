@@ -1,0 +1,59 @@
+#include "compiler/pipeline/cache.h"
+
+#include <algorithm>
+
+#include "compiler/base/atomic_file.h"
+
+namespace sightline {
+namespace {
+
+// A pass may be named "ingest:localization", a file had better not.
+std::string file_stem(std::string pass) {
+  std::ranges::replace(pass, ':', '.');
+  return pass;
+}
+
+}  // namespace
+
+ArtifactCache::ArtifactCache(std::filesystem::path directory) : directory_(std::move(directory)) {
+  if (directory_.empty()) return;
+  std::error_code failure;
+  std::filesystem::directory_iterator files(directory_, failure);
+  if (failure) return;
+  for (const std::filesystem::directory_entry& entry : files) {
+    if (entry.path().extension() == ".tmp") std::filesystem::remove(entry.path(), failure);
+  }
+}
+
+std::filesystem::path ArtifactCache::file_of(const std::string& pass, const Digest& key) const {
+  // 128 bits of the key: names stay readable and no two keys ever meet.
+  return directory_ / (file_stem(pass) + "-" + to_hex(key).substr(0, 32) + ".sla");
+}
+
+std::optional<std::vector<std::byte>> ArtifactCache::load(const std::string& pass,
+                                                          const Digest& key) const {
+  if (!is_enabled()) return std::nullopt;
+  Result<std::vector<std::byte>> bytes = read_file(file_of(pass, key));
+  if (!bytes) return std::nullopt;
+  return std::move(*bytes);
+}
+
+Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
+                                  std::span<const std::byte> sealed) const {
+  if (!is_enabled()) return {};
+  return write_file_atomically(file_of(pass, key), sealed, IfExists::kReplace);
+}
+
+std::string ArtifactCache::last_record(const std::string& pass) const {
+  if (!is_enabled()) return {};
+  const Result<std::string> text = read_text_file(directory_ / (file_stem(pass) + ".last"));
+  return text ? *text : std::string();
+}
+
+Result<void> ArtifactCache::store_record(const std::string& pass, const std::string& record) const {
+  if (!is_enabled()) return {};
+  return write_file_atomically(directory_ / (file_stem(pass) + ".last"), record,
+                               IfExists::kReplace);
+}
+
+}  // namespace sightline

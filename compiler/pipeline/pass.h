@@ -1,0 +1,122 @@
+#pragma once
+
+#include <concepts>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "compiler/base/hash.h"
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/artifact.h"
+
+// How a pass, which is a plain function, becomes a step of a pipeline. Types are read off its
+// signature; what they mean to the runner is here.
+
+namespace sightline {
+
+// An artifact that can be kept in the cache. A Drive cannot: its scans lie outside it.
+template <class X>
+concept Encodable = requires(const X& artifact, ByteWriter& writer, ByteReader& reader, X& out) {
+  encode(artifact, writer);
+  decode(reader, out);
+};
+
+// What the runner can do with any artifact of one type.
+struct ArtifactType {
+  std::string_view name;
+  std::uint32_t version = 0;
+  std::function<Result<void>(const void*)> check;
+  std::function<Table(const void*)> print;
+  // Empty where the artifact is not Encodable.
+  std::function<std::vector<std::byte>(const void*)> write;
+  std::function<Result<std::shared_ptr<const void>>(std::span<const std::byte>)> read;
+};
+
+template <class X>
+const ArtifactType& artifact_type() {
+  static const ArtifactType kType = [] {
+    ArtifactType type;
+    type.name = ArtifactTraits<X>::kName;
+    type.version = ArtifactTraits<X>::kVersion;
+    type.check = [](const void* x) { return validate(*static_cast<const X*>(x)); };
+    type.print = [](const void* x) { return dump(*static_cast<const X*>(x)); };
+    if constexpr (Encodable<X>) {
+      type.write = [](const void* x) { return to_bytes(*static_cast<const X*>(x)); };
+      type.read = [](std::span<const std::byte> bytes) -> Result<std::shared_ptr<const void>> {
+        Result<X> artifact = from_bytes<X>(bytes);
+        if (!artifact) return artifact.error();
+        return std::shared_ptr<const void>(std::make_shared<const X>(std::move(*artifact)));
+      };
+    }
+    return type;
+  }();
+  return kType;
+}
+
+// One step of a pipeline: a pass with its options, and the names of what it takes and makes.
+struct PassStep {
+  std::string name;  // unique in the pipeline: "build-ndt", "ingest:localization"
+  std::uint32_t version = 1;
+  std::vector<std::pair<std::string, std::string>> options;  // as texts, in the order of the fields
+  std::vector<std::string> inputs;
+  std::vector<const ArtifactType*> input_types;
+  std::string output;
+  const ArtifactType* output_type = nullptr;
+  std::function<Result<std::shared_ptr<const void>>(
+      PassContext&, const std::vector<std::shared_ptr<const void>>&)>
+      run;
+};
+
+namespace pipeline_detail {
+
+template <class Options>
+std::vector<std::pair<std::string, std::string>> option_texts(Options options) {
+  std::vector<std::pair<std::string, std::string>> texts;
+  for (const OptionField& field : option_fields(options)) {
+    texts.emplace_back(field.name, to_text(field));
+  }
+  return texts;
+}
+
+template <class Output, class Options, class... Inputs, std::size_t... I>
+Result<std::shared_ptr<const void>> call(Result<Output> (*pass)(PassContext&, const Options&,
+                                                                const Inputs&...),
+                                         PassContext& ctx, const Options& options,
+                                         const std::vector<std::shared_ptr<const void>>& inputs,
+                                         std::index_sequence<I...>) {
+  Result<Output> output = pass(ctx, options, *static_cast<const Inputs*>(inputs[I].get())...);
+  if (!output) return output.error();
+  return std::shared_ptr<const void>(std::make_shared<const Output>(std::move(*output)));
+}
+
+}  // namespace pipeline_detail
+
+// The step that runs `pass`. `inputs` names as many artifacts as the signature takes.
+template <class Output, class Options, class... Inputs>
+PassStep make_step(std::string name, std::uint32_t version,
+                   Result<Output> (*pass)(PassContext&, const Options&, const Inputs&...),
+                   const Options& options, std::vector<std::string> inputs, std::string output) {
+  SIGHTLINE_CHECK(inputs.size() == sizeof...(Inputs));
+  PassStep step;
+  step.name = std::move(name);
+  step.version = version;
+  step.options = pipeline_detail::option_texts(options);
+  step.inputs = std::move(inputs);
+  step.input_types = {&artifact_type<Inputs>()...};
+  step.output = std::move(output);
+  step.output_type = &artifact_type<Output>();
+  step.run = [pass, options](PassContext& ctx,
+                             const std::vector<std::shared_ptr<const void>>& artifacts) {
+    return pipeline_detail::call<Output, Options, Inputs...>(pass, ctx, options, artifacts,
+                                                             std::index_sequence_for<Inputs...>{});
+  };
+  return step;
+}
+
+}  // namespace sightline

@@ -1,0 +1,237 @@
+#include "compiler/pipeline/runner.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <mutex>
+#include <new>
+
+#include "compiler/pipeline/cache.h"
+
+namespace sightline {
+namespace {
+
+struct Stamp {
+  std::chrono::steady_clock::time_point wall = std::chrono::steady_clock::now();
+  double cpu_s = 0.0;
+};
+
+double process_cpu_s() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+// Linux keeps the peak since the process began; writing 5 here starts it anew. Where that is not
+// allowed the peak is that of the whole run so far.
+void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
+
+double peak_memory_mib() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
+  }
+  return 0.0;
+}
+
+// All that decides a step's output, as lines that a person can compare.
+std::string key_record(const PassStep& step, const RunOptions& options,
+                       const ArtifactSet& artifacts) {
+  std::string record = "pass version = " + std::to_string(step.version) + "\n";
+  record += "encoding version of " + std::string(step.output_type->name) + " = " +
+            std::to_string(step.output_type->version) + "\n";
+  record += "seed = " + std::to_string(options.seed) + "\n";
+  for (const auto& [name, value] : step.options) record += "option " + name + " = " + value + "\n";
+  for (const std::string& input : step.inputs) {
+    record += "input " + input + " = " + to_hex(artifacts.entry(input).key) + "\n";
+  }
+  return record;
+}
+
+Digest key_of(const PassStep& step, const std::string& record) {
+  DigestBuilder builder;
+  builder.add(std::string_view(step.name));
+  builder.add(std::string_view(record));
+  return builder.finish();
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    lines.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
+// Why a step must run: the first lines in which its record differs from that of the last run.
+std::string reason_to_run(const std::string& before, const std::string& now) {
+  if (before.empty()) return "never ran here";
+  const std::vector<std::string> old_lines = lines_of(before);
+  std::string reason;
+  for (const std::string& line : lines_of(now)) {
+    if (std::ranges::find(old_lines, line) != old_lines.end()) continue;
+    const std::string name = line.substr(0, line.find(" = "));
+    const auto was = std::ranges::find_if(
+        old_lines, [&](const std::string& old_line) { return old_line.starts_with(name + " = "); });
+    if (!reason.empty()) reason += "; ";
+    if (name.starts_with("input ")) {
+      reason += name + " changed";
+    } else if (was == old_lines.end()) {
+      reason += "new: " + line;
+    } else {
+      reason +=
+          name + " was " + was->substr(name.size() + 3) + ", is " + line.substr(name.size() + 3);
+    }
+  }
+  return reason.empty() ? "its result is not in the cache any more" : reason;
+}
+
+Error named(Error error, const std::string& pass) {
+  if (error.place.empty())
+    error.place = "pass " + pass;
+  else
+    error.message += " [pass " + pass + "]";
+  return error;
+}
+
+class Runner {
+ public:
+  Runner(const RunOptions& options, const RunObserver& observer, ArtifactSet& artifacts)
+      : options_(options),
+        observer_(observer),
+        artifacts_(artifacts),
+        cache_(options.cache_directory) {}
+
+  Result<StepReport> run(const PassStep& step) {
+    StepReport report;
+    report.name = step.name;
+    const Stamp begin{.cpu_s = process_cpu_s()};
+    reset_peak_memory();
+    const std::string record = key_record(step, options_, artifacts_);
+    const Digest key = key_of(step, record);
+    std::shared_ptr<const void> output = from_cache(step, key, report);
+    report.from_cache = output != nullptr;
+    report.reason = output ? "unchanged" : reason_to_run(cache_.last_record(step.name), record);
+    if (!output) {
+      Result<std::shared_ptr<const void>> made = make(step, key, report);
+      if (!made) return named(made.error(), step.name);
+      output = *made;
+    }
+    const Result<void> recorded = cache_.store_record(step.name, record);
+    if (!recorded) return recorded.error();
+    artifacts_.put(step.output, {step.output_type, output, key});
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin.wall;
+    report.wall_s = wall.count();
+    report.cpu_s = process_cpu_s() - begin.cpu_s;
+    report.peak_memory_mib = peak_memory_mib();
+    return report;
+  }
+
+ private:
+  std::shared_ptr<const void> from_cache(const PassStep& step, const Digest& key,
+                                         StepReport& report) const {
+    if (!step.output_type->read) return nullptr;
+    const std::optional<std::vector<std::byte>> bytes = cache_.load(step.name, key);
+    if (!bytes) return nullptr;
+    Result<std::shared_ptr<const void>> artifact = step.output_type->read(*bytes);
+    if (artifact) return *artifact;
+    note(step, report, "a damaged cache file is not used: " + to_string(artifact.error()));
+    return nullptr;
+  }
+
+  Result<std::shared_ptr<const void>> make(const PassStep& step, const Digest& key,
+                                           StepReport& report) const {
+    std::vector<std::shared_ptr<const void>> inputs;
+    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+      const ArtifactSet::Entry& entry = artifacts_.entry(step.inputs[i]);
+      SIGHTLINE_CHECK(entry.type == step.input_types[i]);
+      inputs.push_back(entry.value);
+    }
+    PassContext ctx;
+    ctx.threads = options_.threads;
+    ctx.seed = options_.seed;
+    ctx.progress_sink = observer_.progress;
+    std::mutex mutex;
+    ctx.warning_sink = [&](const std::string& message) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      note(step, report, message);
+    };
+    Result<std::shared_ptr<const void>> output = step.run(ctx, inputs);
+    if (!output) return output;
+    const Result<void> valid = step.output_type->check(output->get());
+    if (!valid) return valid.error();
+    if (cache_.is_enabled() && step.output_type->write) {
+      const Result<void> stored =
+          cache_.store(step.name, key, step.output_type->write(output->get()));
+      if (!stored) return stored.error();
+    }
+    return output;
+  }
+
+  void note(const PassStep& step, StepReport& report, const std::string& message) const {
+    report.warnings.push_back(message);
+    if (observer_.warning) observer_.warning(step.name, message);
+  }
+
+  const RunOptions& options_;
+  const RunObserver& observer_;
+  ArtifactSet& artifacts_;
+  ArtifactCache cache_;
+};
+
+Result<void> check_names(const std::vector<PassStep>& steps, const RunOptions& options) {
+  std::vector<std::string> known;
+  for (const PassStep& step : steps) known.push_back(step.name);
+  std::vector<std::string> asked = options.print_after;
+  if (!options.stop_after.empty()) asked.push_back(options.stop_after);
+  for (const std::string& name : asked) {
+    if (std::ranges::find(known, name) != known.end()) continue;
+    const std::string near = nearest_name(name, known);
+    return Error{
+        ErrorCode::kUnknownPass,
+        "no pass is called '" + name + "'" +
+            (near.empty() ? "; 'sightline passes' lists them" : "; did you mean " + near + "?"),
+        "", ""};
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> run_pipeline(const std::vector<PassStep>& steps, const RunOptions& options,
+                          const RunObserver& observer, ArtifactSet& artifacts,
+                          std::vector<StepReport>& reports) {
+  const Result<void> names = check_names(steps, options);
+  if (!names) return names;
+  Runner runner(options, observer, artifacts);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const PassStep& step = steps[i];
+    if (observer.started) observer.started(i, steps.size(), step.name);
+    Result<StepReport> report = Error{ErrorCode::kOutOfMemory, "not enough memory", "", ""};
+    try {
+      report = runner.run(step);
+    } catch (const std::bad_alloc&) {
+      return named(report.error(), step.name);
+    }
+    if (!report) return report.error();
+    reports.push_back(*report);
+    if (observer.finished) observer.finished(*report);
+    if (observer.printed &&
+        std::ranges::find(options.print_after, step.name) != options.print_after.end()) {
+      const ArtifactSet::Entry& made = artifacts.entry(step.output);
+      observer.printed(step.name, made.type->print(made.value.get()));
+    }
+    if (step.name == options.stop_after) break;
+  }
+  return {};
+}
+
+}  // namespace sightline
