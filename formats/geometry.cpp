@@ -34,6 +34,24 @@ Pose interpolate(const Pose& a, const Pose& b, double fraction) {
   return pose;
 }
 
+void append_facts(const MapFrame& frame, Table& table) {
+  table.facts.emplace_back("origin_world_x_m", frame.origin_world_m.x());
+  table.facts.emplace_back("origin_world_y_m", frame.origin_world_m.y());
+  table.facts.emplace_back("origin_world_z_m", frame.origin_world_m.z());
+}
+
+void append_pose_columns(std::vector<std::string>& columns) {
+  for (const char* name : {"x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"}) columns.emplace_back(name);
+}
+
+void append_cells(const Pose& pose, std::vector<Cell>& row) {
+  Eigen::Quaterniond rotation(pose.linear());
+  // q and -q are one rotation: print one of them.
+  if (rotation.w() < 0.0) rotation.coeffs() = -rotation.coeffs();
+  for (int axis = 0; axis < 3; ++axis) row.emplace_back(pose.translation()[axis]);
+  for (int i = 0; i < 4; ++i) row.emplace_back(rotation.coeffs()[i]);
+}
+
 void encode(const Pose& pose, ByteWriter& writer) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) writer.put(pose(row, column));

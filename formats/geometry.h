@@ -6,6 +6,7 @@
 
 #include "compiler/base/bytes.h"
 #include "compiler/base/result.h"
+#include "formats/table.h"
 
 // Poses, frames, and how they are written.
 
@@ -35,6 +36,12 @@ bool is_rigid(const Pose& pose);
 
 // Linear in position, slerp in rotation; fraction in [0, 1].
 Pose interpolate(const Pose& a, const Pose& b, double fraction);
+
+// How dumps print them: a frame as facts origin_world_{x,y,z}_m, a pose as the columns
+// x_m, y_m, z_m, qx, qy, qz, qw (unit quaternion, qw >= 0).
+void append_facts(const MapFrame& frame, Table& table);
+void append_pose_columns(std::vector<std::string>& columns);
+void append_cells(const Pose& pose, std::vector<Cell>& row);
 
 void encode(const Pose& pose, ByteWriter& writer);  // 3 + 9 doubles, exact
 void decode(ByteReader& reader, Pose& pose);
