@@ -17,7 +17,17 @@ struct CellKey {
   friend auto operator<=>(const CellKey&, const CellKey&) = default;
 };
 
-CellKey cell_key(const Eigen::Vector3d& point_m, double cell_m);
+// floor() of a number within int32, without the library call that plain x86-64 needs.
+inline std::int32_t floor_to_int(double value) {
+  const auto truncated = static_cast<std::int32_t>(value);
+  return truncated - (value < static_cast<double>(truncated) ? 1 : 0);
+}
+
+// Each coordinate must lie within 2^31 cells of the origin.
+inline CellKey cell_key(const Eigen::Vector3d& point_m, double cell_m) {
+  return {floor_to_int(point_m.x() / cell_m), floor_to_int(point_m.y() / cell_m),
+          floor_to_int(point_m.z() / cell_m)};
+}
 
 // Tiles cut the plane only: all heights of a place belong together.
 struct TileKey {
@@ -29,17 +39,20 @@ struct TileKey {
 // The tile that holds a cell (tile_m is a multiple of cell_m).
 TileKey tile_of(const CellKey& cell, double cell_m, double tile_m);
 
+// True when tiles of tile_m can hold whole cells of cell_m: an integer multiple, both positive.
+bool is_tiling(double cell_m, double tile_m);
+
 // One normal distribution: a valid cell of the map.
 struct Nd {
   CellKey key;
   std::uint32_t point_count = 0;
-  Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();          // inside its cell
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();   // raw, divided by n - 1
-  Eigen::Vector3d eigenvalues_m2 = Eigen::Vector3d::Zero();  // descending, never below 0, raw
+  Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();            // inside its cell
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();     // raw, divided by n - 1
+  Eigen::Vector3d eigenvalues_m2 = Eigen::Vector3d::Zero();    // descending, never below 0, raw
   Eigen::Matrix3d eigenvectors = Eigen::Matrix3d::Identity();  // column i belongs to eigenvalue i
 };
 
-// Eigenvalues below 0.01 of the largest raised to it, eigenvectors kept (SCIENCE definition v1 in
+// Eigenvalues below 0.01 of the largest raised to it, eigenvectors kept (definition v1 in
 // schemas/definitions.md): for matching and Mahalanobis distances.
 Eigen::Matrix3d regularised_covariance_m2(const Nd& nd);
 
@@ -54,7 +67,7 @@ struct NdtMap {
   MapFrame frame;
   double cell_m = 2.0;
   double tile_m = 64.0;
-  std::vector<Nd> nds;  // valid cells only, ascending by (tile, cell key)
+  std::vector<Nd> nds;                      // valid cells only, ascending by (tile, cell key)
   std::uint64_t sparse_cell_count = 0;      // fewer points than an ND needs
   std::uint64_t degenerate_cell_count = 0;  // largest eigenvalue below 1e-6 m^2
   std::uint64_t point_count = 0;            // all points that fell into any cell
