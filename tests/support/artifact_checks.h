@@ -36,7 +36,7 @@ void expect_survives_disk(const X& artifact) {
   encode(artifact, writer);
   const std::vector<std::byte> payload = writer.take();
   for (std::size_t size = 0; size < payload.size(); ++size) {
-    ByteReader reader(std::span(payload).first(size));
+    ByteReader reader(std::span<const std::byte>(payload).first(size));
     X ignored;
     decode(reader, ignored);
     ASSERT_FALSE(reader.at_end() && reader.ok() && size == payload.size());
