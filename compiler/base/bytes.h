@@ -39,8 +39,11 @@ class ByteWriter {
     put_array(std::span<const T>(values));
   }
   void append(const void* data, std::size_t size) {
-    const auto* first = static_cast<const std::byte*>(data);
-    bytes_.insert(bytes_.end(), first, first + size);
+    if (size == 0) return;
+    const std::size_t offset = bytes_.size();
+    if (bytes_.capacity() < offset + size) bytes_.reserve(2 * (offset + size));
+    bytes_.resize(offset + size);
+    std::memcpy(bytes_.data() + offset, data, size);
   }
   [[nodiscard]] const std::vector<std::byte>& bytes() const { return bytes_; }
   std::vector<std::byte> take() { return std::move(bytes_); }
