@@ -13,7 +13,7 @@ struct FactorTable {
   std::vector<double> ranges_m;      // ascending
   std::vector<std::string> factors;  // column names, "feature_count", ...
   std::uint32_t site_count = 0;
-  std::vector<double> values;        // [site][range][factor]
+  std::vector<double> values;  // [site][range][factor]
 
   [[nodiscard]] double at(std::size_t site, std::size_t range, std::size_t factor) const {
     return values[(site * ranges_m.size() + range) * factors.size() + factor];

@@ -23,7 +23,9 @@ Result<void> validate_nd(const Nd& nd, double cell_m, std::size_t index) {
     return invalid("mean or covariance is not finite", place_of(index));
   }
   if (nd.point_count < 2) return invalid("fewer than 2 points", place_of(index));
-  if (cell_key(nd.mean_m, cell_m) != nd.key) {
+  constexpr double kGridReach_cells = 0x1.0p30;
+  if (nd.mean_m.cwiseAbs().maxCoeff() > kGridReach_cells * cell_m ||
+      cell_key(nd.mean_m, cell_m) != nd.key) {
     return invalid("the mean lies outside its cell", place_of(index));
   }
   const Eigen::Vector3d& lambda = nd.eigenvalues_m2;
@@ -96,14 +98,13 @@ Result<void> validate(const NdtMap& map) {
 Table dump(const NdtMap& map) {
   Table table;
   table.name = "nds";
-  table.facts = {{"cell_m", map.cell_m},
-                 {"tile_m", map.tile_m},
-                 {"origin_world_x_m", map.frame.origin_world_m.x()},
-                 {"origin_world_y_m", map.frame.origin_world_m.y()},
-                 {"origin_world_z_m", map.frame.origin_world_m.z()},
-                 {"point_count", static_cast<std::int64_t>(map.point_count)},
-                 {"sparse_cell_count", static_cast<std::int64_t>(map.sparse_cell_count)},
-                 {"degenerate_cell_count", static_cast<std::int64_t>(map.degenerate_cell_count)}};
+  append_facts(map.frame, table);
+  table.facts.emplace_back("cell_m", map.cell_m);
+  table.facts.emplace_back("tile_m", map.tile_m);
+  table.facts.emplace_back("point_count", static_cast<std::int64_t>(map.point_count));
+  table.facts.emplace_back("sparse_cell_count", static_cast<std::int64_t>(map.sparse_cell_count));
+  table.facts.emplace_back("degenerate_cell_count",
+                           static_cast<std::int64_t>(map.degenerate_cell_count));
   table.columns = {"key_x",          "key_y",     "key_z",     "point_count", "mean_x_m",
                    "mean_y_m",       "mean_z_m",  "cov_xx_m2", "cov_xy_m2",   "cov_xz_m2",
                    "cov_yy_m2",      "cov_yz_m2", "cov_zz_m2", "lambda_1_m2", "lambda_2_m2",
