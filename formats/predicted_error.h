@@ -15,6 +15,8 @@ struct PredictedError {
   std::vector<double> mean_m;             // [site][range]: predicted mean error
   std::vector<double> within_probability; // [site][range][limit]: P(error <= limit)
   std::vector<std::uint8_t> extrapolated; // [site]: 1 where factors lie outside what the model saw
+  // [site]: 1 where the model was trained on this site, and trees that never saw the place speak.
+  std::vector<std::uint8_t> out_of_fold;
 
   [[nodiscard]] double mean(std::size_t site, std::size_t range) const {
     return mean_m[site * ranges_m.size() + range];

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/artifact.h"
@@ -9,6 +10,8 @@
 namespace sightline {
 
 enum class Selection : std::uint8_t { kMean, kProbability };
+
+std::string_view selection_name(Selection selection);  // "mean", "probability"
 
 // Flags of a chosen range, as stored in the map.
 inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: the longest was taken
@@ -23,7 +26,7 @@ struct LimitPromise {
   std::uint32_t block_count = 0;       // of the calibration
   bool is_earned = false;              // false: too few blocks, or no threshold reached alpha
   double calibration_miss_share = 0.0; // out of fold, on the range chosen after dilation
-  std::string method;                  // "mean", "conformal", "learn-then-test", "fixed"
+  std::string method;  // "mean", "conformal", "learn-then-test", "empirical", "fixed"
   std::string statement;               // one sentence for people: what is promised, or why nothing is
 };
 
@@ -34,7 +37,8 @@ struct RangeTable {
   double dilation_m = 0.0;
   std::vector<LimitPromise> promises;  // one per limit, ascending limit_m
   std::uint32_t site_count = 0;
-  std::vector<std::uint8_t> range_index;  // [site][limit], into ranges_m
+  std::vector<std::uint8_t> range_index;  // [site][limit], into ranges_m; a looser limit never
+                                          // looks further
   std::vector<std::uint8_t> flags;        // [site][limit]
 
   [[nodiscard]] double range_m(std::size_t site, std::size_t limit) const {

@@ -1,0 +1,168 @@
+#include "formats/regression_forest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace sightline {
+namespace {
+
+// A node is stored as its feature with two flags, and its threshold. In preorder a left child that
+// is a node comes next, and leaves are numbered as they are met, so no index needs storing, and
+// whatever can be read is a tree.
+constexpr std::uint16_t kLeftIsLeaf = 0x8000;
+constexpr std::uint16_t kRightIsLeaf = 0x4000;
+constexpr std::uint32_t kFeatureLimit = 0x4000;
+constexpr std::size_t kBytesPerNode = sizeof(std::uint16_t) + sizeof(float);
+
+Error invalid(std::size_t tree, const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", "tree " + std::to_string(tree)};
+}
+
+struct Branch {
+  std::uint32_t parent;
+  bool is_right;
+};
+
+std::vector<std::uint16_t> flags_of(const std::vector<TreeNode>& nodes) {
+  std::vector<std::uint16_t> flags(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    unsigned bits = nodes[i].feature;
+    if (nodes[i].left >= nodes.size()) bits |= kLeftIsLeaf;
+    if (nodes[i].right >= nodes.size()) bits |= kRightIsLeaf;
+    flags[i] = static_cast<std::uint16_t>(bits);
+  }
+  return flags;
+}
+
+// Gives children their numbers from the flags; false where the flags do not make one tree.
+bool number_children(const std::vector<std::uint16_t>& flags, std::vector<TreeNode>& nodes) {
+  if (nodes.empty()) return true;
+  auto next_leaf = static_cast<std::uint32_t>(nodes.size());
+  std::uint32_t next_node = 1;
+  std::vector<Branch> open = {{0, true}, {0, false}};
+  while (!open.empty()) {
+    const Branch branch = open.back();
+    open.pop_back();
+    const std::uint16_t leaf_flag = branch.is_right ? kRightIsLeaf : kLeftIsLeaf;
+    std::uint32_t& child =
+        branch.is_right ? nodes[branch.parent].right : nodes[branch.parent].left;
+    if ((flags[branch.parent] & leaf_flag) != 0) {
+      child = next_leaf++;
+      continue;
+    }
+    if (next_node == nodes.size()) return false;
+    child = next_node++;
+    open.push_back({child, true});
+    open.push_back({child, false});
+  }
+  return next_node == nodes.size();
+}
+
+Result<void> validate_leaves(const RegressionTree& tree, std::size_t t, std::size_t label_count) {
+  if (tree.leaf_of_label.size() != label_count) {
+    return invalid(t, "found " + std::to_string(tree.leaf_of_label.size()) +
+                          " labels in leaves, expected " + std::to_string(label_count));
+  }
+  std::vector<bool> is_used(tree.leaf_count(), false);
+  for (const std::uint32_t leaf : tree.leaf_of_label) {
+    if (leaf >= tree.leaf_count()) return invalid(t, "a label lies in a leaf that is not there");
+    is_used[leaf] = true;
+  }
+  if (std::find(is_used.begin(), is_used.end(), false) != is_used.end()) {
+    return invalid(t, "found a leaf without a label");
+  }
+  return {};
+}
+
+Result<void> validate_tree(const RegressionForest& forest, std::size_t t) {
+  const RegressionTree& tree = forest.trees[t];
+  for (const TreeNode& node : tree.nodes) {
+    if (node.feature >= forest.feature_count || !std::isfinite(node.threshold)) {
+      return invalid(t, "a split asks feature " + std::to_string(node.feature) + " of " +
+                            std::to_string(forest.feature_count) + ", or has no finite threshold");
+    }
+  }
+  std::vector<TreeNode> numbered = tree.nodes;
+  if (!number_children(flags_of(tree.nodes), numbered) || numbered != tree.nodes) {
+    return invalid(t, "nodes are not in preorder or leaves not from left to right");
+  }
+  return validate_leaves(tree, t, forest.labels.size());
+}
+
+void decode_tree(ByteReader& reader, std::size_t label_count, RegressionTree& tree) {
+  const std::size_t node_count = reader.get_count(kBytesPerNode);
+  std::vector<std::uint16_t> flags(node_count);
+  tree.nodes.resize(node_count);
+  for (std::size_t i = 0; i < node_count; ++i) {
+    reader.get(flags[i]);
+    reader.get(tree.nodes[i].threshold);
+    tree.nodes[i].feature = flags[i] & (kFeatureLimit - 1);
+  }
+  if (!reader.ok() || !number_children(flags, tree.nodes)) return reader.fail();
+  const bool is_narrow = tree.leaf_count() <= std::numeric_limits<std::uint16_t>::max();
+  if (label_count > reader.remaining() / (is_narrow ? 2 : 4)) return reader.fail();
+  tree.leaf_of_label.resize(label_count);
+  for (std::uint32_t& leaf : tree.leaf_of_label) {
+    leaf = is_narrow ? reader.get<std::uint16_t>() : reader.get<std::uint32_t>();
+  }
+}
+
+}  // namespace
+
+Result<void> validate(const RegressionForest& forest) {
+  const bool is_sorted = std::is_sorted(forest.labels.begin(), forest.labels.end());
+  const bool is_finite = std::all_of(forest.labels.begin(), forest.labels.end(),
+                                     [](double label) { return std::isfinite(label); });
+  if (forest.labels.empty() || forest.trees.empty() || !is_sorted || !is_finite) {
+    return Error{ErrorCode::kInvalidArtifact,
+                 "found a forest without trees, or labels that are not finite and ascending", "",
+                 ""};
+  }
+  if (forest.feature_count == 0 || forest.feature_count > kFeatureLimit) {
+    return Error{ErrorCode::kInvalidArtifact,
+                 "found " + std::to_string(forest.feature_count) + " features, expected 1 to " +
+                     std::to_string(kFeatureLimit),
+                 "", ""};
+  }
+  for (std::size_t t = 0; t < forest.trees.size(); ++t) {
+    const Result<void> valid = validate_tree(forest, t);
+    if (!valid) return valid;
+  }
+  return {};
+}
+
+void encode(const RegressionForest& forest, ByteWriter& writer) {
+  writer.put(forest.feature_count);
+  writer.put_array(forest.labels);
+  writer.put<std::uint64_t>(forest.trees.size());
+  for (const RegressionTree& tree : forest.trees) {
+    const std::vector<std::uint16_t> flags = flags_of(tree.nodes);
+    writer.put<std::uint64_t>(tree.nodes.size());
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+      writer.put(flags[i]);
+      writer.put(tree.nodes[i].threshold);
+    }
+    const bool is_narrow = tree.leaf_count() <= std::numeric_limits<std::uint16_t>::max();
+    for (const std::uint32_t leaf : tree.leaf_of_label) {
+      if (is_narrow) {
+        writer.put(static_cast<std::uint16_t>(leaf));
+      } else {
+        writer.put(leaf);
+      }
+    }
+  }
+}
+
+void decode(ByteReader& reader, RegressionForest& forest) {
+  reader.get(forest.feature_count);
+  reader.get_array(forest.labels);
+  forest.trees.resize(reader.get_count(sizeof(std::uint64_t)));
+  for (RegressionTree& tree : forest.trees) {
+    if (!reader.ok()) return;
+    decode_tree(reader, forest.labels.size(), tree);
+  }
+}
+
+}  // namespace sightline
