@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/surface.h"
+#include "formats/surface_points.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kBuildSurfaceVersion = 1;
+
+struct BuildSurfaceOptions {
+  double cell_m = 0.5;
+  double tile_m = 64.0;
+  int min_points = 3;
+};
+std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
+
+// Oriented discs that rays can hit, in the frame of `points`: one for each cell that holds enough
+// points, through their mean, facing along their least spread, as wide as the points are spread.
+// Errors: bad-value (a tile that is no multiple of the cell), empty-map (no disc), invalid-artifact
+// (a point that the grid cannot hold).
+Result<Surface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
+                              const SurfacePoints& points);
+
+}  // namespace sightline

@@ -1,0 +1,102 @@
+#include "passes/cast_rays.h"
+
+#include <atomic>
+#include <cmath>
+#include <numbers>
+
+#include "compiler/base/parallel.h"
+#include "passes/surface_caster.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+DepthImages empty_images(const CastRaysOptions& options, std::size_t site_count) {
+  DepthImages images;
+  images.azimuth_count = static_cast<std::uint32_t>(options.azimuth_count);
+  images.elevation_count = static_cast<std::uint32_t>(options.elevation_count);
+  images.first_elevation_deg = options.first_elevation_deg;
+  images.elevation_step_deg = options.elevation_step_deg;
+  images.near_m = options.near_m;
+  images.longest_range_m = options.longest_range_m;
+  images.site_count = static_cast<std::uint32_t>(site_count);
+  images.distance_m.resize(site_count * images.cells_per_site());
+  return images;
+}
+
+// Row by row from the lowest elevation, azimuth 0 along +x and counter-clockwise.
+Directions directions_of(const DepthImages& images) {
+  Directions directions;
+  directions.reserve(images.cells_per_site());
+  for (std::uint32_t row = 0; row < images.elevation_count; ++row) {
+    const double elevation_rad =
+        (images.first_elevation_deg + row * images.elevation_step_deg) * kRadPerDeg;
+    for (std::uint32_t column = 0; column < images.azimuth_count; ++column) {
+      const double azimuth_rad = (column + 0.5) * 2.0 * std::numbers::pi / images.azimuth_count;
+      directions.emplace_back(std::cos(elevation_rad) * std::cos(azimuth_rad),
+                              std::cos(elevation_rad) * std::sin(azimuth_rad),
+                              std::sin(elevation_rad));
+    }
+  }
+  return directions;
+}
+
+Result<void> check_options(const CastRaysOptions& options) {
+  if (options.longest_range_m <= options.near_m) {
+    return Error{ErrorCode::kBadValue, "longest_range_m must be beyond near_m", "",
+                 "pass cast-rays"};
+  }
+  const double last_deg =
+      options.first_elevation_deg + (options.elevation_count - 1) * options.elevation_step_deg;
+  if (last_deg > 90.0) {
+    return Error{ErrorCode::kBadValue,
+                 "the last elevation is " + std::to_string(last_deg) + " degrees, beyond the pole",
+                 "", "pass cast-rays"};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(CastRaysOptions& options) {
+  return {
+      integer("azimuth_count", options.azimuth_count, "columns of a depth image", 8, 7200),
+      integer("elevation_count", options.elevation_count, "rows of a depth image", 1, 1800),
+      number("first_elevation_deg", options.first_elevation_deg, "elevation of the lowest row",
+             -90.0, 90.0),
+      number("elevation_step_deg", options.elevation_step_deg, "elevation between rows", 0.01,
+             90.0),
+      number("near_m", options.near_m, "nothing nearer is hit, m", 0.0, 100.0),
+      number("longest_range_m", options.longest_range_m, "nothing further is hit, m", 1.0, 1000.0)};
+}
+
+Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
+                              const Surface& surface, const Sites& sites) {
+  const Result<void> checked = check_options(options);
+  if (!checked) return checked.error();
+  if (surface.frame != sites.frame) {
+    return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
+                 "pass cast-rays"};
+  }
+  DepthImages images = empty_images(options, sites.sites.size());
+  const Directions directions = directions_of(images);
+  const std::vector<SiteBlock> blocks = blocks_of_sites(sites, surface, options.longest_range_m);
+  std::atomic<std::size_t> done = 0;
+  parallel_for(blocks.size(), ctx.threads, [&](std::size_t i) {
+    const SurfaceCaster caster(surface, blocks[i]);
+    std::vector<double> distance_m(directions.size());
+    for (const std::size_t site : blocks[i].sites) {
+      caster.cast(sites.sites[site].p_map_m, directions, options.near_m, options.longest_range_m,
+                  distance_m);
+      float* image = images.distance_m.data() + site * directions.size();
+      for (std::size_t cell = 0; cell < directions.size(); ++cell) {
+        image[cell] = static_cast<float>(distance_m[cell]);
+      }
+      ctx.progress(++done, sites.sites.size());
+    }
+  });
+  return images;
+}
+
+}  // namespace sightline

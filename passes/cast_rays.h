@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/depth_images.h"
+#include "formats/sites.h"
+#include "formats/surface.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kCastRaysVersion = 1;
+
+// The localizing sensor's field, in cells of one ray each.
+struct CastRaysOptions {
+  int azimuth_count = 360;
+  int elevation_count = 31;
+  double first_elevation_deg = -15.0;
+  double elevation_step_deg = 1.0;
+  double near_m = 0.5;
+  double longest_range_m = 50.0;
+};
+std::vector<OptionField> option_fields(CastRaysOptions& options);
+
+// What a level sensor would see of the surface from every site: one ray a cell, in map axes, both
+// faces and the ground count. Definition: schemas/definitions.md, `occupancy_ratio`.
+// Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far, or
+// elevations beyond the poles).
+Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
+                              const Surface& surface, const Sites& sites);
+
+}  // namespace sightline
