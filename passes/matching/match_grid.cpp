@@ -1,0 +1,84 @@
+#include "passes/matching/match_grid.h"
+
+#include <Eigen/LU>
+#include <bit>
+#include <cmath>
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kNeighbourCount = 7;
+constexpr std::array<CellKey, kNeighbourCount> kNeighbours = {
+    {{0, 0, 0}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
+
+std::uint64_t hash(const CellKey& key) {
+  const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^
+                              static_cast<std::uint32_t>(key.y) * 0xbf58476d1ce4e5b9ULL ^
+                              static_cast<std::uint32_t>(key.z) * 0x94d049bb133111ebULL;
+  return mixed >> 32;
+}
+
+// Where `key` is, or the free slot where it belongs. `slots` has a power of two of them, not all
+// taken.
+std::size_t slot_of(const MatchGrid& grid, const CellKey& key) {
+  const std::size_t mask = grid.slots.size() - 1;
+  std::size_t slot = hash(key) & mask;
+  while (grid.slots[slot] != MatchGrid::kNone &&
+         grid.cells[static_cast<std::size_t>(grid.slots[slot])] != key) {
+    slot = (slot + 1) & mask;
+  }
+  return slot;
+}
+
+MatchGrid::Neighbourhood empty_neighbourhood() {
+  MatchGrid::Neighbourhood none;
+  none.fill(MatchGrid::kNone);
+  return none;
+}
+
+// An ND in cell k is the neighbour `kNeighbours[i]` of the cell k - kNeighbours[i].
+void list_in_neighbourhoods(const CellKey& key, std::int32_t nd, MatchGrid& grid) {
+  for (std::size_t i = 0; i < kNeighbourCount; ++i) {
+    const CellKey cell{key.x - kNeighbours[i].x, key.y - kNeighbours[i].y,
+                       key.z - kNeighbours[i].z};
+    const std::size_t slot = slot_of(grid, cell);
+    if (grid.slots[slot] == MatchGrid::kNone) {
+      grid.slots[slot] = static_cast<std::int32_t>(grid.cells.size());
+      grid.cells.push_back(cell);
+      grid.neighbourhoods.push_back(empty_neighbourhood());
+    }
+    grid.neighbourhoods[static_cast<std::size_t>(grid.slots[slot])][i] = nd;
+  }
+}
+
+}  // namespace
+
+GaussConstants gauss_constants(double cell_m) {
+  constexpr double kOutlierRatio = 0.55;
+  const double c1 = 10.0 * (1.0 - kOutlierRatio);
+  const double c2 = kOutlierRatio / (cell_m * cell_m * cell_m);
+  const double d3 = -std::log(c2);
+  const double d1 = -std::log(c1 + c2) - d3;
+  const double d2 = -2.0 * std::log((-std::log(c1 * std::exp(-0.5) + c2) - d3) / d1);
+  return {d1, d2};
+}
+
+MatchGrid make_match_grid(const NdtMap& map) {
+  MatchGrid grid;
+  grid.cell_m = map.cell_m;
+  grid.gauss = gauss_constants(map.cell_m);
+  grid.nds.reserve(map.nds.size());
+  // At most 7 cells an ND; half of the slots stay free.
+  grid.slots.assign(std::bit_ceil(2 * kNeighbourCount * map.nds.size() + 2), MatchGrid::kNone);
+  for (const Nd& nd : map.nds) {
+    list_in_neighbourhoods(nd.key, static_cast<std::int32_t>(grid.nds.size()), grid);
+    grid.nds.push_back({nd.mean_m, regularised_covariance_m2(nd).inverse()});
+  }
+  return grid;
+}
+
+std::int32_t find_cell(const MatchGrid& grid, const CellKey& key) {
+  return grid.slots.empty() ? MatchGrid::kNone : grid.slots[slot_of(grid, key)];
+}
+
+}  // namespace sightline
