@@ -1,0 +1,16 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace sightline {
+
+// Each adds one verb to the command line; when it was asked for, it runs and leaves the exit status
+// of the process in `status`.
+void add_compile_command(CLI::App& app, int& status);
+void add_evaluate_command(CLI::App& app, int& status);
+void add_inspect_command(CLI::App& app, int& status);
+void add_dump_command(CLI::App& app, int& status);
+void add_verify_command(CLI::App& app, int& status);
+void add_passes_command(CLI::App& app, int& status);
+
+}  // namespace sightline

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "compiler/pipeline/options.h"
+
+// The configuration as sections of described fields: reading YAML, single overrides, the published
+// JSON Schema and the effective configuration all work from the same description.
+
+namespace sightline {
+
+// One top-level key of the file. The fields point into the configuration that made the section.
+struct ConfigSection {
+  std::string name;  // "build-ndt"
+  std::string help;
+  std::vector<OptionField> fields;
+};
+
+// Sets every field that the YAML file names. An unknown section or key is unknown-key with the
+// nearest known one; errors carry the file and "line N".
+Result<void> read_yaml(const std::filesystem::path& file, std::vector<ConfigSection>& sections);
+
+// Sets one field from "section.key=value". Errors: bad-argument, unknown-key, bad-value.
+Result<void> set_override(std::string_view assignment, std::vector<ConfigSection>& sections);
+
+// Every value as YAML that read_yaml reads back; a comment above each key says what it is.
+std::string to_yaml(const std::vector<ConfigSection>& sections);
+
+// JSON Schema (draft 7) of the file; the values that the fields hold now are its defaults.
+std::string to_json_schema(const std::vector<ConfigSection>& sections);
+
+}  // namespace sightline

@@ -1,0 +1,149 @@
+#include "compiler/driver/console.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+
+namespace sightline {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+std::string clock_text(double seconds) {
+  const int whole = static_cast<int>(seconds + 0.5);
+  char text[32];
+  std::snprintf(text, sizeof text, "%d:%02d", whole / 60, whole % 60);
+  return text;
+}
+
+// The moving line. Redrawn at most ten times a second, wiped before anything else is printed.
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool is_shown) : is_shown_(is_shown) {}
+
+  void start(std::size_t step, std::size_t steps, const std::string& name) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    head_ = "[" + std::to_string(step + 1) + "/" + std::to_string(steps) + "] " + name;
+    begin_ = drawn_ = Clock::now();
+    draw(head_);
+  }
+
+  void update(std::size_t done, std::size_t total) {
+    if (!is_shown_ || total == 0) return;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (seconds_since(drawn_) < 0.1) return;
+    drawn_ = Clock::now();
+    const double share = static_cast<double>(done) / static_cast<double>(total);
+    std::string line = head_ + "  " + std::to_string(done) + "/" + std::to_string(total);
+    if (done > 0) {
+      line += "  " + clock_text(seconds_since(begin_) * (1.0 - share) / share) + " left";
+    }
+    draw(line);
+  }
+
+  void wipe() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    draw("");
+  }
+
+ private:
+  void draw(const std::string& line) const {
+    if (is_shown_) std::fprintf(stderr, "\r\033[K%s", line.c_str());
+  }
+  const bool is_shown_;
+  std::mutex mutex_;
+  std::string head_;
+  Clock::time_point begin_;
+  Clock::time_point drawn_;
+};
+
+std::shared_ptr<spdlog::logger> logger() {
+  static const std::shared_ptr<spdlog::logger> kLogger = [] {
+    std::shared_ptr<spdlog::logger> made = spdlog::stderr_color_mt("sightline");
+    made->set_pattern("%^%l%$ %v");
+    return made;
+  }();
+  return kLogger;
+}
+
+void on_interrupt(int /*signal*/) {
+  constexpr std::string_view kText =
+      "\nSL7001 interrupted: finished passes are in the cache; the same command goes on from "
+      "there\n";
+  (void)!::write(STDERR_FILENO, kText.data(), kText.size());
+  ::_exit(exit_status(ErrorCode::kInterrupted));
+}
+
+}  // namespace
+
+RunObserver console_observer(bool is_quiet) {
+  const auto line = std::make_shared<ProgressLine>(!is_quiet && ::isatty(STDERR_FILENO) == 1);
+  RunObserver observer;
+  observer.started = [line](std::size_t step, std::size_t steps, const std::string& name) {
+    line->start(step, steps, name);
+  };
+  observer.progress = [line](std::size_t done, std::size_t total) { line->update(done, total); };
+  observer.warning = [line](const std::string& pass, const std::string& message) {
+    line->wipe();
+    logger()->warn("{}: {}", pass, message);
+  };
+  observer.finished = [line, is_quiet](const StepReport& report) {
+    line->wipe();
+    if (is_quiet) return;
+    logger()->info("{:<28} {:>7.1f} s  {}", report.name, report.wall_s,
+                   report.from_cache ? "from the cache" : "done");
+  };
+  observer.printed = [line](const std::string& /*pass*/, const Table& table) {
+    line->wipe();
+    std::fputs(format_table(table, TableFormat::kCsv).c_str(), stdout);
+  };
+  return observer;
+}
+
+int report_error(const Error& error) {
+  logger()->error("{}", to_string(error));
+  return exit_status(error.code);
+}
+
+std::string time_table(const std::vector<StepReport>& reports) {
+  std::string text = "pass                            wall s    cpu s   peak MiB\n";
+  char line[128];
+  double wall_s = 0.0;
+  double cpu_s = 0.0;
+  for (const StepReport& report : reports) {
+    std::snprintf(line, sizeof line, "%-28s %9.2f %8.2f %10.0f%s\n", report.name.c_str(),
+                  report.wall_s, report.cpu_s, report.peak_memory_mib,
+                  report.from_cache ? "  (cache)" : "");
+    text += line;
+    wall_s += report.wall_s;
+    cpu_s += report.cpu_s;
+  }
+  std::snprintf(line, sizeof line, "%-28s %9.2f %8.2f\n", "all", wall_s, cpu_s);
+  return text + line;
+}
+
+std::string explanation(const std::vector<StepReport>& reports) {
+  std::string text;
+  for (const StepReport& report : reports) {
+    text += (report.from_cache ? "kept  " : "ran   ") + report.name + ": " + report.reason + "\n";
+  }
+  return text;
+}
+
+void explain_interruption() {
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+}
+
+}  // namespace sightline

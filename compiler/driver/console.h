@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include "compiler/base/error.h"
+#include "compiler/pipeline/runner.h"
+
+// What people see while a command runs: data goes to stdout and nothing else does; log, warnings
+// and progress go to stderr.
+
+namespace sightline {
+
+// Reports a run on stderr: one line for each finished step, warnings, and, when stderr is a
+// terminal, a moving line with the share done and the time that remains.
+// `printed` tables go to stdout as CSV.
+RunObserver console_observer(bool is_quiet);
+
+// "SL2006 truncated-scan: ..." on stderr; returns the exit status that belongs to it.
+int report_error(const Error& error);
+
+// A table of pass times and memory, for --time-passes.
+std::string time_table(const std::vector<StepReport>& reports);
+
+// Why each step ran or did not, for --explain.
+std::string explanation(const std::vector<StepReport>& reports);
+
+// From here on Ctrl-C says that finished passes are kept and ends with the status of an incomplete
+// run; unfinished files are removed by the next run.
+void explain_interruption();
+
+}  // namespace sightline

@@ -1,0 +1,58 @@
+#include "compiler/driver/run_flags.h"
+
+#include <cstdio>
+#include <filesystem>
+
+#include "compiler/driver/console.h"
+
+namespace sightline {
+
+void add_run_flags(CLI::App& command, RunFlags& flags) {
+  command.add_option("config", flags.config_file, "YAML configuration (schemas/config.schema.json)")
+      ->required();
+  command.add_option("--set", flags.overrides,
+                     "Override one value of the configuration, as section.key=value; repeatable")
+      ->take_all();
+  command.add_option("--threads", flags.threads, "Threads to use; 0 takes all there are")
+      ->check(CLI::Range(0, 1024));
+  command.add_option("--cache", flags.cache_directory,
+                     "Folder of finished artifacts (default: .sightline-cache beside the "
+                     "configuration)");
+  command.add_flag("--no-cache", flags.no_cache, "Run every pass and keep nothing");
+  command.add_option("--print-after", flags.print_after,
+                     "Print the result of this pass on stdout, as CSV; repeatable");
+  command.add_option("--stop-after", flags.stop_after, "End after this pass");
+  command.add_flag("--time-passes", flags.time_passes,
+                   "Print time and peak memory of each pass on stderr");
+  command.add_flag("--explain", flags.explain, "Print why each pass ran or did not, on stderr");
+  command.add_flag("-q,--quiet", flags.is_quiet, "Only warnings and errors on stderr");
+}
+
+RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
+  RunOptions options;
+  options.threads = flags.threads;
+  options.seed = static_cast<std::uint64_t>(config.annotation.seed);
+  options.print_after = flags.print_after;
+  options.stop_after = flags.stop_after;
+  if (flags.no_cache) return options;
+  options.cache_directory = flags.cache_directory;
+  if (flags.cache_directory.empty()) {
+    options.cache_directory =
+        std::filesystem::path(flags.config_file).parent_path() / ".sightline-cache";
+  }
+  return options;
+}
+
+Result<std::vector<StepReport>> run_steps(const std::vector<PassStep>& steps, const RunFlags& flags,
+                                          const CompileConfig& config, ArtifactSet& artifacts) {
+  explain_interruption();
+  std::vector<StepReport> reports;
+  const Result<void> run = run_pipeline(steps, run_options(flags, config),
+                                        console_observer(flags.is_quiet), artifacts, reports);
+  if (flags.explain) std::fputs(explanation(reports).c_str(), stderr);
+  if (flags.time_passes) std::fputs(time_table(reports).c_str(), stderr);
+  if (!run) return run.error();
+  return reports;
+}
+
+}  // namespace sightline

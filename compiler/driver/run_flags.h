@@ -1,0 +1,34 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "compiler/driver/compile_config.h"
+#include "compiler/pipeline/runner.h"
+
+namespace sightline {
+
+// What every verb that runs passes takes on the command line.
+struct RunFlags {
+  std::string config_file;
+  std::vector<std::string> overrides;    // --set section.key=value
+  std::string cache_directory;           // empty: ".sightline-cache" beside the configuration
+  bool no_cache = false;
+  int threads = 0;
+  bool is_quiet = false;
+  std::vector<std::string> print_after;
+  std::string stop_after;
+  bool time_passes = false;
+  bool explain = false;
+};
+
+void add_run_flags(CLI::App& command, RunFlags& flags);
+
+RunOptions run_options(const RunFlags& flags, const CompileConfig& config);
+
+// Runs the steps with progress on stderr, then prints --explain and --time-passes there.
+Result<std::vector<StepReport>> run_steps(const std::vector<PassStep>& steps, const RunFlags& flags,
+                                          const CompileConfig& config, ArtifactSet& artifacts);
+
+}  // namespace sightline

@@ -1,0 +1,78 @@
+#include "examples/your_own_pass/clearance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "compiler/base/parallel.h"
+
+namespace sightline {
+namespace {
+
+bool is_wall(const Nd& nd) {
+  constexpr double kLevel = 0.5;  // |z| of a normal 30 degrees off level
+  return dimension_class(nd) == 2 && std::abs(nd.eigenvectors(2, 2)) <= kLevel;
+}
+
+double clearance_m(const std::vector<Eigen::Vector3d>& walls_m, const Site& site,
+                   const MeasureClearanceOptions& options) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& wall_m : walls_m) {
+    const Eigen::Vector3d offset_m = wall_m - site.p_map_m;
+    if (offset_m.z() < options.lowest_m || offset_m.z() > options.highest_m) continue;
+    const double distance_m = offset_m.head<2>().norm();
+    if (distance_m <= options.reach_m) nearest_m = std::min(nearest_m, distance_m);
+  }
+  return nearest_m;
+}
+
+}  // namespace
+
+Result<void> validate(const ClearanceTable& table) {
+  for (std::size_t site = 0; site < table.clearance_m.size(); ++site) {
+    if (table.clearance_m[site] >= 0.0) continue;
+    return Error{ErrorCode::kInvalidArtifact, "a clearance is negative or not a number", "",
+                 "site " + std::to_string(site)};
+  }
+  return {};
+}
+
+Table dump(const ClearanceTable& table) {
+  Table printed{"clearance", {"site", "clearance_m"}, {}, {}};
+  for (std::size_t site = 0; site < table.clearance_m.size(); ++site) {
+    printed.rows.push_back({static_cast<std::int64_t>(site), table.clearance_m[site]});
+  }
+  return printed;
+}
+
+void encode(const ClearanceTable& table, ByteWriter& writer) {
+  writer.put_array(table.clearance_m);
+}
+
+void decode(ByteReader& reader, ClearanceTable& table) { reader.get_array(table.clearance_m); }
+
+std::vector<OptionField> option_fields(MeasureClearanceOptions& options) {
+  return {number("reach_m", options.reach_m, "how far to look for walls, m", 1.0, 100.0),
+          number("lowest_m", options.lowest_m, "lowest wall that counts, m above the sensor", -10.0,
+                 10.0),
+          number("highest_m", options.highest_m, "highest wall that counts, m above the sensor",
+                 -10.0, 50.0)};
+}
+
+Result<ClearanceTable> measure_clearance(PassContext& ctx, const MeasureClearanceOptions& options,
+                                         const NdtMap& map, const Sites& sites) {
+  if (!(map.frame == sites.frame)) {
+    return Error{ErrorCode::kMismatchedInputs, "sites and NDT map are in different frames", "", ""};
+  }
+  std::vector<Eigen::Vector3d> walls_m;
+  for (const Nd& nd : map.nds) {
+    if (is_wall(nd)) walls_m.push_back(nd.mean_m);
+  }
+  ClearanceTable table;
+  table.clearance_m = parallel_map<double>(sites.sites.size(), ctx.threads, [&](std::size_t i) {
+    return clearance_m(walls_m, sites.sites[i], options);
+  });
+  return table;
+}
+
+}  // namespace sightline
