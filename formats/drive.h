@@ -61,7 +61,13 @@ struct ArtifactTraits<Drive> {
 enum class ScanSelection { kAll, kEven, kOdd };
 bool is_selected(const ScanInfo& scan, ScanSelection selection);
 
-Result<void> validate(const Drive& drive);
+Result<void> validate(const Drive& drive);  // says nothing about the store
 Table dump(const Drive& drive);
+// All but the store: a decoded drive has none until with_store() gives it back.
+void encode(const Drive& drive, ByteWriter& writer);
+void decode(ByteReader& reader, Drive& drive);
+
+// The drive with its scans behind it, for example after decode.
+Drive with_store(Drive drive, std::shared_ptr<const ScanStore> store);
 
 }  // namespace sightline

@@ -28,7 +28,7 @@ struct ArtifactTraits<SensorProfile> {
 };
 
 // Built in: generic-16, generic-32, generic-64, generic-128 (the examples' sensors), vlp-16,
-// hdl-32e, hdl-64e, os1-64. Anything else: unknown-name, with the nearest one.
+// hdl-32e, hdl-64e, os1-64. Anything else: unknown-name, listing these.
 Result<SensorProfile> sensor_profile(std::string_view name);
 std::vector<std::string> sensor_profile_names();
 

@@ -1,0 +1,195 @@
+#include <array>
+#include <cstring>
+
+#include "formats/foreign/element_type.h"
+#include "formats/foreign/pcd_header.h"
+#include "formats/foreign/pcd_unpack.h"
+#include "formats/foreign/text_lines.h"
+
+namespace sightline {
+namespace {
+
+void reserve(PointCloudFile& cloud, std::size_t count) {
+  cloud.points_m.reserve(count);
+  cloud.intensity.reserve(count);
+}
+
+ElementType element_type(const PcdField& field) {
+  const ElementKind kind = field.type == 'F'   ? ElementKind::kFloat
+                           : field.type == 'I' ? ElementKind::kSigned
+                                               : ElementKind::kUnsigned;
+  return {kind, field.size};
+}
+
+// Every word must be a number, also those that are not used: a cut or shifted line shows there.
+Result<void> read_words(const FileBytes& file, std::size_t line_number, std::size_t expected,
+                        const std::vector<std::string_view>& words, std::vector<double>& numbers) {
+  if (words.size() != expected) {
+    return file.error(ErrorCode::kTruncatedScan,
+                      "found " + std::to_string(words.size()) + " numbers, expected " +
+                          std::to_string(expected),
+                      at_line(line_number));
+  }
+  numbers.clear();
+  for (const std::string_view word : words) {
+    const std::optional<double> number = to_number<double>(word);
+    if (!number) {
+      return file.error(ErrorCode::kMalformedText,
+                        "found '" + std::string(word.substr(0, 40)) + "', expected a number",
+                        at_line(line_number));
+    }
+    numbers.push_back(*number);
+  }
+  return {};
+}
+
+// Read here and not by PCL, which rounds to the field's type: text in UTM coordinates says
+// millimetres that a float32 loses.
+Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& header) {
+  const std::array<std::size_t, 3> position = {header.field("x")->element, header.field("y")->element,
+                                               header.field("z")->element};
+  const PcdField* intensity = header.intensity();
+  LineReader reader(file.text(), header.data_offset, header.header_lines);
+  PointCloudFile cloud;
+  std::string_view line;
+  std::vector<std::string_view> words;
+  std::vector<double> numbers;
+  std::uint64_t count = 0;
+  while (reader.next(line)) {
+    split_words(line, words);
+    if (words.empty() || is_padding(line)) continue;
+    if (count == header.point_count) {
+      return file.error(ErrorCode::kMalformedHeader,
+                        "more points than the " + std::to_string(count) + " of the header",
+                        at_line(reader.number()));
+    }
+    const Result<void> read =
+        read_words(file, reader.number(), header.element_count, words, numbers);
+    if (!read) return read.error();
+    add_point(cloud, {numbers[position[0]], numbers[position[1]], numbers[position[2]]},
+              intensity ? static_cast<float>(numbers[intensity->element]) : 0.0F);
+    ++count;
+    cloud.may_be_cut = !reader.last_has_end();
+  }
+  if (count < header.point_count) {
+    return file.error(ErrorCode::kTruncatedScan,
+                      "found " + std::to_string(count) + " points, expected the header's " +
+                          std::to_string(header.point_count),
+                      at_line(reader.number()));
+  }
+  return cloud;
+}
+
+PointCloudFile points_of(const std::vector<std::uint8_t>& data, const PcdHeader& header) {
+  const std::array<const PcdField*, 3> position = {header.field("x"), header.field("y"),
+                                                   header.field("z")};
+  const PcdField* intensity = header.intensity();
+  PointCloudFile cloud;
+  reserve(cloud, header.point_count);
+  for (std::size_t i = 0; i < header.point_count; ++i) {
+    const std::uint8_t* point = data.data() + i * header.point_size;
+    Eigen::Vector3d position_m;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const PcdField& field = *position[axis];
+      position_m[static_cast<Eigen::Index>(axis)] =
+          read_element(point + field.offset, element_type(field));
+    }
+    add_point(cloud, position_m,
+              intensity ? static_cast<float>(
+                              read_element(point + intensity->offset, element_type(*intensity)))
+                        : 0.0F);
+  }
+  return cloud;
+}
+
+Result<void> check_rest(const FileBytes& file, std::size_t end) {
+  if (is_padding(file.text().substr(end))) return {};
+  return file.error(ErrorCode::kMalformedHeader,
+                    "found " + std::to_string(file.bytes.size() - end) +
+                        " bytes behind the last point that the header speaks of",
+                    at_byte(end));
+}
+
+Error too_short(const FileBytes& file, std::size_t expected) {
+  return file.error(ErrorCode::kTruncatedScan,
+                    "found " + std::to_string(file.bytes.size()) + " bytes, the header asks for " +
+                        std::to_string(expected),
+                    at_byte(file.bytes.size()));
+}
+
+// Padding is left out of the compressed columns by PCL and kept by others; the size tells.
+PcdHeader without_padding(const PcdHeader& header) {
+  PcdHeader packed = header;
+  std::erase_if(packed.fields, [](const PcdField& field) { return field.name == "_"; });
+  packed.point_size = 0;
+  for (PcdField& field : packed.fields) {
+    field.offset = packed.point_size;
+    packed.point_size += field.bytes();
+  }
+  return packed;
+}
+
+// Body: u32 compressed size, u32 unpacked size, LZF stream of whole columns.
+Result<PcdHeader> check_compressed(const FileBytes& file, const PcdHeader& header) {
+  constexpr std::size_t kSizes = 8;
+  // Three bytes of LZF say at most 264.
+  constexpr std::uint64_t kMostExpansion = 88;
+  if (file.bytes.size() - header.data_offset < kSizes) {
+    return too_short(file, header.data_offset + kSizes);
+  }
+  std::uint32_t packed_size = 0;
+  std::uint32_t size = 0;
+  std::memcpy(&packed_size, file.bytes.data() + header.data_offset, sizeof packed_size);
+  std::memcpy(&size, file.bytes.data() + header.data_offset + 4, sizeof size);
+  const std::size_t end = header.data_offset + kSizes + packed_size;
+  if (file.bytes.size() < end) return too_short(file, end);
+  const Result<void> rest = check_rest(file, end);
+  if (!rest) return rest.error();
+  PcdHeader used = header;
+  if (size != static_cast<std::uint64_t>(header.point_count) * header.point_size) {
+    used = without_padding(header);
+  }
+  const std::uint64_t needed = static_cast<std::uint64_t>(header.point_count) * used.point_size;
+  if (size != needed || needed > packed_size * kMostExpansion) {
+    return file.error(ErrorCode::kMalformedHeader,
+                      "found " + std::to_string(packed_size) + " bytes that unpack to " +
+                          std::to_string(size) + ", the header asks for " + std::to_string(needed),
+                      at_byte(header.data_offset));
+  }
+  return used;
+}
+
+Result<PointCloudFile> parse_binary(const FileBytes& file, const PcdHeader& header) {
+  const std::uint64_t size = static_cast<std::uint64_t>(header.point_count) * header.point_size;
+  if (file.bytes.size() - header.data_offset < size) {
+    return too_short(file, header.data_offset + size);
+  }
+  const Result<void> rest = check_rest(file, header.data_offset + size);
+  if (!rest) return rest.error();
+  const Result<std::vector<std::uint8_t>> data = unpack_pcd_body(file, header);
+  if (!data) return data.error();
+  return points_of(*data, header);
+}
+
+Result<PointCloudFile> parse_compressed(const FileBytes& file, const PcdHeader& header) {
+  const Result<PcdHeader> used = check_compressed(file, header);
+  if (!used) return used.error();
+  const Result<std::vector<std::uint8_t>> data = unpack_pcd_body(file, *used);
+  if (!data) return data.error();
+  return points_of(*data, *used);
+}
+
+}  // namespace
+
+Result<PointCloudFile> parse_pcd(const FileBytes& file) {
+  const Result<PcdHeader> header = parse_pcd_header(file);
+  if (!header) return header.error();
+  switch (header->encoding) {
+    case PcdEncoding::kAscii: return parse_ascii(file, *header);
+    case PcdEncoding::kBinary: return parse_binary(file, *header);
+    case PcdEncoding::kBinaryCompressed: return parse_compressed(file, *header);
+  }
+  return file.error(ErrorCode::kMalformedHeader, "no encoding", "");
+}
+
+}  // namespace sightline

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+// Lines and words of text files that other programs wrote.
+
+namespace sightline {
+
+// Walks over lines; their ends (LF or CR LF) are not part of them.
+class LineReader {
+ public:
+  explicit LineReader(std::string_view text, std::size_t offset = 0, std::size_t lines_before = 0)
+      : text_(text), offset_(offset), number_(lines_before) {}
+
+  // False when there is no further line.
+  bool next(std::string_view& line) {
+    if (offset_ >= text_.size()) return false;
+    const std::size_t end = text_.find('\n', offset_);
+    last_has_end_ = end != std::string_view::npos;
+    line = text_.substr(offset_, last_has_end_ ? end - offset_ : std::string_view::npos);
+    offset_ = last_has_end_ ? end + 1 : text_.size();
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    ++number_;
+    return true;
+  }
+  [[nodiscard]] std::size_t number() const { return number_; }    // of the line read last, from 1
+  [[nodiscard]] std::size_t offset() const { return offset_; }    // of the first byte behind it
+  [[nodiscard]] bool last_has_end() const { return last_has_end_; }
+
+ private:
+  std::string_view text_;
+  std::size_t offset_;
+  std::size_t number_;
+  bool last_has_end_ = true;
+};
+
+// Words between any of the separators, none of them empty. `words` is reused.
+inline void split_words(std::string_view line, std::vector<std::string_view>& words,
+                        std::string_view separators = " \t\r") {
+  words.clear();
+  std::size_t first = line.find_first_not_of(separators);
+  while (first != std::string_view::npos) {
+    const std::size_t end = line.find_first_of(separators, first);
+    words.push_back(line.substr(first, end - first));
+    if (end == std::string_view::npos) return;
+    first = line.find_first_not_of(separators, end);
+  }
+}
+
+// The whole word as a number, independent of the locale; "nan" and "inf" are numbers of type double.
+template <class T>
+std::optional<T> to_number(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  T number{};
+  const std::from_chars_result end = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (end.ec != std::errc() || end.ptr != word.data() + word.size()) return std::nullopt;
+  return number;
+}
+
+}  // namespace sightline
