@@ -24,12 +24,12 @@ struct MatchNd {
 };
 
 // A map made ready for matching: for each cell that a point can score in, the NDs of that cell and
-// of its six face neighbours, found by one look-up. A cell that none of these seven has an ND for is
-// not listed.
+// of its six face neighbours, found by one look-up. A cell that none of these seven has an ND for
+// is not listed.
 struct MatchGrid {
   static constexpr std::int32_t kNone = -1;
-  // Own cell, then the neighbours at -x, +x, -y, +y, -z, +z: indices into `nds` or kNone. The eighth
-  // is always kNone and pads to a vector's width.
+  // Own cell, then the neighbours at -x, +x, -y, +y, -z, +z: indices into `nds` or kNone. The
+  // eighth is always kNone and pads to a vector's width.
   using Neighbourhood = std::array<std::int32_t, 8>;
 
   double cell_m = 2.0;
@@ -37,7 +37,7 @@ struct MatchGrid {
   std::vector<MatchNd> nds;  // in the order of the map
   std::vector<CellKey> cells;
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
-  std::vector<std::int32_t> slots;            // open addressing by hash: index into `cells` or kNone
+  std::vector<std::int32_t> slots;  // open addressing by hash: index into `cells` or kNone
 };
 
 // Costs time and memory in proportion to the number of NDs.

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-// Magnusson's score (The Three-Dimensional Normal-Distributions Transform, 2009, section 6.2). All NDs
-// of a point share the point's Jacobian, so their first and second derivatives by the position of
-// the point are added up first (3 and 6 numbers) and led to the six of the pose once a point.
+// Magnusson's score (The Three-Dimensional Normal-Distributions Transform, 2009, section 6.2). All
+// NDs of a point share the point's Jacobian, so their first and second derivatives by the position
+// of the point are added up first (3 and 6 numbers) and led to the six of the pose once a point.
 
 namespace sightline {
 namespace {
@@ -84,8 +84,8 @@ MatchScore match_score(const MatchGrid& grid, std::span<const Eigen::Vector3d> p
 }
 
 Pose moved(const Pose& T_map_sensor, const Vector6d& motion) {
-  // Series of sin(a/2)/a and cos(a/2), good to the last bit for a below 0.1: the C library's own sine
-  // differs between machines.
+  // Series of sin(a/2)/a and cos(a/2), good to the last bit for a below 0.1: the C library's own
+  // sine differs between machines.
   const Eigen::Vector3d turn = motion.tail<3>();
   const double a2 = turn.squaredNorm();
   const double half_sinc = 0.5 - a2 * (1.0 / 48.0 - a2 * (1.0 / 3840.0 - a2 / 645120.0));

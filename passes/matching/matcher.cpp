@@ -8,8 +8,8 @@
 // Newton's method with three guards. Far from the optimum the score is not concave: there the
 // Hessian's eigenvalues are taken by their size, which turns a step towards a saddle into one away
 // from it. Directions that nothing constrains (all points in one plane) get a floor under their
-// eigenvalue, so that rounding noise does not become a step. And a step that made the score worse is
-// taken back and tried at a quarter of the length.
+// eigenvalue, so that rounding noise does not become a step. And a step that made the score worse
+// is taken back and tried at a quarter of the length.
 
 namespace sightline {
 namespace {

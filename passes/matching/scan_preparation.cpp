@@ -55,11 +55,11 @@ std::vector<Voxel> collect_voxels(std::span<const Eigen::Vector3d> points_m, dou
 
 ShelledScan sort_into_shells(std::span<const Eigen::Vector3d> points_m,
                              std::span<const double> ranges_m) {
-  std::vector<std::uint8_t> shells(points_m.size());
+  std::vector<std::uint16_t> shells(points_m.size());
   std::vector<std::size_t> sizes(ranges_m.size() + 1, 0);
   for (std::size_t i = 0; i < points_m.size(); ++i) {
     const std::size_t shell = shell_of(points_m[i].squaredNorm(), ranges_m);
-    shells[i] = static_cast<std::uint8_t>(shell);
+    shells[i] = static_cast<std::uint16_t>(shell);
     ++sizes[shell];
   }
   ShelledScan scan;

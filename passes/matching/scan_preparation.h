@@ -21,8 +21,8 @@ struct ShelledScan {
 ShelledScan sort_into_shells(std::span<const Eigen::Vector3d> points_m,
                              std::span<const double> ranges_m);
 
-// One centroid for each voxel floor(x / leaf) that holds a point, ascending by voxel key (x, then y,
-// then z). Points must be finite and within 2^31 voxels of the origin.
+// One centroid for each voxel floor(x / leaf) that holds a point, ascending by voxel key (x, then
+// y, then z). Points must be finite and within 2^31 voxels of the origin.
 std::vector<Eigen::Vector3d> voxel_subsample(std::span<const Eigen::Vector3d> points_m,
                                              double leaf_m);
 

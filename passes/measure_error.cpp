@@ -1,0 +1,270 @@
+#include "passes/measure_error.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "compiler/base/parallel.h"
+#include "compiler/base/stopwatch.h"
+#include "passes/matching/matcher.h"
+#include "passes/matching/scan_preparation.h"
+#include "passes/scan_selection.h"
+#include "passes/trajectory_of_drive.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kLostBeyond_m = 0.5;
+constexpr double kGoldenAngle_rad = 2.399963229728653;
+
+// What all sites share.
+struct Setup {
+  const MeasureErrorOptions& options;
+  const Drive& drive;
+  const Trajectory& trajectory;  // in the map's frame
+  const MatchGrid& grid;
+  const std::vector<InitialOffset>& offsets;
+};
+
+// 0 .. count-1 to -1 .. 1 in even steps.
+double evenly(int step, int count) { return count > 1 ? 2.0 * step / (count - 1) - 1.0 : 0.0; }
+
+Pose to_pose(const InitialOffset& offset) {
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::AngleAxisd(offset.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  pose.translation() = Eigen::Vector3d(offset.x_m, offset.y_m, offset.z_m);
+  return pose;
+}
+
+// Position of the nearest selected scan within the radius, the first on a tie.
+std::optional<std::size_t> nearest_scan(const Setup& setup, const Eigen::Vector3d& place_map_m) {
+  const ScanSelection selection = scan_selection(setup.options.scans);
+  std::optional<std::size_t> nearest;
+  double least_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < setup.drive.scans.size(); ++i) {
+    if (!is_selected(setup.drive.scans[i], selection)) continue;
+    const double distance_m =
+        (setup.trajectory.poses[i].T_map_vehicle.translation() - place_map_m).norm();
+    if (distance_m <= setup.options.site_radius_m && distance_m < least_m) {
+      nearest = i;
+      least_m = distance_m;
+    }
+  }
+  return nearest;
+}
+
+// Cropped in the sensor's frame and subsampled on its grid, then told in the vehicle's, since it is
+// the vehicle's pose that is looked for.
+std::vector<Eigen::Vector3d> prepared(std::span<const Eigen::Vector3d> crop_lidar_m,
+                                      const Setup& setup) {
+  std::vector<Eigen::Vector3d> points_m = voxel_subsample(crop_lidar_m, setup.options.leaf_m);
+  for (Eigen::Vector3d& point_m : points_m) point_m = setup.drive.sensor.T_vehicle_lidar * point_m;
+  return points_m;
+}
+
+// `sorted` ascending and not empty; linear interpolation between order statistics.
+double quantile(const std::vector<double>& sorted, double share) {
+  const double position = share * static_cast<double>(sorted.size() - 1);
+  const auto below = static_cast<std::size_t>(position);
+  const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+}
+
+void add_run(const MatchResult& result, const Pose& T_map_reference, double count, ErrorRow& row) {
+  const Pose T_reference_found = T_map_reference.inverse(Eigen::Isometry) * result.T_map_sensor;
+  const Eigen::Vector3d off_m = T_reference_found.translation();
+  const double yaw_rad = std::atan2(T_reference_found(1, 0), T_reference_found(0, 0));
+  const auto work = static_cast<double>(result.work);
+  row.mean_m += off_m.norm() / count;
+  row.longitudinal_m += std::abs(off_m.x()) / count;
+  row.lateral_m += std::abs(off_m.y()) / count;
+  row.yaw_rad += std::abs(yaw_rad) / count;
+  row.lost_share += (off_m.norm() > kLostBeyond_m ? 1.0 : 0.0) / count;
+  row.mean_iterations += result.iterations / count;
+  row.mean_work += work / count;
+  row.max_work = std::max(row.max_work, work);
+}
+
+// All offsets at one range. `preparation_ms` is what cropping and subsampling took: the runs share
+// it here, but a vehicle pays it for each scan, so it counts in full for each run.
+ErrorRow measure_row(const Setup& setup, const std::vector<Eigen::Vector3d>& points_m,
+                     const Pose& T_map_reference, double preparation_ms) {
+  ErrorRow row;
+  row.point_count = static_cast<std::uint32_t>(points_m.size());
+  const auto count = static_cast<double>(setup.offsets.size());
+  std::vector<double> errors_m;
+  for (const InitialOffset& offset : setup.offsets) {
+    const double begin_ms = thread_cpu_ms();
+    const MatchResult result = match(setup.grid, points_m, T_map_reference * to_pose(offset));
+    const double time_ms = preparation_ms + thread_cpu_ms() - begin_ms;
+    add_run(result, T_map_reference, count, row);
+    row.mean_time_ms += time_ms / count;
+    row.max_time_ms = std::max(row.max_time_ms, time_ms);
+    errors_m.push_back((result.T_map_sensor.translation() - T_map_reference.translation()).norm());
+  }
+  // A sum of shares of n may end an ulp above 1.
+  row.lost_share = std::min(row.lost_share, 1.0);
+  std::sort(errors_m.begin(), errors_m.end());
+  row.median_m = quantile(errors_m, 0.5);
+  row.p90_m = quantile(errors_m, 0.9);
+  row.max_m = errors_m.back();
+  return row;
+}
+
+Pose reference_pose(const Setup& setup, const Scan& scan, const Pose& T_map_given) {
+  if (setup.options.reference == "known") return T_map_given;
+  const double full_range_m = setup.drive.sensor.max_range_m;
+  const ShelledScan full = sort_into_shells(scan.points_m, std::span(&full_range_m, 1));
+  return match(setup.grid, prepared(full.crop(0), setup), T_map_given).T_map_sensor;
+}
+
+Result<std::vector<ErrorRow>> measure_site(const Setup& setup, std::size_t scan_index) {
+  const Result<Scan> scan = setup.drive.store->read(scan_index);
+  if (!scan) return scan.error();
+  const Pose T_map_reference =
+      reference_pose(setup, *scan, setup.trajectory.poses[scan_index].T_map_vehicle);
+  const double begin_ms = thread_cpu_ms();
+  const ShelledScan shells = sort_into_shells(scan->points_m, setup.options.ranges_m);
+  const double crop_ms = thread_cpu_ms() - begin_ms;
+  std::vector<ErrorRow> rows;
+  for (std::size_t range = 0; range < setup.options.ranges_m.size(); ++range) {
+    const double subsample_begin_ms = thread_cpu_ms();
+    const std::vector<Eigen::Vector3d> points_m = prepared(shells.crop(range), setup);
+    const double preparation_ms = crop_ms + thread_cpu_ms() - subsample_begin_ms;
+    rows.push_back(measure_row(setup, points_m, T_map_reference, preparation_ms));
+  }
+  return rows;
+}
+
+Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+                          const Sites& sites) {
+  const Result<void> same = check_trajectory_of_drive(drive, trajectory);
+  if (!same) return same;
+  if (!(map.frame == sites.frame)) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "the map and the sites are in different frames, expected one", "",
+                 "pass measure-error"};
+  }
+  if (map.nds.empty()) {
+    return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "",
+                 "pass measure-error"};
+  }
+  return {};
+}
+
+// Fills rows of every site that has a scan; the first failure in the order of sites is returned.
+Result<void> measure_sites(PassContext& ctx, const Setup& setup,
+                           const std::vector<std::optional<std::size_t>>& scans,
+                           MeasuredError& measured) {
+  const std::size_t range_count = measured.ranges_m.size();
+  std::vector<std::optional<Error>> failures(scans.size());
+  std::atomic<std::size_t> done = 0;
+  parallel_for(scans.size(), ctx.threads, [&](std::size_t site) {
+    if (scans[site]) {
+      const Result<std::vector<ErrorRow>> rows = measure_site(setup, *scans[site]);
+      if (rows) {
+        std::copy(rows->begin(), rows->end(),
+                  measured.rows.begin() + static_cast<std::ptrdiff_t>(site * range_count));
+      } else {
+        failures[site] = rows.error();
+      }
+    }
+    ctx.progress(++done, scans.size());
+  });
+  for (const std::optional<Error>& failure : failures) {
+    if (failure) return *failure;
+  }
+  return {};
+}
+
+// Where each site has its scan. Error: no-overlap.
+Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx, const Setup& setup,
+                                                               const Sites& sites) {
+  std::vector<std::optional<std::size_t>> scans;
+  std::size_t without = 0;
+  for (const Site& site : sites.sites) {
+    scans.push_back(nearest_scan(setup, site.T_map_vehicle.translation()));
+    if (!scans.back()) ++without;
+  }
+  const std::string radius = format_double(setup.options.site_radius_m);
+  if (without == scans.size()) {
+    return Error{ErrorCode::kNoOverlap,
+                 "none of " + std::to_string(scans.size()) + " sites has a scan of drive '" +
+                     setup.drive.name + "' within " + radius + " m",
+                 "", "pass measure-error"};
+  }
+  if (without > 0) {
+    ctx.warn(std::to_string(without) + " of " + std::to_string(scans.size()) +
+             " sites have no scan of drive '" + setup.drive.name + "' within " + radius +
+             " m and were not measured");
+  }
+  return scans;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
+  return {
+      numbers("ranges_m", options.ranges_m, "ranges at which scans are cropped, m", 1.0, 1000.0),
+      number("leaf_m", options.leaf_m, "voxel of the subsampled scan, m", 0.05, 10.0),
+      integer("offset_count", options.offset_count, "starts of the matcher", 1, 1000),
+      number("offset_radius_m", options.offset_radius_m, "starts lie in this disc, m", 0.0, 10.0),
+      number("offset_yaw_deg", options.offset_yaw_deg, "largest yaw of a start, degrees", 0.0,
+             90.0),
+      number("offset_z_m", options.offset_z_m, "largest height of a start, m", 0.0, 10.0),
+      scans_option(options.scans),
+      number("site_radius_m", options.site_radius_m, "a site's scan lies no farther from it, m",
+             0.01, 100.0),
+      choice("reference", options.reference,
+             "what errors are measured against: the known pose, or the match at full range",
+             {"known", "full-range"})};
+}
+
+std::vector<InitialOffset> initial_offsets(const MeasureErrorOptions& options) {
+  const int count = options.offset_count;
+  std::vector<InitialOffset> offsets;
+  for (int k = 0; k < count; ++k) {
+    const double radius_m = options.offset_radius_m * std::sqrt((k + 0.5) / count);
+    const double angle_rad = kGoldenAngle_rad * k;
+    InitialOffset offset;
+    offset.x_m = radius_m * std::cos(angle_rad);
+    offset.y_m = radius_m * std::sin(angle_rad);
+    offset.z_m = options.offset_z_m * evenly(7 * k % count, count);
+    offset.yaw_rad =
+        options.offset_yaw_deg * evenly(5 * k % count, count) * std::numbers::pi / 180.0;
+    offsets.push_back(offset);
+  }
+  return offsets;
+}
+
+Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
+                                    const Drive& localization_drive, const Trajectory& trajectory,
+                                    const NdtMap& map, const Sites& sites) {
+  const Result<void> checked = check_inputs(localization_drive, trajectory, map, sites);
+  if (!checked) return checked.error();
+  const Trajectory in_map = rebase(trajectory, map.frame);
+  const MatchGrid grid = make_match_grid(map);
+  const std::vector<InitialOffset> offsets = initial_offsets(options);
+  const Setup setup{options, localization_drive, in_map, grid, offsets};
+  const Result<std::vector<std::optional<std::size_t>>> scans = scans_of_sites(ctx, setup, sites);
+  if (!scans) return scans.error();
+  MeasuredError measured;
+  measured.drive = localization_drive.name;
+  measured.reference =
+      options.reference == "known" ? ErrorReference::kKnownPose : ErrorReference::kFullRangeMatch;
+  measured.ranges_m = options.ranges_m;
+  measured.offsets = offsets;
+  for (const std::optional<std::size_t>& scan : *scans) {
+    measured.scan_of_site.push_back(
+        scan ? static_cast<std::int64_t>(localization_drive.scans[*scan].recording_index) : -1);
+  }
+  measured.rows.resize(scans->size() * options.ranges_m.size());
+  const Result<void> done = measure_sites(ctx, setup, *scans, measured);
+  if (!done) return done.error();
+  return measured;
+}
+
+}  // namespace sightline

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/drive.h"
+#include "formats/measured_error.h"
+#include "formats/ndt_map.h"
+#include "formats/sites.h"
+#include "formats/trajectory.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kMeasureErrorVersion = 1;
+
+struct MeasureErrorOptions {
+  std::vector<double> ranges_m = {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};
+  double leaf_m = 1.0;
+  int offset_count = 12;
+  double offset_radius_m = 1.0;
+  double offset_yaw_deg = 1.0;
+  double offset_z_m = 0.1;
+  std::string scans = "all";
+  double site_radius_m = 1.0;       // the scan of a site lies no farther from it
+  std::string reference = "known";  // or "full-range"
+};
+std::vector<OptionField> option_fields(MeasureErrorOptions& options);
+
+// Where the matcher is started, relative to the reference ("Measured error" in
+// schemas/definitions.md, v1).
+std::vector<InitialOffset> initial_offsets(const MeasureErrorOptions& options);
+
+// How far off the matcher ends when it localizes a drive at the sites of a map: at each site the
+// nearest scan is cropped at every range, subsampled, matched from every initial offset and
+// compared with the reference, as defined in schemas/definitions.md ("Measured error", v1).
+// `trajectory` is that of `localization_drive`, in any frame of the same world. Sites without a
+// scan near are counted in a warning and keep rows of zeros. Errors: mismatched-inputs (trajectory
+// and drive, or map and sites, do not belong together), empty-map, no-overlap (no site has a scan
+// near), and what reading a scan returns.
+Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
+                                    const Drive& localization_drive, const Trajectory& trajectory,
+                                    const NdtMap& map, const Sites& sites);
+
+}  // namespace sightline
