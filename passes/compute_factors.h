@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/depth_images.h"
+#include "formats/factor_table.h"
+#include "formats/ndt_map.h"
+#include "formats/sites.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kComputeFactorsVersion = 1;
+
+struct ComputeFactorsOptions {
+  std::vector<double> ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
+};
+std::vector<OptionField> option_fields(ComputeFactorsOptions& options);
+
+// The map factors of every site at every range, as defined in schemas/definitions.md:
+// feature_count, d1_count, d2_count, d3_count, d1_ratio, d2_ratio, d3_ratio, occupancy_ratio,
+// normal_entropy, r_average (m), score_entropy (bits). A site depends on NDs within its longest
+// range plus 2 sqrt(2) m and two cells, and on nothing else. Errors: bad-value (ranges that do not
+// ascend from above 0), mismatched-inputs (frames or sites that differ, or depth images that end
+// before the longest range).
+Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOptions& options,
+                                    const NdtMap& map, const Sites& sites,
+                                    const DepthImages& depth);
+
+}  // namespace sightline

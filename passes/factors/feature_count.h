@@ -1,0 +1,12 @@
+#pragma once
+
+#include <vector>
+
+#include "passes/factors/vicinity.h"
+
+namespace sightline {
+
+// Number of NDs within each range (paper, section IV-A).
+std::vector<double> feature_count(const Vicinity& vicinity);
+
+}  // namespace sightline
