@@ -1,0 +1,197 @@
+#include "examples/town/drive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "compiler/base/parallel.h"
+#include "compiler/base/random.h"
+#include "examples/town/sensor.h"
+
+namespace sightline::town {
+namespace {
+
+constexpr std::int64_t kScanPeriodNs = 100'000'000;  // 10 Hz
+constexpr std::uint64_t kPoseKey = 0x706f7365ULL;
+constexpr std::uint64_t kRayKey = 0x72617973ULL;
+
+// A car on its four wheels: what the ground does to its height, roll and pitch.
+Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
+  constexpr double kHalfWheelbaseM = 1.35;
+  constexpr double kHalfTrackM = 0.8;
+  const Eigen::Vector2d ahead = direction(place.yaw_rad);
+  const Eigen::Vector2d left = left_of(ahead);
+  const auto height = [&](double x, double y) {
+    return ground_height_m(seed,
+                           place.position_m + x * kHalfWheelbaseM * ahead + y * kHalfTrackM * left);
+  };
+  const double front_left = height(1, 1), front_right = height(1, -1);
+  const double rear_left = height(-1, 1), rear_right = height(-1, -1);
+  const double rise_ahead =
+      (front_left + front_right - rear_left - rear_right) / (4.0 * kHalfWheelbaseM);
+  const double rise_left =
+      (front_left + rear_left - front_right - rear_right) / (4.0 * kHalfTrackM);
+  const Eigen::Vector3d x = Eigen::Vector3d(ahead.x(), ahead.y(), rise_ahead).normalized();
+  const Eigen::Vector3d z = x.cross(Eigen::Vector3d(left.x(), left.y(), rise_left)).normalized();
+  Pose T_town_vehicle = Pose::Identity();
+  T_town_vehicle.linear().col(0) = x;
+  T_town_vehicle.linear().col(1) = z.cross(x);
+  T_town_vehicle.linear().col(2) = z;
+  T_town_vehicle.translation() =
+      Eigen::Vector3d(place.position_m.x(), place.position_m.y(),
+                      0.25 * (front_left + front_right + rear_left + rear_right));
+  return T_town_vehicle;
+}
+
+std::vector<Pose> follow_line(const Town& town, const DriveOptions& options) {
+  std::vector<Pose> poses;
+  const auto count =
+      static_cast<std::size_t>(std::floor(options.length_m / options.spacing_m + 1e-9)) + 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    const LinePoint point = town.plan.line.at(static_cast<double>(i) * options.spacing_m);
+    const Eigen::Vector2d left = left_of(direction(point.heading_rad));
+    poses.push_back(stand_on_ground(town.options.seed, {point.position_m + options.lateral_m * left,
+                                                        point.heading_rad + options.yaw_rad}));
+  }
+  return poses;
+}
+
+// A slowly varying error of unit deviation: three waves of the route, tens of metres long.
+class SlowNoise {
+ public:
+  explicit SlowNoise(Random& random) {
+    for (std::size_t i = 0; i < kWaves; ++i) {
+      wavelength_m_[i] = random.uniform(0.8, 1.2) * kWavelengthsM[i];
+      phase_[i] = random.uniform(0.0, 2.0 * std::numbers::pi);
+    }
+  }
+  [[nodiscard]] double at(double s_m) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < kWaves; ++i) {
+      sum += std::sin(2.0 * std::numbers::pi * s_m / wavelength_m_[i] + phase_[i]);
+    }
+    return sum * std::sqrt(2.0 / kWaves);
+  }
+
+ private:
+  static constexpr std::size_t kWaves = 3;
+  static constexpr std::array<double, kWaves> kWavelengthsM = {29.0, 53.0, 97.0};
+  std::array<double, kWaves> wavelength_m_{};
+  std::array<double, kWaves> phase_{};
+};
+
+Result<void> check(const Town& town, const DriveOptions& options) {
+  const auto refuse = [](const std::string& message) {
+    return Error{ErrorCode::kBadArgument, message, {}, {}};
+  };
+  if (!(options.spacing_m >= 0.05 && options.spacing_m <= 50.0)) {
+    return refuse("scans every " + std::to_string(options.spacing_m) +
+                  " m were asked for; expected 0.05 to 50 m");
+  }
+  if (!(options.length_m > 0.0 && options.length_m <= town.options.length_m)) {
+    return refuse("a drive of " + std::to_string(options.length_m) +
+                  " m was asked for; expected more than 0 and at most the town's " +
+                  std::to_string(town.options.length_m) + " m");
+  }
+  if (!(options.range_sigma_m >= 0.0 && options.range_sigma_m <= 1.0)) {
+    return refuse("range noise of " + std::to_string(options.range_sigma_m) +
+                  " m was asked for; expected 0 to 1 m");
+  }
+  if (!(std::abs(options.lateral_m) <= 1.5 && std::abs(options.yaw_rad) <= 0.5)) {
+    return refuse("a drive " + std::to_string(options.lateral_m) + " m and " +
+                  std::to_string(options.yaw_rad) +
+                  " rad beside the line was asked for; expected at most 1.5 m and 0.5 rad");
+  }
+  if (options.sensor.beam_elevations_deg.empty()) return refuse("the sensor has no beams");
+  return {};
+}
+
+}  // namespace
+
+DriveOptions usual_drive(const TownOptions& town, std::uint64_t drive,
+                         const SensorProfile& sensor) {
+  DriveOptions options;
+  options.drive = drive;
+  options.length_m = town.length_m;
+  options.sensor = sensor;
+  if (drive == 1) {
+    options.lateral_m = 0.1;
+    options.yaw_rad = to_radians(0.3);
+    options.range_sigma_m = 0.0225;
+  } else if (drive >= 2) {
+    options.lateral_m = -0.3;
+    options.yaw_rad = to_radians(-0.5);
+    options.range_sigma_m = 0.025;
+  }
+  return options;
+}
+
+Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions& options) {
+  const Result<void> checked = check(town, options);
+  if (!checked) return checked.error();
+  DriveSimulator drive;
+  drive.town_ = &town;
+  drive.options_ = options;
+  drive.poses_ = follow_line(town, options);
+  const double duration_s = 1e-9 * static_cast<double>(drive.stamp_ns(drive.poses_.size()));
+  drive.movers_ = draw_traffic(town, options.drive, duration_s);
+  drive.standing_ = std::make_unique<TownCaster>(standing_mesh(town, options.drive));
+  return drive;
+}
+
+std::int64_t DriveSimulator::stamp_ns(std::size_t index) const {
+  return static_cast<std::int64_t>(index) * kScanPeriodNs;
+}
+
+std::vector<Pose> DriveSimulator::disturbed_poses() const {
+  // Slow and white deviations on each axis; together 2.1 cm and 0.04 degrees.
+  constexpr std::array<double, 3> kSlowM = {0.013, 0.013, 0.008};
+  constexpr double kWhiteM = 0.003;
+  constexpr std::array<double, 3> kSlowDeg = {0.017, 0.017, 0.03};
+  constexpr double kWhiteDeg = 0.01;
+  Random random(mix(mix(town_->options.seed, kPoseKey), options_.drive));
+  std::vector<SlowNoise> slow;
+  for (int i = 0; i < 6; ++i) slow.emplace_back(random);
+  std::vector<Pose> poses = poses_;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double s_m = static_cast<double>(i) * options_.spacing_m;
+    Eigen::Vector3d shift_m;
+    Eigen::Vector3d turn_rad;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto row = static_cast<Eigen::Index>(axis);
+      shift_m[row] = kSlowM[axis] * slow[axis].at(s_m) + kWhiteM * random.normal();
+      turn_rad[row] =
+          to_radians(kSlowDeg[axis] * slow[axis + 3].at(s_m) + kWhiteDeg * random.normal());
+    }
+    poses[i].translation() += shift_m;
+    const double angle_rad = turn_rad.norm();
+    const Eigen::Vector3d turn_axis = turn_rad.normalized();
+    poses[i].linear() *= Eigen::AngleAxisd(angle_rad, turn_axis).toRotationMatrix();
+  }
+  return poses;
+}
+
+TownMesh DriveSimulator::moving_mesh_at(std::size_t index) const {
+  const Moment moment{1e-9 * static_cast<double>(stamp_ns(index)),
+                      static_cast<double>(index) * options_.spacing_m};
+  return moving_mesh(*town_, movers_, moment);
+}
+
+TownScan DriveSimulator::scan(std::size_t index) const {
+  const TownCaster moving(moving_mesh_at(index));
+  TownScan scan;
+  scan.stamp_ns = stamp_ns(index);
+  scan.T_town_vehicle = poses_[index];
+  const Pose T_town_lidar = poses_[index] * options_.sensor.T_vehicle_lidar;
+  Random random(mix(mix(mix(town_->options.seed, kRayKey), options_.drive), index));
+  scan.points =
+      spin({*standing_, moving}, options_.sensor, options_.range_sigma_m, T_town_lidar, random);
+  return scan;
+}
+
+std::vector<TownScan> simulate(const DriveSimulator& drive, int threads) {
+  return parallel_map<TownScan>(drive.scan_count(), threads,
+                                [&](std::size_t i) { return drive.scan(i); });
+}
+
+}  // namespace sightline::town

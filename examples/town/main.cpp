@@ -1,0 +1,42 @@
+// sightline_town: makes recordings of a generated town.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "examples/town/write_town.h"
+
+int main(int argc, char** argv) {
+  using namespace sightline;
+  town::WriteTownOptions options;
+  std::vector<double> origin_m = {0.0, 0.0};
+  CLI::App app("Makes a town from a seed, drives through it, and writes what a LiDAR records.");
+  app.add_option("--seed", options.town.seed, "makes the town")->capture_default_str();
+  app.add_option("--length-m", options.town.length_m, "length of the route, m")
+      ->capture_default_str();
+  app.add_option("--out", options.out, "folder to write")->required();
+  app.add_option("--drives", options.drives, "localization drives beside the mapping drive")
+      ->capture_default_str();
+  app.add_option("--beams", options.beams, "16, 32, 64 or 128")->capture_default_str();
+  app.add_option("--spacing-m", options.spacing_m, "route between two scans, m")
+      ->capture_default_str();
+  app.add_option("--origin-m", origin_m, "world coordinates x,y of the route's start, m")
+      ->delimiter(',')
+      ->expected(2);
+  app.add_flag("--force", options.replaces, "replace an earlier town");
+  app.add_option("--threads", options.threads, "0: all there are")->capture_default_str();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int status = app.exit(error);
+    return status == 0 ? 0 : exit_status(ErrorCode::kBadArgument);
+  }
+  options.origin_world_m = Eigen::Vector2d(origin_m[0], origin_m[1]);
+  const Result<void> written = town::write_town(options);
+  if (!written) {
+    std::fprintf(stderr, "%s\n", to_string(written.error()).c_str());
+    return exit_status(written.error().code);
+  }
+  return 0;
+}

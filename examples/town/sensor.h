@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "compiler/base/random.h"
+#include "compiler/base/result.h"
+#include "examples/town/caster.h"
+#include "formats/geometry.h"
+#include "formats/sensor_profile.h"
+
+// A spinning LiDAR: rings, azimuth steps, noise along the ray, returns that fail to come.
+
+namespace sightline::town {
+
+// 16, 32, 64 or 128 beams evenly over -15 to +15 degrees, 0.2 degrees between azimuths, 0.5 to
+// 100 m, 1.8 m above the vehicle's origin. Error: bad-argument.
+Result<SensorProfile> town_sensor(int beams);
+
+struct LabelledPoint {
+  Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  // sensor frame
+  float intensity = 0.0F;                                // 0 to 255
+  Label label = Label::kGround;                          // what it hit
+};
+
+// What a sensor looks at: that which stands, and that which moves.
+struct Scene {
+  const TownCaster& standing;
+  const TownCaster& moving;
+};
+
+// One revolution as if it took no time, by azimuth from +x counter-clockwise, then by ring from
+// below. Rays without a return leave no point.
+std::vector<LabelledPoint> spin(const Scene& scene, const SensorProfile& sensor,
+                                double range_sigma_m, const Pose& T_town_lidar, Random& random);
+
+}  // namespace sightline::town

@@ -1,0 +1,83 @@
+#include "examples/town/town.h"
+
+#include <cmath>
+#include <string>
+
+#include "compiler/base/random.h"
+
+namespace sightline::town {
+namespace {
+
+constexpr double kShortestM = 20.0;
+constexpr double kLongestM = 20000.0;  // float coordinates keep 2 mm there
+
+constexpr std::uint64_t kClutterKey = 0x636c7574ULL;
+constexpr std::uint64_t kFrontKey = 0x66726f6eULL;
+constexpr std::uint64_t kParkedKey = 0x70636172ULL;
+
+void add_clutter(TownMesh& mesh, const Town& town, std::uint64_t drive) {
+  constexpr double kGone = 0.1;
+  constexpr double kNew = 0.1;
+  const std::uint64_t seed = mix(town.options.seed, kClutterKey);
+  for (std::size_t b = 0; b < town.buildings.size(); ++b) {
+    const std::vector<Box> items = draw_clutter(town.buildings[b], mix(seed, b));
+    Random random(mix(mix(seed, drive), b));
+    for (const Box& item : items) {
+      const bool is_gone = random.uniform() < kGone;
+      const bool is_joined = random.uniform() < kNew;
+      const std::uint64_t new_seed = random.next();
+      if (drive == 0 || !is_gone) add_box(mesh, item, Label::kClutter);
+      if (drive != 0 && is_joined) {
+        add_box(mesh, draw_clutter_item(town.buildings[b], new_seed), Label::kClutter);
+      }
+    }
+  }
+}
+
+void add_parked_cars(TownMesh& mesh, const Town& town, std::uint64_t drive) {
+  constexpr double kTaken = 0.5;
+  Random random(mix(mix(town.options.seed, kParkedKey), drive));
+  for (Pose2d place : town.parking_places) {
+    const bool is_taken = random.uniform() < kTaken;
+    place.position_m += Eigen::Vector2d(random.uniform(-0.3, 0.3), random.uniform(-0.15, 0.15));
+    place.yaw_rad += random.uniform(-0.03, 0.03);
+    const std::uint64_t seed = random.next();
+    if (!is_taken) continue;
+    add_vehicle(mesh, place, ground_height_m(town.options.seed, place.position_m), seed,
+                Label::kParkedCar);
+  }
+}
+
+}  // namespace
+
+TownMesh standing_mesh(const Town& town, std::uint64_t drive) {
+  TownMesh mesh = town.permanent;
+  add_clutter(mesh, town, drive);
+  add_parked_cars(mesh, town, drive);
+  return mesh;
+}
+
+Result<Town> make_town(const TownOptions& options) {
+  if (!(options.length_m >= kShortestM && options.length_m <= kLongestM)) {
+    return Error{ErrorCode::kBadArgument,
+                 "a town of length " + std::to_string(options.length_m) +
+                     " m was asked for; expected 20 to 20000 m",
+                 {},
+                 {}};
+  }
+  Town town;
+  town.options = options;
+  const std::uint64_t seed = options.seed;
+  town.plan = make_plan(seed, options.length_m);
+  town.buildings = place_buildings(seed, town.plan);
+  town.parking_places = parking_places(seed, town.plan);
+  add_ground(town.permanent, seed, town.plan);
+  add_pavements(town.permanent, seed, town.plan);
+  for (std::size_t b = 0; b < town.buildings.size(); ++b) {
+    add_building(town.permanent, town.buildings[b], mix(mix(seed, kFrontKey), b));
+  }
+  add_furniture(town.permanent, seed, town.plan);
+  return town;
+}
+
+}  // namespace sightline::town

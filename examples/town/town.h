@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "examples/town/buildings.h"
+#include "examples/town/furniture.h"
+#include "examples/town/mesh.h"
+#include "examples/town/plan.h"
+
+// A town made from a seed, hard in the ways in which real towns are: wide streets, open places,
+// smooth walls and repeating facades among easy ones.
+
+namespace sightline::town {
+
+struct TownOptions {
+  std::uint64_t seed = 1;
+  double length_m = 600.0;  // of the driven line, 20 to 20000
+};
+
+// What is true of the town whoever drives through it.
+struct Town {
+  TownOptions options;
+  TownPlan plan;
+  TownMesh permanent;  // ground, pavements, buildings, trees, poles
+  std::vector<Building> buildings;
+  std::vector<Pose2d> parking_places;
+};
+
+// Error: bad-argument.
+Result<Town> make_town(const TownOptions& options);
+
+// Everything that stands still while drive `drive` takes place: the permanent mesh, and that
+// drive's parked cars and clutter. Drive 0 maps; in every other 10 % of the clutter of drive 0 is
+// gone and as much is new.
+TownMesh standing_mesh(const Town& town, std::uint64_t drive);
+
+}  // namespace sightline::town

@@ -1,0 +1,154 @@
+#include "examples/town/write_town.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <system_error>
+
+#include "compiler/base/atomic_file.h"
+#include "compiler/base/parallel.h"
+#include "examples/town/drive.h"
+#include "formats/foreign/pcd_writer.h"
+
+namespace sightline::town {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostDrives = 9;
+constexpr int kTownVersion = 1;  // raised when the same seed gives another town
+
+std::string drive_name(int drive) {
+  return drive == 0 ? "mapping" : "drive_" + std::to_string(drive);
+}
+
+std::string tum_line(std::int64_t stamp_ns, const Pose& T_town_vehicle,
+                     const Eigen::Vector2d& origin_world_m) {
+  const Eigen::Vector3d t = T_town_vehicle.translation();
+  const Eigen::Quaterniond q(T_town_vehicle.linear());
+  std::array<char, 256> line{};
+  const int size =
+      std::snprintf(line.data(), line.size(), "%.6f %.6f %.6f %.6f %.12f %.12f %.12f %.12f\n",
+                    1e-9 * static_cast<double>(stamp_ns), t.x() + origin_world_m.x(),
+                    t.y() + origin_world_m.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  return std::string(line.data(), static_cast<std::size_t>(size));
+}
+
+Result<void> write_poses(const fs::path& path, const DriveSimulator& drive,
+                         const std::vector<Pose>& poses, const Eigen::Vector2d& origin_world_m) {
+  std::string text;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    text += tum_line(drive.stamp_ns(i), poses[i], origin_world_m);
+  }
+  return write_file_atomically(path, text, IfExists::kRefuse);
+}
+
+Result<void> write_scan(const fs::path& folder, const DriveSimulator& drive, std::size_t index) {
+  std::vector<PointXyzi> points;
+  for (const LabelledPoint& p : drive.scan(index).points) {
+    points.push_back({p.position_m.x(), p.position_m.y(), p.position_m.z(), p.intensity});
+  }
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "%06zu.pcd", index);
+  return write_pcd_binary(folder / name.data(), points);
+}
+
+Result<void> write_scans(const fs::path& folder, const DriveSimulator& drive, int threads) {
+  // Every scan has its own slot for a failure; the first of them is reported.
+  std::vector<std::optional<Error>> failures(drive.scan_count());
+  parallel_for(drive.scan_count(), threads, [&](std::size_t i) {
+    const Result<void> written = write_scan(folder, drive, i);
+    if (!written) failures[i] = written.error();
+  });
+  for (const std::optional<Error>& failure : failures) {
+    if (failure) return *failure;
+  }
+  return {};
+}
+
+Result<void> write_drive(const WriteTownOptions& options, const Town& town, int number) {
+  const Result<SensorProfile> sensor = town_sensor(options.beams);
+  if (!sensor) return sensor.error();
+  DriveOptions drive_options =
+      usual_drive(town.options, static_cast<std::uint64_t>(number), *sensor);
+  drive_options.spacing_m = options.spacing_m;
+  const Result<DriveSimulator> drive = DriveSimulator::make(town, drive_options);
+  if (!drive) return drive.error();
+  const fs::path folder = options.out / drive_name(number);
+  const Result<void> scans = write_scans(folder / "scans", *drive, options.threads);
+  if (!scans) return scans;
+  const bool maps = number == 0;
+  const std::vector<Pose>& truth = drive->T_town_vehicle();
+  if (maps) {
+    const Result<void> written =
+        write_poses(folder / "poses_true.tum", *drive, truth, options.origin_world_m);
+    if (!written) return written;
+  }
+  return write_poses(folder / "poses.tum", *drive, maps ? drive->disturbed_poses() : truth,
+                     options.origin_world_m);
+}
+
+std::string describe(const WriteTownOptions& options, const Town& town) {
+  nlohmann::ordered_json json;
+  json["town_version"] = kTownVersion;
+  json["seed"] = options.town.seed;
+  json["length_m"] = options.town.length_m;
+  json["spacing_m"] = options.spacing_m;
+  json["sensor"] = "generic-" + std::to_string(options.beams);
+  json["origin_world_m"] = {options.origin_world_m.x(), options.origin_world_m.y()};
+  json["localization_drives"] = options.drives;
+  json["streets"] = nlohmann::ordered_json::array();
+  for (const Street& street : town.plan.streets) {
+    if (!street.is_on_route() || street.route_from_m >= options.town.length_m) continue;
+    json["streets"].push_back({{"kind", street_kind_name(street.kind)},
+                               {"from_m", street.route_from_m},
+                               {"to_m", std::min(street.route_to_m, options.town.length_m)},
+                               {"width_m", street.left_m + street.right_m}});
+  }
+  return json.dump(2) + "\n";
+}
+
+// Refuses a folder with anything in it, or removes the town that lies there: of another length it
+// would leave scans behind.
+Result<void> make_room(const WriteTownOptions& options) {
+  std::error_code code;
+  if (!fs::exists(options.out, code) || fs::is_empty(options.out, code)) return {};
+  const bool is_town = fs::exists(options.out / "mapping", code);
+  if (!options.replaces || !is_town) {
+    return Error{ErrorCode::kOutputExists,
+                 is_town ? "a town is there already; --force replaces it"
+                         : "expected a new or empty folder, or an earlier town",
+                 options.out.string(),
+                 {}};
+  }
+  fs::remove(options.out / "town.json", code);
+  for (int number = 0; number <= kMostDrives && !code; ++number) {
+    fs::remove_all(options.out / drive_name(number), code);
+  }
+  if (code) return Error{ErrorCode::kCannotWrite, code.message(), options.out.string(), {}};
+  return {};
+}
+
+}  // namespace
+
+Result<void> write_town(const WriteTownOptions& options) {
+  if (options.drives < 0 || options.drives > kMostDrives) {
+    return Error{ErrorCode::kBadArgument,
+                 std::to_string(options.drives) + " drives were asked for; expected 0 to 9",
+                 {},
+                 {}};
+  }
+  const Result<Town> town = make_town(options.town);
+  if (!town) return town.error();
+  const Result<void> room = make_room(options);
+  if (!room) return room;
+  for (int number = 0; number <= options.drives; ++number) {
+    const Result<void> written = write_drive(options, *town, number);
+    if (!written) return written;
+  }
+  return write_file_atomically(options.out / "town.json", describe(options, *town),
+                               IfExists::kRefuse);
+}
+
+}  // namespace sightline::town

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+
+#include "compiler/base/result.h"
+#include "examples/town/town.h"
+
+namespace sightline::town {
+
+struct WriteTownOptions {
+  TownOptions town;
+  std::filesystem::path out;
+  int drives = 2;  // for localization, 0 to 9, beside the one that maps
+  int beams = 16;  // 16, 32, 64, 128
+  double spacing_m = 1.0;
+  Eigen::Vector2d origin_world_m = Eigen::Vector2d::Zero();  // where the driven line begins
+  bool replaces = false;                                     // an earlier town in the same place
+  int threads = 0;                                           // 0: all there are
+};
+
+// Writes recordings as they come from a vehicle:
+//   out/mapping/scans/000000.pcd ...  binary PCD, x y z intensity, sensor frame
+//   out/mapping/poses.tum             T_world_vehicle, disturbed; poses_true.tum: the truth
+//   out/drive_1/..., out/drive_2/...  the same with true poses in poses.tum
+//   out/town.json                     what was made; written last, so it marks a whole town
+// The same options give the same bytes for any number of threads.
+// Errors: bad-argument, output-exists, disk-full, cannot-write.
+Result<void> write_town(const WriteTownOptions& options);
+
+}  // namespace sightline::town
