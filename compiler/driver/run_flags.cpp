@@ -8,10 +8,12 @@
 namespace sightline {
 
 void add_run_flags(CLI::App& command, RunFlags& flags) {
-  command.add_option("config", flags.config_file, "YAML configuration (schemas/config.schema.json)")
+  command
+      .add_option("config", flags.config_file, "YAML configuration (schemas/config.schema.json)")
       ->required();
-  command.add_option("--set", flags.overrides,
-                     "Override one value of the configuration, as section.key=value; repeatable")
+  command
+      .add_option("--set", flags.overrides,
+                  "Override one value of the configuration, as section.key=value; repeatable")
       ->take_all();
   command.add_option("--threads", flags.threads, "Threads to use; 0 takes all there are")
       ->check(CLI::Range(0, 1024));

@@ -12,8 +12,8 @@ namespace sightline {
 // What every verb that runs passes takes on the command line.
 struct RunFlags {
   std::string config_file;
-  std::vector<std::string> overrides;    // --set section.key=value
-  std::string cache_directory;           // empty: ".sightline-cache" beside the configuration
+  std::vector<std::string> overrides;  // --set section.key=value
+  std::string cache_directory;         // empty: ".sightline-cache" beside the configuration
   bool no_cache = false;
   int threads = 0;
   bool is_quiet = false;

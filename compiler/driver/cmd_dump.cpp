@@ -1,0 +1,165 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "compiler/base/atomic_file.h"
+#include "compiler/driver/commands.h"
+#include "compiler/driver/console.h"
+#include "compiler/driver/pipelines.h"
+#include "compiler/driver/run_flags.h"
+#include "formats/map/map_reader.h"
+
+namespace sightline {
+namespace {
+
+struct DumpFlags {
+  RunFlags run;  // config_file is the target: a configuration, a map or a cached artifact
+  std::string what;
+  std::string format = "text";
+  int site = -1;
+};
+
+// What a table is called on the command line, and the artifact that holds it.
+struct Dumpable {
+  std::string what;
+  std::string artifact;
+};
+
+const std::vector<Dumpable> kDumpables = {{"nds", "ndt-map"},
+                                          {"sites", "sites"},
+                                          {"factors", "factor-table"},
+                                          {"measured", "measured-error"},
+                                          {"predicted", "predicted-error"},
+                                          {"ranges", "range-table"},
+                                          {"trajectory", "mapping/trajectory"},
+                                          {"depth", "depth-images"},
+                                          {"drive", "mapping/drive"},
+                                          {"points", "surface-points"},
+                                          {"surface", "surface"},
+                                          {"model", "error-model"},
+                                          {"evaluation", "evaluation"}};
+
+std::vector<std::string> dumpable_names() {
+  std::vector<std::string> names;
+  for (const Dumpable& dumpable : kDumpables) names.push_back(dumpable.what);
+  return names;
+}
+
+Result<Table> table_of_map(const DumpFlags& flags) {
+  const Result<CompiledMap> map = read_map(flags.run.config_file);
+  if (!map) return map.error();
+  if (flags.what == "nds") return dump(map->ndt);
+  if (flags.what == "sites") return dump(map->sites);
+  if (flags.what == "predicted") return dump(map->predicted);
+  if (flags.what == "ranges") return dump(map->ranges);
+  return Error{ErrorCode::kUnknownName,
+               "a map holds nds, sites, predicted and ranges; dump '" + flags.what +
+                   "' from the configuration that compiled it",
+               flags.run.config_file, ""};
+}
+
+// Runs the compile (from the cache where it can) up to the pass that makes the artifact.
+Result<Table> table_of_config(const DumpFlags& flags) {
+  const Result<CompileConfig> config =
+      load_compile_config(flags.run.config_file, flags.run.overrides);
+  if (!config) return config.error();
+  const auto dumpable = std::ranges::find(kDumpables, flags.what, &Dumpable::what);
+  const std::vector<PassStep> steps = compile_pipeline(*config);
+  const auto step = std::ranges::find(steps, dumpable->artifact, &PassStep::output);
+  SIGHTLINE_CHECK(step != steps.end());
+  RunFlags run = flags.run;
+  run.stop_after = step->name;
+  ArtifactSet artifacts;
+  const Result<void> provided = provide_drives(*config, artifacts);
+  if (!provided) return provided.error();
+  const Result<std::vector<StepReport>> reports = run_steps(steps, run, *config, artifacts);
+  if (!reports) return reports.error();
+  const ArtifactSet::Entry& entry = artifacts.entry(step->output);
+  return entry.type->print(entry.value.get());
+}
+
+// An artifact file of the cache says itself what it is.
+Result<Table> table_of_artifact(const DumpFlags& flags) {
+  const Result<std::vector<std::byte>> bytes = read_file(flags.run.config_file);
+  if (!bytes) return bytes.error();
+  CompileConfig config;
+  config.localization.scans = "any";
+  for (const PassStep& step : compile_pipeline(config)) {
+    if (!step.output_type->read) continue;
+    const Result<std::shared_ptr<const void>> artifact = step.output_type->read(*bytes);
+    if (artifact) return step.output_type->print(artifact->get());
+    if (artifact.error().code == ErrorCode::kBadLayer) continue;  // another type's
+    Error error = artifact.error();
+    error.file = flags.run.config_file;
+    return error;
+  }
+  return Error{ErrorCode::kUnsupportedFormat, "no pass of this program makes such an artifact",
+               flags.run.config_file, ""};
+}
+
+// Keeps the rows of one site, where the table has a column of that name.
+Result<void> keep_site(int site, Table& table) {
+  const auto column = std::ranges::find(table.columns, "site");
+  if (column == table.columns.end()) {
+    return Error{ErrorCode::kBadArgument, "--site: table '" + table.name + "' has no sites", "",
+                 ""};
+  }
+  const auto index = static_cast<std::size_t>(column - table.columns.begin());
+  std::erase_if(table.rows, [&](const std::vector<Cell>& row) {
+    return row[index] != Cell(static_cast<std::int64_t>(site));
+  });
+  return {};
+}
+
+Result<void> run_dump(const DumpFlags& flags) {
+  const Result<TableFormat> format = parse_table_format(flags.format);
+  if (!format) return format.error();
+  const std::filesystem::path target = flags.run.config_file;
+  const bool is_artifact = target.extension() == ".sla";
+  if (!is_artifact && flags.what.empty()) {
+    return Error{ErrorCode::kBadArgument, "--what is required for a map or a configuration", "",
+                 ""};
+  }
+  Result<Table> table = is_artifact                      ? table_of_artifact(flags)
+                        : target.extension() == ".slmap" ? table_of_map(flags)
+                                                         : table_of_config(flags);
+  if (!table) return table.error();
+  if (flags.site >= 0) {
+    const Result<void> kept = keep_site(flags.site, *table);
+    if (!kept) return kept;
+  }
+  std::fputs(format_table(*table, *format).c_str(), stdout);
+  return {};
+}
+
+}  // namespace
+
+void add_dump_command(CLI::App& app, int& status) {
+  const auto flags = std::make_shared<DumpFlags>();
+  CLI::App* command =
+      app.add_subcommand("dump", "Print every number of a map or of any step on the way to it");
+  command->footer(
+      "The target is a map (.slmap), a configuration (.yaml: what is not in the cache is computed) "
+      "or a\ncached artifact (.sla). Numbers have full precision; units stand in the column "
+      "names.\n\n"
+      "Examples:\n"
+      "  sightline dump town.slmap --what ranges --format csv > ranges.csv\n"
+      "  sightline dump town.yaml --what factors --site 40\n"
+      "  sightline dump town.yaml --what depth --site 40 --format json");
+  add_run_flags(*command, flags->run);
+  CLI::Option* target = command->get_option("config");
+  target->description("A map (.slmap), a configuration (.yaml) or a cached artifact (.sla)");
+  command->add_option("--what", flags->what, "The table to print")
+      ->check(CLI::IsMember(dumpable_names()));
+  command->add_option("--format", flags->format, "csv, json or text")->capture_default_str();
+  command->add_option("--site", flags->site, "Only the rows of this site")
+      ->check(CLI::Range(0, INT32_MAX));
+  command->callback([flags, &status] {
+    const Result<void> dumped = run_dump(*flags);
+    status = dumped ? 0 : report_error(dumped.error());
+  });
+}
+
+}  // namespace sightline

@@ -1,0 +1,111 @@
+#include <cstdio>
+#include <memory>
+
+#include "compiler/base/atomic_file.h"
+#include "compiler/driver/commands.h"
+#include "compiler/driver/console.h"
+#include "compiler/driver/pipelines.h"
+#include "compiler/driver/run_flags.h"
+#include "formats/evaluation.h"
+#include "formats/map/map_reader.h"
+
+namespace sightline {
+namespace {
+
+struct EvaluateFlags {
+  RunFlags run;
+  std::string map;
+  std::string json;
+  std::string csv;
+  bool is_forced = false;
+};
+
+// The drive is measured at the map's own ranges and, where it is the recording that also made the
+// map, on the scans that the map did not use.
+Result<CompileConfig> evaluation_config(const EvaluateFlags& flags, const CompiledMap& map) {
+  Result<CompileConfig> config = load_compile_config(flags.run.config_file, flags.run.overrides);
+  if (!config) return config;
+  if (config->evaluation.scans.empty()) {
+    return Error{ErrorCode::kMissingKey, "evaluation.scans: no drive to judge the map by is named",
+                 flags.run.config_file, ""};
+  }
+  config->measure_error.ranges_m = map.predicted.ranges_m;
+  const bool is_same_recording =
+      config->is_split() && config->evaluation.scans == config->mapping.scans;
+  config->measure_error.scans = is_same_recording ? "odd" : "all";
+  return config;
+}
+
+std::string joined_tables(const std::vector<Table>& all, TableFormat format) {
+  std::string text = format == TableFormat::kJson ? "[" : "";
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (format == TableFormat::kJson && i > 0) text += ",\n";
+    if (format == TableFormat::kCsv) text += "# table: " + all[i].name + "\n";
+    text += format_table(all[i], format);
+  }
+  return format == TableFormat::kJson ? text + "]\n" : text;
+}
+
+Result<void> write_tables(const EvaluateFlags& flags, const Evaluation& evaluation) {
+  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  for (const auto& [file, format] :
+       {std::pair(flags.json, TableFormat::kJson), std::pair(flags.csv, TableFormat::kCsv)}) {
+    if (file.empty()) continue;
+    const Result<void> written =
+        write_file_atomically(file, joined_tables(tables(evaluation), format), if_exists);
+    if (!written) return written;
+  }
+  return {};
+}
+
+Result<void> evaluate(const EvaluateFlags& flags) {
+  Result<CompiledMap> map = read_map(flags.map);
+  if (!map) return map.error();
+  const Result<CompileConfig> config = evaluation_config(flags, *map);
+  if (!config) return config.error();
+  ArtifactSet artifacts;
+  Result<Recording> recording = open_recording(config->evaluation);
+  if (!recording) return recording.error();
+  const Digest recording_digest = recording->digest;
+  artifacts.provide("evaluation/recording", std::move(*recording), recording_digest);
+  artifacts.provide("ndt-map", map->ndt, sha256(to_bytes(map->ndt)));
+  artifacts.provide("sites", map->sites, sha256(to_bytes(map->sites)));
+  artifacts.provide("predicted-error", map->predicted, sha256(to_bytes(map->predicted)));
+  artifacts.provide("range-table", map->ranges, sha256(to_bytes(map->ranges)));
+  const Result<std::vector<StepReport>> reports =
+      run_steps(evaluate_pipeline(*config), flags.run, *config, artifacts);
+  if (!reports) return reports.error();
+  if (!artifacts.has("evaluation")) return {};  // --stop-after
+  const Evaluation& evaluation = artifacts.get<Evaluation>("evaluation");
+  std::fputs(to_text(evaluation).c_str(), stdout);
+  return write_tables(flags, evaluation);
+}
+
+}  // namespace
+
+void add_evaluate_command(CLI::App& app, int& status) {
+  const auto flags = std::make_shared<EvaluateFlags>();
+  CLI::App* command =
+      app.add_subcommand("evaluate", "Judge a finished map by a drive that it has not seen");
+  command->footer(
+      "Matches the drive named in the section 'evaluation' against the map at every range, from "
+      "the "
+      "same\nstarts as the compile did, and prints accuracy against time for the map's ranges, "
+      "both "
+      "rules, the best\nstatic range and the oracle.\n\n"
+      "Examples:\n"
+      "  sightline evaluate town.yaml --map town.slmap\n"
+      "  sightline evaluate town.yaml --map town.slmap --set evaluation.scans=drive_3/scans \\\n"
+      "      --set evaluation.poses=drive_3/poses.tum --json result.json");
+  add_run_flags(*command, flags->run);
+  command->add_option("--map", flags->map, "The map to judge (.slmap)")->required();
+  command->add_option("--json", flags->json, "Also write every table to this file, as JSON");
+  command->add_option("--csv", flags->csv, "Also write every table to this file, as CSV");
+  command->add_flag("--force", flags->is_forced, "Replace these files if they exist");
+  command->callback([flags, &status] {
+    const Result<void> evaluated = evaluate(*flags);
+    status = evaluated ? 0 : report_error(evaluated.error());
+  });
+}
+
+}  // namespace sightline

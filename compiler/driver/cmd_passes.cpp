@@ -1,0 +1,72 @@
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "compiler/driver/commands.h"
+#include "compiler/driver/console.h"
+#include "compiler/driver/pipelines.h"
+
+namespace sightline {
+namespace {
+
+struct PassesFlags {
+  bool print_schema = false;
+  bool print_config = false;
+};
+
+// The example a newcomer sees: a compile with a localization drive, so that every pass is in it.
+CompileConfig complete_config() {
+  CompileConfig config;
+  config.mapping.scans = "mapping/scans";
+  config.localization.scans = "drive/scans";
+  return config;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+void print_passes() {
+  for (const PassStep& step : compile_pipeline(complete_config())) {
+    std::printf("%s (version %u)\n  %s -> %s\n", step.name.c_str(), step.version,
+                joined(step.inputs).c_str(), step.output.c_str());
+    for (const auto& [name, value] : step.options) {
+      std::printf("    %s = %s\n", name.c_str(), value.c_str());
+    }
+  }
+}
+
+int run_passes(const PassesFlags& flags) {
+  CompileConfig config;
+  if (flags.print_schema) {
+    std::fputs(to_json_schema(sections(config)).c_str(), stdout);
+  } else if (flags.print_config) {
+    std::fputs(to_yaml(sections(config)).c_str(), stdout);
+  } else {
+    print_passes();
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_passes_command(CLI::App& app, int& status) {
+  const auto flags = std::make_shared<PassesFlags>();
+  CLI::App* command = app.add_subcommand("passes", "List the passes of a compile in their order");
+  command->footer(
+      "Examples:\n"
+      "  sightline passes                           names, inputs, outputs, options\n"
+      "  sightline passes --schema > config.json    JSON Schema of the configuration\n"
+      "  sightline passes --config > drive.yaml     a configuration with every default");
+  CLI::Option* schema = command->add_flag("--schema", flags->print_schema,
+                                          "Print the JSON Schema of the configuration");
+  command
+      ->add_flag("--config", flags->print_config,
+                 "Print a commented configuration with every default")
+      ->excludes(schema);
+  command->callback([flags, &status] { status = run_passes(*flags); });
+}
+
+}  // namespace sightline

@@ -1,0 +1,93 @@
+#include "compiler/driver/pipelines.h"
+
+namespace sightline {
+namespace {
+
+// A drive that comes with poses in the map's world; they are taken as they are.
+EstimateTrajectoryOptions given_poses(EstimateTrajectoryOptions options) {
+  options.mode = "given";
+  return options;
+}
+
+Result<void> provide_drive(const std::string& name, const RecordingOptions& options,
+                           ArtifactSet& artifacts) {
+  Result<Recording> recording = open_recording(options);
+  if (!recording) return recording.error();
+  const Digest digest = recording->digest;
+  artifacts.provide(name, std::move(*recording), digest);
+  return {};
+}
+
+}  // namespace
+
+std::vector<PassStep> compile_pipeline(const CompileConfig& c) {
+  std::vector<PassStep> steps;
+  const auto add = [&](PassStep step) { steps.push_back(std::move(step)); };
+
+  add(make_step("ingest", kIngestVersion, &ingest, c.ingest, {"mapping/recording"},
+                "mapping/drive"));
+  // From here on points are finite, times rise, and a frame near the drive is chosen.
+  add(make_step("estimate-trajectory", kEstimateTrajectoryVersion, &estimate_trajectory,
+                c.estimate_trajectory, {"mapping/drive"}, "mapping/trajectory"));
+  // From here on every mapping scan has a pose in the map frame.
+  add(make_step("remove-moving", kRemoveMovingVersion, &remove_moving, c.remove_moving,
+                {"mapping/drive", "mapping/trajectory"}, "surface-points"));
+  // From here on all that is left stood still.
+  add(make_step("build-ndt", kBuildNdtVersion, &build_ndt, c.build_ndt, {"surface-points"},
+                "ndt-map"));
+  add(make_step("build-surface", kBuildSurfaceVersion, &build_surface, c.build_surface,
+                {"surface-points"}, "surface"));
+  add(make_step("choose-sites", kChooseSitesVersion, &choose_sites, c.choose_sites,
+                {"mapping/drive", "mapping/trajectory"}, "sites"));
+  add(make_step("cast-rays", kCastRaysVersion, &cast_rays, c.cast_rays, {"surface", "sites"},
+                "depth-images"));
+  add(make_step("compute-factors", kComputeFactorsVersion, &compute_factors, c.compute_factors,
+                {"ndt-map", "sites", "depth-images"}, "factor-table"));
+  // From here on the map is done; what follows asks how well a vehicle localizes in it.
+  std::string drive = "mapping/drive";
+  std::string trajectory = "mapping/trajectory";
+  if (!c.is_split()) {
+    drive = "localization/drive";
+    trajectory = "localization/trajectory";
+    add(make_step("ingest:localization", kIngestVersion, &ingest, c.ingest,
+                  {"localization/recording"}, drive));
+    add(make_step("estimate-trajectory:localization", kEstimateTrajectoryVersion,
+                  &estimate_trajectory, given_poses(c.estimate_trajectory), {drive}, trajectory));
+  }
+  add(make_step("measure-error", kMeasureErrorVersion, &measure_error, c.measure_error,
+                {drive, trajectory, "ndt-map", "sites"}, "measured-error"));
+  add(make_step("train-model", kTrainModelVersion, &train_model, c.train_model,
+                {"sites", "factor-table", "measured-error"}, "error-model"));
+  add(make_step("predict-error", kPredictErrorVersion, &predict_error, c.predict_error,
+                {"error-model", "sites", "factor-table"}, "predicted-error"));
+  // From here on every site's prediction comes from trees that never saw its place.
+  add(make_step("choose-ranges", kChooseRangesVersion, &choose_ranges, c.choose_ranges,
+                {"sites", "predicted-error", "measured-error", "error-model"}, "range-table"));
+  add(make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
+                {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
+  return steps;
+}
+
+std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
+  std::vector<PassStep> steps;
+  steps.push_back(make_step("ingest:evaluation", kIngestVersion, &ingest, c.ingest,
+                            {"evaluation/recording"}, "evaluation/drive"));
+  steps.push_back(make_step("estimate-trajectory:evaluation", kEstimateTrajectoryVersion,
+                            &estimate_trajectory, given_poses(c.estimate_trajectory),
+                            {"evaluation/drive"}, "evaluation/trajectory"));
+  steps.push_back(make_step(
+      "measure-error:evaluation", kMeasureErrorVersion, &measure_error, c.measure_error,
+      {"evaluation/drive", "evaluation/trajectory", "ndt-map", "sites"}, "measured-error"));
+  steps.push_back(
+      make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
+                {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
+  return steps;
+}
+
+Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts) {
+  const Result<void> mapping = provide_drive("mapping/recording", config.mapping, artifacts);
+  if (!mapping || config.is_split()) return mapping;
+  return provide_drive("localization/recording", config.localization, artifacts);
+}
+
+}  // namespace sightline
