@@ -1,0 +1,90 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/measured_error.h"
+#include "formats/predicted_error.h"
+#include "formats/regression_forest.h"
+
+namespace sightline {
+
+// How the model was trained, and on how much.
+struct TrainingCard {
+  std::string drive;  // whose errors were learnt
+  ErrorReference reference = ErrorReference::kKnownPose;
+  std::string feature_set;  // "paper", "all"
+  std::uint64_t seed = 0;
+  std::uint32_t tree_count = 0;
+  std::uint32_t least_leaf_rows = 0;
+  double feature_share = 0.0;   // of the features, tried at each split
+  double block_m = 0.0;         // least route of a block
+  double buffer_m = 0.0;        // nothing nearer than this to a held-out block trains its trees
+  double labelled_route_m = 0.0;
+  std::uint32_t block_count = 0;
+  std::uint32_t fold_count = 0;
+};
+
+// One input of the forest.
+struct FeatureCard {
+  std::string name;  // a factor, or "range_m", which is the last
+  // By how much the out-of-fold RMSE rises when held-out rows swap their values of it, m.
+  double importance_m = 0.0;
+  // [range]: least and greatest value that training saw.
+  std::vector<double> support_min;
+  std::vector<double> support_max;
+};
+
+// How well held-out places are predicted at one range.
+struct RangeCard {
+  double range_m = 0.0;
+  double mean_error_m = 0.0;  // of the labels
+  double r_squared = 0.0;     // 1 - residual / total sum of squares, out of fold; 0 where all labels are one
+  double rmse_m = 0.0;
+};
+
+// A site of the map that the model was trained on. Its forest knows the place, so what the model
+// says here must come from trees that do not.
+struct TrainedSite {
+  Eigen::Vector3d p_world_m = Eigen::Vector3d::Zero();  // sensor origin, world axes and origin
+  std::uint32_t run = 0;
+  double s_m = 0.0;
+  std::uint32_t block = 0;
+  std::uint8_t has_label = 0;       // 1 where a scan was matched
+  std::uint64_t factor_digest = 0;  // XXH3 of the features of this site
+};
+
+// What is known about the error before a vehicle drives: a forest over map factors and range, and
+// all that choosing ranges with a promise needs: out-of-fold predictions beside the errors measured.
+struct ErrorModel {
+  TrainingCard card;
+  std::vector<FeatureCard> features;  // in the order of the forest's feature indices
+  std::vector<RangeCard> ranges;      // ascending range_m
+  RegressionForest forest;            // labels: mean error, m
+  std::vector<TrainedSite> sites;     // ascending (run, s_m); every site, with a label or without
+  PredictedError out_of_fold;         // of these sites, by trees that never saw the place
+  std::vector<double> measured_mean_m;  // [site][range]; 0 where there is no label
+
+  [[nodiscard]] double measured(std::size_t site, std::size_t range) const {
+    return measured_mean_m[site * ranges.size() + range];
+  }
+};
+
+template <>
+struct ArtifactTraits<ErrorModel> {
+  static constexpr std::string_view kName = "error-model";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+Result<void> validate(const ErrorModel& model);
+// Facts: the model card. Rows: out-of-fold prediction beside the label, per site and range.
+Table dump(const ErrorModel& model);
+// The card's tables (ranges; features with support) and every node of every tree.
+std::vector<Table> tables(const ErrorModel& model);
+void encode(const ErrorModel& model, ByteWriter& writer);
+void decode(ByteReader& reader, ErrorModel& model);
+
+}  // namespace sightline

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "formats/regression_forest.h"
+#include "passes/learn/feature_rows.h"
+
+namespace sightline {
+
+struct ForestOptions {
+  int tree_count = 200;
+  int least_leaf_rows = 5;
+  double feature_share = 0.4;  // of the features, tried at each split
+};
+
+// Which rows to learn, and what: labels[i] belongs to features.row(rows[i]).
+struct TrainingSet {
+  std::vector<std::uint32_t> rows;
+  std::vector<double> labels;
+};
+
+// A tree as it was grown on a bootstrap sample: a child always comes after its parent, and
+// leaf_values[child - nodes.size()] is what the grower itself would predict there.
+struct GrownTree {
+  std::vector<TreeNode> nodes;
+  std::vector<float> leaf_values;
+};
+
+// Trees of a random forest (Breiman 2001), each from its own bootstrap sample and with a random
+// choice of features at each split. Tree i depends on the set, the options and mix(seed, i) alone.
+// At most `threads` trees are grown at a time. Error: out-of-memory.
+Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const TrainingSet& training,
+                                          const ForestOptions& options, std::uint64_t seed,
+                                          int threads);
+
+// Grown and labelled (passes/learn/labelled_tree.h): what prediction needs.
+Result<RegressionForest> grow_forest(const FeatureRows& features, const TrainingSet& training,
+                                     const ForestOptions& options, std::uint64_t seed, int threads);
+
+}  // namespace sightline

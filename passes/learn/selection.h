@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/error_model.h"
+#include "formats/predicted_error.h"
+#include "formats/range_table.h"
+#include "formats/sites.h"
+
+// The rules by which a range is chosen (schemas/definitions.md, section 6), each a pure function, so
+// that choosing, calibrating and judging apply one and the same rule.
+
+namespace sightline {
+
+// Where a site lies along its route.
+struct RoutePoint {
+  std::uint32_t run = 0;
+  double s_m = 0.0;
+};
+std::vector<RoutePoint> route_of(const Sites& sites);
+std::vector<RoutePoint> route_of(const std::vector<TrainedSite>& sites);
+
+// The choice for one limit.
+struct Choice {
+  std::vector<std::uint8_t> range_index;  // [site]
+  std::vector<std::uint8_t> flags;        // [site]: kUnmet, kExtrapolated
+};
+
+// The paper's rule: the shortest range whose predicted mean error is within the limit. Where there
+// is none: the longest, and kUnmet.
+Choice choose_by_mean(const PredictedError& predicted, double limit_m);
+
+// The shortest range with P(error <= limit) >= threshold. Where there is none: the longest, and
+// kUnmet.
+Choice choose_by_probability(const PredictedError& predicted, std::size_t limit, double threshold);
+
+// Flags extrapolated sites; `takes_longest` also gives them the longest range.
+void mark_extrapolated(const PredictedError& predicted, bool takes_longest, Choice& choice);
+
+// A site takes the longest range among itself and the sites of its run within dilation_m.
+void dilate(const std::vector<RoutePoint>& route, double dilation_m, Choice& choice);
+
+// What meets a tighter limit meets a looser one: a site that looks no further for the tighter limit
+// need not for the looser.
+void cap_by_tighter(const Choice& tighter, Choice& choice);
+
+}  // namespace sightline

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/error_model.h"
+#include "formats/factor_table.h"
+#include "formats/predicted_error.h"
+#include "formats/sites.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kPredictErrorVersion = 1;
+
+struct PredictErrorOptions {
+  // A feature counts as known up to this share of the training's spread outside its extremes.
+  double support_margin = 0.1;
+};
+std::vector<OptionField> option_fields(PredictErrorOptions& options);
+
+// What the model says of every site at every range: mean error, and P(error <= limit) for the
+// model's limits. A site that the model was trained on (same place to a millimetre, same factors)
+// gets its out-of-fold prediction, since the whole forest remembers its error; all others the whole
+// forest. A site is extrapolated where a feature at any range lies outside the support.
+// Sites that are not the model's own but lie within its buffer of them are counted in a warning:
+// their prediction may flatter.
+// Errors: mismatched-inputs where sites, factors and model differ in count, ranges or factors;
+// invalid-artifact for a factor that is not finite.
+Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
+                                     const ErrorModel& model, const Sites& sites,
+                                     const FactorTable& factors);
+
+}  // namespace sightline

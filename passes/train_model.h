@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/error_model.h"
+#include "formats/factor_table.h"
+#include "formats/measured_error.h"
+#include "formats/sites.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kTrainModelVersion = 1;
+
+struct TrainModelOptions {
+  std::string features = "all";  // or "paper": its eleven factors alone
+  std::vector<double> limits_m = {0.10, 0.25};
+  int trees = 200;
+  int least_leaf_rows = 5;
+  double feature_share = 0.4;
+  double block_m = 60.0;
+  double buffer_m = 25.0;
+  int folds = 5;
+};
+std::vector<OptionField> option_fields(TrainModelOptions& options);
+
+// Learns the mean localization error from map factors and range: one forest over rows (site with a
+// scan, range), and out-of-fold predictions of every site by trees that saw nothing within
+// buffer_m of its fold (schemas/definitions.md, section 6). Equal inputs, options and seed give
+// equal bytes for any thread count. Factors that never vary are named in a warning.
+// Errors: mismatched-inputs where sites, factors and errors are not of one map or lack a factor;
+// invalid-artifact for a factor or error that is not finite; no-training-rows; drive-too-short
+// where fewer than two blocks fit, or the buffer leaves a fold nothing to learn from.
+Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& options,
+                               const Sites& sites, const FactorTable& factors,
+                               const MeasuredError& measured);
+
+}  // namespace sightline
