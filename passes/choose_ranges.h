@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/error_model.h"
+#include "formats/predicted_error.h"
+#include "formats/range_table.h"
+#include "formats/sites.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kChooseRangesVersion = 1;
+
+struct ChooseRangesOptions {
+  std::string selection = "probability";     // or "mean", the paper's rule
+  std::string risk_control = "conformal";    // or "learn-then-test", "empirical", "fixed"
+  double alpha = 0.05;                       // share of misses that is allowed
+  double delta = 0.1;                        // learn-then-test: how often the promise may fail
+  double probability_threshold = 0.8;        // p* of "fixed"
+  double dilation_m = 3.0;
+  bool extrapolated_takes_longest = true;
+};
+std::vector<OptionField> option_fields(ChooseRangesOptions& options);
+
+// How far to look at every site, for each limit of the model (schemas/definitions.md, section 6).
+// `mean`: the shortest range whose predicted mean error is within the limit. `probability`: the
+// shortest with P(error <= limit) >= p*, then the longest among the neighbours of the run within
+// dilation_m. p* is set per limit by controlling the share of misses of this very rule, dilation
+// included, on the model's out-of-fold predictions of the sites it has labels for; a site that
+// misses does so whether it was flagged or not. A promise that too few or too small blocks cannot
+// earn is not made: p* is then the least at which the misses seen stay within alpha, and the
+// statement says what is missing. A looser limit never looks further than a tighter one. No range
+// good enough: the longest, flagged kUnmet. Extrapolated sites are flagged, and take the longest
+// unless options say otherwise.
+// Errors: mismatched-inputs where sites, predictions and model differ in count, ranges or limits.
+Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
+                                 const Sites& sites, const PredictedError& predicted,
+                                 const ErrorModel& model);
+
+}  // namespace sightline

@@ -1,0 +1,174 @@
+#include "passes/learn/calibration.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "formats/table.h"
+#include "passes/learn/risk_control.h"
+
+namespace sightline {
+namespace {
+
+// Steps of P(error <= limit): 200 trees with five labels a leaf resolve no finer differences that
+// would last from one seed to the next.
+constexpr int kThresholdSteps = 200;
+
+// Blocks below these see the same walls (schemas/definitions.md, section 6, "split by place"), and
+// what they witness is no promise.
+constexpr double kIndependentBlock_m = 60.0;
+constexpr double kIndependentBuffer_m = 25.0;
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g %%", 100.0 * share);
+  return text;
+}
+
+std::string kilometres(double length_m) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f km", std::ceil(length_m / 100.0) / 10.0);
+  return text;
+}
+
+Choice choose_out_of_fold(const ErrorModel& model, std::size_t limit, double threshold,
+                          double dilation_m, const Choice* tighter) {
+  Choice choice = choose_by_probability(model.out_of_fold, limit, threshold);
+  dilate(route_of(model.sites), dilation_m, choice);
+  if (tighter != nullptr) cap_by_tighter(*tighter, choice);
+  return choice;
+}
+
+std::vector<std::uint32_t> missed_sites(const ErrorModel& model, double limit_m,
+                                        const Choice& choice) {
+  std::vector<std::uint32_t> missed(model.card.block_count, 0);
+  for (std::size_t site = 0; site < model.sites.size(); ++site) {
+    const bool misses = model.sites[site].has_label == 1 &&
+                        model.measured(site, choice.range_index[site]) > limit_m;
+    if (misses) ++missed[model.sites[site].block];
+  }
+  return missed;
+}
+
+Misses no_misses_yet(const ErrorModel& model) {
+  Misses misses;
+  misses.sites_in_block.assign(model.card.block_count, 0);
+  for (const TrainedSite& site : model.sites) misses.sites_in_block[site.block] += site.has_label;
+  return misses;
+}
+
+Misses misses_of_rule(const ErrorModel& model, std::size_t limit,
+                      const CalibrationOptions& options, const Choice* tighter) {
+  const double limit_m = model.out_of_fold.limits_m[limit];
+  Misses misses = no_misses_yet(model);
+  const auto try_threshold = [&](double threshold) {
+    misses.thresholds.push_back(threshold);
+    misses.in_block.push_back(missed_sites(
+        model, limit_m,
+        choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
+  };
+  if (options.risk_control == "fixed") {
+    try_threshold(options.fixed_threshold);
+    return misses;
+  }
+  for (int i = 1; i <= kThresholdSteps; ++i) {
+    try_threshold(static_cast<double>(i) / kThresholdSteps);
+  }
+  return misses;
+}
+
+RiskDecision decide(const Misses& misses, const CalibrationOptions& options) {
+  const RiskOptions risk{options.alpha, options.delta};
+  if (options.risk_control == "conformal") return decide_conformally(misses, risk);
+  if (options.risk_control == "learn-then-test") return decide_by_testing(misses, risk);
+  return decide_empirically(misses, options.alpha);
+}
+
+bool are_blocks_independent(const TrainingCard& card) {
+  return card.block_m >= kIndependentBlock_m && card.buffer_m >= kIndependentBuffer_m;
+}
+
+std::string observed(const LimitPromise& promise) {
+  return percent(promise.calibration_miss_share) + " missed out of fold in " +
+         std::to_string(promise.block_count) + " blocks";
+}
+
+std::string earned_statement(const LimitPromise& promise) {
+  const std::string limit = format_double(promise.limit_m) + " m";
+  const std::string share = percent(promise.alpha);
+  if (promise.method == "conformal") {
+    return "at most " + share + " of places like these are expected to miss " + limit +
+           " (conformal risk control; " + observed(promise) + ")";
+  }
+  return "with " + percent(1.0 - promise.delta) + " confidence at most " + share +
+         " of places like these miss " + limit + " (learn then test; " + observed(promise) + ")";
+}
+
+std::string unearned_statement(const LimitPromise& promise, const TrainingCard& card,
+                               std::uint32_t needed_blocks) {
+  if (promise.method == "fixed") {
+    return "nothing is promised: the threshold was given; " + observed(promise);
+  }
+  if (promise.method == "empirical") {
+    return "nothing is promised: the threshold fits what was seen; " + observed(promise);
+  }
+  const std::string fallback =
+      "; the threshold fits what was seen instead: " + observed(promise);
+  if (!are_blocks_independent(card)) {
+    return "nothing is promised: blocks of " + format_double(card.block_m) +
+           " m with a buffer of " + format_double(card.buffer_m) +
+           " m see the same walls, 60 m and 25 m are needed" + fallback;
+  }
+  if (promise.block_count < needed_blocks) {
+    const double missing_m = (needed_blocks - promise.block_count) * card.block_m;
+    return "nothing is promised: " + std::to_string(promise.block_count) + " blocks of " +
+           format_double(card.block_m) + " m cannot earn " + percent(promise.alpha) + ", " +
+           std::to_string(needed_blocks) + " can, " + kilometres(missing_m) +
+           " more of measured route" + fallback;
+  }
+  return "nothing is promised: even the strictest threshold misses " +
+         format_double(promise.limit_m) + " m too often for " + percent(promise.alpha) + fallback;
+}
+
+}  // namespace
+
+Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
+                                  const CalibrationOptions& options, const Choice* tighter) {
+  const Misses misses = misses_of_rule(model, limit, options, tighter);
+  RiskDecision decision = decide(misses, options);
+  if (decision.is_earned && !are_blocks_independent(model.card)) {
+    decision = decide_empirically(misses, options.alpha);
+  }
+  Calibration calibration;
+  LimitPromise& promise = calibration.promise;
+  promise.limit_m = model.out_of_fold.limits_m[limit];
+  promise.probability_threshold = decision.threshold;
+  promise.alpha = options.risk_control == "fixed" ? 0.0 : options.alpha;
+  promise.delta = options.risk_control == "learn-then-test" ? options.delta : 0.0;
+  promise.block_count = model.card.block_count;
+  promise.is_earned = decision.is_earned;
+  promise.calibration_miss_share = decision.miss_share;
+  promise.method = options.risk_control;
+  promise.statement = decision.is_earned
+                          ? earned_statement(promise)
+                          : unearned_statement(promise, model.card, decision.needed_blocks);
+  calibration.choice =
+      choose_out_of_fold(model, limit, decision.threshold, options.dilation_m, tighter);
+  return calibration;
+}
+
+LimitPromise assess_mean_rule(const ErrorModel& model, std::size_t limit) {
+  LimitPromise promise;
+  promise.limit_m = model.out_of_fold.limits_m[limit];
+  promise.block_count = model.card.block_count;
+  promise.method = "mean";
+  Misses misses = no_misses_yet(model);
+  misses.thresholds = {0.0};
+  misses.in_block = {missed_sites(model, promise.limit_m,
+                                  choose_by_mean(model.out_of_fold, promise.limit_m))};
+  promise.calibration_miss_share = miss_share(misses, 0);
+  promise.statement = "nothing is promised: a mean within the limit says little about misses; " +
+                      observed(promise);
+  return promise;
+}
+
+}  // namespace sightline

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "formats/error_model.h"
+#include "formats/range_table.h"
+#include "passes/learn/selection.h"
+
+namespace sightline {
+
+struct CalibrationOptions {
+  std::string risk_control;  // "conformal", "learn-then-test", "empirical", "fixed"
+  double alpha = 0.05;
+  double delta = 0.1;
+  double fixed_threshold = 0.8;
+  double dilation_m = 3.0;
+};
+
+// One limit calibrated on the model's own sites.
+struct Calibration {
+  LimitPromise promise;
+  Choice choice;  // of the model's sites, at the threshold
+};
+
+// Sets p* of one limit by applying the probability rule, with dilation and with `tighter` (the
+// choice for the next tighter limit; null for the tightest) as cap, to the model's out-of-fold
+// predictions, and counting misses block by block. Thresholds tried: 0.005, 0.010, ..., 1.
+Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
+                                  const CalibrationOptions& options, const Choice* tighter);
+
+// What the mean rule reached out of fold; it promises nothing.
+LimitPromise assess_mean_rule(const ErrorModel& model, std::size_t limit);
+
+}  // namespace sightline
