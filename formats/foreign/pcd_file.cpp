@@ -35,7 +35,7 @@ Result<void> read_words(const FileBytes& file, std::size_t line_number, std::siz
     const std::optional<double> number = to_number<double>(word);
     if (!number) {
       return file.error(ErrorCode::kMalformedText,
-                        "found '" + std::string(word.substr(0, 40)) + "', expected a number",
+                        "found " + in_quotes(word) + ", expected a number",
                         at_line(line_number));
     }
     numbers.push_back(*number);

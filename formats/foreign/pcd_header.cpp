@@ -23,14 +23,6 @@ bool is_keyword(std::string_view word) {
   return false;
 }
 
-// A word of a damaged header may be anything: print what can be printed.
-std::string in_quotes(std::string_view word) {
-  constexpr std::size_t kLongest = 40;
-  std::string text = "'";
-  for (const char c : word.substr(0, kLongest)) text += c >= 0x20 && c < 0x7f ? c : '?';
-  return text + (word.size() > kLongest ? "...'" : "'");
-}
-
 Error malformed(const FileBytes& file, std::size_t line, std::string message) {
   return file.error(ErrorCode::kMalformedHeader, std::move(message), at_line(line));
 }

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -59,6 +60,14 @@ std::optional<T> to_number(std::string_view word) {
   const std::from_chars_result end = std::from_chars(word.data(), word.data() + word.size(), number);
   if (end.ec != std::errc() || end.ptr != word.data() + word.size()) return std::nullopt;
   return number;
+}
+
+// For messages: a word of a damaged file may be anything.
+inline std::string in_quotes(std::string_view word) {
+  constexpr std::size_t kLongest = 40;
+  std::string text = "'";
+  for (const char c : word.substr(0, kLongest)) text += c >= 0x20 && c < 0x7f ? c : '?';
+  return text + (word.size() > kLongest ? "...'" : "'");
 }
 
 }  // namespace sightline

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compiler/base/hash.h"
+#include "compiler/base/result.h"
+#include "formats/drive.h"
+#include "formats/foreign/point_cloud_file.h"
+
+namespace sightline {
+
+struct RecordingOptions {
+  std::string name;                  // of the drive; empty: the last part of `scans`
+  std::string scans;                 // folder with one point cloud file per scan
+  std::string poses;                 // pose file; empty: there are none
+  std::string pose_format = "auto";  // or kitti, tum, apollo
+  std::string poses_of = "vehicle";  // or sensor: then the mounting below does not apply
+  std::string stamps;                // file with one time a line; empty: see open_recording
+  double rate_hz = 10.0;             // scans a second, where nothing tells their times
+  std::string sensor = "generic-16"; // name of a built-in profile
+  int rings = 0;                     // 0: the profile's own beams; else this many, evenly from
+  double lowest_beam_deg = -15.0;    // here
+  double highest_beam_deg = 15.0;    // to here
+  double height_m = 0.0;             // of the sensor above ground; 0: the profile's own
+  // Where the sensor sits in the vehicle's frame: T_vehicle_lidar = translation * Rz(yaw) Ry(pitch)
+  // Rx(roll).
+  double lidar_x_m = 0.0;
+  double lidar_y_m = 0.0;
+  double lidar_z_m = 0.0;
+  double lidar_roll_deg = 0.0;
+  double lidar_pitch_deg = 0.0;
+  double lidar_yaw_deg = 0.0;
+};
+
+struct RecordedScan {
+  std::filesystem::path file;
+  std::int64_t stamp_ns = 0;
+  std::optional<Pose> T_world_vehicle;
+  Digest content{};  // SHA-256 of the file
+};
+
+// Somebody's recording, opened but not read: which files, when, and from where.
+struct Recording {
+  std::string name;
+  SensorProfile sensor;
+  std::vector<RecordedScan> scans;    // in natural order of their names (2 before 10)
+  std::vector<std::string> warnings;  // what was assumed, for the person who brought it
+  // Names everything above but the warnings: equal for equal contents, wherever the folder lies.
+  Digest digest{};
+};
+
+// Lists the scans of a folder, gives each a time and a pose, and takes digests of all files on up to
+// `threads` threads (0: all).
+//
+// Times: the stamps file, by row; else file names that are times (15 digits and more, or decimals);
+// else the times of the pose file; else index / rate_hz.
+// Poses: Apollo by id = number in the scan's name; TUM by time where the scans have times of their
+// own, interpolated between rows at most 1 s apart; all others by row. By row means: the row whose
+// 0-based number is the scan's number where there are more rows than scans and names are numbers,
+// else the scan's position. Rows that no scan uses are a warning.
+//
+// Errors: file-not-found, cannot-open, cannot-read, empty-directory, mixed-formats,
+// unsupported-format, unknown-name, bad-value, fewer-poses-than-scans, mismatched-inputs (fewer
+// stamps than scans), and those of read_poses and read_stamps.
+Result<Recording> open_recording(const RecordingOptions& options, int threads = 1);
+
+// One scan with its counts, read from its file. Errors: those of read_point_cloud, and
+// mismatched-inputs where the file is not the one that was opened.
+Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index);
+
+// Reads scans from their files one at a time and checks them again each time; index = position in
+// recording.scans. Keeps what it needs of the recording.
+std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording);
+
+}  // namespace sightline
