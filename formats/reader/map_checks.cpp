@@ -1,0 +1,188 @@
+#include "formats/reader/map_checks.h"
+
+#include <cmath>
+#include <utility>
+
+#include "map_generated.h"
+
+namespace sightline {
+namespace {
+
+using Numbers = flatbuffers::Vector<double>;
+using Blocks = flatbuffers::Vector<flatbuffers::Offset<schema::Block>>;
+
+Error bad_manifest(const std::string& message) {
+  return {ErrorCode::kBadManifest, message, "", "manifest"};
+}
+
+bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
+
+bool is_ascending_and_positive(const Numbers& values) {
+  double previous = 0.0;
+  for (const double value : values) {
+    if (!std::isfinite(value) || value <= previous) return false;
+    previous = value;
+  }
+  return true;
+}
+
+Result<void> check_promises(const schema::Manifest& manifest) {
+  const auto& promises = *manifest.promises();
+  if (promises.size() == 0 || promises.size() > kMostLimits ||
+      promises.size() != manifest.quality()->size()) {
+    return bad_manifest("found " + std::to_string(promises.size()) + " limits, expected 1 to " +
+                        std::to_string(kMostLimits) + ", each with its quality");
+  }
+  double previous_m = 0.0;
+  for (const schema::Promise* promise : promises) {
+    if (!std::isfinite(promise->limit_m()) || promise->limit_m() <= previous_m) {
+      return Error{ErrorCode::kBadOrder, "limits are not positive and ascending", "", "manifest"};
+    }
+    previous_m = promise->limit_m();
+  }
+  return {};
+}
+
+Result<void> check_known(const schema::Block& block, const std::string& place) {
+  const std::string_view name = block.name()->string_view();
+  const bool is_ndt = name == kNdtLayer;
+  const bool is_range = name == kRangeLayer;
+  if (!block.is_required()) {
+    if (!is_ndt && !is_range) return {};
+    return Error{ErrorCode::kBadLayer, "layer " + std::string(name) + " is marked optional", "",
+                 place};
+  }
+  const std::uint32_t known = is_ndt ? kNdtLayerVersion : is_range ? kRangeLayerVersion : 0;
+  if (block.version() == 0 || block.version() > known) {
+    return Error{ErrorCode::kUnknownRequiredFeature,
+                 "block " + std::string(name) + " of version " + std::to_string(block.version()) +
+                     " is required and unknown to this program",
+                 "", place};
+  }
+  if (block.codec() != schema::Codec::None && block.codec() != schema::Codec::Zstd) {
+    return Error{ErrorCode::kUnknownRequiredFeature,
+                 "codec " + std::to_string(static_cast<int>(block.codec())) + " of block " +
+                     std::string(name) + " is unknown to this program",
+                 "", place};
+  }
+  return {};
+}
+
+Result<void> check_rows(const schema::Manifest& manifest, const schema::Block& block,
+                        const std::string& place) {
+  if (!block.is_required()) return {};
+  if (block.row_count() == 0 || block.row_count() > kMostRows) {
+    return Error{ErrorCode::kTooLarge, "found " + std::to_string(block.row_count()) + " rows", "",
+                 place};
+  }
+  const std::uint64_t expected =
+      block.name()->string_view() == kNdtLayer
+          ? NdtLayout(block.row_count()).size
+          : RangeLayout(block.row_count(), manifest.ranges_m()->size(), manifest.promises()->size())
+                .size;
+  if (block.raw_size() != expected) {
+    return Error{ErrorCode::kBadLayer,
+                 "found " + std::to_string(block.raw_size()) + " bytes for " +
+                     std::to_string(block.row_count()) + " rows, expected " +
+                     std::to_string(expected),
+                 "", place};
+  }
+  return {};
+}
+
+// Walks through all blocks in their order; `end` is the first byte after the last one.
+Result<void> check_blocks(const MapContainer& container, const Blocks& blocks,
+                          const std::string& owner, std::uint64_t& end) {
+  std::string_view previous;
+  for (const schema::Block* block : blocks) {
+    const std::string_view name = block->name()->string_view();
+    const std::string place = owner + std::string(name);
+    if (name <= previous) return Error{ErrorCode::kBadOrder, "names must ascend", "", place};
+    previous = name;
+    const std::uint64_t limit = container.header.directory_offset;
+    if (block->offset() % kAlignment != 0 || block->offset() < end || block->offset() > limit ||
+        block->stored_size() > limit - block->offset()) {
+      return Error{ErrorCode::kOutOfBounds,
+                   "bytes " + std::to_string(block->offset()) + " + " +
+                       std::to_string(block->stored_size()) +
+                       " are misaligned, overlap or leave the file",
+                   "", place};
+    }
+    end = block->offset() + block->stored_size();
+    if (block->codec() == schema::Codec::None && block->raw_size() != block->stored_size()) {
+      return Error{ErrorCode::kBadLayer, "raw and stored sizes differ without a codec", "", place};
+    }
+    if (block->is_required() && block->raw_size() > kLargestBlock) {
+      return Error{ErrorCode::kTooLarge, std::to_string(block->raw_size()) + " bytes", "", place};
+    }
+    const Result<void> known = check_known(*block, place);
+    if (!known) return known;
+    const Result<void> rows = check_rows(*container.manifest, *block, place);
+    if (!rows) return rows;
+  }
+  return {};
+}
+
+std::string feature_name(const schema::Directory& directory, int bit) {
+  for (const schema::Feature* feature : *directory.features()) {
+    if (feature->is_required() && feature->bit() == bit) return feature->name()->str();
+  }
+  return "bit " + std::to_string(bit);
+}
+
+}  // namespace
+
+std::string tile_place(std::int32_t x, std::int32_t y) {
+  return "tile " + std::to_string(x) + "," + std::to_string(y);
+}
+
+Result<void> check_manifest(const schema::Manifest& manifest) {
+  const schema::Vector3& origin_m = *manifest.origin_world_m();
+  if (!std::isfinite(origin_m.x()) || !std::isfinite(origin_m.y()) ||
+      !std::isfinite(origin_m.z())) {
+    return bad_manifest("the frame's origin is not finite");
+  }
+  if (!is_positive(manifest.cell_m()) || !is_positive(manifest.tile_m()) ||
+      !is_positive(manifest.site_spacing_m()) || !is_positive(manifest.reach_m()) ||
+      manifest.reach_m() > manifest.tile_m()) {
+    return bad_manifest("cell, tile, site spacing and reach must be positive, reach at most a tile");
+  }
+  const Numbers& ranges_m = *manifest.ranges_m();
+  if (ranges_m.size() == 0 || ranges_m.size() > kMostRanges) {
+    return bad_manifest("found " + std::to_string(ranges_m.size()) + " ranges");
+  }
+  if (!is_ascending_and_positive(ranges_m)) {
+    return Error{ErrorCode::kBadOrder, "ranges are not positive and ascending", "", "manifest"};
+  }
+  return check_promises(manifest);
+}
+
+Result<void> check_features(const FileHeader& header, const schema::Directory& directory) {
+  // Version 1.0 has no features of either kind.
+  for (int bit = 0; bit < 64; ++bit) {
+    if (((header.incompatible_features >> bit) & 1) == 0) continue;
+    return Error{ErrorCode::kUnknownRequiredFeature,
+                 "feature " + feature_name(directory, bit) +
+                     " is required and unknown to this program",
+                 "", "byte 24"};
+  }
+  return {};
+}
+
+Result<void> check_directory(const MapContainer& container) {
+  std::uint64_t end = container.header.manifest_offset + container.header.manifest_size;
+  const schema::Tile* previous = nullptr;
+  for (const schema::Tile* tile : *container.directory->tiles()) {
+    const std::string place = tile_place(tile->x(), tile->y());
+    if (previous != nullptr && !(std::pair(previous->x(), previous->y()) <
+                                 std::pair(tile->x(), tile->y()))) {
+      return Error{ErrorCode::kBadOrder, "tiles must ascend", "", place};
+    }
+    previous = tile;
+    const Result<void> layers = check_blocks(container, *tile->layers(), place + " layer ", end);
+    if (!layers) return layers;
+  }
+  return check_blocks(container, *container.directory->sections(), "section ", end);
+}
+
+}  // namespace sightline

@@ -1,0 +1,143 @@
+#include "formats/reader/map_container.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "formats/reader/map_checks.h"
+#include "map_generated.h"
+
+namespace sightline {
+namespace {
+
+using Blocks = flatbuffers::Vector<flatbuffers::Offset<schema::Block>>;
+
+// A FlatBuffer of our own file: bounds, alignment and checksum first, since the verifier of
+// FlatBuffers accepts a flipped bit and a misaligned buffer.
+template <class Root>
+Result<const Root*> open_buffer(std::span<const std::byte> file, std::uint64_t offset,
+                                std::uint64_t size, std::uint64_t checksum, const char* name) {
+  if (offset % kAlignment != 0 || offset < kHeaderSize || offset > file.size() - kTrailerSize ||
+      size > file.size() - kTrailerSize - offset) {
+    return Error{ErrorCode::kOutOfBounds,
+                 "bytes " + std::to_string(offset) + " + " + std::to_string(size) +
+                     " are misaligned or leave the file",
+                 "", name};
+  }
+  const std::span<const std::byte> bytes = file.subspan(offset, size);
+  if (block_checksum(bytes) != checksum) {
+    return Error{ErrorCode::kChecksumMismatch,
+                 "the " + std::string(name) + " does not match its checksum", "",
+                 "byte " + std::to_string(offset)};
+  }
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  constexpr flatbuffers::uoffset_t kDeepest = 16;
+  // A table takes at least 4 bytes, so this refuses nothing that could be real.
+  const auto most_tables = static_cast<flatbuffers::uoffset_t>(size / 4 + 1);
+  flatbuffers::Verifier verifier(data, size, kDeepest, most_tables);
+  if (size > FLATBUFFERS_MAX_BUFFER_SIZE || !verifier.VerifyBuffer<Root>(nullptr)) {
+    return Error{ErrorCode::kBadManifest, "the " + std::string(name) + " is no valid FlatBuffer", "",
+                 "byte " + std::to_string(offset)};
+  }
+  return flatbuffers::GetRoot<Root>(data);
+}
+
+Result<const schema::Manifest*> open_manifest(std::span<const std::byte> file,
+                                              const FileHeader& header) {
+  return open_buffer<schema::Manifest>(file, header.manifest_offset, header.manifest_size,
+                                       header.manifest_checksum, "manifest");
+}
+
+// A later major version may lay out everything after the header differently, so who wrote it is
+// told only where it can still be read.
+Error future_version(std::span<const std::byte> file, const FileHeader& header) {
+  const Result<const schema::Manifest*> manifest = open_manifest(file, header);
+  const std::string writer = manifest ? (*manifest)->writer()->str() : "a later program";
+  return {ErrorCode::kFutureVersion,
+          "written by " + writer + ", format " + std::to_string(header.major) + "." +
+              std::to_string(header.minor) + ", this program reads 1.0 to " +
+              std::to_string(kFormatMajor) + ".x",
+          "", "byte 8"};
+}
+
+const schema::Block* find_block(const Blocks& blocks, std::string_view name) {
+  for (const schema::Block* block : blocks) {
+    if (block->name()->string_view() == name) return block;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+Result<MapContainer> open_container(std::span<const std::byte> file) {
+  SIGHTLINE_CHECK(reinterpret_cast<std::uintptr_t>(file.data()) % 8 == 0);
+  const Result<FileHeader> header = decode_header(file);
+  if (!header) return header.error();
+  if (header->major > kFormatMajor) return future_version(file, *header);
+  if (header->major == 0) return Error{ErrorCode::kOldVersion, "format 0", "", "byte 8"};
+  const Result<const schema::Directory*> directory = open_buffer<schema::Directory>(
+      file, header->directory_offset, header->directory_size, header->directory_checksum,
+      "directory");
+  // Features may change how the rest is laid out: they come before any other complaint.
+  if (header->incompatible_features != 0 && !directory) {
+    return Error{ErrorCode::kUnknownRequiredFeature, "required features are unknown to this program",
+                 "", "byte 24"};
+  }
+  if (!directory) return directory.error();
+  const Result<void> features = check_features(*header, **directory);
+  if (!features) return features.error();
+  const Result<const schema::Manifest*> manifest = open_manifest(file, *header);
+  if (!manifest) return manifest.error();
+  const Result<void> sane = check_manifest(**manifest);
+  if (!sane) return sane.error();
+  const MapContainer container{file, *header, *manifest, *directory};
+  const Result<void> ordered = check_directory(container);
+  if (!ordered) return ordered.error();
+  return container;
+}
+
+std::optional<std::uint32_t> find_tile(const MapContainer& container, std::int32_t x,
+                                       std::int32_t y) {
+  const auto& tiles = *container.directory->tiles();
+  std::uint32_t low = 0;
+  std::uint32_t high = tiles.size();
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    const schema::Tile* tile = tiles.Get(middle);
+    if (std::pair(tile->x(), tile->y()) < std::pair(x, y)) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  if (low == tiles.size() || tiles.Get(low)->x() != x || tiles.Get(low)->y() != y) return {};
+  return low;
+}
+
+const schema::Block* find_layer(const MapContainer& container, std::uint32_t tile,
+                                std::string_view name) {
+  return find_block(*container.directory->tiles()->Get(tile)->layers(), name);
+}
+
+const schema::Block* find_section(const MapContainer& container, std::string_view name) {
+  return find_block(*container.directory->sections(), name);
+}
+
+std::span<const std::byte> located_bytes(const MapContainer& container,
+                                         const schema::Block& block) {
+  return container.file.subspan(block.offset(), block.stored_size());
+}
+
+Result<std::span<const std::byte>> stored_bytes(const MapContainer& container,
+                                                const schema::Block& block) {
+  const std::span<const std::byte> bytes = located_bytes(container, block);
+  if (block_checksum(bytes) != block.stored_checksum()) {
+    return Error{ErrorCode::kChecksumMismatch,
+                 "block " + block.name()->str() + " does not match its checksum", "",
+                 "byte " + std::to_string(block.offset())};
+  }
+  return bytes;
+}
+
+}  // namespace sightline

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "compiler/base/result.h"
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+
+namespace schema {  // generated from schemas/map.fbs
+struct Block;
+struct Directory;
+struct Manifest;
+struct Tile;
+}  // namespace schema
+
+// A compiled map whose header, trailer, manifest and directory have been checked. Refers into the
+// bytes it was opened on. Layers and sections have only been located: stored_bytes() checks one.
+struct MapContainer {
+  std::span<const std::byte> file;
+  FileHeader header;
+  const schema::Manifest* manifest = nullptr;
+  const schema::Directory* directory = nullptr;
+};
+
+// `file` must start at an address that is a multiple of 8. Reads the header, the trailer, the
+// manifest and the directory, and nothing else; optional things it does not know are skipped.
+// Errors: those of decode_header; future-version, unknown-required-feature (naming it),
+// out-of-bounds, checksum-mismatch, bad-manifest, bad-order, bad-layer, too-large.
+Result<MapContainer> open_container(std::span<const std::byte> file);
+
+// Index of a tile in the directory.
+std::optional<std::uint32_t> find_tile(const MapContainer& container, std::int32_t x,
+                                       std::int32_t y);
+
+// A layer of a tile, a section of the map; nullptr where there is none of this name.
+const schema::Block* find_layer(const MapContainer& container, std::uint32_t tile,
+                                std::string_view name);
+const schema::Block* find_section(const MapContainer& container, std::string_view name);
+
+// The bytes of a block as they lie in the file, unchecked.
+std::span<const std::byte> located_bytes(const MapContainer& container, const schema::Block& block);
+// The same after their checksum. Error: checksum-mismatch, at the block's byte.
+Result<std::span<const std::byte>> stored_bytes(const MapContainer& container,
+                                                const schema::Block& block);
+
+}  // namespace sightline

@@ -1,0 +1,163 @@
+#include "formats/reader/map_layout.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <string>
+
+#include "compiler/base/bytes.h"
+
+namespace sightline {
+namespace {
+
+using Magic = std::array<std::uint8_t, 8>;
+
+// A high bit, CR LF and a DOS end of file: a transfer as text changes one of them.
+constexpr Magic kMagic = {0x89, 'S', 'L', 'M', '\r', '\n', 0x1A, '\n'};
+constexpr Magic kEndMagic = {'\n', 0x1A, '\n', '\r', 'M', 'L', 'S', 0x89};
+
+bool starts_with(std::span<const std::byte> bytes, const Magic& magic) {
+  const std::size_t size = std::min(bytes.size(), magic.size());
+  return std::memcmp(bytes.data(), magic.data(), size) == 0;
+}
+
+Error truncated(std::size_t found, const std::string& expected) {
+  return {ErrorCode::kTruncatedFile,
+          "found " + std::to_string(found) + " bytes, expected " + expected, "",
+          "byte " + std::to_string(found)};
+}
+
+FileHeader read_fields(std::span<const std::byte> file) {
+  ByteReader reader(file.subspan(kMagic.size(), kHeaderSize - kMagic.size()));
+  FileHeader header;
+  reader.get(header.major);
+  reader.get(header.minor);
+  (void)reader.get<std::uint32_t>();
+  reader.get(header.compatible_features);
+  reader.get(header.incompatible_features);
+  reader.get(header.file_size);
+  reader.get(header.manifest_offset);
+  reader.get(header.manifest_size);
+  reader.get(header.manifest_checksum);
+  reader.get(header.directory_offset);
+  reader.get(header.directory_size);
+  reader.get(header.directory_checksum);
+  for (std::uint8_t& byte : header.root_digest) reader.get(byte);
+  return header;
+}
+
+Result<void> check_start(std::span<const std::byte> file) {
+  if (!file.empty() && !starts_with(file, kMagic)) {
+    return Error{ErrorCode::kBadMagic, "this is no compiled map, or one damaged by a transfer as text",
+                 "", "byte 0"};
+  }
+  if (file.size() < kHeaderSize + kTrailerSize) {
+    return truncated(file.size(), "at least " + std::to_string(kHeaderSize + kTrailerSize));
+  }
+  ByteReader reader(file.subspan(kHeaderSize - 8, 8));
+  if (reader.get<std::uint64_t>() != block_checksum(file.first(kHeaderSize - 8))) {
+    return Error{ErrorCode::kChecksumMismatch, "the header does not match its checksum", "",
+                 "byte " + std::to_string(kHeaderSize - 8)};
+  }
+  return {};
+}
+
+Result<void> check_end(std::span<const std::byte> file, const FileHeader& header) {
+  if (file.size() < header.file_size) {
+    return truncated(file.size(), std::to_string(header.file_size));
+  }
+  if (file.size() > header.file_size) {
+    return Error{ErrorCode::kOutOfBounds,
+                 "found " + std::to_string(file.size()) + " bytes, expected " +
+                     std::to_string(header.file_size),
+                 "", "byte " + std::to_string(header.file_size)};
+  }
+  std::array<std::byte, kHeaderSize> start{};
+  std::copy_n(file.begin(), kHeaderSize, start.begin());
+  const std::array<std::byte, kTrailerSize> expected = encode_trailer(header, start);
+  if (!std::equal(expected.begin(), expected.end(), file.end() - kTrailerSize)) {
+    return Error{ErrorCode::kChecksumMismatch, "the trailer does not match the header", "",
+                 "byte " + std::to_string(file.size() - kTrailerSize)};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::uint64_t block_checksum(std::span<const std::byte> bytes) {
+  return XXH3_64bits(bytes.data(), bytes.size());
+}
+
+std::array<std::byte, kHeaderSize> encode_header(const FileHeader& header) {
+  ByteWriter writer;
+  writer.append(kMagic.data(), kMagic.size());
+  writer.put(header.major);
+  writer.put(header.minor);
+  writer.put<std::uint32_t>(kHeaderSize);
+  writer.put(header.compatible_features);
+  writer.put(header.incompatible_features);
+  writer.put(header.file_size);
+  writer.put(header.manifest_offset);
+  writer.put(header.manifest_size);
+  writer.put(header.manifest_checksum);
+  writer.put(header.directory_offset);
+  writer.put(header.directory_size);
+  writer.put(header.directory_checksum);
+  writer.append(header.root_digest.data(), header.root_digest.size());
+  writer.put(block_checksum(writer.bytes()));
+  std::array<std::byte, kHeaderSize> bytes{};
+  SIGHTLINE_CHECK(writer.bytes().size() == bytes.size());
+  std::copy(writer.bytes().begin(), writer.bytes().end(), bytes.begin());
+  return bytes;
+}
+
+std::array<std::byte, kTrailerSize> encode_trailer(
+    const FileHeader& header, const std::array<std::byte, kHeaderSize>& encoded_header) {
+  ByteWriter writer;
+  writer.put(header.file_size);
+  writer.append(encoded_header.data() + kHeaderSize - 8, 8);
+  writer.put<std::uint64_t>(0);
+  writer.append(kEndMagic.data(), kEndMagic.size());
+  std::array<std::byte, kTrailerSize> bytes{};
+  SIGHTLINE_CHECK(writer.bytes().size() == bytes.size());
+  std::copy(writer.bytes().begin(), writer.bytes().end(), bytes.begin());
+  return bytes;
+}
+
+Result<FileHeader> decode_header(std::span<const std::byte> file) {
+  const Result<void> start = check_start(file);
+  if (!start) return start.error();
+  const FileHeader header = read_fields(file);
+  const Result<void> end = check_end(file, header);
+  if (!end) return end.error();
+  return header;
+}
+
+NdtLayout::NdtLayout(std::uint64_t rows) {
+  for (std::uint64_t& begin : column) {
+    begin = size;
+    size = aligned(size + rows * 4);
+  }
+}
+
+RangeLayout::RangeLayout(std::uint64_t rows, std::uint64_t ranges, std::uint64_t limits) {
+  const auto place = [&](std::uint64_t& begin, std::uint64_t bytes_per_row) {
+    begin = size;
+    size = aligned(size + rows * bytes_per_row);
+  };
+  place(site, 4);
+  place(run, 4);
+  place(s, 8);
+  place(p_x, 8);
+  place(p_y, 8);
+  place(p_z, 8);
+  place(range_index, limits);
+  place(range_flags, limits);
+  place(mean_error, 8 * ranges);
+  place(probability, 8 * ranges * limits);
+  place(site_flags, 1);
+  place(pose, 8 * 12);
+}
+
+}  // namespace sightline

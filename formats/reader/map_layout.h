@@ -1,0 +1,101 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "compiler/base/result.h"
+
+// The fixed parts of a compiled map (schemas/map_format.md), shared by its writer and its readers.
+
+namespace sightline {
+
+inline constexpr std::uint16_t kFormatMajor = 1;
+inline constexpr std::uint16_t kFormatMinor = 0;
+
+inline constexpr std::size_t kHeaderSize = 128;
+inline constexpr std::size_t kTrailerSize = 32;
+// Every block starts on a cache line, and each of its columns too.
+inline constexpr std::size_t kAlignment = 64;
+// Larger than any layer of a tile may be, small enough for a vehicle's memory.
+inline constexpr std::uint64_t kLargestBlock = std::uint64_t{1} << 30;
+
+inline constexpr std::string_view kNdtLayer = "ndt";
+inline constexpr std::string_view kRangeLayer = "range";
+inline constexpr std::string_view kModelSection = "error-model";
+inline constexpr std::uint32_t kNdtLayerVersion = 1;
+inline constexpr std::uint32_t kRangeLayerVersion = 1;
+
+// A mean is stored relative to the centre of its cell, in this unit: 60 nm.
+inline constexpr double kMeanUnit_m = 0x1.0p-24;
+
+struct FileHeader {
+  std::uint16_t major = kFormatMajor;
+  std::uint16_t minor = kFormatMinor;
+  std::uint64_t compatible_features = 0;    // may be ignored by who does not know them
+  std::uint64_t incompatible_features = 0;  // must be refused by who does not know them
+  std::uint64_t file_size = 0;
+  std::uint64_t manifest_offset = 0;
+  std::uint64_t manifest_size = 0;
+  std::uint64_t manifest_checksum = 0;  // XXH3
+  std::uint64_t directory_offset = 0;
+  std::uint64_t directory_size = 0;
+  std::uint64_t directory_checksum = 0;  // XXH3
+  std::array<std::uint8_t, 32> root_digest{};
+};
+
+// Field by field, little-endian; the checksum at the end is filled in.
+std::array<std::byte, kHeaderSize> encode_header(const FileHeader& header);
+std::array<std::byte, kTrailerSize> encode_trailer(
+    const FileHeader& header, const std::array<std::byte, kHeaderSize>& encoded_header);
+
+// Magic, checksum and trailer are checked, and that the file has the size it says; version and
+// features are not. Errors: truncated-file, bad-magic, checksum-mismatch, out-of-bounds.
+Result<FileHeader> decode_header(std::span<const std::byte> file);
+
+// XXH3, 64 bits, seed 0.
+std::uint64_t block_checksum(std::span<const std::byte> bytes);
+
+// Rounded up to the next multiple of kAlignment.
+constexpr std::uint64_t aligned(std::uint64_t size) {
+  return (size + kAlignment - 1) / kAlignment * kAlignment;
+}
+
+// Where each column of a layer begins, and the layer's size. Every column starts at a multiple of
+// kAlignment; the gap after it is zero. Rows are limited so that no size overflows.
+struct NdtLayout {
+  explicit NdtLayout(std::uint64_t rows);
+  // 13 columns of 4 bytes: key x y z, point count, mean x y z, covariance xx xy xz yy yz zz.
+  static constexpr std::size_t kColumns = 13;
+  std::array<std::uint64_t, kColumns> column{};
+  std::uint64_t size = 0;
+};
+
+struct RangeLayout {
+  RangeLayout(std::uint64_t rows, std::uint64_t ranges, std::uint64_t limits);
+  std::uint64_t site = 0;          // u32[rows], ascending
+  std::uint64_t run = 0;           // u32[rows]
+  std::uint64_t s = 0;             // f64[rows]
+  std::uint64_t p_x = 0;           // f64[rows], map frame, m
+  std::uint64_t p_y = 0;
+  std::uint64_t p_z = 0;
+  std::uint64_t range_index = 0;   // u8[rows][limits]
+  std::uint64_t range_flags = 0;   // u8[rows][limits]
+  std::uint64_t mean_error = 0;    // f64[rows][ranges]
+  std::uint64_t probability = 0;   // f64[rows][ranges][limits]
+  std::uint64_t site_flags = 0;    // u8[rows]
+  std::uint64_t pose = 0;          // f64[rows][12]
+  std::uint64_t size = 0;
+};
+inline constexpr std::uint64_t kMostRows = std::uint64_t{1} << 26;
+inline constexpr std::uint64_t kMostRanges = 256;
+inline constexpr std::uint64_t kMostLimits = 64;
+
+// Bits of the column site_flags.
+inline constexpr std::uint8_t kSiteExtrapolated = 1;
+inline constexpr std::uint8_t kSiteOutOfFold = 2;
+
+}  // namespace sightline

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "compiler/base/result.h"
+
+namespace sightline {
+
+// A whole file as read-only memory (mmap, MAP_PRIVATE): pages are read when they are touched.
+class MappedFile {
+ public:
+  // Errors: file-not-found, cannot-open, cannot-read.
+  static Result<MappedFile> open(const std::string& path);
+  MappedFile() = default;  // no bytes
+
+  MappedFile(MappedFile&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
+  MappedFile& operator=(MappedFile&& other) noexcept {
+    std::swap(bytes_, other.bytes_);
+    return *this;
+  }
+  ~MappedFile();
+
+  [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
+
+ private:
+  explicit MappedFile(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  std::span<const std::byte> bytes_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "formats/reader/map_container.h"
+#include "formats/reader/mapped_file.h"
+
+// How far to look, for a vehicle: opens a compiled map and answers from it.
+
+namespace sightline {
+
+// Flags of an answer. The first two are the map's own (schemas/map_format.md).
+inline constexpr std::uint32_t kAnswerUnmet = 1;         // no range is good enough here
+inline constexpr std::uint32_t kAnswerExtrapolated = 2;  // unlike what the model was trained on
+inline constexpr std::uint32_t kAnswerFar = 4;           // no site within the map's reach
+inline constexpr std::uint32_t kAnswerTighterLimit = 8;  // a limit tighter than the map has any
+
+inline constexpr std::uint32_t kNoSite = std::numeric_limits<std::uint32_t>::max();
+
+struct RangeAnswer {
+  double range_m = 0.0;       // how far to look
+  double probability = 0.0;   // that the localization error is within the limit, at this range
+  double mean_error_m = 0.0;  // predicted, at this range; infinity far from any site
+  double distance_m = std::numeric_limits<double>::infinity();  // 3D, to the nearest site
+  std::uint32_t flags = 0;
+  std::uint32_t site = kNoSite;  // the nearest one
+};
+
+struct MapInfo {  // refers into the map
+  std::string_view map_id;
+  std::string_view version;
+  std::uint64_t release = 0;
+  std::array<double, 3> origin_world_m{};
+  double tile_m = 0.0;
+  double reach_m = 0.0;  // a site farther away than this says nothing about a position
+  std::uint32_t site_count = 0;
+  std::uint32_t tile_count = 0;
+  std::span<const double> ranges_m;  // ascending
+  std::span<const double> limits_m;  // ascending
+};
+
+// A map open for looking up. Safe to use from several threads at once. After open() a look-up
+// allocates nothing (but to tell of a failure) and touches only the tiles within reach of the
+// position; each tile is checked against its checksum before its first use.
+class MapReader {
+ public:
+  // Maps the file into memory and checks header, manifest and directory. The file must not be
+  // written to while it is open; replacing it by rename is fine.
+  // Errors: file-not-found, cannot-open, cannot-read, and those of open_container().
+  static Result<MapReader> open(const std::string& path);
+  // The same on bytes that outlive the reader and start at a multiple of 8.
+  static Result<MapReader> open(std::span<const std::byte> bytes);
+
+  // The range for a sensor at this position in world coordinates (the recording's own, as the
+  // map's frame tells), for an accuracy of limit_m: what the map holds at the nearest site, the
+  // lower id on a tie. A limit the map does not have is served by the next tighter one; one
+  // tighter than all by the longest range, probability 0 and kAnswerTighterLimit. Far from any
+  // site: the longest range, probability 0 and kAnswerFar.
+  // Errors: bad-argument (not finite, or a limit not above 0), checksum-mismatch and bad-layer for
+  // a damaged tile.
+  [[nodiscard]] Result<RangeAnswer> observation_range(const std::array<double, 3>& position_world_m,
+                                                      double limit_m) const;
+
+  [[nodiscard]] const MapInfo& info() const { return info_; }
+
+ private:
+  struct Nearest;
+  MapReader(MappedFile file, const MapContainer& container);
+  static Result<MapReader> open(MappedFile file, std::span<const std::byte> bytes);
+  Result<void> search(std::int32_t x, std::int32_t y, const std::array<double, 3>& p_m,
+                      Nearest& nearest) const;
+  Result<const std::byte*> checked_tile(std::uint32_t tile, const schema::Block& layer) const;
+  Result<RangeAnswer> answer(const Nearest& nearest, double limit_m) const;
+
+  MappedFile file_;
+  MapContainer container_;
+  MapInfo info_;
+  std::vector<double> limits_m_;
+  std::vector<double> ranges_m_;
+  // Per tile: whether its range layer has been checked. Two threads may both check it.
+  std::unique_ptr<std::atomic<std::uint8_t>[]> tile_states_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,95 @@
+#include "formats/reader/sightline_reader.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <string>
+
+#include "formats/reader/reader.h"
+
+using sightline::ErrorCode;
+using sightline::MapInfo;
+using sightline::MapReader;
+using sightline::RangeAnswer;
+using sightline::Result;
+
+struct sightline_map {
+  MapReader reader;
+};
+
+namespace {
+
+static_assert(SIGHTLINE_UNMET == sightline::kAnswerUnmet);
+static_assert(SIGHTLINE_EXTRAPOLATED == sightline::kAnswerExtrapolated);
+static_assert(SIGHTLINE_FAR == sightline::kAnswerFar);
+static_assert(SIGHTLINE_TIGHTER_LIMIT == sightline::kAnswerTighterLimit);
+static_assert(SIGHTLINE_NO_SITE == sightline::kNoSite);
+
+void copy_message(const std::string& text, char* message, std::size_t message_size) {
+  if (message == nullptr || message_size == 0) return;
+  const std::size_t size = std::min(text.size(), message_size - 1);
+  std::memcpy(message, text.data(), size);
+  message[size] = '\0';
+}
+
+RangeAnswer default_answer(const MapReader& reader) {
+  RangeAnswer answer;
+  answer.range_m = reader.info().ranges_m.back();
+  answer.mean_error_m = std::numeric_limits<double>::infinity();
+  answer.flags = sightline::kAnswerFar;
+  return answer;
+}
+
+}  // namespace
+
+extern "C" {
+
+int sightline_open(const char* path, sightline_map** map, char* message, size_t message_size) {
+  *map = nullptr;
+  copy_message("", message, message_size);
+  try {
+    Result<MapReader> reader = MapReader::open(std::string(path));
+    if (reader) {
+      *map = new sightline_map{std::move(*reader)};
+      return 0;
+    }
+    copy_message(to_string(reader.error()), message, message_size);
+    return static_cast<int>(reader.error().code);
+  } catch (const std::bad_alloc&) {
+    copy_message("out of memory", message, message_size);
+    return static_cast<int>(ErrorCode::kOutOfMemory);
+  }
+}
+
+void sightline_close(sightline_map* map) { delete map; }
+
+void sightline_get_info(const sightline_map* map, sightline_info* info) {
+  const MapInfo& from = map->reader.info();
+  info->map_id = from.map_id.data();  // FlatBuffers ends its strings with a zero
+  info->version = from.version.data();
+  info->release = from.release;
+  std::copy(from.origin_world_m.begin(), from.origin_world_m.end(), info->origin_world_m);
+  info->reach_m = from.reach_m;
+  info->ranges_m = from.ranges_m.data();
+  info->limits_m = from.limits_m.data();
+  info->range_count = from.ranges_m.size();
+  info->limit_count = from.limits_m.size();
+  info->site_count = from.site_count;
+}
+
+int sightline_observation_range(const sightline_map* map, const double position_world_m[3],
+                                double limit_m, sightline_range* range) {
+  const Result<RangeAnswer> found = map->reader.observation_range(
+      {position_world_m[0], position_world_m[1], position_world_m[2]}, limit_m);
+  const RangeAnswer answer = found ? *found : default_answer(map->reader);
+  *range = {answer.range_m,    answer.probability, answer.mean_error_m,
+            answer.distance_m, answer.flags,       answer.site};
+  return found ? 0 : static_cast<int>(found.error().code);
+}
+
+const char* sightline_error_name(int error) {
+  // Names are literals, so they end in a zero.
+  return sightline::error_name(static_cast<ErrorCode>(error)).data();
+}
+
+}  // extern "C"

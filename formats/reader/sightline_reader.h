@@ -1,0 +1,73 @@
+#ifndef SIGHTLINE_READER_H
+#define SIGHTLINE_READER_H
+
+/* How far to look: the C interface of the vehicle's map reader.
+ *
+ * Functions return 0 or the stable number of an error (schemas/error_codes.md). A map may be used
+ * from several threads at once; after sightline_open a look-up that succeeds allocates nothing. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct sightline_map sightline_map;
+
+/* Flags of an answer. */
+#define SIGHTLINE_UNMET 1u         /* no range is good enough here */
+#define SIGHTLINE_EXTRAPOLATED 2u  /* unlike what the model was trained on */
+#define SIGHTLINE_FAR 4u           /* no site within the map's reach: the longest range */
+#define SIGHTLINE_TIGHTER_LIMIT 8u /* tighter than any limit of the map: the longest range */
+
+#define SIGHTLINE_NO_SITE UINT32_MAX
+
+typedef struct sightline_range {
+  double range_m;      /* how far to look */
+  double probability;  /* that the localization error is within the limit, at this range */
+  double mean_error_m; /* predicted, at this range; infinity far from any site */
+  double distance_m;   /* 3D, to the nearest site; infinity far from any */
+  uint32_t flags;
+  uint32_t site; /* the nearest one, or SIGHTLINE_NO_SITE */
+} sightline_range;
+
+/* Pointers stay valid until sightline_close. */
+typedef struct sightline_info {
+  const char* map_id;
+  const char* version;
+  uint64_t release;
+  double origin_world_m[3];
+  double reach_m;
+  const double* ranges_m; /* ascending */
+  const double* limits_m; /* ascending */
+  size_t range_count;
+  size_t limit_count;
+  uint32_t site_count;
+} sightline_info;
+
+/* Opens a map and checks it. On success *map is to be closed; on failure it is NULL, and the
+ * sentence that tells what was found goes to message (cut to message_size, always terminated),
+ * which may be NULL. */
+int sightline_open(const char* path, sightline_map** map, char* message, size_t message_size);
+
+/* NULL is fine. */
+void sightline_close(sightline_map* map);
+
+void sightline_get_info(const sightline_map* map, sightline_info* info);
+
+/* The range for a sensor at a position in world coordinates (x, y, z in metres, as the map's frame
+ * tells) and an accuracy of limit_m: what the map holds at the nearest site. A limit that the map
+ * does not have is served by the next tighter one. On failure *range is the longest range with
+ * SIGHTLINE_FAR, so that who forgets to look at the number still looks far enough. */
+int sightline_observation_range(const sightline_map* map, const double position_world_m[3],
+                                double limit_m, sightline_range* range);
+
+/* "checksum-mismatch"; "unknown" for a number that means nothing. */
+const char* sightline_error_name(int error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
