@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "compiler/base/check.h"
 #include "compiler/base/parallel.h"
 #include "compiler/base/random.h"
 #include "examples/town/sensor.h"
@@ -192,6 +193,32 @@ TownScan DriveSimulator::scan(std::size_t index) const {
 std::vector<TownScan> simulate(const DriveSimulator& drive, int threads) {
   return parallel_map<TownScan>(drive.scan_count(), threads,
                                 [&](std::size_t i) { return drive.scan(i); });
+}
+
+Drive recorded(const DriveSimulator& drive, const std::string& name, std::span<const Pose> poses,
+               int threads) {
+  SIGHTLINE_CHECK(poses.size() == drive.scan_count());
+  Drive made;
+  made.name = name;
+  made.sensor = drive.sensor();
+  std::vector<Scan> scans(drive.scan_count());
+  parallel_for(scans.size(), threads, [&](std::size_t i) {
+    const TownScan scan = drive.scan(i);
+    scans[i].stamp_ns = scan.stamp_ns;
+    for (const LabelledPoint& point : scan.points) {
+      scans[i].points_m.emplace_back(point.position_m.cast<double>());
+    }
+  });
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    ScanInfo info;
+    info.recording_index = static_cast<std::uint32_t>(i);
+    info.stamp_ns = scans[i].stamp_ns;
+    info.point_count = scans[i].points_m.size();
+    info.T_world_vehicle = poses[i];
+    made.scans.push_back(info);
+  }
+  made.store = memory_scan_store(std::move(scans));
+  return made;
 }
 
 }  // namespace sightline::town

@@ -2,12 +2,15 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "examples/town/caster.h"
 #include "examples/town/sensor.h"
 #include "examples/town/town.h"
 #include "examples/town/traffic.h"
+#include "formats/drive.h"
 #include "formats/geometry.h"
 #include "formats/sensor_profile.h"
 
@@ -52,6 +55,7 @@ class DriveSimulator {
   // What moves at that scan, and all that stands still during the drive.
   [[nodiscard]] TownMesh moving_mesh_at(std::size_t index) const;
   [[nodiscard]] const TownCaster& standing() const { return *standing_; }
+  [[nodiscard]] const SensorProfile& sensor() const { return options_.sensor; }
 
  private:
   DriveSimulator() = default;
@@ -63,7 +67,12 @@ class DriveSimulator {
   std::unique_ptr<TownCaster> standing_;
 };
 
-// A whole drive in memory, for tests.
+// A whole drive in memory with its labels, for tests.
 std::vector<TownScan> simulate(const DriveSimulator& drive, int threads);
+
+// The same as passes take it, with the poses given: true or disturbed ones. The world is the
+// town's coordinates.
+Drive recorded(const DriveSimulator& drive, const std::string& name, std::span<const Pose> poses,
+               int threads);
 
 }  // namespace sightline::town

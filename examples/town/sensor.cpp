@@ -78,17 +78,13 @@ Result<SensorProfile> town_sensor(int beams) {
         {},
         {}};
   }
-  SensorProfile sensor;
-  sensor.name = "generic-" + std::to_string(beams);
-  constexpr double kFieldDeg = 30.0;
-  for (int i = 0; i < beams; ++i) {
-    sensor.beam_elevations_deg.push_back(-0.5 * kFieldDeg + kFieldDeg * i / (beams - 1));
-  }
-  sensor.azimuth_step_deg = 0.2;
-  sensor.min_range_m = 0.5;
-  sensor.max_range_m = 100.0;
-  sensor.height_m = 1.8;
-  sensor.T_vehicle_lidar.translation() = Eigen::Vector3d(0.0, 0.0, sensor.height_m);
+  Result<SensorProfile> sensor = sensor_profile("generic-" + std::to_string(beams));
+  if (!sensor) return sensor;
+  sensor->min_range_m = 0.5;
+  sensor->max_range_m = 100.0;
+  sensor->height_m = 1.8;
+  sensor->T_vehicle_lidar = Pose::Identity();
+  sensor->T_vehicle_lidar.translation() = Eigen::Vector3d(0.0, 0.0, sensor->height_m);
   return sensor;
 }
 

@@ -12,8 +12,8 @@
 
 namespace sightline::town {
 
-// 16, 32, 64 or 128 beams evenly over -15 to +15 degrees, 0.2 degrees between azimuths, 0.5 to
-// 100 m, 1.8 m above the vehicle's origin. Error: bad-argument.
+// The profile generic-16, -32, -64 or -128, 0.5 to 100 m, 1.8 m above the vehicle's origin.
+// Error: bad-argument.
 Result<SensorProfile> town_sensor(int beams);
 
 struct LabelledPoint {
