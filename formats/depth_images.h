@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "formats/artifact.h"
@@ -22,6 +23,9 @@ struct DepthImages {
 
   [[nodiscard]] std::size_t cells_per_site() const {
     return static_cast<std::size_t>(azimuth_count) * elevation_count;
+  }
+  [[nodiscard]] std::span<const float> image_of(std::size_t site) const {
+    return std::span(distance_m).subspan(site * cells_per_site(), cells_per_site());
   }
 };
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "passes/factors/nd_of_cell.h"
+
 // The 17 x 17 shifted copies of a sample fall into few cells (nine at most where cells are 2 m), so
 // the cell is looked up once for each rectangle of shifts that shares it, not once for each shift.
 
@@ -35,13 +37,6 @@ ShiftedAxis shift_along_axis(double position_m, double cell_m) {
   return axis;
 }
 
-const MatchNd* nd_of_cell(const MatchGrid& grid, const CellKey& key) {
-  const std::int32_t cell = find_cell(grid, key);
-  if (cell == MatchGrid::kNone) return nullptr;
-  const std::int32_t nd = grid.neighbourhoods[static_cast<std::size_t>(cell)][0];
-  return nd == MatchGrid::kNone ? nullptr : &grid.nds[static_cast<std::size_t>(nd)];
-}
-
 void add_sample(const Eigen::Vector3d& sample_m, const MatchGrid& receivers, ShiftGrid& score) {
   const ShiftedAxis x = shift_along_axis(sample_m.x(), receivers.cell_m);
   const ShiftedAxis y = shift_along_axis(sample_m.y(), receivers.cell_m);
@@ -49,18 +44,19 @@ void add_sample(const Eigen::Vector3d& sample_m, const MatchGrid& receivers, Shi
   const double factor = -0.5 * receivers.gauss.d2;
   for (const ShiftRun& row : std::span(y.runs).first(y.run_count)) {
     for (const ShiftRun& column : std::span(x.runs).first(x.run_count)) {
-      const MatchNd* nd = nd_of_cell(receivers, {column.key, row.key, key_z});
-      if (nd == nullptr) continue;
-      const Eigen::Matrix3d& information = nd->information_per_m2;
-      const double dz = sample_m.z() - nd->mean_m.z();
+      const std::int32_t index = nd_of_cell(receivers, {column.key, row.key, key_z});
+      if (index == MatchGrid::kNone) continue;
+      const MatchNd& nd = receivers.nds[static_cast<std::size_t>(index)];
+      const Eigen::Matrix3d& information = nd.information_per_m2;
+      const double dz = sample_m.z() - nd.mean_m.z();
       for (std::size_t j = row.begin; j < row.end; ++j) {
         // The square of the Mahalanobis distance along a row of shifts is a + b dx + c dx^2.
-        const double dy = y.position_m[j] - nd->mean_m.y();
+        const double dy = y.position_m[j] - nd.mean_m.y();
         const double a = information(1, 1) * dy * dy + information(2, 2) * dz * dz +
                          2.0 * information(1, 2) * dy * dz;
         const double b = 2.0 * (information(0, 1) * dy + information(0, 2) * dz);
         for (std::size_t i = column.begin; i < column.end; ++i) {
-          const double dx = x.position_m[i] - nd->mean_m.x();
+          const double dx = x.position_m[i] - nd.mean_m.x();
           const double maha2 = a + dx * (b + information(0, 0) * dx);
           score[j * kShiftsPerAxis + i] += std::exp(factor * maha2);
         }

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/sensor_profile.h"
+#include "formats/sites.h"
+#include "formats/surface.h"
+#include "formats/virtual_scans.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kCastScansVersion = 1;
+
+struct CastScansOptions {
+  double near_m = 0.5;
+  double longest_range_m = 50.0;
+  double leaf_m = 1.0;  // the localizer's
+};
+std::vector<OptionField> option_fields(CastScansOptions& options);
+
+// What the localizing sensor would measure at every site: each of its beams at each azimuth step,
+// the first along map +x, cast level from p on the surface and subsampled on the localizer's voxel
+// grid. Definition: schemas/definitions.md, "virtual scan".
+// Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far).
+Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
+                                const Surface& surface, const Sites& sites,
+                                const SensorProfile& sensor);
+
+}  // namespace sightline

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "formats/ndt_map.h"
+#include "formats/sites.h"
+#include "passes/factors/self_score.h"
+
+namespace sightline {
+
+// Where the NDs of each tile lie in a map: [first, second) of its list.
+using TileIndex = std::map<TileKey, std::pair<std::uint32_t, std::uint32_t>>;
+TileIndex tile_index(const NdtMap& map);
+
+// The NDs that a group of neighbouring sites looks at, and what each is whoever looks. Lists run in
+// parallel.
+struct GroupNds {
+  std::vector<Nd> nds;
+  std::vector<std::uint32_t> all;  // 0, 1, 2, ...
+  std::vector<int> dimension_class;
+  std::vector<int> normal_bin;  // -1 where the ND is not planar
+  std::vector<ShiftGrid> self_score;
+};
+
+// All NDs within `reach_m` of any of `sites`, which are not empty; a few beyond may come along.
+GroupNds gather_nds(const NdtMap& map, const TileIndex& index, const MatchGrid& grid,
+                    std::span<const Site> sites, double reach_m);
+
+}  // namespace sightline
