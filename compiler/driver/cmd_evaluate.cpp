@@ -64,10 +64,8 @@ Result<void> evaluate(const EvaluateFlags& flags) {
   const Result<CompileConfig> config = evaluation_config(flags, *map);
   if (!config) return config.error();
   ArtifactSet artifacts;
-  Result<Recording> recording = open_recording(config->evaluation);
-  if (!recording) return recording.error();
-  const Digest recording_digest = recording->digest;
-  artifacts.provide("evaluation/recording", std::move(*recording), recording_digest);
+  const Result<void> provided = provide_evaluation(*config, artifacts);
+  if (!provided) return provided;
   artifacts.provide("ndt-map", map->ndt, sha256(to_bytes(map->ndt)));
   artifacts.provide("sites", map->sites, sha256(to_bytes(map->sites)));
   artifacts.provide("predicted-error", map->predicted, sha256(to_bytes(map->predicted)));

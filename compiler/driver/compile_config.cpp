@@ -113,6 +113,7 @@ std::vector<ConfigSection> sections(CompileConfig& config) {
       pass_section("build-surface", "The surface that rays hit", config.build_surface),
       pass_section("choose-sites", "Places to annotate", config.choose_sites),
       pass_section("cast-rays", "Depth images", config.cast_rays),
+      pass_section("cast-scans", "Virtual scans", config.cast_scans),
       pass_section("compute-factors", "Map factors", config.compute_factors),
       pass_section("measure-error", "Localization error of a drive", config.measure_error),
       pass_section("train-model", "The error model", config.train_model),

@@ -9,6 +9,7 @@
 #include "passes/build_ndt.h"
 #include "passes/build_surface.h"
 #include "passes/cast_rays.h"
+#include "passes/cast_scans.h"
 #include "passes/choose_ranges.h"
 #include "passes/choose_sites.h"
 #include "passes/compute_factors.h"
@@ -48,6 +49,7 @@ struct CompileConfig {
   BuildSurfaceOptions build_surface;
   ChooseSitesOptions choose_sites;
   CastRaysOptions cast_rays;
+  CastScansOptions cast_scans;
   ComputeFactorsOptions compute_factors;
   MeasureErrorOptions measure_error;
   TrainModelOptions train_model;

@@ -11,10 +11,11 @@ EstimateTrajectoryOptions given_poses(EstimateTrajectoryOptions options) {
 
 Result<void> provide_drive(const std::string& name, const RecordingOptions& options,
                            ArtifactSet& artifacts) {
-  Result<Recording> recording = open_recording(options);
+  Result<Recording> recording = open_recording(options, /*threads=*/0);
   if (!recording) return recording.error();
   const Digest digest = recording->digest;
-  artifacts.provide(name, std::move(*recording), digest);
+  artifacts.provide(name + "/sensor", recording->sensor, sha256(to_bytes(recording->sensor)));
+  artifacts.provide(name + "/recording", std::move(*recording), digest);
   return {};
 }
 
@@ -41,8 +42,10 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c) {
                 {"mapping/drive", "mapping/trajectory"}, "sites"));
   add(make_step("cast-rays", kCastRaysVersion, &cast_rays, c.cast_rays, {"surface", "sites"},
                 "depth-images"));
+  add(make_step("cast-scans", kCastScansVersion, &cast_scans, c.cast_scans,
+                {"surface", "sites", "localization/sensor"}, "virtual-scans"));
   add(make_step("compute-factors", kComputeFactorsVersion, &compute_factors, c.compute_factors,
-                {"ndt-map", "sites", "depth-images"}, "factor-table"));
+                {"ndt-map", "sites", "depth-images", "virtual-scans"}, "factor-table"));
   // From here on the map is done; what follows asks how well a vehicle localizes in it.
   std::string drive = "mapping/drive";
   std::string trajectory = "mapping/trajectory";
@@ -62,7 +65,7 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c) {
                 {"error-model", "sites", "factor-table"}, "predicted-error"));
   // From here on every site's prediction comes from trees that never saw its place.
   add(make_step("choose-ranges", kChooseRangesVersion, &choose_ranges, c.choose_ranges,
-                {"sites", "predicted-error", "measured-error", "error-model"}, "range-table"));
+                {"sites", "predicted-error", "error-model"}, "range-table"));
   add(make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
                 {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
   return steps;
@@ -85,9 +88,16 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
 }
 
 Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts) {
-  const Result<void> mapping = provide_drive("mapping/recording", config.mapping, artifacts);
-  if (!mapping || config.is_split()) return mapping;
-  return provide_drive("localization/recording", config.localization, artifacts);
+  const Result<void> mapping = provide_drive("mapping", config.mapping, artifacts);
+  if (!mapping) return mapping;
+  if (!config.is_split()) return provide_drive("localization", config.localization, artifacts);
+  // One recording is both: what localizes is the mapping drive's own sensor.
+  artifacts.put("localization/sensor", artifacts.entry("mapping/sensor"));
+  return {};
+}
+
+Result<void> provide_evaluation(const CompileConfig& config, ArtifactSet& artifacts) {
+  return provide_drive("evaluation", config.evaluation, artifacts);
 }
 
 }  // namespace sightline
