@@ -54,6 +54,15 @@ struct Recording {
   Digest digest{};
 };
 
+template <>
+struct ArtifactTraits<Recording> {
+  static constexpr std::string_view kName = "recording";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+Result<void> validate(const Recording& recording);
+Table dump(const Recording& recording);
+
 // Lists the scans of a folder, gives each a time and a pose, and takes digests of all files on up to
 // `threads` threads (0: all).
 //
