@@ -1,0 +1,129 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "compiler/base/atomic_file.h"
+#include "tests/system/program.h"
+
+// What users bring, as they bring it: each is refused with its code and file, and nothing is
+// written.
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A drive of a few scans of the small town, to be spoilt, with its configuration.
+class BadInput : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fresh_folder();
+    fs::create_directories(folder_ / "scans");
+    for (int i = 0; i < kScans; ++i) {
+      const std::string name = "00000" + std::to_string(i) + ".pcd";
+      fs::copy(small_town() / "mapping" / "scans" / name, folder_ / "scans" / name);
+    }
+    std::ifstream poses(small_town() / "mapping" / "poses.tum");
+    std::string line;
+    for (int i = 0; i < kScans && std::getline(poses, line);) {
+      if (line.starts_with("#")) continue;
+      pose_lines_.push_back(line);
+      ++i;
+    }
+    write_poses();
+    write("drive.yaml", "mapping: {scans: scans, poses: poses.tum}\n");
+  }
+  void write(const fs::path& name, const std::string& text) const {
+    ASSERT_TRUE(write_file_atomically(folder_ / name, text, IfExists::kReplace));
+  }
+  void write_poses() const {
+    std::string text;
+    for (const std::string& line : pose_lines_) text += line + "\n";
+    write("poses.tum", text);
+  }
+  void expect_refused(int status, const std::string& code, const std::string& mention) const {
+    const ProgramResult run =
+        run_sightline("compile " + (folder_ / "drive.yaml").string() + " -q --no-cache -o " +
+                      (folder_ / "out.slmap").string());
+    EXPECT_EQ(run.status, status) << run.err;
+    EXPECT_NE(run.err.find(code), std::string::npos) << run.err;
+    EXPECT_NE(run.err.find(mention), std::string::npos) << run.err;
+    EXPECT_FALSE(fs::exists(folder_ / "out.slmap"));
+  }
+
+  static constexpr int kScans = 5;
+  fs::path folder_;
+  std::vector<std::string> pose_lines_;
+};
+
+TEST_F(BadInput, AGitLfsPointerNamedPcd) {
+  write("scans/000002.pcd", "version https://git-lfs.github.com/spec/v1\noid sha256:" +
+                                std::string(64, 'a') + "\nsize 12345\n");
+  expect_refused(65, "SL2003 git-lfs-pointer", "000002.pcd");
+}
+
+TEST_F(BadInput, AnEmptyDirectory) {
+  fs::remove_all(folder_ / "scans");
+  fs::create_directories(folder_ / "scans");
+  expect_refused(65, "SL2002 empty-directory", "scans");
+}
+
+TEST_F(BadInput, AFolderThatIsNotThere) {
+  write("drive.yaml", "mapping: {scans: skans}\n");
+  expect_refused(65, "SL2001 file-not-found", "skans");
+}
+
+TEST_F(BadInput, AnEmptyScan) {
+  write("scans/000003.pcd", "");
+  expect_refused(65, "SL20", "000003.pcd");
+}
+
+TEST_F(BadInput, ATruncatedScan) {
+  std::string bytes = *read_text_file(folder_ / "scans" / "000001.pcd");
+  write("scans/000001.pcd", bytes.substr(0, bytes.size() - 7));
+  expect_refused(65, "SL2006 truncated-scan", "000001.pcd");
+}
+
+TEST_F(BadInput, FewerPosesThanScans) {
+  pose_lines_.pop_back();
+  write_poses();
+  expect_refused(65, "SL2010 fewer-poses-than-scans", "poses.tum");
+}
+
+TEST_F(BadInput, APoseThatIsNoRotation) {
+  pose_lines_[2] = "2.0 1 2 0 0.5 0.5 0.5 0.9";
+  write_poses();
+  expect_refused(65, "SL2011 not-a-rotation", "line 3");
+}
+
+TEST_F(BadInput, APoseThatIsNoNumber) {
+  pose_lines_[1] = "0.1 1 two 0 0 0 0 1";
+  write_poses();
+  expect_refused(65, "SL2009 malformed-pose", "line 2");
+}
+
+TEST_F(BadInput, TimesThatRunBackwards) {
+  std::swap(pose_lines_[1], pose_lines_[3]);
+  write_poses();
+  expect_refused(65, "SL2012 time-runs-backwards", "poses.tum");
+}
+
+TEST_F(BadInput, ADriveTooShortToTrainOn) { expect_refused(65, "SL2014 drive-too-short", "pass"); }
+
+TEST_F(BadInput, AnUnknownKeyWithTheNearestOne) {
+  write("drive.yaml", "mapping: {scans: scans}\nbuild-ndt: {cel_m: 1.0}\n");
+  expect_refused(64, "SL1002 unknown-key", "did you mean 'cell_m'?");
+}
+
+TEST_F(BadInput, AFileThatIsNoMap) {
+  write("other.slmap", "this is no map at all, but long enough to hold a header of 128 bytes" +
+                           std::string(200, '.'));
+  const ProgramResult run = run_sightline("verify " + (folder_ / "other.slmap").string());
+  EXPECT_EQ(run.status, 67) << run.err;
+  EXPECT_NE(run.err.find("SL4001 bad-magic"), std::string::npos) << run.err;
+}
+
+}  // namespace
+}  // namespace sightline

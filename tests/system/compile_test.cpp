@@ -1,0 +1,183 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+#include "compiler/base/atomic_file.h"
+#include "tests/system/program.h"
+
+namespace sightline {
+namespace {
+
+std::string config() { return (small_town() / "town.yaml").string(); }
+
+std::string bytes_of(const std::filesystem::path& path) {
+  const Result<std::string> text = read_text_file(path);
+  EXPECT_TRUE(text.has_value()) << path;
+  return text ? *text : std::string();
+}
+
+// One compile that the other tests share, with its cache beside the configuration.
+const std::filesystem::path& compiled_map() {
+  static const std::filesystem::path kMap = [] {
+    const std::filesystem::path map = small_town() / "town.slmap";
+    const ProgramResult run = run_sightline("compile " + config() + " -o " + map.string());
+    EXPECT_EQ(run.status, 0) << run.err;
+    EXPECT_NE(run.out.find("TABLE I"), std::string::npos) << run.out;
+    return map;
+  }();
+  return kMap;
+}
+
+TEST(Compile, GivesTheSameBytesWithOneThreadAndWithTwo) {
+  const std::filesystem::path folder = fresh_folder();
+  for (const char* threads : {"1", "2"}) {
+    const ProgramResult run =
+        run_sightline("compile " + config() + " --no-cache --threads " + threads + " -q -o " +
+                      (folder / threads).string() + ".slmap");
+    ASSERT_EQ(run.status, 0) << run.err;
+  }
+  const std::string one = bytes_of(folder / "1.slmap");
+  EXPECT_GT(one.size(), 10'000U);
+  EXPECT_TRUE(one == bytes_of(folder / "2.slmap"));
+  EXPECT_TRUE(one == bytes_of(compiled_map())) << "a cached compile differs from an uncached one";
+}
+
+TEST(Compile, RunsNothingTwiceAndOnlyWhatAChangeReaches) {
+  const std::filesystem::path folder = fresh_folder();
+  compiled_map();
+  const std::string again = "compile " + config() + " -q --explain -o ";
+  const ProgramResult unchanged = run_sightline(again + (folder / "a.slmap").string());
+  ASSERT_EQ(unchanged.status, 0) << unchanged.err;
+  EXPECT_NE(unchanged.err.find("kept  measure-error: unchanged"), std::string::npos);
+  EXPECT_NE(unchanged.err.find("kept  train-model: unchanged"), std::string::npos);
+  const ProgramResult changed =
+      run_sightline(again + (folder / "b.slmap").string() + " --set choose-ranges.selection=mean");
+  ASSERT_EQ(changed.status, 0) << changed.err;
+  EXPECT_NE(changed.err.find("kept  predict-error: unchanged"), std::string::npos);
+  EXPECT_NE(changed.err.find("ran   choose-ranges: option selection was probability, is mean"),
+            std::string::npos)
+      << changed.err;
+}
+
+TEST(Compile, RefusesToReplaceItsOutputUnlessForced) {
+  const ProgramResult refused =
+      run_sightline("compile " + config() + " -q -o " + compiled_map().string());
+  EXPECT_EQ(refused.status, 64);
+  EXPECT_NE(refused.err.find("SL1005 output-exists"), std::string::npos) << refused.err;
+  const ProgramResult forced =
+      run_sightline("compile " + config() + " -q --force -o " + compiled_map().string());
+  EXPECT_EQ(forced.status, 0) << forced.err;
+}
+
+TEST(Compile, StoppedByASignalKeepsWhatIsDoneAndLeavesNothingHalfWritten) {
+  const std::filesystem::path folder = fresh_folder();
+  const std::string command = "compile " + config() + " --cache " + (folder / "cache").string() +
+                              " -o " + (folder / "map.slmap").string();
+  // The signal comes as soon as the first artifact is in the cache.
+  const ProgramResult stopped =
+      run_command(std::string(SIGHTLINE_PROGRAM) + " " + command + " & pid=$!; while ! ls " +
+                  (folder / "cache").string() +
+                  "/*.sla >/dev/null 2>&1; do sleep 0.05; done; kill -INT $pid; wait $pid");
+  EXPECT_EQ(stopped.status, 75) << stopped.err;
+  EXPECT_NE(stopped.err.find("SL7001 interrupted"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder / "map.slmap"));
+  const ProgramResult resumed = run_sightline(command + " --explain");
+  ASSERT_EQ(resumed.status, 0) << resumed.err;
+  EXPECT_NE(resumed.err.find("kept  estimate-trajectory: unchanged"), std::string::npos);
+  EXPECT_TRUE(bytes_of(folder / "map.slmap") == bytes_of(compiled_map()));
+}
+
+TEST(Compile, OnAFullDiskLeavesNoMap) {
+  const std::filesystem::path folder = fresh_folder();
+  compiled_map();
+  // A limit on the size of files, which the kernel reports in the same place as a full disk.
+  const ProgramResult full =
+      run_command("trap '' XFSZ; ulimit -f 64; " + std::string(SIGHTLINE_PROGRAM) + " compile " +
+                  config() + " -q -o " + (folder / "map.slmap").string());
+  EXPECT_EQ(full.status, 74) << full.err;
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+TEST(Verify, AcceptsTheMapAndRefusesADamagedOne) {
+  const std::filesystem::path folder = fresh_folder();
+  EXPECT_EQ(run_sightline("verify " + compiled_map().string()).status, 0);
+  std::string bytes = bytes_of(compiled_map());
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  ASSERT_TRUE(write_file_atomically(folder / "bad.slmap", bytes, IfExists::kRefuse));
+  const ProgramResult damaged = run_sightline("verify " + (folder / "bad.slmap").string());
+  EXPECT_EQ(damaged.status, 67) << damaged.err;
+  bytes.resize(bytes.size() / 2);
+  ASSERT_TRUE(write_file_atomically(folder / "cut.slmap", bytes, IfExists::kRefuse));
+  EXPECT_EQ(run_sightline("inspect " + (folder / "cut.slmap").string()).status, 67);
+}
+
+TEST(Inspect, SaysSitesRangesPromiseAndModel) {
+  const ProgramResult run = run_sightline("inspect " + compiled_map().string());
+  ASSERT_EQ(run.status, 0) << run.err;
+  for (const char* word : {"sites", "0.1 m", "0.25 m", "coverage", "trees", "R^2"}) {
+    EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
+  }
+}
+
+TEST(Dump, PrintsEveryTableInEveryFormat) {
+  compiled_map();
+  for (const char* what : {"nds", "sites", "factors", "measured", "predicted", "ranges",
+                           "trajectory", "model", "evaluation"}) {
+    for (const char* format : {"csv", "json", "text"}) {
+      const ProgramResult run =
+          run_sightline("dump " + config() + " -q --what " + what + " --format " + format);
+      EXPECT_EQ(run.status, 0) << what << " " << format << run.err;
+      EXPECT_GT(run.out.size(), 100U) << what;
+    }
+  }
+  const ProgramResult depth =
+      run_sightline("dump " + config() + " -q --what depth --site 3 --format csv");
+  EXPECT_EQ(depth.status, 0) << depth.err;
+}
+
+TEST(Dump, SaysTheSameOfTheMapAsOfTheArtifact) {
+  for (const char* what : {"sites", "predicted", "ranges"}) {
+    const std::string table = std::string(" -q --format csv --what ") + what;
+    const ProgramResult map = run_sightline("dump " + compiled_map().string() + table);
+    const ProgramResult artifact = run_sightline("dump " + config() + table);
+    ASSERT_EQ(map.status, 0) << map.err;
+    EXPECT_TRUE(map.out == artifact.out) << what;
+  }
+}
+
+TEST(Evaluate, JudgesByAnotherDriveAndWritesItsTables) {
+  const std::filesystem::path folder = fresh_folder();
+  const ProgramResult run =
+      run_sightline("evaluate " + config() + " --map " + compiled_map().string() + " --json " +
+                    (folder / "e.json").string() + " --csv " + (folder / "e.csv").string());
+  ASSERT_EQ(run.status, 0) << run.err;
+  for (const char* word : {"TABLE I", "TABLE II", "oracle", "coverage"}) {
+    EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
+  }
+  EXPECT_GT(bytes_of(folder / "e.json").size(), 500U);
+  EXPECT_GT(bytes_of(folder / "e.csv").size(), 500U);
+}
+
+TEST(VehicleReader, FollowsADriveThroughTheMap) {
+  const ProgramResult run =
+      run_command(std::string(SIGHTLINE_VEHICLE_READER) + " " + compiled_map().string() + " " +
+                  (small_town() / "drive_2" / "poses.tum").string());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_GT(std::count(run.out.begin(), run.out.end(), '\n'), 100);
+}
+
+TEST(Help, TeachesEachVerbByExample) {
+  for (const char* verb : {"compile", "evaluate", "inspect", "dump", "verify", "passes"}) {
+    const ProgramResult run = run_sightline(std::string(verb) + " --help");
+    EXPECT_EQ(run.status, 0);
+    EXPECT_NE(run.out.find("Example"), std::string::npos) << verb;
+  }
+  EXPECT_EQ(run_sightline("").status, 64);
+  EXPECT_EQ(run_sightline("compile").status, 64);
+  EXPECT_EQ(run_sightline("conpile x").status, 64);
+}
+
+}  // namespace
+}  // namespace sightline

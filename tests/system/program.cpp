@@ -1,0 +1,75 @@
+#include "tests/system/program.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string_view>
+
+#include "compiler/base/atomic_file.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::string_view kConfig = R"(
+annotation: {ranges_m: [10, 30], split: auto}
+mapping: {scans: mapping/scans, poses: mapping/poses.tum}
+localization: {scans: drive_1/scans, poses: drive_1/poses.tum}
+evaluation: {scans: drive_2/scans, poses: drive_2/poses.tum}
+measure-error: {offset_count: 3, reference: known}
+train-model: {trees: 20}
+)";
+
+std::filesystem::path scratch() {
+  return std::filesystem::path(::testing::TempDir()) / ("sightline_" + std::to_string(::getpid()));
+}
+
+// Owns the scratch folder of this process.
+struct Scratch {
+  ~Scratch() { std::filesystem::remove_all(scratch()); }
+};
+
+}  // namespace
+
+ProgramResult run_command(const std::string& command) {
+  const std::filesystem::path out = scratch() / "stdout";
+  const std::filesystem::path err = scratch() / "stderr";
+  std::filesystem::create_directories(scratch());
+  const std::string redirected =
+      "{ " + command + "; } >'" + out.string() + "' 2>'" + err.string() + "' </dev/null";
+  const int status = std::system(redirected.c_str());
+  ProgramResult result;
+  result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  result.out = *read_text_file(out);
+  result.err = *read_text_file(err);
+  return result;
+}
+
+ProgramResult run_sightline(const std::string& arguments) {
+  return run_command(std::string(SIGHTLINE_PROGRAM) + " " + arguments);
+}
+
+const std::filesystem::path& small_town() {
+  static const Scratch kOwner;
+  static const std::filesystem::path kTown = [] {
+    const std::filesystem::path town = scratch() / "town";
+    const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) +
+                                           " --seed 3 --length-m 180 --out " + town.string());
+    EXPECT_EQ(made.status, 0) << made.err;
+    EXPECT_TRUE(write_file_atomically(town / "town.yaml", kConfig, IfExists::kReplace));
+    return town;
+  }();
+  return kTown;
+}
+
+std::filesystem::path fresh_folder() {
+  const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info();
+  const std::filesystem::path folder =
+      scratch() / (std::string(test->test_suite_name()) + "." + test->name());
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+}  // namespace sightline
