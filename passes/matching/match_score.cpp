@@ -79,7 +79,8 @@ MatchScore match_score(const MatchGrid& grid, std::span<const Eigen::Vector3d> p
     add_point(score_of_point(grid, grid.neighbourhoods[static_cast<std::size_t>(cell)], point_m),
               arm_m, total);
   }
-  total.hessian.bottomLeftCorner<3, 3>() = total.hessian.topRightCorner<3, 3>().transpose();
+  // Only the upper triangle is right so far; the lower follows from it.
+  total.hessian.triangularView<Eigen::StrictlyLower>() = total.hessian.transpose();
   return total;
 }
 
