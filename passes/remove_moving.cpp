@@ -37,7 +37,11 @@ constexpr double kEndMargin_m = 0.5;
 // sensor.
 constexpr double kColumn_voxels = 3.0;
 // Points up to here above a column's lowest are ground: kerbs, unevenness, the voxels' own height.
-constexpr double kGroundThickness_m = 0.25;
+constexpr double kGroundThickness_m = 0.15;
+// A voxel with no more evidence for standing than this goes with its neighbours if this many of the
+// 26 moved: two hits and no miss.
+constexpr double kWeakLogOdds = 2.0 * kHitLogOdds;
+constexpr std::uint8_t kMovedAround = 3;
 // A ray that ends this far below a ground voxel has gone through it.
 constexpr double kBelowGround_m = 0.3;
 
@@ -137,23 +141,33 @@ void add_return(const Eigen::Vector3d& point_m, std::uint32_t scan, Scene& scene
   voxel.last_scan = scan;
 }
 
+// Columns of the plane as one number, so that the neighbour of a column is a sum away.
+std::int64_t column_number(std::int64_t x, std::int64_t y) {
+  return x * (std::int64_t{1} << 32) + y;
+}
+
+// Ground is what lies within a hand's breadth of the lowest return of its surroundings.
 void mark_ground(double voxel_m, std::vector<Voxel>& voxels) {
-  const auto column_of = [&](const Eigen::Vector3d& mean_m) -> std::uint64_t {
-    const double edge_m = kColumn_voxels * voxel_m;
-    const auto x = static_cast<std::int32_t>(std::floor(mean_m.x() / edge_m));
-    const auto y = static_cast<std::int32_t>(std::floor(mean_m.y() / edge_m));
-    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32) |
-           static_cast<std::uint32_t>(y);
+  const double column_m = kColumn_voxels * voxel_m;
+  const auto index_of = [&](double x_m) {
+    return static_cast<std::int64_t>(std::floor(x_m / column_m));
   };
-  std::unordered_map<std::uint64_t, double> lowest_m;
+  std::unordered_map<std::int64_t, double> lowest_m;
   for (const Voxel& voxel : voxels) {
     const Eigen::Vector3d mean_m = voxel.mean_m();
-    const auto [entry, is_new] = lowest_m.try_emplace(column_of(mean_m), mean_m.z());
+    const std::int64_t column = column_number(index_of(mean_m.x()), index_of(mean_m.y()));
+    const auto [entry, is_new] = lowest_m.try_emplace(column, mean_m.z());
     if (!is_new) entry->second = std::min(entry->second, mean_m.z());
   }
   for (Voxel& voxel : voxels) {
     const Eigen::Vector3d mean_m = voxel.mean_m();
-    voxel.is_ground = mean_m.z() < lowest_m.at(column_of(mean_m)) + kGroundThickness_m;
+    double around_m = mean_m.z();
+    for (int code = 0; code < 9; ++code) {
+      const auto entry = lowest_m.find(
+          column_number(index_of(mean_m.x()) + code % 3 - 1, index_of(mean_m.y()) + code / 3 - 1));
+      if (entry != lowest_m.end()) around_m = std::min(around_m, entry->second);
+    }
+    voxel.is_ground = mean_m.z() < around_m + kGroundThickness_m;
   }
 }
 
@@ -167,6 +181,19 @@ Scene build_scene(const RemoveMovingOptions& options, const Returns& returns) {
   }
   mark_ground(options.voxel_m, scene.voxels);
   return scene;
+}
+
+// The voxels with returns among the 26 around one.
+std::vector<std::uint32_t> neighbours(const RemoveMovingOptions& options, const Scene& scene,
+                                      const Voxel& voxel) {
+  std::vector<std::uint32_t> found;
+  for (int code = 0; code < 27; ++code) {
+    if (code == 13) continue;  // itself
+    const Eigen::Vector3d step(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
+    const std::uint32_t v = scene.index.find(voxel.mean_m() + options.voxel_m * step);
+    if (v != VoxelIndex::kNone) found.push_back(v);
+  }
+  return found;
 }
 
 // Looks through the scene with the rays of one scan after another and counts the misses.
@@ -211,18 +238,15 @@ class Carver {
       if (along_m > reach_m || beside_m > kTouch_voxels * options_.voxel_m) continue;
       if (voxel.is_ground && end_m.z() > voxel.mean_m().z() - kBelowGround_m) continue;
       judged_by_[v] = scan;
-      if (!has_hit_neighbour(voxel.mean_m(), scan)) ++misses_[v];
+      if (!has_hit_neighbour(voxel, scan)) ++misses_[v];
     }
   }
 
-  // Whether this scan hit something above the ground in one of the 26 voxels around.
-  [[nodiscard]] bool has_hit_neighbour(const Eigen::Vector3d& mean_m, std::uint32_t scan) const {
-    for (int code = 0; code < 27; ++code) {
-      const Eigen::Vector3d step(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
-      const std::uint32_t v = scene_.index.find(mean_m + options_.voxel_m * step);
-      if (v != VoxelIndex::kNone && hit_by_[v] == scan && !scene_.voxels[v].is_ground) return true;
-    }
-    return false;
+  // Whether this scan hit something above the ground in a voxel around.
+  [[nodiscard]] bool has_hit_neighbour(const Voxel& voxel, std::uint32_t scan) const {
+    return std::ranges::any_of(neighbours(options_, scene_, voxel), [&](std::uint32_t v) {
+      return hit_by_[v] == scan && !scene_.voxels[v].is_ground;
+    });
   }
 
   const RemoveMovingOptions& options_;
@@ -257,20 +281,44 @@ std::vector<std::uint32_t> count_misses(PassContext& ctx, const RemoveMovingOpti
   return misses;
 }
 
-bool has_moved(const Voxel& voxel, std::uint32_t misses) {
-  return voxel.hits * kHitLogOdds + misses * kMissLogOdds < 0.0;
+double log_odds(const Voxel& voxel, std::uint32_t misses) {
+  return voxel.hits * kHitLogOdds + misses * kMissLogOdds;
+}
+
+// One a voxel: 1 where it moved. A voxel that few rays tell of, such as the edge of a car seen
+// once, goes with its neighbours.
+std::vector<std::uint8_t> judge(const RemoveMovingOptions& options, const Scene& scene,
+                                const std::vector<std::uint32_t>& misses) {
+  std::vector<std::uint8_t> moved(scene.voxels.size(), 0);
+  for (std::size_t v = 0; v < moved.size(); ++v) {
+    moved[v] = log_odds(scene.voxels[v], misses[v]) < 0.0 ? 1 : 0;
+  }
+  std::vector<std::uint8_t> moved_around(scene.voxels.size(), 0);
+  for (std::size_t v = 0; v < moved.size(); ++v) {
+    if (moved[v] == 0) continue;
+    for (const std::uint32_t near : neighbours(options, scene, scene.voxels[v]))
+      ++moved_around[near];
+  }
+  std::vector<std::uint8_t> grown = moved;
+  for (std::size_t v = 0; v < moved.size(); ++v) {
+    const Voxel& voxel = scene.voxels[v];
+    if (voxel.is_ground || moved_around[v] < kMovedAround) continue;
+    if (log_odds(voxel, misses[v]) <= kWeakLogOdds) grown[v] = 1;
+  }
+  return grown;
 }
 
 void part_returns(PassContext& ctx, const RemoveMovingOptions& options, const Returns& returns,
                   SurfacePoints& surface) {
   const Scene scene = build_scene(options, returns);
   const std::vector<std::uint32_t> misses = count_misses(ctx, options, scene);
+  const std::vector<std::uint8_t> moved = judge(options, scene, misses);
   std::uint64_t beyond_count = 0;
   for (std::size_t i = 0; i < returns.points_m.size(); ++i) {
     const std::uint32_t v = scene.voxel_of_point[i];
     if (v == VoxelIndex::kNone) ++beyond_count;
-    const bool moved = v != VoxelIndex::kNone && has_moved(scene.voxels[v], misses[v]);
-    (moved ? surface.moving_m : surface.points_m).push_back(returns.points_m[i]);
+    const bool has_moved = v != VoxelIndex::kNone && moved[v] != 0;
+    (has_moved ? surface.moving_m : surface.points_m).push_back(returns.points_m[i]);
   }
   surface.voxel_m = options.voxel_m;
   if (beyond_count > 0) {
