@@ -33,10 +33,10 @@ constexpr double kMissLogOdds = -0.4054651081081644;
 constexpr double kTouch_voxels = 0.5;
 // A ray says nothing of the last stretch before its end: range noise, and the slant of what it hit.
 constexpr double kEndMargin_m = 0.5;
-// Columns in which the lowest voxel is ground, in voxels: wide enough for the rings of a sparse
-// sensor.
+// Edge of the columns of which nine make the surroundings, in voxels: wide enough for the rings of
+// a sparse sensor.
 constexpr double kColumn_voxels = 3.0;
-// Points up to here above a column's lowest are ground: kerbs, unevenness, the voxels' own height.
+// Points up to here above the lowest of their surroundings are ground: kerbs and unevenness.
 constexpr double kGroundThickness_m = 0.15;
 // A voxel with no more evidence for standing than this goes with its neighbours if this many of the
 // 26 moved: two hits and no miss.
