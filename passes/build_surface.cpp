@@ -8,21 +8,23 @@
 namespace sightline {
 namespace {
 
-// Points spread evenly over a square have a standard deviation of edge / sqrt(12) along it, and
-// half a diagonal of edge / sqrt(2): sqrt(6) standard deviations reach the square's corners.
-constexpr double kRadiusPerSigma = 2.45;
+// Chosen against the exact triangles of generated towns (16 beams, a scan a metre, poses off by
+// 2 cm): of the cells and radii tried, these agree best with what a ray truly hits without making
+// walls thicker than they are. Geometric means of the two spreads keep poles and edges narrow.
+constexpr double kRadiusPerSigma = 2.8;
 // A disc narrower than this lets rays pass between samples of one scan line.
-constexpr double kLeastRadiusPerCell = 0.3;
-// Half the diagonal of a face: wider discs only overlap their neighbours.
-constexpr double kMostRadiusPerCell = 0.71;
+constexpr double kLeastRadiusPerCell = 0.2;
+// A little over half the diagonal of a face: wider discs only shade what lies behind their edges.
+constexpr double kMostRadiusPerCell = 0.8;
 
 SurfaceDisc disc_of(const Nd& nd, double cell_m) {
+  const Eigen::Vector3d sigma_m = nd.eigenvalues_m2.cwiseSqrt();
   SurfaceDisc disc;
   disc.key = nd.key;
   disc.centre_m = nd.mean_m;
   disc.normal = nd.eigenvectors.col(2);
   if (disc.normal.z() < 0.0) disc.normal = -disc.normal;
-  disc.radius_m = std::clamp(kRadiusPerSigma * std::sqrt(nd.eigenvalues_m2[0]),
+  disc.radius_m = std::clamp(kRadiusPerSigma * std::sqrt(sigma_m[0] * sigma_m[1]),
                              kLeastRadiusPerCell * cell_m, kMostRadiusPerCell * cell_m);
   return disc;
 }
