@@ -26,10 +26,23 @@ class PreparedForest {
                                          int threads) const;
 
  private:
+  // A leaf is a node that leads to itself, so that rows at different depths can walk in step.
+  struct Node {
+    std::uint32_t feature = 0;
+    float threshold = 0.0F;
+    std::uint32_t child[2] = {0, 0};  // where the feature is below the threshold, and elsewhere
+  };
   struct Tree {
-    std::vector<TreeNode> nodes;
+    std::vector<Node> nodes;  // nodes, then leaves
+    std::size_t leaf_begin = 0;
+    std::uint32_t depth = 0;
     std::vector<double> answers;  // [leaf][mean, then one share per limit]
   };
+  static Tree prepare(const RegressionTree& tree, std::vector<double> answers);
+  static void walk(const Tree& tree, const float* const* rows, std::uint32_t* places);
+  void add_answers(const Tree& tree, const std::vector<const float*>& rows,
+                   std::vector<double>& sums) const;
+
   std::vector<Tree> trees_;
   std::size_t answer_count_ = 0;
 };
