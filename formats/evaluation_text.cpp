@@ -1,0 +1,117 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "formats/evaluation.h"
+
+namespace sightline {
+namespace {
+
+using Grid = std::vector<std::vector<std::string>>;
+
+std::string fixed(double value, int decimals) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  return text;
+}
+
+std::string centimetres(double length_m) { return fixed(100.0 * length_m, 1); }
+std::string percent(double share) { return fixed(100.0 * share, 1); }
+
+// The first column to the left, the others to the right, two spaces between.
+std::string aligned(const Grid& grid) {
+  std::vector<std::size_t> widths;
+  for (const std::vector<std::string>& row : grid) {
+    widths.resize(std::max(widths.size(), row.size()), 0);
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text;
+  for (const std::vector<std::string>& row : grid) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string space(widths[i] - row[i].size(), ' ');
+      if (i > 0) text += "  ";
+      text += i == 0 ? row[i] + space : space + row[i];
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string table_one(const Evaluation& evaluation) {
+  Grid grid = {{"range (m)"},         {"error (cm)"},    {"time, mean (ms)"},
+               {"max over sites (ms)"}, {"max over runs (ms)"}, {"time / longest"},
+               {"work / longest"},      {"predicted: R^2"}};
+  const StaticScore& longest = evaluation.statics.back();
+  for (const StaticScore& score : evaluation.statics) {
+    const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
+    const std::string column[] = {fixed(score.range_m, 0),
+                                  centimetres(score.mean_error_m),
+                                  fixed(score.mean_time_ms, 1),
+                                  fixed(score.max_site_time_ms, 1),
+                                  fixed(score.max_run_time_ms, 1),
+                                  fixed(ratio(score.mean_time_ms, longest.mean_time_ms), 2),
+                                  fixed(ratio(score.mean_work, longest.mean_work), 2),
+                                  fixed(score.r_squared, 2)};
+    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+  }
+  return std::string("Table I. Error and matching time for different ranges\n") + aligned(grid);
+}
+
+std::string table_two(const Evaluation& evaluation) {
+  Grid grid = {{"ideal case"},          {"time, mean (ms)"},     {"max over sites (ms)"},
+               {"max over runs (ms)"},  {"mean range (m)"},      {"error (cm)"}};
+  const auto append = [&](const std::string& title, const RuleScore& score) {
+    const std::string column[] = {title,
+                                  fixed(score.mean_time_ms, 1),
+                                  fixed(score.max_site_time_ms, 1),
+                                  fixed(score.max_run_time_ms, 1),
+                                  fixed(score.mean_range_m, 1),
+                                  centimetres(score.mean_error_m)};
+    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+  };
+  append(std::string("static ") + fixed(evaluation.statics.back().range_m, 0) + " m",
+         evaluation.score(0, Rule::kStaticLongest));
+  for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
+    append(std::string("dynamic ") + fixed(100.0 * evaluation.limits_m[limit], 0) + " cm",
+           evaluation.score(limit, Rule::kOracle));
+  }
+  return std::string("Table II. Matching time where the error is known beforehand\n") +
+         aligned(grid);
+}
+
+std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
+  Grid grid = {{"rule", "coverage %", "error cm", "p95 cm", "range m", "time ratio", "work ratio",
+                "unmet %", "worst stretch %"}};
+  for (std::size_t i = 0; i < kRuleCount; ++i) {
+    const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
+    grid.push_back({std::string(rule_name(score.rule)), percent(score.coverage),
+                    centimetres(score.mean_error_m), centimetres(score.p95_error_m),
+                    fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
+                    fixed(score.work_ratio, 3), percent(score.unmet_share),
+                    percent(score.worst_coverage)});
+  }
+  return std::string("Rules at a limit of ") + fixed(100.0 * evaluation.limits_m[limit], 0) +
+         " cm (ratios to the static longest range; worst " + fixed(evaluation.stretch_m, 0) +
+         " m of route)\n" + aligned(grid);
+}
+
+}  // namespace
+
+std::string to_text(const Evaluation& evaluation) {
+  const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
+  std::string text = std::string("Drive ") + evaluation.drive + ": " +
+                     std::to_string(evaluation.sites.size()) + " of " +
+                     std::to_string(evaluation.site_count) + " sites judged against " +
+                     (is_known ? "known poses" : "the match at full range") + "; " +
+                     std::to_string(evaluation.out_of_fold_count) +
+                     " of them predicted out of fold\n\n";
+  text += table_one(evaluation);
+  text += "\n";
+  text += table_two(evaluation);
+  for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
+    text += "\n";
+    text += rules_at(evaluation, limit);
+  }
+  return text;
+}
+
+}  // namespace sightline

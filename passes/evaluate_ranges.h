@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/evaluation.h"
+#include "formats/measured_error.h"
+#include "formats/predicted_error.h"
+#include "formats/range_table.h"
+#include "formats/sites.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kEvaluateRangesVersion = 1;
+
+struct EvaluateRangesOptions {
+  double stretch_m = 100.0;  // of route, for the worst stretch
+  // The probability rule's row of a map whose own ranges come from the mean rule.
+  double probability_threshold = 0.8;
+  double dilation_m = 3.0;
+};
+std::vector<OptionField> option_fields(EvaluateRangesOptions& options);
+
+// Judges a map's ranges, and the rules they could have come from, on a drive (formats/evaluation.h;
+// schemas/definitions.md, section 7). The rows of both rules are worked out from `predicted` alone,
+// without the map's treatment of extrapolated sites; the probability rule takes the map's own p*
+// and dilation where it has them. The worst stretch is that of `stretch_m` of consecutive judged
+// sites, or all of them where the drive is shorter.
+// Errors: mismatched-inputs where the inputs differ in sites, ranges or limits; no-overlap where
+// the drive has no scan near any site.
+Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
+                                   const Sites& sites, const PredictedError& predicted,
+                                   const RangeTable& ranges, const MeasuredError& judged);
+
+}  // namespace sightline
