@@ -1,0 +1,150 @@
+#include "examples/town/write_town.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "compiler/base/atomic_file.h"
+#include "formats/foreign/point_cloud_file.h"
+
+namespace sightline::town {
+namespace {
+
+namespace fs = std::filesystem;
+
+class TownFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("sightline_town_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  WriteTownOptions options(const std::string& name) const {
+    WriteTownOptions options;
+    options.town = {4, 20.0};
+    options.out = folder_ / name;
+    options.drives = 1;
+    options.spacing_m = 5.0;
+    options.threads = 1;
+    return options;
+  }
+  fs::path folder_;
+};
+
+std::map<std::string, std::vector<std::byte>> contents(const fs::path& folder) {
+  std::map<std::string, std::vector<std::byte>> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    Result<std::vector<std::byte>> bytes = read_file(entry.path());
+    SIGHTLINE_CHECK(bytes.has_value());
+    files[fs::relative(entry.path(), folder).string()] = std::move(*bytes);
+  }
+  return files;
+}
+
+std::vector<std::vector<double>> read_numbers(const fs::path& path) {
+  std::ifstream file(path);
+  std::vector<std::vector<double>> rows;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream fields(line);
+    rows.emplace_back();
+    for (double value = 0.0; fields >> value;) rows.back().push_back(value);
+  }
+  return rows;
+}
+
+TEST_F(TownFiles, AreTheSameBytesForAnyNumberOfThreads) {
+  WriteTownOptions one = options("one");
+  WriteTownOptions two = options("two");
+  two.threads = 2;
+  ASSERT_TRUE(write_town(one).has_value());
+  ASSERT_TRUE(write_town(two).has_value());
+  const auto files = contents(one.out);
+  EXPECT_EQ(files.size(), 5U + 5U + 3U + 1U);  // scans of two drives, poses, town.json
+  EXPECT_EQ(files, contents(two.out));
+}
+
+TEST_F(TownFiles, DifferWithTheSeed) {
+  WriteTownOptions one = options("one");
+  WriteTownOptions other = options("other");
+  other.town.seed = 5;
+  ASSERT_TRUE(write_town(one).has_value());
+  ASSERT_TRUE(write_town(other).has_value());
+  EXPECT_NE(contents(one.out).at("mapping/scans/000000.pcd"),
+            contents(other.out).at("mapping/scans/000000.pcd"));
+}
+
+TEST_F(TownFiles, ReadBackAsPointCloudsWithoutLoss) {
+  const WriteTownOptions written = options("one");
+  ASSERT_TRUE(write_town(written).has_value());
+  const Result<PointCloudFile> cloud =
+      read_point_cloud(written.out / "drive_1" / "scans" / "000002.pcd");
+  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
+  EXPECT_GT(cloud->points_m.size(), 10000U);
+  EXPECT_EQ(cloud->nonfinite_count, 0U);
+  EXPECT_EQ(cloud->zero_count, 0U);
+}
+
+TEST_F(TownFiles, PosesKeepMillimetresFarFromTheOrigin) {
+  WriteTownOptions near = options("near");
+  WriteTownOptions far = options("far");
+  near.drives = far.drives = 0;
+  far.origin_world_m = Eigen::Vector2d(587500.5, 4139250.25);
+  ASSERT_TRUE(write_town(near).has_value());
+  ASSERT_TRUE(write_town(far).has_value());
+  for (const char* name : {"poses.tum", "poses_true.tum"}) {
+    const std::vector<std::vector<double>> a = read_numbers(near.out / "mapping" / name);
+    const std::vector<std::vector<double>> b = read_numbers(far.out / "mapping" / name);
+    ASSERT_EQ(a.size(), 5U);
+    ASSERT_EQ(b.size(), 5U);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      ASSERT_EQ(b[i].size(), 8U);
+      EXPECT_NEAR(b[i][0], 0.1 * static_cast<double>(i), 1e-9);
+      EXPECT_NEAR(b[i][1] - 587500.5, a[i][1], 2e-6);
+      EXPECT_NEAR(b[i][2] - 4139250.25, a[i][2], 2e-6);
+    }
+  }
+}
+
+TEST_F(TownFiles, ReplaceAnEarlierTownOnlyWhenTold) {
+  WriteTownOptions again = options("one");
+  again.drives = 0;
+  ASSERT_TRUE(write_town(options("one")).has_value());
+  const Result<void> refused = write_town(again);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, ErrorCode::kOutputExists);
+  again.replaces = true;
+  ASSERT_TRUE(write_town(again).has_value());
+  EXPECT_FALSE(fs::exists(again.out / "drive_1")) << "left over from the earlier town";
+}
+
+TEST_F(TownFiles, NeverReplaceWhatIsNoTown) {
+  WriteTownOptions forced = options("thesis");
+  forced.replaces = true;
+  ASSERT_TRUE(write_file_atomically(forced.out / "chapter_1.txt", "Once", IfExists::kRefuse));
+  const Result<void> refused = write_town(forced);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, ErrorCode::kOutputExists);
+  EXPECT_TRUE(fs::exists(forced.out / "chapter_1.txt"));
+}
+
+TEST_F(TownFiles, RefuseBadArgumentsBeforeAnythingIsWritten) {
+  for (const int fault : {0, 1, 2, 3}) {
+    WriteTownOptions bad = options("bad");
+    if (fault == 0) bad.town.length_m = 5.0;
+    if (fault == 1) bad.drives = 10;
+    if (fault == 2) bad.beams = 20;
+    if (fault == 3) bad.spacing_m = -1.0;
+    const Result<void> written = write_town(bad);
+    ASSERT_FALSE(written.has_value()) << fault;
+    EXPECT_EQ(written.error().code, ErrorCode::kBadArgument);
+    EXPECT_FALSE(fs::exists(bad.out)) << fault;
+  }
+}
+
+}  // namespace
+}  // namespace sightline::town
