@@ -65,6 +65,10 @@ Result<void> check_known(const schema::Block& block, const std::string& place) {
                      std::string(name) + " is unknown to this program",
                  "", place};
   }
+  // A vehicle has no decompressor, so the layer that it reads lies in the file as it is.
+  if (is_range && block.codec() != schema::Codec::None) {
+    return Error{ErrorCode::kBadLayer, "the range layer is compressed", "", place};
+  }
   return {};
 }
 

@@ -4,14 +4,12 @@
 #include <cmath>
 #include <cstring>
 
-#include "formats/reader/map_checks.h"
 #include "map_generated.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::uint8_t kUnchecked = 0;
-constexpr std::uint8_t kGood = 1;
+constexpr std::uint8_t kGood = 1;  // a tile that was checked
 
 // Element i of a column, as it lies in the file.
 template <class T>
@@ -29,18 +27,6 @@ double gap_m(double value_m, std::int32_t tile, double tile_m) {
 
 bool is_finite(const std::array<double, 3>& values) {
   return std::isfinite(values[0]) && std::isfinite(values[1]) && std::isfinite(values[2]);
-}
-
-// A vehicle has no decompressor, so the layer that it reads is stored as it is.
-Result<void> check_raw_range_layers(const MapContainer& container) {
-  const auto& tiles = *container.directory->tiles();
-  for (std::uint32_t i = 0; i < tiles.size(); ++i) {
-    const schema::Block* layer = find_layer(container, i, kRangeLayer);
-    if (layer == nullptr || layer->codec() == schema::Codec::None) continue;
-    return Error{ErrorCode::kBadLayer, "the range layer is compressed", "",
-                 tile_place(tiles.Get(i)->x(), tiles.Get(i)->y())};
-  }
-  return {};
 }
 
 }  // namespace
@@ -78,8 +64,6 @@ MapReader::MapReader(MappedFile file, const MapContainer& container)
 Result<MapReader> MapReader::open(MappedFile file, std::span<const std::byte> bytes) {
   const Result<MapContainer> container = open_container(bytes);
   if (!container) return container.error();
-  const Result<void> raw = check_raw_range_layers(*container);
-  if (!raw) return raw.error();
   return MapReader(std::move(file), *container);
 }
 

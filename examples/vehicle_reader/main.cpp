@@ -1,0 +1,88 @@
+// Follows a pose file through a compiled map and prints how far to look at each pose:
+//
+//   vehicle_reader MAP POSES [LIMIT_M]
+//
+// POSES is a TUM file: lines "time x y z qx qy qz qw" in the world the map was made in, the
+// sensor's own poses; '#' begins a comment. LIMIT_M is the accuracy that is needed, 0.10 m unless
+// given. It links nothing but the reader.
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+
+#include "formats/reader/reader.h"
+
+namespace {
+
+using sightline::MapReader;
+using sightline::RangeAnswer;
+using sightline::Result;
+
+std::string flag_names(std::uint32_t flags) {
+  std::string names;
+  const auto add = [&](std::uint32_t flag, const char* name) {
+    if ((flags & flag) != 0) names += names.empty() ? name : std::string("+") + name;
+  };
+  add(sightline::kAnswerUnmet, "unmet");
+  add(sightline::kAnswerExtrapolated, "extrapolated");
+  add(sightline::kAnswerFar, "far");
+  add(sightline::kAnswerTighterLimit, "tighter-limit");
+  return names.empty() ? "-" : names;
+}
+
+// False where the line cannot be read, which is told.
+bool print_line(const MapReader& map, const std::string& line, double limit_m) {
+  std::istringstream fields(line);
+  std::string time;
+  std::array<double, 3> p_m{};
+  if (!(fields >> time >> p_m[0] >> p_m[1] >> p_m[2])) {
+    std::fprintf(stderr, "not a pose: %s\n", line.c_str());
+    return false;
+  }
+  const Result<RangeAnswer> answer = map.observation_range(p_m, limit_m);
+  if (!answer) {
+    std::fprintf(stderr, "%s\n", to_string(answer.error()).c_str());
+    return false;
+  }
+  std::printf("%s %.3f %.3f %.3f %g %.4f %s %.3f\n", time.c_str(), p_m[0], p_m[1], p_m[2],
+              answer->range_m, answer->probability, flag_names(answer->flags).c_str(),
+              answer->distance_m);
+  return true;
+}
+
+int follow(const MapReader& map, std::istream& poses, double limit_m) {
+  std::printf("# map %s, version %s, release %llu; limit %g m\n",
+              std::string(map.info().map_id).c_str(), std::string(map.info().version).c_str(),
+              static_cast<unsigned long long>(map.info().release), limit_m);
+  std::printf("# time x_m y_m z_m range_m probability flags distance_to_site_m\n");
+  std::string line;
+  while (std::getline(poses, line)) {
+    if (line.empty() || line[0] == '#') continue;
+    if (!print_line(map, line, limit_m)) return 65;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3 || argc > 4) {
+    std::fprintf(stderr, "usage: %s MAP POSES [LIMIT_M]\n", argv[0]);
+    return 64;
+  }
+  const double limit_m = argc == 4 ? std::atof(argv[3]) : 0.10;
+  const Result<MapReader> map = MapReader::open(argv[1]);
+  if (!map) {
+    std::fprintf(stderr, "%s\n", to_string(map.error()).c_str());
+    return sightline::exit_status(map.error().code);
+  }
+  std::ifstream poses(argv[2]);
+  if (!poses) {
+    std::fprintf(stderr, "cannot read %s\n", argv[2]);
+    return 65;
+  }
+  return follow(*map, poses, limit_m);
+}

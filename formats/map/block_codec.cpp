@@ -1,0 +1,45 @@
+#include "formats/map/block_codec.h"
+
+#include <zstd.h>
+
+#include <string>
+
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+
+StoredBlock pack(std::span<const std::byte> raw) {
+  // Slow to write, as quick to read as any level: a map is written once and read by many.
+  constexpr int kLevel = 15;
+  StoredBlock block;
+  block.bytes.resize(ZSTD_compressBound(raw.size()));
+  const std::size_t size =
+      ZSTD_compress(block.bytes.data(), block.bytes.size(), raw.data(), raw.size(), kLevel);
+  if (ZSTD_isError(size) == 0 && size <= raw.size() - raw.size() / 16) {
+    block.codec = BlockCodec::kZstd;
+    block.bytes.resize(size);
+  } else {
+    block.bytes.assign(raw.begin(), raw.end());
+  }
+  return block;
+}
+
+Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
+                                           std::uint64_t raw_size) {
+  if (raw_size > kLargestBlock) {
+    return Error{ErrorCode::kTooLarge, std::to_string(raw_size) + " bytes", "", ""};
+  }
+  if (ZSTD_getFrameContentSize(stored.data(), stored.size()) != raw_size) {
+    return Error{ErrorCode::kBadLayer,
+                 "the compressed frame does not hold " + std::to_string(raw_size) + " bytes", "",
+                 ""};
+  }
+  std::vector<std::byte> raw(raw_size);
+  const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size());
+  if (ZSTD_isError(size) != 0 || size != raw_size) {
+    return Error{ErrorCode::kBadLayer, "zstd cannot read it", "", ""};
+  }
+  return raw;
+}
+
+}  // namespace sightline

@@ -1,0 +1,196 @@
+#include "formats/map/compiled_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "compiler/base/parallel.h"
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+namespace {
+
+Error invalid(const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", "compiled map"};
+}
+
+Result<void> validate_artifacts(const CompiledMap& map) {
+  for (const Result<void>& valid : {validate(map.ndt), validate(map.sites), validate(map.predicted),
+                                    validate(map.ranges), validate(map.sensor)}) {
+    if (!valid) return valid.error();
+  }
+  return {};
+}
+
+Result<void> validate_agreement(const CompiledMap& map) {
+  const std::size_t sites = map.sites.sites.size();
+  if (!(map.ndt.frame == map.sites.frame)) return invalid("NDs and sites lie in different frames");
+  if (sites == 0 || map.predicted.site_count != sites || map.ranges.site_count != sites) {
+    return invalid("found " + std::to_string(sites) + " sites, " +
+                   std::to_string(map.predicted.site_count) + " predicted and " +
+                   std::to_string(map.ranges.site_count) + " with ranges, expected equal numbers");
+  }
+  if (map.predicted.ranges_m != map.ranges.ranges_m) {
+    return invalid("errors are predicted at other ranges than are chosen from");
+  }
+  const auto limit_of = [](const LimitPromise& promise) { return promise.limit_m; };
+  if (!std::ranges::equal(map.predicted.limits_m, map.ranges.promises, {}, {}, limit_of)) {
+    return invalid("errors are predicted for other limits than ranges are chosen for");
+  }
+  if (map.quality.size() != map.ranges.promises.size()) {
+    return invalid("found " + std::to_string(map.quality.size()) + " limits with a quality");
+  }
+  return {};
+}
+
+Result<void> validate_bounds(const CompiledMap& map) {
+  if (map.ranges.ranges_m.size() > kMostRanges || map.ranges.promises.size() > kMostLimits) {
+    return invalid("more ranges or limits than a map can hold");
+  }
+  if (!(map.reach_m > 0.0) || !(map.reach_m <= map.ndt.tile_m)) {
+    return invalid("found a reach of " + format_double(map.reach_m) +
+                   " m, expected above 0 and at most a tile");
+  }
+  // Beyond this the offset of a mean from the centre of its cell overflows.
+  constexpr double kLargestCell_m = 200.0;
+  if (map.ndt.cell_m > kLargestCell_m) return invalid("cells of more than 200 m");
+  for (std::size_t i = 1; i < map.definitions.size(); ++i) {
+    if (map.definitions[i - 1].name >= map.definitions[i].name) {
+      return invalid("the names of definitions do not ascend");
+    }
+  }
+  if (!map.model.bytes.empty() && sha256(map.model.bytes) != map.model.digest) {
+    return invalid("the model is not the one that its digest names");
+  }
+  return {};
+}
+
+std::string text_of(const Cell& cell) {
+  if (const auto* whole = std::get_if<std::int64_t>(&cell)) return std::to_string(*whole);
+  if (const auto* real = std::get_if<double>(&cell)) return format_double(*real);
+  return std::get<std::string>(cell);
+}
+
+LimitQuality quality_of_limit(const CompiledMap& map, const MeasuredError& measured,
+                              std::size_t limit) {
+  LimitQuality quality;
+  std::vector<double> ranges_m;
+  std::vector<double> probabilities;
+  std::size_t measured_count = 0;
+  std::size_t within_count = 0;
+  const std::size_t limits = map.ranges.promises.size();
+  for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
+    const std::size_t choice = site * limits + limit;
+    const std::size_t range = map.ranges.range_index[choice];
+    if ((map.ranges.flags[choice] & kUnmet) != 0) ++quality.unmet_count;
+    if ((map.ranges.flags[choice] & kExtrapolated) != 0) ++quality.extrapolated_count;
+    ranges_m.push_back(map.ranges.ranges_m[range]);
+    probabilities.push_back(map.predicted.probability(site, range, limit));
+    if (site >= measured.scan_of_site.size() || measured.scan_of_site[site] < 0) continue;
+    ++measured_count;
+    if (measured.row(site, range).mean_m <= map.ranges.promises[limit].limit_m) ++within_count;
+  }
+  const auto count = static_cast<double>(map.ranges.site_count);
+  quality.mean_range_m = ordered_sum(ranges_m) / count;
+  quality.expected_coverage = ordered_sum(probabilities) / count;
+  if (measured_count > 0) {
+    quality.measured_coverage =
+        static_cast<double>(within_count) / static_cast<double>(measured_count);
+  }
+  return quality;
+}
+
+}  // namespace
+
+Result<void> validate(const CompiledMap& map) {
+  for (const Result<void>& valid :
+       {validate_artifacts(map), validate_agreement(map), validate_bounds(map)}) {
+    if (!valid) return valid.error();
+  }
+  return {};
+}
+
+Table dump(const CompiledMap& map) {
+  Table table = dump(map.sites);
+  table.name = "map";
+  table.facts.insert(table.facts.begin(), {{"map_id", map.map_id},
+                                           {"version", map.version},
+                                           {"release", static_cast<std::int64_t>(map.release)},
+                                           {"writer", map.writer}});
+  table.facts.emplace_back("reach_m", map.reach_m);
+  const std::size_t limits = map.ranges.promises.size();
+  for (const LimitPromise& promise : map.ranges.promises) {
+    const std::string limit = format_double(promise.limit_m) + "_m";
+    table.columns.push_back("range_m_within_" + limit);
+    table.columns.push_back("p_within_" + limit);
+    table.columns.push_back("flags_within_" + limit);
+  }
+  for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
+    for (std::size_t limit = 0; limit < limits; ++limit) {
+      const std::size_t range = map.ranges.range_index[site * limits + limit];
+      table.rows[site].emplace_back(map.ranges.ranges_m[range]);
+      table.rows[site].emplace_back(map.predicted.probability(site, range, limit));
+      table.rows[site].emplace_back(std::int64_t{map.ranges.flags[site * limits + limit]});
+    }
+  }
+  return table;
+}
+
+std::vector<std::string> dump_names() { return {"nds", "sites", "predicted", "ranges"}; }
+
+Result<Table> dump(const CompiledMap& map, std::string_view name) {
+  if (name == "nds") return dump(map.ndt);
+  if (name == "sites") return dump(map.sites);
+  if (name == "predicted") return dump(map.predicted);
+  if (name == "ranges") return dump(map.ranges);
+  return Error{ErrorCode::kUnknownName,
+               "a map has no \"" + std::string(name) + "\", only nds, sites, predicted and ranges",
+               "", ""};
+}
+
+ModelRecord record_of(const ErrorModel& model) {
+  ModelRecord record;
+  record.encoding_version = ArtifactTraits<ErrorModel>::kVersion;
+  for (const auto& [name, value] : dump(model).facts) record.card.emplace_back(name, text_of(value));
+  ByteWriter writer;
+  encode(model, writer);
+  record.bytes = writer.take();
+  record.digest = sha256(record.bytes);
+  return record;
+}
+
+Result<ErrorModel> model_of(const ModelRecord& record) {
+  const std::string place = "section " + std::string(kModelSection);
+  if (record.bytes.empty()) {
+    return Error{ErrorCode::kBadLayer, "the map was stripped of its error model", "", place};
+  }
+  if (sha256(record.bytes) != record.digest) {
+    return Error{ErrorCode::kDigestMismatch, "the model is not the one the map names", "", place};
+  }
+  constexpr std::uint32_t kKnown = ArtifactTraits<ErrorModel>::kVersion;
+  if (record.encoding_version != kKnown) {
+    return Error{record.encoding_version > kKnown ? ErrorCode::kFutureVersion
+                                                  : ErrorCode::kOldVersion,
+                 "found a model of encoding " + std::to_string(record.encoding_version) +
+                     ", this program reads " + std::to_string(kKnown),
+                 "", place};
+  }
+  ByteReader reader(record.bytes);
+  ErrorModel model;
+  decode(reader, model);
+  if (!reader.at_end()) {
+    return Error{ErrorCode::kBadLayer, "the model cannot be decoded", "", place};
+  }
+  const Result<void> valid = validate(model);
+  if (!valid) return valid.error();
+  return model;
+}
+
+std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured) {
+  std::vector<LimitQuality> quality;
+  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
+    quality.push_back(quality_of_limit(map, measured, limit));
+  }
+  return quality;
+}
+
+}  // namespace sightline

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "compiler/base/hash.h"
+#include "formats/artifact.h"
+#include "formats/error_model.h"
+#include "formats/measured_error.h"
+#include "formats/ndt_map.h"
+#include "formats/predicted_error.h"
+#include "formats/range_table.h"
+#include "formats/sensor_profile.h"
+#include "formats/sites.h"
+
+namespace sightline {
+
+// Which scans made the map, which were matched against it, and how.
+struct MeasurementCard {
+  std::string mapping_drive;
+  std::string mapping_scans = "all";  // all, even, odd: by index in the recording
+  std::string localization_drive;
+  std::string localization_scans = "all";
+  ErrorReference reference = ErrorReference::kKnownPose;
+  std::vector<InitialOffset> offsets;  // the same at every site
+  std::uint32_t measured_site_count = 0;
+};
+
+struct NamedVersion {
+  std::string name;
+  std::uint32_t version = 0;
+};
+
+// The error model as the map keeps it: a card that anyone can read, and the model itself in the
+// encoding of its time, so that a map outlives changes of the model. A stripped map has no bytes.
+struct ModelRecord {
+  std::uint32_t encoding_version = 0;
+  Digest digest{};  // SHA-256 of the bytes, also where they were stripped
+  std::vector<std::pair<std::string, std::string>> card;
+  std::vector<std::byte> bytes;
+};
+
+// What the map's own numbers say of one limit.
+struct LimitQuality {
+  std::uint32_t unmet_count = 0;         // sites where no range is good enough
+  std::uint32_t extrapolated_count = 0;  // sites outside the model's support
+  double mean_range_m = 0.0;
+  double expected_coverage = 0.0;  // mean over sites of P(error <= limit) at the chosen range
+  // Of the measured sites, those whose measured mean error at the chosen range is within the limit.
+  // Where this drive also trained the model it flatters.
+  double measured_coverage = 0.0;
+};
+
+// All that a map file carries.
+struct CompiledMap {
+  std::string map_id;        // names the recording and frame; the same for every release
+  std::string version;       // for people
+  std::uint64_t release = 1; // only ever grows
+  std::string writer;        // the program, with its version
+  NdtMap ndt;
+  Sites sites;
+  PredictedError predicted;
+  RangeTable ranges;
+  double reach_m = 10.0;  // a site farther away than this says nothing about a position; <= tile
+  SensorProfile sensor;   // of the localizing drive
+  MeasurementCard measurement;
+  std::vector<NamedVersion> definitions;  // ascending name
+  ModelRecord model;
+  std::vector<LimitQuality> quality;  // one per limit
+};
+
+template <>
+struct ArtifactTraits<CompiledMap> {
+  static constexpr std::string_view kName = "compiled-map";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+// Each artifact is valid, all share one frame, one set of sites, ranges and limits.
+// Error: invalid-artifact.
+Result<void> validate(const CompiledMap& map);
+
+// The facts of the map and, per site and limit, what a vehicle is told: joins sites and ranges.
+Table dump(const CompiledMap& map);
+
+// One artifact of the map as a table: nds, sites, predicted, ranges. Error: unknown-name.
+Result<Table> dump(const CompiledMap& map, std::string_view name);
+std::vector<std::string> dump_names();
+
+ModelRecord record_of(const ErrorModel& model);
+// The model of the record. Errors: bad-layer (stripped, or it cannot be decoded), old-version,
+// future-version, digest-mismatch.
+Result<ErrorModel> model_of(const ModelRecord& record);
+
+// From the artifacts already in `map`; measured errors may be of fewer sites than the map has.
+std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured);
+
+}  // namespace sightline

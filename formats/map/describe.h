@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "formats/map/compiled_map.h"
+#include "formats/map/map_reader.h"
+
+namespace sightline {
+
+// For people: what the map covers, how far it tells to look for each limit, what is promised, and
+// what the model is worth. Several lines, ends in a newline.
+std::string describe(const CompiledMap& map);
+
+// For people: format, sizes and digests of the file.
+std::string describe(const MapSummary& summary);
+
+}  // namespace sightline

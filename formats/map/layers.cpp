@@ -1,0 +1,236 @@
+#include "formats/map/layers.h"
+
+#include <cmath>
+#include <cstring>
+#include <map>
+
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+namespace {
+
+template <class T>
+void store(std::vector<std::byte>& bytes, std::uint64_t column, std::uint64_t i, T value) {
+  std::memcpy(bytes.data() + column + i * sizeof(T), &value, sizeof value);
+}
+
+template <class T>
+T load(std::span<const std::byte> bytes, std::uint64_t column, std::uint64_t i) {
+  T value;
+  std::memcpy(&value, bytes.data() + column + i * sizeof(T), sizeof value);
+  return value;
+}
+
+double centre_m(std::int32_t key, double cell_m) {
+  return (static_cast<double>(key) + 0.5) * cell_m;
+}
+
+double mean_m(std::int32_t units, std::int32_t key, double cell_m) {
+  return centre_m(key, cell_m) + static_cast<double>(units) * kMeanUnit_m;
+}
+
+// The nearest whole number of units that keeps the mean inside its cell.
+std::int32_t mean_units(double mean, std::int32_t key, double cell_m) {
+  auto units =
+      static_cast<std::int32_t>(std::lround((mean - centre_m(key, cell_m)) / kMeanUnit_m));
+  while (floor_to_int(mean_m(units, key, cell_m) / cell_m) != key) units -= units > 0 ? 1 : -1;
+  return units;
+}
+
+// Columns 7.. of the ndt layer: the upper triangle.
+struct Entry {
+  int row;
+  int column;
+};
+constexpr std::array<Entry, 6> kTriangle = {{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
+
+TileKey tile_of_point(const Eigen::Vector3d& p_m, double tile_m) {
+  return {floor_to_int(p_m.x() / tile_m), floor_to_int(p_m.y() / tile_m)};
+}
+
+Error bad(ErrorCode code, const char* message, std::uint64_t row) {
+  return {code, message, "", "row " + std::to_string(row)};
+}
+
+Nd load_nd(std::span<const std::byte> raw, const NdtLayout& layout, std::uint64_t row,
+           double cell_m) {
+  Nd nd;
+  nd.key = {load<std::int32_t>(raw, layout.column[0], row),
+            load<std::int32_t>(raw, layout.column[1], row),
+            load<std::int32_t>(raw, layout.column[2], row)};
+  nd.point_count = load<std::uint32_t>(raw, layout.column[3], row);
+  const std::array<std::int32_t, 3> key = {nd.key.x, nd.key.y, nd.key.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    nd.mean_m[static_cast<int>(axis)] =
+        mean_m(load<std::int32_t>(raw, layout.column[4 + axis], row), key[axis], cell_m);
+  }
+  for (std::size_t i = 0; i < kTriangle.size(); ++i) {
+    const double value = static_cast<double>(load<float>(raw, layout.column[7 + i], row));
+    nd.covariance_m2(kTriangle[i].row, kTriangle[i].column) = value;
+    nd.covariance_m2(kTriangle[i].column, kTriangle[i].row) = value;
+  }
+  return nd;
+}
+
+Site load_site(std::span<const std::byte> raw, const RangeLayout& layout, std::uint64_t row) {
+  Site site;
+  site.run = load<std::uint32_t>(raw, layout.run, row);
+  site.s_m = load<double>(raw, layout.s, row);
+  site.p_map_m = {load<double>(raw, layout.p_x, row), load<double>(raw, layout.p_y, row),
+                  load<double>(raw, layout.p_z, row)};
+  for (int i = 0; i < 12; ++i) {
+    site.T_map_vehicle(i / 4, i % 4) =
+        load<double>(raw, layout.pose, row * 12 + static_cast<std::uint64_t>(i));
+  }
+  return site;
+}
+
+void store_site(const CompiledMap& map, std::uint32_t id, std::uint64_t row,
+                const RangeLayout& layout, std::vector<std::byte>& raw) {
+  const Site& site = map.sites.sites[id];
+  store(raw, layout.site, row, id);
+  store(raw, layout.run, row, site.run);
+  store(raw, layout.s, row, site.s_m);
+  store(raw, layout.p_x, row, site.p_map_m.x());
+  store(raw, layout.p_y, row, site.p_map_m.y());
+  store(raw, layout.p_z, row, site.p_map_m.z());
+  for (int i = 0; i < 12; ++i) {
+    store(raw, layout.pose, row * 12 + static_cast<std::uint64_t>(i),
+          site.T_map_vehicle(i / 4, i % 4));
+  }
+  const int flags = (map.predicted.extrapolated[id] != 0 ? kSiteExtrapolated : 0) |
+                    (map.predicted.out_of_fold[id] != 0 ? kSiteOutOfFold : 0);
+  store(raw, layout.site_flags, row, static_cast<std::uint8_t>(flags));
+}
+
+// The rows of per-site columns of `per_site` elements each, between a vector of all sites and a
+// layer.
+template <class T>
+void store_columns(const std::vector<T>& values, std::size_t per_site, std::uint32_t id,
+                   std::uint64_t row, std::uint64_t column, std::vector<std::byte>& raw) {
+  for (std::size_t i = 0; i < per_site; ++i) {
+    store(raw, column, row * per_site + i, values[id * per_site + i]);
+  }
+}
+
+template <class T>
+void load_columns(std::span<const std::byte> raw, std::uint64_t column, std::uint64_t row,
+                  std::size_t per_site, std::uint32_t id, std::vector<T>& values) {
+  for (std::size_t i = 0; i < per_site; ++i) {
+    values[id * per_site + i] = load<T>(raw, column, row * per_site + i);
+  }
+}
+
+}  // namespace
+
+std::vector<TileRows> tiles_of(const CompiledMap& map) {
+  std::map<TileKey, TileRows> tiles;
+  for (std::size_t i = 0; i < map.ndt.nds.size(); ++i) {
+    tiles[tile_of(map.ndt.nds[i].key, map.ndt.cell_m, map.ndt.tile_m)].nds.push_back(
+        static_cast<std::uint32_t>(i));
+  }
+  for (std::size_t i = 0; i < map.sites.sites.size(); ++i) {
+    tiles[tile_of_point(map.sites.sites[i].p_map_m, map.ndt.tile_m)].sites.push_back(
+        static_cast<std::uint32_t>(i));
+  }
+  std::vector<TileRows> sorted;
+  for (auto& [key, rows] : tiles) {
+    rows.key = key;
+    sorted.push_back(std::move(rows));
+  }
+  return sorted;
+}
+
+std::vector<std::byte> encode_ndt_layer(const NdtMap& ndt, std::span<const std::uint32_t> rows) {
+  const NdtLayout layout(rows.size());
+  std::vector<std::byte> raw(layout.size);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const Nd& nd = ndt.nds[rows[row]];
+    const std::array<std::int32_t, 3> key = {nd.key.x, nd.key.y, nd.key.z};
+    store(raw, layout.column[3], row, nd.point_count);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      store(raw, layout.column[axis], row, key[axis]);
+      store(raw, layout.column[4 + axis], row,
+            mean_units(nd.mean_m[static_cast<int>(axis)], key[axis], ndt.cell_m));
+    }
+    for (std::size_t i = 0; i < kTriangle.size(); ++i) {
+      store(raw, layout.column[7 + i], row,
+            static_cast<float>(nd.covariance_m2(kTriangle[i].row, kTriangle[i].column)));
+    }
+  }
+  return raw;
+}
+
+Result<void> decode_ndt_layer(std::span<const std::byte> raw, std::uint64_t row_count, TileKey key,
+                              NdtMap& ndt) {
+  const NdtLayout layout(row_count);
+  SIGHTLINE_CHECK(raw.size() == layout.size);
+  for (std::uint64_t row = 0; row < row_count; ++row) {
+    Nd nd = load_nd(raw, layout, row, ndt.cell_m);
+    if (tile_of(nd.key, ndt.cell_m, ndt.tile_m) != key) {
+      return bad(ErrorCode::kBadOrder, "a cell lies in another tile", row);
+    }
+    if (!nd.covariance_m2.allFinite()) {
+      return bad(ErrorCode::kBadLayer, "a covariance is not finite", row);
+    }
+    decompose(nd);
+    ndt.nds.push_back(nd);
+  }
+  return {};
+}
+
+std::vector<std::byte> encode_range_layer(const CompiledMap& map,
+                                          std::span<const std::uint32_t> rows) {
+  const std::size_t ranges = map.ranges.ranges_m.size();
+  const std::size_t limits = map.ranges.promises.size();
+  const RangeLayout layout(rows.size(), ranges, limits);
+  std::vector<std::byte> raw(layout.size);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const std::uint32_t id = rows[row];
+    store_site(map, id, row, layout, raw);
+    store_columns(map.ranges.range_index, limits, id, row, layout.range_index, raw);
+    store_columns(map.ranges.flags, limits, id, row, layout.range_flags, raw);
+    store_columns(map.predicted.mean_m, ranges, id, row, layout.mean_error, raw);
+    store_columns(map.predicted.within_probability, ranges * limits, id, row, layout.probability,
+                  raw);
+  }
+  return raw;
+}
+
+Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t row_count,
+                                TileKey key, CompiledMap& map, std::vector<bool>& is_filled) {
+  const std::size_t ranges = map.ranges.ranges_m.size();
+  const std::size_t limits = map.ranges.promises.size();
+  const RangeLayout layout(row_count, ranges, limits);
+  SIGHTLINE_CHECK(raw.size() == layout.size);
+  std::int64_t previous = -1;
+  for (std::uint64_t row = 0; row < row_count; ++row) {
+    const auto id = load<std::uint32_t>(raw, layout.site, row);
+    if (id >= is_filled.size() || is_filled[id] || std::int64_t{id} <= previous) {
+      return bad(ErrorCode::kBadOrder, "a site is unknown, doubled or out of order", row);
+    }
+    previous = id;
+    is_filled[id] = true;
+    map.sites.sites[id] = load_site(raw, layout, row);
+    const Eigen::Vector3d& p_m = map.sites.sites[id].p_map_m;
+    constexpr double kGridReach = 0x1.0p30;
+    if (!p_m.allFinite() || p_m.cwiseAbs().maxCoeff() >= kGridReach * map.ndt.tile_m ||
+        tile_of_point(p_m, map.ndt.tile_m) != key) {
+      return bad(ErrorCode::kBadOrder, "a site lies in another tile", row);
+    }
+    load_columns(raw, layout.range_index, row, limits, id, map.ranges.range_index);
+    load_columns(raw, layout.range_flags, row, limits, id, map.ranges.flags);
+    load_columns(raw, layout.mean_error, row, ranges, id, map.predicted.mean_m);
+    load_columns(raw, layout.probability, row, ranges * limits, id,
+                 map.predicted.within_probability);
+    const auto flags = load<std::uint8_t>(raw, layout.site_flags, row);
+    if ((flags & ~(kSiteExtrapolated | kSiteOutOfFold)) != 0) {
+      return bad(ErrorCode::kBadLayer, "a site has an unknown flag", row);
+    }
+    map.predicted.extrapolated[id] = (flags & kSiteExtrapolated) != 0 ? 1 : 0;
+    map.predicted.out_of_fold[id] = (flags & kSiteOutOfFold) != 0 ? 1 : 0;
+  }
+  return {};
+}
+
+}  // namespace sightline

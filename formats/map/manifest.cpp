@@ -1,0 +1,214 @@
+#include "formats/map/manifest.h"
+
+#include "map_generated.h"
+
+namespace sightline {
+namespace {
+
+using Builder = flatbuffers::FlatBufferBuilder;
+
+static_assert(static_cast<int>(schema::Reference::KnownPose) ==
+                  static_cast<int>(ErrorReference::kKnownPose) &&
+              static_cast<int>(schema::Reference::FullRangeMatch) ==
+                  static_cast<int>(ErrorReference::kFullRangeMatch));
+static_assert(static_cast<int>(schema::Rule::Mean) == static_cast<int>(Selection::kMean) &&
+              static_cast<int>(schema::Rule::Probability) ==
+                  static_cast<int>(Selection::kProbability));
+
+schema::Rigid to_schema(const Pose& pose) {
+  std::array<double, 12> values{};
+  for (int i = 0; i < 12; ++i) values[static_cast<std::size_t>(i)] = pose(i / 4, i % 4);
+  return schema::Rigid(flatbuffers::span<const double, 12>(values));
+}
+
+Pose from_schema(const schema::Rigid& rigid) {
+  Pose pose = Pose::Identity();
+  for (int i = 0; i < 12; ++i) {
+    pose(i / 4, i % 4) = rigid.row_major()->Get(static_cast<flatbuffers::uoffset_t>(i));
+  }
+  return pose;
+}
+
+flatbuffers::Offset<schema::Sensor> encode_sensor(const SensorProfile& sensor, Builder& builder) {
+  const schema::Rigid vehicle_from_lidar = to_schema(sensor.T_vehicle_lidar);
+  return schema::CreateSensorDirect(builder, sensor.name.c_str(), &sensor.beam_elevations_deg,
+                                    sensor.azimuth_step_deg, sensor.min_range_m, sensor.max_range_m,
+                                    sensor.height_m, &vehicle_from_lidar);
+}
+
+SensorProfile decode_sensor(const schema::Sensor& sensor) {
+  SensorProfile profile;
+  profile.name = sensor.name()->str();
+  profile.beam_elevations_deg.assign(sensor.beam_elevations_deg()->begin(),
+                                     sensor.beam_elevations_deg()->end());
+  profile.azimuth_step_deg = sensor.azimuth_step_deg();
+  profile.min_range_m = sensor.min_range_m();
+  profile.max_range_m = sensor.max_range_m();
+  profile.height_m = sensor.height_m();
+  profile.T_vehicle_lidar = from_schema(*sensor.vehicle_from_lidar());
+  return profile;
+}
+
+flatbuffers::Offset<schema::Measurement> encode_measurement(const MeasurementCard& card,
+                                                            Builder& builder) {
+  std::vector<schema::Offset> offsets;
+  for (const InitialOffset& offset : card.offsets) {
+    offsets.emplace_back(offset.x_m, offset.y_m, offset.z_m, offset.yaw_rad);
+  }
+  return schema::CreateMeasurementDirect(
+      builder, card.mapping_drive.c_str(), card.mapping_scans.c_str(),
+      card.localization_drive.c_str(), card.localization_scans.c_str(),
+      static_cast<schema::Reference>(card.reference), &offsets, card.measured_site_count);
+}
+
+MeasurementCard decode_measurement(const schema::Measurement& measurement) {
+  MeasurementCard card;
+  card.mapping_drive = measurement.mapping_drive()->str();
+  card.mapping_scans = measurement.mapping_scans()->str();
+  card.localization_drive = measurement.localization_drive()->str();
+  card.localization_scans = measurement.localization_scans()->str();
+  card.reference = static_cast<ErrorReference>(measurement.reference());
+  for (const schema::Offset* offset : *measurement.offsets()) {
+    card.offsets.push_back({offset->x_m(), offset->y_m(), offset->z_m(), offset->yaw_rad()});
+  }
+  card.measured_site_count = measurement.measured_site_count();
+  return card;
+}
+
+std::vector<flatbuffers::Offset<schema::Promise>> encode_promises(const RangeTable& ranges,
+                                                                  Builder& builder) {
+  std::vector<flatbuffers::Offset<schema::Promise>> promises;
+  for (const LimitPromise& promise : ranges.promises) {
+    promises.push_back(schema::CreatePromiseDirect(
+        builder, promise.limit_m, promise.probability_threshold, promise.alpha, promise.delta,
+        promise.block_count, promise.is_earned, promise.calibration_miss_share,
+        promise.method.c_str(), promise.statement.c_str()));
+  }
+  return promises;
+}
+
+LimitPromise decode_promise(const schema::Promise& from) {
+  LimitPromise promise;
+  promise.limit_m = from.limit_m();
+  promise.probability_threshold = from.probability_threshold();
+  promise.alpha = from.alpha();
+  promise.delta = from.delta();
+  promise.block_count = from.block_count();
+  promise.is_earned = from.is_earned();
+  promise.calibration_miss_share = from.calibration_miss_share();
+  promise.method = from.method()->str();
+  promise.statement = from.statement()->str();
+  return promise;
+}
+
+std::vector<flatbuffers::Offset<schema::LimitQuality>> encode_quality(
+    const std::vector<LimitQuality>& quality, Builder& builder) {
+  std::vector<flatbuffers::Offset<schema::LimitQuality>> encoded;
+  for (const LimitQuality& limit : quality) {
+    encoded.push_back(schema::CreateLimitQuality(builder, limit.unmet_count,
+                                                 limit.extrapolated_count, limit.mean_range_m,
+                                                 limit.expected_coverage, limit.measured_coverage));
+  }
+  return encoded;
+}
+
+std::vector<flatbuffers::Offset<schema::NamedVersion>> encode_definitions(
+    const std::vector<NamedVersion>& definitions, Builder& builder) {
+  std::vector<flatbuffers::Offset<schema::NamedVersion>> encoded;
+  for (const NamedVersion& definition : definitions) {
+    encoded.push_back(schema::CreateNamedVersionDirect(builder, definition.name.c_str(),
+                                                       definition.version));
+  }
+  return encoded;
+}
+
+flatbuffers::Offset<schema::Model> encode_model(const ModelRecord& model, Builder& builder) {
+  std::vector<flatbuffers::Offset<schema::Fact>> card;
+  for (const auto& [name, value] : model.card) {
+    card.push_back(schema::CreateFactDirect(builder, name.c_str(), value.c_str()));
+  }
+  const schema::Digest digest(flatbuffers::span<const std::uint8_t, 32>(model.digest));
+  return schema::CreateModelDirect(builder, model.encoding_version, &digest, &card);
+}
+
+ModelRecord decode_model(const schema::Model& model) {
+  ModelRecord record;
+  record.encoding_version = model.encoding_version();
+  std::copy(model.digest()->bytes()->begin(), model.digest()->bytes()->end(),
+            record.digest.begin());
+  for (const schema::Fact* fact : *model.card()) {
+    record.card.emplace_back(fact->name()->str(), fact->value()->str());
+  }
+  return record;
+}
+
+void decode_choices(const schema::Manifest& manifest, CompiledMap& map) {
+  const std::vector<double> ranges_m(manifest.ranges_m()->begin(), manifest.ranges_m()->end());
+  map.ranges.ranges_m = ranges_m;
+  map.predicted.ranges_m = ranges_m;
+  map.ranges.selection = static_cast<Selection>(manifest.rule());
+  map.ranges.dilation_m = manifest.dilation_m();
+  for (const schema::Promise* promise : *manifest.promises()) {
+    map.ranges.promises.push_back(decode_promise(*promise));
+    map.predicted.limits_m.push_back(promise->limit_m());
+  }
+  for (const schema::LimitQuality* limit : *manifest.quality()) {
+    map.quality.push_back({limit->unmet_count(), limit->extrapolated_count(),
+                           limit->mean_range_m(), limit->expected_coverage(),
+                           limit->measured_coverage()});
+  }
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_manifest(const CompiledMap& map) {
+  Builder builder;
+  const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
+  const schema::Vector3 origin(origin_m.x(), origin_m.y(), origin_m.z());
+  const auto promises = encode_promises(map.ranges, builder);
+  const auto quality = encode_quality(map.quality, builder);
+  const auto definitions = encode_definitions(map.definitions, builder);
+  const auto sensor = encode_sensor(map.sensor, builder);
+  const auto measurement = encode_measurement(map.measurement, builder);
+  const auto model = encode_model(map.model, builder);
+  builder.Finish(schema::CreateManifestDirect(
+      builder, map.map_id.c_str(), map.version.c_str(), map.release, map.writer.c_str(), &origin,
+      map.ndt.cell_m, map.ndt.tile_m, map.sites.spacing_m, map.reach_m, map.ndt.nds.size(),
+      map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count, map.ndt.point_count,
+      map.ranges.site_count, &map.ranges.ranges_m, static_cast<schema::Rule>(map.ranges.selection),
+      map.ranges.dilation_m, &promises, &quality, sensor, measurement, &definitions, model));
+  const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
+  return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
+}
+
+Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map) {
+  if (!is_tiling(manifest.cell_m(), manifest.tile_m()) || manifest.rule() > schema::Rule::MAX ||
+      manifest.measurement()->reference() > schema::Reference::MAX) {
+    return Error{ErrorCode::kBadManifest, "a tile holds no whole number of cells, or a choice is unknown",
+                 "", "manifest"};
+  }
+  map.map_id = manifest.map_id()->str();
+  map.version = manifest.version()->str();
+  map.release = manifest.release();
+  map.writer = manifest.writer()->str();
+  const schema::Vector3& origin = *manifest.origin_world_m();
+  map.ndt.frame.origin_world_m = {origin.x(), origin.y(), origin.z()};
+  map.sites.frame = map.ndt.frame;
+  map.ndt.cell_m = manifest.cell_m();
+  map.ndt.tile_m = manifest.tile_m();
+  map.sites.spacing_m = manifest.site_spacing_m();
+  map.reach_m = manifest.reach_m();
+  map.ndt.sparse_cell_count = manifest.sparse_cell_count();
+  map.ndt.degenerate_cell_count = manifest.degenerate_cell_count();
+  map.ndt.point_count = manifest.point_count();
+  decode_choices(manifest, map);
+  map.sensor = decode_sensor(*manifest.sensor());
+  map.measurement = decode_measurement(*manifest.measurement());
+  for (const schema::NamedVersion* definition : *manifest.definitions()) {
+    map.definitions.push_back({definition->name()->str(), definition->version()});
+  }
+  map.model = decode_model(*manifest.model());
+  return {};
+}
+
+}  // namespace sightline

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "formats/map/compiled_map.h"
+
+namespace sightline {
+
+namespace schema {
+struct Manifest;
+}
+
+// Everything of a map that is not per tile, as a FlatBuffer of schemas/map.fbs.
+std::vector<std::byte> encode_manifest(const CompiledMap& map);
+
+// Fills all but NDs, sites, predictions, choices and the model's bytes. The manifest has been
+// checked (check_manifest). Error: bad-manifest.
+Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map);
+
+}  // namespace sightline

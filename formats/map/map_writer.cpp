@@ -1,0 +1,42 @@
+#include "formats/map/map_writer.h"
+
+#include "formats/map/container_writer.h"
+#include "formats/map/layers.h"
+#include "formats/map/manifest.h"
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+namespace {
+
+TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
+  TileParts tile;
+  tile.key = rows.key;
+  if (!rows.nds.empty()) {
+    tile.layers.push_back({std::string(kNdtLayer), kNdtLayerVersion, true, rows.nds.size(), true,
+                           encode_ndt_layer(map.ndt, rows.nds)});
+  }
+  if (!rows.sites.empty()) {
+    // As it lies in memory, so that a vehicle needs no decompressor.
+    tile.layers.push_back({std::string(kRangeLayer), kRangeLayerVersion, true, rows.sites.size(),
+                           false, encode_range_layer(map, rows.sites)});
+  }
+  return tile;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_map(const CompiledMap& map) {
+  const Result<void> valid = validate(map);
+  SIGHTLINE_CHECK(valid);
+  ContainerParts parts;
+  parts.manifest = encode_manifest(map);
+  for (const TileRows& rows : tiles_of(map)) parts.tiles.push_back(tile_parts(map, rows));
+  if (!map.model.bytes.empty()) {
+    // The manifest names its digest, so it need not be required: a vehicle can do without it.
+    parts.sections.push_back({std::string(kModelSection), map.model.encoding_version, false, 1,
+                              true, map.model.bytes});
+  }
+  return assemble(parts);
+}
+
+}  // namespace sightline

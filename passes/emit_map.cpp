@@ -1,0 +1,121 @@
+#include "passes/emit_map.h"
+
+#include <algorithm>
+
+#include "compiler/base/hash.h"
+
+namespace sightline {
+namespace {
+
+// Versions of the definitions in schemas/definitions.md by which a map's numbers were computed.
+const std::vector<NamedVersion>& definitions() {
+  static const std::vector<NamedVersion> kDefinitions = {
+      {"choice-of-range", 1}, {"factors-of-the-paper", 1}, {"factors-of-virtual-scan", 1},
+      {"measured-error", 1},  {"ndt-map", 1},              {"sites", 1}};
+  return kDefinitions;
+}
+
+std::string derived_map_id(const Drive& mapping, const MapFrame& frame) {
+  DigestBuilder builder;
+  builder.add("sightline map id");
+  builder.add(mapping.name);
+  ByteWriter writer;
+  encode(frame, writer);
+  for (const ScanInfo& scan : mapping.scans) {
+    writer.put(scan.recording_index);
+    writer.put(scan.stamp_ns);
+    writer.put(scan.point_count);
+  }
+  builder.add(writer.bytes());
+  // 128 bits name a recording beyond doubt and still fit on a line.
+  return to_hex(builder.finish()).substr(0, 32);
+}
+
+bool is_printable(const std::string& text) {
+  return !text.empty() && std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~'; });
+}
+
+Result<void> check_options(const EmitMapOptions& options) {
+  if (!is_printable(options.version) ||
+      (!options.map_id.empty() && !is_printable(options.map_id))) {
+    return Error{ErrorCode::kBadValue,
+                 "version and map_id must be printable ASCII without spaces", "", ""};
+  }
+  return {};
+}
+
+Result<void> check_measured(const EmitMapInputs& inputs) {
+  if (inputs.measured.scan_of_site.size() == inputs.sites.sites.size() &&
+      inputs.measured.ranges_m == inputs.ranges.ranges_m) {
+    return {};
+  }
+  return Error{ErrorCode::kMismatchedInputs,
+               "errors were measured at " + std::to_string(inputs.measured.scan_of_site.size()) +
+                   " sites, expected the map's " + std::to_string(inputs.sites.sites.size()) +
+                   " and the ranges that are chosen from",
+               "", ""};
+}
+
+MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
+  MeasurementCard card;
+  card.mapping_drive = inputs.mapping.name;
+  card.mapping_scans = options.mapping_scans;
+  card.localization_drive = inputs.localization.name;
+  card.localization_scans = options.localization_scans;
+  card.reference = inputs.measured.reference;
+  card.offsets = inputs.measured.offsets;
+  card.measured_site_count = static_cast<std::uint32_t>(std::ranges::count_if(
+      inputs.measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; }));
+  return card;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(EmitMapOptions& options) {
+  return {text("map_id", options.map_id, "name of the map; empty: made of the recording"),
+          text("version", options.version, "version for people"),
+          integer("release", options.release, "counter that only ever grows", 1, 2'000'000'000),
+          number("reach_m", options.reach_m,
+                 "a site farther away than this says nothing about a position, m", 0.1, 1000.0),
+          choice("mapping_scans", options.mapping_scans, "scans that made the map",
+                 {"all", "even", "odd"}),
+          choice("localization_scans", options.localization_scans,
+                 "scans that were matched against it", {"all", "even", "odd"})};
+}
+
+Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
+                             const EmitMapInputs& inputs) {
+  const Result<void> usable = check_options(options);
+  if (!usable) return usable.error();
+  const Result<void> matching = check_measured(inputs);
+  if (!matching) return matching.error();
+  CompiledMap map;
+  map.map_id = options.map_id.empty() ? derived_map_id(inputs.mapping, inputs.ndt.frame)
+                                      : options.map_id;
+  map.version = options.version;
+  map.release = static_cast<std::uint64_t>(options.release);
+  map.writer = "sightline 0.1.0";
+  map.ndt = inputs.ndt;
+  map.sites = inputs.sites;
+  map.predicted = inputs.predicted;
+  map.ranges = inputs.ranges;
+  map.reach_m = options.reach_m;
+  map.sensor = inputs.localization.sensor;
+  map.measurement = card_of(options, inputs);
+  map.definitions = definitions();
+  map.model = record_of(inputs.model);
+  map.quality.resize(map.ranges.promises.size());
+  const Result<void> valid = validate(map);
+  if (!valid) {
+    return Error{ErrorCode::kMismatchedInputs, valid.error().message, "", valid.error().place};
+  }
+  map.quality = quality_of(map, inputs.measured);
+  const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
+  if (unmeasured > 0) {
+    ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
+             std::to_string(map.sites.sites.size()) + " sites");
+  }
+  return map;
+}
+
+}  // namespace sightline
