@@ -42,7 +42,11 @@ Result<Surface> build_surface(PassContext& ctx, const BuildSurfaceOptions& optio
                               const SurfacePoints& points) {
   const Result<NdtMap> cells =
       build_ndt(ctx, {options.cell_m, options.tile_m, options.min_points}, points);
-  if (!cells) return cells.error();
+  if (!cells) {
+    Error error = cells.error();
+    error.place = "pass build-surface";
+    return error;
+  }
   Surface surface;
   surface.frame = cells->frame;
   surface.cell_m = cells->cell_m;

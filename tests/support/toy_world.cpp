@@ -133,7 +133,7 @@ ToyWorld draw_world(std::string_view text) {
 
 NdtMap random_ndt_map(std::uint64_t seed, int count, double half_extent_m, double cell_m,
                       double tile_m) {
-  constexpr double kHalfHeight_m = 8.0;
+  constexpr double kHalfHeight_m = 3.0;
   Random random(seed);
   std::map<std::pair<TileKey, CellKey>, Nd> nds;
   for (int i = 0; i < count; ++i) {

@@ -25,7 +25,7 @@ struct ToyWorld {
 ToyWorld draw_world(std::string_view text);
 
 // An NdtMap made directly of random valid NDs, dense enough for factors to be interesting: `count`
-// cells around the origin, within +-half_extent_m horizontally and 8 m vertically.
+// cells around the origin, within +-half_extent_m horizontally and 3 m vertically.
 NdtMap random_ndt_map(std::uint64_t seed, int count, double half_extent_m, double cell_m = 2.0,
                       double tile_m = 64.0);
 
