@@ -1,12 +1,15 @@
 #include "formats/map/map_writer.h"
 
-#include "formats/map/container_writer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
 #include "formats/reader/map_layout.h"
+#include "formats/reader/reader.h"
 
 namespace sightline {
 namespace {
+
+// Flags go into the file as they are, and from there to the vehicle.
+static_assert(kUnmet == kAnswerUnmet && kExtrapolated == kAnswerExtrapolated);
 
 TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
   TileParts tile;
@@ -25,7 +28,7 @@ TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
 
 }  // namespace
 
-std::vector<std::byte> encode_map(const CompiledMap& map) {
+ContainerParts parts_of(const CompiledMap& map) {
   const Result<void> valid = validate(map);
   SIGHTLINE_CHECK(valid);
   ContainerParts parts;
@@ -36,7 +39,9 @@ std::vector<std::byte> encode_map(const CompiledMap& map) {
     parts.sections.push_back({std::string(kModelSection), map.model.encoding_version, false, 1,
                               true, map.model.bytes});
   }
-  return assemble(parts);
+  return parts;
 }
+
+std::vector<std::byte> encode_map(const CompiledMap& map) { return assemble(parts_of(map)); }
 
 }  // namespace sightline

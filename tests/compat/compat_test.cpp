@@ -1,0 +1,62 @@
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "compiler/base/atomic_file.h"
+#include "formats/map/map_reader.h"
+#include "formats/map/map_writer.h"
+#include "formats/reader/reader.h"
+
+namespace sightline {
+namespace {
+
+const std::string kFolder = std::string(SIGHTLINE_COMPAT) + "/";
+
+// What follows from the stored numbers by arithmetic is not what a file promises.
+Table stored_columns(Table table) {
+  constexpr std::size_t kStoredNdColumns = 13;  // up to cov_zz_m2; eigenvalues follow from these
+  if (table.name != "nds") return table;
+  table.columns.resize(kStoredNdColumns);
+  for (std::vector<Cell>& row : table.rows) row.resize(kStoredNdColumns);
+  return table;
+}
+
+// map_1_0.slmap was written by the first program that wrote maps, and the tables beside it were
+// dumped by it. None of these files is ever written again; a new version adds its own.
+TEST(Compat, AMapOfFormat1_0ReadsAndSaysWhatItSaidThen) {
+  const Result<CompiledMap> map = read_map(std::filesystem::path(kFolder + "map_1_0.slmap"));
+  ASSERT_TRUE(map) << to_string(map.error());
+  for (const char* name : {"nds", "sites", "predicted", "ranges"}) {
+    const Result<std::string> expected = read_text_file(kFolder + "map_1_0_" + name + ".csv");
+    ASSERT_TRUE(expected) << to_string(expected.error());
+    const Table table = stored_columns(*dump(*map, name));
+    EXPECT_EQ(format_table(table, TableFormat::kCsv), *expected) << name;
+  }
+}
+
+TEST(Compat, AMapOfFormat1_0HasTheRootDigestItHadThenAlsoWhenWrittenAgain) {
+  constexpr const char* kRoot = "c3039e09627030878c83b09c5442a4c9948200d831045b90e7c0fc16ab23d7a2";
+  const std::filesystem::path path = kFolder + "map_1_0.slmap";
+  const Result<MapSummary> summary = verify_map(path);
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_EQ(to_hex(summary->root_digest), kRoot);
+  // Digests are over raw bytes, so a later zstd that packs otherwise changes none.
+  EXPECT_EQ(to_hex(verify_map(encode_map(*read_map(path)))->root_digest), kRoot);
+}
+
+TEST(Compat, AMapOfFormat1_0AnswersAVehicle) {
+  const Result<MapReader> reader = MapReader::open(kFolder + "map_1_0.slmap");
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  const std::array<double, 3> origin_m = reader->info().origin_world_m;
+  const Result<CompiledMap> map = read_map(std::filesystem::path(kFolder + "map_1_0.slmap"));
+  ASSERT_TRUE(map);
+  const Eigen::Vector3d& p_m = map->sites.sites[2].p_map_m;
+  const Result<RangeAnswer> answer = reader->observation_range(
+      {origin_m[0] + p_m.x(), origin_m[1] + p_m.y(), origin_m[2] + p_m.z()}, 0.25);
+  ASSERT_TRUE(answer) << to_string(answer.error());
+  EXPECT_EQ(answer->site, 2u);
+  EXPECT_EQ(answer->range_m, map->ranges.range_m(2, 1));
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,195 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "formats/map/container_writer.h"
+#include "formats/map/map_reader.h"
+#include "formats/map/map_writer.h"
+#include "formats/reader/map_layout.h"
+#include "formats/reader/reader.h"
+#include "tests/formats/map/random_map.h"
+
+namespace sightline {
+namespace {
+
+using testing::HasSubstr;
+
+// The file with another header, sealed again as its writer would have.
+std::vector<std::byte> with_header(std::vector<std::byte> file,
+                                   const std::function<void(FileHeader&)>& change) {
+  FileHeader header = *decode_header(file);
+  change(header);
+  const std::array<std::byte, kHeaderSize> start = encode_header(header);
+  const std::array<std::byte, kTrailerSize> end = encode_trailer(header, start);
+  std::copy(start.begin(), start.end(), file.begin());
+  std::copy(end.begin(), end.end(), file.end() - kTrailerSize);
+  return file;
+}
+
+// Both readers refuse, with this code.
+std::string refusal(const std::vector<std::byte>& file, ErrorCode code) {
+  const Result<CompiledMap> map = read_map(file);
+  const Result<MapReader> reader = MapReader::open(file);
+  EXPECT_FALSE(map.has_value());
+  EXPECT_FALSE(reader.has_value());
+  if (map || reader) return "";
+  EXPECT_EQ(map.error().code, code) << to_string(map.error());
+  EXPECT_EQ(reader.error().code, code) << to_string(reader.error());
+  EXPECT_EQ(to_string(map.error()), to_string(reader.error()));
+  return to_string(map.error());
+}
+
+void expect_reads(const std::vector<std::byte>& file) {
+  const Result<CompiledMap> map = read_map(file);
+  EXPECT_TRUE(map.has_value()) << to_string(map.error());
+  const Result<MapReader> reader = MapReader::open(file);
+  EXPECT_TRUE(reader.has_value()) << to_string(reader.error());
+}
+
+const CompiledMap& small_map() {
+  static const CompiledMap kMap = random_map({.seed = 1, .site_count = 5, .nd_count = 5});
+  return kMap;
+}
+
+BlockParts extra_block(const std::string& name, bool is_required) {
+  return {name, 3, is_required, 1, true, std::vector<std::byte>(100)};
+}
+
+TEST(MapContainer, OfAFutureMajorVersionIsRefusedAndNamesWhoWroteIt) {
+  const std::vector<std::byte> file =
+      with_header(encode_map(small_map()), [](FileHeader& header) { header.major = 2; });
+  EXPECT_THAT(refusal(file, ErrorCode::kFutureVersion),
+              HasSubstr("written by sightline test, format 2.0, this program reads 1.0 to 1.x"));
+}
+
+TEST(MapContainer, OfAFutureMajorVersionIsRefusedAlsoWhereNothingElseCanBeRead) {
+  const std::vector<std::byte> file =
+      with_header(encode_map(small_map()), [](FileHeader& header) {
+        header.major = 9;
+        header.manifest_offset = 12345678901;
+      });
+  EXPECT_THAT(refusal(file, ErrorCode::kFutureVersion), HasSubstr("written by a later program"));
+}
+
+TEST(MapContainer, OfAFutureMinorVersionReads) {
+  expect_reads(with_header(encode_map(small_map()), [](FileHeader& header) { header.minor = 99; }));
+}
+
+TEST(MapContainer, WithAnUnknownOptionalFeatureReads) {
+  ContainerParts parts = parts_of(small_map());
+  parts.features = {{5, false, "seasons"}};
+  expect_reads(assemble(parts));
+}
+
+TEST(MapContainer, WithAnUnknownRequiredFeatureIsRefusedByName) {
+  ContainerParts parts = parts_of(small_map());
+  parts.features = {{5, false, "seasons"}, {63, true, "curved-cells"}};
+  EXPECT_THAT(refusal(assemble(parts), ErrorCode::kUnknownRequiredFeature),
+              HasSubstr("curved-cells"));
+}
+
+TEST(MapContainer, WithAnUnknownRequiredFeatureIsRefusedByBitWhereItHasNoName) {
+  const std::vector<std::byte> file = with_header(
+      encode_map(small_map()), [](FileHeader& header) { header.incompatible_features = 4; });
+  EXPECT_THAT(refusal(file, ErrorCode::kUnknownRequiredFeature), HasSubstr("bit 2"));
+}
+
+TEST(MapContainer, WithUnknownOptionalLayersAndSectionsReadsAndKeepsItsRootDigest) {
+  const std::vector<std::byte> plain = encode_map(small_map());
+  ContainerParts parts = parts_of(small_map());
+  parts.tiles[0].layers.insert(parts.tiles[0].layers.begin(), extra_block("factors", false));
+  parts.sections.push_back(extra_block("weather", false));
+  const std::vector<std::byte> file = assemble(parts);
+  expect_reads(file);
+  EXPECT_EQ(verify_map(file)->root_digest, verify_map(plain)->root_digest);
+}
+
+TEST(MapContainer, WithAnUnknownRequiredLayerIsRefusedByName) {
+  ContainerParts parts = parts_of(small_map());
+  parts.tiles[0].layers.insert(parts.tiles[0].layers.begin(), extra_block("lanes", true));
+  EXPECT_THAT(refusal(assemble(parts), ErrorCode::kUnknownRequiredFeature), HasSubstr("lanes"));
+}
+
+TEST(MapContainer, WithAnUnknownRequiredSectionIsRefusedByName) {
+  ContainerParts parts = parts_of(small_map());
+  parts.sections.push_back(extra_block("weather", true));
+  EXPECT_THAT(refusal(assemble(parts), ErrorCode::kUnknownRequiredFeature), HasSubstr("weather"));
+}
+
+TEST(MapContainer, WithALayerOfALaterVersionIsRefusedByName) {
+  ContainerParts parts = parts_of(small_map());
+  parts.tiles[0].layers.back().version = 2;
+  EXPECT_THAT(refusal(assemble(parts), ErrorCode::kUnknownRequiredFeature),
+              HasSubstr("of version 2"));
+}
+
+TEST(MapContainer, WithUnsortedTilesIsRefused) {
+  ContainerParts parts = parts_of(small_map());
+  ASSERT_GE(parts.tiles.size(), 2u);
+  std::swap(parts.tiles[0], parts.tiles[1]);
+  EXPECT_THAT(refusal(assemble(parts), ErrorCode::kBadOrder), HasSubstr("tile"));
+}
+
+TEST(MapContainer, WithADoubledLayerIsRefused) {
+  ContainerParts parts = parts_of(small_map());
+  parts.tiles[0].layers.push_back(parts.tiles[0].layers.back());
+  refusal(assemble(parts), ErrorCode::kBadOrder);
+}
+
+TEST(MapContainer, WithACompressedRangeLayerIsRefused) {
+  ContainerParts parts = parts_of(small_map());
+  for (TileParts& tile : parts.tiles) {
+    for (BlockParts& layer : tile.layers) layer.may_compress = true;
+  }
+  refusal(assemble(parts), ErrorCode::kBadLayer);
+}
+
+TEST(MapContainer, WithARowCountThatDoesNotFitIsRefused) {
+  for (const std::uint64_t rows : {std::uint64_t{1000}, std::uint64_t{1} << 60}) {
+    ContainerParts parts = parts_of(small_map());
+    parts.tiles[0].layers.back().row_count = rows;
+    refusal(assemble(parts),
+            rows == 1000 ? ErrorCode::kBadLayer : ErrorCode::kTooLarge);
+  }
+}
+
+TEST(MapContainer, WithAManifestOrDirectoryOutsideTheFileIsRefused) {
+  for (const std::uint64_t offset : {std::uint64_t{0}, std::uint64_t{129}, ~std::uint64_t{63}}) {
+    refusal(with_header(encode_map(small_map()),
+                        [&](FileHeader& header) { header.manifest_offset = offset; }),
+            ErrorCode::kOutOfBounds);
+    refusal(with_header(encode_map(small_map()),
+                        [&](FileHeader& header) { header.directory_offset = offset; }),
+            ErrorCode::kOutOfBounds);
+  }
+}
+
+TEST(MapContainer, WithAManifestThatIsNoFlatBufferIsRefused) {
+  ContainerParts parts = parts_of(small_map());
+  for (TileParts& tile : parts.tiles) {
+    for (BlockParts& layer : tile.layers) layer.may_compress = false;  // which takes long
+  }
+  parts.sections.clear();
+  for (std::size_t i = 0; i < parts.manifest.size(); ++i) {
+    // Sealed with right checksums: below them, nothing a manifest says may crash a reader.
+    ContainerParts damaged = parts;
+    damaged.manifest[i] ^= std::byte{0x81};
+    const std::vector<std::byte> file = assemble(damaged);
+    (void)read_map(file);
+    (void)MapReader::open(file);
+  }
+  std::ranges::fill(parts.manifest, std::byte{0xff});
+  refusal(assemble(parts), ErrorCode::kBadManifest);
+}
+
+TEST(MapContainer, SentAsTextIsNoMap) {
+  std::vector<std::byte> file = encode_map(small_map());
+  std::erase(file, std::byte{'\r'});
+  refusal(file, ErrorCode::kBadMagic);
+  refusal({}, ErrorCode::kTruncatedFile);
+  refusal(std::vector<std::byte>(4096), ErrorCode::kBadMagic);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,134 @@
+#include "tests/formats/map/random_map.h"
+
+#include <algorithm>
+#include <map>
+
+#include "compiler/base/random.h"
+
+namespace sightline {
+namespace {
+
+NdtMap random_ndt(const RandomMapOptions& options, Random& random) {
+  NdtMap ndt;
+  ndt.frame.origin_world_m = {64.0 * 7000.0, -64.0 * 3.0, 0.0};
+  ndt.tile_m = options.tile_m;
+  ndt.point_count = 12345;
+  ndt.sparse_cell_count = 6;
+  ndt.degenerate_cell_count = 1;
+  std::map<std::pair<TileKey, CellKey>, Nd> sorted;
+  for (int i = 0; i < options.nd_count; ++i) {
+    Nd nd;
+    for (int axis = 0; axis < 3; ++axis) {
+      nd.mean_m[axis] = random.uniform(-options.extent_m, options.extent_m);
+    }
+    nd.key = cell_key(nd.mean_m, ndt.cell_m);
+    nd.point_count = 10 + static_cast<std::uint32_t>(random.below(1000));
+    Eigen::Matrix3d root;
+    for (int k = 0; k < 9; ++k) root(k / 3, k % 3) = random.normal();
+    nd.covariance_m2 = 0.1 * root * root.transpose();
+    decompose(nd);
+    sorted[{tile_of(nd.key, ndt.cell_m, ndt.tile_m), nd.key}] = nd;
+  }
+  for (const auto& [key, nd] : sorted) ndt.nds.push_back(nd);
+  return ndt;
+}
+
+Sites random_sites(const RandomMapOptions& options, const MapFrame& frame, Random& random) {
+  Sites sites;
+  sites.frame = frame;
+  for (int i = 0; i < options.site_count; ++i) {
+    Site site;
+    const int first_of_run = i * options.run_count / options.site_count;
+    site.run = static_cast<std::uint32_t>(first_of_run);
+    const bool starts = i == 0 || site.run != sites.sites.back().run;
+    site.s_m = starts ? 0.0 : sites.sites.back().s_m + 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double reach_m = axis < 2 ? options.extent_m : 3.0;
+      site.p_map_m[axis] = random.uniform(-reach_m, reach_m);
+    }
+    site.T_map_vehicle.translation() = site.p_map_m - Eigen::Vector3d(0.0, 0.0, 1.8);
+    site.T_map_vehicle.linear() =
+        Eigen::AngleAxisd(random.uniform(-3.0, 3.0), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    sites.sites.push_back(site);
+  }
+  return sites;
+}
+
+PredictedError random_prediction(const RandomMapOptions& options, Random& random) {
+  PredictedError predicted;
+  predicted.ranges_m = options.ranges_m;
+  predicted.limits_m = options.limits_m;
+  predicted.site_count = static_cast<std::uint32_t>(options.site_count);
+  for (int i = 0; i < options.site_count; ++i) {
+    for (std::size_t range = 0; range < options.ranges_m.size(); ++range) {
+      predicted.mean_m.push_back(random.uniform(0.0, 0.5));
+      double probability = 0.0;
+      for (std::size_t limit = 0; limit < options.limits_m.size(); ++limit) {
+        probability += (1.0 - probability) * random.uniform();
+        predicted.within_probability.push_back(std::min(1.0, probability));
+      }
+    }
+    predicted.extrapolated.push_back(static_cast<std::uint8_t>(random.below(2)));
+    predicted.out_of_fold.push_back(static_cast<std::uint8_t>(random.below(2)));
+  }
+  return predicted;
+}
+
+RangeTable random_ranges(const RandomMapOptions& options, Random& random) {
+  RangeTable table;
+  table.ranges_m = options.ranges_m;
+  table.dilation_m = 3.0;
+  table.site_count = static_cast<std::uint32_t>(options.site_count);
+  for (const double limit_m : options.limits_m) {
+    table.promises.push_back({limit_m, 0.8, 0.05, 0.0, 12, limit_m > 0.2, 0.04, "conformal",
+                              "at most 5 % of places miss the limit, on average"});
+  }
+  for (int i = 0; i < options.site_count; ++i) {
+    std::uint64_t longest = options.ranges_m.size() - 1;
+    for (std::size_t limit = 0; limit < options.limits_m.size(); ++limit) {
+      longest = random.below(longest + 1);  // a looser limit never looks further
+      const bool is_longest = longest + 1 == options.ranges_m.size();
+      table.range_index.push_back(static_cast<std::uint8_t>(longest));
+      table.flags.push_back(static_cast<std::uint8_t>((is_longest ? random.below(2) : 0) +
+                                                      2 * random.below(2)));
+    }
+  }
+  return table;
+}
+
+ModelRecord random_model(std::size_t size, Random& random) {
+  ModelRecord model;
+  model.encoding_version = 1;
+  model.card = {{"drive", "town drive 1"}, {"tree_count", "200"}};
+  for (std::size_t i = 0; i < size; ++i) model.bytes.push_back(std::byte(random.below(4)));
+  model.digest = sha256(model.bytes);
+  return model;
+}
+
+}  // namespace
+
+CompiledMap random_map(const RandomMapOptions& options) {
+  Random random(options.seed);
+  CompiledMap map;
+  map.map_id = "0123456789abcdef0123456789abcdef";
+  map.version = "2026.1";
+  map.release = 7;
+  map.writer = "sightline test";
+  map.ndt = random_ndt(options, random);
+  map.sites = random_sites(options, map.ndt.frame, random);
+  map.predicted = random_prediction(options, random);
+  map.ranges = random_ranges(options, random);
+  map.sensor.beam_elevations_deg = {-15.0, 0.0, 15.0};
+  map.measurement.mapping_drive = "town";
+  map.measurement.mapping_scans = "even";
+  map.measurement.localization_drive = "town";
+  map.measurement.localization_scans = "odd";
+  map.measurement.offsets = {{0.1, 0.2, -0.1, 0.01}, {-0.5, 0.3, 0.0, -0.01}};
+  map.definitions = {{"ndt-map", 1}, {"sites", 1}};
+  map.model = random_model(options.model_size, random);
+  MeasuredError measured;  // of no site
+  map.quality = quality_of(map, measured);
+  return map;
+}
+
+}  // namespace sightline

@@ -1,0 +1,138 @@
+#include <gtest/gtest.h>
+
+#include "compiler/base/atomic_file.h"
+#include "formats/map/map_reader.h"
+#include "formats/map/map_writer.h"
+#include "tests/formats/map/random_map.h"
+
+namespace sightline {
+namespace {
+
+std::string csv(const Table& table) { return format_table(table, TableFormat::kCsv); }
+
+TEST(MapFile, GivesBackEveryArtifactButForTheRoundingOfNds) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const CompiledMap map = random_map({.seed = seed, .site_count = 60, .nd_count = 80});
+    const Result<CompiledMap> back = read_map(encode_map(map));
+    ASSERT_TRUE(back) << to_string(back.error());
+    for (const char* name : {"sites", "predicted", "ranges"}) {
+      EXPECT_EQ(csv(*dump(*back, name)), csv(*dump(map, name)));
+    }
+    EXPECT_EQ(csv(dump(*back)), csv(dump(map)));
+    EXPECT_EQ(csv(dump(back->sensor)), csv(dump(map.sensor)));
+    EXPECT_EQ(back->model.bytes, map.model.bytes);
+    EXPECT_EQ(back->model.card, map.model.card);
+    EXPECT_EQ(back->measurement.offsets.size(), 2u);
+    EXPECT_EQ(back->measurement.localization_scans, "odd");
+    ASSERT_EQ(back->ndt.nds.size(), map.ndt.nds.size());
+    for (std::size_t i = 0; i < map.ndt.nds.size(); ++i) {
+      const Nd& stored = back->ndt.nds[i];
+      const Nd& exact = map.ndt.nds[i];
+      EXPECT_EQ(stored.key, exact.key);
+      EXPECT_EQ(stored.point_count, exact.point_count);
+      EXPECT_LE((stored.mean_m - exact.mean_m).cwiseAbs().maxCoeff(), 3.1e-8);
+      EXPECT_LE((stored.covariance_m2 - exact.covariance_m2).cwiseAbs().maxCoeff(),
+                6e-8 * exact.covariance_m2.cwiseAbs().maxCoeff());
+    }
+  }
+}
+
+TEST(MapFile, OfTheSameMapIsTheSameBytesAlsoAfterReading) {
+  const CompiledMap map = random_map({.seed = 3});
+  const std::vector<std::byte> file = encode_map(map);
+  EXPECT_EQ(encode_map(random_map({.seed = 3})), file);
+  const Result<CompiledMap> back = read_map(file);
+  ASSERT_TRUE(back) << to_string(back.error());
+  EXPECT_EQ(encode_map(*back), file);
+}
+
+TEST(MapFile, ThatDiffersInOneNumberAnywhereHasAnotherRootDigest) {
+  const CompiledMap map = random_map({.seed = 4});
+  const auto digest_of = [](const CompiledMap& changed) {
+    return verify_map(encode_map(changed))->root_digest;
+  };
+  const Digest before = digest_of(map);
+  CompiledMap other = map;
+  other.release += 1;
+  EXPECT_NE(digest_of(other), before);
+  other = map;
+  other.predicted.mean_m[5] += 1e-12;
+  EXPECT_NE(digest_of(other), before);
+  other = map;
+  other.ndt.nds.back().point_count += 1;
+  EXPECT_NE(digest_of(other), before);
+  other = map;
+  other.ndt.nds.pop_back();
+  EXPECT_NE(digest_of(other), before);
+}
+
+TEST(MapFile, WithoutItsModelKeepsItsRootDigest) {
+  CompiledMap map = random_map({.seed = 5});
+  const Result<MapSummary> whole = verify_map(encode_map(map));
+  map.model.bytes.clear();
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<MapSummary> stripped = verify_map(file);
+  ASSERT_TRUE(whole && stripped);
+  EXPECT_EQ(whole->root_digest, stripped->root_digest);
+  EXPECT_LT(stripped->file_size, whole->file_size);
+  const Result<CompiledMap> back = read_map(file);
+  ASSERT_TRUE(back);
+  const Result<ErrorModel> model = model_of(back->model);
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().code, ErrorCode::kBadLayer);
+}
+
+TEST(MapFile, IsReadFromDiskAndFromUnalignedMemory) {
+  const std::vector<std::byte> file = encode_map(random_map({.seed = 6}));
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "read.slmap";
+  ASSERT_TRUE(write_file_atomically(path, file, IfExists::kReplace));
+  const Result<MapSummary> summary = verify_map(path);
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_EQ(summary->file_size, file.size());
+  std::vector<std::byte> shifted(1);
+  shifted.insert(shifted.end(), file.begin(), file.end());
+  EXPECT_TRUE(read_map(std::span<const std::byte>(shifted).subspan(1)));
+}
+
+TEST(MapFile, ThatIsNotThereIsSaidSo) {
+  const Result<CompiledMap> map = read_map(std::filesystem::path("/nowhere/at/all.slmap"));
+  ASSERT_FALSE(map);
+  EXPECT_EQ(map.error().code, ErrorCode::kFileNotFound);
+  EXPECT_EQ(map.error().file, "/nowhere/at/all.slmap");
+}
+
+TEST(CompiledMap, DumpsOnlyWhatItHas) {
+  const CompiledMap map = random_map({.seed = 7});
+  for (const std::string& name : dump_names()) EXPECT_TRUE(dump(map, name));
+  const Result<Table> wrong = dump(map, "factors");
+  ASSERT_FALSE(wrong);
+  EXPECT_EQ(wrong.error().code, ErrorCode::kUnknownName);
+}
+
+TEST(CompiledMap, OfArtifactsThatDisagreeIsInvalid) {
+  const auto expect_invalid = [](CompiledMap map) {
+    const Result<void> valid = validate(map);
+    ASSERT_FALSE(valid);
+    EXPECT_EQ(valid.error().code, ErrorCode::kInvalidArtifact);
+  };
+  const CompiledMap map = random_map({.seed = 8});
+  ASSERT_TRUE(validate(map));
+  CompiledMap other = map;
+  other.ranges.ranges_m.back() += 1.0;
+  expect_invalid(other);
+  other = map;
+  other.sites.frame.origin_world_m.x() += 64.0;
+  expect_invalid(other);
+  other = map;
+  other.sites.sites.pop_back();
+  expect_invalid(other);
+  other = map;
+  other.reach_m = 2.0 * map.ndt.tile_m;
+  expect_invalid(other);
+  other = map;
+  other.model.bytes[0] ^= std::byte{1};
+  expect_invalid(other);
+}
+
+}  // namespace
+}  // namespace sightline

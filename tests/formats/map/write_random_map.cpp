@@ -1,0 +1,32 @@
+// Writes a made-up map and what `dump` prints of it: write_random_map SEED FOLDER
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "compiler/base/atomic_file.h"
+#include "formats/map/map_reader.h"
+#include "formats/map/map_writer.h"
+#include "tests/formats/map/random_map.h"
+
+int main(int argc, char** argv) {
+  using namespace sightline;
+  if (argc != 3) return 64;
+  RandomMapOptions options;
+  options.seed = std::strtoull(argv[1], nullptr, 10);
+  options.site_count = 120;
+  options.nd_count = 300;
+  const std::vector<std::byte> file = encode_map(random_map(options));
+  const Result<CompiledMap> map = read_map(file);
+  if (!map) return 1;
+  const std::string folder = std::string(argv[2]) + "/";
+  Result<void> written = write_file_atomically(folder + "map.slmap", file, IfExists::kReplace);
+  for (const std::string& name : dump_names()) {
+    if (!written) break;
+    written = write_file_atomically(folder + name + ".json",
+                                    format_table(*dump(*map, name), TableFormat::kJson),
+                                    IfExists::kReplace);
+  }
+  if (!written) std::fprintf(stderr, "%s\n", to_string(written.error()).c_str());
+  return written ? 0 : 1;
+}

@@ -1,0 +1,83 @@
+#include "tests/formats/reader/c_interface.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "compiler/base/atomic_file.h"
+#include "formats/map/map_writer.h"
+#include "formats/reader/reader.h"
+#include "tests/formats/map/random_map.h"
+
+namespace sightline {
+namespace {
+
+std::string written_map(const std::vector<std::byte>& file, const char* name) {
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+  EXPECT_TRUE(write_file_atomically(path, file, IfExists::kReplace));
+  return path.string();
+}
+
+TEST(CInterface, AnswersWhatTheCppInterfaceAnswers) {
+  const CompiledMap map = random_map({.seed = 1});
+  const std::string path = written_map(encode_map(map), "c_interface.slmap");
+  const Result<MapReader> reader = MapReader::open(path);
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  const Eigen::Vector3d p_m = map.sites.sites[3].p_map_m + map.sites.frame.origin_world_m;
+  sightline_range range;
+  ASSERT_EQ(range_from_c(path.c_str(), p_m.data(), 0.1, &range), 0);
+  const Result<RangeAnswer> expected = reader->observation_range({p_m[0], p_m[1], p_m[2]}, 0.1);
+  ASSERT_TRUE(expected);
+  EXPECT_EQ(range.range_m, expected->range_m);
+  EXPECT_EQ(range.probability, expected->probability);
+  EXPECT_EQ(range.mean_error_m, expected->mean_error_m);
+  EXPECT_EQ(range.distance_m, expected->distance_m);
+  EXPECT_EQ(range.flags, expected->flags);
+  EXPECT_EQ(range.site, 3u);
+}
+
+TEST(CInterface, TellsMapAndRanges) {
+  const CompiledMap map = random_map({.seed = 2});
+  const std::string path = written_map(encode_map(map), "c_info.slmap");
+  sightline_map* opened = nullptr;
+  ASSERT_EQ(sightline_open(path.c_str(), &opened, nullptr, 0), 0);
+  sightline_info info;
+  sightline_get_info(opened, &info);
+  EXPECT_STREQ(info.map_id, map.map_id.c_str());
+  EXPECT_STREQ(info.version, map.version.c_str());
+  EXPECT_EQ(info.release, 7u);
+  EXPECT_EQ(info.site_count, 40u);
+  ASSERT_EQ(info.range_count, 3u);
+  EXPECT_EQ(info.ranges_m[2], 50.0);
+  ASSERT_EQ(info.limit_count, 2u);
+  EXPECT_EQ(info.limits_m[1], 0.25);
+  sightline_close(opened);
+  sightline_close(nullptr);
+}
+
+TEST(CInterface, TellsWhyAMapCannotBeOpened) {
+  sightline_map* map = reinterpret_cast<sightline_map*>(1);
+  char message[40];
+  EXPECT_EQ(sightline_open("/nowhere.slmap", &map, message, sizeof message), 2001);
+  EXPECT_EQ(map, nullptr);
+  EXPECT_EQ(std::strlen(message), sizeof message - 1);
+  EXPECT_EQ(std::string(message).rfind("SL2001 file-not-found: /nowhere.slmap", 0), 0u);
+  EXPECT_STREQ(sightline_error_name(2001), "file-not-found");
+  EXPECT_STREQ(sightline_error_name(1), "unknown");
+}
+
+TEST(CInterface, AnswersTheLongestRangeAlsoOnFailure) {
+  const std::string path = written_map(encode_map(random_map({.seed = 3})), "c_failure.slmap");
+  const double nowhere[3] = {NAN, 0.0, 0.0};
+  sightline_range range;
+  EXPECT_EQ(range_from_c(path.c_str(), nowhere, 0.1, &range), 1001);
+  EXPECT_EQ(range.range_m, 50.0);
+  EXPECT_EQ(range.probability, 0.0);
+  EXPECT_EQ(range.flags, SIGHTLINE_FAR);
+  EXPECT_EQ(range.site, SIGHTLINE_NO_SITE);
+}
+
+}  // namespace
+}  // namespace sightline

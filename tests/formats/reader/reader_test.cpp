@@ -1,0 +1,248 @@
+#include "formats/reader/reader.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <thread>
+
+#include "compiler/base/random.h"
+#include "formats/map/map_writer.h"
+#include "tests/formats/map/random_map.h"
+#include "tests/formats/reader/allocation_count.h"
+
+namespace sightline {
+namespace {
+
+using Position = std::array<double, 3>;
+
+Position world(const CompiledMap& map, const Eigen::Vector3d& p_map_m) {
+  const Eigen::Vector3d p_m = p_map_m + map.sites.frame.origin_world_m;
+  return {p_m.x(), p_m.y(), p_m.z()};
+}
+
+// The definition, read off the artifacts: no tiles, no file.
+RangeAnswer brute_force(const CompiledMap& map, const Position& position_world_m, double limit_m) {
+  const Eigen::Vector3d p_m =
+      Eigen::Vector3d(position_world_m[0], position_world_m[1], position_world_m[2]) -
+      map.sites.frame.origin_world_m;
+  RangeAnswer answer;
+  answer.range_m = map.ranges.ranges_m.back();
+  answer.mean_error_m = std::numeric_limits<double>::infinity();
+  double nearest_m = map.reach_m;
+  for (std::uint32_t site = 0; site < map.ranges.site_count; ++site) {
+    const double distance_m = (map.sites.sites[site].p_map_m - p_m).norm();
+    if (distance_m > nearest_m || (distance_m == nearest_m && answer.site != kNoSite)) continue;
+    nearest_m = answer.distance_m = distance_m;
+    answer.site = site;
+  }
+  std::size_t limit = map.ranges.promises.size();
+  while (limit > 0 && map.ranges.promises[limit - 1].limit_m > limit_m) --limit;
+  if (limit == 0) answer.flags |= kAnswerTighterLimit;
+  if (answer.site == kNoSite) {
+    answer.flags |= kAnswerFar;
+    return answer;
+  }
+  std::size_t range = map.ranges.ranges_m.size() - 1;
+  if (limit > 0) {
+    const std::size_t choice = answer.site * map.ranges.promises.size() + limit - 1;
+    range = map.ranges.range_index[choice];
+    answer.flags |= map.ranges.flags[choice];
+    answer.probability = map.predicted.probability(answer.site, range, limit - 1);
+  }
+  answer.range_m = map.ranges.ranges_m[range];
+  answer.mean_error_m = map.predicted.mean(answer.site, range);
+  return answer;
+}
+
+void expect_equal(const RangeAnswer& found, const RangeAnswer& expected) {
+  EXPECT_EQ(found.site, expected.site);
+  EXPECT_EQ(found.range_m, expected.range_m);
+  EXPECT_EQ(found.probability, expected.probability);
+  EXPECT_EQ(found.mean_error_m, expected.mean_error_m);
+  EXPECT_EQ(found.flags, expected.flags);
+  if (expected.site != kNoSite) {
+    EXPECT_NEAR(found.distance_m, expected.distance_m, 1e-12);
+  } else {
+    EXPECT_EQ(found.distance_m, expected.distance_m);
+  }
+}
+
+TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
+  std::size_t found_count = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    Random random(seed);
+    CompiledMap map = random_map({.seed = seed,
+                                  .site_count = 200,
+                                  .nd_count = 20,
+                                  .tile_m = seed % 2 == 0 ? 16.0 : 64.0,
+                                  .limits_m = {0.10, 0.20, 0.30}});
+    map.reach_m = seed % 3 == 0 ? 16.0 : 6.0;
+    const std::vector<std::byte> file = encode_map(map);
+    const Result<MapReader> reader = MapReader::open(file);
+    ASSERT_TRUE(reader) << to_string(reader.error());
+    for (int i = 0; i < 300; ++i) {
+      const Position position =
+          world(map, {random.uniform(-120.0, 120.0), random.uniform(-120.0, 120.0),
+                      random.uniform(-3.0, 3.0)});
+      const double limit_m = random.uniform(0.05, 0.4);
+      const Result<RangeAnswer> found = reader->observation_range(position, limit_m);
+      ASSERT_TRUE(found) << to_string(found.error());
+      expect_equal(*found, brute_force(map, position, limit_m));
+      if (found->site != kNoSite) ++found_count;
+    }
+  }
+  EXPECT_GT(found_count, 2000u) << "too few places near a site to show anything";
+}
+
+TEST(MapReader, FindsASiteJustAcrossABorderOfTilesOnEverySide) {
+  CompiledMap map = random_map({.seed = 1, .site_count = 1, .run_count = 1});
+  for (const double dx_m : {-5.0, 0.0, 5.0}) {
+    for (const double dy_m : {-5.0, 0.0, 5.0}) {
+      map.sites.sites[0].p_map_m = {64.0 + dx_m, -64.0 + dy_m, 1.0};
+      const std::vector<std::byte> file = encode_map(map);
+      const Result<MapReader> reader = MapReader::open(file);
+      ASSERT_TRUE(reader);
+      for (const double ex_m : {-1e-9, 0.0, 1e-9}) {
+        const Position position = world(map, {64.0 + ex_m, -64.0 - ex_m, 1.0});
+        EXPECT_EQ(reader->observation_range(position, 0.1)->site, 0u) << dx_m << " " << dy_m;
+      }
+    }
+  }
+}
+
+TEST(MapReader, TakesTheLowerIdWhereTwoSitesAreEquallyNear) {
+  CompiledMap map = random_map({.seed = 1, .site_count = 2, .run_count = 1});
+  for (const bool is_swapped : {false, true}) {
+    map.sites.sites[is_swapped ? 1 : 0].p_map_m = {-3.0, 0.0, 0.0};
+    map.sites.sites[is_swapped ? 0 : 1].p_map_m = {3.0, 0.0, 0.0};
+    const std::vector<std::byte> file = encode_map(map);
+    const Result<MapReader> reader = MapReader::open(file);
+    ASSERT_TRUE(reader);
+    EXPECT_EQ(reader->observation_range(world(map, {0.0, 0.0, 0.0}), 0.1)->site, 0u);
+  }
+}
+
+TEST(MapReader, FarFromAnySiteAnswersTheLongestRange) {
+  const CompiledMap map = random_map({.seed = 2});
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<MapReader> reader = MapReader::open(file);
+  ASSERT_TRUE(reader);
+  for (const double far_m : {200.0, -5000.0, 1e7, 1e300}) {
+    const Result<RangeAnswer> answer = reader->observation_range({far_m, far_m, 0.0}, 0.25);
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->range_m, 50.0);
+    EXPECT_EQ(answer->flags, kAnswerFar);
+    EXPECT_EQ(answer->probability, 0.0);
+    EXPECT_TRUE(std::isinf(answer->distance_m));
+  }
+}
+
+TEST(MapReader, RefusesWhatIsNoPositionOrLimit) {
+  const std::vector<std::byte> file = encode_map(random_map({.seed = 3}));
+  const Result<MapReader> reader = MapReader::open(file);
+  ASSERT_TRUE(reader);
+  for (const double bad : {double{NAN}, double{INFINITY}, -1.0, 0.0}) {
+    const Result<RangeAnswer> answer = reader->observation_range({0.0, 0.0, 0.0}, bad);
+    ASSERT_FALSE(answer);
+    EXPECT_EQ(answer.error().code, ErrorCode::kBadArgument);
+  }
+  EXPECT_FALSE(reader->observation_range({0.0, NAN, 0.0}, 0.1));
+}
+
+TEST(MapReader, ChecksATileOnlyWhenItIsUsed) {
+  CompiledMap map = random_map({.seed = 4, .site_count = 2, .nd_count = 0, .run_count = 1});
+  map.sites.sites[0].p_map_m = {10.0, 10.0, 0.0};
+  map.sites.sites[1].p_map_m = {1000.0, 10.0, 0.0};
+  std::vector<std::byte> file = encode_map(map);
+  {
+    const Result<MapReader> whole = MapReader::open(file);
+    ASSERT_TRUE(whole);
+    EXPECT_TRUE(whole->observation_range(world(map, {1000.0, 10.0, 0.0}), 0.1));
+  }
+  {
+    const MapContainer container = *open_container(file);
+    const std::uint32_t tile = *find_tile(container, 15, 0);
+    const std::byte* site_id =
+        located_bytes(container, *find_layer(container, tile, kRangeLayer)).data();
+    file[static_cast<std::size_t>(site_id - file.data())] = std::byte{0};
+  }
+  const Result<MapReader> reader = MapReader::open(file);
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  EXPECT_TRUE(reader->observation_range(world(map, {10.0, 10.0, 0.0}), 0.1));
+  for (int i = 0; i < 2; ++i) {  // and it stays refused
+    const Result<RangeAnswer> answer =
+        reader->observation_range(world(map, {1000.0, 10.0, 0.0}), 0.1);
+    ASSERT_FALSE(answer);
+    EXPECT_EQ(answer.error().code, ErrorCode::kChecksumMismatch);
+  }
+}
+
+// Damage in a part of the file that a look-up does not use may go unseen; it never changes one.
+TEST(MapReader, NeverAnswersWronglyFromADamagedFile) {
+  const CompiledMap map =
+      random_map({.seed = 5, .site_count = 6, .nd_count = 4, .model_size = 50});
+  const std::vector<std::byte> file = encode_map(map);
+  for (std::size_t i = 0; i < file.size(); ++i) {
+    std::vector<std::byte> damaged = file;
+    damaged[i] ^= std::byte(1 << (i % 8));
+    const Result<MapReader> reader = MapReader::open(damaged);
+    if (!reader) continue;
+    for (const Site& site : map.sites.sites) {
+      const Position position = world(map, site.p_map_m);
+      const Result<RangeAnswer> answer = reader->observation_range(position, 0.25);
+      if (answer) expect_equal(*answer, brute_force(map, position, 0.25));
+    }
+    ASSERT_FALSE(testing::Test::HasFailure()) << "after a flip in byte " << i;
+  }
+  for (std::size_t size = 0; size < file.size(); ++size) {
+    ASSERT_FALSE(MapReader::open(std::span(file).first(size))) << "cut at byte " << size;
+  }
+}
+
+TEST(MapReader, AnswersSeveralThreadsAtOnce) {
+  const CompiledMap map = random_map({.seed = 6, .site_count = 300, .tile_m = 16.0});
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<MapReader> reader = MapReader::open(file);
+  ASSERT_TRUE(reader);
+  std::vector<int> wrong(4, 0);
+  std::vector<std::thread> threads;
+  for (std::size_t thread = 0; thread < wrong.size(); ++thread) {
+    threads.emplace_back([&, thread] {
+      for (const Site& site : map.sites.sites) {
+        const Position position = world(map, site.p_map_m);
+        const Result<RangeAnswer> answer = reader->observation_range(position, 0.25);
+        if (!answer || answer->site != brute_force(map, position, 0.25).site) ++wrong[thread];
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, std::vector<int>(4, 0));
+}
+
+TEST(MapReader, AllocatesNothingToLookUp) {
+  const CompiledMap map = random_map({.seed = 7});
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<MapReader> reader = MapReader::open(file);
+  ASSERT_TRUE(reader);
+  double sum_m = 0.0;
+  const std::size_t before = allocation_count();
+  for (const Site& site : map.sites.sites) {
+    sum_m += reader->observation_range(world(map, site.p_map_m), 0.25)->range_m;
+  }
+  EXPECT_EQ(allocation_count(), before);
+  EXPECT_GT(sum_m, 0.0);
+}
+
+TEST(MapReader, OutlivesBeingMoved) {
+  const CompiledMap map = random_map({.seed = 8});
+  const std::vector<std::byte> file = encode_map(map);
+  Result<MapReader> opened = MapReader::open(file);
+  ASSERT_TRUE(opened);
+  const MapReader reader = std::move(*opened);
+  EXPECT_EQ(reader.info().ranges_m.back(), 50.0);
+  EXPECT_EQ(reader.info().map_id, map.map_id);
+  EXPECT_TRUE(reader.observation_range(world(map, {0.0, 0.0, 0.0}), 0.1));
+}
+
+}  // namespace
+}  // namespace sightline
