@@ -58,11 +58,10 @@ std::optional<std::size_t> nearest_scan(const Setup& setup, const Eigen::Vector3
 
 // Cropped in the sensor's frame and subsampled on its grid, then told in the vehicle's, since it is
 // the vehicle's pose that is looked for.
-std::vector<Eigen::Vector3d> prepared(std::span<const Eigen::Vector3d> crop_lidar_m,
-                                      const Setup& setup) {
+ScanForMatch prepared(std::span<const Eigen::Vector3d> crop_lidar_m, const Setup& setup) {
   std::vector<Eigen::Vector3d> points_m = voxel_subsample(crop_lidar_m, setup.options.leaf_m);
   for (Eigen::Vector3d& point_m : points_m) point_m = setup.drive.sensor.T_vehicle_lidar * point_m;
-  return points_m;
+  return make_scan_for_match(points_m);
 }
 
 // `sorted` ascending and not empty; linear interpolation between order statistics.
@@ -90,15 +89,15 @@ void add_run(const MatchResult& result, const Pose& T_map_reference, double coun
 
 // All offsets at one range. `preparation_ms` is what cropping and subsampling took: the runs share
 // it here, but a vehicle pays it for each scan, so it counts in full for each run.
-ErrorRow measure_row(const Setup& setup, const std::vector<Eigen::Vector3d>& points_m,
-                     const Pose& T_map_reference, double preparation_ms) {
+ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_reference,
+                     double preparation_ms) {
   ErrorRow row;
-  row.point_count = static_cast<std::uint32_t>(points_m.size());
+  row.point_count = static_cast<std::uint32_t>(scan.points_m.size());
   const auto count = static_cast<double>(setup.offsets.size());
   std::vector<double> errors_m;
   for (const InitialOffset& offset : setup.offsets) {
     const double begin_ms = thread_cpu_ms();
-    const MatchResult result = match(setup.grid, points_m, T_map_reference * to_pose(offset));
+    const MatchResult result = match(setup.grid, scan, T_map_reference * to_pose(offset));
     const double time_ms = preparation_ms + thread_cpu_ms() - begin_ms;
     add_run(result, T_map_reference, count, row);
     row.mean_time_ms += time_ms / count;
@@ -118,7 +117,8 @@ Pose reference_pose(const Setup& setup, const Scan& scan, const Pose& T_map_give
   if (setup.options.reference == "known") return T_map_given;
   const double full_range_m = setup.drive.sensor.max_range_m;
   const ShelledScan full = sort_into_shells(scan.points_m, std::span(&full_range_m, 1));
-  return match(setup.grid, prepared(full.crop(0), setup), T_map_given).T_map_sensor;
+  ScanForMatch full_scan = prepared(full.crop(0), setup);
+  return match(setup.grid, full_scan, T_map_given).T_map_sensor;
 }
 
 Result<std::vector<ErrorRow>> measure_site(const Setup& setup, std::size_t scan_index) {
@@ -132,9 +132,9 @@ Result<std::vector<ErrorRow>> measure_site(const Setup& setup, std::size_t scan_
   std::vector<ErrorRow> rows;
   for (std::size_t range = 0; range < setup.options.ranges_m.size(); ++range) {
     const double subsample_begin_ms = thread_cpu_ms();
-    const std::vector<Eigen::Vector3d> points_m = prepared(shells.crop(range), setup);
+    ScanForMatch cropped = prepared(shells.crop(range), setup);
     const double preparation_ms = crop_ms + thread_cpu_ms() - subsample_begin_ms;
-    rows.push_back(measure_row(setup, points_m, T_map_reference, preparation_ms));
+    rows.push_back(measure_row(setup, cropped, T_map_reference, preparation_ms));
   }
   return rows;
 }

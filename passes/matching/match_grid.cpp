@@ -51,6 +51,49 @@ void list_in_neighbourhoods(const CellKey& key, std::int32_t nd, MatchGrid& grid
   }
 }
 
+// So far off that the term vanishes, with numbers that overflow nowhere.
+void set_absent(std::size_t lane, KernelRecord& record) {
+  for (float(&mean_m)[8] : record.mean_m) mean_m[lane] = 1e3f;
+  for (float(&information)[8] : record.information_per_m2) information[lane] = 0.0f;
+  for (const int diagonal : {0, 3, 5}) record.information_per_m2[diagonal][lane] = 1.0f;
+}
+
+void set_nd(const MatchNd& nd, const Eigen::Vector3d& centre_m, double d2, std::size_t lane,
+            KernelRecord& record) {
+  int element = 0;
+  for (int i = 0; i < 3; ++i) {
+    record.mean_m[i][lane] = static_cast<float>(nd.mean_m[i] - centre_m[i]);
+    for (int j = i; j < 3; ++j) {
+      record.information_per_m2[element++][lane] =
+          static_cast<float>(d2 * nd.information_per_m2(i, j));
+    }
+  }
+}
+
+KernelRecord make_record(const MatchGrid& grid, const CellKey& cell,
+                         const MatchGrid::Neighbourhood& neighbourhood) {
+  const Eigen::Vector3d centre_m =
+      grid.cell_m * Eigen::Vector3d(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
+  KernelRecord record;
+  for (std::size_t lane = 0; lane < neighbourhood.size(); ++lane) {
+    if (neighbourhood[lane] == MatchGrid::kNone) {
+      set_absent(lane, record);
+    } else {
+      const MatchNd& nd = grid.nds[static_cast<std::size_t>(neighbourhood[lane])];
+      set_nd(nd, centre_m, grid.gauss.d2, lane, record);
+    }
+  }
+  return record;
+}
+
+// Sharper than any valid ND can be (schemas/definitions.md: lambda_1 >= 1e-6 m^2), and too sharp
+// for float.
+bool is_usable(const MatchNd& nd) {
+  constexpr double kLargestInformation_per_m2 = 1e9;
+  return nd.mean_m.allFinite() && nd.information_per_m2.allFinite() &&
+         nd.information_per_m2.cwiseAbs().maxCoeff() <= kLargestInformation_per_m2;
+}
+
 }  // namespace
 
 GaussConstants gauss_constants(double cell_m) {
@@ -71,8 +114,15 @@ MatchGrid make_match_grid(const NdtMap& map) {
   // At most 7 cells an ND; half of the slots stay free.
   grid.slots.assign(std::bit_ceil(2 * kNeighbourCount * map.nds.size() + 2), MatchGrid::kNone);
   for (const Nd& nd : map.nds) {
+    const MatchNd usable{nd.mean_m, regularised_covariance_m2(nd).inverse()};
+    if (!is_usable(usable)) continue;
     list_in_neighbourhoods(nd.key, static_cast<std::int32_t>(grid.nds.size()), grid);
-    grid.nds.push_back({nd.mean_m, regularised_covariance_m2(nd).inverse()});
+    grid.nds.push_back(usable);
+  }
+  grid.records.reserve(grid.cells.size() + 1);
+  grid.records.push_back(make_record(grid, {}, empty_neighbourhood()));
+  for (std::size_t i = 0; i < grid.cells.size(); ++i) {
+    grid.records.push_back(make_record(grid, grid.cells[i], grid.neighbourhoods[i]));
   }
   return grid;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/ndt_map.h"
+#include "passes/matching/match_kernel.h"
 
 namespace sightline {
 
@@ -34,10 +35,11 @@ struct MatchGrid {
 
   double cell_m = 2.0;
   GaussConstants gauss;
-  std::vector<MatchNd> nds;  // in the order of the map
+  std::vector<MatchNd> nds;  // in the order of the map, those left out that no float can hold
   std::vector<CellKey> cells;
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
-  std::vector<std::int32_t> slots;  // open addressing by hash: index into `cells` or kNone
+  std::vector<std::int32_t> slots;    // open addressing by hash: index into `cells` or kNone
+  std::vector<KernelRecord> records;  // of `cells`, in float, after one without any ND
 };
 
 // Costs time and memory in proportion to the number of NDs.

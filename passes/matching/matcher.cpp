@@ -89,18 +89,24 @@ std::string_view to_text(MatchStop stop) {
 
 MatchResult match(const MatchGrid& grid, std::span<const Eigen::Vector3d> points_m,
                   const Pose& T_map_start, const MatchOptions& options) {
+  ScanForMatch scan = make_scan_for_match(points_m);
+  return match(grid, scan, T_map_start, options);
+}
+
+MatchResult match(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_start,
+                  const MatchOptions& options) {
   MatchResult result;
   result.T_map_sensor = T_map_start;
-  if (points_m.empty()) return result;
+  if (scan.points_m.empty()) return result;
   result.stop = MatchStop::kIterationLimit;
   Pose best = T_map_start;
   MatchScore at_best;
   Pose next = T_map_start;
   double share = 1.0;
   while (result.iterations < options.max_iterations) {
-    const MatchScore at_next = match_score(grid, points_m, next);
+    const MatchScore at_next = kernel_score(grid, scan, next, options.kernel);
     ++result.iterations;
-    result.work += points_m.size();
+    result.work += scan.points_m.size();
     if (result.iterations == 1 && at_next.scored_points == 0) {
       result.stop = MatchStop::kNoOverlap;
       return result;

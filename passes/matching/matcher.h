@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "formats/geometry.h"
+#include "passes/matching/kernel_score.h"
 #include "passes/matching/match_grid.h"
 #include "passes/matching/match_score.h"
 
@@ -17,6 +18,7 @@ struct MatchOptions {
   double stop_step_m = 0.005;  // ends when a step is below both
   double stop_step_rad = 1e-4;
   int max_iterations = 35;
+  MatchKernel kernel = MatchKernel::kFastest;
 };
 
 enum class MatchStop : std::uint8_t {
@@ -48,5 +50,9 @@ struct MatchResult {
 // Allocates nothing while it iterates.
 MatchResult match(const MatchGrid& grid, std::span<const Eigen::Vector3d> points_m,
                   const Pose& T_map_start, const MatchOptions& options = {});
+
+// The same for several starts of one scan, without preparing it anew. Allocates nothing.
+MatchResult match(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_start,
+                  const MatchOptions& options = {});
 
 }  // namespace sightline

@@ -97,6 +97,7 @@ TEST(Match, EndsWhereCeresEndsOnTheSameCost) {
   MatchOptions options;
   options.stop_step_m = 1e-8;
   options.stop_step_rad = 1e-9;
+  options.kernel = MatchKernel::kExact;
   const Pose start = Pose(Eigen::Translation3d(0.3, -0.2, 0.1));
   const MatchResult result = match(scene().grid, scene().points_m, start, options);
   ASSERT_EQ(result.stop, MatchStop::kConverged);

@@ -1,0 +1,163 @@
+#include "passes/matching/kernel_score.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "compiler/base/check.h"
+
+namespace sightline {
+namespace {
+
+// Sums in float go over this many points at most; from there on in double.
+constexpr std::size_t kChunk = 1024;
+static_assert(kChunk % kKernelBatch == 0);
+
+using Totals = std::array<double, kKernelSums>;
+
+KernelFunction function_of(MatchKernel kernel) {
+  switch (kernel) {
+#ifdef SIGHTLINE_X86_KERNELS
+    case MatchKernel::kAvx2:
+      return run_kernel_avx2;
+    case MatchKernel::kAvx512:
+      return run_kernel_avx512;
+#endif
+    default:
+      return run_kernel_portable;
+  }
+}
+
+std::int32_t find_record(const void* grid, double cell_x, double cell_y, double cell_z) {
+  constexpr double kReach = 0x1.0p30;
+  if (std::abs(cell_x) > kReach || std::abs(cell_y) > kReach || std::abs(cell_z) > kReach) return 0;
+  const CellKey key{static_cast<std::int32_t>(cell_x), static_cast<std::int32_t>(cell_y),
+                    static_cast<std::int32_t>(cell_z)};
+  // Record 0 is the one without NDs; MatchGrid::kNone is -1.
+  return find_cell(*static_cast<const MatchGrid*>(grid), key) + 1;
+}
+
+KernelInput make_input(const MatchGrid& grid, const Pose& T_map_sensor) {
+  KernelInput input;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      input.rotation[3 * row + column] = T_map_sensor.linear()(row, column);
+    }
+    input.translation_m[row] = T_map_sensor.translation()[row];
+  }
+  input.cell_m = grid.cell_m;
+  input.cells_per_m = 1.0 / grid.cell_m;
+  input.records = grid.records.data();
+  input.find = find_record;
+  input.grid = &grid;
+  return input;
+}
+
+void point_to_chunk(ScanForMatch& scan, std::size_t first, KernelInput& input) {
+  input.x_m = scan.x_m.data() + first;
+  input.y_m = scan.y_m.data() + first;
+  input.z_m = scan.z_m.data() + first;
+  input.cell_x = scan.cell_x.data() + first;
+  input.cell_y = scan.cell_y.data() + first;
+  input.cell_z = scan.cell_z.data() + first;
+  input.record = scan.record.data() + first;
+  input.count = std::min(kChunk, scan.points_m.size() - first);
+}
+
+void add_lanes(const KernelSums& sums, Totals& totals) {
+  for (std::size_t s = 0; s < kKernelSums; ++s) {
+    double lanes[kKernelBatch];
+    for (std::size_t i = 0; i < kKernelBatch; ++i) lanes[i] = static_cast<double>(sums.lanes[s][i]);
+    for (std::size_t half = kKernelBatch / 2; half > 0; half /= 2) {
+      for (std::size_t i = 0; i < half; ++i) lanes[i] += lanes[i + half];
+    }
+    totals[s] += lanes[0];
+  }
+}
+
+// The kernel's sums are over d1, and its information was times d2.
+MatchScore to_score(const Totals& totals, double d1) {
+  MatchScore score;
+  score.score = -d1 * totals[0];
+  score.nearest_sum = -d1 * totals[1];
+  for (int i = 0; i < 6; ++i) score.gradient[i] = d1 * totals[2 + static_cast<std::size_t>(i)];
+  std::size_t next = 8;
+  const auto fill_symmetric = [&](int corner) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) {
+        score.hessian(corner + i, corner + j) = score.hessian(corner + j, corner + i) =
+            d1 * totals[next++];
+      }
+    }
+  };
+  fill_symmetric(0);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 3; j < 6; ++j) score.hessian(i, j) = score.hessian(j, i) = d1 * totals[next++];
+  }
+  fill_symmetric(3);
+  return score;
+}
+
+}  // namespace
+
+bool is_supported(MatchKernel kernel) {
+#ifdef SIGHTLINE_X86_KERNELS
+  const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  const bool has_avx512 = has_avx2 && __builtin_cpu_supports("avx512f") &&
+                          __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+#else
+  constexpr bool has_avx2 = false;
+  constexpr bool has_avx512 = false;
+#endif
+  if (kernel == MatchKernel::kAvx2) return has_avx2;
+  if (kernel == MatchKernel::kAvx512) return has_avx512;
+  return true;
+}
+
+MatchKernel fastest_kernel() {
+  if (is_supported(MatchKernel::kAvx512)) return MatchKernel::kAvx512;
+  if (is_supported(MatchKernel::kAvx2)) return MatchKernel::kAvx2;
+  return MatchKernel::kPortable;
+}
+
+ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m) {
+  const std::size_t padded = (points_m.size() + kKernelBatch - 1) / kKernelBatch * kKernelBatch;
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  ScanForMatch scan;
+  scan.points_m.assign(points_m.begin(), points_m.end());
+  for (std::vector<double>* axis : {&scan.x_m, &scan.y_m, &scan.z_m}) axis->resize(padded);
+  for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) {
+    axis->assign(padded, kUnknown);
+  }
+  scan.record.resize(padded);
+  for (std::size_t i = 0; i < points_m.size(); ++i) {
+    scan.x_m[i] = points_m[i].x();
+    scan.y_m[i] = points_m[i].y();
+    scan.z_m[i] = points_m[i].z();
+  }
+  return scan;
+}
+
+MatchScore kernel_score(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_sensor,
+                        MatchKernel kernel) {
+  if (kernel == MatchKernel::kExact) return match_score(grid, scan.points_m, T_map_sensor);
+  SIGHTLINE_CHECK(is_supported(kernel));
+  const KernelFunction run =
+      function_of(kernel == MatchKernel::kFastest ? fastest_kernel() : kernel);
+  KernelInput input = make_input(grid, T_map_sensor);
+  Totals totals{};
+  KernelSums sums;
+  for (std::size_t first = 0; first < scan.points_m.size(); first += kChunk) {
+    point_to_chunk(scan, first, input);
+    run(input, sums);
+    add_lanes(sums, totals);
+  }
+  MatchScore score = to_score(totals, grid.gauss.d1);
+  for (std::size_t i = 0; i < scan.points_m.size(); ++i) {
+    score.scored_points += scan.record[i] != 0 ? 1 : 0;
+  }
+  return score;
+}
+
+}  // namespace sightline

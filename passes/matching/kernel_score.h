@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "passes/matching/match_grid.h"
+#include "passes/matching/match_score.h"
+
+namespace sightline {
+
+// Which version of the inner loop computes the score. All but kExact give the same bits.
+enum class MatchKernel : std::uint8_t {
+  kFastest,   // of those below that this processor has
+  kPortable,  // in float with fused multiply-adds
+  kAvx2,
+  kAvx512,
+  kExact  // match_score(), in double: the oracle of the others
+};
+bool is_supported(MatchKernel kernel);
+MatchKernel fastest_kernel();
+
+// Points of one scan as the kernels read them, and what one evaluation on a grid remembers for the
+// next. Use it with one grid and from one thread at a time.
+struct ScanForMatch {
+  std::vector<Eigen::Vector3d> points_m;
+  std::vector<double> x_m, y_m, z_m;  // padded with zeros to whole batches
+  std::vector<double> cell_x, cell_y, cell_z;
+  std::vector<std::int32_t> record;
+};
+ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m);
+
+// match_score() in float: sums agree to about 1e-6 of the sum of sizes. Any kernel that
+// is_supported. Allocates nothing.
+MatchScore kernel_score(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_sensor,
+                        MatchKernel kernel);
+
+}  // namespace sightline

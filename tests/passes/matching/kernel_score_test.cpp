@@ -1,0 +1,127 @@
+#include "passes/matching/kernel_score.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "passes/matching/matcher.h"
+#include "tests/passes/matching/random_scene.h"
+
+namespace sightline {
+namespace {
+
+constexpr MatchKernel kVersions[] = {MatchKernel::kPortable, MatchKernel::kAvx2,
+                                     MatchKernel::kAvx512};
+
+std::string bits_of(const MatchScore& score) {
+  std::string bytes;
+  const auto append = [&](const double* values, std::size_t count) {
+    bytes.append(reinterpret_cast<const char*>(values), count * sizeof(double));
+  };
+  append(&score.score, 1);
+  append(&score.nearest_sum, 1);
+  append(score.gradient.data(), 6);
+  append(score.hessian.data(), 36);
+  return bytes + std::to_string(score.scored_points);
+}
+
+MatchGrid room_grid(double cell_m) {
+  return make_match_grid(simple_map(room_points(31, 15000, 0.03), cell_m));
+}
+
+TEST(KernelScore, GivesTheSameBitsInEveryVersion) {
+  Random random(8);
+  for (const double cell_m : {2.0, 1.0, 0.7}) {
+    const MatchGrid grid = room_grid(cell_m);
+    for (std::size_t count : {1u, 7u, 8u, 9u, 16u, 100u, 1024u, 3001u}) {
+      const std::vector<Eigen::Vector3d> points_m = room_points(count, count, 0.05);
+      const Pose pose = random_pose(random, 0.5, 0.1);
+      ScanForMatch scan = make_scan_for_match(points_m);
+      const std::string expected = bits_of(kernel_score(grid, scan, pose, MatchKernel::kPortable));
+      for (const MatchKernel kernel : kVersions) {
+        if (!is_supported(kernel)) continue;
+        ScanForMatch fresh = make_scan_for_match(points_m);
+        EXPECT_EQ(bits_of(kernel_score(grid, fresh, pose, kernel)), expected)
+            << "version " << static_cast<int>(kernel) << ", " << count << " points";
+      }
+    }
+  }
+}
+
+TEST(KernelScore, AgreesWithTheExactScore) {
+  Random random(9);
+  const MatchGrid grids[] = {room_grid(2.0), room_grid(1.0)};
+  for (int trial = 0; trial < 40; ++trial) {
+    const MatchGrid& grid = grids[trial % 2];
+    const Pose pose = random_pose(random, 1.0, 0.2);
+    ScanForMatch scan = make_scan_for_match(room_points(60, 2000, 0.03));
+    const MatchScore exact = match_score(grid, scan.points_m, pose);
+    const MatchScore fast = kernel_score(grid, scan, pose, MatchKernel::kFastest);
+    EXPECT_EQ(fast.scored_points, exact.scored_points);
+    EXPECT_NEAR(fast.score, exact.score, 2e-6 * exact.score);
+    EXPECT_NEAR(fast.nearest_sum, exact.nearest_sum, 2e-6 * exact.score);
+    // Gradients and curvatures cancel: what counts is their error as a displacement.
+    EXPECT_LT((fast.hessian - exact.hessian).cwiseAbs().maxCoeff(),
+              1e-5 * exact.hessian.cwiseAbs().maxCoeff());
+    EXPECT_LT((fast.gradient - exact.gradient).cwiseAbs().maxCoeff(),
+              1e-6 * exact.hessian.cwiseAbs().maxCoeff());
+  }
+}
+
+TEST(KernelScore, RemembersCellsWithoutChangingTheResult) {
+  const MatchGrid grid = room_grid(2.0);
+  Random random(2);
+  const std::vector<Eigen::Vector3d> points_m = room_points(3, 500, 0.02);
+  ScanForMatch used = make_scan_for_match(points_m);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Pose pose = random_pose(random, 2.0, 0.5);
+    ScanForMatch fresh = make_scan_for_match(points_m);
+    EXPECT_EQ(bits_of(kernel_score(grid, used, pose, MatchKernel::kFastest)),
+              bits_of(kernel_score(grid, fresh, pose, MatchKernel::kFastest)));
+  }
+}
+
+TEST(KernelScore, StaysFiniteHoweverFarOrSharp) {
+  NdtMap map = simple_map(room_points(31, 5000, 1e-7), 2.0);
+  for (Nd& nd : map.nds) nd.eigenvalues_m2 *= 1e-6;
+  const MatchGrid grid = make_match_grid(map);
+  ScanForMatch scan = make_scan_for_match(room_points(3, 100, 0.5));
+  for (const double far_m : {0.0, 1e3, 1e9, 1e30, 1e300}) {
+    const Pose pose = Pose(Eigen::Translation3d(far_m, -far_m, 0.0));
+    const MatchScore score = kernel_score(grid, scan, pose, MatchKernel::kFastest);
+    EXPECT_TRUE(std::isfinite(score.score));
+    EXPECT_TRUE(score.gradient.allFinite());
+    EXPECT_TRUE(score.hessian.allFinite());
+    if (far_m > 0.0) {
+      EXPECT_EQ(score.scored_points, 0u);
+    }
+  }
+}
+
+TEST(Match, EndsAtTheSameBitsInEveryVersionAndNearTheExactOne) {
+  const MatchGrid grid = room_grid(2.0);
+  const std::vector<Eigen::Vector3d> points_m = room_points(4, 500, 0.02);
+  Random random(6);
+  for (int trial = 0; trial < 8; ++trial) {
+    const Pose start = random_pose(random, 0.4, 0.05);
+    MatchOptions options;
+    options.kernel = MatchKernel::kExact;
+    const MatchResult exact = match(grid, points_m, start, options);
+    options.kernel = MatchKernel::kPortable;
+    const MatchResult expected = match(grid, points_m, start, options);
+    EXPECT_LT((exact.T_map_sensor.translation() - expected.T_map_sensor.translation()).norm(),
+              1e-4);
+    for (const MatchKernel kernel : kVersions) {
+      if (!is_supported(kernel)) continue;
+      options.kernel = kernel;
+      const MatchResult result = match(grid, points_m, start, options);
+      EXPECT_EQ(std::memcmp(&result.T_map_sensor, &expected.T_map_sensor, sizeof(Pose)), 0);
+      EXPECT_EQ(result.iterations, expected.iterations);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sightline
