@@ -127,11 +127,14 @@ Choice choose_static_covering(const Court& court, std::size_t limit, double cove
   return choose_static(court, court.longest());
 }
 
-// In the order of Rule.
-std::vector<Choice> choices_at(const Court& court, std::size_t limit) {
+// In the order of Rule. `tighter`: the same for the next tighter limit; empty for the tightest.
+std::vector<Choice> choices_at(const Court& court, std::size_t limit,
+                               const std::vector<Choice>& tighter) {
   const Choice as_map = choose_as_map(court, limit);
   Choice probability = choose_with_dilation(court, limit);
-  if (limit > 0) cap_by_tighter(choose_with_dilation(court, limit - 1), probability);
+  if (!tighter.empty()) {
+    cap_by_tighter(tighter[static_cast<std::size_t>(Rule::kProbability)], probability);
+  }
   return {as_map,
           choose_by_mean(court.predicted, court.limit_m(limit)),
           std::move(probability),
@@ -289,8 +292,9 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
   for (std::size_t range = 0; range < ranges.ranges_m.size(); ++range) {
     evaluation.statics.push_back(score_static(court, range));
   }
+  std::vector<Choice> choices;
   for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
-    const std::vector<Choice> choices = choices_at(court, limit);
+    choices = choices_at(court, limit, choices);
     for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
       evaluation.rules.push_back(
           score_choice(court, court.limit_m(limit), static_cast<Rule>(rule), choices[rule]));

@@ -1,0 +1,98 @@
+#include "formats/error_model.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/support/artifact_checks.h"
+#include "tests/support/handmade_model.h"
+
+namespace sightline {
+namespace {
+
+// Two sites at two ranges; one tree of two splits, one of a single leaf.
+ErrorModel small_model() {
+  ErrorModel model = handmade_model({{{0.5, 0.75}, {0.2, 0.1}}, {{0.25, 1.0}, {0.4, 0.1}}}, 2);
+  model.card.tree_count = 2;
+  model.forest.trees.resize(2);
+  model.forest.trees[1].nodes = {{0, 15.0F, 1, 4}, {0, 12.0F, 2, 3}};
+  model.forest.trees[1].leaf_of_label = {2, 0, 1, 2};
+  return model;
+}
+
+ErrorCode code_of(const ErrorModel& model) {
+  const Result<void> valid = validate(model);
+  return valid ? ErrorCode{} : valid.error().code;
+}
+
+TEST(ErrorModel, SurvivesTheDisk) { expect_survives_disk(small_model()); }
+
+TEST(ErrorModel, ReadsBackEveryTree) {
+  const ErrorModel model = small_model();
+  const Result<ErrorModel> back = from_bytes<ErrorModel>(to_bytes(model));
+  ASSERT_TRUE(back.has_value());
+  EXPECT_EQ(back->forest.trees, model.forest.trees);
+  EXPECT_EQ(back->forest.labels, model.forest.labels);
+}
+
+TEST(ErrorModel, PrintsPredictionsBesideLabels) {
+  ErrorModel model = small_model();
+  model.sites[1].has_label = 0;  // dump asks nothing else
+  const Table table = dump(model);
+  ASSERT_EQ(table.rows.size(), 4u);
+  EXPECT_EQ(table.columns[4], "measured_mean_error_m");
+  EXPECT_EQ(table.rows[0][4], Cell(0.2));
+  EXPECT_EQ(table.rows[2][4], Cell(std::string()));
+  EXPECT_EQ(table.rows[0].size(), table.columns.size());
+  EXPECT_EQ(tables(model)[2].rows.size(), 2u);  // nodes
+  EXPECT_EQ(tables(model)[3].rows.size(), 8u);  // a leaf for each label and tree
+}
+
+TEST(ErrorModel, RefusesTreesThatAreNone) {
+  const auto with_nodes = [](std::vector<TreeNode> nodes) {
+    ErrorModel model = small_model();
+    model.forest.trees[1].nodes = std::move(nodes);
+    return code_of(model);
+  };
+  EXPECT_EQ(with_nodes({{0, 15.0F, 1, 4}, {0, 12.0F, 2, 3}}), ErrorCode{});
+  EXPECT_EQ(with_nodes({{0, 15.0F, 0, 4}, {0, 12.0F, 2, 3}}), ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(with_nodes({{0, 15.0F, 1, 9}, {0, 12.0F, 2, 3}}), ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(with_nodes({{0, 15.0F, 1, 2}, {0, 12.0F, 3, 4}}), ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(with_nodes({{0, 15.0F, 2, 3}, {0, 12.0F, 2, 3}}), ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(with_nodes({{1, 15.0F, 1, 4}, {0, 12.0F, 2, 3}}), ErrorCode::kInvalidArtifact);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(with_nodes({{0, kInfinity, 1, 4}, {0, 12.0F, 2, 3}}), ErrorCode::kInvalidArtifact);
+}
+
+TEST(ErrorModel, RefusesLabelsOutOfPlace) {
+  ErrorModel empty_leaf = small_model();
+  empty_leaf.forest.trees[1].leaf_of_label = {0, 0, 1, 1};
+  EXPECT_EQ(code_of(empty_leaf), ErrorCode::kInvalidArtifact);
+  ErrorModel no_leaf = small_model();
+  no_leaf.forest.trees[1].leaf_of_label[0] = 3;
+  EXPECT_EQ(code_of(no_leaf), ErrorCode::kInvalidArtifact);
+  ErrorModel unsorted = small_model();
+  std::swap(unsorted.forest.labels.front(), unsorted.forest.labels.back());
+  EXPECT_EQ(code_of(unsorted), ErrorCode::kInvalidArtifact);
+  ErrorModel fewer = small_model();
+  fewer.sites[0].has_label = 0;
+  EXPECT_EQ(code_of(fewer), ErrorCode::kInvalidArtifact);
+}
+
+TEST(ErrorModel, RefusesACardThatDoesNotFit) {
+  ErrorModel other_count = small_model();
+  other_count.card.tree_count = 3;
+  EXPECT_EQ(code_of(other_count), ErrorCode::kInvalidArtifact);
+  ErrorModel no_range = small_model();
+  no_range.features[0].name = "crlb_max";
+  EXPECT_EQ(code_of(no_range), ErrorCode::kInvalidArtifact);
+  ErrorModel no_block = small_model();
+  no_block.sites[1].block = 2;
+  EXPECT_EQ(code_of(no_block), ErrorCode::kInvalidArtifact);
+  ErrorModel inverted = small_model();
+  inverted.features[0].support_min[1] = 1.0;
+  EXPECT_EQ(code_of(inverted), ErrorCode::kInvalidArtifact);
+}
+
+}  // namespace
+}  // namespace sightline

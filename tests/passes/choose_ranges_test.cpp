@@ -1,0 +1,202 @@
+#include "passes/choose_ranges.h"
+
+#include <gtest/gtest.h>
+
+#include "compiler/base/random.h"
+#include "tests/support/handmade_model.h"
+
+namespace sightline {
+namespace {
+
+// Five sites, three ranges: the third site is hard, the last one hopeless.
+ErrorModel five_sites() {
+  return handmade_model({{{0.9, 0.9, 0.9}, {0.05, 0.05, 0.05}},
+                         {{0.9, 0.9, 0.9}, {0.05, 0.05, 0.05}},
+                         {{0.2, 0.9, 0.9}, {0.15, 0.05, 0.05}},
+                         {{0.9, 0.9, 0.9}, {0.05, 0.05, 0.05}},
+                         {{0.1, 0.2, 0.3}, {0.3, 0.3, 0.3}}},
+                        2);
+}
+
+// A long route whose predictions are honest: a site with P misses with probability 1 - P.
+ErrorModel honest_model(std::uint64_t seed, std::size_t block_count) {
+  Random random(seed);
+  std::vector<HandmadeSite> sites;
+  double ease = 0.5;
+  for (std::size_t i = 0; i < 60 * block_count; ++i) {
+    ease = std::clamp(ease + random.uniform(-0.1, 0.1), 0.0, 1.0);
+    HandmadeSite site;
+    for (int range = 0; range < 5; ++range) {
+      const double probability =
+          std::clamp(0.3 * ease + 0.2 * (range + 1) + random.uniform(-0.1, 0.1), 0.0, 1.0);
+      site.probability.push_back(probability);
+      site.error_m.push_back(random.uniform() < probability ? 0.05 : 0.3);
+    }
+    sites.push_back(site);
+  }
+  return handmade_model(sites, static_cast<std::uint32_t>(block_count));
+}
+
+Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options) {
+  PassContext ctx;
+  return choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model);
+}
+
+ChooseRangesOptions with(const std::string& risk_control, double alpha = 0.05) {
+  ChooseRangesOptions options;
+  options.risk_control = risk_control;
+  options.alpha = alpha;
+  return options;
+}
+
+std::vector<double> chosen_m(const RangeTable& table, std::size_t limit) {
+  std::vector<double> ranges_m;
+  for (std::size_t i = 0; i < table.site_count; ++i) ranges_m.push_back(table.range_m(i, limit));
+  return ranges_m;
+}
+
+TEST(ChooseRanges, TakesTheShortestProbableRangeAndDilates) {
+  ChooseRangesOptions options = with("fixed");
+  options.dilation_m = 1.0;
+  const Result<RangeTable> table = choose(five_sites(), options);
+  ASSERT_TRUE(table.has_value()) << to_string(table.error());
+  ASSERT_TRUE(validate(*table).has_value());
+  EXPECT_EQ(chosen_m(*table, 0), (std::vector<double>{10, 20, 20, 30, 30}));
+  EXPECT_EQ(table->flags[3 * 2], 0);
+  EXPECT_EQ(table->flags[4 * 2], kUnmet);
+  EXPECT_EQ(table->promises[0].method, "fixed");
+  EXPECT_NEAR(table->promises[0].calibration_miss_share, 0.2, 1e-12);
+}
+
+TEST(ChooseRanges, ByMeanDoesAsThePaperDoes) {
+  ChooseRangesOptions options;
+  options.selection = "mean";
+  const Result<RangeTable> table = choose(five_sites(), options);
+  ASSERT_TRUE(table.has_value());
+  EXPECT_EQ(chosen_m(*table, 0), (std::vector<double>{10, 10, 20, 10, 30}));
+  EXPECT_EQ(chosen_m(*table, 1), (std::vector<double>{10, 10, 10, 10, 10}));
+  EXPECT_EQ(table->flags[4 * 2], kUnmet);
+  EXPECT_EQ(table->dilation_m, 0.0);
+  EXPECT_EQ(table->selection, Selection::kMean);
+  EXPECT_FALSE(table->promises[0].is_earned);
+}
+
+TEST(ChooseRanges, FallsBackToTheLongestRangeAndSaysSo) {
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const ErrorModel model = five_sites();
+  ASSERT_TRUE(
+      choose_ranges(ctx, with("fixed"), sites_of(model), model.out_of_fold, model).has_value());
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_EQ(warnings[0],
+            "no range is good enough for 0.1 m at 1 of 5 sites: they look as far as there is, and "
+            "are flagged");
+}
+
+TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
+  for (const char* risk_control : {"conformal", "learn-then-test"}) {
+    const Result<RangeTable> table = choose(honest_model(1, 18), with(risk_control));
+    ASSERT_TRUE(table.has_value());
+    EXPECT_FALSE(table->promises[0].is_earned);
+    EXPECT_LE(table->promises[0].calibration_miss_share, 0.05);
+    EXPECT_NE(table->promises[0].statement.find("nothing is promised: 18 blocks of 60 m"),
+              std::string::npos)
+        << table->promises[0].statement;
+  }
+  EXPECT_NE(choose(honest_model(1, 18), with("conformal"))
+                ->promises[0]
+                .statement.find("19 can, 0.1 km more"),
+            std::string::npos);
+}
+
+TEST(ChooseRanges, NeverPromisesFromBlocksThatSeeTheSameWalls) {
+  ErrorModel model = honest_model(1, 60);
+  EXPECT_TRUE(choose(model, with("conformal"))->promises[0].is_earned);
+  model.card.block_m = 20.0;
+  const Result<RangeTable> table = choose(model, with("conformal"));
+  EXPECT_FALSE(table->promises[0].is_earned);
+  EXPECT_NE(table->promises[0].statement.find("see the same walls"), std::string::npos);
+}
+
+TEST(ChooseRanges, KeepsMissesWithinWhatItCalibrated) {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    const ErrorModel model = honest_model(seed, 48);
+    for (const char* risk_control : {"conformal", "learn-then-test", "empirical"}) {
+      const Result<RangeTable> table = choose(model, with(risk_control));
+      ASSERT_TRUE(table.has_value());
+      for (std::size_t limit = 0; limit < 2; ++limit) {
+        double missed = 0.0;
+        for (std::size_t site = 0; site < table->site_count; ++site) {
+          const double error_m = model.measured(site, table->range_index[site * 2 + limit]);
+          missed += error_m > model.out_of_fold.limits_m[limit] ? 1.0 : 0.0;
+        }
+        const double share = missed / table->site_count;
+        EXPECT_NEAR(share, table->promises[limit].calibration_miss_share, 1e-9);
+        EXPECT_LE(share, 0.05);
+      }
+    }
+  }
+}
+
+// Of the tightest limit; a looser one may trade what the tighter no longer asks for.
+TEST(ChooseRanges, ALargerAlphaNeverLooksFurther) {
+  const ErrorModel model = honest_model(3, 48);
+  for (const char* risk_control : {"conformal", "learn-then-test", "empirical"}) {
+    std::vector<double> before_m(model.sites.size(), 50.0);
+    for (const double alpha : {0.1, 0.2, 0.4}) {
+      const Result<RangeTable> table = choose(model, with(risk_control, alpha));
+      ASSERT_TRUE(table.has_value());
+      EXPECT_EQ(table->promises[0].is_earned, std::string(risk_control) != "empirical");
+      const std::vector<double> now_m = chosen_m(*table, 0);
+      for (std::size_t i = 0; i < now_m.size(); ++i) EXPECT_LE(now_m[i], before_m[i]);
+      before_m = now_m;
+    }
+  }
+}
+
+TEST(ChooseRanges, ALooserLimitNeverLooksFurther) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    for (const char* risk_control : {"conformal", "empirical", "fixed"}) {
+      const Result<RangeTable> table = choose(honest_model(seed, 20), with(risk_control));
+      ASSERT_TRUE(table.has_value());
+      for (std::size_t i = 0; i < table->site_count; ++i) {
+        EXPECT_LE(table->range_m(i, 1), table->range_m(i, 0));
+      }
+    }
+  }
+}
+
+TEST(ChooseRanges, SendsExtrapolatedSitesAsFarAsThereIsUnlessToldOtherwise) {
+  const ErrorModel model = five_sites();
+  PredictedError predicted = model.out_of_fold;
+  predicted.extrapolated[0] = 1;
+  ChooseRangesOptions options = with("fixed");
+  options.dilation_m = 0.0;
+  PassContext ctx;
+  const Result<RangeTable> careful =
+      choose_ranges(ctx, options, sites_of(model), predicted, model);
+  options.extrapolated_takes_longest = false;
+  const Result<RangeTable> trusting =
+      choose_ranges(ctx, options, sites_of(model), predicted, model);
+  EXPECT_EQ(chosen_m(*careful, 0), (std::vector<double>{30, 10, 20, 10, 30}));
+  EXPECT_EQ(chosen_m(*trusting, 0), (std::vector<double>{10, 10, 20, 10, 30}));
+  EXPECT_EQ(careful->flags[0], kExtrapolated);
+  EXPECT_EQ(trusting->flags[0], kExtrapolated);
+}
+
+TEST(ChooseRanges, RefusesInputsThatDoNotBelongTogether) {
+  const ErrorModel model = five_sites();
+  PassContext ctx;
+  Sites fewer = sites_of(model);
+  fewer.sites.pop_back();
+  EXPECT_EQ(choose_ranges(ctx, {}, fewer, model.out_of_fold, model).error().code,
+            ErrorCode::kMismatchedInputs);
+  PredictedError other = model.out_of_fold;
+  other.limits_m[1] = 0.3;
+  EXPECT_EQ(choose_ranges(ctx, {}, sites_of(model), other, model).error().code,
+            ErrorCode::kMismatchedInputs);
+}
+
+}  // namespace
+}  // namespace sightline

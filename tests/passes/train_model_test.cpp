@@ -1,0 +1,163 @@
+#include "passes/train_model.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "passes/learn/feature_rows.h"
+#include "tests/support/synthetic_drive.h"
+
+namespace sightline {
+namespace {
+
+const SyntheticOptions kSmall = {
+    .site_count = 200, .ranges_m = {10.0, 20.0, 30.0}, .has_paper_factors = false};
+
+TrainModelOptions quick() {
+  TrainModelOptions options;
+  options.trees = 20;
+  return options;
+}
+
+Result<ErrorModel> train(const SyntheticDrive& drive, const TrainModelOptions& options = quick(),
+                         int threads = 1) {
+  PassContext ctx;
+  ctx.threads = threads;
+  return train_model(ctx, options, drive.sites, drive.factors, drive.measured);
+}
+
+TEST(TrainModel, LearnsFromEverySiteWithAScanAtEveryRange) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.measured.scan_of_site[7] = -1;
+  const Result<ErrorModel> model = train(drive);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  const Result<void> valid = validate(*model);
+  ASSERT_TRUE(valid.has_value()) << to_string(valid.error());
+  EXPECT_EQ(model->forest.labels.size(), 199u * 3u);
+  EXPECT_EQ(model->forest.trees.size(), 20u);
+  EXPECT_EQ(model->card.block_count, 3u);
+  EXPECT_EQ(model->card.fold_count, 3u);
+  EXPECT_EQ(model->sites[7].has_label, 0);
+  EXPECT_EQ(model->features.back().name, "range_m");
+  EXPECT_EQ(model->features.back().support_min, (std::vector<double>{10.0, 20.0, 30.0}));
+}
+
+TEST(TrainModel, PredictsPlacesItsTreesNeverSaw) {
+  SyntheticOptions synthetic = kSmall;
+  synthetic.site_count = 400;
+  const Result<ErrorModel> model = train(synthetic_drive(2, synthetic));
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  for (const RangeCard& range : model->ranges) {
+    EXPECT_GT(range.r_squared, 0.2);
+    EXPECT_LT(range.r_squared, 0.95);  // the noise of the errors cannot be known
+  }
+}
+
+TEST(TrainModel, NeverShowsAFoldItsOwnLabels) {
+  // Labels that are pure noise: whoever saw them could predict them, nobody else can.
+  SyntheticDrive drive = synthetic_drive(3, kSmall);
+  Random random(9);
+  for (ErrorRow& row : drive.measured.rows) row.mean_m = random.uniform();
+  const Result<ErrorModel> model = train(drive);
+  ASSERT_TRUE(model.has_value());
+  for (const RangeCard& range : model->ranges) EXPECT_LT(range.r_squared, 0.1);
+}
+
+TEST(TrainModel, FindsTheFactorThatMatters) {
+  SyntheticDrive drive = synthetic_drive(4, kSmall);
+  const std::size_t factor_count = drive.factors.factors.size();
+  for (std::size_t i = 0; i < drive.measured.rows.size(); ++i) {
+    drive.measured.rows[i].mean_m = drive.factors.values[i * factor_count + 1] > 0.5 ? 0.4 : 0.05;
+  }
+  const Result<ErrorModel> model = train(drive);
+  ASSERT_TRUE(model.has_value());
+  for (std::size_t i = 0; i < model->features.size(); ++i) {
+    if (i == 1) continue;
+    EXPECT_GT(model->features[1].importance_m, 4.0 * model->features[i].importance_m);
+  }
+}
+
+TEST(TrainModel, GivesTheSameBytesForAnyThreadCount) {
+  const SyntheticDrive drive = synthetic_drive(5, kSmall);
+  const Result<ErrorModel> one = train(drive, quick(), 1);
+  const Result<ErrorModel> two = train(drive, quick(), 2);
+  ASSERT_TRUE(one.has_value() && two.has_value());
+  EXPECT_EQ(to_bytes(*one), to_bytes(*two));
+}
+
+TEST(TrainModel, LearnsFromThePapersFactorsAloneWhereAsked) {
+  SyntheticOptions synthetic = kSmall;
+  synthetic.has_paper_factors = true;
+  TrainModelOptions options = quick();
+  options.features = "paper";
+  const Result<ErrorModel> model = train(synthetic_drive(1, synthetic), options);
+  ASSERT_TRUE(model.has_value());
+  ASSERT_EQ(model->features.size(), 12u);
+  for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(model->features[i].name, paper_factors()[i]);
+}
+
+TEST(TrainModel, NamesFactorsThatNeverVary) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  for (std::size_t i = 0; i < drive.factors.values.size(); i += 3) drive.factors.values[i] = 4.0;
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  ASSERT_TRUE(
+      train_model(ctx, quick(), drive.sites, drive.factors, drive.measured).has_value());
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("feature_count"), std::string::npos);
+}
+
+TEST(TrainModel, RefusesADriveTooShortToHoldAnythingOut) {
+  SyntheticOptions synthetic = kSmall;
+  synthetic.site_count = 100;
+  const Result<ErrorModel> model = train(synthetic_drive(1, synthetic));
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kDriveTooShort);
+}
+
+TEST(TrainModel, RefusesABufferThatLeavesNothingToLearnFrom) {
+  TrainModelOptions options = quick();
+  options.buffer_m = 500.0;
+  const Result<ErrorModel> model = train(synthetic_drive(1, kSmall), options);
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kDriveTooShort);
+  EXPECT_NE(model.error().message.find("500 m"), std::string::npos);
+}
+
+TEST(TrainModel, RefusesADriveWithoutErrors) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.measured.scan_of_site.assign(kSmall.site_count, -1);
+  const Result<ErrorModel> model = train(drive);
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kNoTrainingRows);
+}
+
+TEST(TrainModel, RefusesNumbersThatAreNone) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.measured.rows[4].mean_m = std::numeric_limits<double>::quiet_NaN();
+  Result<ErrorModel> model = train(drive);
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(model.error().place, "site 1, range 20 m");
+  drive = synthetic_drive(1, kSmall);
+  drive.factors.values[0] = std::numeric_limits<double>::quiet_NaN();
+  model = train(drive);
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kInvalidArtifact);
+}
+
+TEST(TrainModel, RefusesInputsOfDifferentMaps) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.sites.sites.pop_back();
+  EXPECT_EQ(train(drive).error().code, ErrorCode::kMismatchedInputs);
+  drive = synthetic_drive(1, kSmall);
+  drive.factors.ranges_m[1] = 25.0;
+  EXPECT_EQ(train(drive).error().code, ErrorCode::kMismatchedInputs);
+  TrainModelOptions paper = quick();
+  paper.features = "paper";
+  EXPECT_EQ(train(synthetic_drive(1, kSmall), paper).error().code, ErrorCode::kMismatchedInputs);
+}
+
+}  // namespace
+}  // namespace sightline
