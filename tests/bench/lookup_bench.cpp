@@ -1,0 +1,78 @@
+// One look-up by a vehicle: a map of 200 km of route on a grid of streets, 200000 sites.
+
+#include <benchmark/benchmark.h>
+
+#include "compiler/base/random.h"
+#include "formats/map/map_writer.h"
+#include "formats/reader/reader.h"
+
+namespace {
+
+using namespace sightline;
+
+// Streets 100 m apart in both directions, a site every metre.
+CompiledMap city() {
+  CompiledMap map;
+  map.map_id = map.version = map.writer = "bench";
+  map.sensor.beam_elevations_deg = {-15.0, 15.0};
+  constexpr int kStreets = 100;
+  for (int street = 0; street < 2 * kStreets; ++street) {
+    for (int metre = 0; metre < 1000; ++metre) {
+      const double along_m = metre;
+      const double across_m = 100.0 * (street / 2 % 10) + 1000.0 * (street / 20);
+      Site site;
+      site.run = static_cast<std::uint32_t>(street);
+      site.s_m = along_m;
+      site.p_map_m = street % 2 == 0 ? Eigen::Vector3d(along_m, across_m, 1.8)
+                                     : Eigen::Vector3d(across_m, along_m, 1.8);
+      map.sites.sites.push_back(site);
+    }
+  }
+  const std::size_t sites = map.sites.sites.size();
+  map.ranges.ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
+  map.ranges.promises.resize(2);
+  map.ranges.promises[0].limit_m = 0.10;
+  map.ranges.promises[1].limit_m = 0.25;
+  map.ranges.site_count = map.predicted.site_count = static_cast<std::uint32_t>(sites);
+  map.ranges.range_index.resize(2 * sites, 3);
+  map.ranges.flags.resize(2 * sites);
+  map.predicted.ranges_m = map.ranges.ranges_m;
+  map.predicted.limits_m = {0.10, 0.25};
+  map.predicted.mean_m.resize(9 * sites, 0.08);
+  map.predicted.within_probability.resize(18 * sites, 0.9);
+  map.predicted.extrapolated.resize(sites);
+  map.predicted.out_of_fold.resize(sites);
+  map.quality.resize(2);
+  return map;
+}
+
+// Argument: how far beside the street a position may be, m; 200 finds no site every other time.
+void look_up(benchmark::State& state) {
+  static const CompiledMap kMap = city();
+  static const std::vector<std::byte> kFile = encode_map(kMap);
+  const Result<MapReader> reader = MapReader::open(kFile);
+  const double off_m = static_cast<double>(state.range(0));
+  Random random(1);
+  for (auto _ : state) {
+    const Site& site = kMap.sites.sites[random.below(kMap.sites.sites.size())];
+    const std::array<double, 3> position = {site.p_map_m.x() + random.uniform(-off_m, off_m),
+                                            site.p_map_m.y() + random.uniform(-off_m, off_m), 1.8};
+    benchmark::DoNotOptimize(reader->observation_range(position, 0.10)->range_m);
+  }
+  state.counters["sites"] = static_cast<double>(kMap.sites.sites.size());
+  state.counters["file_MiB"] = static_cast<double>(kFile.size()) / (1 << 20);
+}
+BENCHMARK(look_up)->Arg(1)->Arg(5)->Arg(200);
+
+void open_map(benchmark::State& state) {
+  static const std::vector<std::byte> kFile = encode_map(city());
+  for (auto _ : state) {
+    const Result<MapReader> reader = MapReader::open(kFile);
+    benchmark::DoNotOptimize(reader->info().site_count);
+  }
+}
+BENCHMARK(open_map);
+
+}  // namespace
+
+BENCHMARK_MAIN();
