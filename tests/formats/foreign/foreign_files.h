@@ -1,0 +1,97 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/base/atomic_file.h"
+#include "formats/foreign/point_cloud_file.h"
+
+// What the tests of foreign formats share.
+
+namespace sightline {
+
+// A folder of the test's own, removed at its end.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "sightline-XXXXXX").string();
+    path_ = ::mkdtemp(name.data());
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  [[nodiscard]] std::filesystem::path operator/(std::string_view name) const {
+    return path_ / name;
+  }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+  std::filesystem::path write(std::string_view name, std::string_view text) const {
+    const std::filesystem::path file = path_ / name;
+    const Result<void> written = write_file_atomically(file, text, IfExists::kReplace);
+    EXPECT_TRUE(written.has_value());
+    return file;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline Result<PointCloudFile> parse_text(std::string_view text, const std::string& name) {
+  return parse_point_cloud(std::as_bytes(std::span(text)), name);
+}
+
+template <class T>
+std::string as_bytes(std::initializer_list<T> values) {
+  std::string bytes;
+  for (const T value : values) {
+    char raw[sizeof(T)];
+    std::memcpy(raw, &value, sizeof value);
+    bytes.append(raw, sizeof value);
+  }
+  return bytes;
+}
+
+// Every shorter version is refused, or says that it may be cut; none crashes. Text may end without
+// its last line end, which changes nothing, and within its last number, which is flagged.
+inline void expect_every_cut_is_noticed(const std::string& whole, const std::string& name) {
+  const Result<PointCloudFile> intact = parse_text(whole, name);
+  ASSERT_TRUE(intact.has_value()) << to_string(intact.error());
+  EXPECT_FALSE(intact->may_be_cut);
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const Result<PointCloudFile> cut = parse_text(whole.substr(0, size), name);
+    EXPECT_TRUE(!cut.has_value() || cut->may_be_cut) << name << " cut at byte " << size;
+    if (!cut) {
+      EXPECT_EQ(error_class(cut.error().code), ErrorClass::kInput) << to_string(cut.error());
+      EXPECT_EQ(cut.error().file, name);
+    }
+  }
+}
+
+// No damage to a single byte crashes, allocates without bound, or gives points that were not there.
+inline void expect_no_damage_crashes(const std::string& whole, const std::string& name) {
+  const Result<PointCloudFile> intact = parse_text(whole, name);
+  ASSERT_TRUE(intact.has_value());
+  const std::size_t most = whole.size();
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    for (const char flip : {'\x01', '\x10', '\x80', '\xff'}) {
+      std::string damaged = whole;
+      damaged[i] = static_cast<char>(damaged[i] ^ flip);
+      const Result<PointCloudFile> read = parse_text(damaged, name);
+      if (!read) continue;
+      EXPECT_LE(read->points_m.size(), most);
+      EXPECT_EQ(read->points_m.size(), read->intensity.size());
+    }
+  }
+}
+
+}  // namespace sightline
