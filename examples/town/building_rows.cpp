@@ -24,9 +24,9 @@ struct RowStyle {
 RowStyle row_style(StreetKind kind) {
   switch (kind) {
     case StreetKind::kCanyon:
-      return {9.0, 24.0, 14.0, 26.0, 0.5, 0.12};
+      return {12.0, 28.0, 14.0, 26.0, 0.3, 0.12};
     case StreetKind::kLane:
-      return {8.0, 18.0, 6.0, 11.0, 0.25, 0.08};
+      return {8.0, 18.0, 6.0, 11.0, 0.35, 0.12};
     case StreetKind::kPlaza:
       return {14.0, 30.0, 10.0, 22.0, 1.5, 0.25};
     case StreetKind::kSmooth:

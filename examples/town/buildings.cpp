@@ -84,7 +84,7 @@ FrontStyle front_style(StreetKind kind, Random& random) {
   style.ground_recess_m = random.uniform(0.15, 0.5);
   style.jitter_m = 0.1 * style.pitch_m;
   style.blind_share = random.uniform(0.0, 0.4);
-  if (kind == StreetKind::kLane) style.blind_share = random.uniform(0.5, 0.85);
+  if (kind == StreetKind::kLane) style.blind_share = random.uniform(0.35, 0.7);
   if (kind == StreetKind::kRepeating) {
     style = {3.0, 1.4, 0.3, 0.0, 0.0, 0.3, 0.0};
   }
@@ -153,9 +153,9 @@ void add_shell(TownMesh& mesh, const Building& building, bool with_front) {
 double clutter_density(StreetKind kind) {
   switch (kind) {
     case StreetKind::kCanyon:
-      return 0.30;
+      return 0.22;
     case StreetKind::kLane:
-      return 0.15;
+      return 0.2;
     case StreetKind::kPlaza:
       return 0.15;
     case StreetKind::kSmooth:

@@ -57,7 +57,8 @@ std::vector<Pose> follow_line(const Town& town, const DriveOptions& options) {
   return poses;
 }
 
-// A slowly varying error of unit deviation: three waves of the route, tens of metres long.
+// A slowly varying error of unit deviation: three waves of the route, as long as
+// positioning drifts. Shorter ones would average out in a map, which is made of many scans.
 class SlowNoise {
  public:
   explicit SlowNoise(Random& random) {
@@ -76,7 +77,7 @@ class SlowNoise {
 
  private:
   static constexpr std::size_t kWaves = 3;
-  static constexpr std::array<double, kWaves> kWavelengthsM = {29.0, 53.0, 97.0};
+  static constexpr std::array<double, kWaves> kWavelengthsM = {60.0, 150.0, 310.0};
   std::array<double, kWaves> wavelength_m_{};
   std::array<double, kWaves> phase_{};
 };

@@ -102,6 +102,13 @@ void furnish_plaza(TownMesh& mesh, const TownPlan& plan, const Street& street, R
   }
 }
 
+bool is_on_other_street(const TownPlan& plan, const Street& street,
+                        const Eigen::Vector2d& point_m) {
+  return std::any_of(plan.streets.begin(), plan.streets.end(), [&](const Street& other) {
+    return &other != &street && contains(corridor(other), point_m);
+  });
+}
+
 bool has_parking(StreetKind kind) {
   return kind == StreetKind::kCanyon || kind == StreetKind::kAvenue || kind == StreetKind::kSide;
 }
@@ -179,30 +186,30 @@ void add_furniture(TownMesh& mesh, std::uint64_t seed, const TownPlan& plan) {
   }
 }
 
-std::vector<Pose2d> parking_places(std::uint64_t seed, const TownPlan& plan) {
-  constexpr double kPlaceM = 6.2;
+std::vector<Pose2d> parked_cars(std::uint64_t seed, const TownPlan& plan) {
+  constexpr double kTaken = 0.5;
   constexpr double kFromKerbM = 1.1;
-  std::vector<Pose2d> places;
-  Random random(mix(seed, 0x7061726bULL));
+  std::vector<Pose2d> cars;
+  Random random(seed);
   for (const Street& street : plan.streets) {
     if (!has_parking(street.kind)) continue;
     // Narrow side streets have cars on one side alone.
     const bool both = street.kind != StreetKind::kSide;
     for (const double side : {1.0, -1.0}) {
       const double kerb_m = side > 0.0 ? street.kerb_left_m : street.kerb_right_m;
-      double along_m = random.uniform(2.0, 6.0);
-      for (; along_m < street.length_m - 3.0 && (both || side < 0.0); along_m += kPlaceM) {
-        const Eigen::Vector2d at_m = street.at(along_m, side * (kerb_m - kFromKerbM));
-        const bool is_on_other =
-            std::any_of(plan.streets.begin(), plan.streets.end(), [&](const Street& other) {
-              return &other != &street && contains(corridor(other), at_m);
-            });
-        if (is_on_other) continue;
-        places.push_back({at_m, street.heading_rad + (side > 0.0 ? std::numbers::pi : 0.0)});
+      const double yaw_rad = street.heading_rad + (side > 0.0 ? std::numbers::pi : 0.0);
+      double along_m = random.uniform(2.5, 9.0);
+      for (; along_m < street.length_m - 3.0; along_m += random.uniform(6.2, 8.0)) {
+        const double lateral_m = side * (kerb_m - kFromKerbM) + random.uniform(-0.15, 0.15);
+        const double turned_rad = random.uniform(-0.03, 0.03);
+        const bool is_taken = random.uniform() < kTaken && (both || side < 0.0);
+        const Eigen::Vector2d at_m = street.at(along_m, lateral_m);
+        if (!is_taken || is_on_other_street(plan, street, at_m)) continue;
+        cars.push_back({at_m, yaw_rad + turned_rad});
       }
     }
   }
-  return places;
+  return cars;
 }
 
 }  // namespace sightline::town

@@ -32,7 +32,8 @@ void add_vehicle(TownMesh& mesh, const Pose2d& pose, double ground_m, std::uint6
                  Label label);
 void add_pedestrian(TownMesh& mesh, const Pose2d& pose, double ground_m, std::uint64_t seed);
 
-// Where cars may stand along kerbs; each drive fills other ones.
-std::vector<Pose2d> parking_places(std::uint64_t seed, const TownPlan& plan);
+// Cars along kerbs, half of the room taken. No two seeds park alike, not even in marked places:
+// those would tell a matcher where it is.
+std::vector<Pose2d> parked_cars(std::uint64_t seed, const TownPlan& plan);
 
 }  // namespace sightline::town

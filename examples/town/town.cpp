@@ -35,16 +35,11 @@ void add_clutter(TownMesh& mesh, const Town& town, std::uint64_t drive) {
 }
 
 void add_parked_cars(TownMesh& mesh, const Town& town, std::uint64_t drive) {
-  constexpr double kTaken = 0.5;
-  Random random(mix(mix(town.options.seed, kParkedKey), drive));
-  for (Pose2d place : town.parking_places) {
-    const bool is_taken = random.uniform() < kTaken;
-    place.position_m += Eigen::Vector2d(random.uniform(-0.3, 0.3), random.uniform(-0.15, 0.15));
-    place.yaw_rad += random.uniform(-0.03, 0.03);
-    const std::uint64_t seed = random.next();
-    if (!is_taken) continue;
-    add_vehicle(mesh, place, ground_height_m(town.options.seed, place.position_m), seed,
-                Label::kParkedCar);
+  const std::uint64_t seed = mix(mix(town.options.seed, kParkedKey), drive);
+  const std::vector<Pose2d> cars = parked_cars(seed, town.plan);
+  for (std::size_t i = 0; i < cars.size(); ++i) {
+    const double ground_m = ground_height_m(town.options.seed, cars[i].position_m);
+    add_vehicle(mesh, cars[i], ground_m, mix(seed, i), Label::kParkedCar);
   }
 }
 
@@ -70,7 +65,6 @@ Result<Town> make_town(const TownOptions& options) {
   const std::uint64_t seed = options.seed;
   town.plan = make_plan(seed, options.length_m);
   town.buildings = place_buildings(seed, town.plan);
-  town.parking_places = parking_places(seed, town.plan);
   add_ground(town.permanent, seed, town.plan);
   add_pavements(town.permanent, seed, town.plan);
   for (std::size_t b = 0; b < town.buildings.size(); ++b) {

@@ -25,7 +25,6 @@ struct Town {
   TownPlan plan;
   TownMesh permanent;  // ground, pavements, buildings, trees, poles
   std::vector<Building> buildings;
-  std::vector<Pose2d> parking_places;
 };
 
 // Error: bad-argument.

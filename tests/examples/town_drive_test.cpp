@@ -75,7 +75,8 @@ TEST_F(TownDrive, RangeNoiseIsCentredAndAsWideAsAskedFor) {
 
 TEST_F(TownDrive, ReturnsLieOnTheSensorsRingsAndWithinItsRange) {
   const DriveOptions options = options_of(0, 2.0);
-  for (const LabelledPoint& point : simulator(options).scan(0).points) {
+  const TownScan scan = simulator(options).scan(0);
+  for (const LabelledPoint& point : scan.points) {
     const Eigen::Vector3d p = point.position_m.cast<double>();
     const double elevation_deg = std::atan2(p.z(), p.head<2>().norm()) * 180.0 / std::numbers::pi;
     const double ring = (elevation_deg + 15.0) / 2.0;
@@ -151,7 +152,8 @@ TEST_F(TownDrive, DrivesMeetOtherCarsAndRunBesideEachOther) {
 }
 
 TEST_F(TownDrive, PosesAreRigidAndStandOnTheGround) {
-  for (const Pose& pose : simulator(options_of(0)).T_town_vehicle()) {
+  const DriveSimulator drive = simulator(options_of(0));
+  for (const Pose& pose : drive.T_town_vehicle()) {
     ASSERT_TRUE(is_rigid(pose));
     ASSERT_NEAR(pose.translation().z(), 0.0, 0.12);
     ASSERT_GT(pose.linear()(2, 2), 0.999);
