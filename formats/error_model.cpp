@@ -36,9 +36,8 @@ Result<void> validate_card(const ErrorModel& model) {
 Result<void> validate_features(const ErrorModel& model) {
   if (model.features.size() != model.forest.feature_count ||
       model.features.back().name != "range_m") {
-    return invalid("", "found " + std::to_string(model.features.size()) +
-                           " features, expected " + std::to_string(model.forest.feature_count) +
-                           " that end in range_m");
+    return invalid("", "found " + std::to_string(model.features.size()) + " features, expected " +
+                           std::to_string(model.forest.feature_count) + " that end in range_m");
   }
   for (const FeatureCard& feature : model.features) {
     const std::size_t count = model.ranges.size();
@@ -82,8 +81,8 @@ Result<void> validate_sites(const ErrorModel& model) {
     const TrainedSite& site = model.sites[i];
     const bool follows = i == 0 || model.sites[i - 1].run < site.run ||
                          (model.sites[i - 1].run == site.run && model.sites[i - 1].s_m < site.s_m);
-    if (!site.p_world_m.allFinite() || !std::isfinite(site.s_m) || !follows ||
-        site.has_label > 1 || site.block >= model.card.block_count) {
+    if (!site.p_world_m.allFinite() || !std::isfinite(site.s_m) || !follows || site.has_label > 1 ||
+        site.block >= model.card.block_count) {
       return invalid("site " + std::to_string(i), "its place, order or block makes no sense");
     }
     labelled_count += site.has_label;
@@ -145,10 +144,8 @@ Table features_table(const ErrorModel& model) {
 }
 
 Table nodes_table(const ErrorModel& model) {
-  Table table{"error-model-nodes",
-              {"tree", "node", "feature", "threshold", "left", "right"},
-              {},
-              {}};
+  Table table{
+      "error-model-nodes", {"tree", "node", "feature", "threshold", "left", "right"}, {}, {}};
   for (std::size_t t = 0; t < model.forest.trees.size(); ++t) {
     const std::vector<TreeNode>& nodes = model.forest.trees[t].nodes;
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -165,8 +162,8 @@ Table leaves_table(const ErrorModel& model) {
   for (std::size_t t = 0; t < model.forest.trees.size(); ++t) {
     const std::vector<std::uint32_t>& leaves = model.forest.trees[t].leaf_of_label;
     for (std::size_t i = 0; i < leaves.size(); ++i) {
-      table.rows.push_back({static_cast<std::int64_t>(t), std::int64_t{leaves[i]},
-                            model.forest.labels[i]});
+      table.rows.push_back(
+          {static_cast<std::int64_t>(t), std::int64_t{leaves[i]}, model.forest.labels[i]});
     }
   }
   return table;

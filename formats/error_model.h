@@ -20,9 +20,9 @@ struct TrainingCard {
   std::uint64_t seed = 0;
   std::uint32_t tree_count = 0;
   std::uint32_t least_leaf_rows = 0;
-  double feature_share = 0.0;   // of the features, tried at each split
-  double block_m = 0.0;         // least route of a block
-  double buffer_m = 0.0;        // nothing nearer than this to a held-out block trains its trees
+  double feature_share = 0.0;  // of the features, tried at each split
+  double block_m = 0.0;        // least route of a block
+  double buffer_m = 0.0;       // nothing nearer than this to a held-out block trains its trees
   double labelled_route_m = 0.0;
   std::uint32_t block_count = 0;
   std::uint32_t fold_count = 0;
@@ -42,7 +42,8 @@ struct FeatureCard {
 struct RangeCard {
   double range_m = 0.0;
   double mean_error_m = 0.0;  // of the labels
-  double r_squared = 0.0;     // 1 - residual / total sum of squares, out of fold; 0 where all labels are one
+  double r_squared =
+      0.0;  // 1 - residual / total sum of squares, out of fold; 0 where all labels are one
   double rmse_m = 0.0;
 };
 
@@ -58,14 +59,15 @@ struct TrainedSite {
 };
 
 // What is known about the error before a vehicle drives: a forest over map factors and range, and
-// all that choosing ranges with a promise needs: out-of-fold predictions beside the errors measured.
+// all that choosing ranges with a promise needs: out-of-fold predictions beside the errors
+// measured.
 struct ErrorModel {
   TrainingCard card;
-  std::vector<FeatureCard> features;  // in the order of the forest's feature indices
-  std::vector<RangeCard> ranges;      // ascending range_m
-  RegressionForest forest;            // labels: mean error, m
-  std::vector<TrainedSite> sites;     // ascending (run, s_m); every site, with a label or without
-  PredictedError out_of_fold;         // of these sites, by trees that never saw the place
+  std::vector<FeatureCard> features;    // in the order of the forest's feature indices
+  std::vector<RangeCard> ranges;        // ascending range_m
+  RegressionForest forest;              // labels: mean error, m
+  std::vector<TrainedSite> sites;       // ascending (run, s_m); every site, with a label or without
+  PredictedError out_of_fold;           // of these sites, by trees that never saw the place
   std::vector<double> measured_mean_m;  // [site][range]; 0 where there is no label
 
   [[nodiscard]] double measured(std::size_t site, std::size_t range) const {

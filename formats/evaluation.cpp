@@ -99,9 +99,8 @@ Result<void> validate_rules(const Evaluation& evaluation) {
                              score.limit_m == evaluation.limits_m[i / kRuleCount];
     const double shares[] = {score.coverage, score.unmet_share, score.extrapolated_share,
                              score.worst_coverage};
-    const bool are_shares = std::all_of(std::begin(shares), std::end(shares), [](double share) {
-      return share >= 0.0 && share <= 1.0;
-    });
+    const bool are_shares = std::all_of(std::begin(shares), std::end(shares),
+                                        [](double share) { return share >= 0.0 && share <= 1.0; });
     if (!is_in_place || !are_shares || !is_finite(kRuleFields, score) ||
         score.worst_begin_site >= evaluation.site_count) {
       return invalid("a score is out of place or makes no sense", "rule " + std::to_string(i));
@@ -157,8 +156,7 @@ Table sites_table(const Evaluation& evaluation) {
   }
   for (std::size_t i = 0; i < evaluation.sites.size(); ++i) {
     for (std::size_t row = 0; row < evaluation.rules.size(); ++row) {
-      const std::size_t range =
-          evaluation.chosen_range_index[row * evaluation.sites.size() + i];
+      const std::size_t range = evaluation.chosen_range_index[row * evaluation.sites.size() + i];
       const std::size_t pair = i * evaluation.statics.size() + range;
       std::vector<Cell>& cells = table.rows.emplace_back();
       cells = {std::int64_t{evaluation.sites[i].site}, std::int64_t{evaluation.sites[i].run}};

@@ -22,21 +22,22 @@ struct StaticScore {
   double max_site_time_ms = 0.0;  // greatest of the sites' means over offsets
   double max_run_time_ms = 0.0;   // greatest of single runs
   double mean_work = 0.0;
-  double r_squared = 0.0;         // of predicted mean error; 0 where all measured errors are one
+  double r_squared = 0.0;  // of predicted mean error; 0 where all measured errors are one
   double rmse_m = 0.0;
 };
 
 // Who chooses the range.
 enum class Rule : std::uint8_t {
-  kMap,                   // as the map says
-  kMean,                  // the paper's: shortest with predicted mean error within the limit
-  kProbability,           // shortest with P(error <= limit) >= p*, dilated
-  kStaticEqualCoverage,   // shortest static range that covers what the map covers, else the longest
+  kMap,                  // as the map says
+  kMean,                 // the paper's: shortest with predicted mean error within the limit
+  kProbability,          // shortest with P(error <= limit) >= p*, dilated
+  kStaticEqualCoverage,  // shortest static range that covers what the map covers, else the longest
   kStaticLongest,
-  kOracle,                // shortest that truly met the limit, else the longest
+  kOracle,  // shortest that truly met the limit, else the longest
 };
 inline constexpr std::size_t kRuleCount = 6;
-std::string_view rule_name(Rule rule);  // "map", "mean", "probability", "static-equal-coverage", ...
+std::string_view rule_name(
+    Rule rule);  // "map", "mean", "probability", "static-equal-coverage", ...
 
 // One rule at one limit. Shares are of judged sites; ratios are to the static longest range, and 0
 // where that took no time.
@@ -77,9 +78,9 @@ struct JudgedSite {
 struct Evaluation {
   std::string drive;
   ErrorReference reference = ErrorReference::kKnownPose;
-  std::uint32_t site_count = 0;        // of the map
-  std::uint32_t out_of_fold_count = 0; // judged sites that were predicted out of fold
-  double stretch_m = 0.0;              // length of the worst stretch
+  std::uint32_t site_count = 0;         // of the map
+  std::uint32_t out_of_fold_count = 0;  // judged sites that were predicted out of fold
+  double stretch_m = 0.0;               // length of the worst stretch
   std::vector<double> limits_m;
   std::vector<StaticScore> statics;         // ascending range_m
   std::vector<RuleScore> rules;             // [limit][rule]

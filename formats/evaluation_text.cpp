@@ -37,7 +37,7 @@ std::string aligned(const Grid& grid) {
 }
 
 std::string table_one(const Evaluation& evaluation) {
-  Grid grid = {{"range (m)"},         {"error (cm)"},    {"time, mean (ms)"},
+  Grid grid = {{"range (m)"},           {"error (cm)"},         {"time, mean (ms)"},
                {"max over sites (ms)"}, {"max over runs (ms)"}, {"time / longest"},
                {"work / longest"},      {"predicted: R^2"}};
   const StaticScore& longest = evaluation.statics.back();
@@ -57,8 +57,8 @@ std::string table_one(const Evaluation& evaluation) {
 }
 
 std::string table_two(const Evaluation& evaluation) {
-  Grid grid = {{"ideal case"},          {"time, mean (ms)"},     {"max over sites (ms)"},
-               {"max over runs (ms)"},  {"mean range (m)"},      {"error (cm)"}};
+  Grid grid = {{"ideal case"},         {"time, mean (ms)"}, {"max over sites (ms)"},
+               {"max over runs (ms)"}, {"mean range (m)"},  {"error (cm)"}};
   const auto append = [&](const std::string& title, const RuleScore& score) {
     const std::string column[] = {title,
                                   fixed(score.mean_time_ms, 1),
@@ -98,12 +98,11 @@ std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
 
 std::string to_text(const Evaluation& evaluation) {
   const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
-  std::string text = std::string("Drive ") + evaluation.drive + ": " +
-                     std::to_string(evaluation.sites.size()) + " of " +
-                     std::to_string(evaluation.site_count) + " sites judged against " +
-                     (is_known ? "known poses" : "the match at full range") + "; " +
-                     std::to_string(evaluation.out_of_fold_count) +
-                     " of them predicted out of fold\n\n";
+  std::string text =
+      std::string("Drive ") + evaluation.drive + ": " + std::to_string(evaluation.sites.size()) +
+      " of " + std::to_string(evaluation.site_count) + " sites judged against " +
+      (is_known ? "known poses" : "the match at full range") + "; " +
+      std::to_string(evaluation.out_of_fold_count) + " of them predicted out of fold\n\n";
   text += table_one(evaluation);
   text += "\n";
   text += table_two(evaluation);

@@ -45,8 +45,8 @@ Result<void> validate_pair(const PredictedError& predicted, std::size_t site, st
   for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
     const double probability = predicted.probability(site, range, limit);
     if (!(probability >= previous && probability <= 1.0)) {
-      return invalid(site, "found a probability of " + format_double(probability) +
-                               ", expected " + format_double(previous) + " to 1");
+      return invalid(site, "found a probability of " + format_double(probability) + ", expected " +
+                               format_double(previous) + " to 1");
     }
     previous = probability;
   }

@@ -12,9 +12,9 @@ struct PredictedError {
   std::vector<double> ranges_m;  // ascending
   std::vector<double> limits_m;  // ascending
   std::uint32_t site_count = 0;
-  std::vector<double> mean_m;             // [site][range]: predicted mean error
-  std::vector<double> within_probability; // [site][range][limit]: P(error <= limit)
-  std::vector<std::uint8_t> extrapolated; // [site]: 1 where factors lie outside what the model saw
+  std::vector<double> mean_m;              // [site][range]: predicted mean error
+  std::vector<double> within_probability;  // [site][range][limit]: P(error <= limit)
+  std::vector<std::uint8_t> extrapolated;  // [site]: 1 where factors lie outside what the model saw
   // [site]: 1 where the model was trained on this site, and trees that never saw the place speak.
   std::vector<std::uint8_t> out_of_fold;
 

@@ -117,8 +117,7 @@ Table dump(const RangeTable& table) {
     for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
       const std::uint8_t flags = table.flags[site * table.promises.size() + limit];
       out.rows.push_back({static_cast<std::int64_t>(site), table.promises[limit].limit_m,
-                          table.range_m(site, limit),
-                          std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
+                          table.range_m(site, limit), std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
                           std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0}});
     }
   }

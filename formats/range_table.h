@@ -20,14 +20,14 @@ inline constexpr std::uint8_t kExtrapolated = 2;  // outside the model's support
 // The promise behind the ranges of one limit.
 struct LimitPromise {
   double limit_m = 0.0;
-  double probability_threshold = 0.0;  // p*; 0 under the mean rule
-  double alpha = 0.0;                  // expected share of misses named by the user
-  double delta = 0.0;                  // learn-then-test only
-  std::uint32_t block_count = 0;       // of the calibration
-  bool is_earned = false;              // false: too few blocks, or no threshold reached alpha
-  double calibration_miss_share = 0.0; // out of fold, on the range chosen after dilation
-  std::string method;  // "mean", "conformal", "learn-then-test", "empirical", "fixed"
-  std::string statement;               // one sentence for people: what is promised, or why nothing is
+  double probability_threshold = 0.0;   // p*; 0 under the mean rule
+  double alpha = 0.0;                   // expected share of misses named by the user
+  double delta = 0.0;                   // learn-then-test only
+  std::uint32_t block_count = 0;        // of the calibration
+  bool is_earned = false;               // false: too few blocks, or no threshold reached alpha
+  double calibration_miss_share = 0.0;  // out of fold, on the range chosen after dilation
+  std::string method;     // "mean", "conformal", "learn-then-test", "empirical", "fixed"
+  std::string statement;  // one sentence for people: what is promised, or why nothing is
 };
 
 // How far to look at every site.

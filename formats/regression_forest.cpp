@@ -46,8 +46,7 @@ bool number_children(const std::vector<std::uint16_t>& flags, std::vector<TreeNo
     const Branch branch = open.back();
     open.pop_back();
     const std::uint16_t leaf_flag = branch.is_right ? kRightIsLeaf : kLeftIsLeaf;
-    std::uint32_t& child =
-        branch.is_right ? nodes[branch.parent].right : nodes[branch.parent].left;
+    std::uint32_t& child = branch.is_right ? nodes[branch.parent].right : nodes[branch.parent].left;
     if ((flags[branch.parent] & leaf_flag) != 0) {
       child = next_leaf++;
       continue;

@@ -26,8 +26,8 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
   }
   if (predicted.ranges_m.size() > kMostRanges) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "found " + std::to_string(predicted.ranges_m.size()) + " ranges, expected at most " +
-                     std::to_string(kMostRanges),
+                 "found " + std::to_string(predicted.ranges_m.size()) +
+                     " ranges, expected at most " + std::to_string(kMostRanges),
                  "", ""};
   }
   return {};
@@ -102,21 +102,21 @@ void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
 }  // namespace
 
 std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
-  return {choice("selection", options.selection,
-                 "rule: by probability with a promise, or by mean as the paper does",
-                 {"probability", "mean"}),
-          choice("risk_control", options.risk_control,
-                 "what sets the probability that is asked for",
-                 {"conformal", "learn-then-test", "empirical", "fixed"}),
-          number("alpha", options.alpha, "share of misses that is allowed", 0.0001, 0.5),
-          number("delta", options.delta,
-                 "learn-then-test: how often the promise itself may fail", 0.0001, 0.5),
-          number("probability_threshold", options.probability_threshold,
-                 "the probability asked for where risk_control is fixed", 0.0, 1.0),
-          number("dilation_m", options.dilation_m,
-                 "a site looks as far as any neighbour within this, m", 0.0, 100.0),
-          flag("extrapolated_takes_longest", options.extrapolated_takes_longest,
-               "look as far as there is where factors lie beyond what the model saw")};
+  return {
+      choice("selection", options.selection,
+             "rule: by probability with a promise, or by mean as the paper does",
+             {"probability", "mean"}),
+      choice("risk_control", options.risk_control, "what sets the probability that is asked for",
+             {"conformal", "learn-then-test", "empirical", "fixed"}),
+      number("alpha", options.alpha, "share of misses that is allowed", 0.0001, 0.5),
+      number("delta", options.delta, "learn-then-test: how often the promise itself may fail",
+             0.0001, 0.5),
+      number("probability_threshold", options.probability_threshold,
+             "the probability asked for where risk_control is fixed", 0.0, 1.0),
+      number("dilation_m", options.dilation_m,
+             "a site looks as far as any neighbour within this, m", 0.0, 100.0),
+      flag("extrapolated_takes_longest", options.extrapolated_takes_longest,
+           "look as far as there is where factors lie beyond what the model saw")};
 }
 
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
@@ -125,9 +125,9 @@ Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& op
   const Result<void> checked = check_inputs(sites, predicted, model);
   if (!checked) return checked.error();
   const bool is_mean = options.selection == "mean";
-  RangeTable table = to_table(
-      predicted, is_mean ? choose_all_by_mean(options, predicted, model)
-                         : choose_all_by_probability(options, sites, predicted, model));
+  RangeTable table =
+      to_table(predicted, is_mean ? choose_all_by_mean(options, predicted, model)
+                                  : choose_all_by_probability(options, sites, predicted, model));
   table.selection = is_mean ? Selection::kMean : Selection::kProbability;
   table.dilation_m = is_mean ? 0.0 : options.dilation_m;
   warn_of_flags(ctx, table);

@@ -17,11 +17,11 @@ namespace sightline {
 inline constexpr std::uint32_t kChooseRangesVersion = 1;
 
 struct ChooseRangesOptions {
-  std::string selection = "probability";     // or "mean", the paper's rule
-  std::string risk_control = "conformal";    // or "learn-then-test", "empirical", "fixed"
-  double alpha = 0.05;                       // share of misses that is allowed
-  double delta = 0.1;                        // learn-then-test: how often the promise may fail
-  double probability_threshold = 0.8;        // p* of "fixed"
+  std::string selection = "probability";   // or "mean", the paper's rule
+  std::string risk_control = "conformal";  // or "learn-then-test", "empirical", "fixed"
+  double alpha = 0.05;                     // share of misses that is allowed
+  double delta = 0.1;                      // learn-then-test: how often the promise may fail
+  double probability_threshold = 0.8;      // p* of "fixed"
   double dilation_m = 3.0;
   bool extrapolated_takes_longest = true;
 };

@@ -114,8 +114,7 @@ double coverage_of(const Court& court, std::size_t limit, const Choice& choice) 
   const auto meets = [&](std::size_t site) {
     return court.judged.row(site, choice.range_index[site]).mean_m <= court.limit_m(limit);
   };
-  const auto met =
-      std::count_if(court.judged_sites.begin(), court.judged_sites.end(), meets);
+  const auto met = std::count_if(court.judged_sites.begin(), court.judged_sites.end(), meets);
   return static_cast<double>(met) / static_cast<double>(court.judged_sites.size());
 }
 
@@ -252,8 +251,8 @@ void append_reliability(const Court& court, std::size_t limit,
 void record_sites(const Court& court, Evaluation& evaluation) {
   for (const std::size_t i : court.judged_sites) {
     const Site& site = court.sites.sites[i];
-    evaluation.sites.push_back({static_cast<std::uint32_t>(i), site.run, site.s_m,
-                                site.p_map_m.x(), site.p_map_m.y()});
+    evaluation.sites.push_back(
+        {static_cast<std::uint32_t>(i), site.run, site.s_m, site.p_map_m.x(), site.p_map_m.y()});
     evaluation.out_of_fold_count += court.predicted.out_of_fold[i];
     for (std::size_t range = 0; range <= court.longest(); ++range) {
       evaluation.error_m.push_back(court.judged.row(i, range).mean_m);

@@ -12,8 +12,7 @@ namespace {
 
 constexpr double kSamePlace_m = 1e-3;
 
-Result<void> check_inputs(const ErrorModel& model, const Sites& sites,
-                          const FactorTable& factors) {
+Result<void> check_inputs(const ErrorModel& model, const Sites& sites, const FactorTable& factors) {
   if (factors.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "found factors of " + std::to_string(factors.site_count) + " sites, expected " +
@@ -95,8 +94,8 @@ PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
   predicted.ranges_m = model.out_of_fold.ranges_m;
   predicted.limits_m = model.out_of_fold.limits_m;
   predicted.site_count = static_cast<std::uint32_t>(features.row_count / model.ranges.size());
-  ForestPrediction prediction = PreparedForest(model.forest, predicted.limits_m)
-                                    .predict(features, rows, ctx.threads);
+  ForestPrediction prediction =
+      PreparedForest(model.forest, predicted.limits_m).predict(features, rows, ctx.threads);
   predicted.mean_m = std::move(prediction.mean);
   predicted.within_probability = std::move(prediction.within);
   predicted.extrapolated.assign(predicted.site_count, 0);
@@ -140,16 +139,15 @@ Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions
   if (!checked) return checked.error();
   const Result<FeatureRows> features = gather_features(factors, factors_of(model));
   if (!features) return features.error();
-  PredictedError predicted =
-      whole_forest_prediction(ctx, options.support_margin, model, *features);
+  PredictedError predicted = whole_forest_prediction(ctx, options.support_margin, model, *features);
   const TrainedPlaces places(model.sites);
   std::size_t flattered_count = 0;
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
     const Eigen::Vector3d p_world_m = sites.frame.origin_world_m + sites.sites[site].p_map_m;
     const std::size_t trained = places.nearest(p_world_m, kSamePlace_m);
     const bool is_own =
-        trained < model.sites.size() && model.sites[trained].factor_digest ==
-                                            features_digest(*features, site, model.ranges.size());
+        trained < model.sites.size() &&
+        model.sites[trained].factor_digest == features_digest(*features, site, model.ranges.size());
     if (is_own) {
       take_out_of_fold(model, trained, site, predicted);
     } else if (places.nearest(p_world_m, model.card.buffer_m) < model.sites.size()) {

@@ -25,8 +25,8 @@ Result<void> check_inputs(const Sites& sites, const FactorTable& factors,
                  "", ""};
   }
   if (factors.ranges_m != measured.ranges_m) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "factors and errors are of different ranges", "", ""};
+    return Error{ErrorCode::kMismatchedInputs, "factors and errors are of different ranges", "",
+                 ""};
   }
   return {};
 }
@@ -156,20 +156,21 @@ TrainingCard training_card(const PassContext& ctx, const TrainModelOptions& opti
 }  // namespace
 
 std::vector<OptionField> option_fields(TrainModelOptions& options) {
-  return {choice("features", options.features,
-                 "factors to learn from: the paper's eleven, or all there are", {"paper", "all"}),
-          numbers("limits_m", options.limits_m, "accuracies that vehicles need, m", 0.001, 100.0),
-          integer("trees", options.trees, "trees of the forest", 1, 10000),
-          integer("least_leaf_rows", options.least_leaf_rows, "training rows in a leaf, at least",
-                  1, 1000),
-          number("feature_share", options.feature_share, "share of the features tried at a split",
-                 0.01, 1.0),
-          number("block_m", options.block_m,
-                 "route held out together, at least, m; below 60 nothing is promised", 5.0, 10000.0),
-          number("buffer_m", options.buffer_m,
-                 "distance from held-out sites to what trains, m; below 25 nothing is promised",
-                 0.0, 1000.0),
-          integer("folds", options.folds, "parts of the route that are held out in turn", 2, 100)};
+  return {
+      choice("features", options.features,
+             "factors to learn from: the paper's eleven, or all there are", {"paper", "all"}),
+      numbers("limits_m", options.limits_m, "accuracies that vehicles need, m", 0.001, 100.0),
+      integer("trees", options.trees, "trees of the forest", 1, 10000),
+      integer("least_leaf_rows", options.least_leaf_rows, "training rows in a leaf, at least", 1,
+              1000),
+      number("feature_share", options.feature_share, "share of the features tried at a split", 0.01,
+             1.0),
+      number("block_m", options.block_m,
+             "route held out together, at least, m; below 60 nothing is promised", 5.0, 10000.0),
+      number("buffer_m", options.buffer_m,
+             "distance from held-out sites to what trains, m; below 25 nothing is promised", 0.0,
+             1000.0),
+      integer("folds", options.folds, "parts of the route that are held out in turn", 2, 100)};
 }
 
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& options,
@@ -177,13 +178,12 @@ Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& option
                                const MeasuredError& measured) {
   const Result<Lesson> lesson = prepare_lesson(options, sites, factors, measured);
   if (!lesson) return lesson.error();
-  const ForestOptions forest_options{options.trees, options.least_leaf_rows,
-                                     options.feature_share};
+  const ForestOptions forest_options{options.trees, options.least_leaf_rows, options.feature_share};
   PredictedError predicted;
   predicted.ranges_m = measured.ranges_m;
   predicted.limits_m = options.limits_m;
-  Result<OutOfFold> out_of_fold = predict_out_of_fold(
-      ctx, {forest_options, options.buffer_m}, sites, *lesson, std::move(predicted));
+  Result<OutOfFold> out_of_fold = predict_out_of_fold(ctx, {forest_options, options.buffer_m},
+                                                      sites, *lesson, std::move(predicted));
   if (!out_of_fold) return out_of_fold.error();
   const std::vector<std::uint8_t> leave_none_out(sites.sites.size(), 0);
   Result<RegressionForest> forest =

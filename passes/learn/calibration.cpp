@@ -56,15 +56,14 @@ Misses no_misses_yet(const ErrorModel& model) {
   return misses;
 }
 
-Misses misses_of_rule(const ErrorModel& model, std::size_t limit,
-                      const CalibrationOptions& options, const Choice* tighter) {
+Misses misses_of_rule(const ErrorModel& model, std::size_t limit, const CalibrationOptions& options,
+                      const Choice* tighter) {
   const double limit_m = model.out_of_fold.limits_m[limit];
   Misses misses = no_misses_yet(model);
   const auto try_threshold = [&](double threshold) {
     misses.thresholds.push_back(threshold);
     misses.in_block.push_back(missed_sites(
-        model, limit_m,
-        choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
+        model, limit_m, choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
   };
   if (options.risk_control == "fixed") {
     try_threshold(options.fixed_threshold);
@@ -111,8 +110,7 @@ std::string unearned_statement(const LimitPromise& promise, const TrainingCard& 
   if (promise.method == "empirical") {
     return "nothing is promised: the threshold fits what was seen; " + observed(promise);
   }
-  const std::string fallback =
-      "; the threshold fits what was seen instead: " + observed(promise);
+  const std::string fallback = "; the threshold fits what was seen instead: " + observed(promise);
   if (!are_blocks_independent(card)) {
     return "nothing is promised: blocks of " + format_double(card.block_m) +
            " m with a buffer of " + format_double(card.buffer_m) +
@@ -163,11 +161,11 @@ LimitPromise assess_mean_rule(const ErrorModel& model, std::size_t limit) {
   promise.method = "mean";
   Misses misses = no_misses_yet(model);
   misses.thresholds = {0.0};
-  misses.in_block = {missed_sites(model, promise.limit_m,
-                                  choose_by_mean(model.out_of_fold, promise.limit_m))};
+  misses.in_block = {
+      missed_sites(model, promise.limit_m, choose_by_mean(model.out_of_fold, promise.limit_m))};
   promise.calibration_miss_share = miss_share(misses, 0);
-  promise.statement = "nothing is promised: a mean within the limit says little about misses; " +
-                      observed(promise);
+  promise.statement =
+      "nothing is promised: a mean within the limit says little about misses; " + observed(promise);
   return promise;
 }
 

@@ -15,7 +15,7 @@ namespace sightline {
 struct FeatureRows {
   std::vector<std::string> names;  // ends in "range_m"
   std::size_t row_count = 0;
-  std::vector<float> values;       // [row][feature]
+  std::vector<float> values;  // [row][feature]
 
   [[nodiscard]] const float* row(std::size_t i) const { return &values[i * names.size()]; }
   [[nodiscard]] float& at(std::size_t row, std::size_t feature) {

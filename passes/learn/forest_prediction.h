@@ -10,8 +10,9 @@ namespace sightline {
 
 // What a forest says of some rows, in their order.
 struct ForestPrediction {
-  std::vector<double> mean;    // [row]: mean over trees of the mean label of the leaf
-  std::vector<double> within;  // [row][limit]: mean over trees of the leaf's share of labels <= limit
+  std::vector<double> mean;  // [row]: mean over trees of the mean label of the leaf
+  std::vector<double>
+      within;  // [row][limit]: mean over trees of the leaf's share of labels <= limit
 };
 
 // A forest made ready for many rows: what each leaf answers is worked out once.
@@ -22,8 +23,7 @@ class PreparedForest {
   // `rows` are indices into `features`, whose columns are those the forest was grown on.
   // Never throws; the same bytes for any thread count.
   [[nodiscard]] ForestPrediction predict(const FeatureRows& features,
-                                         const std::vector<std::uint32_t>& rows,
-                                         int threads) const;
+                                         const std::vector<std::uint32_t>& rows, int threads) const;
 
  private:
   // A leaf is a node that leads to itself, so that rows at different depths can walk in step.

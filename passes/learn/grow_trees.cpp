@@ -53,8 +53,8 @@ struct Samples {
 
 // One tree a call: dlib grows the trees of one call on as many threads as the machine has, whatever
 // we were told, and numbers their seeds itself.
-GrownTree grow_tree(const Samples& samples, std::size_t feature_count,
-                    const ForestOptions& options, std::uint64_t seed) {
+GrownTree grow_tree(const Samples& samples, std::size_t feature_count, const ForestOptions& options,
+                    std::uint64_t seed) {
   dlib::random_forest_regression_trainer<RowReader> trainer;
   trainer.set_feature_extractor(RowReader(feature_count));
   trainer.set_num_trees(1);

@@ -91,7 +91,8 @@ void predict_fold(const PassContext& ctx, const Lesson& lesson, const Regression
 std::vector<double> rmse_rises(const SquaredErrors& errors, std::size_t row_count) {
   const auto rmse = [&](double sum) { return std::sqrt(sum / static_cast<double>(row_count)); };
   std::vector<double> rises;
-  for (std::size_t i = 1; i < errors.size(); ++i) rises.push_back(rmse(errors[i]) - rmse(errors[0]));
+  for (std::size_t i = 1; i < errors.size(); ++i)
+    rises.push_back(rmse(errors[i]) - rmse(errors[0]));
   return rises;
 }
 
@@ -137,9 +138,8 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
                        " m of route; a longer drive is needed",
                    "", "fold " + std::to_string(fold)};
     }
-    const Result<RegressionForest> forest =
-        grow_forest(lesson.features, training, options.forest, mix(ctx.seed, kFoldKey + fold),
-                    ctx.threads);
+    const Result<RegressionForest> forest = grow_forest(
+        lesson.features, training, options.forest, mix(ctx.seed, kFoldKey + fold), ctx.threads);
     if (!forest) return forest.error();
     predict_fold(ctx, lesson, *forest, fold, {result.predicted, errors});
     ctx.progress(fold + 1, lesson.folds.fold_count + 1);

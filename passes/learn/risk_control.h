@@ -24,7 +24,7 @@ struct RiskOptions {
 struct RiskDecision {
   double threshold = 0.0;
   bool is_earned = false;
-  double miss_share = 0.0;  // of all calibration sites, at the threshold
+  double miss_share = 0.0;          // of all calibration sites, at the threshold
   std::uint32_t needed_blocks = 0;  // with fewer, no threshold can earn the promise
 };
 

@@ -44,8 +44,7 @@ Choice choose_by_mean(const PredictedError& predicted, double limit_m) {
   });
 }
 
-Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
-                             double threshold) {
+Choice choose_by_probability(const PredictedError& predicted, std::size_t limit, double threshold) {
   return choose_first(predicted, [&](std::size_t site, std::size_t range) {
     return predicted.probability(site, range, limit) >= threshold;
   });

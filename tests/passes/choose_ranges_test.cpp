@@ -174,8 +174,7 @@ TEST(ChooseRanges, SendsExtrapolatedSitesAsFarAsThereIsUnlessToldOtherwise) {
   ChooseRangesOptions options = with("fixed");
   options.dilation_m = 0.0;
   PassContext ctx;
-  const Result<RangeTable> careful =
-      choose_ranges(ctx, options, sites_of(model), predicted, model);
+  const Result<RangeTable> careful = choose_ranges(ctx, options, sites_of(model), predicted, model);
   options.extrapolated_takes_longest = false;
   const Result<RangeTable> trusting =
       choose_ranges(ctx, options, sites_of(model), predicted, model);

@@ -102,8 +102,7 @@ TEST(TrainModel, NamesFactorsThatNeverVary) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  ASSERT_TRUE(
-      train_model(ctx, quick(), drive.sites, drive.factors, drive.measured).has_value());
+  ASSERT_TRUE(train_model(ctx, quick(), drive.sites, drive.factors, drive.measured).has_value());
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("feature_count"), std::string::npos);
 }

@@ -6,7 +6,8 @@
 #include "formats/error_model.h"
 #include "formats/sites.h"
 
-// A model whose out-of-fold predictions and labels are written by hand, and the sites it belongs to.
+// A model whose out-of-fold predictions and labels are written by hand, and the sites it belongs
+// to.
 
 namespace sightline {
 

@@ -32,9 +32,9 @@ struct SyntheticOptions {
 
 inline std::vector<std::string> synthetic_factor_names(bool has_paper_factors) {
   if (!has_paper_factors) return {"feature_count", "occupancy_ratio", "crlb_max"};
-  return {"feature_count", "d1_count",        "d2_count",       "d3_count",  "d1_ratio",
-          "d2_ratio",      "d3_ratio",        "occupancy_ratio", "normal_entropy", "r_average",
-          "score_entropy", "crlb_max"};
+  return {"feature_count",  "d1_count",  "d2_count",      "d3_count",
+          "d1_ratio",       "d2_ratio",  "d3_ratio",      "occupancy_ratio",
+          "normal_entropy", "r_average", "score_entropy", "crlb_max"};
 }
 
 // Slowly varying standard normal numbers, one a site.

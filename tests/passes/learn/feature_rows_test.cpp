@@ -49,8 +49,8 @@ TEST(FeatureRows, RefuseAMissingFactorByName) {
 }
 
 TEST(FeatureRows, RefuseWhatIsNotAFiniteFloatAndSayWhere) {
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(),
-                           std::numeric_limits<double>::infinity(), 1e300}) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
     FactorTable table = small_table();
     table.values[7] = bad;
     const Result<FeatureRows> rows = gather_features(table, {"b"});

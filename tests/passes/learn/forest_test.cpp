@@ -126,8 +126,7 @@ TEST(Forest, IsTheSameForAnyThreadCount) {
     ByteWriter writer;
     encode(*forest, writer);
     const ForestPrediction predicted =
-        PreparedForest(*forest, {1.0})
-            .predict(problem.features, problem.training.rows, threads);
+        PreparedForest(*forest, {1.0}).predict(problem.features, problem.training.rows, threads);
     writer.put_array(predicted.mean);
     writer.put_array(predicted.within);
     return writer.take();
@@ -185,8 +184,7 @@ TEST(LabelledTree, TakesOutASplitOfWhichOneSideIsTooSmall) {
   std::iota(rows.begin(), rows.end(), 0U);
   const RegressionTree all = labelled_tree(grown, features, rows, 2);
   EXPECT_EQ(all.nodes, grown);
-  EXPECT_EQ(all.leaf_of_label,
-            (std::vector<std::uint32_t>{0, 0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 2, 2}));
+  EXPECT_EQ(all.leaf_of_label, (std::vector<std::uint32_t>{0, 0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 2, 2}));
   const RegressionTree large = labelled_tree(grown, features, rows, 3);
   EXPECT_EQ(large.nodes, (std::vector<TreeNode>{{0, 0.0F, 1, 2}}));
   EXPECT_EQ(large.leaf_of_label,

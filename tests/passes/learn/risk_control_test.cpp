@@ -97,8 +97,7 @@ TEST(RiskControl, TestingNeedsFortyFiveBlocksForFivePercentAtNinetyPercentConfid
 }
 
 TEST(RiskControl, TestingStopsAtTheFirstThresholdThatFails) {
-  const RiskDecision decision =
-      decide_by_testing(uniform_misses(100, {0, 50, 0, 0}), {0.05, 0.1});
+  const RiskDecision decision = decide_by_testing(uniform_misses(100, {0, 50, 0, 0}), {0.05, 0.1});
   EXPECT_NEAR(decision.threshold, 0.3, 1e-12);
 }
 
