@@ -60,9 +60,12 @@ bool Drive::has_poses() const {
 
 bool is_selected(const ScanInfo& scan, ScanSelection selection) {
   switch (selection) {
-    case ScanSelection::kAll: return true;
-    case ScanSelection::kEven: return scan.recording_index % 2 == 0;
-    case ScanSelection::kOdd: return scan.recording_index % 2 == 1;
+    case ScanSelection::kAll:
+      return true;
+    case ScanSelection::kEven:
+      return scan.recording_index % 2 == 0;
+    case ScanSelection::kOdd:
+      return scan.recording_index % 2 == 1;
   }
   return true;
 }
@@ -80,8 +83,9 @@ Result<void> validate(const Drive& drive) {
     }
     if (i == 0) continue;
     if (scan.stamp_ns <= drive.scans[i - 1].stamp_ns) {
-      return Error{ErrorCode::kTimeRunsBackwards, "its time is not after that of the scan before it",
-                   scan.source, "scan " + std::to_string(i)};
+      return Error{ErrorCode::kTimeRunsBackwards,
+                   "its time is not after that of the scan before it", scan.source,
+                   "scan " + std::to_string(i)};
     }
     if (scan.recording_index <= drive.scans[i - 1].recording_index) {
       return invalid(i, "its place in the recording is not after that of the scan before it");
@@ -98,8 +102,8 @@ Table dump(const Drive& drive) {
                  {"frame_origin_x_m", drive.frame.origin_world_m.x()},
                  {"frame_origin_y_m", drive.frame.origin_world_m.y()},
                  {"frame_origin_z_m", drive.frame.origin_world_m.z()}};
-  table.columns = {"recording_index", "stamp_ns", "source", "point_count", "nonfinite_count",
-                   "zero_count"};
+  table.columns = {"recording_index", "stamp_ns",        "source",
+                   "point_count",     "nonfinite_count", "zero_count"};
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) {
       table.columns.push_back("T_world_vehicle_" + std::to_string(row) + std::to_string(column));

@@ -31,12 +31,13 @@ class ScanStore {
 std::shared_ptr<const ScanStore> memory_scan_store(std::vector<Scan> scans);
 
 struct ScanInfo {
-  std::uint32_t recording_index = 0;  // 0-based position in the recording, before anything is skipped
+  std::uint32_t recording_index =
+      0;  // 0-based position in the recording, before anything is skipped
   std::int64_t stamp_ns = 0;
-  std::string source;                 // file name within the recording; empty in memory
-  std::uint64_t point_count = 0;      // finite returns
-  std::uint64_t nonfinite_count = 0;  // NaN or infinite, dropped
-  std::uint64_t zero_count = 0;       // exactly (0,0,0), dropped
+  std::string source;                   // file name within the recording; empty in memory
+  std::uint64_t point_count = 0;        // finite returns
+  std::uint64_t nonfinite_count = 0;    // NaN or infinite, dropped
+  std::uint64_t zero_count = 0;         // exactly (0,0,0), dropped
   std::optional<Pose> T_world_vehicle;  // as given, in the recording's own coordinates
 };
 

@@ -126,9 +126,8 @@ Table dump(const SensorProfile& profile) {
                  {"height_m", profile.height_m}};
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) {
-      table.facts.emplace_back(
-          "T_vehicle_lidar_" + std::to_string(row) + std::to_string(column),
-          profile.T_vehicle_lidar(row, column));
+      table.facts.emplace_back("T_vehicle_lidar_" + std::to_string(row) + std::to_string(column),
+                               profile.T_vehicle_lidar(row, column));
     }
   }
   table.columns = {"ring", "elevation_deg"};

@@ -15,8 +15,8 @@ struct SensorProfile {
   double azimuth_step_deg = 0.2;
   double min_range_m = 1.0;
   double max_range_m = 100.0;
-  double height_m = 1.8;                          // of the sensor's origin above ground
-  Pose T_vehicle_lidar = Pose::Identity();        // identity where poses are the sensor's own
+  double height_m = 1.8;                    // of the sensor's origin above ground
+  Pose T_vehicle_lidar = Pose::Identity();  // identity where poses are the sensor's own
 
   [[nodiscard]] int ring_count() const { return static_cast<int>(beam_elevations_deg.size()); }
 };

@@ -28,10 +28,9 @@ ScanCounts count(const PointCloudFile& cloud) {
   counts.nonfinite_count = cloud.nonfinite_count;
   counts.zero_count = cloud.zero_count;
   counts.may_be_cut = cloud.may_be_cut;
-  counts.is_far_away =
-      std::ranges::all_of(cloud.points_m, [](const Eigen::Vector3d& point_m) {
-        return point_m.squaredNorm() > kFarthest_m * kFarthest_m;
-      });
+  counts.is_far_away = std::ranges::all_of(cloud.points_m, [](const Eigen::Vector3d& point_m) {
+    return point_m.squaredNorm() > kFarthest_m * kFarthest_m;
+  });
   return counts;
 }
 
@@ -48,8 +47,8 @@ Result<void> check_times(const Recording& recording) {
   return {};
 }
 
-// Stops early after a failure, and still reports the same one for any number of threads: that of the
-// lowest index, since a scan is skipped only behind a known failure.
+// Stops early after a failure, and still reports the same one for any number of threads: that of
+// the lowest index, since a scan is skipped only behind a known failure.
 Result<std::vector<ScanCounts>> count_all(PassContext& ctx, const Recording& recording) {
   const std::size_t total = recording.scans.size();
   std::vector<ScanCounts> counts(total);

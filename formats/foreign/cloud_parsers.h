@@ -44,8 +44,8 @@ inline bool is_intensity_name(std::string_view name) {
          name == "scalar_Intensity" || name == "reflectivity" || name == "i";
 }
 
-// Some writers pad a file to whole pages with zeros, and editors add line ends. Anything else behind
-// the data means that the header and the data disagree.
+// Some writers pad a file to whole pages with zeros, and editors add line ends. Anything else
+// behind the data means that the header and the data disagree.
 inline bool is_padding(std::string_view rest) {
   return rest.find_first_not_of(std::string_view("\0\r\n", 3)) == std::string_view::npos;
 }

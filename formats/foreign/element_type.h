@@ -29,10 +29,14 @@ inline double read_element(const std::uint8_t* bytes, ElementType type) {
   }
   const bool is_signed = type.kind == ElementKind::kSigned;
   switch (type.size) {
-    case 1: return is_signed ? read_as<std::int8_t>(bytes) : read_as<std::uint8_t>(bytes);
-    case 2: return is_signed ? read_as<std::int16_t>(bytes) : read_as<std::uint16_t>(bytes);
-    case 4: return is_signed ? read_as<std::int32_t>(bytes) : read_as<std::uint32_t>(bytes);
-    default: return is_signed ? read_as<std::int64_t>(bytes) : read_as<std::uint64_t>(bytes);
+    case 1:
+      return is_signed ? read_as<std::int8_t>(bytes) : read_as<std::uint8_t>(bytes);
+    case 2:
+      return is_signed ? read_as<std::int16_t>(bytes) : read_as<std::uint16_t>(bytes);
+    case 4:
+      return is_signed ? read_as<std::int32_t>(bytes) : read_as<std::uint32_t>(bytes);
+    default:
+      return is_signed ? read_as<std::int64_t>(bytes) : read_as<std::uint64_t>(bytes);
   }
 }
 

@@ -2,8 +2,8 @@
 
 #include "formats/foreign/cloud_parsers.h"
 
-// KITTI's .bin has no header: float32 x y z intensity, little-endian, one point after the other. All
-// that can be checked is whether the numbers could be a scan.
+// KITTI's .bin has no header: float32 x y z intensity, little-endian, one point after the other.
+// All that can be checked is whether the numbers could be a scan.
 
 namespace sightline {
 namespace {

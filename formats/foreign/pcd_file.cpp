@@ -25,18 +25,17 @@ ElementType element_type(const PcdField& field) {
 Result<void> read_words(const FileBytes& file, std::size_t line_number, std::size_t expected,
                         const std::vector<std::string_view>& words, std::vector<double>& numbers) {
   if (words.size() != expected) {
-    return file.error(ErrorCode::kTruncatedScan,
-                      "found " + std::to_string(words.size()) + " numbers, expected " +
-                          std::to_string(expected),
-                      at_line(line_number));
+    return file.error(
+        ErrorCode::kTruncatedScan,
+        "found " + std::to_string(words.size()) + " numbers, expected " + std::to_string(expected),
+        at_line(line_number));
   }
   numbers.clear();
   for (const std::string_view word : words) {
     const std::optional<double> number = to_number<double>(word);
     if (!number) {
       return file.error(ErrorCode::kMalformedText,
-                        "found " + in_quotes(word) + ", expected a number",
-                        at_line(line_number));
+                        "found " + in_quotes(word) + ", expected a number", at_line(line_number));
     }
     numbers.push_back(*number);
   }
@@ -46,8 +45,8 @@ Result<void> read_words(const FileBytes& file, std::size_t line_number, std::siz
 // Read here and not by PCL, which rounds to the field's type: text in UTM coordinates says
 // millimetres that a float32 loses.
 Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& header) {
-  const std::array<std::size_t, 3> position = {header.field("x")->element, header.field("y")->element,
-                                               header.field("z")->element};
+  const std::array<std::size_t, 3> position = {
+      header.field("x")->element, header.field("y")->element, header.field("z")->element};
   const PcdField* intensity = header.intensity();
   LineReader reader(file.text(), header.data_offset, header.header_lines);
   PointCloudFile cloud;
@@ -185,9 +184,12 @@ Result<PointCloudFile> parse_pcd(const FileBytes& file) {
   const Result<PcdHeader> header = parse_pcd_header(file);
   if (!header) return header.error();
   switch (header->encoding) {
-    case PcdEncoding::kAscii: return parse_ascii(file, *header);
-    case PcdEncoding::kBinary: return parse_binary(file, *header);
-    case PcdEncoding::kBinaryCompressed: return parse_compressed(file, *header);
+    case PcdEncoding::kAscii:
+      return parse_ascii(file, *header);
+    case PcdEncoding::kBinary:
+      return parse_binary(file, *header);
+    case PcdEncoding::kBinaryCompressed:
+      return parse_compressed(file, *header);
   }
   return file.error(ErrorCode::kMalformedHeader, "no encoding", "");
 }

@@ -103,13 +103,15 @@ Result<void> read_types(const FileBytes& file, const Entry& entry, PcdHeader& he
     PcdField& field = header.fields[i];
     field.type = entry.values[i].front();
     const bool is_float = field.type == 'F' && (field.size == 4 || field.size == 8);
-    const bool is_whole = (field.type == 'I' || field.type == 'U') &&
-                          (field.size == 1 || field.size == 2 || field.size == 4 || field.size == 8);
+    const bool is_whole =
+        (field.type == 'I' || field.type == 'U') &&
+        (field.size == 1 || field.size == 2 || field.size == 4 || field.size == 8);
     // Padding has no type worth the name: it is skipped.
     if (entry.values[i].size() != 1 || (!is_float && !is_whole && field.name != "_")) {
       return malformed(file, entry.line,
                        "found type " + in_quotes(entry.values[i]) + " of " +
-                           std::to_string(field.size) + " bytes for field " + in_quotes(field.name) +
+                           std::to_string(field.size) + " bytes for field " +
+                           in_quotes(field.name) +
                            ", expected F of 4 or 8, or I or U of 1, 2, 4 or 8");
     }
   }
@@ -175,7 +177,8 @@ Result<void> read_point_count(const FileBytes& file, const Entries& entries, Pcd
   const std::uint64_t product = *width * *height;
   if ((has_points && product != *given) ||
       product > static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max())) {
-    return malformed(file, entries.contains("POINTS") ? entries.at("POINTS").line : header.header_lines,
+    return malformed(file,
+                     entries.contains("POINTS") ? entries.at("POINTS").line : header.header_lines,
                      "WIDTH " + std::to_string(*width) + " x HEIGHT " + std::to_string(*height) +
                          " is not POINTS " + std::to_string(*given));
   }
@@ -196,9 +199,9 @@ Result<void> read_encoding(const FileBytes& file, const Entry& entry, PcdHeader&
   } else if (word == "binary_compressed") {
     header.encoding = PcdEncoding::kBinaryCompressed;
   } else {
-    return malformed(file, entry.line,
-                     "found DATA " + in_quotes(word) +
-                         ", expected ascii, binary or binary_compressed");
+    return malformed(
+        file, entry.line,
+        "found DATA " + in_quotes(word) + ", expected ascii, binary or binary_compressed");
   }
   return {};
 }
@@ -208,10 +211,11 @@ Result<void> check_position_fields(const FileBytes& file, const PcdHeader& heade
     const PcdField* field = header.field(name);
     if (field != nullptr && field->count == 1) continue;
     std::string found;
-    for (const PcdField& other : header.fields) found += " " + other.name;
-    return file.error(ErrorCode::kMissingField,
-                      "no single field " + std::string(name) + " among" + in_quotes(found),
-                      at_line(header.header_lines));
+    for (const PcdField& other : header.fields) found += (found.empty() ? "" : " ") + other.name;
+    return file.error(
+        ErrorCode::kMissingField,
+        "found fields " + in_quotes(found) + ", expected one named " + std::string(name),
+        at_line(header.header_lines));
   }
   return {};
 }

@@ -8,8 +8,8 @@
 #include <mutex>
 
 // The one file that includes PCL. PCL believes what a file says of itself, so it sees a file only
-// after pcd_header.cpp and pcd_file.cpp have checked it, and it is given bytes in memory: nothing can
-// change between check and use.
+// after pcd_header.cpp and pcd_file.cpp have checked it, and it is given bytes in memory: nothing
+// can change between check and use.
 
 namespace sightline {
 namespace {
@@ -20,8 +20,8 @@ void silence_pcl() {
   std::call_once(once, [] { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); });
 }
 
-// PCL only moves the bytes of each field to their place; what they mean is read by us, so each field
-// is told to it as bytes. That also carries 64-bit integers, which it does not know.
+// PCL only moves the bytes of each field to their place; what they mean is read by us, so each
+// field is told to it as bytes. That also carries 64-bit integers, which it does not know.
 pcl::PCLPointCloud2 empty_cloud(const PcdHeader& header) {
   pcl::PCLPointCloud2 cloud;
   for (const PcdField& field : header.fields) {
@@ -54,8 +54,8 @@ Result<std::vector<std::uint8_t>> unpack_pcd_body(const FileBytes& file, const P
     std::copy(file.bytes.begin() + static_cast<std::ptrdiff_t>(header.data_offset),
               file.bytes.end(), reinterpret_cast<std::byte*>(body.data()));
     pcl::PCDReader reader;
-    const int status = reader.readBodyBinary(
-        body.data(), cloud, kPcdVersion7, header.encoding == PcdEncoding::kBinaryCompressed, 0);
+    const int status = reader.readBodyBinary(body.data(), cloud, kPcdVersion7,
+                                             header.encoding == PcdEncoding::kBinaryCompressed, 0);
     if (status != 0 || cloud.data.size() != size) return damaged;
     return std::move(cloud.data);
   } catch (const std::bad_alloc&) {

@@ -18,10 +18,14 @@ Result<void> write_pcd_binary(const std::filesystem::path& path, std::span<const
       "SIZE 4 4 4 4\n"
       "TYPE F F F F\n"
       "COUNT 1 1 1 1\n"
-      "WIDTH " + count + "\n"
+      "WIDTH " +
+      count +
+      "\n"
       "HEIGHT 1\n"
       "VIEWPOINT 0 0 0 1 0 0 0\n"
-      "POINTS " + count + "\n"
+      "POINTS " +
+      count +
+      "\n"
       "DATA binary\n";
   ByteWriter writer;
   writer.append(header.data(), header.size());

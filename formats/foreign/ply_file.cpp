@@ -6,8 +6,8 @@
 #include "formats/foreign/text_lines.h"
 
 // PLY is read here and not by PCL: its PLY reader takes a damaged file for an empty one, and rounds
-// doubles. Elements behind the vertices are walked through as well, since only then is it known that
-// the file is whole.
+// doubles. Elements behind the vertices are walked through as well, since only then is it known
+// that the file is whole.
 
 namespace sightline {
 namespace {
@@ -47,12 +47,12 @@ std::optional<ElementType> type_named(std::string_view name) {
   };
   using enum ElementKind;
   static constexpr Known kKnown[] = {
-      {"char", {kSigned, 1}},    {"int8", {kSigned, 1}},    {"uchar", {kUnsigned, 1}},
-      {"uint8", {kUnsigned, 1}}, {"short", {kSigned, 2}},   {"int16", {kSigned, 2}},
+      {"char", {kSigned, 1}},     {"int8", {kSigned, 1}},     {"uchar", {kUnsigned, 1}},
+      {"uint8", {kUnsigned, 1}},  {"short", {kSigned, 2}},    {"int16", {kSigned, 2}},
       {"ushort", {kUnsigned, 2}}, {"uint16", {kUnsigned, 2}}, {"int", {kSigned, 4}},
-      {"int32", {kSigned, 4}},   {"uint", {kUnsigned, 4}},  {"uint32", {kUnsigned, 4}},
-      {"float", {kFloat, 4}},    {"float32", {kFloat, 4}},  {"double", {kFloat, 8}},
-      {"float64", {kFloat, 8}},  {"bool", {kUnsigned, 1}},  // not in the standard, but written
+      {"int32", {kSigned, 4}},    {"uint", {kUnsigned, 4}},   {"uint32", {kUnsigned, 4}},
+      {"float", {kFloat, 4}},     {"float32", {kFloat, 4}},   {"double", {kFloat, 8}},
+      {"float64", {kFloat, 8}},   {"bool", {kUnsigned, 1}},  // not in the standard, but written
   };
   for (const Known& known : kKnown) {
     if (known.name == name) return known.type;
@@ -74,8 +74,9 @@ Result<void> read_format(const FileBytes& file, std::size_t line,
   } else if (name == "binary_big_endian") {
     header.encoding = PlyEncoding::kBigEndian;
   } else {
-    return malformed(file, line, "expected format ascii, binary_little_endian or "
-                                 "binary_big_endian, version 1.0");
+    return malformed(file, line,
+                     "expected format ascii, binary_little_endian or "
+                     "binary_big_endian, version 1.0");
   }
   return {};
 }
@@ -95,11 +96,13 @@ Result<void> read_property(const FileBytes& file, std::size_t line,
   const bool is_list = words.size() == 5 && words[1] == "list";
   const std::optional<ElementType> count_type =
       is_list ? type_named(words[2]) : std::optional<ElementType>(ElementType{});
-  const std::optional<ElementType> type =
-      is_list ? type_named(words[3]) : words.size() == 3 ? type_named(words[1]) : std::nullopt;
+  const std::optional<ElementType> type = is_list             ? type_named(words[3])
+                                          : words.size() == 3 ? type_named(words[1])
+                                                              : std::nullopt;
   if (!type || !count_type || (is_list && count_type->kind == ElementKind::kFloat)) {
-    return malformed(file, line, "expected 'property TYPE NAME' or 'property list TYPE TYPE NAME' "
-                                 "of known types");
+    return malformed(file, line,
+                     "expected 'property TYPE NAME' or 'property list TYPE TYPE NAME' "
+                     "of known types");
   }
   header.elements.back().properties.push_back(
       {std::string(words.back()), *type, is_list, *count_type});
@@ -209,8 +212,8 @@ class PlyBody {
   }
 
   [[nodiscard]] Error cut(const PlyElement& element) const {
-    const std::string place = encoding_ == PlyEncoding::kAscii ? at_line(lines_.number())
-                                                               : at_byte(file_.bytes.size());
+    const std::string place =
+        encoding_ == PlyEncoding::kAscii ? at_line(lines_.number()) : at_byte(file_.bytes.size());
     return file_.error(ErrorCode::kTruncatedScan,
                        "fewer or other numbers than the " + std::to_string(element.count) +
                            " rows of element " + element.name + " need",

@@ -28,12 +28,19 @@ constexpr Stranger kStrangers[] = {
      "E57 is not read; convert it, for example with CloudCompare, to binary PCD"},
     {{"PK\x03\x04", 4}, ErrorCode::kUnsupportedFormat, "a zip archive; unpack it"},
     {"7z\xbc\xaf", ErrorCode::kUnsupportedFormat, "a 7z archive; unpack it"},
-    {{"\xfd" "7zXZ", 5}, ErrorCode::kUnsupportedFormat, "xz-compressed; unpack it with `xz -d`"},
-    {{"\x28\xb5\x2f\xfd", 4}, ErrorCode::kUnsupportedFormat,
+    {{"\xfd"
+      "7zXZ",
+      5},
+     ErrorCode::kUnsupportedFormat,
+     "xz-compressed; unpack it with `xz -d`"},
+    {{"\x28\xb5\x2f\xfd", 4},
+     ErrorCode::kUnsupportedFormat,
      "zstd-compressed; unpack it with `zstd -d`"},
-    {{"\xd4\xc3\xb2\xa1", 4}, ErrorCode::kUnsupportedFormat,
+    {{"\xd4\xc3\xb2\xa1", 4},
+     ErrorCode::kUnsupportedFormat,
      "a pcap of sensor packets; export its scans as PCD with the sensor's own tools"},
-    {{"\xa1\xb2\xc3\xd4", 4}, ErrorCode::kUnsupportedFormat,
+    {{"\xa1\xb2\xc3\xd4", 4},
+     ErrorCode::kUnsupportedFormat,
      "a pcap of sensor packets; export its scans as PCD with the sensor's own tools"},
     {"#ROSBAG", ErrorCode::kUnsupportedFormat,
      "a ROS bag; export its scans, for example with pcl_ros bag_to_pcd"},
@@ -50,8 +57,8 @@ bool is_gzip(std::string_view text) {
 Error las_error(const FileBytes& file) {
   // Bit 7 of the point format (byte 104 of the public header) says LAZ.
   constexpr std::size_t kPointFormat = 104;
-  const bool compressed =
-      file.bytes.size() > kPointFormat && (file.bytes[kPointFormat] & std::byte{0x80}) != std::byte{0};
+  const bool compressed = file.bytes.size() > kPointFormat &&
+                          (file.bytes[kPointFormat] & std::byte{0x80}) != std::byte{0};
   return file.error(ErrorCode::kUnsupportedFormat,
                     std::string(compressed ? "LAZ" : "LAS") +
                         " is not read; convert it, for example with `pdal translate in out.pcd`",
@@ -75,9 +82,8 @@ Result<void> refuse_strangers(const FileBytes& file) {
 
 std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension;
 }
 

@@ -37,11 +37,11 @@ Result<PoseFormat> format_of(const Row& row, PoseFormat expected) {
   if (found != PoseFormat::kAuto && (expected == PoseFormat::kAuto || expected == found)) {
     return found;
   }
-  const std::string wanted =
-      expected == PoseFormat::kKitti    ? "12 (KITTI)"
-      : expected == PoseFormat::kTum    ? "8 (TUM: t x y z qx qy qz qw)"
-      : expected == PoseFormat::kApollo ? "9 (Apollo: id t x y z qx qy qz qw)"
-                                        : "12 (KITTI), 8 (TUM) or 9 (Apollo)";
+  const std::string wanted = expected == PoseFormat::kKitti ? "12 (KITTI)"
+                             : expected == PoseFormat::kTum ? "8 (TUM: t x y z qx qy qz qw)"
+                             : expected == PoseFormat::kApollo
+                                 ? "9 (Apollo: id t x y z qx qy qz qw)"
+                                 : "12 (KITTI), 8 (TUM) or 9 (Apollo)";
   return row.error(ErrorCode::kMalformedPose,
                    "found " + std::to_string(columns) + " columns, expected " + wanted);
 }
@@ -65,10 +65,10 @@ Result<Eigen::Matrix3d> nearest_rotation(const Row& row, const Eigen::Matrix3d& 
   const Eigen::Matrix3d excess = matrix * matrix.transpose() - Eigen::Matrix3d::Identity();
   const double deviation = excess.cwiseAbs().maxCoeff();
   if (!(deviation <= kRotationTolerance) || matrix.determinant() <= 0.0) {
-    return row.error(ErrorCode::kNotARotation,
-                     "the 3x3 part is no rotation: its rows are off by " +
-                         format_double(deviation) + ", its determinant is " +
-                         format_double(matrix.determinant()));
+    return row.error(ErrorCode::kNotARotation, "the 3x3 part is no rotation: its rows are off by " +
+                                                   format_double(deviation) +
+                                                   ", its determinant is " +
+                                                   format_double(matrix.determinant()));
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
@@ -159,10 +159,10 @@ Result<PoseFormat> parse_pose_format(std::string_view name) {
   if (name == "kitti") return PoseFormat::kKitti;
   if (name == "tum") return PoseFormat::kTum;
   if (name == "apollo") return PoseFormat::kApollo;
-  return Error{ErrorCode::kUnknownName,
-               "unknown pose format '" + std::string(name) +
-                   "', expected auto, kitti, tum or apollo",
-               "", ""};
+  return Error{
+      ErrorCode::kUnknownName,
+      "unknown pose format '" + std::string(name) + "', expected auto, kitti, tum or apollo", "",
+      ""};
 }
 
 Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseFormat format) {
@@ -170,7 +170,8 @@ Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseF
   if (!bytes) return bytes.error();
   const FileBytes file{*bytes, path.string()};
   std::vector<PoseRow> poses;
-  const auto add = [&](std::size_t line, const std::vector<std::string_view>& words) -> Result<void> {
+  const auto add = [&](std::size_t line,
+                       const std::vector<std::string_view>& words) -> Result<void> {
     const Row row{file, line, words};
     const Result<PoseFormat> found = format_of(row, format);
     if (!found) return found.error();
@@ -193,7 +194,8 @@ Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path)
   if (!bytes) return bytes.error();
   const FileBytes file{*bytes, path.string()};
   std::vector<std::int64_t> stamps_ns;
-  const auto add = [&](std::size_t line, const std::vector<std::string_view>& words) -> Result<void> {
+  const auto add = [&](std::size_t line,
+                       const std::vector<std::string_view>& words) -> Result<void> {
     const std::optional<std::int64_t> stamp_ns = parse_stamp_ns(words.front());
     if (!stamp_ns) {
       return file.error(ErrorCode::kMalformedText,

@@ -31,16 +31,16 @@ enum class PoseFormat {
 // "auto", "kitti", "tum", "apollo"; anything else is unknown-name.
 Result<PoseFormat> parse_pose_format(std::string_view name);
 
-// Reads poses, one a line; blank lines and lines that begin with # are skipped, columns may be apart
-// by blanks, tabs or commas. Rotations that are off by rounding (norm of a quaternion or products of
-// the matrix's rows within 1e-3) are made exact; times are taken from their decimal digits, so
-// nanoseconds survive.
-// Errors, with the line: file-not-found, cannot-read, git-lfs-pointer, malformed-pose,
-// not-a-rotation, time-runs-backwards (a time that is not after the one before).
+// Reads poses, one a line; blank lines and lines that begin with # are skipped, columns may be
+// apart by blanks, tabs or commas. Rotations that are off by rounding (norm of a quaternion or
+// products of the matrix's rows within 1e-3) are made exact; times are taken from their decimal
+// digits, so nanoseconds survive. Errors, with the line: file-not-found, cannot-read,
+// git-lfs-pointer, malformed-pose, not-a-rotation, time-runs-backwards (a time that is not after
+// the one before).
 Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseFormat format);
 
-// Writes "t x y z qx qy qz qw", with every digit that reads back as the same number; a row without a
-// time takes its index as seconds. Errors: output-exists, disk-full, cannot-write.
+// Writes "t x y z qx qy qz qw", with every digit that reads back as the same number; a row without
+// a time takes its index as seconds. Errors: output-exists, disk-full, cannot-write.
 Result<void> write_tum(const std::filesystem::path& path, std::span<const PoseRow> rows,
                        IfExists if_exists = IfExists::kRefuse);
 

@@ -38,9 +38,8 @@ RowChoice choose_rows(const Files& files, std::size_t rows, const std::string& t
   }
   if (rows > files.size()) {
     choice.warning = table + " has " + std::to_string(rows) + " rows for " +
-                     std::to_string(files.size()) + " scans: " +
-                     files.front().filename().string() + " takes row " +
-                     std::to_string(choice.row_of_scan.front()) + " (from 0), " +
+                     std::to_string(files.size()) + " scans: " + files.front().filename().string() +
+                     " takes row " + std::to_string(choice.row_of_scan.front()) + " (from 0), " +
                      files.back().filename().string() + " row " +
                      std::to_string(choice.row_of_scan.back()) +
                      (names_are_rows ? ", by the number in its name" : ", by its position");
@@ -115,8 +114,8 @@ Result<std::vector<PoseRow>> poses_by_id(const std::string& path, const Files& f
 std::optional<PoseRow> pose_at(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
   // Farther apart than this a straight line says little about where the vehicle was.
   constexpr std::int64_t kLongestGap_ns = 1'000'000'000;
-  const auto after = std::ranges::lower_bound(
-      rows, stamp_ns, {}, [](const PoseRow& row) { return *row.stamp_ns; });
+  const auto after = std::ranges::lower_bound(rows, stamp_ns, {},
+                                              [](const PoseRow& row) { return *row.stamp_ns; });
   if (after != rows.end() && *after->stamp_ns == stamp_ns) return *after;
   if (after == rows.begin() || after == rows.end()) return std::nullopt;
   const PoseRow& before = *std::prev(after);
@@ -177,7 +176,8 @@ Pose mounting(const RecordingOptions& options) {
 Result<SensorProfile> sensor_of(const RecordingOptions& options) {
   Result<SensorProfile> profile = sensor_profile(options.sensor);
   if (!profile) return profile;
-  if (options.rings == 1 || options.rings < 0 || options.lowest_beam_deg >= options.highest_beam_deg) {
+  if (options.rings == 1 || options.rings < 0 ||
+      options.lowest_beam_deg >= options.highest_beam_deg) {
     return Error{ErrorCode::kBadValue,
                  "rings must be 0 or at least 2, and lowest_beam_deg below highest_beam_deg", "",
                  ""};
@@ -186,9 +186,9 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
     profile->name.append("-").append(std::to_string(options.rings)).append("-rings");
     profile->beam_elevations_deg.clear();
     for (int i = 0; i < options.rings; ++i) {
-      profile->beam_elevations_deg.push_back(
-          options.lowest_beam_deg +
-          (options.highest_beam_deg - options.lowest_beam_deg) * i / (options.rings - 1));
+      profile->beam_elevations_deg.push_back(options.lowest_beam_deg +
+                                             (options.highest_beam_deg - options.lowest_beam_deg) *
+                                                 i / (options.rings - 1));
     }
   }
   if (options.height_m != 0.0) profile->height_m = options.height_m;
@@ -288,8 +288,8 @@ Result<void> describe_scans(const RecordingOptions& options, const Files& files,
   for (std::size_t i = 0; i < files.size(); ++i) {
     RecordedScan& scan = recording.scans.emplace_back();
     scan.file = files[i];
-    const auto index_ns = static_cast<std::int64_t>(
-        std::llround(static_cast<double>(i) * 1e9 / options.rate_hz));
+    const auto index_ns =
+        static_cast<std::int64_t>(std::llround(static_cast<double>(i) * 1e9 / options.rate_hz));
     scan.stamp_ns = index_ns;
     if (!poses.empty()) {
       scan.T_world_vehicle = poses[i].T_world_vehicle;

@@ -15,18 +15,18 @@
 namespace sightline {
 
 struct RecordingOptions {
-  std::string name;                  // of the drive; empty: the last part of `scans`
-  std::string scans;                 // folder with one point cloud file per scan
-  std::string poses;                 // pose file; empty: there are none
-  std::string pose_format = "auto";  // or kitti, tum, apollo
-  std::string poses_of = "vehicle";  // or sensor: then the mounting below does not apply
-  std::string stamps;                // file with one time a line; empty: see open_recording
-  double rate_hz = 10.0;             // scans a second, where nothing tells their times
-  std::string sensor = "generic-16"; // name of a built-in profile
-  int rings = 0;                     // 0: the profile's own beams; else this many, evenly from
-  double lowest_beam_deg = -15.0;    // here
-  double highest_beam_deg = 15.0;    // to here
-  double height_m = 0.0;             // of the sensor above ground; 0: the profile's own
+  std::string name;                   // of the drive; empty: the last part of `scans`
+  std::string scans;                  // folder with one point cloud file per scan
+  std::string poses;                  // pose file; empty: there are none
+  std::string pose_format = "auto";   // or kitti, tum, apollo
+  std::string poses_of = "vehicle";   // or sensor: then the mounting below does not apply
+  std::string stamps;                 // file with one time a line; empty: see open_recording
+  double rate_hz = 10.0;              // scans a second, where nothing tells their times
+  std::string sensor = "generic-16";  // name of a built-in profile
+  int rings = 0;                      // 0: the profile's own beams; else this many, evenly from
+  double lowest_beam_deg = -15.0;     // here
+  double highest_beam_deg = 15.0;     // to here
+  double height_m = 0.0;              // of the sensor above ground; 0: the profile's own
   // Where the sensor sits in the vehicle's frame: T_vehicle_lidar = translation * Rz(yaw) Ry(pitch)
   // Rx(roll).
   double lidar_x_m = 0.0;
@@ -63,8 +63,8 @@ struct ArtifactTraits<Recording> {
 Result<void> validate(const Recording& recording);
 Table dump(const Recording& recording);
 
-// Lists the scans of a folder, gives each a time and a pose, and takes digests of all files on up to
-// `threads` threads (0: all).
+// Lists the scans of a folder, gives each a time and a pose, and takes digests of all files on up
+// to `threads` threads (0: all).
 //
 // Times: the stamps file, by row; else file names that are times (15 digits and more, or decimals);
 // else the times of the pose file; else index / rate_hz.

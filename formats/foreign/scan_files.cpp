@@ -14,16 +14,15 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kReadable = {".pcd", ".ply", ".bin"};
 // Other point clouds: named, so that a folder of them is not called empty.
-constexpr std::array<std::string_view, 7> kForeign = {".las",  ".laz",  ".e57", ".pcap",
+constexpr std::array<std::string_view, 7> kForeign = {".las", ".laz",  ".e57", ".pcap",
                                                       ".bag", ".mcap", ".npy"};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension;
 }
 
@@ -113,10 +112,10 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
   if (!candidates) return candidates.error();
   const std::vector<std::filesystem::path>& files = candidates->files;
   if (files.empty()) {
-    return Error{ErrorCode::kEmptyDirectory,
-                 "the folder holds no scans (.pcd, .ply or .bin)" +
-                     hint_of_folders(candidates->folders),
-                 folder.string(), ""};
+    return Error{
+        ErrorCode::kEmptyDirectory,
+        "the folder holds no scans (.pcd, .ply or .bin)" + hint_of_folders(candidates->folders),
+        folder.string(), ""};
   }
   const std::string extension = lower_extension(files.front());
   for (const std::filesystem::path& file : files) {

@@ -5,8 +5,8 @@
 #include "formats/foreign/pose_file.h"
 #include "formats/foreign/text_lines.h"
 
-// Times are 19 significant digits long; a double carries 15. So they are never numbers until they are
-// whole nanoseconds: the decimal point is moved in the text.
+// Times are 19 significant digits long; a double carries 15. So they are never numbers until they
+// are whole nanoseconds: the decimal point is moved in the text.
 
 namespace sightline {
 namespace {
@@ -31,8 +31,7 @@ std::optional<Decimal> parse_decimal(std::string_view word) {
   const std::size_t exponent_at = word.find_first_of("eE");
   const std::string_view mantissa = word.substr(0, exponent_at);
   const std::size_t point_at = mantissa.find('.');
-  decimal.is_whole =
-      exponent_at == std::string_view::npos && point_at == std::string_view::npos;
+  decimal.is_whole = exponent_at == std::string_view::npos && point_at == std::string_view::npos;
   for (std::size_t i = 0; i < mantissa.size(); ++i) {
     if (i == point_at) continue;
     if (!is_digit(mantissa[i])) return std::nullopt;
@@ -74,8 +73,7 @@ std::optional<std::int64_t> parse_stamp_ns(std::string_view word) {
   const std::optional<Decimal> decimal = parse_decimal(word);
   if (!decimal) return std::nullopt;
   const std::size_t zeros = decimal->digits.find_first_not_of('0');
-  const std::size_t length =
-      zeros == std::string::npos ? 0 : decimal->digits.size() - zeros;
+  const std::size_t length = zeros == std::string::npos ? 0 : decimal->digits.size() - zeros;
   if (decimal->is_whole && length >= kNanosecondDigits) return shifted(*decimal, 0);
   if (decimal->is_whole && length >= kMicrosecondDigits) return shifted(*decimal, 3);
   return shifted(*decimal, 9);

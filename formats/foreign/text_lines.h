@@ -28,8 +28,8 @@ class LineReader {
     ++number_;
     return true;
   }
-  [[nodiscard]] std::size_t number() const { return number_; }    // of the line read last, from 1
-  [[nodiscard]] std::size_t offset() const { return offset_; }    // of the first byte behind it
+  [[nodiscard]] std::size_t number() const { return number_; }  // of the line read last, from 1
+  [[nodiscard]] std::size_t offset() const { return offset_; }  // of the first byte behind it
   [[nodiscard]] bool last_has_end() const { return last_has_end_; }
 
  private:
@@ -52,12 +52,14 @@ inline void split_words(std::string_view line, std::vector<std::string_view>& wo
   }
 }
 
-// The whole word as a number, independent of the locale; "nan" and "inf" are numbers of type double.
+// The whole word as a number, independent of the locale; "nan" and "inf" are numbers of type
+// double.
 template <class T>
 std::optional<T> to_number(std::string_view word) {
   if (word.starts_with('+')) word.remove_prefix(1);
   T number{};
-  const std::from_chars_result end = std::from_chars(word.data(), word.data() + word.size(), number);
+  const std::from_chars_result end =
+      std::from_chars(word.data(), word.data() + word.size(), number);
   if (end.ec != std::errc() || end.ptr != word.data() + word.size()) return std::nullopt;
   return number;
 }

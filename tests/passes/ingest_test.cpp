@@ -16,8 +16,11 @@ class IngestTest : public testing::Test {
   void write_ascii(std::string_view name, int count, std::string_view points) {
     const std::string number = std::to_string(count);
     folder_.write(name, std::string("VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH ")
-                            .append(number).append("\nHEIGHT 1\nPOINTS ").append(number)
-                            .append("\nDATA ascii\n").append(points));
+                            .append(number)
+                            .append("\nHEIGHT 1\nPOINTS ")
+                            .append(number)
+                            .append("\nDATA ascii\n")
+                            .append(points));
   }
   Recording open(std::string_view poses = "") {
     RecordingOptions options;
@@ -49,7 +52,8 @@ TEST_F(IngestTest, CountsWhatIsInEachScanAndWarnsOfWhatWasDropped) {
   EXPECT_EQ(drive->frame, MapFrame{});
   ASSERT_EQ(warnings_.size(), 1U);
   EXPECT_NE(warnings_[0].find("dropped 1 NaN or infinite points and 2 at (0,0,0), kept 3"),
-            std::string::npos) << warnings_[0];
+            std::string::npos)
+      << warnings_[0];
   const Result<Scan> scan = drive->store->read(1);
   ASSERT_TRUE(scan.has_value());
   EXPECT_EQ(scan->points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(7, 8, 9)});
@@ -63,8 +67,8 @@ TEST_F(IngestTest, TheMapFrameBeginsNearTheFirstPoseAndPosesKeepTheirMillimetres
   EXPECT_EQ(drive->frame.origin_world_m, Eigen::Vector3d(588288.0, 4141184.0, -64.0));
   EXPECT_EQ(drive->scans[0].stamp_ns, 1223328152391680000);
   const Pose T_map_vehicle = rebase(*drive->scans[0].T_world_vehicle, {}, drive->frame);
-  EXPECT_TRUE(T_map_vehicle.translation().isApprox(
-      Eigen::Vector3d(60.947978, 56.223859, 33.905676), 1e-10));
+  EXPECT_TRUE(T_map_vehicle.translation().isApprox(Eigen::Vector3d(60.947978, 56.223859, 33.905676),
+                                                   1e-10));
 }
 
 TEST_F(IngestTest, GivesTheSameDriveForAnyNumberOfThreads) {
@@ -104,8 +108,7 @@ TEST_F(IngestTest, RefusesTheFirstBadScanWhateverTheThreads) {
 TEST_F(IngestTest, RefusesTimesThatRunBackwardsAndNamesTheScan) {
   write_ascii("1.pcd", 1, "1 2 3\n");
   write_ascii("2.pcd", 1, "1 2 3\n");
-  const Result<Drive> drive =
-      ingest(ctx_, {}, open("2 10 0 0 0 0 0 0 1\n1 11 0 0 0 0 0 0 1\n"));
+  const Result<Drive> drive = ingest(ctx_, {}, open("2 10 0 0 0 0 0 0 1\n1 11 0 0 0 0 0 0 1\n"));
   ASSERT_FALSE(drive.has_value());
   EXPECT_EQ(drive.error().code, ErrorCode::kTimeRunsBackwards);
   EXPECT_EQ(drive.error().file, (folder_ / "2.pcd").string());

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-std::string pcd(std::string_view fields, std::string_view sizes, std::string_view types,
-                int points, std::string_view encoding, std::string_view data) {
+std::string pcd(std::string_view fields, std::string_view sizes, std::string_view types, int points,
+                std::string_view encoding, std::string_view data) {
   std::string text = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n";
   text.append("FIELDS ").append(fields).append("\nSIZE ").append(sizes);
   text.append("\nTYPE ").append(types).append("\nWIDTH ").append(std::to_string(points));
@@ -47,9 +47,8 @@ Layout random_layout(Random& random) {
   const bool is_double = random.below(2) == 1;
   const std::uint8_t position = is_double ? PCLPointField::FLOAT64 : PCLPointField::FLOAT32;
   Layout layout{{{"x", position}, {"y", position}, {"z", position}}};
-  const std::uint8_t others[] = {PCLPointField::UINT8,  PCLPointField::INT16,
-                                 PCLPointField::UINT32, PCLPointField::FLOAT32,
-                                 PCLPointField::FLOAT64};
+  const std::uint8_t others[] = {PCLPointField::UINT8, PCLPointField::INT16, PCLPointField::UINT32,
+                                 PCLPointField::FLOAT32, PCLPointField::FLOAT64};
   if (random.below(2) == 1) layout.fields.emplace_back("intensity", others[random.below(5)]);
   if (random.below(2) == 1) layout.fields.emplace_back("ring", others[random.below(3)]);
   if (random.below(2) == 1) layout.fields.emplace_back("timestamp", PCLPointField::FLOAT64);
@@ -62,11 +61,16 @@ Layout random_layout(Random& random) {
 void put(std::uint8_t* bytes, std::uint8_t datatype, double value) {
   const auto store = [&](auto typed) { std::memcpy(bytes, &typed, sizeof typed); };
   switch (datatype) {
-    case pcl::PCLPointField::UINT8: return store(static_cast<std::uint8_t>(value));
-    case pcl::PCLPointField::INT16: return store(static_cast<std::int16_t>(value));
-    case pcl::PCLPointField::UINT32: return store(static_cast<std::uint32_t>(value));
-    case pcl::PCLPointField::FLOAT32: return store(static_cast<float>(value));
-    default: return store(value);
+    case pcl::PCLPointField::UINT8:
+      return store(static_cast<std::uint8_t>(value));
+    case pcl::PCLPointField::INT16:
+      return store(static_cast<std::int16_t>(value));
+    case pcl::PCLPointField::UINT32:
+      return store(static_cast<std::uint32_t>(value));
+    case pcl::PCLPointField::FLOAT32:
+      return store(static_cast<float>(value));
+    default:
+      return store(value);
   }
 }
 
@@ -216,15 +220,15 @@ TEST(PcdFile, TextKeepsTheMillimetresOfUtmThoughTheHeaderSaysFloat) {
 
 TEST(PcdFile, ReadsOldAndUnusualHeaders) {
   const std::string old_version =
-      "# .PCD v.5\nVERSION .5\nCOLUMNS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA ascii\n1 2 3\n";
-  const std::string other_order =
-      "DATA_\n" + old_version;  // refused below
+      "# .PCD v.5\nVERSION .5\nCOLUMNS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA ascii\n1 2 "
+      "3\n";
+  const std::string other_order = "DATA_\n" + old_version;  // refused below
   EXPECT_TRUE(parse_text(old_version, "a.pcd").has_value());
   EXPECT_EQ(code_of(other_order), ErrorCode::kMalformedHeader);
-  const Result<PointCloudFile> windows =
-      parse_text("VERSION 0.7\r\nFIELDS x y z\r\nSIZE 4 4 4\r\nTYPE F F F\r\nWIDTH 1\r\n"
-                 "HEIGHT 1\r\nPOINTS 1\r\nDATA ascii\r\n1 2 3\r\n",
-                 "a.pcd");
+  const Result<PointCloudFile> windows = parse_text(
+      "VERSION 0.7\r\nFIELDS x y z\r\nSIZE 4 4 4\r\nTYPE F F F\r\nWIDTH 1\r\n"
+      "HEIGHT 1\r\nPOINTS 1\r\nDATA ascii\r\n1 2 3\r\n",
+      "a.pcd");
   ASSERT_TRUE(windows.has_value()) << to_string(windows.error());
   EXPECT_EQ(windows->points_m.at(0), Eigen::Vector3d(1, 2, 3));
 }

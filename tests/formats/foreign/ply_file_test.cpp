@@ -16,8 +16,11 @@ ErrorCode code_of(const std::string& text) {
 }
 
 std::string header(std::string_view format, std::string_view elements) {
-  return std::string("ply\nformat ").append(format).append(" 1.0\ncomment by hand\n")
-      .append(elements).append("end_header\n");
+  return std::string("ply\nformat ")
+      .append(format)
+      .append(" 1.0\ncomment by hand\n")
+      .append(elements)
+      .append("end_header\n");
 }
 
 constexpr std::string_view kXyz =
@@ -97,8 +100,9 @@ TEST(PlyFile, RefusesHeadersThatLieOrMakeNoSense) {
   EXPECT_EQ(code_of(good + points + "more"), ErrorCode::kMalformedHeader);
   EXPECT_EQ(code_of(good + points.substr(4)), ErrorCode::kTruncatedScan);
   EXPECT_EQ(code_of(header("binary_middle_endian", kXyz)), ErrorCode::kMalformedHeader);
-  EXPECT_EQ(code_of(header("ascii", "element vertex 0\nproperty float x\nproperty float y\n"
-                                    "property float z\n")),
+  EXPECT_EQ(code_of(header("ascii",
+                           "element vertex 0\nproperty float x\nproperty float y\n"
+                           "property float z\n")),
             ErrorCode::kEmptyScan);
   EXPECT_EQ(code_of(header("ascii", "element vertex 1\nproperty float x\n")),
             ErrorCode::kMissingField);
@@ -116,13 +120,12 @@ TEST(PlyFile, RefusesHeadersThatLieOrMakeNoSense) {
 }
 
 TEST(PlyFile, IsRefusedOrFlaggedWhereverItIsCutAndNeverCrashesWhenDamaged) {
-  const std::string faces = std::string(kXyz).append(
-      "element face 1\nproperty list uchar int vertex_indices\n");
+  const std::string faces =
+      std::string(kXyz).append("element face 1\nproperty list uchar int vertex_indices\n");
   const std::string points = as_bytes({1.0F, 2.0F, 3.0F, 4.0F, 5.0F, 6.0F});
   for (const std::string& whole :
        {header("ascii", kXyz) + "1.25 2.5 3.125\n4 5.5 6.75\n",
-        header("binary_little_endian", faces) + points + "\x03" +
-            as_bytes<std::int32_t>({0, 1, 1}),
+        header("binary_little_endian", faces) + points + "\x03" + as_bytes<std::int32_t>({0, 1, 1}),
         header("binary_big_endian", kXyz) + points}) {
     expect_every_cut_is_noticed(whole, "a.ply");
     expect_no_damage_crashes(whole, "a.ply");

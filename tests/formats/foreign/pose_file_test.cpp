@@ -78,8 +78,7 @@ TEST(PoseFile, WhatWriteTumWritesReadsBack) {
   for (std::int64_t i = 0; i < 100; ++i) {
     PoseRow& row = rows.emplace_back();
     row.stamp_ns = 1'500'000'000'000'000'001 + i * 100'000'000;
-    Eigen::Quaterniond rotation(random.normal(), random.normal(), random.normal(),
-                                random.normal());
+    Eigen::Quaterniond rotation(random.normal(), random.normal(), random.normal(), random.normal());
     row.T_world_vehicle.linear() = rotation.normalized().toRotationMatrix();
     row.T_world_vehicle.translation() =
         Eigen::Vector3d(588348.947978 + static_cast<double>(i), 4141240.223859, -30.094324);
@@ -108,7 +107,8 @@ TEST(PoseFile, MakesRoundedRotationsExactAndRefusesOthers) {
 
   const std::string good = "1 0 0 0 0 1 0 0 0 0 1 0\n";
   expect_refused(good + "1.1 0 0 0 0 1 0 0 0 0 1 0\n", ErrorCode::kNotARotation, "line 2");
-  expect_refused(good + "-1 0 0 0 0 1 0 0 0 0 1 0\n", ErrorCode::kNotARotation, "line 2");  // mirror
+  expect_refused(good + "-1 0 0 0 0 1 0 0 0 0 1 0\n", ErrorCode::kNotARotation,
+                 "line 2");  // mirror
   expect_refused(good + "0 0 0 0 0 0 0 0 0 0 0 0\n", ErrorCode::kNotARotation, "line 2");
   expect_refused("# one\n1 0 0 0 0 0 0 1.01\n", ErrorCode::kNotARotation, "line 2");
   expect_refused("1 0 0 0 0 0 0 0\n", ErrorCode::kNotARotation, "line 1");

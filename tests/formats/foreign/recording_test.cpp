@@ -84,8 +84,8 @@ TEST_F(RecordingTest, WhereNamesAreNoRowsTheFirstRowsAreUsed) {
 
 TEST_F(RecordingTest, ScansNamedByTimeTakeThePoseOfThatTime) {
   write_scans({"100500000000000000.pcd", "101000000000000000.pcd"});
-  const Result<Recording> recording = open_recording(options(
-      "100500000 1 0 0 0 0 0 1\n100999999.5 3 0 0 0 0 0 1\n101000000.5 5 0 0 0 0 0 1\n"));
+  const Result<Recording> recording = open_recording(
+      options("100500000 1 0 0 0 0 0 1\n100999999.5 3 0 0 0 0 0 1\n101000000.5 5 0 0 0 0 0 1\n"));
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
   EXPECT_EQ(x_m(recording->scans.at(0)), 1.0);
   EXPECT_NEAR(x_m(recording->scans.at(1)), 4.0, 1e-12);  // halfway between two rows
@@ -103,8 +103,8 @@ TEST_F(RecordingTest, StampsFileGivesTimesAndTumIsInterpolatedAtThem) {
 
 TEST_F(RecordingTest, ApolloRowsBelongToScansById) {
   write_scans({"1.pcd", "2.pcd"});
-  const Result<Recording> recording = open_recording(
-      options("2 10.5 22 0 0 0 0 0 1\n3 11 33 0 0 0 0 0 1\n1 12 11 0 0 0 0 0 1\n"));
+  const Result<Recording> recording =
+      open_recording(options("2 10.5 22 0 0 0 0 0 1\n3 11 33 0 0 0 0 0 1\n1 12 11 0 0 0 0 0 1\n"));
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
   EXPECT_EQ(x_m(recording->scans.at(0)), 11.0);
   EXPECT_EQ(x_m(recording->scans.at(1)), 22.0);
@@ -168,8 +168,9 @@ TEST_F(RecordingTest, ItsDigestNamesContentsAndNotPlaces) {
   EXPECT_NE(open_recording(options())->digest, digest);
   EXPECT_NE(open_recording(options(tum(2, 1)))->digest, digest);
   const PointXyzi point{9.0F, 2.0F, 3.0F, 0.0F};
-  ASSERT_TRUE(write_pcd_binary(folder_ / "scans" / "1.pcd", std::span(&point, 1),
-                               IfExists::kReplace).has_value());
+  ASSERT_TRUE(
+      write_pcd_binary(folder_ / "scans" / "1.pcd", std::span(&point, 1), IfExists::kReplace)
+          .has_value());
   EXPECT_NE(open_recording(options(tum(2)))->digest, digest);
 }
 
@@ -183,8 +184,9 @@ TEST_F(RecordingTest, ItsStoreReadsScansAndNoticesWhenAFileChanged) {
   EXPECT_EQ(scan->stamp_ns, 1'000'000'000);
   EXPECT_EQ(scan->points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(2, 2, 3)});
   const PointXyzi point{9.0F, 2.0F, 3.0F, 0.0F};
-  ASSERT_TRUE(write_pcd_binary(folder_ / "scans" / "1.pcd", std::span(&point, 1),
-                               IfExists::kReplace).has_value());
+  ASSERT_TRUE(
+      write_pcd_binary(folder_ / "scans" / "1.pcd", std::span(&point, 1), IfExists::kReplace)
+          .has_value());
   EXPECT_EQ(store->read(1).error().code, ErrorCode::kMismatchedInputs);
   EXPECT_TRUE(store->read(0).has_value());
 }

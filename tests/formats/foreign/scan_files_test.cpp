@@ -23,9 +23,10 @@ TEST(ScanFiles, AreListedInNaturalOrder) {
 }
 
 TEST(ScanFiles, NaturalOrderIsAnOrder) {
-  const std::vector<std::string> ordered = {"1",   "01",  "2",    "9b",  "10",  "10a", "10b",
-                                            "a",   "a1",  "a1.9", "a1.10", "a02", "a2",
-                                            "99999999999999999999999", "b"};
+  const std::vector<std::string> ordered = {
+      "1", "01", "2",    "9b",    "10",  "10a", "10b",
+      "a", "a1", "a1.9", "a1.10", "a02", "a2",  "99999999999999999999999",
+      "b"};
   for (const std::string& a : ordered) {
     EXPECT_FALSE(natural_less(a, a));
     for (const std::string& b : ordered) {
