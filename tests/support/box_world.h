@@ -1,0 +1,121 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "compiler/base/random.h"
+#include "formats/drive.h"
+#include "formats/trajectory.h"
+
+// Worlds of upright boxes on level ground, and drives through them with exact rays, small enough
+// for tests of what scans are turned into.
+
+namespace sightline {
+
+struct TestBox {
+  Eigen::Vector3d low_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d high_m = Eigen::Vector3d::Zero();
+};
+
+struct BoxWorld {
+  std::vector<TestBox> boxes;
+
+  // Distance to the first box or to the ground z = 0; infinity where there is neither.
+  [[nodiscard]] double cast(const Eigen::Vector3d& origin_m,
+                            const Eigen::Vector3d& direction) const {
+    double nearest_m = std::numeric_limits<double>::infinity();
+    if (direction.z() < 0.0) nearest_m = -origin_m.z() / direction.z();
+    for (const TestBox& box : boxes) {
+      double enter_m = 0.0;
+      double leave_m = nearest_m;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double a = (box.low_m[axis] - origin_m[axis]) / direction[axis];
+        const double b = (box.high_m[axis] - origin_m[axis]) / direction[axis];
+        enter_m = std::max(enter_m, std::min(a, b));
+        leave_m = std::min(leave_m, std::max(a, b));
+      }
+      if (enter_m < leave_m) nearest_m = enter_m;
+    }
+    return nearest_m;
+  }
+};
+
+// 24 rings from -20 to +15 degrees, a ray every 2 degrees, no noise, to 60 m.
+inline Scan scan_world(const BoxWorld& world, const Pose& T_map_lidar) {
+  constexpr double kRadians = std::numbers::pi / 180.0;
+  Scan scan;
+  for (int azimuth = 0; azimuth < 360; azimuth += 2) {
+    for (int ring = 0; ring < 24; ++ring) {
+      // Off by a little, so that no ray runs along a face.
+      const double a_rad = (azimuth + 0.123) * kRadians;
+      const double e_rad = (-20.0 + 35.0 * ring / 23.0) * kRadians;
+      const Eigen::Vector3d direction(std::cos(e_rad) * std::cos(a_rad),
+                                      std::cos(e_rad) * std::sin(a_rad), std::sin(e_rad));
+      const double range_m =
+          world.cast(T_map_lidar.translation(), T_map_lidar.linear() * direction);
+      if (range_m < 60.0) scan.points_m.push_back(range_m * direction);
+    }
+  }
+  return scan;
+}
+
+// A street along x: a wall on the left with recesses, boxes of all sizes on the right.
+inline BoxWorld random_street(std::uint64_t seed) {
+  Random random(seed);
+  BoxWorld world;
+  for (double x_m = -40.0; x_m < 80.0; x_m += 6.0) {
+    const double y_m = 8.0 + random.uniform(0.0, 1.5);
+    world.boxes.push_back({{x_m, y_m, 0.0}, {x_m + 5.5, y_m + 4.0, 6.0}});
+    const double size_m = random.uniform(0.3, 3.0);
+    const double right_m = -random.uniform(5.0, 9.0);
+    world.boxes.push_back(
+        {{x_m, right_m - size_m, 0.0}, {x_m + size_m, right_m, random.uniform(2.0, 5.0)}});
+  }
+  return world;
+}
+
+struct TestDrive {
+  Drive drive;
+  Trajectory truth;
+};
+
+// The sensor is 2 m above the vehicle's origin, which is on the ground; scans are a tenth of a
+// second apart.
+inline TestDrive drive_of(std::vector<Scan> scans, const std::vector<Pose>& T_map_vehicle) {
+  TestDrive result;
+  result.drive.name = "test";
+  result.drive.sensor.beam_elevations_deg = {-20.0, 15.0};
+  result.drive.sensor.T_vehicle_lidar.translation().z() = 2.0;
+  for (std::uint32_t i = 0; i < scans.size(); ++i) {
+    ScanInfo info;
+    info.recording_index = i;
+    info.stamp_ns = i * std::int64_t{100000000};
+    info.point_count = scans[i].points_m.size();
+    scans[i].stamp_ns = info.stamp_ns;
+    result.drive.scans.push_back(info);
+    result.truth.poses.push_back({i, info.stamp_ns, T_map_vehicle[i]});
+  }
+  result.drive.store = memory_scan_store(std::move(scans));
+  return result;
+}
+
+inline TestDrive drive_through(const BoxWorld& world, const std::vector<Pose>& T_map_vehicle) {
+  Pose T_vehicle_lidar = Pose::Identity();
+  T_vehicle_lidar.translation().z() = 2.0;
+  std::vector<Scan> scans;
+  for (const Pose& pose : T_map_vehicle) scans.push_back(scan_world(world, pose * T_vehicle_lidar));
+  return drive_of(std::move(scans), T_map_vehicle);
+}
+
+inline Pose pose_at(double x_m, double y_m, double yaw_rad) {
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  pose.translation() = Eigen::Vector3d(x_m, y_m, 0.0);
+  return pose;
+}
+
+}  // namespace sightline
