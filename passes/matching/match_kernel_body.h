@@ -147,6 +147,17 @@ void add_rotations(const BatchPoints& points, const typename B::Floats (&t)[kTer
   add_to<B>(sums[28], B::sub(B::fnma(y, m[0][2], B::mul(x, m[1][2])), B::add(xx, yy)));
 }
 
+// The records of the batch after this one, on their way from memory while this one is computed.
+inline void fetch_ahead(const KernelInput& in, std::size_t first) {
+  if (first >= in.count) return;
+  for (std::size_t i = 0; i < kKernelBatch; ++i) {
+    const char* record = reinterpret_cast<const char*>(in.records + in.record[first + i]);
+    for (std::size_t line = 0; line < sizeof(KernelRecord); line += 64) {
+      __builtin_prefetch(record + line);
+    }
+  }
+}
+
 template <class B>
 void run_kernel(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
@@ -155,6 +166,7 @@ void run_kernel(const KernelInput& in, KernelSums& sums) {
     BatchPoints points;
     locate<B>(in, first, 0, points);
     locate<B>(in, first + 8, 8, points);
+    fetch_ahead(in, first + kKernelBatch);
     F terms[kTerms][8];
     for (std::size_t pair = 0; pair < 8; ++pair) {
       // Points 0-3 with 4-7, then 8-11 with 12-15: so the sums come out in the order of points.
