@@ -1,0 +1,77 @@
+#include "tests/bench/pcl_ndt.h"
+
+#include <pcl/filters/voxel_grid.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/registration/ndt.h>
+
+namespace sightline {
+namespace {
+
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+
+Cloud::Ptr to_cloud(std::span<const Eigen::Vector3d> points_m) {
+  const Cloud::Ptr cloud(new Cloud);
+  cloud->reserve(points_m.size());
+  for (const Eigen::Vector3d& point_m : points_m) {
+    const Eigen::Vector3f point = point_m.cast<float>();
+    cloud->push_back(pcl::PointXYZ(point.x(), point.y(), point.z()));
+  }
+  return cloud;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> read_pcd_with_pcl(const std::string& path) {
+  Cloud cloud;
+  std::vector<Eigen::Vector3d> points_m;
+  if (pcl::io::loadPCDFile(path, cloud) != 0) return points_m;
+  for (const pcl::PointXYZ& point : cloud) {
+    const Eigen::Vector3d point_m(point.x, point.y, point.z);
+    if (point_m.allFinite() && !point_m.isZero(0.0)) points_m.push_back(point_m);
+  }
+  return points_m;
+}
+
+struct PclNdt::State {
+  pcl::NormalDistributionsTransform<pcl::PointXYZ, pcl::PointXYZ> ndt;
+  Cloud aligned;
+};
+
+PclNdt::PclNdt(std::span<const Eigen::Vector3d> map_points_m, double cell_m) : state_(new State) {
+  state_->ndt.setResolution(static_cast<float>(cell_m));
+  state_->ndt.setTransformationEpsilon(0.005 * 0.005);
+  state_->ndt.setMaximumIterations(35);
+  state_->ndt.setInputTarget(to_cloud(map_points_m));
+}
+
+PclNdt::~PclNdt() { delete state_; }
+
+void PclNdt::set_scan(std::span<const Eigen::Vector3d> points_m) {
+  state_->ndt.setInputSource(to_cloud(points_m));
+}
+
+Eigen::Matrix4d PclNdt::match(const Eigen::Matrix4d& T_map_start) {
+  state_->ndt.align(state_->aligned, T_map_start.cast<float>());
+  return state_->ndt.getFinalTransformation().cast<double>();
+}
+
+struct PclVoxelGrid::State {
+  pcl::VoxelGrid<pcl::PointXYZ> grid;
+  Cloud centroids;
+};
+
+PclVoxelGrid::PclVoxelGrid(std::span<const Eigen::Vector3d> points_m, double leaf_m)
+    : state_(new State) {
+  const auto leaf = static_cast<float>(leaf_m);
+  state_->grid.setInputCloud(to_cloud(points_m));
+  state_->grid.setLeafSize(leaf, leaf, leaf);
+}
+
+PclVoxelGrid::~PclVoxelGrid() { delete state_; }
+
+std::size_t PclVoxelGrid::subsample() {
+  state_->grid.filter(state_->centroids);
+  return state_->centroids.size();
+}
+
+}  // namespace sightline
