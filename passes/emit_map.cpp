@@ -9,9 +9,12 @@ namespace {
 
 // Versions of the definitions in schemas/definitions.md by which a map's numbers were computed.
 const std::vector<NamedVersion>& definitions() {
-  static const std::vector<NamedVersion> kDefinitions = {
-      {"choice-of-range", 1}, {"factors-of-the-paper", 1}, {"factors-of-virtual-scan", 1},
-      {"measured-error", 1},  {"ndt-map", 1},              {"sites", 1}};
+  static const std::vector<NamedVersion> kDefinitions = {{"choice-of-range", 1},
+                                                         {"factors-of-the-paper", 1},
+                                                         {"factors-of-virtual-scan", 1},
+                                                         {"measured-error", 1},
+                                                         {"ndt-map", 1},
+                                                         {"sites", 1}};
   return kDefinitions;
 }
 
@@ -38,8 +41,8 @@ bool is_printable(const std::string& text) {
 Result<void> check_options(const EmitMapOptions& options) {
   if (!is_printable(options.version) ||
       (!options.map_id.empty() && !is_printable(options.map_id))) {
-    return Error{ErrorCode::kBadValue,
-                 "version and map_id must be printable ASCII without spaces", "", ""};
+    return Error{ErrorCode::kBadValue, "version and map_id must be printable ASCII without spaces",
+                 "", ""};
   }
   return {};
 }
@@ -90,8 +93,8 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   const Result<void> matching = check_measured(inputs);
   if (!matching) return matching.error();
   CompiledMap map;
-  map.map_id = options.map_id.empty() ? derived_map_id(inputs.mapping, inputs.ndt.frame)
-                                      : options.map_id;
+  map.map_id =
+      options.map_id.empty() ? derived_map_id(inputs.mapping, inputs.ndt.frame) : options.map_id;
   map.version = options.version;
   map.release = static_cast<std::uint64_t>(options.release);
   map.writer = "sightline 0.1.0";

@@ -21,10 +21,10 @@ namespace sightline {
 inline constexpr std::uint32_t kEmitMapVersion = 1;
 
 struct EmitMapOptions {
-  std::string map_id;          // empty: made of the mapping drive's content
-  std::string version = "1";   // for people
-  int release = 1;             // only ever grows
-  double reach_m = 10.0;       // a site farther away than this says nothing about a position
+  std::string map_id;                 // empty: made of the mapping drive's content
+  std::string version = "1";          // for people
+  int release = 1;                    // only ever grows
+  double reach_m = 10.0;              // a site farther away than this says nothing about a position
   std::string mapping_scans = "all";  // what the other passes were told: all, even, odd
   std::string localization_scans = "all";
 };

@@ -135,22 +135,29 @@ Table dump(const CompiledMap& map) {
   return table;
 }
 
-std::vector<std::string> dump_names() { return {"nds", "sites", "predicted", "ranges"}; }
+std::vector<std::string> dump_names() { return {"nds", "sites", "predicted", "ranges", "model"}; }
 
 Result<Table> dump(const CompiledMap& map, std::string_view name) {
   if (name == "nds") return dump(map.ndt);
   if (name == "sites") return dump(map.sites);
   if (name == "predicted") return dump(map.predicted);
   if (name == "ranges") return dump(map.ranges);
-  return Error{ErrorCode::kUnknownName,
-               "a map has no \"" + std::string(name) + "\", only nds, sites, predicted and ranges",
-               "", ""};
+  if (name == "model") {
+    const Result<ErrorModel> model = model_of(map.model);
+    if (!model) return model.error();
+    return dump(*model);
+  }
+  return Error{
+      ErrorCode::kUnknownName,
+      "a map has no \"" + std::string(name) + "\", only nds, sites, predicted, ranges and model",
+      "", ""};
 }
 
 ModelRecord record_of(const ErrorModel& model) {
   ModelRecord record;
   record.encoding_version = ArtifactTraits<ErrorModel>::kVersion;
-  for (const auto& [name, value] : dump(model).facts) record.card.emplace_back(name, text_of(value));
+  for (const auto& [name, value] : dump(model).facts)
+    record.card.emplace_back(name, text_of(value));
   ByteWriter writer;
   encode(model, writer);
   record.bytes = writer.take();
@@ -168,11 +175,11 @@ Result<ErrorModel> model_of(const ModelRecord& record) {
   }
   constexpr std::uint32_t kKnown = ArtifactTraits<ErrorModel>::kVersion;
   if (record.encoding_version != kKnown) {
-    return Error{record.encoding_version > kKnown ? ErrorCode::kFutureVersion
-                                                  : ErrorCode::kOldVersion,
-                 "found a model of encoding " + std::to_string(record.encoding_version) +
-                     ", this program reads " + std::to_string(kKnown),
-                 "", place};
+    return Error{
+        record.encoding_version > kKnown ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
+        "found a model of encoding " + std::to_string(record.encoding_version) +
+            ", this program reads " + std::to_string(kKnown),
+        "", place};
   }
   ByteReader reader(record.bytes);
   ErrorModel model;

@@ -56,10 +56,10 @@ struct LimitQuality {
 
 // All that a map file carries.
 struct CompiledMap {
-  std::string map_id;        // names the recording and frame; the same for every release
-  std::string version;       // for people
-  std::uint64_t release = 1; // only ever grows
-  std::string writer;        // the program, with its version
+  std::string map_id;         // names the recording and frame; the same for every release
+  std::string version;        // for people
+  std::uint64_t release = 1;  // only ever grows
+  std::string writer;         // the program, with its version
   NdtMap ndt;
   Sites sites;
   PredictedError predicted;
@@ -85,7 +85,8 @@ Result<void> validate(const CompiledMap& map);
 // The facts of the map and, per site and limit, what a vehicle is told: joins sites and ranges.
 Table dump(const CompiledMap& map);
 
-// One artifact of the map as a table: nds, sites, predicted, ranges. Error: unknown-name.
+// One artifact of the map as a table: nds, sites, predicted, ranges, model. Errors: unknown-name;
+// of the model those of model_of().
 Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();
 

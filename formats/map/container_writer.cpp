@@ -94,8 +94,7 @@ std::vector<std::byte> assemble(const ContainerParts& parts) {
   std::vector<BlockName> required_sections;
   const BlockOffsets sections = append_blocks(parts.sections, file, builder, required_sections);
   const auto features = builder.CreateVector(append_features(parts.features, builder, header));
-  builder.Finish(
-      schema::CreateDirectory(builder, features, builder.CreateVector(tiles), sections));
+  builder.Finish(schema::CreateDirectory(builder, features, builder.CreateVector(tiles), sections));
 
   header.directory_offset = append_aligned(file, finished(builder));
   header.directory_size = builder.GetSize();

@@ -36,7 +36,8 @@ double route_m(const Sites& sites) {
 
 std::string describe_map(const CompiledMap& map) {
   const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
-  const std::size_t runs = map.sites.sites.empty() ? 0 : map.sites.sites.back().run + std::size_t{1};
+  const std::size_t runs =
+      map.sites.sites.empty() ? 0 : map.sites.sites.back().run + std::size_t{1};
   return "map " + map.map_id + "\n" +
          field("version", map.version + ", release " + std::to_string(map.release)) +
          field("written by", map.writer) +
@@ -47,9 +48,9 @@ std::string describe_map(const CompiledMap& map) {
                                 static_cast<unsigned long long>(map.ndt.point_count),
                                 static_cast<unsigned long long>(map.ndt.sparse_cell_count),
                                 static_cast<unsigned long long>(map.ndt.degenerate_cell_count))) +
-         field("sites", formatted("%zu, every %g m, in %zu runs of %.0f m together",
-                                  map.sites.sites.size(), map.sites.spacing_m, runs,
-                                  route_m(map.sites))) +
+         field("sites",
+               formatted("%zu, every %g m, in %zu runs of %.0f m together", map.sites.sites.size(),
+                         map.sites.spacing_m, runs, route_m(map.sites))) +
          field("reach", formatted("%g m around a site", map.reach_m));
 }
 
@@ -58,7 +59,8 @@ std::string describe_measurement(const CompiledMap& map) {
   const bool is_known = card.reference == ErrorReference::kKnownPose;
   return "measured error\n" +
          field("mapping", card.mapping_drive + ", " + card.mapping_scans + " scans") +
-         field("localization", card.localization_drive + ", " + card.localization_scans + " scans") +
+         field("localization",
+               card.localization_drive + ", " + card.localization_scans + " scans") +
          field("reference", is_known ? "known poses" : "match at the sensor's full range") +
          field("offsets", formatted("%zu starts at every site", card.offsets.size())) +
          field("measured sites", formatted("%u of ", card.measured_site_count) +
@@ -85,9 +87,9 @@ std::string histogram(const CompiledMap& map, std::size_t limit) {
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const double share =
         static_cast<double>(counts[i]) / static_cast<double>(map.ranges.site_count);
-    text += formatted("    %5g m %7zu  %5.1f %%  ", map.ranges.ranges_m[i], counts[i],
-                      100.0 * share) +
-            std::string(static_cast<std::size_t>(kWidth * share + 0.5), '#') + "\n";
+    text +=
+        formatted("    %5g m %7zu  %5.1f %%  ", map.ranges.ranges_m[i], counts[i], 100.0 * share) +
+        std::string(static_cast<std::size_t>(kWidth * share + 0.5), '#') + "\n";
   }
   return text;
 }
@@ -99,8 +101,9 @@ std::string describe_limit(const CompiledMap& map, std::size_t limit) {
   std::string text = "limit " + formatted("%g m\n", promise.limit_m) + describe_promise(promise);
   text += field("coverage expected", percent(quality.expected_coverage));
   if (map.measurement.measured_site_count > 0) {
-    text += field("coverage measured", percent(quality.measured_coverage) +
-                                           " of the measured sites (the drive the model learnt from)");
+    text +=
+        field("coverage measured", percent(quality.measured_coverage) +
+                                       " of the measured sites (the drive the model learnt from)");
   }
   text += field("mean range", formatted("%.1f m", quality.mean_range_m));
   text += field("unmet", percent_of(quality.unmet_count, sites) + " of sites");
@@ -119,9 +122,8 @@ std::string describe_model(const ModelRecord& model) {
 
 std::string describe(const CompiledMap& map) {
   std::string text = describe_map(map) + describe_measurement(map);
-  text += "ranges\n" +
-          field("rule", std::string(selection_name(map.ranges.selection)) +
-                            formatted(", dilated by %g m", map.ranges.dilation_m));
+  text += "ranges\n" + field("rule", std::string(selection_name(map.ranges.selection)) +
+                                         formatted(", dilated by %g m", map.ranges.dilation_m));
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += describe_limit(map, limit);
   }
@@ -141,10 +143,10 @@ std::string describe(const MapSummary& summary) {
                     "stored bytes");
   const auto line = [&](const std::string& name, std::uint64_t blocks, std::uint64_t rows,
                         std::uint64_t raw, std::uint64_t stored) {
-    text += formatted("    %-14s %8llu %10llu %12llu %12llu\n", name.c_str(),
-                      static_cast<unsigned long long>(blocks),
-                      static_cast<unsigned long long>(rows), static_cast<unsigned long long>(raw),
-                      static_cast<unsigned long long>(stored));
+    text +=
+        formatted("    %-14s %8llu %10llu %12llu %12llu\n", name.c_str(),
+                  static_cast<unsigned long long>(blocks), static_cast<unsigned long long>(rows),
+                  static_cast<unsigned long long>(raw), static_cast<unsigned long long>(stored));
   };
   line("manifest", 1, 1, summary.manifest_size, summary.manifest_size);
   for (const MapSummary::Blocks& blocks : summary.blocks) {

@@ -31,8 +31,7 @@ double mean_m(std::int32_t units, std::int32_t key, double cell_m) {
 
 // The nearest whole number of units that keeps the mean inside its cell.
 std::int32_t mean_units(double mean, std::int32_t key, double cell_m) {
-  auto units =
-      static_cast<std::int32_t>(std::lround((mean - centre_m(key, cell_m)) / kMeanUnit_m));
+  auto units = static_cast<std::int32_t>(std::lround((mean - centre_m(key, cell_m)) / kMeanUnit_m));
   while (floor_to_int(mean_m(units, key, cell_m) / cell_m) != key) units -= units > 0 ? 1 : -1;
   return units;
 }

@@ -116,8 +116,8 @@ std::vector<flatbuffers::Offset<schema::NamedVersion>> encode_definitions(
     const std::vector<NamedVersion>& definitions, Builder& builder) {
   std::vector<flatbuffers::Offset<schema::NamedVersion>> encoded;
   for (const NamedVersion& definition : definitions) {
-    encoded.push_back(schema::CreateNamedVersionDirect(builder, definition.name.c_str(),
-                                                       definition.version));
+    encoded.push_back(
+        schema::CreateNamedVersionDirect(builder, definition.name.c_str(), definition.version));
   }
   return encoded;
 }
@@ -153,9 +153,8 @@ void decode_choices(const schema::Manifest& manifest, CompiledMap& map) {
     map.predicted.limits_m.push_back(promise->limit_m());
   }
   for (const schema::LimitQuality* limit : *manifest.quality()) {
-    map.quality.push_back({limit->unmet_count(), limit->extrapolated_count(),
-                           limit->mean_range_m(), limit->expected_coverage(),
-                           limit->measured_coverage()});
+    map.quality.push_back({limit->unmet_count(), limit->extrapolated_count(), limit->mean_range_m(),
+                           limit->expected_coverage(), limit->measured_coverage()});
   }
 }
 
@@ -184,8 +183,8 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
 Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map) {
   if (!is_tiling(manifest.cell_m(), manifest.tile_m()) || manifest.rule() > schema::Rule::MAX ||
       manifest.measurement()->reference() > schema::Reference::MAX) {
-    return Error{ErrorCode::kBadManifest, "a tile holds no whole number of cells, or a choice is unknown",
-                 "", "manifest"};
+    return Error{ErrorCode::kBadManifest,
+                 "a tile holds no whole number of cells, or a choice is unknown", "", "manifest"};
   }
   map.map_id = manifest.map_id()->str();
   map.version = manifest.version()->str();

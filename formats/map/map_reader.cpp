@@ -133,7 +133,8 @@ Result<void> MapDecoder::visit_tile(const schema::Tile& tile) {
     required.push_back({block->name()->str(), block->version(), block->row_count(),
                         from_schema(*block->raw_digest())});
   }
-  if (tile_digest(key, required) != from_schema(*tile.digest())) return wrong_digest("the tile", "");
+  if (tile_digest(key, required) != from_schema(*tile.digest()))
+    return wrong_digest("the tile", "");
   return {};
 }
 

@@ -36,8 +36,8 @@ ContainerParts parts_of(const CompiledMap& map) {
   for (const TileRows& rows : tiles_of(map)) parts.tiles.push_back(tile_parts(map, rows));
   if (!map.model.bytes.empty()) {
     // The manifest names its digest, so it need not be required: a vehicle can do without it.
-    parts.sections.push_back({std::string(kModelSection), map.model.encoding_version, false, 1,
-                              true, map.model.bytes});
+    parts.sections.push_back(
+        {std::string(kModelSection), map.model.encoding_version, false, 1, true, map.model.bytes});
   }
   return parts;
 }

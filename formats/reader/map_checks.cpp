@@ -149,7 +149,8 @@ Result<void> check_manifest(const schema::Manifest& manifest) {
   if (!is_positive(manifest.cell_m()) || !is_positive(manifest.tile_m()) ||
       !is_positive(manifest.site_spacing_m()) || !is_positive(manifest.reach_m()) ||
       manifest.reach_m() > manifest.tile_m()) {
-    return bad_manifest("cell, tile, site spacing and reach must be positive, reach at most a tile");
+    return bad_manifest(
+        "cell, tile, site spacing and reach must be positive, reach at most a tile");
   }
   const Numbers& ranges_m = *manifest.ranges_m();
   if (ranges_m.size() == 0 || ranges_m.size() > kMostRanges) {
@@ -165,10 +166,10 @@ Result<void> check_features(const FileHeader& header, const schema::Directory& d
   // Version 1.0 has no features of either kind.
   for (int bit = 0; bit < 64; ++bit) {
     if (((header.incompatible_features >> bit) & 1) == 0) continue;
-    return Error{ErrorCode::kUnknownRequiredFeature,
-                 "feature " + feature_name(directory, bit) +
-                     " is required and unknown to this program",
-                 "", "byte 24"};
+    return Error{
+        ErrorCode::kUnknownRequiredFeature,
+        "feature " + feature_name(directory, bit) + " is required and unknown to this program", "",
+        "byte 24"};
   }
   return {};
 }
@@ -178,8 +179,8 @@ Result<void> check_directory(const MapContainer& container) {
   const schema::Tile* previous = nullptr;
   for (const schema::Tile* tile : *container.directory->tiles()) {
     const std::string place = tile_place(tile->x(), tile->y());
-    if (previous != nullptr && !(std::pair(previous->x(), previous->y()) <
-                                 std::pair(tile->x(), tile->y()))) {
+    if (previous != nullptr &&
+        !(std::pair(previous->x(), previous->y()) < std::pair(tile->x(), tile->y()))) {
       return Error{ErrorCode::kBadOrder, "tiles must ascend", "", place};
     }
     previous = tile;

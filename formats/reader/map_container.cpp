@@ -37,8 +37,8 @@ Result<const Root*> open_buffer(std::span<const std::byte> file, std::uint64_t o
   const auto most_tables = static_cast<flatbuffers::uoffset_t>(size / 4 + 1);
   flatbuffers::Verifier verifier(data, size, kDeepest, most_tables);
   if (size > FLATBUFFERS_MAX_BUFFER_SIZE || !verifier.VerifyBuffer<Root>(nullptr)) {
-    return Error{ErrorCode::kBadManifest, "the " + std::string(name) + " is no valid FlatBuffer", "",
-                 "byte " + std::to_string(offset)};
+    return Error{ErrorCode::kBadManifest, "the " + std::string(name) + " is no valid FlatBuffer",
+                 "", "byte " + std::to_string(offset)};
   }
   return flatbuffers::GetRoot<Root>(data);
 }
@@ -76,13 +76,13 @@ Result<MapContainer> open_container(std::span<const std::byte> file) {
   if (!header) return header.error();
   if (header->major > kFormatMajor) return future_version(file, *header);
   if (header->major == 0) return Error{ErrorCode::kOldVersion, "format 0", "", "byte 8"};
-  const Result<const schema::Directory*> directory = open_buffer<schema::Directory>(
-      file, header->directory_offset, header->directory_size, header->directory_checksum,
-      "directory");
+  const Result<const schema::Directory*> directory =
+      open_buffer<schema::Directory>(file, header->directory_offset, header->directory_size,
+                                     header->directory_checksum, "directory");
   // Features may change how the rest is laid out: they come before any other complaint.
   if (header->incompatible_features != 0 && !directory) {
-    return Error{ErrorCode::kUnknownRequiredFeature, "required features are unknown to this program",
-                 "", "byte 24"};
+    return Error{ErrorCode::kUnknownRequiredFeature,
+                 "required features are unknown to this program", "", "byte 24"};
   }
   if (!directory) return directory.error();
   const Result<void> features = check_features(*header, **directory);

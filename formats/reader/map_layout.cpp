@@ -49,8 +49,8 @@ FileHeader read_fields(std::span<const std::byte> file) {
 
 Result<void> check_start(std::span<const std::byte> file) {
   if (!file.empty() && !starts_with(file, kMagic)) {
-    return Error{ErrorCode::kBadMagic, "this is no compiled map, or one damaged by a transfer as text",
-                 "", "byte 0"};
+    return Error{ErrorCode::kBadMagic,
+                 "this is no compiled map, or one damaged by a transfer as text", "", "byte 0"};
   }
   if (file.size() < kHeaderSize + kTrailerSize) {
     return truncated(file.size(), "at least " + std::to_string(kHeaderSize + kTrailerSize));

@@ -76,18 +76,18 @@ struct NdtLayout {
 
 struct RangeLayout {
   RangeLayout(std::uint64_t rows, std::uint64_t ranges, std::uint64_t limits);
-  std::uint64_t site = 0;          // u32[rows], ascending
-  std::uint64_t run = 0;           // u32[rows]
-  std::uint64_t s = 0;             // f64[rows]
-  std::uint64_t p_x = 0;           // f64[rows], map frame, m
+  std::uint64_t site = 0;  // u32[rows], ascending
+  std::uint64_t run = 0;   // u32[rows]
+  std::uint64_t s = 0;     // f64[rows]
+  std::uint64_t p_x = 0;   // f64[rows], map frame, m
   std::uint64_t p_y = 0;
   std::uint64_t p_z = 0;
-  std::uint64_t range_index = 0;   // u8[rows][limits]
-  std::uint64_t range_flags = 0;   // u8[rows][limits]
-  std::uint64_t mean_error = 0;    // f64[rows][ranges]
-  std::uint64_t probability = 0;   // f64[rows][ranges][limits]
-  std::uint64_t site_flags = 0;    // u8[rows]
-  std::uint64_t pose = 0;          // f64[rows][12]
+  std::uint64_t range_index = 0;  // u8[rows][limits]
+  std::uint64_t range_flags = 0;  // u8[rows][limits]
+  std::uint64_t mean_error = 0;   // f64[rows][ranges]
+  std::uint64_t probability = 0;  // f64[rows][ranges][limits]
+  std::uint64_t site_flags = 0;   // u8[rows]
+  std::uint64_t pose = 0;         // f64[rows][12]
   std::uint64_t size = 0;
 };
 inline constexpr std::uint64_t kMostRows = std::uint64_t{1} << 26;

@@ -36,7 +36,8 @@ Result<MappedFile> MappedFile::open(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) {
     const int error = errno;
-    return failure(error == ENOENT ? ErrorCode::kFileNotFound : ErrorCode::kCannotOpen, path, error);
+    return failure(error == ENOENT ? ErrorCode::kFileNotFound : ErrorCode::kCannotOpen, path,
+                   error);
   }
   const Result<std::span<const std::byte>> bytes = map_descriptor(descriptor, path);
   ::close(descriptor);

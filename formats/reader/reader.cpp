@@ -146,7 +146,8 @@ Result<RangeAnswer> MapReader::answer(const Nearest& nearest, double limit_m) co
                                       (nearest.row * ranges + range) * limits + limit);
   }
   answer.range_m = ranges_m_[range];
-  answer.mean_error_m = load<double>(nearest.layer + layout.mean_error, nearest.row * ranges + range);
+  answer.mean_error_m =
+      load<double>(nearest.layer + layout.mean_error, nearest.row * ranges + range);
   return answer;
 }
 

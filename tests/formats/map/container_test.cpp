@@ -64,11 +64,10 @@ TEST(MapContainer, OfAFutureMajorVersionIsRefusedAndNamesWhoWroteIt) {
 }
 
 TEST(MapContainer, OfAFutureMajorVersionIsRefusedAlsoWhereNothingElseCanBeRead) {
-  const std::vector<std::byte> file =
-      with_header(encode_map(small_map()), [](FileHeader& header) {
-        header.major = 9;
-        header.manifest_offset = 12345678901;
-      });
+  const std::vector<std::byte> file = with_header(encode_map(small_map()), [](FileHeader& header) {
+    header.major = 9;
+    header.manifest_offset = 12345678901;
+  });
   EXPECT_THAT(refusal(file, ErrorCode::kFutureVersion), HasSubstr("written by a later program"));
 }
 
@@ -149,8 +148,7 @@ TEST(MapContainer, WithARowCountThatDoesNotFitIsRefused) {
   for (const std::uint64_t rows : {std::uint64_t{1000}, std::uint64_t{1} << 60}) {
     ContainerParts parts = parts_of(small_map());
     parts.tiles[0].layers.back().row_count = rows;
-    refusal(assemble(parts),
-            rows == 1000 ? ErrorCode::kBadLayer : ErrorCode::kTooLarge);
+    refusal(assemble(parts), rows == 1000 ? ErrorCode::kBadLayer : ErrorCode::kTooLarge);
   }
 }
 

@@ -29,7 +29,8 @@ TEST(Describe, CountsEverySiteInTheHistogramOfALimit) {
   CompiledMap map = random_map({.seed = 2, .site_count = 4, .limits_m = {0.1}});
   map.ranges.range_index = {0, 0, 0, 1};
   map.ranges.flags = {0, 0, 0, 0};
-  EXPECT_THAT(describe(map), HasSubstr("   10 m       3   75.0 %  ##############################\n"));
+  EXPECT_THAT(describe(map),
+              HasSubstr("   10 m       3   75.0 %  ##############################\n"));
   EXPECT_THAT(describe(map), HasSubstr("   50 m       0    0.0 %  \n"));
 }
 

@@ -38,8 +38,8 @@ Nd round_trip(const NdtMap& ndt) {
 }
 
 TEST(NdtLayer, KeepsAMeanOnAFaceInsideItsCell) {
-  for (const double x_m : {0.0, std::nextafter(2.0, 0.0), -2.0, std::nextafter(-2.0, -3.0),
-                           1e6 + 2.0 - 1e-10, -1e6}) {
+  for (const double x_m :
+       {0.0, std::nextafter(2.0, 0.0), -2.0, std::nextafter(-2.0, -3.0), 1e6 + 2.0 - 1e-10, -1e6}) {
     const NdtMap ndt = map_of_one({x_m, 0.3, -0.7}, 2.0);
     const Nd back = round_trip(ndt);
     EXPECT_EQ(back.key, ndt.nds[0].key);
@@ -52,9 +52,9 @@ TEST(NdtLayer, LosesAtMostThirtyNanometresAnywhere) {
   Random random(5);
   for (int i = 0; i < 2000; ++i) {
     const double cell_m = i % 3 == 0 ? 2.0 : random.uniform(0.1, 3.0);
-    const NdtMap ndt = map_of_one({random.uniform(-1e5, 1e5), random.uniform(-1e5, 1e5),
-                                   random.uniform(-100.0, 100.0)},
-                                  cell_m);
+    const NdtMap ndt = map_of_one(
+        {random.uniform(-1e5, 1e5), random.uniform(-1e5, 1e5), random.uniform(-100.0, 100.0)},
+        cell_m);
     const Nd back = round_trip(ndt);
     EXPECT_LE((back.mean_m - ndt.nds[0].mean_m).cwiseAbs().maxCoeff(), 6.1e-8);
     EXPECT_LE((back.covariance_m2 - ndt.nds[0].covariance_m2).cwiseAbs().maxCoeff(), 3.1e-8);
@@ -106,10 +106,10 @@ TEST(RangeLayout, PlacesColumnsSideBySideWithoutOverlap) {
   EXPECT_EQ(layout.p_x, 192u);
   EXPECT_EQ(layout.range_index, 384u);
   EXPECT_EQ(layout.range_flags, 448u);
-  EXPECT_EQ(layout.mean_error, 512u);                  // 3 x 9 x 8 = 216 bytes
-  EXPECT_EQ(layout.probability, 512u + 256u);          // 432 bytes
+  EXPECT_EQ(layout.mean_error, 512u);          // 3 x 9 x 8 = 216 bytes
+  EXPECT_EQ(layout.probability, 512u + 256u);  // 432 bytes
   EXPECT_EQ(layout.site_flags, 512u + 256u + 448u);
-  EXPECT_EQ(layout.pose, 512u + 256u + 448u + 64u);    // 288 bytes
+  EXPECT_EQ(layout.pose, 512u + 256u + 448u + 64u);  // 288 bytes
   EXPECT_EQ(layout.size, 512u + 256u + 448u + 64u + 320u);
   EXPECT_EQ(NdtLayout(17).size, 13u * 128u);
 }

@@ -89,8 +89,8 @@ RangeTable random_ranges(const RandomMapOptions& options, Random& random) {
       longest = random.below(longest + 1);  // a looser limit never looks further
       const bool is_longest = longest + 1 == options.ranges_m.size();
       table.range_index.push_back(static_cast<std::uint8_t>(longest));
-      table.flags.push_back(static_cast<std::uint8_t>((is_longest ? random.below(2) : 0) +
-                                                      2 * random.below(2)));
+      table.flags.push_back(
+          static_cast<std::uint8_t>((is_longest ? random.below(2) : 0) + 2 * random.below(2)));
     }
   }
   return table;

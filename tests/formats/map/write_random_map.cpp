@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
   if (!map) return 1;
   const std::string folder = std::string(argv[2]) + "/";
   Result<void> written = write_file_atomically(folder + "map.slmap", file, IfExists::kReplace);
-  for (const std::string& name : dump_names()) {
+  for (const char* name : {"sites", "predicted", "ranges"}) {
     if (!written) break;
     written = write_file_atomically(folder + name + ".json",
                                     format_table(*dump(*map, name), TableFormat::kJson),

@@ -179,8 +179,7 @@ TEST(MapReader, ChecksATileOnlyWhenItIsUsed) {
 
 // Damage in a part of the file that a look-up does not use may go unseen; it never changes one.
 TEST(MapReader, NeverAnswersWronglyFromADamagedFile) {
-  const CompiledMap map =
-      random_map({.seed = 5, .site_count = 6, .nd_count = 4, .model_size = 50});
+  const CompiledMap map = random_map({.seed = 5, .site_count = 6, .nd_count = 4, .model_size = 50});
   const std::vector<std::byte> file = encode_map(map);
   for (std::size_t i = 0; i < file.size(); ++i) {
     std::vector<std::byte> damaged = file;
