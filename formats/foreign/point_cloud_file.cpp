@@ -1,12 +1,10 @@
 #include "formats/foreign/point_cloud_file.h"
 
-#include <algorithm>
-#include <cctype>
-#include <cstring>
 #include <string>
 
 #include "compiler/base/atomic_file.h"
 #include "formats/foreign/cloud_parsers.h"
+#include "formats/foreign/scan_files.h"
 
 namespace sightline {
 namespace {
@@ -78,13 +76,6 @@ Result<void> refuse_strangers(const FileBytes& file) {
                       at_byte(0));
   }
   return {};
-}
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
 }
 
 Result<PointCloudFile> parse_by_kind(const FileBytes& file, const std::string& extension) {

@@ -1,163 +1,15 @@
 #include "formats/foreign/recording.h"
 
-#include <algorithm>
-#include <cmath>
 #include <numbers>
+#include <span>
 
 #include "compiler/base/atomic_file.h"
 #include "compiler/base/parallel.h"
-#include "formats/foreign/pose_file.h"
+#include "formats/foreign/scan_association.h"
 #include "formats/foreign/scan_files.h"
 
 namespace sightline {
 namespace {
-
-using Files = std::vector<std::filesystem::path>;
-
-// ---- which row of a table belongs to which scan
-
-struct RowChoice {
-  std::vector<std::size_t> row_of_scan;
-  std::string warning;  // empty where every row is used
-};
-
-// `rows` >= number of files.
-RowChoice choose_rows(const Files& files, std::size_t rows, const std::string& table) {
-  RowChoice choice;
-  bool names_are_rows = rows > files.size();
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    const std::optional<std::int64_t> number = scan_number(files[i]);
-    names_are_rows = names_are_rows && number && *number < static_cast<std::int64_t>(rows) &&
-                     (i == 0 || *number > *scan_number(files[i - 1]));
-    choice.row_of_scan.push_back(i);
-  }
-  if (names_are_rows) {
-    for (std::size_t i = 0; i < files.size(); ++i) {
-      choice.row_of_scan[i] = static_cast<std::size_t>(*scan_number(files[i]));
-    }
-  }
-  if (rows > files.size()) {
-    choice.warning = table + " has " + std::to_string(rows) + " rows for " +
-                     std::to_string(files.size()) + " scans: " + files.front().filename().string() +
-                     " takes row " + std::to_string(choice.row_of_scan.front()) + " (from 0), " +
-                     files.back().filename().string() + " row " +
-                     std::to_string(choice.row_of_scan.back()) +
-                     (names_are_rows ? ", by the number in its name" : ", by its position");
-  }
-  return choice;
-}
-
-// ---- times
-
-using Stamps = std::vector<std::optional<std::int64_t>>;
-
-Result<Stamps> stamps_from_file(const std::string& path, const Files& files, Recording& recording) {
-  const Result<std::vector<std::int64_t>> rows = read_stamps(path);
-  if (!rows) return rows.error();
-  if (rows->size() < files.size()) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "found " + std::to_string(rows->size()) + " times for " +
-                     std::to_string(files.size()) + " scans",
-                 path, ""};
-  }
-  const RowChoice choice = choose_rows(files, rows->size(), path);
-  if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
-  Stamps stamps;
-  for (const std::size_t row : choice.row_of_scan) stamps.emplace_back((*rows)[row]);
-  return stamps;
-}
-
-// Empty where not every name is a time.
-Stamps stamps_from_names(const Files& files) {
-  Stamps stamps;
-  for (const std::filesystem::path& file : files) {
-    stamps.push_back(scan_stamp_ns(file));
-    if (!stamps.back()) return {};
-  }
-  return stamps;
-}
-
-// ---- poses
-
-Error fewer_poses(const std::string& path, const std::string& what) {
-  return {ErrorCode::kFewerPosesThanScans, what, path, ""};
-}
-
-Result<std::vector<PoseRow>> poses_by_row(const std::string& path, const Files& files,
-                                          const std::vector<PoseRow>& rows, Recording& recording) {
-  if (rows.size() < files.size()) {
-    return fewer_poses(path, "found " + std::to_string(rows.size()) + " poses for " +
-                                 std::to_string(files.size()) + " scans");
-  }
-  const RowChoice choice = choose_rows(files, rows.size(), path);
-  if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
-  std::vector<PoseRow> poses;
-  for (const std::size_t row : choice.row_of_scan) poses.push_back(rows[row]);
-  return poses;
-}
-
-Result<std::vector<PoseRow>> poses_by_id(const std::string& path, const Files& files,
-                                         const std::vector<PoseRow>& rows) {
-  std::vector<PoseRow> poses;
-  for (const std::filesystem::path& file : files) {
-    const std::optional<std::int64_t> number = scan_number(file);
-    const auto row = std::ranges::find_if(
-        rows, [&](const PoseRow& candidate) { return number && candidate.id == number; });
-    if (row == rows.end()) {
-      return fewer_poses(path, "no pose has the number of " + file.filename().string() + " as id");
-    }
-    poses.push_back(*row);
-  }
-  return poses;
-}
-
-std::optional<PoseRow> pose_at(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
-  // Farther apart than this a straight line says little about where the vehicle was.
-  constexpr std::int64_t kLongestGap_ns = 1'000'000'000;
-  const auto after = std::ranges::lower_bound(rows, stamp_ns, {},
-                                              [](const PoseRow& row) { return *row.stamp_ns; });
-  if (after != rows.end() && *after->stamp_ns == stamp_ns) return *after;
-  if (after == rows.begin() || after == rows.end()) return std::nullopt;
-  const PoseRow& before = *std::prev(after);
-  const std::int64_t gap_ns = *after->stamp_ns - *before.stamp_ns;
-  if (gap_ns > kLongestGap_ns) return std::nullopt;
-  PoseRow pose;
-  pose.stamp_ns = stamp_ns;
-  pose.T_world_vehicle =
-      interpolate(before.T_world_vehicle, after->T_world_vehicle,
-                  static_cast<double>(stamp_ns - *before.stamp_ns) / static_cast<double>(gap_ns));
-  return pose;
-}
-
-Result<std::vector<PoseRow>> poses_by_time(const std::string& path, const Files& files,
-                                           const std::vector<PoseRow>& rows,
-                                           const Stamps& stamps_ns) {
-  std::vector<PoseRow> poses;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    const std::optional<PoseRow> pose = pose_at(rows, *stamps_ns[i]);
-    if (!pose) {
-      return fewer_poses(path, "no poses around time " + format_stamp(*stamps_ns[i]) + " s of " +
-                                   files[i].filename().string());
-    }
-    poses.push_back(*pose);
-  }
-  return poses;
-}
-
-Result<std::vector<PoseRow>> poses_of_scans(const RecordingOptions& options, const Files& files,
-                                            const Stamps& stamps_ns, Recording& recording) {
-  const Result<PoseFormat> format = parse_pose_format(options.pose_format);
-  if (!format) return format.error();
-  const Result<std::vector<PoseRow>> rows = read_poses(options.poses, *format);
-  if (!rows) return rows.error();
-  if (!rows->empty() && rows->front().id) return poses_by_id(options.poses, files, *rows);
-  if (!rows->empty() && rows->front().stamp_ns && !stamps_ns.empty()) {
-    return poses_by_time(options.poses, files, *rows, stamps_ns);
-  }
-  return poses_by_row(options.poses, files, *rows, recording);
-}
-
-// ---- the sensor
 
 Pose mounting(const RecordingOptions& options) {
   constexpr double kRadPerDeg = std::numbers::pi / 180.0;
@@ -207,8 +59,6 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
   if (!valid) return valid.error();
   return profile;
 }
-
-// ---- contents
 
 // Every file is read once here, so that the digest names what later passes will see.
 Result<void> take_digests(Recording& recording, int threads) {
@@ -267,39 +117,6 @@ class RecordedScanStore : public ScanStore {
   std::vector<RecordedScan> scans_;
 };
 
-// Time and pose of every scan; see open_recording.
-Result<void> describe_scans(const RecordingOptions& options, const Files& files,
-                            Recording& recording) {
-  Stamps stamps_ns = stamps_from_names(files);
-  if (!options.stamps.empty()) {
-    Result<Stamps> given = stamps_from_file(options.stamps, files, recording);
-    if (!given) return given.error();
-    stamps_ns = std::move(*given);
-  }
-  std::vector<PoseRow> poses;
-  if (!options.poses.empty()) {
-    Result<std::vector<PoseRow>> given = poses_of_scans(options, files, stamps_ns, recording);
-    if (!given) return given.error();
-    poses = std::move(*given);
-  }
-  if (!(options.rate_hz > 0.0)) {
-    return Error{ErrorCode::kBadValue, "rate_hz must be above 0", "", ""};
-  }
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    RecordedScan& scan = recording.scans.emplace_back();
-    scan.file = files[i];
-    const auto index_ns =
-        static_cast<std::int64_t>(std::llround(static_cast<double>(i) * 1e9 / options.rate_hz));
-    scan.stamp_ns = index_ns;
-    if (!poses.empty()) {
-      scan.T_world_vehicle = poses[i].T_world_vehicle;
-      scan.stamp_ns = poses[i].stamp_ns.value_or(index_ns);
-    }
-    if (!stamps_ns.empty()) scan.stamp_ns = *stamps_ns[i];
-  }
-  return {};
-}
-
 }  // namespace
 
 Result<Recording> open_recording(const RecordingOptions& options, int threads) {
@@ -311,7 +128,7 @@ Result<Recording> open_recording(const RecordingOptions& options, int threads) {
   Result<SensorProfile> sensor = sensor_of(options);
   if (!sensor) return sensor.error();
   recording.sensor = std::move(*sensor);
-  const Result<Files> files = list_scan_files(folder);
+  const Result<std::vector<std::filesystem::path>> files = list_scan_files(folder);
   if (!files) return files.error();
   const Result<void> described = describe_scans(options, *files, recording);
   if (!described) return described.error();

@@ -19,13 +19,6 @@ constexpr std::array<std::string_view, 7> kForeign = {".las", ".laz",  ".e57", "
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
-
 // The run of digits at the front, cut off from `text`, without leading zeros.
 std::string_view take_digits(std::string_view& text) {
   const auto* end = std::ranges::find_if_not(text, is_digit);
@@ -131,6 +124,13 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
     if (!refused) return refused.error();
   }
   return files;
+}
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
 }
 
 std::optional<std::int64_t> scan_number(const std::filesystem::path& file) {

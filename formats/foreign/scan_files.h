@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -17,6 +18,9 @@ bool natural_less(std::string_view a, std::string_view b);
 // files and files of other kinds are no scans.
 // Errors: file-not-found, cannot-open, empty-directory, mixed-formats, unsupported-format.
 Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem::path& folder);
+
+// ".pcd" of "a/B.PCD".
+std::string lower_extension(const std::filesystem::path& path);
 
 // The last run of digits in a scan's name ("scan_000012.pcd": 12), or nothing.
 std::optional<std::int64_t> scan_number(const std::filesystem::path& file);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdlib>
 #include <limits>
 #include <string>
@@ -55,7 +56,8 @@ std::optional<std::int64_t> shifted(const Decimal& decimal, long shift) {
     const bool has_digit = i < static_cast<long>(decimal.digits.size());
     const auto digit = static_cast<std::uint64_t>(
         has_digit ? decimal.digits[static_cast<std::size_t>(i)] - '0' : 0);
-    constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() - 1);
+    // Half of what fits (the year 2116), so that no difference of two times overflows.
+    constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() / 2);
     if (value > (kMost - digit) / 10) return std::nullopt;
     value = 10 * value + digit;
   }
