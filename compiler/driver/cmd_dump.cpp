@@ -50,14 +50,12 @@ std::vector<std::string> dumpable_names() {
 Result<Table> table_of_map(const DumpFlags& flags) {
   const Result<CompiledMap> map = read_map(flags.run.config_file);
   if (!map) return map.error();
-  if (flags.what == "nds") return dump(map->ndt);
-  if (flags.what == "sites") return dump(map->sites);
-  if (flags.what == "predicted") return dump(map->predicted);
-  if (flags.what == "ranges") return dump(map->ranges);
-  return Error{ErrorCode::kUnknownName,
-               "a map holds nds, sites, predicted and ranges; dump '" + flags.what +
-                   "' from the configuration that compiled it",
-               flags.run.config_file, ""};
+  Result<Table> table = dump(*map, flags.what);
+  if (table) return table;
+  Error error = table.error();
+  error.file = flags.run.config_file;
+  error.message += "; everything else can be dumped from the configuration that compiled it";
+  return error;
 }
 
 // Runs the compile (from the cache where it can) up to the pass that makes the artifact.

@@ -3,6 +3,7 @@
 
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
+#include "formats/map/describe.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline {
@@ -14,12 +15,12 @@ void add_verify_command(CLI::App& app, int& status) {
   command->footer("Example:\n  sightline verify town.slmap && cp town.slmap /srv/maps/");
   command->add_option("map", *file, "The map (.slmap)")->required();
   command->callback([file, &status] {
-    const Result<MapCheck> checked = verify_map(*file);
+    const Result<MapSummary> checked = verify_map(*file);
     if (!checked) {
       status = report_error(checked.error());
       return;
     }
-    std::fputs(to_text(*checked).c_str(), stdout);
+    std::fputs(describe(*checked).c_str(), stdout);
     status = 0;
   });
 }

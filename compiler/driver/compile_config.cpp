@@ -6,7 +6,9 @@ namespace sightline {
 namespace {
 
 // Set through AnnotationOptions, so that passes cannot disagree.
-const std::vector<std::string> kShared = {"ranges_m", "limits_m", "tile_m", "scans"};
+const std::vector<std::string> kShared = {
+    "ranges_m", "limits_m", "tile_m",        "longest_range_m",
+    "leaf_m",   "scans",    "mapping_scans", "localization_scans"};
 
 template <class Options>
 ConfigSection pass_section(std::string name, std::string help, Options& options) {
@@ -38,6 +40,7 @@ Result<void> share_with_all(const std::string& name, const std::string& value,
   to(config.build_ndt);
   to(config.build_surface);
   to(config.cast_rays);
+  to(config.cast_scans);
   to(config.compute_factors);
   to(config.measure_error);
   to(config.train_model);
@@ -54,11 +57,14 @@ Result<void> spread_shared(CompileConfig& config) {
     const Result<void> shared = share_with_all(field.name, to_text(field), config);
     if (!shared) return shared;
   }
-  if (config.is_split()) {
-    config.remove_moving.scans = "even";
-    config.choose_sites.scans = "even";
-    config.measure_error.scans = "odd";
-  }
+  const double longest_m = config.annotation.ranges_m.back();
+  config.cast_rays.longest_range_m = longest_m;
+  config.cast_scans.longest_range_m = longest_m;
+  const std::string mapping_scans = config.is_split() ? "even" : "all";
+  config.remove_moving.scans = config.choose_sites.scans = mapping_scans;
+  config.measure_error.scans = config.is_split() ? "odd" : "all";
+  config.emit_map.mapping_scans = mapping_scans;
+  config.emit_map.localization_scans = config.measure_error.scans;
   return {};
 }
 
@@ -88,6 +94,8 @@ std::vector<OptionField> option_fields(AnnotationOptions& options) {
   return {numbers("ranges_m", options.ranges_m, "observation ranges to choose from, m", 1.0, 300.0),
           numbers("limits_m", options.limits_m, "localization errors a vehicle may accept, m", 0.01,
                   5.0),
+          number("leaf_m", options.leaf_m, "voxel grid a scan is subsampled on to be matched, m",
+                 0.05, 10.0),
           number("tile_m", options.tile_m, "edge of a map tile, m; a multiple of the cell", 8.0,
                  1024.0),
           integer("seed", options.seed, "seed of everything random", 0, 1'000'000'000),

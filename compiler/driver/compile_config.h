@@ -28,6 +28,7 @@ namespace sightline {
 struct AnnotationOptions {
   std::vector<double> ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
   std::vector<double> limits_m = {0.10, 0.25};
+  double leaf_m = 1.0;
   double tile_m = 64.0;
   int seed = 1;
   // even-odd: one recording is both drives; even scans map, odd scans localize. auto: even-odd

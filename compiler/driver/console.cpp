@@ -1,5 +1,6 @@
 #include "compiler/driver/console.h"
 
+#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -34,7 +35,7 @@ class ProgressLine {
 
   void start(std::size_t step, std::size_t steps, const std::string& name) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    head_ = "[" + std::to_string(step + 1) + "/" + std::to_string(steps) + "] " + name;
+    head_ = fmt::format("[{}/{}] {}", step + 1, steps, name);
     begin_ = drawn_ = Clock::now();
     draw(head_);
   }

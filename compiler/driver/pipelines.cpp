@@ -9,6 +9,16 @@ EstimateTrajectoryOptions given_poses(EstimateTrajectoryOptions options) {
   return options;
 }
 
+// The pass takes its many inputs as one struct; the runner reads them off this signature.
+Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
+                                  const Drive& mapping, const Drive& localization,
+                                  const NdtMap& ndt, const Sites& sites,
+                                  const PredictedError& predicted, const RangeTable& ranges,
+                                  const MeasuredError& measured, const ErrorModel& model) {
+  return emit_map(ctx, options,
+                  {mapping, localization, ndt, sites, predicted, ranges, measured, model});
+}
+
 Result<void> provide_drive(const std::string& name, const RecordingOptions& options,
                            ArtifactSet& artifacts) {
   Result<Recording> recording = open_recording(options, /*threads=*/0);
@@ -68,6 +78,10 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c) {
                 {"sites", "predicted-error", "error-model"}, "range-table"));
   add(make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
                 {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
+  add(make_step("emit-map", kEmitMapVersion, &emit_map_step, c.emit_map,
+                {"mapping/drive", drive, "ndt-map", "sites", "predicted-error", "range-table",
+                 "measured-error", "error-model"},
+                "compiled-map"));
   return steps;
 }
 

@@ -8,8 +8,8 @@
 namespace sightline {
 
 // From drives to a finished map. Artifacts taken from outside: "mapping/recording",
-// "localization/sensor", and "localization/recording" where a second drive is named. The last two made are "evaluation" and
-// "compiled-map".
+// "localization/sensor", and "localization/recording" where a second drive is named. The last two
+// made are "evaluation" and "compiled-map".
 std::vector<PassStep> compile_pipeline(const CompileConfig& config);
 
 // Judges a finished map by an independent drive. Artifacts taken from outside:
