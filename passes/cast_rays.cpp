@@ -83,10 +83,12 @@ Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
   const Directions directions = directions_of(images);
   const std::vector<SiteBlock> blocks = blocks_of_sites(sites, surface, options.longest_range_m);
   std::atomic<std::size_t> done = 0;
-  parallel_for(blocks.size(), ctx.threads, [&](std::size_t i) {
-    const SurfaceCaster caster(surface, blocks[i]);
-    std::vector<double> distance_m(directions.size());
-    for (const std::size_t site : blocks[i].sites) {
+  // Blocks one after another, so that one scene at a time is in memory; sites side by side.
+  for (const SiteBlock& block : blocks) {
+    const SurfaceCaster caster(surface, block);
+    parallel_for(block.sites.size(), ctx.threads, [&](std::size_t i) {
+      const std::size_t site = block.sites[i];
+      std::vector<double> distance_m(directions.size());
       caster.cast(sites.sites[site].p_map_m, directions, options.near_m, options.longest_range_m,
                   distance_m);
       float* image = images.distance_m.data() + site * directions.size();
@@ -94,8 +96,8 @@ Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
         image[cell] = static_cast<float>(distance_m[cell]);
       }
       ctx.progress(++done, sites.sites.size());
-    }
-  });
+    });
+  }
   return images;
 }
 

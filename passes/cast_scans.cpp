@@ -75,16 +75,18 @@ Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& option
   const std::vector<SiteBlock> blocks = blocks_of_sites(sites, surface, options.longest_range_m);
   std::vector<std::vector<Eigen::Vector3d>> scan_of_site(sites.sites.size());
   std::atomic<std::size_t> done = 0;
-  parallel_for(blocks.size(), ctx.threads, [&](std::size_t i) {
-    const SurfaceCaster caster(surface, blocks[i]);
-    std::vector<double> distance_m(directions.size());
-    for (const std::size_t site : blocks[i].sites) {
+  // Blocks one after another, so that one scene at a time is in memory; sites side by side.
+  for (const SiteBlock& block : blocks) {
+    const SurfaceCaster caster(surface, block);
+    parallel_for(block.sites.size(), ctx.threads, [&](std::size_t i) {
+      const std::size_t site = block.sites[i];
+      std::vector<double> distance_m(directions.size());
       caster.cast(sites.sites[site].p_map_m, directions, options.near_m, options.longest_range_m,
                   distance_m);
       scan_of_site[site] = subsampled_hits(directions, distance_m, options.leaf_m);
       ctx.progress(++done, sites.sites.size());
-    }
-  });
+    });
+  }
   return join(scan_of_site, options);
 }
 

@@ -24,7 +24,7 @@
 namespace sightline {
 namespace {
 
-// Enough for neighbours to share most of their NDs; few enough to share work between threads.
+// Enough for neighbours to share most of their NDs; few enough for the grids to stay in memory.
 constexpr std::size_t kSitesPerGroup = 64;
 
 constexpr std::size_t kFactorCount = 18;
@@ -94,8 +94,9 @@ Error mismatched(std::string message) {
   return {ErrorCode::kMismatchedInputs, std::move(message), "", "pass compute-factors"};
 }
 
-Result<void> check_views(const Sites& sites, const DepthImages& depth, const VirtualScans& scans,
-                         double longest_m) {
+Result<void> check_inputs(const NdtMap& map, const Sites& sites, const DepthImages& depth,
+                          const VirtualScans& scans, double longest_m) {
+  if (map.frame != sites.frame) return mismatched("map and sites lie in different frames");
   const std::size_t expected = sites.sites.size();
   if (depth.site_count != expected || scans.site_count() != expected) {
     return mismatched("found depth images of " + std::to_string(depth.site_count) +
@@ -138,9 +139,9 @@ Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOption
                                     const VirtualScans& scans) {
   const Result<void> ranges = check_ranges(options.ranges_m);
   if (!ranges) return ranges.error();
-  if (map.frame != sites.frame) return mismatched("map and sites lie in different frames");
-  const Result<void> views = check_views(sites, depth, scans, options.ranges_m.back());
-  if (!views) return views.error();
+  const double longest_m = options.ranges_m.back();
+  const Result<void> inputs = check_inputs(map, sites, depth, scans, longest_m);
+  if (!inputs) return inputs.error();
   FactorTable table;
   table.ranges_m = options.ranges_m;
   table.factors.assign(kFactorNames.begin(), kFactorNames.end());
@@ -151,19 +152,20 @@ Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOption
   const World world{map, make_match_grid(map), tile_index(map), options.ranges_m};
   std::vector<std::size_t> unmatched(site_count);
   std::atomic<std::size_t> done = 0;
-  parallel_for((site_count + kSitesPerGroup - 1) / kSitesPerGroup, ctx.threads, [&](std::size_t i) {
-    const std::size_t begin = i * kSitesPerGroup;
-    const std::size_t end = std::min(site_count, begin + kSitesPerGroup);
-    const std::span<const Site> members = std::span(sites.sites).subspan(begin, end - begin);
+  // Groups one after another, so that one group's grids at a time are in memory.
+  for (std::size_t begin = 0; begin < site_count; begin += kSitesPerGroup) {
+    const std::size_t size = std::min(kSitesPerGroup, site_count - begin);
+    const std::span<const Site> members = std::span(sites.sites).subspan(begin, size);
     const GroupNds group =
-        gather_nds(map, world.index, world.grid, members, options.ranges_m.back());
-    for (std::size_t site = begin; site < end; ++site) {
-      const View view{sites.sites[site].p_map_m, depth.image_of(site), scans.points_of(site)};
+        gather_nds(map, world.index, world.grid, {members, longest_m}, ctx.threads);
+    parallel_for(size, ctx.threads, [&](std::size_t i) {
+      const std::size_t site = begin + i;
+      const View view{members[i].p_map_m, depth.image_of(site), scans.points_of(site)};
       unmatched[site] = compute_site(world, group, view,
                                      std::span(table.values).subspan(site * row_size, row_size));
       ctx.progress(++done, site_count);
-    }
-  });
+    });
+  }
   warn_of_unmatched(ctx, unmatched, scans.points_m.size());
   return table;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "compiler/base/parallel.h"
 #include "passes/factors/normal_entropy.h"
 
 namespace sightline {
@@ -52,17 +53,18 @@ TileIndex tile_index(const NdtMap& map) {
 }
 
 GroupNds gather_nds(const NdtMap& map, const TileIndex& index, const MatchGrid& grid,
-                    std::span<const Site> sites, double reach_m) {
-  GroupNds group;
-  group.nds = nds_within(reach_m + kSlack_m, map, index, sites);
-  for (const Nd& nd : group.nds) {
-    group.all.push_back(static_cast<std::uint32_t>(group.all.size()));
-    group.dimension_class.push_back(dimension_class(nd));
-    const bool is_planar = group.dimension_class.back() == 2;
-    group.normal_bin.push_back(is_planar ? normal_bin(nd.eigenvectors.col(2)) : -1);
-    group.self_score.push_back(self_score(nd, grid));
+                    const SiteGroup& group, int threads) {
+  GroupNds found;
+  found.nds = nds_within(group.reach_m + kSlack_m, map, index, group.sites);
+  for (const Nd& nd : found.nds) {
+    found.all.push_back(static_cast<std::uint32_t>(found.all.size()));
+    found.dimension_class.push_back(dimension_class(nd));
+    const bool is_planar = found.dimension_class.back() == 2;
+    found.normal_bin.push_back(is_planar ? normal_bin(nd.eigenvectors.col(2)) : -1);
   }
-  return group;
+  found.self_score = parallel_map<ShiftGrid>(
+      found.nds.size(), threads, [&](std::size_t i) { return self_score(found.nds[i], grid); });
+  return found;
 }
 
 }  // namespace sightline

@@ -25,8 +25,15 @@ struct GroupNds {
   std::vector<ShiftGrid> self_score;
 };
 
-// All NDs within `reach_m` of any of `sites`, which are not empty; a few beyond may come along.
+// Sites, at least one, and how far they look.
+struct SiteGroup {
+  std::span<const Site> sites;
+  double reach_m = 0.0;
+};
+
+// All NDs within reach of any site of the group; a few beyond may come along. `grid` and `index`
+// were made from `map`.
 GroupNds gather_nds(const NdtMap& map, const TileIndex& index, const MatchGrid& grid,
-                    std::span<const Site> sites, double reach_m);
+                    const SiteGroup& group, int threads);
 
 }  // namespace sightline
