@@ -72,6 +72,14 @@ std::span<const std::byte> finished(const flatbuffers::FlatBufferBuilder& builde
   return std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
 }
 
+// Header and trailer around everything else, which is in place.
+void seal_file(const FileHeader& header, std::vector<std::byte>& file) {
+  const std::array<std::byte, kHeaderSize> start = encode_header(header);
+  const std::array<std::byte, kTrailerSize> end = encode_trailer(header, start);
+  std::copy(start.begin(), start.end(), file.begin());
+  file.insert(file.end(), end.begin(), end.end());
+}
+
 }  // namespace
 
 std::vector<std::byte> assemble(const ContainerParts& parts) {
@@ -103,10 +111,7 @@ std::vector<std::byte> assemble(const ContainerParts& parts) {
   header.file_size = file.size() + kTrailerSize;
   header.root_digest = root_digest(sha256(parts.manifest), header.incompatible_features,
                                    tile_digests, required_sections);
-  const std::array<std::byte, kHeaderSize> start = encode_header(header);
-  const std::array<std::byte, kTrailerSize> end = encode_trailer(header, start);
-  std::copy(start.begin(), start.end(), file.begin());
-  file.insert(file.end(), end.begin(), end.end());
+  seal_file(header, file);
   return file;
 }
 
