@@ -58,8 +58,9 @@ std::optional<std::size_t> nearest_scan(const Setup& setup, const Eigen::Vector3
 
 // Cropped in the sensor's frame and subsampled on its grid, then told in the vehicle's, since it is
 // the vehicle's pose that is looked for.
-ScanForMatch prepared(std::span<const Eigen::Vector3d> crop_lidar_m, const Setup& setup) {
-  std::vector<Eigen::Vector3d> points_m = voxel_subsample(crop_lidar_m, setup.options.leaf_m);
+ScanForMatch prepared(const Scan& scan, double range_m, const Setup& setup) {
+  std::vector<Eigen::Vector3d> points_m =
+      voxel_subsample(crop(scan.points_m, range_m), setup.options.leaf_m);
   for (Eigen::Vector3d& point_m : points_m) point_m = setup.drive.sensor.T_vehicle_lidar * point_m;
   return make_scan_for_match(points_m);
 }
@@ -115,10 +116,8 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
 
 Pose reference_pose(const Setup& setup, const Scan& scan, const Pose& T_map_given) {
   if (setup.options.reference == "known") return T_map_given;
-  const double full_range_m = setup.drive.sensor.max_range_m;
-  const ShelledScan full = sort_into_shells(scan.points_m, std::span(&full_range_m, 1));
-  ScanForMatch full_scan = prepared(full.crop(0), setup);
-  return match(setup.grid, full_scan, T_map_given).T_map_sensor;
+  ScanForMatch full = prepared(scan, setup.drive.sensor.max_range_m, setup);
+  return match(setup.grid, full, T_map_given).T_map_sensor;
 }
 
 Result<std::vector<ErrorRow>> measure_site(const Setup& setup, std::size_t scan_index) {
@@ -126,14 +125,11 @@ Result<std::vector<ErrorRow>> measure_site(const Setup& setup, std::size_t scan_
   if (!scan) return scan.error();
   const Pose T_map_reference =
       reference_pose(setup, *scan, setup.trajectory.poses[scan_index].T_map_vehicle);
-  const double begin_ms = thread_cpu_ms();
-  const ShelledScan shells = sort_into_shells(scan->points_m, setup.options.ranges_m);
-  const double crop_ms = thread_cpu_ms() - begin_ms;
   std::vector<ErrorRow> rows;
-  for (std::size_t range = 0; range < setup.options.ranges_m.size(); ++range) {
-    const double subsample_begin_ms = thread_cpu_ms();
-    ScanForMatch cropped = prepared(shells.crop(range), setup);
-    const double preparation_ms = crop_ms + thread_cpu_ms() - subsample_begin_ms;
+  for (const double range_m : setup.options.ranges_m) {
+    const double begin_ms = thread_cpu_ms();
+    ScanForMatch cropped = prepared(*scan, range_m, setup);
+    const double preparation_ms = thread_cpu_ms() - begin_ms;
     rows.push_back(measure_row(setup, cropped, T_map_reference, preparation_ms));
   }
   return rows;

@@ -100,8 +100,7 @@ Pose start_of(std::size_t scan, int k) {
 }
 
 std::vector<Eigen::Vector3d> prepared(std::size_t scan, double range_m) {
-  const ShelledScan shells = sort_into_shells(world().scans[scan], std::span(&range_m, 1));
-  return voxel_subsample(shells.crop(0), kLeaf_m);
+  return voxel_subsample(crop(world().scans[scan], range_m), kLeaf_m);
 }
 
 void report_errors(benchmark::State& state, std::vector<double> errors_m) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
 #include "tests/passes/matching/random_scene.h"
@@ -9,34 +10,23 @@
 namespace sightline {
 namespace {
 
-TEST(SortIntoShells, PutsEveryCropInAPrefixAndKeepsTheOrder) {
+TEST(Crop, KeepsPointsUpToTheRangeInTheirOrder) {
   const std::vector<Eigen::Vector3d> points_m = {
       {0.0, 30.0, 0.0}, {5.0, 0.0, 0.0}, {0.0, 0.0, 10.0}, {12.0, 0.0, 0.0}, {1.0, 1.0, 0.0}};
-  const std::vector<double> ranges_m = {10.0, 20.0};
-  const ShelledScan scan = sort_into_shells(points_m, ranges_m);
-  EXPECT_EQ(scan.counts, (std::vector<std::size_t>{3, 4}));
-  ASSERT_EQ(scan.points_m.size(), 4u);
-  EXPECT_EQ(scan.points_m[0], points_m[1]);
-  EXPECT_EQ(scan.points_m[1], points_m[2]) << "a point at the very range belongs to its crop";
-  EXPECT_EQ(scan.points_m[2], points_m[4]);
-  EXPECT_EQ(scan.points_m[3], points_m[3]);
+  const std::vector<Eigen::Vector3d> expected_m = {
+      {5.0, 0.0, 0.0}, {0.0, 0.0, 10.0}, {1.0, 1.0, 0.0}};
+  EXPECT_EQ(crop(points_m, 10.0), expected_m) << "a point at the very range belongs to the crop";
+  EXPECT_TRUE(crop(points_m, 1.0).empty());
+  EXPECT_TRUE(crop({}, 1.0).empty());
 }
 
-TEST(SortIntoShells, KeepsThePointsThatAFilterWouldKeep) {
+TEST(Crop, OfALongerRangeHoldsThatOfAShorterOne) {
   Random random(9);
   std::vector<Eigen::Vector3d> points_m;
   for (int i = 0; i < 3000; ++i) points_m.push_back(random_vector(random, -40.0, 40.0));
-  const std::vector<double> ranges_m = {10.0, 15.0, 20.0, 50.0};
-  const ShelledScan scan = sort_into_shells(points_m, ranges_m);
-  for (std::size_t range = 0; range < ranges_m.size(); ++range) {
-    std::size_t expected = 0;
-    for (const Eigen::Vector3d& point_m : points_m) {
-      if (point_m.squaredNorm() <= ranges_m[range] * ranges_m[range]) ++expected;
-    }
-    EXPECT_EQ(scan.crop(range).size(), expected);
-    for (const Eigen::Vector3d& point_m : scan.crop(range)) {
-      EXPECT_LE(point_m.norm(), ranges_m[range]);
-    }
+  for (double range_m = 5.0; range_m < 70.0; range_m += 5.0) {
+    const std::vector<Eigen::Vector3d> longer_m = crop(points_m, range_m + 5.0);
+    EXPECT_EQ(crop(longer_m, range_m), crop(points_m, range_m));
   }
 }
 
@@ -64,6 +54,32 @@ TEST(VoxelSubsample, AgreesWithAnOrderedMapOfVoxels) {
     for (const auto& [key, voxel] : voxels) expected_m.push_back(voxel.first / voxel.second);
     EXPECT_EQ(voxel_subsample(points_m, leaf_m), expected_m);
   }
+}
+
+TEST(VoxelSubsample, AssignsPointsOnFacesAsTheQuotientSays) {
+  // 0.3 / 0.1 is below 3 in double and 0.3 * (1 / 0.1) is not, or the other way round elsewhere.
+  for (const double leaf_m : {0.1, 0.3, 0.7, 1.0}) {
+    for (int i = -50; i <= 50; ++i) {
+      const Eigen::Vector3d point_m(leaf_m * i, 0.1 * i, 0.3 * i);
+      const std::vector<Eigen::Vector3d> two_m = {point_m,
+                                                  (leaf_m * 0.5) * Eigen::Vector3d::Ones()};
+      const bool is_same = cell_key(two_m[0], leaf_m) == cell_key(two_m[1], leaf_m);
+      EXPECT_EQ(voxel_subsample(two_m, leaf_m).size(), is_same ? 1u : 2u);
+      const std::vector<Eigen::Vector3d> near_m = {
+          point_m, leaf_m * Eigen::Vector3d(std::floor(point_m.x() / leaf_m) + 0.5,
+                                            std::floor(point_m.y() / leaf_m) + 0.5,
+                                            std::floor(point_m.z() / leaf_m) + 0.5)};
+      EXPECT_EQ(voxel_subsample(near_m, leaf_m).size(), 1u);
+    }
+  }
+}
+
+TEST(VoxelSubsample, OrdersVoxelsFartherApartThanOneNumberHolds) {
+  const std::vector<Eigen::Vector3d> points_m = {
+      {1e9, -1e9, 1e9}, {-1e9, 1e9, -1e9}, {-1e9, -1e9, 5.0}, {-1e9, -1e9, -5.0}};
+  const std::vector<Eigen::Vector3d> expected_m = {points_m[3], points_m[2], points_m[1],
+                                                   points_m[0]};
+  EXPECT_EQ(voxel_subsample(points_m, 1.0), expected_m);
 }
 
 TEST(VoxelSubsample, OfNothingIsNothing) { EXPECT_TRUE(voxel_subsample({}, 1.0).empty()); }
