@@ -21,8 +21,8 @@ constexpr double kLargestDrift_m = 4.0;
 constexpr double kVisitReach_m = 15.0;
 constexpr double kVisitStep_m = 1.5;
 // Stricter than odometry's, because a false loop bends the whole route.
-constexpr double kLeastLikelihood = 0.8;
-constexpr double kLeastScoredShare = 0.7;
+constexpr double kLeastLikelihood = 1.8;
+constexpr double kLeastScoredShare = 0.4;
 constexpr double kLoopSigma_m = 0.05;
 constexpr double kLoopSigma_rad = 0.002;
 

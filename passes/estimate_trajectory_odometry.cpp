@@ -29,9 +29,11 @@ constexpr double kAlong_m = 2.0;
 // A scan joins the local map when the vehicle has come this far since the last one that did.
 constexpr double kKeyframeStep_m = 1.0;
 constexpr double kKeyframeTurn_rad = 0.1;
-// Below these a match is not believed.
-constexpr double kLeastLikelihood = 0.5;
-constexpr double kLeastScoredShare = 0.4;
+// Below these a match is not believed. On streets the right pose has a likelihood of about 2 and a
+// wrong one, which looks alike only in part, 1 to 1.7; a sparse first scan leaves most points
+// without an ND near.
+constexpr double kLeastLikelihood = 1.2;
+constexpr double kLeastScoredShare = 0.15;
 // How far from where constant velocity leads a scan may be looked for: at the start, when nothing
 // is known of the speed, and where matching has failed.
 constexpr double kSearchReach_m = 3.0;
@@ -133,12 +135,12 @@ LocalMatch follow(const LocalMap& map, const std::vector<Eigen::Vector3d>& point
   LocalMatch best;
   for (const Pose& start : starts) {
     const LocalMatch match = match_locally(map.grids(), points_m, start);
-    if (match.likelihood > best.likelihood) best = match;
+    if (match.is_better_than(best)) best = match;
   }
   if (is_first || !best.is_good()) {
     for (const Pose& start : starts) {
       const LocalMatch match = search_locally(map.grids(), points_m, start, kSearchReach_m);
-      if (match.likelihood > best.likelihood) best = match;
+      if (match.is_better_than(best)) best = match;
     }
   }
   return best;
@@ -160,6 +162,12 @@ Error lost(const Drive& drive, std::size_t k, const LocalMatch& match) {
 }
 
 }  // namespace
+
+bool LocalMatch::is_better_than(const LocalMatch& other) const {
+  const bool has_say = scored_share >= kLeastScoredShare;
+  const bool other_has_say = other.scored_share >= kLeastScoredShare;
+  return has_say == other_has_say ? likelihood > other.likelihood : has_say;
+}
 
 bool LocalMatch::is_good() const {
   return likelihood >= kLeastLikelihood && scored_share >= kLeastScoredShare;
@@ -207,7 +215,7 @@ LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vect
       Pose start = T_map_start;
       start.translation() += T_map_start.linear() * offset_m;
       const LocalMatch match = match_locally(grids, points_m, start);
-      if (match.likelihood > best.likelihood) best = match;
+      if (match.is_better_than(best)) best = match;
     }
   }
   return best;

@@ -33,6 +33,9 @@ struct LocalMatch {
   Pose T_map_lidar = Pose::Identity();
   double likelihood = 0.0;    // mean over points of the largest single term of the fine score
   double scored_share = 0.0;  // of the points that have an ND near
+  // By likelihood alone, once enough points speak: the share draws scans onto each other, ring on
+  // ring, whether the vehicle moved or not.
+  [[nodiscard]] bool is_better_than(const LocalMatch& other) const;
   [[nodiscard]] bool is_good() const;
 };
 
@@ -40,7 +43,7 @@ struct LocalMatch {
 LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                          const Pose& T_map_start);
 
-// The same from starts up to `reach_m` around in the plane; the likeliest end.
+// The same from starts up to `reach_m` around in the plane; the best end.
 LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                           const Pose& T_map_start, double reach_m);
 

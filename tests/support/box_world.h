@@ -44,14 +44,15 @@ struct BoxWorld {
   }
 };
 
-// 24 rings from -20 to +15 degrees, a ray every 2 degrees, no noise, to 60 m.
-inline Scan scan_world(const BoxWorld& world, const Pose& T_map_lidar) {
+// 24 rings from -20 to +15 degrees, a ray every azimuth step, no noise, to 60 m.
+inline Scan scan_world(const BoxWorld& world, const Pose& T_map_lidar,
+                       double azimuth_step_deg = 2.0) {
   constexpr double kRadians = std::numbers::pi / 180.0;
   Scan scan;
-  for (int azimuth = 0; azimuth < 360; azimuth += 2) {
+  for (int column = 0; column * azimuth_step_deg < 360.0; ++column) {
     for (int ring = 0; ring < 24; ++ring) {
       // Off by a little, so that no ray runs along a face.
-      const double a_rad = (azimuth + 0.123) * kRadians;
+      const double a_rad = (column * azimuth_step_deg + 0.123) * kRadians;
       const double e_rad = (-20.0 + 35.0 * ring / 23.0) * kRadians;
       const Eigen::Vector3d direction(std::cos(e_rad) * std::cos(a_rad),
                                       std::cos(e_rad) * std::sin(a_rad), std::sin(e_rad));
@@ -63,13 +64,16 @@ inline Scan scan_world(const BoxWorld& world, const Pose& T_map_lidar) {
   return scan;
 }
 
-// A street along x: a wall on the left with recesses, boxes of all sizes on the right.
+// A street along x: houses of differing depth and poles on the left, boxes of all sizes on the
+// right.
 inline BoxWorld random_street(std::uint64_t seed) {
   Random random(seed);
   BoxWorld world;
   for (double x_m = -40.0; x_m < 80.0; x_m += 6.0) {
-    const double y_m = 8.0 + random.uniform(0.0, 1.5);
-    world.boxes.push_back({{x_m, y_m, 0.0}, {x_m + 5.5, y_m + 4.0, 6.0}});
+    const double y_m = 8.0 + random.uniform(0.0, 4.0);
+    world.boxes.push_back({{x_m, y_m, 0.0}, {x_m + random.uniform(3.0, 5.5), y_m + 4.0, 6.0}});
+    const double pole_m = x_m + random.uniform(0.0, 5.0);
+    world.boxes.push_back({{pole_m, 6.0, 0.0}, {pole_m + 0.3, 6.3, 5.0}});
     const double size_m = random.uniform(0.3, 3.0);
     const double right_m = -random.uniform(5.0, 9.0);
     world.boxes.push_back(
@@ -103,11 +107,13 @@ inline TestDrive drive_of(std::vector<Scan> scans, const std::vector<Pose>& T_ma
   return result;
 }
 
-inline TestDrive drive_through(const BoxWorld& world, const std::vector<Pose>& T_map_vehicle) {
+inline TestDrive drive_through(const BoxWorld& world, const std::vector<Pose>& T_map_vehicle,
+                               double azimuth_step_deg = 2.0) {
   Pose T_vehicle_lidar = Pose::Identity();
   T_vehicle_lidar.translation().z() = 2.0;
   std::vector<Scan> scans;
-  for (const Pose& pose : T_map_vehicle) scans.push_back(scan_world(world, pose * T_vehicle_lidar));
+  for (const Pose& pose : T_map_vehicle)
+    scans.push_back(scan_world(world, pose * T_vehicle_lidar, azimuth_step_deg));
   return drive_of(std::move(scans), T_map_vehicle);
 }
 

@@ -1,0 +1,92 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+
+#include "formats/foreign/point_cloud_file.h"
+#include "passes/estimate_trajectory.h"
+#include "tests/support/box_world.h"
+
+// estimate-trajectory on longer ways: a round trip, and a real recording where there is one.
+
+namespace sightline {
+namespace {
+
+// A ring of boxes inside and outside of a circular road.
+BoxWorld round_world(double radius_m) {
+  Random random(11);
+  BoxWorld world;
+  for (int i = 0; i < 40; ++i) {
+    for (const double off_m : {-7.0, 8.0}) {
+      const double angle_rad = 2.0 * std::numbers::pi * i / 40.0;
+      const double reach_m = radius_m + off_m + random.uniform(-1.0, 1.0);
+      const Eigen::Vector3d centre_m(reach_m * std::sin(angle_rad),
+                                     radius_m - reach_m * std::cos(angle_rad), 0.0);
+      const double half_m = random.uniform(0.3, 1.5);
+      world.boxes.push_back({centre_m - Eigen::Vector3d(half_m, half_m, 0.0),
+                             centre_m + Eigen::Vector3d(half_m, half_m, random.uniform(2.0, 6.0))});
+    }
+  }
+  return world;
+}
+
+TEST(EstimateTrajectorySlow, ClosesTheLoopOfARoundTrip) {
+  constexpr double kRadius_m = 20.0;
+  constexpr int kScansARound = 110;
+  std::vector<Pose> poses;
+  for (int i = 0; i < kScansARound + 10; ++i) {
+    const double angle_rad = 2.0 * std::numbers::pi * i / kScansARound;
+    poses.push_back(pose_at(kRadius_m * std::sin(angle_rad),
+                            kRadius_m * (1.0 - std::cos(angle_rad)), angle_rad));
+  }
+  const TestDrive test = drive_through(round_world(kRadius_m), poses, 0.5);
+  PassContext ctx;
+  ctx.threads = 2;
+  const Result<Trajectory> closed = estimate_trajectory(ctx, {}, test.drive);
+  ASSERT_TRUE(closed.has_value()) << to_string(closed.error());
+  EXPECT_GE(closed->loop_edges, 2u);
+  const Eigen::Vector3d end_m = closed->poses.back().T_map_vehicle.translation();
+  EXPECT_LT((end_m - poses.back().translation()).norm(), 0.1);
+  EXPECT_LT(closed->rms_translation_residual_m, 0.05);
+}
+
+Drive kitti_drive(const std::filesystem::path& folder, std::size_t count) {
+  std::vector<Scan> scans(count);
+  Drive drive;
+  drive.name = "kitti_0005";
+  drive.sensor = *sensor_profile("hdl-64e");
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::string number = std::to_string(i);
+    const std::string name = std::string(10 - number.size(), '0') + number + ".pcd";
+    const Result<PointCloudFile> cloud = read_point_cloud(folder / name);
+    if (!cloud) return {};
+    scans[i].stamp_ns = i * std::int64_t{100000000};
+    scans[i].points_m = cloud->points_m;
+    ScanInfo info;
+    info.recording_index = i;
+    info.stamp_ns = scans[i].stamp_ns;
+    drive.scans.push_back(info);
+  }
+  drive.store = memory_scan_store(std::move(scans));
+  return drive;
+}
+
+// Where a quick ICP of somebody else puts the 154th scan relative to the first; good to some cm.
+TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
+  const char* data = std::getenv("SIGHTLINE_DATA");
+  if (data == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA does not name a folder with recordings";
+  const Drive drive = kitti_drive(std::filesystem::path(data) / "kitti_0005", 154);
+  if (drive.scans.empty()) GTEST_SKIP() << "no kitti_0005 in SIGHTLINE_DATA";
+  PassContext ctx;
+  ctx.threads = 2;
+  const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, drive);
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  const Eigen::Vector3d icp_end_m(63.888, 9.363, -0.508);
+  const Eigen::Vector3d end_m = trajectory->poses.back().T_map_vehicle.translation();
+  EXPECT_LT((end_m - icp_end_m).norm(), 0.3);
+}
+
+}  // namespace
+}  // namespace sightline
