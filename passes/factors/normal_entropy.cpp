@@ -29,9 +29,8 @@ int normal_bin(const Eigen::Vector3d& normal) {
   const int band = std::min(static_cast<int>(up.z() / kBandHeight), kBands - 1);
   double azimuth_deg = std::atan2(up.y(), up.x()) * 180.0 / std::numbers::pi;
   if (azimuth_deg < 0.0) azimuth_deg += 360.0;
-  // On the rim n and -n are both up: there the azimuth counts modulo 180 degrees.
-  const int sector =
-      band == 0 ? sector_of(std::fmod(azimuth_deg, 180.0), 10.0) : sector_of(azimuth_deg, 20.0);
+  // On the rim n and -n are both up: there 18 sectors of 10 degrees go round twice.
+  const int sector = sector_of(azimuth_deg, band == 0 ? 10.0 : 20.0);
   return 1 + kSectors * band + sector;
 }
 

@@ -128,13 +128,15 @@ TEST(BuildNdt, MakesValidMapsOfAnyCellSize) {
 }
 
 TEST(BuildNdt, KeepsAMeanThatRoundsOntoAnUpperFaceInsideItsCell) {
-  // Half of the points as near below the face as a double can be.
-  const double below_m = std::nextafter(2.0, 0.0);
+  // So little below zero that it vanishes beside the cell's centre at -1: the mean comes out as 0.
+  const double below_m = -1e-20;
   std::vector<Eigen::Vector3d> points_m(20, Eigen::Vector3d(below_m, 1.0, below_m));
   for (int i = 0; i < 10; ++i) points_m[static_cast<std::size_t>(i)].y() = 0.5;
   const NdtMap map = must_build(points_of(points_m));
   ASSERT_EQ(map.nds.size(), 1U);
-  EXPECT_LT(map.nds[0].mean_m.x(), 2.0);
+  EXPECT_EQ(map.nds[0].key, (CellKey{-1, 0, -1}));
+  EXPECT_LT(map.nds[0].mean_m.x(), 0.0);
+  EXPECT_LT(map.nds[0].mean_m.z(), 0.0);
   EXPECT_TRUE(validate(map).has_value());
 }
 
