@@ -7,7 +7,8 @@ namespace sightline {
 MapFrame frame_near(const Eigen::Vector3d& near_world_m, double tile_m) {
   MapFrame frame;
   for (int axis = 0; axis < 3; ++axis) {
-    frame.origin_world_m[axis] = std::floor(near_world_m[axis] / tile_m) * tile_m;
+    // Adding zero makes -0.0 plain, which is another byte in the map.
+    frame.origin_world_m[axis] = std::floor(near_world_m[axis] / tile_m) * tile_m + 0.0;
   }
   return frame;
 }

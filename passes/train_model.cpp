@@ -7,6 +7,7 @@
 
 #include "compiler/base/parallel.h"
 #include "compiler/base/random.h"
+#include "formats/table.h"
 #include "passes/learn/out_of_fold.h"
 
 namespace sightline {
@@ -51,18 +52,51 @@ Result<void> gather_labels(const MeasuredError& measured, Lesson& lesson) {
   return {};
 }
 
-Result<Lesson> prepare_lesson(const TrainModelOptions& options, const Sites& sites,
-                              const FactorTable& factors, const MeasuredError& measured) {
+// What "all" means: every factor but a direction, which turns with the map's axes and tells a place
+// nothing of its own.
+std::vector<std::string> chosen_factors(const TrainModelOptions& options,
+                                        const FactorTable& factors) {
+  if (options.features == "paper") return paper_factors();
+  std::vector<std::string> names = factors.factors;
+  std::erase(names, "crlb_heading");
+  return names;
+}
+
+// A drive with less route than two blocks still gets a map: shorter blocks judge it, and since they
+// are not independent of each other, choose-ranges promises nothing on them.
+Result<Folds> folds_of_route(const PassContext& ctx, const Sites& sites, const Lesson& lesson,
+                             TrainModelOptions& options) {
+  constexpr double kShortestBlock_m = 15.0;  // below this a block sees nothing but its neighbours
+  Result<Folds> folds = make_folds(sites, lesson.has_label, {options.block_m, options.folds});
+  if (folds || folds.error().code != ErrorCode::kDriveTooShort) return folds;
+  if (options.block_m <= kShortestBlock_m) return folds;
+  Result<Folds> short_folds =
+      make_folds(sites, lesson.has_label, {kShortestBlock_m, options.folds});
+  if (!short_folds) return folds;
+  const double wanted_m = options.block_m;
+  options.block_m = short_folds->labelled_route_m / short_folds->block_count;
+  options.buffer_m = std::min(options.buffer_m, options.block_m / 2.0);
+  ctx.warn("the drive is too short for two blocks of " + format_double(wanted_m) +
+           " m: it is judged on " + std::to_string(short_folds->block_count) + " blocks of " +
+           std::to_string(static_cast<int>(options.block_m)) +
+           " m, whose figures flatter; nothing is promised");
+  return short_folds;
+}
+
+// Lets `options` say what block and buffer were used.
+Result<Lesson> prepare_lesson(const PassContext& ctx, TrainModelOptions& options,
+                              const Sites& sites, const FactorTable& factors,
+                              const MeasuredError& measured) {
   const Result<void> checked = check_inputs(sites, factors, measured);
   if (!checked) return checked.error();
   Lesson lesson;
   const Result<void> gathered = gather_labels(measured, lesson);
   if (!gathered) return gathered.error();
   Result<FeatureRows> features =
-      gather_features(factors, options.features == "paper" ? paper_factors() : factors.factors);
+      gather_features(factors, chosen_factors(options, factors));
   if (!features) return features.error();
   lesson.features = std::move(*features);
-  Result<Folds> folds = make_folds(sites, lesson.has_label, {options.block_m, options.folds});
+  Result<Folds> folds = folds_of_route(ctx, sites, lesson, options);
   if (!folds) return folds.error();
   lesson.folds = std::move(*folds);
   return lesson;
@@ -173,10 +207,11 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
       integer("folds", options.folds, "parts of the route that are held out in turn", 2, 100)};
 }
 
-Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& options,
+Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const Sites& sites, const FactorTable& factors,
                                const MeasuredError& measured) {
-  const Result<Lesson> lesson = prepare_lesson(options, sites, factors, measured);
+  TrainModelOptions options = wanted;
+  const Result<Lesson> lesson = prepare_lesson(ctx, options, sites, factors, measured);
   if (!lesson) return lesson.error();
   const ForestOptions forest_options{options.trees, options.least_leaf_rows, options.feature_share};
   PredictedError predicted;

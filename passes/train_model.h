@@ -30,12 +30,13 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 
 // Learns the mean localization error from map factors and range: one forest over rows (site with a
 // scan, range), and out-of-fold predictions of every site by trees that saw nothing within
-// buffer_m of its fold (schemas/definitions.md, section 6). Equal inputs, options and seed give
+// buffer_m of its fold (schemas/definitions.md, "Error model"). A drive with less route than two
+// blocks is judged on shorter ones, which a warning says and the model's card shows. Equal inputs, options and seed give
 // equal bytes for any thread count. Factors that never vary are named in a warning.
 // Errors: mismatched-inputs where sites, factors and errors are not of one map or lack a factor;
 // invalid-artifact for a factor or error that is not finite; no-training-rows; drive-too-short
-// where fewer than two blocks fit, or the buffer leaves a fold nothing to learn from.
-Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& options,
+// where not even two blocks of 15 m fit, or the buffer leaves a fold nothing to learn from.
+Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const Sites& sites, const FactorTable& factors,
                                const MeasuredError& measured);
 

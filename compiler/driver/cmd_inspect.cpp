@@ -20,7 +20,13 @@ void add_inspect_command(CLI::App& app, int& status) {
       status = report_error(map.error());
       return;
     }
+    const Result<MapSummary> summary = verify_map(*file);
+    if (!summary) {
+      status = report_error(summary.error());
+      return;
+    }
     std::fputs(describe(*map).c_str(), stdout);
+    std::fputs(describe(*summary).c_str(), stdout);
     status = 0;
   });
 }

@@ -20,9 +20,10 @@
 
 namespace sightline {
 
-// An artifact that can be kept in the cache. A Drive cannot: its scans lie outside it.
+// An artifact that can be kept in the cache. A Drive cannot: its scans lie outside it, which its
+// traits say (kRefersOutside).
 template <class X>
-concept Encodable = requires(const X& artifact, ByteWriter& writer, ByteReader& reader, X& out) {
+concept Encodable = !requires { ArtifactTraits<X>::kRefersOutside; } && requires(const X& artifact, ByteWriter& writer, ByteReader& reader, X& out) {
   encode(artifact, writer);
   decode(reader, out);
 };

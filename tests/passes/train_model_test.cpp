@@ -109,10 +109,38 @@ TEST(TrainModel, NamesFactorsThatNeverVary) {
 
 TEST(TrainModel, RefusesADriveTooShortToHoldAnythingOut) {
   SyntheticOptions synthetic = kSmall;
-  synthetic.site_count = 100;
+  synthetic.site_count = 25;
   const Result<ErrorModel> model = train(synthetic_drive(1, synthetic));
   ASSERT_FALSE(model.has_value());
   EXPECT_EQ(model.error().code, ErrorCode::kDriveTooShort);
+}
+
+TEST(TrainModel, JudgesAShortDriveOnShorterBlocksAndSaysSo) {
+  SyntheticOptions synthetic = kSmall;
+  synthetic.site_count = 72;
+  const SyntheticDrive drive = synthetic_drive(1, synthetic);
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const Result<ErrorModel> model =
+      train_model(ctx, quick(), drive.sites, drive.factors, drive.measured);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  EXPECT_GE(model->card.block_count, 2u);
+  EXPECT_GE(model->card.block_m, 15.0);
+  EXPECT_LT(model->card.block_m, 60.0);
+  EXPECT_LE(model->card.buffer_m, model->card.block_m / 2.0);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("too short"), std::string::npos);
+}
+
+TEST(TrainModel, LearnsNothingFromADirection) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.factors.factors[0] = "crlb_heading";
+  PassContext ctx;
+  const Result<ErrorModel> model =
+      train_model(ctx, quick(), drive.sites, drive.factors, drive.measured);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  for (const FeatureCard& feature : model->features) EXPECT_NE(feature.name, "crlb_heading");
 }
 
 TEST(TrainModel, RefusesABufferThatLeavesNothingToLearnFrom) {
