@@ -17,6 +17,7 @@ namespace {
 // Rotations weigh as the motion of a point at this distance, so that eigenvalues compare.
 constexpr double kLeverArm_m = 10.0;
 constexpr double kLeastCurvature = 1e-6;  // of the largest eigenvalue
+constexpr double kAllowedLoss = 1e-3;     // of the score, in one step
 constexpr double kShrink = 0.25;
 constexpr double kGrow = 2.0;
 
@@ -99,8 +100,8 @@ MatchResult match(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_s
   result.T_map_sensor = T_map_start;
   if (scan.points_m.empty()) return result;
   result.stop = MatchStop::kIterationLimit;
-  Pose best = T_map_start;
-  MatchScore at_best;
+  Pose taken = T_map_start;
+  MatchScore at_taken;
   Pose next = T_map_start;
   double share = 1.0;
   while (result.iterations < options.max_iterations) {
@@ -111,22 +112,23 @@ MatchResult match(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_s
       result.stop = MatchStop::kNoOverlap;
       return result;
     }
-    const bool is_better = result.iterations == 1 || at_next.score >= at_best.score;
-    share = is_better ? std::min(1.0, kGrow * share) : kShrink * share;
-    if (is_better) {
-      best = next;
-      at_best = at_next;
+    const bool is_taken =
+        result.iterations == 1 || at_next.score >= (1.0 - kAllowedLoss) * at_taken.score;
+    share = is_taken ? std::min(1.0, kGrow * share) : kShrink * share;
+    if (is_taken) {
+      taken = next;
+      at_taken = at_next;
     }
-    const Vector6d step = limited(newton_step(at_best), options, share);
-    next = moved(best, step);
+    const Vector6d step = limited(newton_step(at_taken), options, share);
+    next = moved(taken, step);
     if (is_short(step, options)) {
       result.stop = MatchStop::kConverged;
-      best = next;
+      taken = next;
       break;
     }
   }
-  result.T_map_sensor = best;
-  describe(at_best, result);
+  result.T_map_sensor = taken;
+  describe(at_taken, result);
   return result;
 }
 
