@@ -23,8 +23,9 @@ struct MeasureErrorOptions {
   double offset_yaw_deg = 1.0;
   double offset_z_m = 0.1;
   std::string scans = "all";
-  double site_radius_m = 1.0;       // the scan of a site lies no farther from it
-  std::string reference = "known";  // or "full-range"
+  double site_radius_m = 1.0;  // the scan of a site lies no farther from it
+  // full-range: the match at the sensor's full range, the paper's choice; known: the poses given
+  std::string reference = "full-range";
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 

@@ -17,6 +17,7 @@ namespace {
 struct CompileFlags {
   RunFlags run;
   std::string output;
+  std::string model;  // empty: trained on this compile's own drive
   bool is_forced = false;
 };
 
@@ -51,8 +52,14 @@ Result<void> compile(const CompileFlags& flags) {
   ArtifactSet artifacts;
   const Result<void> provided = provide_drives(*config, artifacts);
   if (!provided) return provided;
+  ModelSource source = ModelSource::kTrained;
+  if (!flags.model.empty()) {
+    const Result<void> given = provide_model(flags.model, artifacts);
+    if (!given) return given;
+    source = ModelSource::kGiven;
+  }
   const Result<std::vector<StepReport>> reports =
-      run_steps(compile_pipeline(*config), flags.run, *config, artifacts);
+      run_steps(compile_pipeline(*config, source), flags.run, *config, artifacts);
   if (!reports) return reports.error();
   if (!artifacts.has("compiled-map")) return {};  // --stop-after
   const Result<void> written = write_outputs(flags, *config, artifacts, *reports);
@@ -74,10 +81,14 @@ void add_compile_command(CLI::App& app, int& status) {
       "runs again.\n\n"
       "Examples:\n"
       "  sightline compile town.yaml -o town.slmap\n"
+      "  sightline compile short.yaml -o short.slmap --model town.slmap\n"
       "  sightline compile town.yaml -o town.slmap --set build-ndt.cell_m=1.0 --explain\n"
       "  sightline compile town.yaml --stop-after build-ndt --print-after build-ndt -o unused");
   add_run_flags(*command, flags->run);
   command->add_option("-o,--output", flags->output, "The map file to write (.slmap)")->required();
+  command->add_option("--model", flags->model,
+                      "Take the error model of this map (.slmap) or cached artifact (.sla) instead "
+                      "of training one: for drives too short to train on");
   command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
   command->callback([flags, &status] {
     const Result<void> compiled = compile(*flags);

@@ -1,5 +1,8 @@
 #include "compiler/driver/pipelines.h"
 
+#include "compiler/base/atomic_file.h"
+#include "formats/map/map_reader.h"
+
 namespace sightline {
 namespace {
 
@@ -31,7 +34,7 @@ Result<void> provide_drive(const std::string& name, const RecordingOptions& opti
 
 }  // namespace
 
-std::vector<PassStep> compile_pipeline(const CompileConfig& c) {
+std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model) {
   std::vector<PassStep> steps;
   const auto add = [&](PassStep step) { steps.push_back(std::move(step)); };
 
@@ -69,8 +72,10 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c) {
   }
   add(make_step("measure-error", kMeasureErrorVersion, &measure_error, c.measure_error,
                 {drive, trajectory, "ndt-map", "sites"}, "measured-error"));
-  add(make_step("train-model", kTrainModelVersion, &train_model, c.train_model,
-                {"sites", "factor-table", "measured-error"}, "error-model"));
+  if (model == ModelSource::kTrained) {
+    add(make_step("train-model", kTrainModelVersion, &train_model, c.train_model,
+                  {"sites", "factor-table", "measured-error"}, "error-model"));
+  }
   add(make_step("predict-error", kPredictErrorVersion, &predict_error, c.predict_error,
                 {"error-model", "sites", "factor-table"}, "predicted-error"));
   // From here on every site's prediction comes from trees that never saw its place.
@@ -107,6 +112,27 @@ Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts)
   if (!config.is_split()) return provide_drive("localization", config.localization, artifacts);
   // One recording is both: what localizes is the mapping drive's own sensor.
   artifacts.put("localization/sensor", artifacts.entry("mapping/sensor"));
+  return {};
+}
+
+Result<void> provide_model(const std::filesystem::path& file, ArtifactSet& artifacts) {
+  Result<ErrorModel> model = Error{ErrorCode::kCannotRead, "no model", file.string(), ""};
+  if (file.extension() == ".slmap") {
+    const Result<CompiledMap> map = read_map(file);
+    if (!map) return map.error();
+    model = model_of(map->model);
+  } else {
+    const Result<std::vector<std::byte>> bytes = read_file(file);
+    if (!bytes) return bytes.error();
+    model = from_bytes<ErrorModel>(*bytes);
+  }
+  if (!model) {
+    Error error = model.error();
+    error.file = file.string();
+    return error;
+  }
+  const Digest digest = sha256(to_bytes(*model));
+  artifacts.provide("error-model", std::move(*model), digest);
   return {};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "compiler/driver/compile_config.h"
@@ -7,10 +8,15 @@
 
 namespace sightline {
 
+// Where the error model comes from: learnt from this compile's own localization drive, or made
+// elsewhere and provided as "error-model".
+enum class ModelSource { kTrained, kGiven };
+
 // From drives to a finished map. Artifacts taken from outside: "mapping/recording",
 // "localization/sensor", and "localization/recording" where a second drive is named. The last two
 // made are "evaluation" and "compiled-map".
-std::vector<PassStep> compile_pipeline(const CompileConfig& config);
+std::vector<PassStep> compile_pipeline(const CompileConfig& config,
+                                       ModelSource model = ModelSource::kTrained);
 
 // Judges a finished map by an independent drive. Artifacts taken from outside:
 // "evaluation/recording", and from the map "ndt-map", "sites", "predicted-error", "range-table".
@@ -21,7 +27,11 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& config);
 // open_recording.
 Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts);
 
-// The same for the recording that judges a map.
+// Provides the error model of a finished map (.slmap) or of a cached artifact (.sla). Errors: those
+// of read_map, model_of and from_bytes.
+Result<void> provide_model(const std::filesystem::path& file, ArtifactSet& artifacts);
+
+// Opens the recording that judges a map and provides it.
 Result<void> provide_evaluation(const CompileConfig& config, ArtifactSet& artifacts);
 
 }  // namespace sightline

@@ -13,7 +13,8 @@ Error too_short(double labelled_route_m, double block_m) {
           "found " + format_double(labelled_route_m) +
               " m of route with measured errors, expected at least " +
               format_double(2.0 * block_m) + " m: two blocks of " + format_double(block_m) +
-              " m, so that each can be predicted by trees that never saw it",
+              " m, so that each can be predicted by trees that never saw it; a longer drive, or a "
+              "model trained elsewhere (compile --model), helps",
           "", ""};
 }
 
