@@ -168,6 +168,14 @@ TEST(VehicleReader, FollowsADriveThroughTheMap) {
   EXPECT_GT(std::count(run.out.begin(), run.out.end(), '\n'), 100);
 }
 
+TEST(YourOwnPass, RunsOverTheMap) {
+  const ProgramResult run =
+      run_command(std::string(SIGHTLINE_YOUR_OWN_PASS) + " " + compiled_map().string());
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.out.rfind("site,clearance_m\n", 0), 0U) << run.out;
+  EXPECT_GT(std::count(run.out.begin(), run.out.end(), '\n'), 100);
+}
+
 TEST(Help, TeachesEachVerbByExample) {
   for (const char* verb : {"compile", "evaluate", "inspect", "dump", "verify", "passes"}) {
     const ProgramResult run = run_sightline(std::string(verb) + " --help");

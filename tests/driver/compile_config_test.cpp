@@ -1,0 +1,113 @@
+#include "compiler/driver/compile_config.h"
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validator.hpp>
+
+#include "compiler/base/atomic_file.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = SIGHTLINE_ROOT;
+
+Result<CompileConfig> load(const std::string& yaml,
+                           const std::vector<std::string>& overrides = {}) {
+  const fs::path file = fs::path(::testing::TempDir()) / "compile_config_test" / "drive.yaml";
+  EXPECT_TRUE(write_file_atomically(file, yaml, IfExists::kReplace));
+  return load_compile_config(file, overrides);
+}
+
+// YAML as JSON: scalars become numbers and booleans where they read as such.
+nlohmann::json json_of(const YAML::Node& node) {
+  nlohmann::json json;
+  if (node.IsMap()) {
+    for (const auto& entry : node) json[entry.first.Scalar()] = json_of(entry.second);
+  } else if (node.IsSequence()) {
+    for (const YAML::Node& item : node) json.push_back(json_of(item));
+  } else if (node.IsScalar()) {
+    json = nlohmann::json::parse(node.Scalar(), nullptr, false);
+    if (json.is_discarded()) json = node.Scalar();
+  }
+  return json;
+}
+
+bool is_valid(const nlohmann::json& document) {
+  const nlohmann::json published =
+      nlohmann::json::parse(*read_text_file(kRoot / "schemas/config.schema.json"));
+  valijson::Schema schema;
+  valijson::SchemaParser().populateSchema(valijson::adapters::NlohmannJsonAdapter(published),
+                                          schema);
+  valijson::Validator validator;
+  return validator.validate(schema, valijson::adapters::NlohmannJsonAdapter(document), nullptr);
+}
+
+TEST(CompileConfig, IsDescribedByThePublishedSchema) {
+  CompileConfig config;
+  const Result<std::string> published = read_text_file(kRoot / "schemas/config.schema.json");
+  ASSERT_TRUE(published.has_value());
+  EXPECT_TRUE(*published == to_json_schema(sections(config)))
+      << "run tests/update_golden.sh and review the diff";
+}
+
+TEST(CompileConfig, OfTheExampleIsValidByAnIndependentValidator) {
+  EXPECT_TRUE(is_valid(json_of(YAML::LoadFile((kRoot / "examples/town/town.yaml").string()))));
+  CompileConfig config;
+  EXPECT_TRUE(is_valid(json_of(YAML::Load(to_yaml(sections(config))))));
+  EXPECT_FALSE(is_valid(json_of(YAML::Load("build-ndt: {cel_m: 1.0}"))));
+  EXPECT_FALSE(is_valid(json_of(YAML::Load("build-ndt: {cell_m: -1.0}"))));
+}
+
+TEST(CompileConfig, SpreadsWhatPassesShare) {
+  const Result<CompileConfig> config = load(
+      "mapping: {scans: a}\nlocalization: {scans: b}\n"
+      "annotation: {ranges_m: [5, 35], limits_m: [0.2], leaf_m: 0.5, tile_m: 32}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_EQ(config->measure_error.ranges_m, (std::vector<double>{5.0, 35.0}));
+  EXPECT_EQ(config->compute_factors.ranges_m, (std::vector<double>{5.0, 35.0}));
+  EXPECT_EQ(config->cast_rays.longest_range_m, 35.0);
+  EXPECT_EQ(config->cast_scans.leaf_m, 0.5);
+  EXPECT_EQ(config->measure_error.leaf_m, 0.5);
+  EXPECT_EQ(config->train_model.limits_m, std::vector<double>{0.2});
+  EXPECT_EQ(config->build_ndt.tile_m, 32.0);
+  EXPECT_EQ(config->remove_moving.scans, "all");
+}
+
+TEST(CompileConfig, SplitsARecordingThatIsBothDrives) {
+  const Result<CompileConfig> config = load("mapping: {scans: a}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_TRUE(config->is_split());
+  EXPECT_EQ(config->remove_moving.scans, "even");
+  EXPECT_EQ(config->choose_sites.scans, "even");
+  EXPECT_EQ(config->measure_error.scans, "odd");
+  EXPECT_EQ(config->emit_map.localization_scans, "odd");
+}
+
+TEST(CompileConfig, TakesPathsFromTheFilesFolderAndOverridesFromTheCommandLine) {
+  const Result<CompileConfig> config =
+      load("mapping: {scans: a/scans, poses: ../p.tum}\n", {"build-ndt.cell_m=1.0"});
+  ASSERT_TRUE(config.has_value());
+  const fs::path folder = fs::path(::testing::TempDir()) / "compile_config_test";
+  EXPECT_EQ(config->mapping.scans, (folder / "a/scans").string());
+  EXPECT_EQ(fs::path(config->mapping.poses), fs::path(::testing::TempDir()) / "p.tum");
+  EXPECT_EQ(config->build_ndt.cell_m, 1.0);
+}
+
+TEST(CompileConfig, RefusesNoDriveAndTwoWaysToLocalize) {
+  EXPECT_EQ(load("build-ndt: {cell_m: 1.0}\n").error().code, ErrorCode::kMissingKey);
+  EXPECT_EQ(load("mapping: {scans: a}\nlocalization: {scans: b}\nannotation: {split: even-odd}\n")
+                .error()
+                .code,
+            ErrorCode::kBadValue);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,84 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "compiler/base/atomic_file.h"
+#include "tests/system/program.h"
+
+// Recordings of real vehicles, in the folder that SIGHTLINE_DATA names; skipped where it is unset.
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RealDrive : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* data = std::getenv("SIGHTLINE_DATA");
+    if (data == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA names no folder of recordings";
+    data_ = data;
+    folder_ = fresh_folder();
+  }
+  ProgramResult compile(const std::string& yaml, const std::string& flags = "") const {
+    EXPECT_TRUE(write_file_atomically(folder_ / "drive.yaml", yaml, IfExists::kReplace));
+    return run_sightline("compile " + (folder_ / "drive.yaml").string() + " -q " + flags + " -o " +
+                         (folder_ / "drive.slmap").string());
+  }
+  // A model of the small town, for drives too short to train on.
+  std::string town_model() const {
+    const ProgramResult run =
+        run_sightline("compile " + (small_town() / "town.yaml").string() + " -q -o " +
+                      (folder_ / "town.slmap").string() + " --set annotation.ranges_m=10,30");
+    EXPECT_EQ(run.status, 0) << run.err;
+    return "--model " + (folder_ / "town.slmap").string() + " --set annotation.ranges_m=10,30";
+  }
+  fs::path data_;
+  fs::path folder_;
+};
+
+TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
+  const ProgramResult run = compile("mapping: {scans: " + (data_ / "kitti_0005").string() +
+                                    ", sensor: hdl-64e, poses_of: sensor}\n");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.err.find("too short"), std::string::npos) << "71 m promise nothing";
+  const ProgramResult inspected = run_sightline("inspect " + (folder_ / "drive.slmap").string());
+  ASSERT_EQ(inspected.status, 0);
+  for (const char* word : {"sites                  71", "limit 0.1 m", "limit 0.25 m", "coverage",
+                           "error model", "not earned"}) {
+    EXPECT_NE(inspected.out.find(word), std::string::npos) << word << " in\n" << inspected.out;
+  }
+}
+
+TEST_F(RealDrive, TooShortToTrainOnTakesAModelTrainedElsewhere) {
+  const fs::path mulran = data_ / "mulran_kaist03" / "mulran_kaist03";
+  const std::string yaml = "mapping: {scans: " + (mulran / "Scans").string() +
+                           ", poses: " + (mulran / "optimized_poses.txt").string() +
+                           ", sensor: os1-64, poses_of: sensor}\n";
+  const ProgramResult refused = compile(yaml);
+  EXPECT_EQ(refused.status, 65);
+  EXPECT_NE(refused.err.find("SL2014 drive-too-short"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--model"), std::string::npos) << refused.err;
+  const ProgramResult run = compile(yaml, town_model());
+  EXPECT_EQ(run.status, 0) << run.err;
+}
+
+TEST_F(RealDrive, AtUtmCoordinatesKeepsItsMillimetres) {
+  const fs::path apollo = data_ / "apollo_sunnyvale_ndt" / "test_data" / "pcds";
+  const ProgramResult run = compile("mapping: {scans: " + apollo.string() +
+                                        ", poses: " + (apollo / "poses.txt").string() +
+                                        ", sensor: hdl-64e, poses_of: sensor}\n",
+                                    town_model());
+  ASSERT_EQ(run.status, 0) << run.err;
+  const ProgramResult dumped = run_sightline("dump " + (folder_ / "drive.yaml").string() +
+                                             " -q --what trajectory --format csv");
+  ASSERT_EQ(dumped.status, 0) << dumped.err;
+  // World 588348.947978 = origin 588288 + 60.947978.
+  EXPECT_NE(dumped.out.find("588288"), std::string::npos) << dumped.out;
+  EXPECT_NE(dumped.out.find("60.947978"), std::string::npos) << dumped.out;
+}
+
+}  // namespace
+}  // namespace sightline
