@@ -26,7 +26,7 @@ Result<CompileConfig> load(const std::string& yaml,
   return load_compile_config(file, overrides);
 }
 
-// YAML as JSON: scalars become numbers and booleans where they read as such.
+// YAML as JSON: plain scalars become numbers and booleans where they read as such.
 nlohmann::json json_of(const YAML::Node& node) {
   nlohmann::json json;
   if (node.IsMap()) {
@@ -35,7 +35,8 @@ nlohmann::json json_of(const YAML::Node& node) {
     for (const YAML::Node& item : node) json.push_back(json_of(item));
   } else if (node.IsScalar()) {
     json = nlohmann::json::parse(node.Scalar(), nullptr, false);
-    if (json.is_discarded()) json = node.Scalar();
+    const bool is_quoted = node.Tag() == "!";
+    if (is_quoted || json.is_discarded()) json = node.Scalar();
   }
   return json;
 }

@@ -24,7 +24,7 @@ const std::filesystem::path& compiled_map() {
     const std::filesystem::path map = small_town() / "town.slmap";
     const ProgramResult run = run_sightline("compile " + config() + " -o " + map.string());
     EXPECT_EQ(run.status, 0) << run.err;
-    EXPECT_NE(run.out.find("TABLE I"), std::string::npos) << run.out;
+    EXPECT_NE(run.out.find("Table I."), std::string::npos) << run.out;
     return map;
   }();
   return kMap;
@@ -153,7 +153,7 @@ TEST(Evaluate, JudgesByAnotherDriveAndWritesItsTables) {
       run_sightline("evaluate " + config() + " --map " + compiled_map().string() + " --json " +
                     (folder / "e.json").string() + " --csv " + (folder / "e.csv").string());
   ASSERT_EQ(run.status, 0) << run.err;
-  for (const char* word : {"TABLE I", "TABLE II", "oracle", "coverage"}) {
+  for (const char* word : {"Table I.", "Table II.", "oracle", "coverage"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
   }
   EXPECT_GT(bytes_of(folder / "e.json").size(), 500U);
