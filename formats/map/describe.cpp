@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 
 namespace sightline {
 namespace {
@@ -101,9 +102,8 @@ std::string describe_limit(const CompiledMap& map, std::size_t limit) {
   std::string text = "limit " + formatted("%g m\n", promise.limit_m) + describe_promise(promise);
   text += field("coverage expected", percent(quality.expected_coverage));
   if (map.measurement.measured_site_count > 0) {
-    text +=
-        field("coverage measured", percent(quality.measured_coverage) +
-                                       " of the measured sites (the drive the model learnt from)");
+    text += field("coverage measured", percent(quality.measured_coverage) +
+                                           " of the sites that the localization drive passed");
   }
   text += field("mean range", formatted("%.1f m", quality.mean_range_m));
   text += field("unmet", percent_of(quality.unmet_count, sites) + " of sites");
@@ -111,10 +111,34 @@ std::string describe_limit(const CompiledMap& map, std::size_t limit) {
   return text + histogram(map, limit);
 }
 
+// A fact of the model's card, told for people: three digits where the card has seventeen.
+std::string describe_fact(const std::string& name, const std::string& value) {
+  const auto is_of = [&](std::string_view first, std::string_view last) {
+    return name.starts_with(first) && name.ends_with(last);
+  };
+  const auto between = [&](std::string_view first, std::string_view last) {
+    return name.substr(first.size(), name.size() - first.size() - last.size());
+  };
+  const double number = std::strtod(value.c_str(), nullptr);
+  if (is_of("range_", "_m_r_squared")) {
+    return field(("R^2 at " + between("range_", "_m_r_squared") + " m").c_str(),
+                 formatted("%.2f", number));
+  }
+  if (is_of("range_", "_m_rmse_m")) {
+    return field(("RMSE at " + between("range_", "_m_rmse_m") + " m").c_str(),
+                 formatted("%.1f cm", 100.0 * number));
+  }
+  if (is_of("importance_", "_m")) {
+    return field(("of " + between("importance_", "_m")).c_str(),
+                 formatted("%.2f mm importance", 1000.0 * number));
+  }
+  return field(name.c_str(), value);
+}
+
 std::string describe_model(const ModelRecord& model) {
   std::string text = "error model\n" + field("sha256", to_hex(model.digest)) +
                      field("in this map", model.bytes.empty() ? "no, stripped" : "yes");
-  for (const auto& [name, value] : model.card) text += field(name.c_str(), value);
+  for (const auto& [name, value] : model.card) text += describe_fact(name, value);
   return text;
 }
 

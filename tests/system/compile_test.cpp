@@ -116,7 +116,7 @@ TEST(Verify, AcceptsTheMapAndRefusesADamagedOne) {
 TEST(Inspect, SaysSitesRangesPromiseAndModel) {
   const ProgramResult run = run_sightline("inspect " + compiled_map().string());
   ASSERT_EQ(run.status, 0) << run.err;
-  for (const char* word : {"sites", "0.1 m", "0.25 m", "coverage", "trees", "R^2"}) {
+  for (const char* word : {"sites", "0.1 m", "0.25 m", "coverage", "tree_count", "R^2 at 10 m"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
   }
 }
