@@ -23,6 +23,9 @@ struct CompileFlags {
 
 // Before hours of work rather than after them.
 Result<void> check_output(const CompileFlags& flags) {
+  if (flags.output.empty() && flags.run.stop_after.empty()) {
+    return Error{ErrorCode::kBadArgument, "-o is required: which map file to write", "", ""};
+  }
   std::error_code failure;
   if (!flags.is_forced && std::filesystem::exists(flags.output, failure)) {
     return Error{ErrorCode::kOutputExists, "the output exists already; --force replaces it",
@@ -83,9 +86,9 @@ void add_compile_command(CLI::App& app, int& status) {
       "  sightline compile town.yaml -o town.slmap\n"
       "  sightline compile short.yaml -o short.slmap --model town.slmap\n"
       "  sightline compile town.yaml -o town.slmap --set build-ndt.cell_m=1.0 --explain\n"
-      "  sightline compile town.yaml --stop-after build-ndt --print-after build-ndt -o unused");
+      "  sightline compile town.yaml --stop-after build-ndt --print-after build-ndt");
   add_run_flags(*command, flags->run);
-  command->add_option("-o,--output", flags->output, "The map file to write (.slmap)")->required();
+  command->add_option("-o,--output", flags->output, "The map file to write (.slmap)");
   command->add_option("--model", flags->model,
                       "Take the error model of this map (.slmap) or cached artifact (.sla) instead "
                       "of training one: for drives too short to train on");

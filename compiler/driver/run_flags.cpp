@@ -21,8 +21,10 @@ void add_run_flags(CLI::App& command, RunFlags& flags) {
                      "Folder of finished artifacts (default: .sightline-cache beside the "
                      "configuration)");
   command.add_flag("--no-cache", flags.no_cache, "Run every pass and keep nothing");
-  command.add_option("--print-after", flags.print_after,
-                     "Print the result of this pass on stdout, as CSV; repeatable");
+  command
+      .add_option("--print-after", flags.print_after,
+                  "Print the result of this pass on stdout, as CSV; repeatable")
+      ->allow_extra_args(false);
   command.add_option("--stop-after", flags.stop_after, "End after this pass");
   command.add_flag("--time-passes", flags.time_passes,
                    "Print time and peak memory of each pass on stderr");

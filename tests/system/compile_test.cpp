@@ -121,6 +121,16 @@ TEST(Inspect, SaysSitesRangesPromiseAndModel) {
   }
 }
 
+TEST(Compile, PrintsAndStopsAfterAPassWithoutAMap) {
+  compiled_map();
+  const ProgramResult run = run_sightline(
+      "compile -q --set build-ndt.cell_m=2 --print-after build-ndt --stop-after build-ndt " +
+      config());
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.out.find("mean_x_m"), std::string::npos);
+  EXPECT_EQ(run.out.find("Table I."), std::string::npos);
+}
+
 TEST(Dump, PrintsEveryTableInEveryFormat) {
   compiled_map();
   for (const char* what : {"nds", "sites", "factors", "measured", "predicted", "ranges",
@@ -184,6 +194,7 @@ TEST(Help, TeachesEachVerbByExample) {
   }
   EXPECT_EQ(run_sightline("").status, 64);
   EXPECT_EQ(run_sightline("compile").status, 64);
+  EXPECT_EQ(run_sightline("compile " + config()).status, 64) << "no output named";
   EXPECT_EQ(run_sightline("conpile x").status, 64);
 }
 
