@@ -27,17 +27,17 @@ struct ChooseRangesOptions {
 };
 std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 
-// How far to look at every site, for each limit of the model (schemas/definitions.md, section 6).
-// `mean`: the shortest range whose predicted mean error is within the limit. `probability`: the
-// shortest with P(error <= limit) >= p*, then the longest among the neighbours of the run within
-// dilation_m. p* is set per limit by controlling the share of misses of this very rule, dilation
-// included, on the model's out-of-fold predictions of the sites it has labels for; a site that
-// misses does so whether it was flagged or not. A promise that too few or too small blocks cannot
-// earn is not made: p* is then the least at which the misses seen stay within alpha, and the
-// statement says what is missing. A looser limit never looks further than a tighter one. No range
-// good enough: the longest, flagged kUnmet. Extrapolated sites are flagged, and take the longest
-// unless options say otherwise.
-// Errors: mismatched-inputs where sites, predictions and model differ in count, ranges or limits.
+// How far to look at every site, for each limit of the model (schemas/definitions.md, "Error model
+// and choice of range"). `mean`: the shortest range whose predicted mean error is within the limit.
+// `probability`: the shortest with P(error <= limit) >= p*, then the longest among the neighbours
+// of the run within dilation_m. p* is set per limit by controlling the share of misses of this very
+// rule, dilation included, on the model's out-of-fold predictions of the sites it has labels for; a
+// site that misses does so whether it was flagged or not. A promise that too few or too small
+// blocks cannot earn is not made: p* is then the least at which the misses seen stay within alpha,
+// and the statement says what is missing. A looser limit never looks further than a tighter one. No
+// range good enough: the longest, flagged kUnmet. Extrapolated sites are flagged, and take the
+// longest unless options say otherwise. Errors: mismatched-inputs where sites, predictions and
+// model differ in count, ranges or limits.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model);

@@ -25,12 +25,12 @@ struct EvaluateRangesOptions {
 std::vector<OptionField> option_fields(EvaluateRangesOptions& options);
 
 // Judges a map's ranges, and the rules they could have come from, on a drive (formats/evaluation.h;
-// schemas/definitions.md, section 7). The rows of both rules are worked out from `predicted` alone,
-// without the map's treatment of extrapolated sites; the probability rule takes the map's own p*
-// and dilation where it has them. The worst stretch is that of `stretch_m` of consecutive judged
-// sites, or all of them where the drive is shorter.
-// Errors: mismatched-inputs where the inputs differ in sites, ranges or limits; no-overlap where
-// the drive has no scan near any site.
+// schemas/definitions.md, "Judging a choice"). The rows of both rules are worked out from
+// `predicted` alone, without the map's treatment of extrapolated sites; the probability rule takes
+// the map's own p* and dilation where it has them. The worst stretch is that of `stretch_m` of
+// consecutive judged sites, or all of them where the drive is shorter. Errors: mismatched-inputs
+// where the inputs differ in sites, ranges or limits; no-overlap where the drive has no scan near
+// any site.
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
                                    const Sites& sites, const PredictedError& predicted,
                                    const RangeTable& ranges, const MeasuredError& judged);

@@ -13,8 +13,8 @@ namespace {
 // would last from one seed to the next.
 constexpr int kThresholdSteps = 200;
 
-// Blocks below these see the same walls (schemas/definitions.md, section 6, "split by place"), and
-// what they witness is no promise.
+// Blocks below these see the same walls (schemas/definitions.md, "Error model and choice of
+// range"), and what they witness is no promise.
 constexpr double kIndependentBlock_m = 60.0;
 constexpr double kIndependentBuffer_m = 25.0;
 

@@ -23,7 +23,7 @@ struct FeatureRows {
   }
 };
 
-// The map factors of the paper (schemas/definitions.md, section 3), eleven of them.
+// The map factors of the paper (schemas/definitions.md), eleven of them.
 const std::vector<std::string>& paper_factors();
 
 // The named factors of every site and range. Errors: mismatched-inputs where the table lacks one,

@@ -8,8 +8,8 @@
 #include "formats/range_table.h"
 #include "formats/sites.h"
 
-// The rules by which a range is chosen (schemas/definitions.md, section 6), each a pure function,
-// so that choosing, calibrating and judging apply one and the same rule.
+// The rules by which a range is chosen (schemas/definitions.md, "Error model and choice of range"),
+// each a pure function, so that choosing, calibrating and judging apply one and the same rule.
 
 namespace sightline {
 
