@@ -29,7 +29,8 @@ void add_run_flags(CLI::App& command, RunFlags& flags) {
   command.add_flag("--time-passes", flags.time_passes,
                    "Print time and peak memory of each pass on stderr");
   command.add_flag("--explain", flags.explain, "Print why each pass ran or did not, on stderr");
-  command.add_flag("-q,--quiet", flags.is_quiet, "Only warnings and errors on stderr");
+  command.add_flag("-q,--quiet", flags.is_quiet,
+                   "Only warnings and errors on stderr, and no tables");
 }
 
 RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
