@@ -12,11 +12,20 @@
 
 namespace sightline {
 
+// A place that the model learnt from.
+struct PlaceCard {
+  std::string name;
+  std::vector<std::string> drives;  // whose errors were learnt there
+  double labelled_route_m = 0.0;    // of the place, however many drives measured it
+  std::uint32_t block_count = 0;
+};
+
 // How the model was trained, and on how much.
 struct TrainingCard {
-  std::string drive;  // whose errors were learnt
+  std::vector<PlaceCard> places;
   ErrorReference reference = ErrorReference::kKnownPose;
   std::string feature_set;  // "paper", "all"
+  std::string hold_out;     // what a fold is made of: "blocks" of route, or whole "places"
   std::uint64_t seed = 0;
   std::uint32_t tree_count = 0;
   std::uint32_t least_leaf_rows = 0;
@@ -26,6 +35,7 @@ struct TrainingCard {
   double labelled_route_m = 0.0;
   std::uint32_t block_count = 0;
   std::uint32_t fold_count = 0;
+  bool knows_history = false;  // some place was driven twice: one drive told, the other judged
 };
 
 // One input of the forest.
@@ -45,16 +55,22 @@ struct RangeCard {
   double r_squared =
       0.0;  // 1 - residual / total sum of squares, out of fold; 0 where all labels are one
   double rmse_m = 0.0;
+  // The same over the cases whose place had been driven before; 0 where there are none.
+  double history_r_squared = 0.0;
+  double history_rmse_m = 0.0;
 };
 
-// A site of the map that the model was trained on. Its forest knows the place, so what the model
-// says here must come from trees that do not.
+// A site of a map that the model was trained on, as one drive found it. Its forest knows the place,
+// so what the model says here must come from trees that do not. A site comes once for each drive
+// that measured it, and once more for each other drive whose measurements it was told as history.
 struct TrainedSite {
   Eigen::Vector3d p_world_m = Eigen::Vector3d::Zero();  // sensor origin, world axes and origin
-  std::uint32_t run = 0;
+  std::uint32_t place = 0;  // index into the card's places
+  std::uint32_t run = 0;    // a stretch of route of one place, one drive and one history
   double s_m = 0.0;
-  std::uint32_t block = 0;
+  std::uint32_t block = 0;          // the same for every case of a stretch of route
   std::uint8_t has_label = 0;       // 1 where a scan was matched
+  std::uint8_t has_history = 0;     // 1 where an earlier drive's errors are among its features
   std::uint64_t factor_digest = 0;  // XXH3 of the features of this site
 };
 
@@ -66,7 +82,7 @@ struct ErrorModel {
   std::vector<FeatureCard> features;    // in the order of the forest's feature indices
   std::vector<RangeCard> ranges;        // ascending range_m
   RegressionForest forest;              // labels: mean error, m
-  std::vector<TrainedSite> sites;       // ascending (run, s_m); every site, with a label or without
+  std::vector<TrainedSite> sites;       // ascending (run, s_m); with a label or without
   PredictedError out_of_fold;           // of these sites, by trees that never saw the place
   std::vector<double> measured_mean_m;  // [site][range]; 0 where there is no label
 
@@ -78,7 +94,7 @@ struct ErrorModel {
 template <>
 struct ArtifactTraits<ErrorModel> {
   static constexpr std::string_view kName = "error-model";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 Result<void> validate(const ErrorModel& model);
@@ -86,6 +102,8 @@ Result<void> validate(const ErrorModel& model);
 Table dump(const ErrorModel& model);
 // The card's tables (ranges; features with support) and every node of every tree.
 std::vector<Table> tables(const ErrorModel& model);
+// For people: places, quality of prediction per range, importances.
+std::string to_text(const ErrorModel& model);
 void encode(const ErrorModel& model, ByteWriter& writer);
 void decode(ByteReader& reader, ErrorModel& model);
 

@@ -2,42 +2,16 @@
 #include <cstdio>
 
 #include "formats/evaluation.h"
+#include "formats/text_grid.h"
 
 namespace sightline {
 namespace {
 
-using Grid = std::vector<std::vector<std::string>>;
-
-std::string fixed(double value, int decimals) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
-}
-
 std::string centimetres(double length_m) { return fixed(100.0 * length_m, 1); }
 std::string percent(double share) { return fixed(100.0 * share, 1); }
 
-// The first column to the left, the others to the right, two spaces between.
-std::string aligned(const Grid& grid) {
-  std::vector<std::size_t> widths;
-  for (const std::vector<std::string>& row : grid) {
-    widths.resize(std::max(widths.size(), row.size()), 0);
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  }
-  std::string text;
-  for (const std::vector<std::string>& row : grid) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string space(widths[i] - row[i].size(), ' ');
-      if (i > 0) text += "  ";
-      text += i == 0 ? row[i] + space : space + row[i];
-    }
-    text += "\n";
-  }
-  return text;
-}
-
 std::string table_one(const Evaluation& evaluation) {
-  Grid grid = {{"range (m)"},           {"error (cm)"},         {"time, mean (ms)"},
+  TextGrid grid = {{"range (m)"},           {"error (cm)"},         {"time, mean (ms)"},
                {"max over sites (ms)"}, {"max over runs (ms)"}, {"time / longest"},
                {"work / longest"},      {"predicted: R^2"}};
   const StaticScore& longest = evaluation.statics.back();
@@ -57,7 +31,7 @@ std::string table_one(const Evaluation& evaluation) {
 }
 
 std::string table_two(const Evaluation& evaluation) {
-  Grid grid = {{"ideal case"},         {"time, mean (ms)"}, {"max over sites (ms)"},
+  TextGrid grid = {{"ideal case"},         {"time, mean (ms)"}, {"max over sites (ms)"},
                {"max over runs (ms)"}, {"mean range (m)"},  {"error (cm)"}};
   const auto append = [&](const std::string& title, const RuleScore& score) {
     const std::string column[] = {title,
@@ -79,7 +53,7 @@ std::string table_two(const Evaluation& evaluation) {
 }
 
 std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
-  Grid grid = {{"rule", "coverage %", "error cm", "p95 cm", "range m", "time ratio", "work ratio",
+  TextGrid grid = {{"rule", "coverage %", "error cm", "p95 cm", "range m", "time ratio", "work ratio",
                 "unmet %", "worst stretch %"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));

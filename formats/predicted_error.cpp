@@ -27,7 +27,8 @@ Result<void> validate_shape(const PredictedError& predicted) {
   if (predicted.mean_m.size() != pairs ||
       predicted.within_probability.size() != pairs * predicted.limits_m.size() ||
       predicted.extrapolated.size() != predicted.site_count ||
-      predicted.out_of_fold.size() != predicted.site_count) {
+      predicted.out_of_fold.size() != predicted.site_count ||
+      predicted.has_history.size() != predicted.site_count) {
     return Error{ErrorCode::kInvalidArtifact,
                  "predictions do not fill " + std::to_string(predicted.site_count) + " sites x " +
                      std::to_string(predicted.ranges_m.size()) + " ranges",
@@ -59,7 +60,8 @@ Result<void> validate(const PredictedError& predicted) {
   const Result<void> shape = validate_shape(predicted);
   if (!shape) return shape;
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
-    if (predicted.extrapolated[site] > 1 || predicted.out_of_fold[site] > 1) {
+    if (predicted.extrapolated[site] > 1 || predicted.out_of_fold[site] > 1 ||
+        predicted.has_history[site] > 1) {
       return invalid(site, "found a flag that is neither 0 nor 1");
     }
     for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
@@ -73,7 +75,8 @@ Result<void> validate(const PredictedError& predicted) {
 Table dump(const PredictedError& predicted) {
   Table table;
   table.name = "predicted-error";
-  table.columns = {"site", "range_m", "extrapolated", "out_of_fold", "mean_error_m"};
+  table.columns = {"site", "range_m", "extrapolated", "out_of_fold",
+                   "has_history", "mean_error_m"};
   for (const double limit_m : predicted.limits_m) {
     table.columns.push_back("p_within_" + format_double(limit_m) + "_m");
   }
@@ -82,6 +85,7 @@ Table dump(const PredictedError& predicted) {
       std::vector<Cell> row = {static_cast<std::int64_t>(site), predicted.ranges_m[range],
                                std::int64_t{predicted.extrapolated[site]},
                                std::int64_t{predicted.out_of_fold[site]},
+                               std::int64_t{predicted.has_history[site]},
                                predicted.mean(site, range)};
       for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
         row.emplace_back(predicted.probability(site, range, limit));
@@ -100,6 +104,7 @@ void encode(const PredictedError& predicted, ByteWriter& writer) {
   writer.put_array(predicted.within_probability);
   writer.put_array(predicted.extrapolated);
   writer.put_array(predicted.out_of_fold);
+  writer.put_array(predicted.has_history);
 }
 
 void decode(ByteReader& reader, PredictedError& predicted) {
@@ -110,6 +115,7 @@ void decode(ByteReader& reader, PredictedError& predicted) {
   reader.get_array(predicted.within_probability);
   reader.get_array(predicted.extrapolated);
   reader.get_array(predicted.out_of_fold);
+  reader.get_array(predicted.has_history);
 }
 
 }  // namespace sightline

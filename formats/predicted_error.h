@@ -17,6 +17,8 @@ struct PredictedError {
   std::vector<std::uint8_t> extrapolated;  // [site]: 1 where factors lie outside what the model saw
   // [site]: 1 where the model was trained on this site, and trees that never saw the place speak.
   std::vector<std::uint8_t> out_of_fold;
+  // [site]: 1 where errors that an earlier drive measured near it were among the features.
+  std::vector<std::uint8_t> has_history;
 
   [[nodiscard]] double mean(std::size_t site, std::size_t range) const {
     return mean_m[site * ranges_m.size() + range];
@@ -29,7 +31,7 @@ struct PredictedError {
 template <>
 struct ArtifactTraits<PredictedError> {
   static constexpr std::string_view kName = "predicted-error";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 Result<void> validate(const PredictedError& predicted);

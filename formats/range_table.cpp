@@ -20,7 +20,7 @@ Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
     return invalid(place, "found a limit of " + format_double(promise.limit_m) +
                               " m, expected ascending ones above 0");
   }
-  if (!is_share(promise.probability_threshold) || !is_share(promise.alpha) ||
+  if (!is_share(promise.probability_threshold) || !is_share(promise.history_threshold) || !is_share(promise.alpha) ||
       !is_share(promise.delta) || !is_share(promise.calibration_miss_share)) {
     return invalid(place, "a threshold, alpha, delta or share of misses lies outside 0 to 1");
   }
@@ -79,6 +79,7 @@ void append_facts(const RangeTable& table, Table& out) {
     const std::string limit = "limit_" + format_double(promise.limit_m) + "_m_";
     out.facts.emplace_back(limit + "method", promise.method);
     out.facts.emplace_back(limit + "probability_threshold", promise.probability_threshold);
+    out.facts.emplace_back(limit + "history_threshold", promise.history_threshold);
     out.facts.emplace_back(limit + "alpha", promise.alpha);
     out.facts.emplace_back(limit + "delta", promise.delta);
     out.facts.emplace_back(limit + "block_count", std::int64_t{promise.block_count});
@@ -132,6 +133,7 @@ void encode(const RangeTable& table, ByteWriter& writer) {
   for (const LimitPromise& promise : table.promises) {
     writer.put(promise.limit_m);
     writer.put(promise.probability_threshold);
+    writer.put(promise.history_threshold);
     writer.put(promise.alpha);
     writer.put(promise.delta);
     writer.put(promise.block_count);
@@ -146,7 +148,7 @@ void encode(const RangeTable& table, ByteWriter& writer) {
 }
 
 void decode(ByteReader& reader, RangeTable& table) {
-  constexpr std::size_t kBytesPerPromise = 5 * sizeof(double) + 4 + 1 + 2 * sizeof(std::uint64_t);
+  constexpr std::size_t kBytesPerPromise = 6 * sizeof(double) + 4 + 1 + 2 * sizeof(std::uint64_t);
   reader.get_array(table.ranges_m);
   reader.get(table.selection);
   reader.get(table.dilation_m);
@@ -154,6 +156,7 @@ void decode(ByteReader& reader, RangeTable& table) {
   for (LimitPromise& promise : table.promises) {
     reader.get(promise.limit_m);
     reader.get(promise.probability_threshold);
+    reader.get(promise.history_threshold);
     reader.get(promise.alpha);
     reader.get(promise.delta);
     reader.get(promise.block_count);

@@ -21,6 +21,7 @@ inline constexpr std::uint8_t kExtrapolated = 2;  // outside the model's support
 struct LimitPromise {
   double limit_m = 0.0;
   double probability_threshold = 0.0;   // p*; 0 under the mean rule
+  double history_threshold = 0.0;       // p* of sites with measured history; 0 where there are none
   double alpha = 0.0;                   // expected share of misses named by the user
   double delta = 0.0;                   // learn-then-test only
   std::uint32_t block_count = 0;        // of the calibration
@@ -49,7 +50,7 @@ struct RangeTable {
 template <>
 struct ArtifactTraits<RangeTable> {
   static constexpr std::string_view kName = "range-table";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 Result<void> validate(const RangeTable& table);

@@ -1,6 +1,8 @@
 #include "passes/choose_ranges.h"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "passes/learn/calibration.h"
 #include "passes/learn/selection.h"
@@ -23,6 +25,11 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
       predicted.limits_m != model.out_of_fold.limits_m) {
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions and model are of different ranges or limits", "", ""};
+  }
+  const bool has_history = std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0;
+  if (has_history && !model.card.knows_history) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "predictions use measured history, of which the model knows nothing", "", ""};
   }
   if (predicted.ranges_m.size() > kMostRanges) {
     return Error{ErrorCode::kMismatchedInputs,
@@ -49,24 +56,61 @@ Chosen choose_all_by_mean(const ChooseRangesOptions& options, const PredictedErr
   return chosen;
 }
 
+// What is promised of a map of which some or all sites have measured history.
+LimitPromise joined(const LimitPromise& map_only, const LimitPromise& history, bool everywhere) {
+  LimitPromise promise = history;
+  promise.probability_threshold = map_only.probability_threshold;
+  if (everywhere) return promise;
+  promise.is_earned = map_only.is_earned && history.is_earned;
+  promise.block_count = std::min(map_only.block_count, history.block_count);
+  promise.calibration_miss_share =
+      std::max(map_only.calibration_miss_share, history.calibration_miss_share);
+  promise.statement = "with measured history: " + history.statement +
+                      "; elsewhere: " + map_only.statement;
+  return promise;
+}
+
+// Calibrates limit after limit, each capped by the choice for the tighter one before it.
+class Calibrator {
+ public:
+  Calibrator(const ErrorModel& model, const ChooseRangesOptions& options)
+      : model_(model),
+        options_{options.risk_control, options.alpha, options.delta, options.probability_threshold,
+                 options.dilation_m} {}
+
+  LimitPromise next(CaseKind kind, std::size_t limit) {
+    std::optional<Choice>& tighter = tighter_[static_cast<std::size_t>(kind)];
+    Calibration calibration =
+        calibrate_probability(model_, limit, kind, options_, tighter ? &*tighter : nullptr);
+    tighter = std::move(calibration.choice);
+    return calibration.promise;
+  }
+
+ private:
+  const ErrorModel& model_;
+  CalibrationOptions options_;
+  std::optional<Choice> tighter_[2];  // of the model's sites, by kind
+};
+
 Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Sites& sites,
                                  const PredictedError& predicted, const ErrorModel& model) {
-  const CalibrationOptions calibration_options{options.risk_control, options.alpha, options.delta,
-                                               options.probability_threshold, options.dilation_m};
+  const auto history_count = std::ranges::count(predicted.has_history, std::uint8_t{1});
+  const bool everywhere = history_count == std::ssize(predicted.has_history);
   const std::vector<RoutePoint> route = route_of(sites);
+  Calibrator calibrator(model, options);
   Chosen chosen;
-  std::vector<Calibration> calibrations;
   for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
-    const Choice* tighter = limit == 0 ? nullptr : &calibrations.back().choice;
-    Calibration calibration = calibrate_probability(model, limit, calibration_options, tighter);
-    Choice choice =
-        choose_by_probability(predicted, limit, calibration.promise.probability_threshold);
+    LimitPromise promise = calibrator.next(CaseKind::kMapOnly, limit);
+    if (history_count > 0) {
+      promise = joined(promise, calibrator.next(CaseKind::kHistory, limit), everywhere);
+    }
+    Choice choice = choose_by_probability(
+        predicted, limit, {promise.probability_threshold, promise.history_threshold});
     mark_extrapolated(predicted, options.extrapolated_takes_longest, choice);
     dilate(route, options.dilation_m, choice);
     if (limit > 0) cap_by_tighter(chosen.choices.back(), choice);
-    chosen.promises.push_back(calibration.promise);
+    chosen.promises.push_back(promise);
     chosen.choices.push_back(std::move(choice));
-    calibrations.push_back(std::move(calibration));
   }
   return chosen;
 }

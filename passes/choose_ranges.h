@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kChooseRangesVersion = 1;
+inline constexpr std::uint32_t kChooseRangesVersion = 2;
 
 struct ChooseRangesOptions {
   std::string selection = "probability";   // or "mean", the paper's rule
@@ -30,7 +30,7 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 // How far to look at every site, for each limit of the model (schemas/definitions.md, "Error model
 // and choice of range"). `mean`: the shortest range whose predicted mean error is within the limit.
 // `probability`: the shortest with P(error <= limit) >= p*, then the longest among the neighbours
-// of the run within dilation_m. p* is set per limit by controlling the share of misses of this very
+// of the run within dilation_m. p* is set per limit, and apart for sites with measured history, by controlling the share of misses of this very
 // rule, dilation included, on the model's out-of-fold predictions of the sites it has labels for; a
 // site that misses does so whether it was flagged or not. A promise that too few or too small
 // blocks cannot earn is not made: p* is then the least at which the misses seen stay within alpha,

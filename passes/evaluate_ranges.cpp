@@ -88,9 +88,12 @@ Choice choose_as_map(const Court& court, std::size_t limit) {
 
 Choice choose_with_dilation(const Court& court, std::size_t limit) {
   const bool has_own = court.ranges.selection == Selection::kProbability;
-  const double threshold = has_own ? court.ranges.promises[limit].probability_threshold
-                                   : court.options.probability_threshold;
-  Choice choice = choose_by_probability(court.predicted, limit, threshold);
+  const LimitPromise& promise = court.ranges.promises[limit];
+  const double given = court.options.probability_threshold;
+  const Thresholds thresholds =
+      has_own ? Thresholds{promise.probability_threshold, promise.history_threshold}
+              : Thresholds{given, given};
+  Choice choice = choose_by_probability(court.predicted, limit, thresholds);
   dilate(route_of(court.sites), has_own ? court.ranges.dilation_m : court.options.dilation_m,
          choice);
   return choice;

@@ -8,16 +8,19 @@
 #include "compiler/pipeline/pass_context.h"
 #include "formats/error_model.h"
 #include "formats/factor_table.h"
+#include "formats/measured_error.h"
 #include "formats/predicted_error.h"
 #include "formats/sites.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kPredictErrorVersion = 1;
+inline constexpr std::uint32_t kPredictErrorVersion = 2;
 
 struct PredictErrorOptions {
   // A feature counts as known up to this share of the training's spread outside its extremes.
   double support_margin = 0.1;
+  // auto: what a localization drive measured here is told to a model made elsewhere. never: not.
+  std::string history = "auto";
 };
 std::vector<OptionField> option_fields(PredictErrorOptions& options);
 
@@ -32,5 +35,14 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options);
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
                                      const FactorTable& factors);
+
+// The same where an earlier drive was measured on this map: what it found within 6 m of a site is
+// among the site's features (schemas/definitions.md, "Measured history"). A model that was never
+// told of history ignores it, which a warning says.
+Result<PredictedError> predict_error_with_history(PassContext& ctx,
+                                                  const PredictErrorOptions& options,
+                                                  const ErrorModel& model, const Sites& sites,
+                                                  const FactorTable& factors,
+                                                  const MeasuredError& history);
 
 }  // namespace sightline

@@ -7,6 +7,7 @@
 #include "compiler/base/result.h"
 #include "compiler/pipeline/options.h"
 #include "compiler/pipeline/pass_context.h"
+#include "formats/driven_places.h"
 #include "formats/error_model.h"
 #include "formats/factor_table.h"
 #include "formats/measured_error.h"
@@ -14,7 +15,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kTrainModelVersion = 1;
+inline constexpr std::uint32_t kTrainModelVersion = 2;
 
 struct TrainModelOptions {
   std::string features = "all";  // or "paper": its eleven factors alone
@@ -25,19 +26,28 @@ struct TrainModelOptions {
   double block_m = 60.0;
   double buffer_m = 25.0;
   int folds = 5;
+  // auto: whole places are held out where there are at least three, blocks of route elsewhere.
+  std::string hold_out = "auto";
+  int most_rows = 100000;  // that one forest learns from
 };
 std::vector<OptionField> option_fields(TrainModelOptions& options);
 
-// Learns the mean localization error from map factors and range: one forest over rows (site with a
-// scan, range), and out-of-fold predictions of every site by trees that saw nothing within
-// buffer_m of its fold (schemas/definitions.md, "Error model"). A drive with less route than two
-// blocks is judged on shorter ones, which a warning says and the model's card shows. Equal inputs, options and seed give
-// equal bytes for any thread count. Factors that never vary are named in a warning.
+// Learns the mean localization error from map factors, measured history and range: one forest over
+// rows (case of a site with a scan, range; passes/learn/lesson.h says which cases there are), and
+// out-of-fold predictions of every case by trees that saw nothing within buffer_m of its fold
+// (schemas/definitions.md, "Error model"). A single place with less route than two blocks is judged
+// on shorter ones, which a warning says and the model's card shows. Equal inputs, options and seed
+// give equal bytes for any thread count. Factors that never vary are named in a warning, and so is
+// a model that knows one place alone.
 // Errors: mismatched-inputs where sites, factors and errors are not of one map or lack a factor;
 // invalid-artifact for a factor or error that is not finite; no-training-rows; drive-too-short
 // where not even two blocks of 15 m fit, or the buffer leaves a fold nothing to learn from.
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
-                               const Sites& sites, const FactorTable& factors,
-                               const MeasuredError& measured);
+                               const DrivenPlaces& places);
+
+// The same from one place that was driven once.
+Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
+                                    const Sites& sites, const FactorTable& factors,
+                                    const MeasuredError& measured);
 
 }  // namespace sightline

@@ -84,14 +84,14 @@ void add_compile_command(CLI::App& app, int& status) {
       "runs again.\n\n"
       "Examples:\n"
       "  sightline compile town.yaml -o town.slmap\n"
-      "  sightline compile short.yaml -o short.slmap --model town.slmap\n"
+      "  sightline compile street.yaml -o street.slmap --model city.slmodel\n"
       "  sightline compile town.yaml -o town.slmap --set build-ndt.cell_m=1.0 --explain\n"
       "  sightline compile town.yaml --stop-after build-ndt --print-after build-ndt");
   add_run_flags(*command, flags->run);
   command->add_option("-o,--output", flags->output, "The map file to write (.slmap)");
   command->add_option("--model", flags->model,
-                      "Take the error model of this map (.slmap) or cached artifact (.sla) instead "
-                      "of training one: for drives too short to train on");
+                      "Take the error model of this file (sightline train) or map (.slmap) instead of "
+                      "training one; what the localization drive measures is told to it as history");
   command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
   command->callback([flags, &status] {
     const Result<void> compiled = compile(*flags);

@@ -7,6 +7,7 @@ namespace sightline {
 // Each adds one verb to the command line; when it was asked for, it runs and leaves the exit status
 // of the process in `status`.
 void add_compile_command(CLI::App& app, int& status);
+void add_train_command(CLI::App& app, int& status);
 void add_evaluate_command(CLI::App& app, int& status);
 void add_inspect_command(CLI::App& app, int& status);
 void add_dump_command(CLI::App& app, int& status);

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int status = 0;
   sightline::add_compile_command(app, status);
+  sightline::add_train_command(app, status);
   sightline::add_evaluate_command(app, status);
   sightline::add_inspect_command(app, status);
   sightline::add_dump_command(app, status);

@@ -1,5 +1,8 @@
 #include "compiler/driver/pipelines.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "compiler/base/atomic_file.h"
 #include "formats/map/map_reader.h"
 
@@ -73,11 +76,17 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
   add(make_step("measure-error", kMeasureErrorVersion, &measure_error, c.measure_error,
                 {drive, trajectory, "ndt-map", "sites"}, "measured-error"));
   if (model == ModelSource::kTrained) {
-    add(make_step("train-model", kTrainModelVersion, &train_model, c.train_model,
+    add(make_step("train-model", kTrainModelVersion, &train_model_here, c.train_model,
                   {"sites", "factor-table", "measured-error"}, "error-model"));
   }
-  add(make_step("predict-error", kPredictErrorVersion, &predict_error, c.predict_error,
-                {"error-model", "sites", "factor-table"}, "predicted-error"));
+  if (model == ModelSource::kGiven && c.predict_error.history == "auto") {
+    add(make_step("predict-error", kPredictErrorVersion, &predict_error_with_history,
+                  c.predict_error, {"error-model", "sites", "factor-table", "measured-error"},
+                  "predicted-error"));
+  } else {
+    add(make_step("predict-error", kPredictErrorVersion, &predict_error, c.predict_error,
+                  {"error-model", "sites", "factor-table"}, "predicted-error"));
+  }
   // From here on every site's prediction comes from trees that never saw its place.
   add(make_step("choose-ranges", kChooseRangesVersion, &choose_ranges, c.choose_ranges,
                 {"sites", "predicted-error", "error-model"}, "range-table"));
@@ -104,6 +113,24 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
       make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
                 {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
   return steps;
+}
+
+std::vector<PassStep> measure_pipeline(const CompileConfig& c, bool also_evaluation) {
+  std::vector<PassStep> steps = compile_pipeline(c, ModelSource::kGiven);
+  const auto is_last = [](const PassStep& step) { return step.name == "measure-error"; };
+  steps.erase(std::ranges::find_if(steps, is_last) + 1, steps.end());
+  if (!also_evaluation) return steps;
+  for (PassStep& step : evaluate_pipeline(c)) {
+    if (step.output == "evaluation") break;
+    if (step.output == "measured-error") step.output = "evaluation/measured-error";
+    steps.push_back(std::move(step));
+  }
+  return steps;
+}
+
+std::vector<PassStep> train_pipeline(const TrainModelOptions& options) {
+  return {make_step("train-model", kTrainModelVersion, &train_model, options, {"driven-places"},
+                    "error-model")};
 }
 
 Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts) {

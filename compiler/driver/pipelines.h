@@ -23,11 +23,18 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& config,
 // The last one made is "evaluation".
 std::vector<PassStep> evaluate_pipeline(const CompileConfig& config);
 
+// What a model learns of one place: the steps of a compile up to "measured-error", and then, where
+// asked, those that measure the evaluation drive on the same map, as "evaluation/measured-error".
+std::vector<PassStep> measure_pipeline(const CompileConfig& config, bool also_evaluation);
+
+// From "driven-places" to "error-model".
+std::vector<PassStep> train_pipeline(const TrainModelOptions& options);
+
 // Opens the recordings that a compile takes and provides them and their sensors. Errors: those of
 // open_recording.
 Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts);
 
-// Provides the error model of a finished map (.slmap) or of a cached artifact (.sla). Errors: those
+// Provides the error model of a finished map (.slmap) or of a model file. Errors: those
 // of read_map, model_of and from_bytes.
 Result<void> provide_model(const std::filesystem::path& file, ArtifactSet& artifacts);
 

@@ -11,6 +11,10 @@ void add_run_flags(CLI::App& command, RunFlags& flags) {
   command
       .add_option("config", flags.config_file, "YAML configuration (schemas/config.schema.json)")
       ->required();
+  add_flags_of_every_run(command, flags);
+}
+
+void add_flags_of_every_run(CLI::App& command, RunFlags& flags) {
   command
       .add_option("--set", flags.overrides,
                   "Override one value of the configuration, as section.key=value; repeatable")

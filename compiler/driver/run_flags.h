@@ -24,6 +24,8 @@ struct RunFlags {
 };
 
 void add_run_flags(CLI::App& command, RunFlags& flags);
+// The same but for the configuration, of which a verb may take several.
+void add_flags_of_every_run(CLI::App& command, RunFlags& flags);
 
 RunOptions run_options(const RunFlags& flags, const CompileConfig& config);
 

@@ -98,7 +98,8 @@ void store_site(const CompiledMap& map, std::uint32_t id, std::uint64_t row,
           site.T_map_vehicle(i / 4, i % 4));
   }
   const int flags = (map.predicted.extrapolated[id] != 0 ? kSiteExtrapolated : 0) |
-                    (map.predicted.out_of_fold[id] != 0 ? kSiteOutOfFold : 0);
+                    (map.predicted.out_of_fold[id] != 0 ? kSiteOutOfFold : 0) |
+                    (map.predicted.has_history[id] != 0 ? kSiteHasHistory : 0);
   store(raw, layout.site_flags, row, static_cast<std::uint8_t>(flags));
 }
 
@@ -223,11 +224,12 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
     load_columns(raw, layout.probability, row, ranges * limits, id,
                  map.predicted.within_probability);
     const auto flags = load<std::uint8_t>(raw, layout.site_flags, row);
-    if ((flags & ~(kSiteExtrapolated | kSiteOutOfFold)) != 0) {
+    if ((flags & ~(kSiteExtrapolated | kSiteOutOfFold | kSiteHasHistory)) != 0) {
       return bad(ErrorCode::kBadLayer, "a site has an unknown flag", row);
     }
     map.predicted.extrapolated[id] = (flags & kSiteExtrapolated) != 0 ? 1 : 0;
     map.predicted.out_of_fold[id] = (flags & kSiteOutOfFold) != 0 ? 1 : 0;
+    map.predicted.has_history[id] = (flags & kSiteHasHistory) != 0 ? 1 : 0;
   }
   return {};
 }

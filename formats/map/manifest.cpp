@@ -82,7 +82,8 @@ std::vector<flatbuffers::Offset<schema::Promise>> encode_promises(const RangeTab
     promises.push_back(schema::CreatePromiseDirect(
         builder, promise.limit_m, promise.probability_threshold, promise.alpha, promise.delta,
         promise.block_count, promise.is_earned, promise.calibration_miss_share,
-        promise.method.c_str(), promise.statement.c_str()));
+        promise.method.c_str(), promise.statement.c_str(),
+        promise.history_threshold));
   }
   return promises;
 }
@@ -91,6 +92,7 @@ LimitPromise decode_promise(const schema::Promise& from) {
   LimitPromise promise;
   promise.limit_m = from.limit_m();
   promise.probability_threshold = from.probability_threshold();
+  promise.history_threshold = from.history_threshold();
   promise.alpha = from.alpha();
   promise.delta = from.delta();
   promise.block_count = from.block_count();

@@ -192,6 +192,7 @@ Result<CompiledMap> MapDecoder::run() {
   map_.predicted.within_probability.resize(sites * ranges * limits);
   map_.predicted.extrapolated.resize(sites);
   map_.predicted.out_of_fold.resize(sites);
+  map_.predicted.has_history.resize(sites);
   const Result<void> visited = visit_all();
   if (!visited) return visited.error();
   const Result<void> valid = validate(map_);

@@ -97,5 +97,6 @@ inline constexpr std::uint64_t kMostLimits = 64;
 // Bits of the column site_flags.
 inline constexpr std::uint8_t kSiteExtrapolated = 1;
 inline constexpr std::uint8_t kSiteOutOfFold = 2;
+inline constexpr std::uint8_t kSiteHasHistory = 4;
 
 }  // namespace sightline

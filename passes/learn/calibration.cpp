@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "formats/table.h"
 #include "passes/learn/risk_control.h"
@@ -32,38 +33,61 @@ std::string kilometres(double length_m) {
 
 Choice choose_out_of_fold(const ErrorModel& model, std::size_t limit, double threshold,
                           double dilation_m, const Choice* tighter) {
-  Choice choice = choose_by_probability(model.out_of_fold, limit, threshold);
+  Choice choice = choose_by_probability(model.out_of_fold, limit, {threshold, threshold});
   dilate(route_of(model.sites), dilation_m, choice);
   if (tighter != nullptr) cap_by_tighter(*tighter, choice);
   return choice;
 }
 
-std::vector<std::uint32_t> missed_sites(const ErrorModel& model, double limit_m,
+// The labelled cases of one kind, by blocks that hold any.
+struct Witnesses {
+  const ErrorModel& model;
+  std::vector<std::size_t> cases;
+  std::vector<std::uint32_t> block_of_case;
+  std::vector<std::uint32_t> cases_in_block;  // none 0
+};
+
+Witnesses witnesses_of(const ErrorModel& model, CaseKind kind) {
+  constexpr std::uint32_t kEmpty = std::numeric_limits<std::uint32_t>::max();
+  Witnesses witnesses{model, {}, {}, {}};
+  std::vector<std::uint32_t> dense(model.card.block_count, kEmpty);
+  for (std::size_t i = 0; i < model.sites.size(); ++i) {
+    const TrainedSite& site = model.sites[i];
+    if (site.has_label == 0 || (site.has_history == 1) != (kind == CaseKind::kHistory)) continue;
+    std::uint32_t& block = dense[site.block];
+    if (block == kEmpty) {
+      block = static_cast<std::uint32_t>(witnesses.cases_in_block.size());
+      witnesses.cases_in_block.push_back(0);
+    }
+    witnesses.cases.push_back(i);
+    witnesses.block_of_case.push_back(block);
+    ++witnesses.cases_in_block[block];
+  }
+  return witnesses;
+}
+
+std::vector<std::uint32_t> missed_cases(const Witnesses& witnesses, double limit_m,
                                         const Choice& choice) {
-  std::vector<std::uint32_t> missed(model.card.block_count, 0);
-  for (std::size_t site = 0; site < model.sites.size(); ++site) {
-    const bool misses = model.sites[site].has_label == 1 &&
-                        model.measured(site, choice.range_index[site]) > limit_m;
-    if (misses) ++missed[model.sites[site].block];
+  std::vector<std::uint32_t> missed(witnesses.cases_in_block.size(), 0);
+  for (std::size_t i = 0; i < witnesses.cases.size(); ++i) {
+    const std::size_t site = witnesses.cases[i];
+    const double error_m = witnesses.model.measured(site, choice.range_index[site]);
+    if (error_m > limit_m) ++missed[witnesses.block_of_case[i]];
   }
   return missed;
 }
 
-Misses no_misses_yet(const ErrorModel& model) {
-  Misses misses;
-  misses.sites_in_block.assign(model.card.block_count, 0);
-  for (const TrainedSite& site : model.sites) misses.sites_in_block[site.block] += site.has_label;
-  return misses;
-}
-
-Misses misses_of_rule(const ErrorModel& model, std::size_t limit, const CalibrationOptions& options,
-                      const Choice* tighter) {
+Misses misses_of_rule(const Witnesses& witnesses, std::size_t limit,
+                      const CalibrationOptions& options, const Choice* tighter) {
+  const ErrorModel& model = witnesses.model;
   const double limit_m = model.out_of_fold.limits_m[limit];
-  Misses misses = no_misses_yet(model);
+  Misses misses;
+  misses.sites_in_block = witnesses.cases_in_block;
   const auto try_threshold = [&](double threshold) {
     misses.thresholds.push_back(threshold);
-    misses.in_block.push_back(missed_sites(
-        model, limit_m, choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
+    misses.in_block.push_back(missed_cases(
+        witnesses, limit_m,
+        choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
   };
   if (options.risk_control == "fixed") {
     try_threshold(options.fixed_threshold);
@@ -130,8 +154,9 @@ std::string unearned_statement(const LimitPromise& promise, const TrainingCard& 
 }  // namespace
 
 Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
-                                  const CalibrationOptions& options, const Choice* tighter) {
-  const Misses misses = misses_of_rule(model, limit, options, tighter);
+                                  CaseKind kind, const CalibrationOptions& options,
+                                  const Choice* tighter) {
+  const Misses misses = misses_of_rule(witnesses_of(model, kind), limit, options, tighter);
   RiskDecision decision = decide(misses, options);
   if (decision.is_earned && !are_blocks_independent(model.card)) {
     decision = decide_empirically(misses, options.alpha);
@@ -139,10 +164,11 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
   Calibration calibration;
   LimitPromise& promise = calibration.promise;
   promise.limit_m = model.out_of_fold.limits_m[limit];
-  promise.probability_threshold = decision.threshold;
+  (kind == CaseKind::kHistory ? promise.history_threshold : promise.probability_threshold) =
+      decision.threshold;
   promise.alpha = options.risk_control == "fixed" ? 0.0 : options.alpha;
   promise.delta = options.risk_control == "learn-then-test" ? options.delta : 0.0;
-  promise.block_count = model.card.block_count;
+  promise.block_count = static_cast<std::uint32_t>(misses.sites_in_block.size());
   promise.is_earned = decision.is_earned;
   promise.calibration_miss_share = decision.miss_share;
   promise.method = options.risk_control;
@@ -159,10 +185,12 @@ LimitPromise assess_mean_rule(const ErrorModel& model, std::size_t limit) {
   promise.limit_m = model.out_of_fold.limits_m[limit];
   promise.block_count = model.card.block_count;
   promise.method = "mean";
-  Misses misses = no_misses_yet(model);
+  const Witnesses witnesses = witnesses_of(model, CaseKind::kMapOnly);
+  Misses misses;
+  misses.sites_in_block = witnesses.cases_in_block;
   misses.thresholds = {0.0};
-  misses.in_block = {
-      missed_sites(model, promise.limit_m, choose_by_mean(model.out_of_fold, promise.limit_m))};
+  misses.in_block = {missed_cases(witnesses, promise.limit_m,
+                                  choose_by_mean(model.out_of_fold, promise.limit_m))};
   promise.calibration_miss_share = miss_share(misses, 0);
   promise.statement =
       "nothing is promised: a mean within the limit says little about misses; " + observed(promise);

@@ -1,5 +1,6 @@
 #include "passes/learn/out_of_fold.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -17,8 +18,8 @@ constexpr std::uint64_t kShuffleKey = std::uint64_t{1} << 32;
 
 std::vector<std::uint32_t> rows_of_fold(const Lesson& lesson, std::uint32_t fold) {
   std::vector<std::uint32_t> rows;
-  for (std::size_t site = 0; site < lesson.has_label.size(); ++site) {
-    if (lesson.folds.fold_of_site(site) != fold) continue;
+  for (std::size_t site = 0; site < lesson.sites.size(); ++site) {
+    if (lesson.folds.fold_of_block[lesson.sites[site].block] != fold) continue;
     for (std::size_t range = 0; range < lesson.range_count; ++range) {
       rows.push_back(static_cast<std::uint32_t>(site * lesson.range_count + range));
     }
@@ -30,14 +31,25 @@ double squared_error(const Lesson& lesson, const std::vector<std::uint32_t>& row
                      const std::vector<double>& mean) {
   std::vector<double> squares(rows.size(), 0.0);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (lesson.has_label[rows[i] / lesson.range_count] == 0) continue;
+    if (lesson.sites[rows[i] / lesson.range_count].has_label == 0) continue;
     const double residual = mean[i] - lesson.labels[rows[i]];
     squares[i] = residual * residual;
   }
   return ordered_sum(squares);
 }
 
-// Squared error of the fold's rows after they swapped their values of one feature.
+// Rows enough to tell how much a feature matters; more would only take longer.
+constexpr std::size_t kImportanceRows = 20000;
+
+// Every second, third, ... of the rows where they are too many.
+std::vector<std::uint32_t> thinned(const std::vector<std::uint32_t>& rows, std::size_t most) {
+  const std::size_t stride = std::max<std::size_t>(1, (rows.size() + most - 1) / most);
+  std::vector<std::uint32_t> kept;
+  for (std::size_t i = 0; i < rows.size(); i += stride) kept.push_back(rows[i]);
+  return kept;
+}
+
+// Squared error of rows after they swapped their values of one feature.
 double shuffled_squared_error(const Lesson& lesson, const PreparedForest& forest,
                               const std::vector<std::uint32_t>& rows, std::size_t feature,
                               std::uint64_t seed) {
@@ -69,67 +81,71 @@ void store(const std::vector<std::uint32_t>& rows, const ForestPrediction& predi
   }
 }
 
-// Sums over folds of squared errors: [0] as predicted, [1 + f] with feature f shuffled.
-using SquaredErrors = std::vector<double>;
+// What the folds add to.
+struct FoldSums {
+  PredictedError& predicted;
+  std::vector<double> squares;  // of errors: [0] as predicted, [1 + f] with feature f shuffled
+  std::size_t judged_count = 0;  // rows in those sums
+};
+
+std::size_t labelled_count(const Lesson& lesson, const std::vector<std::uint32_t>& rows) {
+  return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [&](std::uint32_t row) {
+    return lesson.sites[row / lesson.range_count].has_label == 1;
+  }));
+}
 
 void predict_fold(const PassContext& ctx, const Lesson& lesson, const RegressionForest& forest,
-                  std::uint32_t fold, std::pair<PredictedError&, SquaredErrors&> out) {
-  const PreparedForest prepared(forest, out.first.limits_m);
+                  std::uint32_t fold, FoldSums& out) {
+  const PreparedForest prepared(forest, out.predicted.limits_m);
   const std::vector<std::uint32_t> rows = rows_of_fold(lesson, fold);
   const ForestPrediction prediction = prepared.predict(lesson.features, rows, ctx.threads);
-  store(rows, prediction, out.first);
-  out.second[0] += squared_error(lesson, rows, prediction.mean);
+  store(rows, prediction, out.predicted);
+  const std::vector<std::uint32_t> judged =
+      thinned(rows, kImportanceRows / lesson.folds.fold_count + 1);
+  out.squares[0] += squared_error(
+      lesson, judged, prepared.predict(lesson.features, judged, ctx.threads).mean);
   const std::size_t feature_count = lesson.features.names.size();
   const std::vector<double> shuffled =
       parallel_map<double>(feature_count, ctx.threads, [&](std::size_t feature) {
         const std::uint64_t key = kShuffleKey + fold * feature_count + feature;
-        return shuffled_squared_error(lesson, prepared, rows, feature, mix(ctx.seed, key));
+        return shuffled_squared_error(lesson, prepared, judged, feature, mix(ctx.seed, key));
       });
-  for (std::size_t i = 0; i < feature_count; ++i) out.second[1 + i] += shuffled[i];
+  for (std::size_t i = 0; i < feature_count; ++i) out.squares[1 + i] += shuffled[i];
+  out.judged_count += labelled_count(lesson, judged);
 }
 
-std::vector<double> rmse_rises(const SquaredErrors& errors, std::size_t row_count) {
-  const auto rmse = [&](double sum) { return std::sqrt(sum / static_cast<double>(row_count)); };
+std::vector<double> rmse_rises(const FoldSums& sums) {
+  const auto row_count = static_cast<double>(std::max<std::size_t>(1, sums.judged_count));
+  const auto rmse = [&](double sum) { return std::sqrt(sum / row_count); };
   std::vector<double> rises;
-  for (std::size_t i = 1; i < errors.size(); ++i)
-    rises.push_back(rmse(errors[i]) - rmse(errors[0]));
+  for (std::size_t i = 1; i < sums.squares.size(); ++i) {
+    rises.push_back(rmse(sums.squares[i]) - rmse(sums.squares[0]));
+  }
   return rises;
 }
 
-PredictedError sized_for(const Sites& sites, PredictedError predicted) {
-  const std::size_t site_count = sites.sites.size();
+PredictedError sized_for(const std::vector<TrainedSite>& sites, PredictedError predicted) {
+  const std::size_t site_count = sites.size();
   const std::size_t pairs = site_count * predicted.ranges_m.size();
   predicted.site_count = static_cast<std::uint32_t>(site_count);
   predicted.mean_m.assign(pairs, 0.0);
   predicted.within_probability.assign(pairs * predicted.limits_m.size(), 0.0);
   predicted.extrapolated.assign(site_count, 0);
   predicted.out_of_fold.assign(site_count, 1);
+  for (const TrainedSite& site : sites) predicted.has_history.push_back(site.has_history);
   return predicted;
 }
 
 }  // namespace
 
-TrainingSet labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out) {
-  TrainingSet training;
-  for (std::size_t site = 0; site < lesson.has_label.size(); ++site) {
-    if (lesson.has_label[site] == 0 || leave_out[site] != 0) continue;
-    for (std::size_t range = 0; range < lesson.range_count; ++range) {
-      const std::size_t row = site * lesson.range_count + range;
-      training.rows.push_back(static_cast<std::uint32_t>(row));
-      training.labels.push_back(lesson.labels[row]);
-    }
-  }
-  return training;
-}
-
 Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOptions& options,
-                                      const Sites& sites, const Lesson& lesson,
-                                      PredictedError predicted) {
-  OutOfFold result{sized_for(sites, std::move(predicted)), {}};
-  SquaredErrors errors(1 + lesson.features.names.size(), 0.0);
+                                      const Lesson& lesson, PredictedError predicted) {
+  OutOfFold result{sized_for(lesson.sites, std::move(predicted)), {}};
+  FoldSums sums{result.predicted, std::vector<double>(1 + lesson.features.names.size(), 0.0)};
   for (std::uint32_t fold = 0; fold < lesson.folds.fold_count; ++fold) {
     const TrainingSet training =
-        labelled_rows(lesson, sites_near_fold(sites, lesson.folds, fold, options.buffer_m));
+        labelled_rows(lesson, sites_near_fold(lesson.sites, lesson.folds, fold, options.buffer_m),
+                      options.most_rows);
     if (training.rows.empty()) {
       return Error{ErrorCode::kDriveTooShort,
                    "a buffer of " + format_double(options.buffer_m) +
@@ -141,12 +157,10 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
     const Result<RegressionForest> forest = grow_forest(
         lesson.features, training, options.forest, mix(ctx.seed, kFoldKey + fold), ctx.threads);
     if (!forest) return forest.error();
-    predict_fold(ctx, lesson, *forest, fold, {result.predicted, errors});
+    predict_fold(ctx, lesson, *forest, fold, sums);
     ctx.progress(fold + 1, lesson.folds.fold_count + 1);
   }
-  const TrainingSet all =
-      labelled_rows(lesson, std::vector<std::uint8_t>(lesson.has_label.size(), 0));
-  result.importance = rmse_rises(errors, all.rows.size());
+  result.importance = rmse_rises(sums);
   return result;
 }
 

@@ -6,25 +6,15 @@
 #include "compiler/base/result.h"
 #include "compiler/pipeline/pass_context.h"
 #include "formats/predicted_error.h"
-#include "formats/sites.h"
-#include "passes/learn/feature_rows.h"
-#include "passes/learn/folds.h"
 #include "passes/learn/grow_trees.h"
+#include "passes/learn/lesson.h"
 
 namespace sightline {
-
-// All that there is to learn from.
-struct Lesson {
-  FeatureRows features;                 // of all sites, with a label or without
-  std::vector<std::uint8_t> has_label;  // [site]
-  std::vector<double> labels;           // [site][range]; 0 where there is none
-  std::size_t range_count = 0;
-  Folds folds;
-};
 
 struct OutOfFoldOptions {
   ForestOptions forest;
   double buffer_m = 25.0;
+  std::size_t most_rows = 100000;  // that a forest learns from
 };
 
 // Predictions of every site by trees that saw nothing within the buffer of its fold.
@@ -35,13 +25,9 @@ struct OutOfFold {
   std::vector<double> importance;
 };
 
-// The labelled rows of the sites where `leave_out` is 0.
-TrainingSet labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out);
-
 // `predicted` names ranges and limits; its numbers are filled in. Error: drive-too-short where the
 // buffer leaves a fold nothing to learn from; out-of-memory.
 Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOptions& options,
-                                      const Sites& sites, const Lesson& lesson,
-                                      PredictedError predicted);
+                                      const Lesson& lesson, PredictedError predicted);
 
 }  // namespace sightline

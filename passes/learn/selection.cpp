@@ -44,8 +44,11 @@ Choice choose_by_mean(const PredictedError& predicted, double limit_m) {
   });
 }
 
-Choice choose_by_probability(const PredictedError& predicted, std::size_t limit, double threshold) {
+Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
+                             const Thresholds& thresholds) {
   return choose_first(predicted, [&](std::size_t site, std::size_t range) {
+    const double threshold =
+        predicted.has_history[site] == 1 ? thresholds.history : thresholds.map_only;
     return predicted.probability(site, range, limit) >= threshold;
   });
 }

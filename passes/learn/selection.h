@@ -31,9 +31,17 @@ struct Choice {
 // is none: the longest, and kUnmet.
 Choice choose_by_mean(const PredictedError& predicted, double limit_m);
 
-// The shortest range with P(error <= limit) >= threshold. Where there is none: the longest, and
-// kUnmet.
-Choice choose_by_probability(const PredictedError& predicted, std::size_t limit, double threshold);
+// p*: sites with measured history are judged by a threshold of their own, since the model knows
+// them better.
+struct Thresholds {
+  double map_only = 0.0;
+  double history = 0.0;
+};
+
+// The shortest range with P(error <= limit) >= the site's threshold. Where there is none: the
+// longest, and kUnmet.
+Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
+                             const Thresholds& thresholds);
 
 // Flags extrapolated sites; `takes_longest` also gives them the longest range.
 void mark_extrapolated(const PredictedError& predicted, bool takes_longest, Choice& choice);

@@ -42,6 +42,7 @@ CompiledMap city() {
   map.predicted.within_probability.resize(18 * sites, 0.9);
   map.predicted.extrapolated.resize(sites);
   map.predicted.out_of_fold.resize(sites);
+  map.predicted.has_history.resize(sites);
   map.quality.resize(2);
   return map;
 }

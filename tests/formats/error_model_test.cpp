@@ -40,9 +40,9 @@ TEST(ErrorModel, PrintsPredictionsBesideLabels) {
   model.sites[1].has_label = 0;  // dump asks nothing else
   const Table table = dump(model);
   ASSERT_EQ(table.rows.size(), 4u);
-  EXPECT_EQ(table.columns[4], "measured_mean_error_m");
-  EXPECT_EQ(table.rows[0][4], Cell(0.2));
-  EXPECT_EQ(table.rows[2][4], Cell(std::string()));
+  EXPECT_EQ(table.columns[6], "measured_mean_error_m");
+  EXPECT_EQ(table.rows[0][6], Cell(0.2));
+  EXPECT_EQ(table.rows[2][6], Cell(std::string()));
   EXPECT_EQ(table.rows[0].size(), table.columns.size());
   EXPECT_EQ(tables(model)[2].rows.size(), 2u);  // nodes
   EXPECT_EQ(tables(model)[3].rows.size(), 8u);  // a leaf for each label and tree

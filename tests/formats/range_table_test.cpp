@@ -11,8 +11,8 @@ RangeTable two_sites() {
   RangeTable table;
   table.ranges_m = {10.0, 15.0, 20.0};
   table.dilation_m = 3.0;
-  table.promises = {{0.1, 0.8, 0.05, 0.0, 20, true, 0.04, "conformal", "kept"},
-                    {0.25, 0.7, 0.05, 0.0, 20, false, 0.06, "conformal", "not kept"}};
+  table.promises = {{0.1, 0.8, 0.7, 0.05, 0.0, 20, true, 0.04, "conformal", "kept"},
+                    {0.25, 0.7, 0.6, 0.05, 0.0, 20, false, 0.06, "conformal", "not kept"}};
   table.site_count = 2;
   table.range_index = {2, 1, 1, 0};
   table.flags = {kUnmet, 0, kExtrapolated, 0};

@@ -184,6 +184,44 @@ TEST(ChooseRanges, SendsExtrapolatedSitesAsFarAsThereIsUnlessToldOtherwise) {
   EXPECT_EQ(trusting->flags[0], kExtrapolated);
 }
 
+TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
+  // The even cases were told of an earlier drive and are always right at 0.5; the others at 0.9.
+  std::vector<HandmadeSite> sites;
+  for (std::size_t i = 0; i < 400; ++i) {
+    const bool is_told = i >= 200;
+    const double doubtful = is_told ? 0.45 : 0.85;
+    const double sure = is_told ? 0.55 : 0.95;
+    sites.push_back({{doubtful, sure}, {0.2, 0.05}});
+  }
+  ErrorModel model = handmade_model(sites, 4);
+  model.card.knows_history = true;
+  for (std::size_t i = 200; i < 400; ++i) {
+    model.sites[i].has_history = 1;
+    model.out_of_fold.has_history[i] = 1;
+    model.sites[i].run = 1;
+  }
+  const Result<RangeTable> table = choose(model, with("empirical"));
+  ASSERT_TRUE(table.has_value()) << to_string(table.error());
+  const LimitPromise& promise = table->promises[0];
+  EXPECT_GT(promise.probability_threshold, 0.85);
+  EXPECT_LE(promise.probability_threshold, 0.95);
+  EXPECT_GT(promise.history_threshold, 0.45);
+  EXPECT_LE(promise.history_threshold, 0.55);
+  EXPECT_EQ(chosen_m(*table, 0), std::vector<double>(400, 20.0));
+  EXPECT_EQ(promise.block_count, 2u);
+  EXPECT_NE(promise.statement.find("elsewhere"), std::string::npos);
+}
+
+TEST(ChooseRanges, RefusesHistoryThatTheModelKnowsNothingOf) {
+  const ErrorModel model = five_sites();
+  PredictedError told = model.out_of_fold;
+  told.has_history[2] = 1;
+  PassContext ctx;
+  const Result<RangeTable> table = choose_ranges(ctx, {}, sites_of(model), told, model);
+  ASSERT_FALSE(table.has_value());
+  EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
+}
+
 TEST(ChooseRanges, RefusesInputsThatDoNotBelongTogether) {
   const ErrorModel model = five_sites();
   PassContext ctx;

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "passes/train_model.h"
-#include "tests/support/synthetic_drive.h"
+#include "tests/support/synthetic_places.h"
 
 namespace sightline {
 namespace {
@@ -17,7 +17,7 @@ ErrorModel model_of(const SyntheticDrive& drive) {
   TrainModelOptions options;
   options.trees = 20;
   PassContext ctx;
-  Result<ErrorModel> model = train_model(ctx, options, drive.sites, drive.factors, drive.measured);
+  Result<ErrorModel> model = train_model_here(ctx, options, drive.sites, drive.factors, drive.measured);
   EXPECT_TRUE(model.has_value()) << to_string(model.error());
   return std::move(*model);
 }
@@ -63,6 +63,47 @@ TEST(PredictError, AsksTheWholeForestElsewhere) {
     EXPECT_EQ(predicted->out_of_fold[site], 0);
     EXPECT_EQ(predicted->extrapolated[site], 0);  // the same factors, which training saw
   }
+}
+
+TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
+  PassContext ctx;
+  TrainModelOptions options;
+  options.trees = 20;
+  const Result<ErrorModel> model =
+      train_model(ctx, options, places_driven_twice(3, kSmall));
+  ASSERT_TRUE(model.has_value());
+  DrivenPlace place = place_driven_twice(9, kSmall);
+  for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
+  place.drives[0].scan_of_site[0] = -1;  // its neighbours were measured
+  const Result<PredictedError> told = predict_error_with_history(ctx, {}, *model, place.sites,
+                                                                 place.factors, place.drives[0]);
+  const Result<PredictedError> map_only =
+      predict_error(ctx, {}, *model, place.sites, place.factors);
+  ASSERT_TRUE(told.has_value() && map_only.has_value());
+  EXPECT_EQ(told->has_history, std::vector<std::uint8_t>(kSmall.site_count, 1));
+  EXPECT_EQ(map_only->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  double told_square = 0.0;
+  double map_only_square = 0.0;
+  for (std::size_t i = 0; i < told->mean_m.size(); ++i) {
+    const double truth_m = place.drives[1].rows[i].mean_m;
+    told_square += (told->mean_m[i] - truth_m) * (told->mean_m[i] - truth_m);
+    map_only_square += (map_only->mean_m[i] - truth_m) * (map_only->mean_m[i] - truth_m);
+  }
+  EXPECT_LT(told_square, 0.5 * map_only_square);
+}
+
+TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
+  const SyntheticDrive drive = synthetic_drive(1, kSmall);
+  const ErrorModel model = model_of(drive);
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const Result<PredictedError> predicted =
+      predict_error_with_history(ctx, {}, model, drive.sites, drive.factors, drive.measured);
+  ASSERT_TRUE(predicted.has_value());
+  EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("driven once"), std::string::npos);
 }
 
 TEST(PredictError, WarnsOfSitesWhoseNeighboursTheForestKnows) {

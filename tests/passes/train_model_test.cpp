@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "passes/learn/feature_rows.h"
-#include "tests/support/synthetic_drive.h"
+#include "tests/support/synthetic_places.h"
 
 namespace sightline {
 namespace {
@@ -23,12 +23,13 @@ Result<ErrorModel> train(const SyntheticDrive& drive, const TrainModelOptions& o
                          int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
-  return train_model(ctx, options, drive.sites, drive.factors, drive.measured);
+  return train_model_here(ctx, options, drive.sites, drive.factors, drive.measured);
 }
 
 TEST(TrainModel, LearnsFromEverySiteWithAScanAtEveryRange) {
   SyntheticDrive drive = synthetic_drive(1, kSmall);
   drive.measured.scan_of_site[7] = -1;
+  for (std::size_t range = 0; range < 3; ++range) drive.measured.rows[7 * 3 + range] = ErrorRow{};
   const Result<ErrorModel> model = train(drive);
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   const Result<void> valid = validate(*model);
@@ -61,6 +62,44 @@ TEST(TrainModel, NeverShowsAFoldItsOwnLabels) {
   const Result<ErrorModel> model = train(drive);
   ASSERT_TRUE(model.has_value());
   for (const RangeCard& range : model->ranges) EXPECT_LT(range.r_squared, 0.1);
+}
+
+TEST(TrainModel, LearnsFromManyPlacesAndJudgesEachByTheOthers) {
+  PassContext ctx;
+  const DrivenPlaces places = places_driven_twice(3, kSmall);
+  const Result<ErrorModel> model = train_model(ctx, quick(), places);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  const Result<void> valid = validate(*model);
+  ASSERT_TRUE(valid.has_value()) << to_string(valid.error());
+  EXPECT_EQ(model->card.hold_out, "places");
+  ASSERT_EQ(model->card.places.size(), 3u);
+  EXPECT_EQ(model->card.places[2].drives, (std::vector<std::string>{"synthetic", "again"}));
+  EXPECT_EQ(model->card.block_count, 9u);
+  EXPECT_TRUE(model->card.knows_history);
+  EXPECT_EQ(model->sites.size(), 3u * 4u * 200u);
+  EXPECT_NE(to_text(*model).find("3 folds of whole places; told of earlier drives"),
+            std::string::npos);
+}
+
+TEST(TrainModel, KnowsAPlaceBetterWhereAnEarlierDriveToldOfIt) {
+  PassContext ctx;
+  const Result<ErrorModel> model = train_model(ctx, quick(), places_driven_twice(3, kSmall));
+  ASSERT_TRUE(model.has_value());
+  for (const RangeCard& range : model->ranges) {
+    EXPECT_GT(range.history_r_squared, 0.7) << range.range_m;  // the noise between drives is 10 %
+    EXPECT_GT(range.history_r_squared, range.r_squared);
+  }
+}
+
+TEST(TrainModel, LearnsFromFewerSitesWhereRowsAreTooMany) {
+  TrainModelOptions options = quick();
+  options.most_rows = 1000;
+  PassContext ctx;
+  const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(2, kSmall));
+  ASSERT_TRUE(model.has_value());
+  EXPECT_LE(model->forest.labels.size(), 1000u);
+  EXPECT_GE(model->forest.labels.size(), 700u);
+  EXPECT_TRUE(validate(*model).has_value());
 }
 
 TEST(TrainModel, FindsTheFactorThatMatters) {
@@ -102,7 +141,7 @@ TEST(TrainModel, NamesFactorsThatNeverVary) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  ASSERT_TRUE(train_model(ctx, quick(), drive.sites, drive.factors, drive.measured).has_value());
+  ASSERT_TRUE(train_model_here(ctx, quick(), drive.sites, drive.factors, drive.measured).has_value());
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("feature_count"), std::string::npos);
 }
@@ -123,7 +162,7 @@ TEST(TrainModel, JudgesAShortDriveOnShorterBlocksAndSaysSo) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const Result<ErrorModel> model =
-      train_model(ctx, quick(), drive.sites, drive.factors, drive.measured);
+      train_model_here(ctx, quick(), drive.sites, drive.factors, drive.measured);
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   EXPECT_GE(model->card.block_count, 2u);
   EXPECT_GE(model->card.block_m, 15.0);
@@ -138,7 +177,7 @@ TEST(TrainModel, LearnsNothingFromADirection) {
   drive.factors.factors[0] = "crlb_heading";
   PassContext ctx;
   const Result<ErrorModel> model =
-      train_model(ctx, quick(), drive.sites, drive.factors, drive.measured);
+      train_model_here(ctx, quick(), drive.sites, drive.factors, drive.measured);
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   for (const FeatureCard& feature : model->features) EXPECT_NE(feature.name, "crlb_heading");
 }
@@ -155,6 +194,7 @@ TEST(TrainModel, RefusesABufferThatLeavesNothingToLearnFrom) {
 TEST(TrainModel, RefusesADriveWithoutErrors) {
   SyntheticDrive drive = synthetic_drive(1, kSmall);
   drive.measured.scan_of_site.assign(kSmall.site_count, -1);
+  drive.measured.rows.assign(drive.measured.rows.size(), ErrorRow{});
   const Result<ErrorModel> model = train(drive);
   ASSERT_FALSE(model.has_value());
   EXPECT_EQ(model.error().code, ErrorCode::kNoTrainingRows);
@@ -166,7 +206,7 @@ TEST(TrainModel, RefusesNumbersThatAreNone) {
   Result<ErrorModel> model = train(drive);
   ASSERT_FALSE(model.has_value());
   EXPECT_EQ(model.error().code, ErrorCode::kInvalidArtifact);
-  EXPECT_EQ(model.error().place, "site 1, range 20 m");
+  EXPECT_EQ(model.error().place, "site 1, range 1");
   drive = synthetic_drive(1, kSmall);
   drive.factors.values[0] = std::numeric_limits<double>::quiet_NaN();
   model = train(drive);

@@ -23,7 +23,8 @@ inline ErrorModel handmade_model(const std::vector<HandmadeSite>& sites,
                                  std::uint32_t block_count) {
   ErrorModel model;
   model.card.feature_set = "all";
-  model.card.drive = "handmade";
+  model.card.places = {{"handmade", {"by hand"}, static_cast<double>(sites.size()), block_count}};
+  model.card.hold_out = "blocks";
   model.card.tree_count = 1;
   model.card.least_leaf_rows = 1;
   model.card.feature_share = 1.0;
@@ -37,6 +38,7 @@ inline ErrorModel handmade_model(const std::vector<HandmadeSite>& sites,
   predicted.site_count = static_cast<std::uint32_t>(sites.size());
   predicted.extrapolated.assign(sites.size(), 0);
   predicted.out_of_fold.assign(sites.size(), 1);
+  predicted.has_history.assign(sites.size(), 0);
   for (std::size_t range = 0; range < range_count; ++range) {
     predicted.ranges_m.push_back(10.0 * static_cast<double>(range + 1));
     model.ranges.push_back({predicted.ranges_m.back(), 0.0, 0.0, 0.0});

@@ -21,6 +21,7 @@ PredictedError predictions(const std::vector<std::vector<double>>& probabilities
   }
   predicted.extrapolated.assign(probabilities.size(), 0);
   predicted.out_of_fold.assign(probabilities.size(), 0);
+  predicted.has_history.assign(probabilities.size(), 0);
   return predicted;
 }
 
@@ -32,13 +33,13 @@ std::vector<RoutePoint> straight_route(std::size_t count) {
 
 TEST(Selection, TakesTheShortestRangeThatIsProbableEnough) {
   const PredictedError predicted = predictions({{0.5, 0.8, 0.9}, {0.9, 0.1, 0.9}});
-  const Choice choice = choose_by_probability(predicted, 0, 0.8);
+  const Choice choice = choose_by_probability(predicted, 0, {0.8, 0.8});
   EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{1, 0}));
   EXPECT_EQ(choice.flags, (std::vector<std::uint8_t>{0, 0}));
 }
 
 TEST(Selection, TakesTheLongestWhereNoneIsGoodEnoughAndSaysSo) {
-  const Choice choice = choose_by_probability(predictions({{0.5, 0.6, 0.4}}), 0, 0.8);
+  const Choice choice = choose_by_probability(predictions({{0.5, 0.6, 0.4}}), 0, {0.8, 0.8});
   EXPECT_EQ(choice.range_index[0], 2);
   EXPECT_EQ(choice.flags[0], kUnmet);
 }
@@ -53,7 +54,7 @@ TEST(Selection, ByMeanCountsALimitThatIsMetExactly) {
 TEST(Selection, SendsExtrapolatedSitesAsFarAsThereIs) {
   PredictedError predicted = predictions({{0.9, 0.9, 0.9}, {0.9, 0.9, 0.9}});
   predicted.extrapolated[1] = 1;
-  Choice choice = choose_by_probability(predicted, 0, 0.8);
+  Choice choice = choose_by_probability(predicted, 0, {0.8, 0.8});
   Choice trusting = choice;
   mark_extrapolated(predicted, true, choice);
   EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{0, 2}));
@@ -119,9 +120,9 @@ TEST(Selection, AStricterThresholdNeverLooksLessFar) {
     probabilities.push_back({random.uniform(), random.uniform(), random.uniform()});
   }
   const PredictedError predicted = predictions(probabilities);
-  Choice before = choose_by_probability(predicted, 0, 0.0);
+  Choice before = choose_by_probability(predicted, 0, {0.0, 0.0});
   for (double threshold = 0.05; threshold <= 1.0; threshold += 0.05) {
-    Choice choice = choose_by_probability(predicted, 0, threshold);
+    Choice choice = choose_by_probability(predicted, 0, {threshold, threshold});
     dilate(straight_route(200), 3.0, choice);
     for (std::size_t i = 0; i < 200; ++i) {
       EXPECT_GE(choice.range_index[i], before.range_index[i]);

@@ -1,0 +1,139 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "compiler/base/atomic_file.h"
+#include "compiler/driver/commands.h"
+#include "compiler/driver/console.h"
+#include "compiler/driver/pipelines.h"
+#include "compiler/driver/run_flags.h"
+#include "formats/driven_places.h"
+
+namespace sightline {
+namespace {
+
+struct TrainFlags {
+  RunFlags run;
+  std::vector<std::string> configs;
+  std::string output;
+  bool with_evaluation = false;
+  bool is_forced = false;
+};
+
+// A place, and a key that names everything its numbers were made of.
+struct MeasuredPlace {
+  DrivenPlace place;
+  Digest key{};
+};
+
+Result<void> check_output(const TrainFlags& flags) {
+  std::error_code failure;
+  if (!flags.is_forced && std::filesystem::exists(flags.output, failure)) {
+    return Error{ErrorCode::kOutputExists, "the output exists already; --force replaces it",
+                 flags.output, ""};
+  }
+  return {};
+}
+
+Result<CompileConfig> load_config(const TrainFlags& flags, const std::string& file) {
+  Result<CompileConfig> config = load_compile_config(file, flags.run.overrides);
+  if (config && flags.with_evaluation && config->evaluation.scans.empty()) {
+    return Error{ErrorCode::kMissingKey,
+                 "evaluation.scans: --with-evaluation asks for a second drive and none is named",
+                 file, ""};
+  }
+  return config;
+}
+
+Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig& config,
+                                    const std::string& file) {
+  RunFlags run = flags.run;
+  run.config_file = file;
+  ArtifactSet artifacts;
+  Result<void> provided = provide_drives(config, artifacts);
+  if (provided && flags.with_evaluation) provided = provide_evaluation(config, artifacts);
+  if (!provided) return provided.error();
+  const Result<std::vector<StepReport>> reports =
+      run_steps(measure_pipeline(config, flags.with_evaluation), run, config, artifacts);
+  if (!reports) return reports.error();
+  MeasuredPlace measured;
+  measured.place = {file, artifacts.get<Sites>("sites"),
+                    artifacts.get<FactorTable>("factor-table"), {}};
+  DigestBuilder key;
+  for (const char* name : {"sites", "factor-table"}) key.add(artifacts.entry(name).key);
+  std::vector<std::string> drives = {"measured-error"};
+  if (flags.with_evaluation) drives.emplace_back("evaluation/measured-error");
+  for (const std::string& name : drives) {
+    measured.place.drives.push_back(artifacts.get<MeasuredError>(name));
+    key.add(artifacts.entry(name).key);
+  }
+  measured.key = key.finish();
+  return measured;
+}
+
+Result<void> train(const TrainFlags& flags) {
+  const Result<void> free = check_output(flags);
+  if (!free) return free;
+  DrivenPlaces places;
+  DigestBuilder key;
+  CompileConfig first_config;
+  for (const std::string& file : flags.configs) {
+    const Result<CompileConfig> config = load_config(flags, file);
+    if (!config) return config.error();
+    if (places.places.empty()) first_config = *config;
+    if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", file.c_str());
+    Result<MeasuredPlace> measured = measure_place(flags, *config, file);
+    if (!measured) return measured.error();
+    places.places.push_back(std::move(measured->place));
+    key.add(measured->key);
+  }
+  ArtifactSet artifacts;
+  artifacts.provide("driven-places", std::move(places), key.finish());
+  RunFlags run = flags.run;
+  run.config_file = flags.configs.front();
+  const Result<std::vector<StepReport>> reports =
+      run_steps(train_pipeline(first_config.train_model), run, first_config, artifacts);
+  if (!reports) return reports.error();
+  const ErrorModel& model = artifacts.get<ErrorModel>("error-model");
+  const Result<void> written =
+      write_file_atomically(flags.output, to_bytes(model),
+                            flags.is_forced ? IfExists::kReplace : IfExists::kRefuse);
+  if (!written) return written;
+  if (!flags.run.is_quiet) std::fputs(to_text(model).c_str(), stdout);
+  return {};
+}
+
+}  // namespace
+
+void add_train_command(CLI::App& app, int& status) {
+  const auto flags = std::make_shared<TrainFlags>();
+  CLI::App* command =
+      app.add_subcommand("train", "Train an error model on many drives, for maps made elsewhere");
+  command->footer(
+      "Each configuration is one place: its mapping drive makes the map, its localization drive is\n"
+      "measured in it. What a place was measured at is cached, so a further place costs its own time\n"
+      "alone. The model card on stdout is of places that the trees did not see.\n\n"
+      "With --with-evaluation the evaluation drive of each place is measured too, and the model\n"
+      "learns what one drive's measurements say of the next. Such a drive can judge no map that\n"
+      "this model annotates.\n\n"
+      "Examples:\n"
+      "  sightline train north.yaml south.yaml old-town.yaml -o city.slmodel\n"
+      "  sightline train town-*/town.yaml -o towns.slmodel --with-evaluation\n"
+      "  sightline compile street.yaml -o street.slmap --model city.slmodel");
+  command->add_option("configs", flags->configs, "YAML configurations, one for each place")
+      ->required();
+  add_flags_of_every_run(*command, flags->run);
+  command->add_option("-o,--output", flags->output, "The model file to write (.slmodel)")
+      ->required();
+  command->add_flag("--with-evaluation", flags->with_evaluation,
+                    "Learn from each place's evaluation drive as well, and from what one drive "
+                    "says of the other");
+  command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
+  command->callback([flags, &status] {
+    const Result<void> trained = train(*flags);
+    status = trained ? 0 : report_error(trained.error());
+  });
+}
+
+}  // namespace sightline

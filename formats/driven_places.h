@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/factor_table.h"
+#include "formats/measured_error.h"
+#include "formats/sites.h"
+
+namespace sightline {
+
+// A mapped place that was driven once or more after it was mapped: what its map says of each site,
+// and how well each drive localized there.
+struct DrivenPlace {
+  std::string name;
+  Sites sites;
+  FactorTable factors;
+  std::vector<MeasuredError> drives;  // at least one; of these sites, at the factors' ranges
+};
+
+// All that an error model is trained on.
+struct DrivenPlaces {
+  std::vector<DrivenPlace> places;  // at least one; all with the same ranges and factors
+};
+
+template <>
+struct ArtifactTraits<DrivenPlaces> {
+  static constexpr std::string_view kName = "driven-places";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+// Every part is valid in itself and belongs to its place. Errors: mismatched-inputs where sites,
+// factors or errors of a place differ in count or ranges, or places in ranges or factors; the
+// place is named.
+Result<void> validate(const DrivenPlaces& places);
+Table dump(const DrivenPlaces& places);  // one row per drive
+void encode(const DrivenPlaces& places, ByteWriter& writer);
+void decode(ByteReader& reader, DrivenPlaces& places);
+
+}  // namespace sightline

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+// Tables for people: columns that stand under each other.
+
+namespace sightline {
+
+using TextGrid = std::vector<std::vector<std::string>>;  // [row][column]; rows may be short
+
+// The first column to the left, the others to the right, two spaces between, one line a row.
+std::string aligned(const TextGrid& grid);
+
+std::string fixed(double value, int decimals);
+
+}  // namespace sightline

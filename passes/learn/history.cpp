@@ -1,0 +1,146 @@
+#include "passes/learn/history.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "compiler/base/check.h"
+#include "compiler/base/parallel.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kReach_m = 6.0;         // farther measurements say little of a place
+constexpr double kLeastError_m = 0.001;  // below this the logarithm would magnify noise
+
+double log_error(double error_m) { return std::log(std::max(error_m, kLeastError_m)); }
+
+// Sites that the drive measured, by square of kReach_m, so that neighbours are found without
+// looking at all of them.
+class MeasuredPlaces {
+ public:
+  MeasuredPlaces(const Sites& sites, const MeasuredError& measured) : sites_(sites) {
+    for (std::size_t site = 0; site < sites.sites.size(); ++site) {
+      if (measured.scan_of_site[site] >= 0) squares_[square_of(site)].push_back(site);
+    }
+  }
+
+  // Those within kReach_m in three dimensions, the nearest first, the lower index on a tie.
+  [[nodiscard]] std::vector<std::size_t> near(std::size_t site) const {
+    std::vector<std::pair<double, std::size_t>> found;
+    const auto [column, row] = square_of(site);
+    for (std::int64_t x = column - 1; x <= column + 1; ++x) {
+      for (std::int64_t y = row - 1; y <= row + 1; ++y) {
+        const auto square = squares_.find({x, y});
+        if (square == squares_.end()) continue;
+        for (const std::size_t other : square->second) {
+          const double distance_m =
+              (sites_.sites[other].p_map_m - sites_.sites[site].p_map_m).norm();
+          if (distance_m <= kReach_m) found.emplace_back(distance_m, other);
+        }
+      }
+    }
+    std::sort(found.begin(), found.end());
+    std::vector<std::size_t> order;
+    for (const auto& [distance_m, other] : found) order.push_back(other);
+    return order;
+  }
+
+ private:
+  using Square = std::pair<std::int64_t, std::int64_t>;
+  [[nodiscard]] Square square_of(std::size_t site) const {
+    const Eigen::Vector3d& p_m = sites_.sites[site].p_map_m;
+    return {static_cast<std::int64_t>(std::floor(p_m.x() / kReach_m)),
+            static_cast<std::int64_t>(std::floor(p_m.y() / kReach_m))};
+  }
+
+  const Sites& sites_;
+  std::map<Square, std::vector<std::size_t>> squares_;
+};
+
+// In the order of history_features(). `near` is not empty.
+std::vector<double> describe(const MeasuredError& measured, const std::vector<std::size_t>& near,
+                             std::size_t range) {
+  const std::size_t nearest = near.front();
+  const std::size_t longest = measured.ranges_m.size() - 1;
+  const ErrorRow& own = measured.row(nearest, range);
+  std::vector<double> logs;
+  double worst = -std::numeric_limits<double>::infinity();
+  double lost_share = 0.0;
+  for (const std::size_t site : near) {
+    const ErrorRow& row = measured.row(site, range);
+    logs.push_back(log_error(row.mean_m));
+    worst = std::max(worst, logs.back());
+    lost_share = std::max(lost_share, row.lost_share);
+  }
+  const double mean = ordered_sum(logs) / static_cast<double>(logs.size());
+  return {1.0,
+          log_error(own.mean_m),
+          log_error(measured.row(nearest, range == 0 ? 0 : range - 1).mean_m),
+          log_error(measured.row(nearest, std::min(range + 1, longest)).mean_m),
+          mean,
+          worst,
+          log_error(own.p90_m),
+          lost_share};
+}
+
+}  // namespace
+
+const std::vector<std::string>& history_features() {
+  static const std::vector<std::string> kNames = {
+      "history_known",        "history_log_mean",      "history_log_mean_shorter",
+      "history_log_mean_longer", "history_log_mean_near", "history_log_max_near",
+      "history_log_p90",      "history_lost_near"};
+  return kNames;
+}
+
+bool is_history_feature(const std::string& name) {
+  return std::ranges::find(history_features(), name) != history_features().end();
+}
+
+History history_of(const Sites& sites, const MeasuredError& measured) {
+  SIGHTLINE_CHECK(measured.scan_of_site.size() == sites.sites.size());
+  const MeasuredPlaces places(sites, measured);
+  const std::size_t range_count = measured.ranges_m.size();
+  const std::size_t feature_count = history_features().size();
+  History history;
+  history.is_known.assign(sites.sites.size(), 0);
+  history.values.assign(sites.sites.size() * range_count * feature_count, 0.0F);
+  for (std::size_t site = 0; site < sites.sites.size(); ++site) {
+    const std::vector<std::size_t> near = places.near(site);
+    if (near.empty()) continue;
+    history.is_known[site] = 1;
+    for (std::size_t range = 0; range < range_count; ++range) {
+      const std::vector<double> values = describe(measured, near, range);
+      std::transform(values.begin(), values.end(),
+                     history.values.begin() + static_cast<std::ptrdiff_t>(
+                                                  (site * range_count + range) * feature_count),
+                     [](double value) { return static_cast<float>(value); });
+    }
+  }
+  return history;
+}
+
+FeatureRows with_history(const FeatureRows& rows, const History* history) {
+  const std::vector<std::string>& added = history_features();
+  SIGHTLINE_CHECK(history == nullptr || history->values.size() == rows.row_count * added.size());
+  FeatureRows out;
+  out.names = rows.names;
+  out.names.insert(out.names.end() - 1, added.begin(), added.end());
+  out.row_count = rows.row_count;
+  out.values.reserve(out.row_count * out.names.size());
+  const std::size_t before = rows.names.size() - 1;  // range_m comes last
+  for (std::size_t i = 0; i < rows.row_count; ++i) {
+    const float* row = rows.row(i);
+    out.values.insert(out.values.end(), row, row + before);
+    for (std::size_t f = 0; f < added.size(); ++f) {
+      out.values.push_back(history == nullptr ? 0.0F : history->values[i * added.size() + f]);
+    }
+    out.values.push_back(row[before]);
+  }
+  return out;
+}
+
+}  // namespace sightline

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "formats/driven_places.h"
+#include "formats/error_model.h"
+#include "passes/learn/feature_rows.h"
+#include "passes/learn/folds.h"
+#include "passes/learn/grow_trees.h"
+
+// All that there is to learn, laid out as rows. A place gives one case for each drive (no history,
+// that drive's errors as labels), and one more for each ordered pair of drives: what the first
+// found is history, what the second found is the label. A drive is never both.
+
+namespace sightline {
+
+struct LessonOptions {
+  std::string features = "all";   // or "paper": its eleven factors alone
+  double block_m = 60.0;          // route held out together, at least
+  int fold_count = 5;             // at most
+  std::string hold_out = "auto";  // blocks, places; auto: places where there are at least three
+};
+
+struct Lesson {
+  FeatureRows features;            // [site][range]
+  std::vector<TrainedSite> sites;  // of all cases, with a label or without; each with its block
+  std::vector<double> labels;      // [site][range]; 0 where there is none
+  std::size_t range_count = 0;
+  Folds folds;
+  std::vector<PlaceCard> places;
+  bool holds_out_places = false;
+  bool knows_history = false;  // some place was driven twice
+};
+
+// Errors: those of validate(DrivenPlaces), gather_features and cut_route.
+Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& places);
+
+// The labelled rows of the sites where `leave_out` is 0. Where they are more than `most_rows`,
+// every second, third, ... site of them alone: neighbours tell nearly the same.
+TrainingSet labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out,
+                          std::size_t most_rows);
+
+}  // namespace sightline
