@@ -130,14 +130,17 @@ TrainingCard training_card(const PassContext& ctx, const TrainModelOptions& opti
   return card;
 }
 
+ForestOptions forest_options(const TrainModelOptions& options) {
+  return {options.trees, options.least_leaf_rows, options.feature_share, options.tree_rows};
+}
+
 Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainModelOptions& options,
                                            const Lesson& lesson) {
   const std::vector<std::uint8_t> leave_none_out(lesson.sites.size(), 0);
   const TrainingSet all =
       labelled_rows(lesson, leave_none_out, static_cast<std::size_t>(options.most_rows));
   return grow_forest(lesson.features, all,
-                     {options.trees, options.least_leaf_rows, options.feature_share},
-                     mix(ctx.seed, kWholeForestKey), ctx.threads);
+                     forest_options(options), mix(ctx.seed, kWholeForestKey), ctx.threads);
 }
 
 }  // namespace
@@ -152,6 +155,9 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
               1000),
       number("feature_share", options.feature_share, "share of the features tried at a split", 0.01,
              1.0),
+      integer("tree_rows", options.tree_rows,
+              "rows that one tree grows on, drawn anew for each, where there are more", 100,
+              10'000'000),
       number("block_m", options.block_m,
              "route held out together, at least, m; below 60 nothing is promised", 5.0, 10000.0),
       number("buffer_m", options.buffer_m,
@@ -176,8 +182,7 @@ Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted
   predicted.ranges_m = places.places.front().factors.ranges_m;
   predicted.limits_m = options.limits_m;
   const OutOfFoldOptions out_of_fold_options{
-      {options.trees, options.least_leaf_rows, options.feature_share},
-      options.buffer_m,
+      forest_options(options), options.buffer_m,
       static_cast<std::size_t>(options.most_rows)};
   Result<OutOfFold> out_of_fold =
       predict_out_of_fold(ctx, out_of_fold_options, *lesson, std::move(predicted));

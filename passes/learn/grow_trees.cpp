@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <numeric>
 #include <string>
 
 #include "compiler/base/parallel.h"
@@ -70,6 +71,21 @@ GrownTree grow_tree(const Samples& samples, std::size_t feature_count, const For
   return tree;
 }
 
+// At most `most` of the samples, drawn without putting back; all of them where they are no more.
+Samples drawn(const Samples& samples, std::size_t most, std::uint64_t seed) {
+  if (samples.rows.size() <= most) return samples;
+  std::vector<std::size_t> order(samples.rows.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  Random random(seed);
+  Samples some;
+  for (std::size_t i = 0; i < most; ++i) {
+    std::swap(order[i], order[i + random.below(order.size() - i)]);
+    some.rows.push_back(samples.rows[order[i]]);
+    some.labels.push_back(samples.labels[order[i]]);
+  }
+  return some;
+}
+
 }  // namespace
 
 Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const TrainingSet& training,
@@ -82,7 +98,9 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Tra
   try {
     return parallel_map<GrownTree>(
         static_cast<std::size_t>(options.tree_count), threads, [&](std::size_t i) {
-          return grow_tree(samples, features.names.size(), options, mix(seed, i));
+          const std::uint64_t tree_seed = mix(seed, i);
+          const Samples own = drawn(samples, static_cast<std::size_t>(options.tree_rows), tree_seed);
+          return grow_tree(own, features.names.size(), options, tree_seed);
         });
   } catch (const std::exception& failure) {
     return Error{ErrorCode::kOutOfMemory,

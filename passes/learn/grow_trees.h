@@ -13,6 +13,7 @@ struct ForestOptions {
   int tree_count = 200;
   int least_leaf_rows = 5;
   double feature_share = 0.4;  // of the features, tried at each split
+  int tree_rows = 15000;       // of more training rows, a tree grows on as many drawn for it
 };
 
 // Which rows to learn, and what: labels[i] belongs to features.row(rows[i]).
@@ -29,7 +30,8 @@ struct GrownTree {
 };
 
 // Trees of a random forest (Breiman 2001), each from its own bootstrap sample and with a random
-// choice of features at each split. Tree i depends on the set, the options and mix(seed, i) alone.
+// choice of features at each split. Time is bounded: where rows are many, a tree sees some of them;
+// together the trees see all. Tree i depends on the set, the options and mix(seed, i) alone.
 // At most `threads` trees are grown at a time. Error: out-of-memory.
 Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const TrainingSet& training,
                                           const ForestOptions& options, std::uint64_t seed,

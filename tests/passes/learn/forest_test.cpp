@@ -134,6 +134,23 @@ TEST(Forest, IsTheSameForAnyThreadCount) {
   EXPECT_EQ(bytes_with(1), bytes_with(2));
 }
 
+TEST(Forest, GrowsATreeOnSomeRowsAndLabelsItWithAll) {
+  const Problem problem = random_problem(3, 600, 4);
+  ForestOptions options{10, 5, 0.4};
+  options.tree_rows = 60;
+  const Result<RegressionForest> forest =
+      grow_forest(problem.features, problem.training, options, 1, 1);
+  ASSERT_TRUE(forest.has_value());
+  ASSERT_TRUE(validate(*forest).has_value());
+  EXPECT_EQ(forest->labels.size(), 600u);
+  for (const RegressionTree& tree : forest->trees) {
+    EXPECT_LE(tree.leaf_count(), 30u);  // of 600 rows it would have a hundred
+    EXPECT_GE(tree.leaf_count(), 4u);
+    EXPECT_EQ(tree.leaf_of_label.size(), 600u);
+  }
+  EXPECT_NE(forest->trees[0], forest->trees[1]);
+}
+
 TEST(Forest, LearnsAStepItCanSee) {
   Problem problem = random_problem(1, 200, 1);
   for (std::uint32_t i = 0; i < 200; ++i) {
