@@ -1,125 +1,122 @@
 #include "passes/build_ndt.h"
 
 #include <algorithm>
-#include <map>
 
 #include "compiler/base/check.h"
 #include "compiler/base/parallel.h"
 #include "passes/build_ndt_cells.h"
 
-// How a cell gets the same bits for any number of threads: points are cut into chunks of fixed
-// size, each chunk sorts its point indices by tile without changing their order, and each tile then
-// adds its points chunk by chunk. So every cell adds its points in the order of the input, and
-// tiles are independent of each other.
+// How a cell gets the same bits for any number of threads: each cell belongs to one part of the map,
+// and a part adds its points in the order of the input. Points pass through in windows of chunks:
+// first every chunk finds its runs of points in one cell and hands them to parts, then every part
+// adds its runs, chunk after chunk. Nothing that a window needs outlives it, so memory grows with the
+// cells and not with the points.
 
 namespace sightline {
 namespace {
 
-constexpr std::size_t kChunkSize = 1 << 16;
 constexpr double kLeastExtent_m2 = 1e-6;  // largest eigenvalue of a valid cell
 constexpr double kGridReach_cells = 0x1.0p30;
 
-struct TileGroup {
+// How work is cut; no result depends on it.
+struct Cut {
+  std::size_t part_count = 1;
+  std::size_t chunk_count = 1;    // of a window
+  std::size_t chunk_size = 2048;  // points: with their keys they stay in the nearest caches
+};
+
+Cut cut_for(int threads) { return threads == 1 ? Cut{} : Cut{32, 32, 16384}; }
+
+// The runs of one chunk, by part. Keeps its memory from window to window.
+struct ChunkRuns {
+  std::vector<CellKey> keys;
+  std::vector<CellRun> runs;
+  std::vector<std::vector<CellRun>> runs_of_part;
+};
+
+void find_runs(std::span<const Eigen::Vector3d> points_m, double cell_m, std::size_t part_count,
+               ChunkRuns& chunk) {
+  chunk.keys.resize(points_m.size());
+  cell_keys(points_m, cell_m, chunk.keys);
+  chunk.runs_of_part.resize(part_count);
+  for (std::vector<CellRun>& runs : chunk.runs_of_part) runs.clear();
+  if (part_count == 1) {
+    append_runs(chunk.keys, chunk.runs_of_part.front());
+    return;
+  }
+  chunk.runs.clear();
+  append_runs(chunk.keys, chunk.runs);
+  // The high bits of the hash: the low ones place a cell within its part.
+  for (const CellRun& run : chunk.runs) {
+    const std::uint64_t part = (std::uint64_t{hash_of(run.key)} * part_count) >> 32;
+    chunk.runs_of_part[part].push_back(run);
+  }
+}
+
+std::vector<CellTable> add_points(std::span<const Eigen::Vector3d> points_m, double cell_m,
+                                  int threads) {
+  const Cut cut = cut_for(threads);
+  std::vector<CellTable> parts(cut.part_count, CellTable(cell_m));
+  std::vector<ChunkRuns> chunks(cut.chunk_count);
+  const std::size_t window_size = cut.chunk_count * cut.chunk_size;
+  for (std::size_t first = 0; first < points_m.size(); first += window_size) {
+    const auto window_m = points_m.subspan(first, std::min(window_size, points_m.size() - first));
+    const std::size_t used = (window_m.size() + cut.chunk_size - 1) / cut.chunk_size;
+    const auto points_of = [&](std::size_t chunk) {
+      const std::size_t begin = chunk * cut.chunk_size;
+      return window_m.subspan(begin, std::min(cut.chunk_size, window_m.size() - begin));
+    };
+    parallel_for(used, threads, [&](std::size_t chunk) {
+      find_runs(points_of(chunk), cell_m, cut.part_count, chunks[chunk]);
+    });
+    parallel_for(cut.part_count, threads, [&](std::size_t part) {
+      for (std::size_t chunk = 0; chunk < used; ++chunk) {
+        parts[part].add(points_of(chunk), chunks[chunk].runs_of_part[part]);
+      }
+    });
+  }
+  return parts;
+}
+
+// A cell of enough points, and its place in the order of NDs.
+struct FullCell {
   TileKey tile;
-  std::size_t begin = 0;
-  std::size_t end = 0;
+  CellKey key;
+  const CellSums* sums = nullptr;
 };
 
-// Point indices of one chunk, grouped by tile, input order kept within a group.
-struct ChunkOrder {
-  std::vector<TileGroup> groups;
-  std::vector<std::uint64_t> indices;
-};
-
-ChunkOrder order_chunk(std::span<const Eigen::Vector3d> points_m, std::size_t begin,
-                       std::size_t end, const BuildNdtOptions& options) {
-  ChunkOrder order;
-  std::vector<std::uint32_t> group_of(end - begin);
-  std::map<TileKey, std::uint32_t> group_by_tile;
-  std::uint32_t last = 0;
-  for (std::size_t i = begin; i < end; ++i) {
-    const TileKey tile =
-        tile_of(cell_key(points_m[i], options.cell_m), options.cell_m, options.tile_m);
-    if (order.groups.empty() || order.groups[last].tile != tile) {
-      const auto next = static_cast<std::uint32_t>(order.groups.size());
-      last = group_by_tile.try_emplace(tile, next).first->second;
-      if (last == next) order.groups.push_back({tile, 0, 0});
-    }
-    group_of[i - begin] = last;
-    ++order.groups[last].end;
-  }
-  std::size_t offset = 0;
-  for (TileGroup& group : order.groups) {
-    const std::size_t size = group.end;
-    group.begin = offset;
-    group.end = offset;  // grows back to its size while the indices are placed
-    offset += size;
-  }
-  order.indices.resize(end - begin);
-  for (std::size_t i = begin; i < end; ++i) {
-    order.indices[order.groups[group_of[i - begin]].end++] = i;
-  }
-  return order;
-}
-
-std::vector<ChunkOrder> order_points(std::span<const Eigen::Vector3d> points_m,
-                                     const BuildNdtOptions& options, int threads) {
-  const std::size_t chunk_count = (points_m.size() + kChunkSize - 1) / kChunkSize;
-  return parallel_map<ChunkOrder>(chunk_count, threads, [&](std::size_t i) {
-    const std::size_t end = std::min(points_m.size(), (i + 1) * kChunkSize);
-    return order_chunk(points_m, i * kChunkSize, end, options);
-  });
-}
-
-// The part of each chunk that lies in one tile, in the order of chunks.
-using TileParts = std::vector<std::span<const std::uint64_t>>;
-
-// Ascending by tile; refers to the chunks.
-std::vector<TileParts> parts_of_tiles(const std::vector<ChunkOrder>& chunks) {
-  std::map<TileKey, TileParts> parts_by_tile;
-  for (const ChunkOrder& chunk : chunks) {
-    for (const TileGroup& group : chunk.groups) {
-      parts_by_tile[group.tile].push_back(
-          std::span(chunk.indices).subspan(group.begin, group.end - group.begin));
-    }
-  }
-  std::vector<TileParts> tiles;
-  for (auto& [tile, parts] : parts_by_tile) tiles.push_back(std::move(parts));
-  return tiles;
-}
-
-struct TileNds {
-  std::vector<Nd> nds;
-  std::uint64_t sparse_cell_count = 0;
-  std::uint64_t degenerate_cell_count = 0;
-};
-
-TileNds reduce_tile(std::span<const Eigen::Vector3d> points_m, const TileParts& parts,
-                    const BuildNdtOptions& options) {
-  CellTable table;
-  for (const std::span<const std::uint64_t> part : parts) {
-    for (const std::uint64_t index : part) {
-      const Eigen::Vector3d& point_m = points_m[index];
-      const CellKey key = cell_key(point_m, options.cell_m);
-      table.at(key).add(point_m - cell_centre_m(key, options.cell_m));
-    }
-  }
-  TileNds tile;
+// Ascending by tile and key; refers to the parts. Counts the others.
+std::vector<FullCell> full_cells(const std::vector<CellTable>& parts,
+                                 const BuildNdtOptions& options, std::uint64_t& sparse_count) {
   // A covariance needs two points whatever the option says.
-  const auto least_count = static_cast<std::uint32_t>(std::max(options.min_points, 2));
-  for (const CellSums& sums : table.take()) {
-    if (sums.count < least_count) {
-      ++tile.sparse_cell_count;
-      continue;
-    }
-    const Nd nd = nd_of(sums, options.cell_m);
-    if (nd.eigenvalues_m2[0] >= kLeastExtent_m2) {
-      tile.nds.push_back(nd);
-    } else {
-      ++tile.degenerate_cell_count;
+  const auto least_count = static_cast<std::uint64_t>(std::max(options.min_points, 2));
+  std::vector<FullCell> cells;
+  for (const CellTable& part : parts) {
+    for (std::size_t i = 0; i < part.keys().size(); ++i) {
+      if (part.sums()[i].count < least_count) {
+        ++sparse_count;
+        continue;
+      }
+      const CellKey& key = part.keys()[i];
+      cells.push_back({tile_of(key, options.cell_m, options.tile_m), key, &part.sums()[i]});
     }
   }
-  return tile;
+  std::sort(cells.begin(), cells.end(), [](const FullCell& a, const FullCell& b) {
+    return a.tile != b.tile ? a.tile < b.tile : a.key < b.key;
+  });
+  return cells;
+}
+
+std::vector<Nd> nds_of(const std::vector<FullCell>& cells, double cell_m, int threads) {
+  constexpr std::size_t kBatch = 256;
+  std::vector<Nd> nds(cells.size());
+  parallel_for((cells.size() + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
+    const std::size_t end = std::min(cells.size(), (batch + 1) * kBatch);
+    for (std::size_t i = batch * kBatch; i < end; ++i) {
+      nds[i] = nd_of(cells[i].key, *cells[i].sums, cell_m);
+    }
+  });
+  return nds;
 }
 
 // Position of the first point that the grid cannot hold, or the number of points.
@@ -150,21 +147,15 @@ std::vector<OptionField> option_fields(BuildNdtOptions& options) {
 NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,
                        const BuildNdtOptions& options, int threads) {
   SIGHTLINE_CHECK(is_tiling(options.cell_m, options.tile_m));
-  const std::vector<ChunkOrder> chunks = order_points(points_m, options, threads);
-  const std::vector<TileParts> tiles = parts_of_tiles(chunks);
-  const std::vector<TileNds> reduced = parallel_map<TileNds>(
-      tiles.size(), threads,
-      [&](std::size_t i) { return reduce_tile(points_m, tiles[i], options); });
   NdtMap map;
   map.frame = frame;
   map.cell_m = options.cell_m;
   map.tile_m = options.tile_m;
   map.point_count = points_m.size();
-  for (const TileNds& tile : reduced) {
-    map.nds.insert(map.nds.end(), tile.nds.begin(), tile.nds.end());
-    map.sparse_cell_count += tile.sparse_cell_count;
-    map.degenerate_cell_count += tile.degenerate_cell_count;
-  }
+  const std::vector<CellTable> parts = add_points(points_m, options.cell_m, threads);
+  map.nds = nds_of(full_cells(parts, options, map.sparse_cell_count), options.cell_m, threads);
+  map.degenerate_cell_count = std::erase_if(
+      map.nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
   return map;
 }
 
