@@ -23,9 +23,9 @@ struct CellRun {
   std::uint32_t count = 0;
 };
 
-// Appends the longest runs of equal keys, their `begin` counted from the first key; at most 2^32
-// keys.
-void append_runs(std::span<const CellKey> keys, std::vector<CellRun>& runs);
+// Writes the longest runs of equal keys, `begin` counted from the first key, and returns their number.
+// Takes as many runs as keys to work with, and at most 2^32 keys.
+std::size_t find_runs(std::span<const CellKey> keys, std::span<CellRun> runs);
 
 inline std::uint32_t hash_of(const CellKey& key) {
   const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^

@@ -1,6 +1,10 @@
 #include "passes/build_ndt.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <optional>
 
 #include "compiler/base/check.h"
 #include "compiler/base/parallel.h"
@@ -16,7 +20,34 @@ namespace sightline {
 namespace {
 
 constexpr double kLeastExtent_m2 = 1e-6;  // largest eigenvalue of a valid cell
-constexpr double kGridReach_cells = 0x1.0p30;
+
+bool is_outside(double x_m, double reach_m) { return !(std::abs(x_m) < reach_m); }
+
+double grid_reach_m(double cell_m) { return 0x1.0p30 * cell_m; }
+
+// Position of the first point that the grid cannot hold, or the number of points.
+std::size_t first_outside(std::span<const Eigen::Vector3d> points_m, double cell_m) {
+  const double reach_m = grid_reach_m(cell_m);
+  std::size_t i = 0;
+  while (i < points_m.size() && !is_outside(points_m[i].x(), reach_m) &&
+         !is_outside(points_m[i].y(), reach_m) && !is_outside(points_m[i].z(), reach_m)) {
+    ++i;
+  }
+  return i;
+}
+
+// The same question without a branch. Doubles without their sign compare as their bits do, NaN and
+// infinity last: the sum below is negative for each coordinate that is out of reach.
+bool all_inside(std::span<const Eigen::Vector3d> points_m, double cell_m) {
+  constexpr std::int64_t kMagnitude = std::numeric_limits<std::int64_t>::max();
+  const std::int64_t least_outside = std::bit_cast<std::int64_t>(grid_reach_m(cell_m));
+  const double* x_m = points_m.front().data();
+  std::int64_t signs = 0;
+  for (std::size_t i = 0; i < 3 * points_m.size(); ++i) {
+    signs |= least_outside - 1 - (std::bit_cast<std::int64_t>(x_m[i]) & kMagnitude);
+  }
+  return signs >= 0;
+}
 
 // How work is cut; no result depends on it.
 struct Cut {
@@ -27,34 +58,44 @@ struct Cut {
 
 Cut cut_for(int threads) { return threads == 1 ? Cut{} : Cut{32, 32, 16384}; }
 
-// The runs of one chunk, by part. Keeps its memory from window to window.
+// The runs of one chunk, in the order of points. Keeps its memory from window to window.
 struct ChunkRuns {
+  bool all_inside = true;
   std::vector<CellKey> keys;
   std::vector<CellRun> runs;
-  std::vector<std::vector<CellRun>> runs_of_part;
+  std::size_t run_count = 0;
+  std::vector<std::vector<CellRun>> runs_of_part;  // empty where there is one part
+
+  [[nodiscard]] std::span<const CellRun> of_part(std::size_t part) const {
+    return runs_of_part.empty() ? std::span(runs).first(run_count)
+                                : std::span<const CellRun>(runs_of_part[part]);
+  }
 };
 
-void find_runs(std::span<const Eigen::Vector3d> points_m, double cell_m, std::size_t part_count,
+// The high bits of the hash: the low ones place a cell within its part.
+std::size_t part_of(const CellKey& key, std::size_t part_count) {
+  return (std::uint64_t{hash_of(key)} * part_count) >> 32;
+}
+
+void take_runs(std::span<const Eigen::Vector3d> points_m, double cell_m, std::size_t part_count,
                ChunkRuns& chunk) {
+  chunk.all_inside = all_inside(points_m, cell_m);
+  if (!chunk.all_inside) return;
   chunk.keys.resize(points_m.size());
+  chunk.runs.resize(points_m.size());
   cell_keys(points_m, cell_m, chunk.keys);
+  chunk.run_count = find_runs(chunk.keys, chunk.runs);
+  if (part_count == 1) return;
   chunk.runs_of_part.resize(part_count);
   for (std::vector<CellRun>& runs : chunk.runs_of_part) runs.clear();
-  if (part_count == 1) {
-    append_runs(chunk.keys, chunk.runs_of_part.front());
-    return;
-  }
-  chunk.runs.clear();
-  append_runs(chunk.keys, chunk.runs);
-  // The high bits of the hash: the low ones place a cell within its part.
-  for (const CellRun& run : chunk.runs) {
-    const std::uint64_t part = (std::uint64_t{hash_of(run.key)} * part_count) >> 32;
-    chunk.runs_of_part[part].push_back(run);
+  for (const CellRun& run : std::span(chunk.runs).first(chunk.run_count)) {
+    chunk.runs_of_part[part_of(run.key, part_count)].push_back(run);
   }
 }
 
-std::vector<CellTable> add_points(std::span<const Eigen::Vector3d> points_m, double cell_m,
-                                  int threads) {
+// Nothing where the grid cannot hold a point.
+std::optional<std::vector<CellTable>> add_points(std::span<const Eigen::Vector3d> points_m,
+                                                 double cell_m, int threads) {
   const Cut cut = cut_for(threads);
   std::vector<CellTable> parts(cut.part_count, CellTable(cell_m));
   std::vector<ChunkRuns> chunks(cut.chunk_count);
@@ -67,11 +108,12 @@ std::vector<CellTable> add_points(std::span<const Eigen::Vector3d> points_m, dou
       return window_m.subspan(begin, std::min(cut.chunk_size, window_m.size() - begin));
     };
     parallel_for(used, threads, [&](std::size_t chunk) {
-      find_runs(points_of(chunk), cell_m, cut.part_count, chunks[chunk]);
+      take_runs(points_of(chunk), cell_m, cut.part_count, chunks[chunk]);
     });
+    if (!std::ranges::all_of(chunks, &ChunkRuns::all_inside)) return std::nullopt;
     parallel_for(cut.part_count, threads, [&](std::size_t part) {
       for (std::size_t chunk = 0; chunk < used; ++chunk) {
-        parts[part].add(points_of(chunk), chunks[chunk].runs_of_part[part]);
+        parts[part].add(points_of(chunk), chunks[chunk].of_part(part));
       }
     });
   }
@@ -119,13 +161,20 @@ std::vector<Nd> nds_of(const std::vector<FullCell>& cells, double cell_m, int th
   return nds;
 }
 
-// Position of the first point that the grid cannot hold, or the number of points.
-std::size_t first_outside(const std::vector<Eigen::Vector3d>& points_m, double cell_m) {
-  const double reach_m = kGridReach_cells * cell_m;
-  for (std::size_t i = 0; i < points_m.size(); ++i) {
-    if (!(points_m[i].cwiseAbs().maxCoeff() < reach_m) || !points_m[i].allFinite()) return i;
-  }
-  return points_m.size();
+// Nothing where the grid cannot hold a point.
+std::optional<NdtMap> build(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,
+                            const BuildNdtOptions& options, int threads) {
+  const auto parts = add_points(points_m, options.cell_m, threads);
+  if (!parts) return std::nullopt;
+  NdtMap map;
+  map.frame = frame;
+  map.cell_m = options.cell_m;
+  map.tile_m = options.tile_m;
+  map.point_count = points_m.size();
+  map.nds = nds_of(full_cells(*parts, options, map.sparse_cell_count), options.cell_m, threads);
+  map.degenerate_cell_count = std::erase_if(
+      map.nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
+  return map;
 }
 
 void warn_of_invalid_cells(const PassContext& ctx, const NdtMap& map, int min_points) {
@@ -147,16 +196,9 @@ std::vector<OptionField> option_fields(BuildNdtOptions& options) {
 NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,
                        const BuildNdtOptions& options, int threads) {
   SIGHTLINE_CHECK(is_tiling(options.cell_m, options.tile_m));
-  NdtMap map;
-  map.frame = frame;
-  map.cell_m = options.cell_m;
-  map.tile_m = options.tile_m;
-  map.point_count = points_m.size();
-  const std::vector<CellTable> parts = add_points(points_m, options.cell_m, threads);
-  map.nds = nds_of(full_cells(parts, options, map.sparse_cell_count), options.cell_m, threads);
-  map.degenerate_cell_count = std::erase_if(
-      map.nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
-  return map;
+  std::optional<NdtMap> map = build(points_m, frame, options, threads);
+  SIGHTLINE_CHECK(map.has_value());
+  return std::move(*map);
 }
 
 Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
@@ -167,23 +209,23 @@ Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                      ", expected a multiple of cell_m " + std::to_string(options.cell_m),
                  "", "pass build-ndt"};
   }
-  const std::size_t outside = first_outside(points.points_m, options.cell_m);
-  if (outside < points.points_m.size()) {
+  std::optional<NdtMap> map = build(points.points_m, points.frame, options, ctx.threads);
+  if (!map) {
     return Error{ErrorCode::kInvalidArtifact,
-                 "surface point " + std::to_string(outside) +
+                 "surface point " + std::to_string(first_outside(points.points_m, options.cell_m)) +
                      " is not finite or lies more than 2^30 cells from the origin",
                  "", "pass build-ndt"};
   }
-  NdtMap map = ndt_from_points(points.points_m, points.frame, options, ctx.threads);
-  if (map.nds.empty()) {
+  if (map->nds.empty()) {
     return Error{ErrorCode::kEmptyMap,
-                 "none of " + std::to_string(map.sparse_cell_count + map.degenerate_cell_count) +
+                 "none of " +
+                     std::to_string(map->sparse_cell_count + map->degenerate_cell_count) +
                      " cells has " + std::to_string(options.min_points) +
                      " points and an extent: is the drive too short or the cell too small?",
                  "", "pass build-ndt"};
   }
-  warn_of_invalid_cells(ctx, map, options.min_points);
-  return map;
+  warn_of_invalid_cells(ctx, *map, options.min_points);
+  return std::move(*map);
 }
 
 }  // namespace sightline

@@ -20,20 +20,16 @@ double inside_cell(double mean_m, std::int32_t key, double cell_m) {
 }  // namespace
 
 void CellSums::add(std::span<const Eigen::Vector3d> points_m, const Eigen::Vector3d& centre_m) {
+  const Eigen::Array2d centre_xy_m = centre_m.head<2>();
   CellSums sums = *this;  // in registers
   for (const Eigen::Vector3d& point_m : points_m) {
-    const double dx = point_m.x() - centre_m.x();
-    const double dy = point_m.y() - centre_m.y();
-    const double dz = point_m.z() - centre_m.z();
-    sums.x += dx;
-    sums.y += dy;
-    sums.z += dz;
-    sums.xx += dx * dx;
-    sums.xy += dx * dy;
-    sums.xz += dx * dz;
-    sums.yy += dy * dy;
-    sums.yz += dy * dz;
-    sums.zz += dz * dz;
+    const Eigen::Array2d from_xy_m = point_m.head<2>().array() - centre_xy_m;
+    const double from_z_m = point_m.z() - centre_m.z();
+    sums.x_y += from_xy_m;
+    sums.z += from_z_m;
+    sums.xx_yy += from_xy_m * from_xy_m;
+    sums.xz_yz += from_xy_m * from_z_m;
+    sums.zz_xy += Eigen::Array2d(from_z_m, from_xy_m[0]) * Eigen::Array2d(from_z_m, from_xy_m[1]);
   }
   sums.count += points_m.size();
   *this = sums;
@@ -61,9 +57,11 @@ void CellTable::add(std::span<const Eigen::Vector3d> points_m, std::span<const C
 
 Nd nd_of(const CellKey& key, const CellSums& sums, double cell_m) {
   const double n = static_cast<double>(sums.count);
-  const Eigen::Vector3d sum_m(sums.x, sums.y, sums.z);
-  Eigen::Matrix3d outer;
-  outer << sums.xx, sums.xy, sums.xz, sums.xy, sums.yy, sums.yz, sums.xz, sums.yz, sums.zz;
+  const Eigen::Vector3d sum_m(sums.x_y[0], sums.x_y[1], sums.z);
+  Eigen::Matrix3d outer;  // the upper half
+  outer << sums.xx_yy[0], sums.zz_xy[1], sums.xz_yz[0],  //
+      0.0, sums.xx_yy[1], sums.xz_yz[1],                 //
+      0.0, 0.0, sums.zz_xy[0];
   const Eigen::Vector3d from_centre_m = sum_m / n;
   Nd nd;
   nd.key = key;

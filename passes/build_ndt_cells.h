@@ -15,10 +15,14 @@ inline Eigen::Vector3d cell_centre_m(const CellKey& key, double cell_m) {
   return {(key.x + 0.5) * cell_m, (key.y + 0.5) * cell_m, (key.z + 0.5) * cell_m};
 }
 
-// Moments about the cell's centre: far from the origin they keep the digits that matter.
+// Moments about the cell's centre: far from the origin they keep the digits that matter. In pairs,
+// since every x86-64 adds two doubles at once.
 struct CellSums {
-  double x = 0.0, y = 0.0, z = 0.0;
-  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
+  Eigen::Array2d x_y = Eigen::Array2d::Zero();
+  Eigen::Array2d xx_yy = Eigen::Array2d::Zero();
+  Eigen::Array2d xz_yz = Eigen::Array2d::Zero();
+  Eigen::Array2d zz_xy = Eigen::Array2d::Zero();
+  double z = 0.0;
   std::uint64_t count = 0;
 
   // One after the other, in their order.

@@ -46,13 +46,13 @@ BenchClouds kitti_clouds(const std::string& folder, const char* pose_file) {
   return clouds;
 }
 
-// Where a ray from (0, 0, 1.73) meets the ground, walls 8 m to each side or a gable 60 m ahead.
+// Where a ray from (0, 0, 1.73) meets the ground, walls 8.6 m to each side or a gable 60 m ahead.
 Eigen::Vector3d street_return(double azimuth_rad, double elevation_rad) {
   const Eigen::Vector3d ray(std::cos(elevation_rad) * std::cos(azimuth_rad),
                             std::cos(elevation_rad) * std::sin(azimuth_rad),
                             std::sin(elevation_rad));
   double distance_m = 60.0 / std::abs(ray.x());
-  distance_m = std::min(distance_m, 8.0 / std::abs(ray.y()));
+  distance_m = std::min(distance_m, 8.6 / std::abs(ray.y()));
   if (ray.z() < 0.0) distance_m = std::min(distance_m, 1.73 / -ray.z());
   return distance_m * ray;
 }
@@ -81,7 +81,8 @@ BenchClouds street_clouds() {
   clouds.name = "drawn street";
   clouds.scan_points_m = street_scan(1000);
   for (std::uint64_t scan = 0; scan < 77; ++scan) {
-    const Eigen::Vector3d place_m(0.9 * static_cast<double>(scan), 0.0, 1.73);
+    // Neither ground nor walls at the face of a cell.
+    const Eigen::Vector3d place_m(0.9 * static_cast<double>(scan), 0.0, 2.1);
     for (const Eigen::Vector3d& point_m : street_scan(scan)) {
       clouds.map_points_m.push_back(place_m + point_m);
     }
