@@ -32,6 +32,8 @@ void encode(const ScanInfo& scan, ByteWriter& writer) {
   writer.put(scan.zero_count);
   writer.put<std::uint8_t>(scan.T_world_vehicle.has_value() ? 1 : 0);
   if (scan.T_world_vehicle) encode(*scan.T_world_vehicle, writer);
+  writer.put(scan.sensor_index);
+  writer.put<std::uint8_t>(scan.has_point_times ? 1 : 0);
 }
 
 void decode(ByteReader& reader, ScanInfo& scan) {
@@ -44,6 +46,28 @@ void decode(ByteReader& reader, ScanInfo& scan) {
   const auto has_pose = reader.get<std::uint8_t>();
   if (has_pose > 1) reader.fail();
   if (has_pose == 1) decode(reader, scan.T_world_vehicle.emplace());
+  reader.get(scan.sensor_index);
+  const auto has_point_times = reader.get<std::uint8_t>();
+  if (has_point_times > 1) reader.fail();
+  scan.has_point_times = has_point_times == 1;
+}
+
+// Errors: time-runs-backwards, invalid-artifact.
+Result<void> check_order(const Drive& drive, std::size_t i) {
+  const ScanInfo& scan = drive.scans[i];
+  const ScanInfo& before = drive.scans[i - 1];
+  const bool is_later =
+      scan.stamp_ns > before.stamp_ns ||
+      (scan.stamp_ns == before.stamp_ns && scan.sensor_index > before.sensor_index);
+  if (!is_later) {
+    return Error{ErrorCode::kTimeRunsBackwards,
+                 "its time is not after that of the scan before it", scan.source,
+                 "scan " + std::to_string(i)};
+  }
+  if (scan.recording_index <= before.recording_index) {
+    return invalid(i, "its place in the recording is not after that of the scan before it");
+  }
+  return {};
 }
 
 }  // namespace
@@ -56,6 +80,12 @@ bool Drive::has_poses() const {
   return !scans.empty() && std::ranges::all_of(scans, [](const ScanInfo& scan) {
     return scan.T_world_vehicle.has_value();
   });
+}
+
+const SensorProfile& Drive::sensor_of(const ScanInfo& scan) const {
+  if (scan.sensor_index == 0) return sensor;
+  SIGHTLINE_CHECK(scan.sensor_index <= other_sensors.size());
+  return other_sensors[scan.sensor_index - 1];
 }
 
 bool is_selected(const ScanInfo& scan, ScanSelection selection) {
@@ -73,6 +103,10 @@ bool is_selected(const ScanInfo& scan, ScanSelection selection) {
 Result<void> validate(const Drive& drive) {
   const Result<void> sensor = validate(drive.sensor);
   if (!sensor) return sensor.error();
+  for (const SensorProfile& other : drive.other_sensors) {
+    const Result<void> valid = validate(other);
+    if (!valid) return valid.error();
+  }
   if (!drive.frame.origin_world_m.allFinite()) {
     return Error{ErrorCode::kInvalidArtifact, "the map frame's origin is not finite", "", ""};
   }
@@ -81,15 +115,11 @@ Result<void> validate(const Drive& drive) {
     if (scan.T_world_vehicle && !is_rigid(*scan.T_world_vehicle)) {
       return invalid(i, "its pose is no rotation and translation");
     }
-    if (i == 0) continue;
-    if (scan.stamp_ns <= drive.scans[i - 1].stamp_ns) {
-      return Error{ErrorCode::kTimeRunsBackwards,
-                   "its time is not after that of the scan before it", scan.source,
-                   "scan " + std::to_string(i)};
+    if (scan.sensor_index > drive.other_sensors.size()) {
+      return invalid(i, "it is of a sensor that the drive does not have");
     }
-    if (scan.recording_index <= drive.scans[i - 1].recording_index) {
-      return invalid(i, "its place in the recording is not after that of the scan before it");
-    }
+    const Result<void> ordered = i == 0 ? Result<void>() : check_order(drive, i);
+    if (!ordered) return ordered;
   }
   return {};
 }
@@ -102,8 +132,11 @@ Table dump(const Drive& drive) {
                  {"frame_origin_x_m", drive.frame.origin_world_m.x()},
                  {"frame_origin_y_m", drive.frame.origin_world_m.y()},
                  {"frame_origin_z_m", drive.frame.origin_world_m.z()}};
-  table.columns = {"recording_index", "stamp_ns",        "source",
-                   "point_count",     "nonfinite_count", "zero_count"};
+  for (const SensorProfile& other : drive.other_sensors) {
+    table.facts.emplace_back("other_sensor", other.name);
+  }
+  table.columns = {"recording_index", "sensor_index",    "stamp_ns",   "source",
+                   "point_count",     "nonfinite_count", "zero_count", "has_point_times"};
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) {
       table.columns.push_back("T_world_vehicle_" + std::to_string(row) + std::to_string(column));
@@ -112,11 +145,13 @@ Table dump(const Drive& drive) {
   for (const ScanInfo& scan : drive.scans) {
     std::vector<Cell>& cells = table.rows.emplace_back();
     cells = {static_cast<std::int64_t>(scan.recording_index),
+             static_cast<std::int64_t>(scan.sensor_index),
              scan.stamp_ns,
              scan.source,
              static_cast<std::int64_t>(scan.point_count),
              static_cast<std::int64_t>(scan.nonfinite_count),
-             static_cast<std::int64_t>(scan.zero_count)};
+             static_cast<std::int64_t>(scan.zero_count),
+             std::int64_t{scan.has_point_times ? 1 : 0}};
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         cells.push_back(scan.T_world_vehicle ? Cell((*scan.T_world_vehicle)(row, column))
@@ -130,16 +165,22 @@ Table dump(const Drive& drive) {
 void encode(const Drive& drive, ByteWriter& writer) {
   writer.put_string(drive.name);
   encode(drive.sensor, writer);
+  writer.put<std::uint64_t>(drive.other_sensors.size());
+  for (const SensorProfile& other : drive.other_sensors) encode(other, writer);
   encode(drive.frame, writer);
   writer.put<std::uint64_t>(drive.scans.size());
   for (const ScanInfo& scan : drive.scans) encode(scan, writer);
 }
 
 void decode(ByteReader& reader, Drive& drive) {
-  // The fixed part of a scan without a pose.
-  constexpr std::size_t kLeastScanSize = 4 + 8 + 8 + 3 * 8 + 1;
+  // The fixed part of a scan without a pose, and of a profile.
+  constexpr std::size_t kLeastScanSize = 4 + 8 + 8 + 3 * 8 + 1 + 4 + 1;
+  constexpr std::size_t kLeastSensorSize = 8 + 8 + 4 * 8 + 12 * 8;
   reader.get_string(drive.name);
   decode(reader, drive.sensor);
+  drive.other_sensors.clear();
+  drive.other_sensors.resize(reader.get_count(kLeastSensorSize));
+  for (SensorProfile& other : drive.other_sensors) decode(reader, other);
   decode(reader, drive.frame);
   drive.scans.clear();
   drive.scans.resize(reader.get_count(kLeastScanSize));

@@ -15,7 +15,9 @@ namespace sightline {
 // One revolution of the LiDAR: finite returns only, in the sensor's frame, metres.
 struct Scan {
   std::int64_t stamp_ns = 0;
-  std::vector<Eigen::Vector3d> points_m;
+  std::vector<Eigen::Vector3d> points_m = {};
+  // When each point was measured, ns after stamp_ns (before it where negative); empty: not known.
+  std::vector<std::int32_t> time_offset_ns = {};
 };
 
 // Where the scans of a drive are. The one artifact that refers to something outside itself: a
@@ -39,23 +41,29 @@ struct ScanInfo {
   std::uint64_t nonfinite_count = 0;    // NaN or infinite, dropped
   std::uint64_t zero_count = 0;         // exactly (0,0,0), dropped
   std::optional<Pose> T_world_vehicle;  // as given, in the recording's own coordinates
+  std::uint32_t sensor_index = 0;       // of the drive's sensors, see Drive::sensor_of
+  bool has_point_times = false;         // its points carry times of their own
 };
 
-// A recording after ingest: scans in order of time.
+// A recording after ingest: scans in order of time. Scans of two sensors may have the same time; the
+// sensor listed first then comes first.
 struct Drive {
   std::string name;
-  SensorProfile sensor;
+  SensorProfile sensor;  // the first; the one that localizes
+  std::vector<SensorProfile> other_sensors;
   MapFrame frame;  // near the first given pose; origin zero where there are no poses
   std::vector<ScanInfo> scans;
   std::shared_ptr<const ScanStore> store;  // not encoded; index = position in `scans`
 
   [[nodiscard]] bool has_poses() const;  // every scan has one
+  // The sensor that made a scan: its place in the vehicle, its beams, its ranges.
+  [[nodiscard]] const SensorProfile& sensor_of(const ScanInfo& scan) const;
 };
 
 template <>
 struct ArtifactTraits<Drive> {
   static constexpr std::string_view kName = "drive";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
   static constexpr bool kRefersOutside = true;  // the store: the runner does not cache drives
 };
 

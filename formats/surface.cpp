@@ -9,34 +9,42 @@ Error invalid(std::string message, std::string place) {
   return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
 }
 
-Result<void> validate_disc(const SurfaceDisc& disc, std::size_t index) {
-  const bool is_unit = std::abs(disc.normal.squaredNorm() - 1.0) < 1e-9;
-  if (!disc.centre_m.allFinite() || !is_unit) {
+Result<void> validate_patch(const SurfacePatch& patch, std::size_t index) {
+  const bool is_unit = std::abs(patch.normal.squaredNorm() - 1.0) < 1e-9;
+  if (!patch.centre_m.allFinite() || !is_unit) {
     return invalid("the centre is not finite or the normal not of unit length",
-                   "disc " + std::to_string(index));
+                   "patch " + std::to_string(index));
   }
-  if (!(disc.radius_m > 0.0) || !std::isfinite(disc.radius_m)) {
-    return invalid("the radius is not positive", "disc " + std::to_string(index));
+  if (!(patch.half_side_m > 0.0) || !std::isfinite(patch.half_side_m)) {
+    return invalid("the side is not positive", "patch " + std::to_string(index));
   }
   return {};
 }
 
-std::pair<TileKey, CellKey> order_of(const SurfaceDisc& disc, const Surface& surface) {
-  return {tile_of(disc.key, surface.cell_m, surface.tile_m), disc.key};
+std::pair<TileKey, CellKey> order_of(const SurfacePatch& patch, const Surface& surface) {
+  return {tile_of(patch.key, surface.cell_m, surface.tile_m), patch.key};
 }
 
 }  // namespace
+
+Eigen::Vector3d side_of(const SurfacePatch& patch) {
+  constexpr double kSteepestGround = 0.9;  // height of its normal
+  const bool is_ground = patch.normal.z() > kSteepestGround;
+  const Eigen::Vector3d across(is_ground ? 1.0 : 0.0, 0.0, is_ground ? 0.0 : 1.0);
+  return across.cross(patch.normal).normalized();
+}
 
 Result<void> validate(const Surface& surface) {
   if (!is_tiling(surface.cell_m, surface.tile_m)) {
     return invalid("a tile is no multiple of a surface cell", "");
   }
   if (!surface.frame.origin_world_m.allFinite()) return invalid("the frame is not finite", "");
-  for (std::size_t i = 0; i < surface.discs.size(); ++i) {
-    const Result<void> valid = validate_disc(surface.discs[i], i);
+  for (std::size_t i = 0; i < surface.patches.size(); ++i) {
+    const Result<void> valid = validate_patch(surface.patches[i], i);
     if (!valid) return valid.error();
-    if (i > 0 && !(order_of(surface.discs[i - 1], surface) < order_of(surface.discs[i], surface))) {
-      return invalid("discs must ascend by tile and key", "disc " + std::to_string(i));
+    if (i > 0 &&
+        !(order_of(surface.patches[i - 1], surface) < order_of(surface.patches[i], surface))) {
+      return invalid("patches must ascend by tile and key", "patch " + std::to_string(i));
     }
   }
   return {};
@@ -49,14 +57,14 @@ Table dump(const Surface& surface) {
   table.facts.emplace_back("cell_m", surface.cell_m);
   table.facts.emplace_back("tile_m", surface.tile_m);
   table.columns = {"key_x",      "key_y",    "key_z",    "centre_x_m", "centre_y_m",
-                   "centre_z_m", "normal_x", "normal_y", "normal_z",   "radius_m"};
-  table.rows.reserve(surface.discs.size());
-  for (const SurfaceDisc& disc : surface.discs) {
-    std::vector<Cell> row = {std::int64_t{disc.key.x}, std::int64_t{disc.key.y},
-                             std::int64_t{disc.key.z}};
-    for (int i = 0; i < 3; ++i) row.emplace_back(disc.centre_m[i]);
-    for (int i = 0; i < 3; ++i) row.emplace_back(disc.normal[i]);
-    row.emplace_back(disc.radius_m);
+                   "centre_z_m", "normal_x", "normal_y", "normal_z",   "half_side_m"};
+  table.rows.reserve(surface.patches.size());
+  for (const SurfacePatch& patch : surface.patches) {
+    std::vector<Cell> row = {std::int64_t{patch.key.x}, std::int64_t{patch.key.y},
+                             std::int64_t{patch.key.z}};
+    for (int i = 0; i < 3; ++i) row.emplace_back(patch.centre_m[i]);
+    for (int i = 0; i < 3; ++i) row.emplace_back(patch.normal[i]);
+    row.emplace_back(patch.half_side_m);
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -66,30 +74,30 @@ void encode(const Surface& surface, ByteWriter& writer) {
   encode(surface.frame, writer);
   writer.put(surface.cell_m);
   writer.put(surface.tile_m);
-  writer.put<std::uint64_t>(surface.discs.size());
-  for (const SurfaceDisc& disc : surface.discs) {
-    writer.put(disc.key.x);
-    writer.put(disc.key.y);
-    writer.put(disc.key.z);
-    for (int i = 0; i < 3; ++i) writer.put(disc.centre_m[i]);
-    for (int i = 0; i < 3; ++i) writer.put(disc.normal[i]);
-    writer.put(disc.radius_m);
+  writer.put<std::uint64_t>(surface.patches.size());
+  for (const SurfacePatch& patch : surface.patches) {
+    writer.put(patch.key.x);
+    writer.put(patch.key.y);
+    writer.put(patch.key.z);
+    for (int i = 0; i < 3; ++i) writer.put(patch.centre_m[i]);
+    for (int i = 0; i < 3; ++i) writer.put(patch.normal[i]);
+    writer.put(patch.half_side_m);
   }
 }
 
 void decode(ByteReader& reader, Surface& surface) {
-  constexpr std::size_t kDiscSize = 3 * sizeof(std::int32_t) + 7 * sizeof(double);
+  constexpr std::size_t kPatchSize = 3 * sizeof(std::int32_t) + 7 * sizeof(double);
   decode(reader, surface.frame);
   reader.get(surface.cell_m);
   reader.get(surface.tile_m);
-  surface.discs.resize(reader.get_count(kDiscSize));
-  for (SurfaceDisc& disc : surface.discs) {
-    reader.get(disc.key.x);
-    reader.get(disc.key.y);
-    reader.get(disc.key.z);
-    for (int i = 0; i < 3; ++i) reader.get(disc.centre_m[i]);
-    for (int i = 0; i < 3; ++i) reader.get(disc.normal[i]);
-    reader.get(disc.radius_m);
+  surface.patches.resize(reader.get_count(kPatchSize));
+  for (SurfacePatch& patch : surface.patches) {
+    reader.get(patch.key.x);
+    reader.get(patch.key.y);
+    reader.get(patch.key.z);
+    for (int i = 0; i < 3; ++i) reader.get(patch.centre_m[i]);
+    for (int i = 0; i < 3; ++i) reader.get(patch.normal[i]);
+    reader.get(patch.half_side_m);
   }
 }
 

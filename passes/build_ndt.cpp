@@ -1,134 +1,180 @@
 #include "passes/build_ndt.h"
 
 #include <algorithm>
-#include <map>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <optional>
 
 #include "compiler/base/check.h"
 #include "compiler/base/parallel.h"
 #include "passes/build_ndt_cells.h"
 
-// How a cell gets the same bits for any number of threads: points are cut into chunks of fixed
-// size, each chunk sorts its point indices by tile without changing their order, and each tile then
-// adds its points chunk by chunk. So every cell adds its points in the order of the input, and
-// tiles are independent of each other.
+// How a cell gets the same bits for any number of threads: each cell belongs to one part of the map,
+// and a part adds its points in the order of the input. Points pass through in windows of chunks:
+// first every chunk finds its runs of points in one cell and hands them to parts, then every part
+// adds its runs, chunk after chunk. Nothing that a window needs outlives it, so memory grows with the
+// cells and not with the points.
 
 namespace sightline {
 namespace {
 
-constexpr std::size_t kChunkSize = 1 << 16;
 constexpr double kLeastExtent_m2 = 1e-6;  // largest eigenvalue of a valid cell
-constexpr double kGridReach_cells = 0x1.0p30;
 
-struct TileGroup {
-  TileKey tile;
-  std::size_t begin = 0;
-  std::size_t end = 0;
-};
+bool is_outside(double x_m, double reach_m) { return !(std::abs(x_m) < reach_m); }
 
-// Point indices of one chunk, grouped by tile, input order kept within a group.
-struct ChunkOrder {
-  std::vector<TileGroup> groups;
-  std::vector<std::uint64_t> indices;
-};
-
-ChunkOrder order_chunk(std::span<const Eigen::Vector3d> points_m, std::size_t begin,
-                       std::size_t end, const BuildNdtOptions& options) {
-  ChunkOrder order;
-  std::vector<std::uint32_t> group_of(end - begin);
-  std::map<TileKey, std::uint32_t> group_by_tile;
-  std::uint32_t last = 0;
-  for (std::size_t i = begin; i < end; ++i) {
-    const TileKey tile =
-        tile_of(cell_key(points_m[i], options.cell_m), options.cell_m, options.tile_m);
-    if (order.groups.empty() || order.groups[last].tile != tile) {
-      const auto next = static_cast<std::uint32_t>(order.groups.size());
-      last = group_by_tile.try_emplace(tile, next).first->second;
-      if (last == next) order.groups.push_back({tile, 0, 0});
-    }
-    group_of[i - begin] = last;
-    ++order.groups[last].end;
-  }
-  std::size_t offset = 0;
-  for (TileGroup& group : order.groups) {
-    const std::size_t size = group.end;
-    group.begin = offset;
-    group.end = offset;  // grows back to its size while the indices are placed
-    offset += size;
-  }
-  order.indices.resize(end - begin);
-  for (std::size_t i = begin; i < end; ++i) {
-    order.indices[order.groups[group_of[i - begin]].end++] = i;
-  }
-  return order;
-}
-
-std::vector<ChunkOrder> order_points(std::span<const Eigen::Vector3d> points_m,
-                                     const BuildNdtOptions& options, int threads) {
-  const std::size_t chunk_count = (points_m.size() + kChunkSize - 1) / kChunkSize;
-  return parallel_map<ChunkOrder>(chunk_count, threads, [&](std::size_t i) {
-    const std::size_t end = std::min(points_m.size(), (i + 1) * kChunkSize);
-    return order_chunk(points_m, i * kChunkSize, end, options);
-  });
-}
-
-// The part of each chunk that lies in one tile, in the order of chunks.
-using TileParts = std::vector<std::span<const std::uint64_t>>;
-
-// Ascending by tile; refers to the chunks.
-std::vector<TileParts> parts_of_tiles(const std::vector<ChunkOrder>& chunks) {
-  std::map<TileKey, TileParts> parts_by_tile;
-  for (const ChunkOrder& chunk : chunks) {
-    for (const TileGroup& group : chunk.groups) {
-      parts_by_tile[group.tile].push_back(
-          std::span(chunk.indices).subspan(group.begin, group.end - group.begin));
-    }
-  }
-  std::vector<TileParts> tiles;
-  for (auto& [tile, parts] : parts_by_tile) tiles.push_back(std::move(parts));
-  return tiles;
-}
-
-struct TileNds {
-  std::vector<Nd> nds;
-  std::uint64_t sparse_cell_count = 0;
-  std::uint64_t degenerate_cell_count = 0;
-};
-
-TileNds reduce_tile(std::span<const Eigen::Vector3d> points_m, const TileParts& parts,
-                    const BuildNdtOptions& options) {
-  CellTable table;
-  for (const std::span<const std::uint64_t> part : parts) {
-    for (const std::uint64_t index : part) {
-      const Eigen::Vector3d& point_m = points_m[index];
-      const CellKey key = cell_key(point_m, options.cell_m);
-      table.at(key).add(point_m - cell_centre_m(key, options.cell_m));
-    }
-  }
-  TileNds tile;
-  // A covariance needs two points whatever the option says.
-  const auto least_count = static_cast<std::uint32_t>(std::max(options.min_points, 2));
-  for (const CellSums& sums : table.take()) {
-    if (sums.count < least_count) {
-      ++tile.sparse_cell_count;
-      continue;
-    }
-    const Nd nd = nd_of(sums, options.cell_m);
-    if (nd.eigenvalues_m2[0] >= kLeastExtent_m2) {
-      tile.nds.push_back(nd);
-    } else {
-      ++tile.degenerate_cell_count;
-    }
-  }
-  return tile;
-}
+double grid_reach_m(double cell_m) { return 0x1.0p30 * cell_m; }
 
 // Position of the first point that the grid cannot hold, or the number of points.
-std::size_t first_outside(const std::vector<Eigen::Vector3d>& points_m, double cell_m) {
-  const double reach_m = kGridReach_cells * cell_m;
-  for (std::size_t i = 0; i < points_m.size(); ++i) {
-    if (!(points_m[i].cwiseAbs().maxCoeff() < reach_m) || !points_m[i].allFinite()) return i;
+std::size_t first_outside(std::span<const Eigen::Vector3d> points_m, double cell_m) {
+  const double reach_m = grid_reach_m(cell_m);
+  std::size_t i = 0;
+  while (i < points_m.size() && !is_outside(points_m[i].x(), reach_m) &&
+         !is_outside(points_m[i].y(), reach_m) && !is_outside(points_m[i].z(), reach_m)) {
+    ++i;
   }
-  return points_m.size();
+  return i;
+}
+
+// The same question without a branch. Doubles without their sign compare as their bits do, NaN and
+// infinity last: the sum below is negative for each coordinate that is out of reach.
+bool all_inside(std::span<const Eigen::Vector3d> points_m, double cell_m) {
+  constexpr std::int64_t kMagnitude = std::numeric_limits<std::int64_t>::max();
+  const std::int64_t least_outside = std::bit_cast<std::int64_t>(grid_reach_m(cell_m));
+  const double* x_m = points_m.front().data();
+  std::int64_t signs = 0;
+  for (std::size_t i = 0; i < 3 * points_m.size(); ++i) {
+    signs |= least_outside - 1 - (std::bit_cast<std::int64_t>(x_m[i]) & kMagnitude);
+  }
+  return signs >= 0;
+}
+
+// How work is cut; no result depends on it.
+struct Cut {
+  std::size_t part_count = 1;
+  std::size_t chunk_count = 1;    // of a window
+  std::size_t chunk_size = 2048;  // points: with their keys they stay in the nearest caches
+};
+
+Cut cut_for(int threads) { return threads == 1 ? Cut{} : Cut{32, 32, 16384}; }
+
+// The runs of one chunk, in the order of points. Keeps its memory from window to window.
+struct ChunkRuns {
+  bool all_inside = true;
+  std::vector<CellKey> keys;
+  std::vector<CellRun> runs;
+  std::size_t run_count = 0;
+  std::vector<std::vector<CellRun>> runs_of_part;  // empty where there is one part
+
+  [[nodiscard]] std::span<const CellRun> of_part(std::size_t part) const {
+    return runs_of_part.empty() ? std::span(runs).first(run_count)
+                                : std::span<const CellRun>(runs_of_part[part]);
+  }
+};
+
+// The high bits of the hash: the low ones place a cell within its part.
+std::size_t part_of(const CellKey& key, std::size_t part_count) {
+  return (std::uint64_t{hash_of(key)} * part_count) >> 32;
+}
+
+void take_runs(std::span<const Eigen::Vector3d> points_m, double cell_m, std::size_t part_count,
+               ChunkRuns& chunk) {
+  chunk.all_inside = all_inside(points_m, cell_m);
+  if (!chunk.all_inside) return;
+  chunk.keys.resize(points_m.size());
+  chunk.runs.resize(points_m.size());
+  cell_keys(points_m, cell_m, chunk.keys);
+  chunk.run_count = find_runs(chunk.keys, chunk.runs);
+  if (part_count == 1) return;
+  chunk.runs_of_part.resize(part_count);
+  for (std::vector<CellRun>& runs : chunk.runs_of_part) runs.clear();
+  for (const CellRun& run : std::span(chunk.runs).first(chunk.run_count)) {
+    chunk.runs_of_part[part_of(run.key, part_count)].push_back(run);
+  }
+}
+
+// Nothing where the grid cannot hold a point.
+std::optional<std::vector<CellTable>> add_points(std::span<const Eigen::Vector3d> points_m,
+                                                 double cell_m, int threads) {
+  const Cut cut = cut_for(threads);
+  std::vector<CellTable> parts(cut.part_count, CellTable(cell_m));
+  std::vector<ChunkRuns> chunks(cut.chunk_count);
+  const std::size_t window_size = cut.chunk_count * cut.chunk_size;
+  for (std::size_t first = 0; first < points_m.size(); first += window_size) {
+    const auto window_m = points_m.subspan(first, std::min(window_size, points_m.size() - first));
+    const std::size_t used = (window_m.size() + cut.chunk_size - 1) / cut.chunk_size;
+    const auto points_of = [&](std::size_t chunk) {
+      const std::size_t begin = chunk * cut.chunk_size;
+      return window_m.subspan(begin, std::min(cut.chunk_size, window_m.size() - begin));
+    };
+    parallel_for(used, threads, [&](std::size_t chunk) {
+      take_runs(points_of(chunk), cell_m, cut.part_count, chunks[chunk]);
+    });
+    if (!std::ranges::all_of(chunks, &ChunkRuns::all_inside)) return std::nullopt;
+    parallel_for(cut.part_count, threads, [&](std::size_t part) {
+      for (std::size_t chunk = 0; chunk < used; ++chunk) {
+        parts[part].add(points_of(chunk), chunks[chunk].of_part(part));
+      }
+    });
+  }
+  return parts;
+}
+
+// A cell of enough points, and its place in the order of NDs.
+struct FullCell {
+  TileKey tile;
+  CellKey key;
+  const CellSums* sums = nullptr;
+};
+
+// Ascending by tile and key; refers to the parts. Counts the others.
+std::vector<FullCell> full_cells(const std::vector<CellTable>& parts,
+                                 const BuildNdtOptions& options, std::uint64_t& sparse_count) {
+  // A covariance needs two points whatever the option says.
+  const auto least_count = static_cast<std::uint64_t>(std::max(options.min_points, 2));
+  std::vector<FullCell> cells;
+  for (const CellTable& part : parts) {
+    for (std::size_t i = 0; i < part.keys().size(); ++i) {
+      if (part.sums()[i].count < least_count) {
+        ++sparse_count;
+        continue;
+      }
+      const CellKey& key = part.keys()[i];
+      cells.push_back({tile_of(key, options.cell_m, options.tile_m), key, &part.sums()[i]});
+    }
+  }
+  std::sort(cells.begin(), cells.end(), [](const FullCell& a, const FullCell& b) {
+    return a.tile != b.tile ? a.tile < b.tile : a.key < b.key;
+  });
+  return cells;
+}
+
+std::vector<Nd> nds_of(const std::vector<FullCell>& cells, double cell_m, int threads) {
+  constexpr std::size_t kBatch = 256;
+  std::vector<Nd> nds(cells.size());
+  parallel_for((cells.size() + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
+    const std::size_t end = std::min(cells.size(), (batch + 1) * kBatch);
+    for (std::size_t i = batch * kBatch; i < end; ++i) {
+      nds[i] = nd_of(cells[i].key, *cells[i].sums, cell_m);
+    }
+  });
+  return nds;
+}
+
+// Nothing where the grid cannot hold a point.
+std::optional<NdtMap> build(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,
+                            const BuildNdtOptions& options, int threads) {
+  const auto parts = add_points(points_m, options.cell_m, threads);
+  if (!parts) return std::nullopt;
+  NdtMap map;
+  map.frame = frame;
+  map.cell_m = options.cell_m;
+  map.tile_m = options.tile_m;
+  map.point_count = points_m.size();
+  map.nds = nds_of(full_cells(*parts, options, map.sparse_cell_count), options.cell_m, threads);
+  map.degenerate_cell_count = std::erase_if(
+      map.nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
+  return map;
 }
 
 void warn_of_invalid_cells(const PassContext& ctx, const NdtMap& map, int min_points) {
@@ -150,22 +196,9 @@ std::vector<OptionField> option_fields(BuildNdtOptions& options) {
 NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,
                        const BuildNdtOptions& options, int threads) {
   SIGHTLINE_CHECK(is_tiling(options.cell_m, options.tile_m));
-  const std::vector<ChunkOrder> chunks = order_points(points_m, options, threads);
-  const std::vector<TileParts> tiles = parts_of_tiles(chunks);
-  const std::vector<TileNds> reduced = parallel_map<TileNds>(
-      tiles.size(), threads,
-      [&](std::size_t i) { return reduce_tile(points_m, tiles[i], options); });
-  NdtMap map;
-  map.frame = frame;
-  map.cell_m = options.cell_m;
-  map.tile_m = options.tile_m;
-  map.point_count = points_m.size();
-  for (const TileNds& tile : reduced) {
-    map.nds.insert(map.nds.end(), tile.nds.begin(), tile.nds.end());
-    map.sparse_cell_count += tile.sparse_cell_count;
-    map.degenerate_cell_count += tile.degenerate_cell_count;
-  }
-  return map;
+  std::optional<NdtMap> map = build(points_m, frame, options, threads);
+  SIGHTLINE_CHECK(map.has_value());
+  return std::move(*map);
 }
 
 Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
@@ -176,23 +209,23 @@ Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                      ", expected a multiple of cell_m " + std::to_string(options.cell_m),
                  "", "pass build-ndt"};
   }
-  const std::size_t outside = first_outside(points.points_m, options.cell_m);
-  if (outside < points.points_m.size()) {
+  std::optional<NdtMap> map = build(points.points_m, points.frame, options, ctx.threads);
+  if (!map) {
     return Error{ErrorCode::kInvalidArtifact,
-                 "surface point " + std::to_string(outside) +
+                 "surface point " + std::to_string(first_outside(points.points_m, options.cell_m)) +
                      " is not finite or lies more than 2^30 cells from the origin",
                  "", "pass build-ndt"};
   }
-  NdtMap map = ndt_from_points(points.points_m, points.frame, options, ctx.threads);
-  if (map.nds.empty()) {
+  if (map->nds.empty()) {
     return Error{ErrorCode::kEmptyMap,
-                 "none of " + std::to_string(map.sparse_cell_count + map.degenerate_cell_count) +
+                 "none of " +
+                     std::to_string(map->sparse_cell_count + map->degenerate_cell_count) +
                      " cells has " + std::to_string(options.min_points) +
                      " points and an extent: is the drive too short or the cell too small?",
                  "", "pass build-ndt"};
   }
-  warn_of_invalid_cells(ctx, map, options.min_points);
-  return map;
+  warn_of_invalid_cells(ctx, *map, options.min_points);
+  return std::move(*map);
 }
 
 }  // namespace sightline

@@ -1,7 +1,7 @@
 #include "passes/build_ndt_cells.h"
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace sightline {
 namespace {
@@ -19,38 +19,60 @@ double inside_cell(double mean_m, std::int32_t key, double cell_m) {
 
 }  // namespace
 
-std::vector<CellSums> CellTable::take() {
-  std::sort(cells_.begin(), cells_.end(),
-            [](const CellSums& a, const CellSums& b) { return a.key < b.key; });
-  std::vector<CellSums> cells = std::move(cells_);
-  *this = CellTable();
-  return cells;
+void CellSums::add(std::span<const Eigen::Vector3d> points_m, const Eigen::Vector3d& centre_m) {
+  const Eigen::Array2d centre_xy_m = centre_m.head<2>();
+  CellSums sums = *this;  // in registers
+  for (const Eigen::Vector3d& point_m : points_m) {
+    const Eigen::Array2d from_xy_m = point_m.head<2>().array() - centre_xy_m;
+    const double from_z_m = point_m.z() - centre_m.z();
+    sums.x_y += from_xy_m;
+    sums.z += from_z_m;
+    sums.xx_yy += from_xy_m * from_xy_m;
+    sums.xz_yz += from_xy_m * from_z_m;
+    sums.zz_xy += Eigen::Array2d(from_z_m, from_xy_m[0]) * Eigen::Array2d(from_z_m, from_xy_m[1]);
+  }
+  sums.count += points_m.size();
+  *this = sums;
 }
 
-void CellTable::grow() {
-  slots_.assign(2 * slots_.size(), kFree);
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    std::size_t slot = hash(cells_[i].key) & (slots_.size() - 1);
-    while (slots_[slot] != kFree) slot = (slot + 1) & (slots_.size() - 1);
-    slots_[slot] = static_cast<std::uint32_t>(i);
+void CellTable::add(std::span<const Eigen::Vector3d> points_m, std::span<const CellRun> runs) {
+  // Points in random order find neither slots nor sums in the cache: both are asked for ahead.
+  constexpr std::size_t kAhead = 12;
+  numbers_.resize(runs.size());
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (i + kAhead < runs.size()) index_.prefetch(runs[i + kAhead].key);
+    numbers_[i] = index_.add(runs[i].key);
+  }
+  sums_.resize(index_.size());
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (i + kAhead < runs.size()) {
+      const char* ahead = reinterpret_cast<const char*>(&sums_[numbers_[i + kAhead]]);
+      __builtin_prefetch(ahead, 1);
+      __builtin_prefetch(ahead + sizeof(CellSums) - 1, 1);
+    }
+    sums_[numbers_[i]].add(points_m.subspan(runs[i].begin, runs[i].count),
+                           cell_centre_m(runs[i].key, cell_m_));
   }
 }
 
-Nd nd_of(const CellSums& sums, double cell_m) {
-  const double n = sums.count;
-  Eigen::Matrix3d outer;
-  outer << sums.xx, sums.xy, sums.xz, sums.xy, sums.yy, sums.yz, sums.xz, sums.yz, sums.zz;
-  const Eigen::Vector3d from_centre_m = sums.sum_m / n;
+Nd nd_of(const CellKey& key, const CellSums& sums, double cell_m) {
+  const double n = static_cast<double>(sums.count);
+  const Eigen::Vector3d sum_m(sums.x_y[0], sums.x_y[1], sums.z);
+  Eigen::Matrix3d outer;  // the upper half
+  outer << sums.xx_yy[0], sums.zz_xy[1], sums.xz_yz[0],  //
+      0.0, sums.xx_yy[1], sums.xz_yz[1],                 //
+      0.0, 0.0, sums.zz_xy[0];
+  const Eigen::Vector3d from_centre_m = sum_m / n;
   Nd nd;
-  nd.key = sums.key;
-  nd.point_count = sums.count;
-  nd.mean_m = cell_centre_m(sums.key, cell_m) + from_centre_m;
-  nd.mean_m.x() = inside_cell(nd.mean_m.x(), sums.key.x, cell_m);
-  nd.mean_m.y() = inside_cell(nd.mean_m.y(), sums.key.y, cell_m);
-  nd.mean_m.z() = inside_cell(nd.mean_m.z(), sums.key.z, cell_m);
+  nd.key = key;
+  nd.point_count = static_cast<std::uint32_t>(sums.count);
+  nd.mean_m = cell_centre_m(key, cell_m) + from_centre_m;
+  nd.mean_m.x() = inside_cell(nd.mean_m.x(), key.x, cell_m);
+  nd.mean_m.y() = inside_cell(nd.mean_m.y(), key.y, cell_m);
+  nd.mean_m.z() = inside_cell(nd.mean_m.z(), key.z, cell_m);
   for (int i = 0; i < 3; ++i) {
     for (int j = i; j < 3; ++j) {
-      const double moment = outer(i, j) - from_centre_m[i] * sums.sum_m[j];
+      const double moment = outer(i, j) - from_centre_m[i] * sum_m[j];
       nd.covariance_m2(i, j) = nd.covariance_m2(j, i) = moment / (n - 1.0);
     }
   }

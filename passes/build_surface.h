@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kBuildSurfaceVersion = 1;
+inline constexpr std::uint32_t kBuildSurfaceVersion = 2;
 
 struct BuildSurfaceOptions {
   double cell_m = 0.5;
@@ -18,10 +18,11 @@ struct BuildSurfaceOptions {
 };
 std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
 
-// Oriented discs that rays can hit, in the frame of `points`: one for each cell that holds enough
-// points, through their mean, facing along their least spread, as wide as the points are spread.
-// Errors: bad-value (a tile that is no multiple of the cell), empty-map (no disc), invalid-artifact
-// (a point that the grid cannot hold).
+// Square patches that rays can hit, in the frame of `points`: one for each cell that holds
+// enough points, through their mean, facing along their least spread, as wide as the points are
+// spread.
+// Errors: bad-value (a tile that is no multiple of the cell), empty-map (no patch),
+// invalid-artifact (a point that the grid cannot hold).
 Result<Surface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
                               const SurfacePoints& points);
 

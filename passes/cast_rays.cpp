@@ -1,10 +1,9 @@
 #include "passes/cast_rays.h"
 
-#include <atomic>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "compiler/base/parallel.h"
 #include "passes/surface_caster.h"
 
 namespace sightline {
@@ -26,8 +25,8 @@ DepthImages empty_images(const CastRaysOptions& options, std::size_t site_count)
 }
 
 // Row by row from the lowest elevation, azimuth 0 along +x and counter-clockwise.
-Directions directions_of(const DepthImages& images) {
-  Directions directions;
+std::vector<Eigen::Vector3d> directions_of(const DepthImages& images) {
+  std::vector<Eigen::Vector3d> directions;
   directions.reserve(images.cells_per_site());
   for (std::uint32_t row = 0; row < images.elevation_count; ++row) {
     const double elevation_rad =
@@ -42,17 +41,22 @@ Directions directions_of(const DepthImages& images) {
   return directions;
 }
 
+Error at_pass(Error error) {
+  error.place = "pass cast-rays";
+  return error;
+}
+
 Result<void> check_options(const CastRaysOptions& options) {
   if (options.longest_range_m <= options.near_m) {
-    return Error{ErrorCode::kBadValue, "longest_range_m must be beyond near_m", "",
-                 "pass cast-rays"};
+    return at_pass({ErrorCode::kBadValue, "longest_range_m must be beyond near_m", "", ""});
   }
   const double last_deg =
       options.first_elevation_deg + (options.elevation_count - 1) * options.elevation_step_deg;
   if (last_deg > 90.0) {
-    return Error{ErrorCode::kBadValue,
-                 "the last elevation is " + std::to_string(last_deg) + " degrees, beyond the pole",
-                 "", "pass cast-rays"};
+    return at_pass(
+        {ErrorCode::kBadValue,
+         "the last elevation is " + std::to_string(last_deg) + " degrees, beyond the pole", "",
+         ""});
   }
   return {};
 }
@@ -75,29 +79,15 @@ Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
                               const Surface& surface, const Sites& sites) {
   const Result<void> checked = check_options(options);
   if (!checked) return checked.error();
-  if (surface.frame != sites.frame) {
-    return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
-                 "pass cast-rays"};
-  }
   DepthImages images = empty_images(options, sites.sites.size());
-  const Directions directions = directions_of(images);
-  const std::vector<SiteBlock> blocks = blocks_of_sites(sites, surface, options.longest_range_m);
-  std::atomic<std::size_t> done = 0;
-  // Blocks one after another, so that one scene at a time is in memory; sites side by side.
-  for (const SiteBlock& block : blocks) {
-    const SurfaceCaster caster(surface, block);
-    parallel_for(block.sites.size(), ctx.threads, [&](std::size_t i) {
-      const std::size_t site = block.sites[i];
-      std::vector<double> distance_m(directions.size());
-      caster.cast(sites.sites[site].p_map_m, directions, options.near_m, options.longest_range_m,
-                  distance_m);
-      float* image = images.distance_m.data() + site * directions.size();
-      for (std::size_t cell = 0; cell < directions.size(); ++cell) {
-        image[cell] = static_cast<float>(distance_m[cell]);
-      }
-      ctx.progress(++done, sites.sites.size());
-    });
-  }
+  const RayFan fan{directions_of(images), options.near_m, options.longest_range_m};
+  const Result<void> cast = cast_at_sites(
+      ctx, surface, sites, fan, [&](std::size_t site, std::span<const double> distance_m) {
+        std::transform(distance_m.begin(), distance_m.end(),
+                       images.distance_m.begin() + static_cast<long>(site * distance_m.size()),
+                       [](double distance) { return static_cast<float>(distance); });
+      });
+  if (!cast) return at_pass(cast.error());
   return images;
 }
 

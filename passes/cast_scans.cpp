@@ -1,10 +1,8 @@
 #include "passes/cast_scans.h"
 
-#include <atomic>
 #include <cmath>
 #include <numbers>
 
-#include "compiler/base/parallel.h"
 #include "passes/matching/scan_preparation.h"
 #include "passes/surface_caster.h"
 
@@ -14,9 +12,9 @@ namespace {
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 // Beam by beam, so that the rays of a packet are neighbours.
-Directions directions_of(const SensorProfile& sensor) {
+std::vector<Eigen::Vector3d> directions_of(const SensorProfile& sensor) {
   const auto azimuth_count = static_cast<int>(std::lround(360.0 / sensor.azimuth_step_deg));
-  Directions directions;
+  std::vector<Eigen::Vector3d> directions;
   directions.reserve(sensor.beam_elevations_deg.size() * static_cast<std::size_t>(azimuth_count));
   for (const double elevation_deg : sensor.beam_elevations_deg) {
     const double elevation_rad = elevation_deg * kRadPerDeg;
@@ -30,8 +28,8 @@ Directions directions_of(const SensorProfile& sensor) {
   return directions;
 }
 
-std::vector<Eigen::Vector3d> subsampled_hits(const Directions& directions,
-                                             const std::vector<double>& distance_m, double leaf_m) {
+std::vector<Eigen::Vector3d> subsampled_hits(const std::vector<Eigen::Vector3d>& directions,
+                                             std::span<const double> distance_m, double leaf_m) {
   std::vector<Eigen::Vector3d> hits_m;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     if (std::isfinite(distance_m[i])) hits_m.emplace_back(distance_m[i] * directions[i]);
@@ -67,25 +65,16 @@ Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& option
     return Error{ErrorCode::kBadValue, "longest_range_m must be beyond near_m", "",
                  "pass cast-scans"};
   }
-  if (surface.frame != sites.frame) {
-    return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
-                 "pass cast-scans"};
-  }
-  const Directions directions = directions_of(sensor);
-  const std::vector<SiteBlock> blocks = blocks_of_sites(sites, surface, options.longest_range_m);
+  const RayFan fan{directions_of(sensor), options.near_m, options.longest_range_m};
   std::vector<std::vector<Eigen::Vector3d>> scan_of_site(sites.sites.size());
-  std::atomic<std::size_t> done = 0;
-  // Blocks one after another, so that one scene at a time is in memory; sites side by side.
-  for (const SiteBlock& block : blocks) {
-    const SurfaceCaster caster(surface, block);
-    parallel_for(block.sites.size(), ctx.threads, [&](std::size_t i) {
-      const std::size_t site = block.sites[i];
-      std::vector<double> distance_m(directions.size());
-      caster.cast(sites.sites[site].p_map_m, directions, options.near_m, options.longest_range_m,
-                  distance_m);
-      scan_of_site[site] = subsampled_hits(directions, distance_m, options.leaf_m);
-      ctx.progress(++done, sites.sites.size());
-    });
+  const Result<void> cast = cast_at_sites(
+      ctx, surface, sites, fan, [&](std::size_t site, std::span<const double> distance_m) {
+        scan_of_site[site] = subsampled_hits(fan.directions, distance_m, options.leaf_m);
+      });
+  if (!cast) {
+    Error error = cast.error();
+    error.place = "pass cast-scans";
+    return error;
   }
   return join(scan_of_site, options);
 }

@@ -11,7 +11,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kCastScansVersion = 1;
+inline constexpr std::uint32_t kCastScansVersion = 2;
 
 struct CastScansOptions {
   double near_m = 0.5;

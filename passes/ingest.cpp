@@ -18,6 +18,8 @@ struct ScanCounts {
   std::uint64_t zero_count = 0;
   bool may_be_cut = false;
   bool is_far_away = false;  // no point near the sensor
+  bool has_point_times = false;
+  bool has_unclear_times = false;
 };
 
 ScanCounts count(const PointCloudFile& cloud) {
@@ -28,6 +30,8 @@ ScanCounts count(const PointCloudFile& cloud) {
   counts.nonfinite_count = cloud.nonfinite_count;
   counts.zero_count = cloud.zero_count;
   counts.may_be_cut = cloud.may_be_cut;
+  counts.has_point_times = !cloud.time_offset_ns.empty();
+  counts.has_unclear_times = cloud.has_unclear_times;
   counts.is_far_away = std::ranges::all_of(cloud.points_m, [](const Eigen::Vector3d& point_m) {
     return point_m.squaredNorm() > kFarthest_m * kFarthest_m;
   });
@@ -41,10 +45,33 @@ Result<void> check_times(const Recording& recording) {
     return Error{ErrorCode::kTimeRunsBackwards,
                  "found time " + format_stamp(recording.scans[i].stamp_ns) +
                      " s, expected one after " + format_stamp(before_ns) + " s of " +
-                     recording.scans[i - 1].file.filename().string(),
+                     recording.scans[i - 1].name,
                  recording.scans[i].file.string(), "scan " + std::to_string(i)};
   }
   return {};
+}
+
+// A pause in the recording: a step far longer than the usual one and than a scan.
+void warn_of_gaps(const PassContext& ctx, const Recording& recording) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  std::vector<std::int64_t> steps_ns;
+  for (std::size_t i = 1; i < recording.scans.size(); ++i) {
+    steps_ns.push_back(recording.scans[i].stamp_ns - recording.scans[i - 1].stamp_ns);
+  }
+  if (steps_ns.empty()) return;
+  std::vector<std::int64_t> sorted_ns = steps_ns;
+  const auto middle = sorted_ns.begin() + static_cast<std::ptrdiff_t>(sorted_ns.size() / 2);
+  std::ranges::nth_element(sorted_ns, middle);
+  const std::int64_t least_ns = std::max(kSecond_ns, 3 * *middle);
+  const auto is_gap = [&](std::int64_t step_ns) { return step_ns > least_ns; };
+  const auto first = std::ranges::find_if(steps_ns, is_gap);
+  if (first == steps_ns.end()) return;
+  const auto before = static_cast<std::size_t>(first - steps_ns.begin());
+  ctx.warn("drive " + recording.name + ": " +
+           std::to_string(std::ranges::count_if(steps_ns, is_gap)) +
+           " gaps in time, the first of " + format_stamp(*first) + " s between scan " +
+           std::to_string(before) + " (" + recording.scans[before].name + ") and scan " +
+           std::to_string(before + 1) + " (" + recording.scans[before + 1].name + ")");
 }
 
 // Stops early after a failure, and still reports the same one for any number of threads: that of
@@ -78,12 +105,14 @@ void warn_of(const PassContext& ctx, const Recording& recording,
   ScanCounts sum;
   std::size_t cut_scans = 0;
   std::size_t far_scans = 0;
+  std::size_t unclear_scans = 0;
   for (const ScanCounts& scan : counts) {
     sum.point_count += scan.point_count;
     sum.nonfinite_count += scan.nonfinite_count;
     sum.zero_count += scan.zero_count;
     cut_scans += scan.may_be_cut ? 1 : 0;
     far_scans += scan.is_far_away ? 1 : 0;
+    unclear_scans += scan.has_unclear_times ? 1 : 0;
   }
   const std::string drive = "drive " + recording.name + ": ";
   if (sum.nonfinite_count + sum.zero_count > 0) {
@@ -100,6 +129,12 @@ void warn_of(const PassContext& ctx, const Recording& recording,
              " scans have no point within 2 km of the sensor; they look like world coordinates, "
              "expected the sensor's");
   }
+  if (unclear_scans > 0) {
+    ctx.warn(drive + std::to_string(unclear_scans) +
+             " scans have point times that span no scan of 2 ms to 2 s in any unit; they were left "
+             "out, and motion within these scans stays");
+  }
+  warn_of_gaps(ctx, recording);
 }
 
 std::vector<ScanInfo> describe(const Recording& recording, const std::vector<ScanCounts>& counts) {
@@ -109,11 +144,12 @@ std::vector<ScanInfo> describe(const Recording& recording, const std::vector<Sca
     ScanInfo& scan = scans.emplace_back();
     scan.recording_index = static_cast<std::uint32_t>(i);
     scan.stamp_ns = recorded.stamp_ns;
-    scan.source = recorded.file.filename().string();
+    scan.source = recorded.name;
     scan.point_count = counts[i].point_count;
     scan.nonfinite_count = counts[i].nonfinite_count;
     scan.zero_count = counts[i].zero_count;
     scan.T_world_vehicle = recorded.T_world_vehicle;
+    scan.has_point_times = counts[i].has_point_times;
   }
   return scans;
 }
@@ -127,9 +163,15 @@ std::vector<OptionField> option_fields(IngestOptions& options) {
 std::vector<OptionField> option_fields(RecordingOptions& options) {
   return {
       text("name", options.name, "name of the drive; empty: the folder's"),
-      text("scans", options.scans, "folder with one PCD, PLY or KITTI .bin file per scan"),
-      text("poses", options.poses, "pose file; empty: the compiler estimates the trajectory"),
-      choice("pose_format", options.pose_format, "format of the pose file",
+      text(
+          "scans", options.scans,
+          "folder with one PCD, PLY, LAS or .bin (KITTI, nuScenes) file per scan; or a ROS bag, or "
+          "a Velodyne pcap"),
+      text("topic", options.topic, "of a bag's sensor_msgs/PointCloud2; empty: its only one"),
+      text("poses", options.poses,
+           "pose file or ROS bag; empty: the compiler estimates the trajectory"),
+      text("poses_topic", options.poses_topic, "of a bag's poses or odometry; empty: its only one"),
+      choice("pose_format", options.pose_format, "format of a pose file",
              {"auto", "kitti", "tum", "apollo"}),
       choice("poses_of", options.poses_of, "whose poses they are", {"vehicle", "sensor"}),
       text("stamps", options.stamps, "file with one time a line; empty: from names or poses"),

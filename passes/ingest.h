@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kIngestVersion = 1;
+inline constexpr std::uint32_t kIngestVersion = 2;
 
 struct IngestOptions {
   double tile_m = 64.0;  // the map frame's origin is a multiple of it
@@ -23,9 +23,10 @@ std::vector<OptionField> option_fields(RecordingOptions& options);
 // them. Memory holds one scan per thread. The drive's store reads the same files again on demand.
 // Its map frame begins at the multiple of tile_m at or below the first pose; at zero where there
 // are no poses. Warns of dropped points, of text files that may be cut, of scans that look as if
-// they were in world coordinates, and of what open_recording assumed. Errors: drive-too-short (no
-// scans), time-runs-backwards, and those of read_recorded_scan for the first scan that cannot be
-// read.
+// they were in world coordinates, of point times that make no sense, of gaps in time (longer than
+// 1 s and than three times the usual step), and of what open_recording assumed. Errors:
+// drive-too-short (no scans), time-runs-backwards, and those of read_recorded_scan for the first
+// scan that cannot be read.
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording);
 
 }  // namespace sightline

@@ -100,8 +100,9 @@ Result<Returns> read_returns(PassContext& ctx, const RemoveMovingOptions& option
     if (!is_selected(drive.scans[i], selection)) continue;
     const Result<Scan> scan = drive.store->read(i);
     if (!scan) return scan.error();
-    const Pose T_map_lidar = trajectory.poses[i].T_map_vehicle * drive.sensor.T_vehicle_lidar;
-    append_scan(*scan, drive.sensor, T_map_lidar, returns);
+    const SensorProfile& sensor = drive.sensor_of(drive.scans[i]);
+    const Pose T_map_lidar = trajectory.poses[i].T_map_vehicle * sensor.T_vehicle_lidar;
+    append_scan(*scan, sensor, T_map_lidar, returns);
     ctx.progress(i + 1, 2 * drive.scans.size());
   }
   if (returns.scans.empty()) {

@@ -90,10 +90,11 @@ Result<void> check(const Town& town, const DriveOptions& options) {
     return refuse("scans every " + std::to_string(options.spacing_m) +
                   " m were asked for; expected 0.05 to 50 m");
   }
-  if (!(options.length_m > 0.0 && options.length_m <= town.options.length_m)) {
+  const double longest_m = (town.options.is_round ? 2.0 : 1.0) * town.options.length_m;
+  if (!(options.length_m > 0.0 && options.length_m <= longest_m)) {
     return refuse("a drive of " + std::to_string(options.length_m) +
                   " m was asked for; expected more than 0 and at most the town's " +
-                  std::to_string(town.options.length_m) + " m");
+                  std::to_string(longest_m) + " m");
   }
   if (!(options.range_sigma_m >= 0.0 && options.range_sigma_m <= 1.0)) {
     return refuse("range noise of " + std::to_string(options.range_sigma_m) +
@@ -114,7 +115,9 @@ DriveOptions usual_drive(const TownOptions& town, std::uint64_t drive,
                          const SensorProfile& sensor) {
   DriveOptions options;
   options.drive = drive;
-  options.length_m = town.length_m;
+  // Round a block it goes on to where it began and a little farther.
+  constexpr double kOverlapM = 30.0;
+  options.length_m = town.length_m + (town.is_round ? kOverlapM : 0.0);
   options.sensor = sensor;
   if (drive == 1) {
     options.lateral_m = 0.1;

@@ -20,7 +20,7 @@ namespace sightline::town {
 
 struct DriveOptions {
   std::uint64_t drive = 0;  // 0 maps; each number is another day with other cars and people
-  double length_m = 600.0;  // at most the town's
+  double length_m = 600.0;  // at most the town's; twice that around a block
   double spacing_m = 1.0;   // between scans, one every 0.1 s
   double lateral_m = 0.0;   // to the left of the driven line
   double yaw_rad = 0.0;     // how far the vehicle points to the left of it

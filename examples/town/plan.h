@@ -49,10 +49,12 @@ struct LinePoint {
   double heading_rad = 0.0;
 };
 
-// The driven line, sampled every kLineStepM of arc length; it goes on straight beyond both ends.
+// The driven line, sampled every kLineStepM of arc length; it goes on straight beyond both ends, or
+// begins again where it closes.
 inline constexpr double kLineStepM = 0.25;
 struct DrivenLine {
   std::vector<LinePoint> points;
+  double lap_m = 0.0;  // once around; 0 where it does not close
 
   [[nodiscard]] double length_m() const;
   [[nodiscard]] LinePoint at(double s_m) const;
@@ -69,6 +71,10 @@ struct TownPlan {
 // The driven line is at least length_m long. Every kind of street comes once before any comes
 // again, in an order, with widths, lengths and turns that depend on the seed alone.
 TownPlan make_plan(std::uint64_t seed, double length_m);
+
+// Once around a block of houses, counter-clockwise, `lap_m` (at least 200) long; without side
+// streets but at the corners.
+TownPlan make_round_plan(std::uint64_t seed, double lap_m);
 
 // The ground that a street keeps free of buildings, facade to facade; and its roadway alone.
 Footprint corridor(const Street& street);

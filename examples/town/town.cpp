@@ -9,7 +9,8 @@ namespace sightline::town {
 namespace {
 
 constexpr double kShortestM = 20.0;
-constexpr double kLongestM = 20000.0;  // float coordinates keep 2 mm there
+constexpr double kShortestRoundM = 200.0;  // houses and two streets must fit inside
+constexpr double kLongestM = 20000.0;      // float coordinates keep 2 mm there
 
 constexpr std::uint64_t kClutterKey = 0x636c7574ULL;
 constexpr std::uint64_t kFrontKey = 0x66726f6eULL;
@@ -53,17 +54,19 @@ TownMesh standing_mesh(const Town& town, std::uint64_t drive) {
 }
 
 Result<Town> make_town(const TownOptions& options) {
-  if (!(options.length_m >= kShortestM && options.length_m <= kLongestM)) {
+  const double shortest_m = options.is_round ? kShortestRoundM : kShortestM;
+  if (!(options.length_m >= shortest_m && options.length_m <= kLongestM)) {
     return Error{ErrorCode::kBadArgument,
                  "a town of length " + std::to_string(options.length_m) +
-                     " m was asked for; expected 20 to 20000 m",
+                     " m was asked for; expected " + std::to_string(shortest_m) + " to 20000 m",
                  {},
                  {}};
   }
   Town town;
   town.options = options;
   const std::uint64_t seed = options.seed;
-  town.plan = make_plan(seed, options.length_m);
+  town.plan = options.is_round ? make_round_plan(seed, options.length_m)
+                               : make_plan(seed, options.length_m);
   town.buildings = place_buildings(seed, town.plan);
   add_ground(town.permanent, seed, town.plan);
   add_pavements(town.permanent, seed, town.plan);

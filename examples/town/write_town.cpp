@@ -94,6 +94,7 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
   json["town_version"] = kTownVersion;
   json["seed"] = options.town.seed;
   json["length_m"] = options.town.length_m;
+  json["is_round"] = options.town.is_round;
   json["spacing_m"] = options.spacing_m;
   json["sensor"] = "generic-" + std::to_string(options.beams);
   json["origin_world_m"] = {options.origin_world_m.x(), options.origin_world_m.y()};

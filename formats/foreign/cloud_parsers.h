@@ -26,16 +26,19 @@ struct FileBytes {
 inline std::string at_byte(std::size_t offset) { return "byte " + std::to_string(offset); }
 inline std::string at_line(std::size_t number) { return "line " + std::to_string(number); }
 
-// Keeps a return; drops and counts what is none.
-inline void add_point(PointCloudFile& cloud, const Eigen::Vector3d& point_m, float intensity) {
+// Keeps a return and says true; drops and counts what is none.
+inline bool add_point(PointCloudFile& cloud, const Eigen::Vector3d& point_m, float intensity) {
   if (!point_m.allFinite()) {
     ++cloud.nonfinite_count;
-  } else if (point_m.isZero(0.0)) {
-    ++cloud.zero_count;
-  } else {
-    cloud.points_m.push_back(point_m);
-    cloud.intensity.push_back(intensity);
+    return false;
   }
+  if (point_m.isZero(0.0)) {
+    ++cloud.zero_count;
+    return false;
+  }
+  cloud.points_m.push_back(point_m);
+  cloud.intensity.push_back(intensity);
+  return true;
 }
 
 // Fields that hold the strength of the return, as the usual writers name them.
@@ -53,6 +56,8 @@ inline bool is_padding(std::string_view rest) {
 // Each refuses what contradicts itself; none drops the check for points that were all left out.
 Result<PointCloudFile> parse_pcd(const FileBytes& file);
 Result<PointCloudFile> parse_ply(const FileBytes& file);
-Result<PointCloudFile> parse_kitti_bin(const FileBytes& file);
+Result<PointCloudFile> parse_las(const FileBytes& file);
+// KITTI's four floats a point, or nuScenes' five.
+Result<PointCloudFile> parse_float_bin(const FileBytes& file);
 
 }  // namespace sightline

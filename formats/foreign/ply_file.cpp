@@ -3,6 +3,7 @@
 
 #include "formats/foreign/cloud_parsers.h"
 #include "formats/foreign/element_type.h"
+#include "formats/foreign/point_times.h"
 #include "formats/foreign/text_lines.h"
 
 // PLY is read here and not by PCL: its PLY reader takes a damaged file for an empty one, and rounds
@@ -34,10 +35,11 @@ struct PlyHeader {
   std::size_t lines = 0;
 };
 
-// Where x, y, z and intensity stand among the properties of a vertex; -1: nowhere.
+// Where x, y, z, intensity and time stand among the properties of a vertex; -1: nowhere.
 struct VertexLayout {
   std::array<std::ptrdiff_t, 3> position = {-1, -1, -1};
   std::ptrdiff_t intensity = -1;
+  std::ptrdiff_t time = -1;
 };
 
 std::optional<ElementType> type_named(std::string_view name) {
@@ -160,6 +162,7 @@ Result<VertexLayout> vertex_layout(const FileBytes& file, const PlyHeader& heade
       if (property.name == "y") layout.position[1] = place;
       if (property.name == "z") layout.position[2] = place;
       if (is_intensity_name(property.name)) layout.intensity = place;
+      if (is_time_name(property.name)) layout.time = place;
     }
   }
   if (std::ranges::min(layout.position) < 0) {
@@ -292,6 +295,7 @@ Result<PointCloudFile> parse_ply(const FileBytes& file) {
   PlyBody body(file, *header);
   PointCloudFile cloud;
   std::vector<double> row;
+  std::vector<double> times;
   for (const PlyElement& element : header->elements) {
     if (element.count > 0 && !body.can_hold(element)) return body.cut(element);
     const bool is_vertex = element.name == "vertex";
@@ -300,13 +304,17 @@ Result<PointCloudFile> parse_ply(const FileBytes& file) {
       if (!read) return read.error();
       if (!is_vertex) continue;
       const auto& [x, y, z] = layout->position;
-      add_point(cloud, {value_at(row, x), value_at(row, y), value_at(row, z)},
-                static_cast<float>(value_at(row, layout->intensity)));
+      const Eigen::Vector3d point_m(value_at(row, x), value_at(row, y), value_at(row, z));
+      const auto intensity = static_cast<float>(value_at(row, layout->intensity));
+      if (add_point(cloud, point_m, intensity) && layout->time >= 0) {
+        times.push_back(value_at(row, layout->time));
+      }
     }
   }
   const Result<void> finished = body.finish();
   if (!finished) return finished.error();
   cloud.may_be_cut = body.may_be_cut();
+  if (layout->time >= 0) set_point_times(times, cloud);
   return cloud;
 }
 

@@ -4,6 +4,7 @@
 
 #include "compiler/base/atomic_file.h"
 #include "formats/foreign/cloud_parsers.h"
+#include "formats/foreign/gzip.h"
 #include "formats/foreign/scan_files.h"
 
 namespace sightline {
@@ -17,7 +18,6 @@ struct Stranger {
   std::string_view what;
 };
 
-constexpr std::string_view kLasSignature = "LASF";
 constexpr Stranger kStrangers[] = {
     {"version https://git-lfs", ErrorCode::kGitLfsPointer,
      "a git-LFS pointer lies here instead of the scan; run `git lfs pull` where the recording was "
@@ -36,32 +36,42 @@ constexpr Stranger kStrangers[] = {
      "zstd-compressed; unpack it with `zstd -d`"},
     {{"\xd4\xc3\xb2\xa1", 4},
      ErrorCode::kUnsupportedFormat,
-     "a pcap of sensor packets; export its scans as PCD with the sensor's own tools"},
-    {{"\xa1\xb2\xc3\xd4", 4},
+     "a pcap holds many scans; name the file itself as `scans`"},
+    {{"\x4d\x3c\xb2\xa1", 4},
      ErrorCode::kUnsupportedFormat,
-     "a pcap of sensor packets; export its scans as PCD with the sensor's own tools"},
+     "a pcap holds many scans; name the file itself as `scans`"},
+    {{"\x0a\x0d\x0d\x0a", 4},
+     ErrorCode::kUnsupportedFormat,
+     "pcapng is not read; convert it with `editcap -F pcap in.pcapng out.pcap`"},
     {"#ROSBAG", ErrorCode::kUnsupportedFormat,
-     "a ROS bag; export its scans, for example with pcl_ros bag_to_pcd"},
+     "a ROS bag holds many scans; name the file itself as `scans`"},
     {"\x89MCAP", ErrorCode::kUnsupportedFormat, "an MCAP log; export its scans as PCD"},
     {"\x93NUMPY", ErrorCode::kUnsupportedFormat,
      "a numpy array; write its columns x y z intensity as float32 with tofile() to a .bin"},
+    {"# vtk DataFile", ErrorCode::kUnsupportedFormat,
+     "VTK is not read; convert it, for example with `pcl_vtk2pcd in.vtk out.pcd`"},
+    {"solid ", ErrorCode::kUnsupportedFormat,
+     "an STL mesh is no scan; sample its surface to points, for example with CloudCompare"},
+    {"<?xml", ErrorCode::kUnsupportedFormat,
+     "XML (Collada, X3D, ...) is not read; sample the model to points and save them as PCD"},
 };
 
-bool is_gzip(std::string_view text) {
-  return text.size() >= 4 && text.starts_with("\x1f\x8b\x08") &&
-         static_cast<unsigned char>(text[3]) < 0x20;
-}
+// Files without a signature, known by their names.
+struct StrangeName {
+  std::string_view extension;
+  std::string_view what;
+};
 
-Error las_error(const FileBytes& file) {
-  // Bit 7 of the point format (byte 104 of the public header) says LAZ.
-  constexpr std::size_t kPointFormat = 104;
-  const bool compressed = file.bytes.size() > kPointFormat &&
-                          (file.bytes[kPointFormat] & std::byte{0x80}) != std::byte{0};
-  return file.error(ErrorCode::kUnsupportedFormat,
-                    std::string(compressed ? "LAZ" : "LAS") +
-                        " is not read; convert it, for example with `pdal translate in out.pcd`",
-                    at_byte(0));
-}
+constexpr std::string_view kNotAScan =
+    "a mesh is no scan; sample its surface to points, for example with CloudCompare";
+constexpr std::string_view kColumns =
+    "text without a header is not read; give it a PCD header (FIELDS x y z, DATA ascii), for "
+    "example with CloudCompare";
+constexpr StrangeName kStrangeNames[] = {
+    {".obj", kNotAScan}, {".off", kNotAScan}, {".stl", kNotAScan},
+    {".xyz", kColumns},  {".txt", kColumns},  {".csv", kColumns},
+    {".asc", kColumns},  {".pts", kColumns},  {".json", "JSON is not read; save the points as PCD"},
+};
 
 Result<void> refuse_strangers(const FileBytes& file) {
   const std::string_view text = file.text();
@@ -70,43 +80,64 @@ Result<void> refuse_strangers(const FileBytes& file) {
       return file.error(stranger.code, std::string(stranger.what), at_byte(0));
     }
   }
-  if (text.starts_with(kLasSignature)) return las_error(file);
-  if (is_gzip(text)) {
-    return file.error(ErrorCode::kUnsupportedFormat, "gzip-compressed; unpack it with `gunzip`",
-                      at_byte(0));
-  }
   return {};
 }
 
 Result<PointCloudFile> parse_by_kind(const FileBytes& file, const std::string& extension) {
   const std::string_view text = file.text();
+  if (text.starts_with("LASF")) return parse_las(file);
   if (text.starts_with("ply\n") || text.starts_with("ply\r\n")) return parse_ply(file);
   if (text.starts_with("# .PCD") || extension == ".pcd") return parse_pcd(file);
   if (extension == ".ply") return parse_ply(file);
-  if (extension == ".bin") return parse_kitti_bin(file);
+  if (extension == ".bin") return parse_float_bin(file);
+  for (const StrangeName& strange : kStrangeNames) {
+    if (extension != strange.extension) continue;
+    return file.error(ErrorCode::kUnsupportedFormat, std::string(strange.what), at_byte(0));
+  }
   return file.error(ErrorCode::kUnsupportedFormat,
-                    "found neither PCD, PLY nor KITTI .bin by name or content; convert the scan to "
+                    "found neither PCD, PLY, LAS nor .bin by name or content; convert the scan to "
                     "one of them",
                     at_byte(0));
 }
 
+// "drive/0.bin" of "drive/0.bin.gz".
+std::filesystem::path without_gz(std::filesystem::path path) {
+  if (lower_extension(path) == ".gz") path.replace_extension();
+  return path;
+}
+
+Result<PointCloudFile> parse_unpacked(const FileBytes& file) {
+  if (file.bytes.empty()) return file.error(ErrorCode::kEmptyScan, "the file is empty", at_byte(0));
+  const Result<void> familiar = refuse_strangers(file);
+  if (!familiar) return familiar.error();
+  Result<PointCloudFile> cloud = parse_by_kind(file, lower_extension(file.file));
+  if (!cloud) return cloud;
+  return with_returns(std::move(*cloud), file.file, "");
+}
+
 }  // namespace
+
+Result<PointCloudFile> with_returns(PointCloudFile cloud, const std::string& file,
+                                    const std::string& place) {
+  if (!cloud.points_m.empty()) return cloud;
+  return Error{ErrorCode::kNoFinitePoints,
+               "none of the points is a return: " + std::to_string(cloud.nonfinite_count) +
+                   " are NaN or infinite, " + std::to_string(cloud.zero_count) + " are (0,0,0)",
+               file, place};
+}
 
 Result<PointCloudFile> parse_point_cloud(std::span<const std::byte> bytes,
                                          const std::filesystem::path& path) {
   const FileBytes file{bytes, path.string()};
-  if (bytes.empty()) return file.error(ErrorCode::kEmptyScan, "the file is empty", at_byte(0));
-  const Result<void> familiar = refuse_strangers(file);
-  if (!familiar) return familiar.error();
-  Result<PointCloudFile> cloud = parse_by_kind(file, lower_extension(path));
-  if (cloud && cloud->points_m.empty()) {
-    return file.error(ErrorCode::kNoFinitePoints,
-                      "none of the points is a return: " + std::to_string(cloud->nonfinite_count) +
-                          " are NaN or infinite, " + std::to_string(cloud->zero_count) +
-                          " are (0,0,0)",
-                      "");
-  }
-  return cloud;
+  if (!is_gzip(file.text())) return parse_unpacked(file);
+  const Result<std::vector<std::byte>> unpacked = unpack_gzip(file);
+  if (!unpacked) return unpacked.error();
+  // Once: a gzip in a gzip has neither the name nor the signature of a scan.
+  Result<PointCloudFile> cloud = parse_unpacked({*unpacked, without_gz(path).string()});
+  if (cloud) return cloud;
+  Error error = cloud.error();
+  error.file = file.file;
+  return error;
 }
 
 Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path) {

@@ -1,5 +1,6 @@
 #include "formats/foreign/recording.h"
 
+#include <algorithm>
 #include <numbers>
 #include <span>
 
@@ -60,8 +61,15 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
   return profile;
 }
 
-// Every file is read once here, so that the digest names what later passes will see.
+// Every file is read once here, so that the digest names what later passes will see. A file of many
+// scans was read when it was opened.
 Result<void> take_digests(Recording& recording, int threads) {
+  if (recording.container) {
+    for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+      recording.scans[i].content = recording.container->scans()[i].content;
+    }
+    return {};
+  }
   std::vector<std::optional<Error>> failures(recording.scans.size());
   parallel_for(recording.scans.size(), threads, [&](std::size_t i) {
     const Result<std::vector<std::byte>> bytes = read_file(recording.scans[i].file);
@@ -82,7 +90,7 @@ Digest digest_of(const Recording& recording) {
   writer.put_string(recording.name);
   encode(recording.sensor, writer);
   for (const RecordedScan& scan : recording.scans) {
-    writer.put_string(scan.file.filename().string());
+    writer.put_string(scan.name);
     writer.put(scan.stamp_ns);
     writer.put_array(std::span<const std::uint8_t>(scan.content));
     writer.put<std::uint8_t>(scan.T_world_vehicle ? 1 : 0);
@@ -91,31 +99,80 @@ Digest digest_of(const Recording& recording) {
   return sha256(writer.bytes());
 }
 
+Error changed(const RecordedScan& scan) {
+  return {ErrorCode::kMismatchedInputs,
+          "the file is not the one that was there when the recording was opened",
+          scan.file.string(), ""};
+}
+
+Result<PointCloudFile> read_contained(const ScanContainer& container, const RecordedScan& scan,
+                                      std::size_t index) {
+  const Result<std::vector<std::byte>> bytes = container.read(index);
+  if (!bytes) return bytes.error();
+  if (sha256(*bytes) != scan.content) return changed(scan);
+  Result<PointCloudFile> cloud = container.parse(*bytes, index);
+  if (!cloud) return cloud;
+  return with_returns(std::move(*cloud), scan.file.string(), "scan " + std::to_string(index));
+}
+
 Result<PointCloudFile> read_checked(const RecordedScan& scan) {
   const Result<std::vector<std::byte>> bytes = read_file(scan.file);
   if (!bytes) return bytes.error();
-  if (sha256(*bytes) != scan.content) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "the file is not the one that was there when the recording was opened",
-                 scan.file.string(), ""};
-  }
+  if (sha256(*bytes) != scan.content) return changed(scan);
   return parse_point_cloud(*bytes, scan.file);
+}
+
+Result<PointCloudFile> read_scan(const ScanContainer* container, const RecordedScan& scan,
+                                 std::size_t index) {
+  return container ? read_contained(*container, scan, index) : read_checked(scan);
+}
+
+// Offsets from the stamp. A clock far from that of the stamps says only how the points follow each
+// other.
+void count_from(std::int64_t stamp_ns, PointCloudFile& cloud) {
+  constexpr std::int64_t kNear_ns = 2'000'000'000;
+  if (!cloud.time_origin_ns) return;
+  const std::int64_t shift_ns = *cloud.time_origin_ns - stamp_ns;
+  const bool has_first = !cloud.time_offset_ns.empty();
+  const std::int32_t first_ns = has_first ? std::ranges::min(cloud.time_offset_ns) : 0;
+  const bool is_same_clock = shift_ns >= -kNear_ns && shift_ns <= kNear_ns;
+  const auto add_ns = static_cast<std::int32_t>(is_same_clock ? shift_ns : -first_ns);
+  for (std::int32_t& offset_ns : cloud.time_offset_ns) offset_ns += add_ns;
 }
 
 class RecordedScanStore : public ScanStore {
  public:
-  explicit RecordedScanStore(std::vector<RecordedScan> scans) : scans_(std::move(scans)) {}
+  explicit RecordedScanStore(const Recording& recording)
+      : scans_(recording.scans), container_(recording.container) {}
 
   Result<Scan> read(std::size_t index) const override {
     SIGHTLINE_CHECK(index < scans_.size());
-    Result<PointCloudFile> cloud = read_checked(scans_[index]);
+    const RecordedScan& scan = scans_[index];
+    Result<PointCloudFile> cloud = read_scan(container_.get(), scan, index);
     if (!cloud) return cloud.error();
-    return Scan{scans_[index].stamp_ns, std::move(cloud->points_m)};
+    count_from(scan.stamp_ns, *cloud);
+    return Scan{scan.stamp_ns, std::move(cloud->points_m), std::move(cloud->time_offset_ns)};
   }
 
  private:
   std::vector<RecordedScan> scans_;
+  std::shared_ptr<const ScanContainer> container_;
 };
+
+// The scans' files, or names of the parts of the one file that holds them.
+Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& options,
+                                                      Recording& recording) {
+  if (!is_scan_container(options.scans)) {
+    if (options.topic.empty()) return list_scan_files(options.scans);
+    return Error{ErrorCode::kBadValue, "topic is for bags, found " + options.scans, "", ""};
+  }
+  Result<std::shared_ptr<const ScanContainer>> container =
+      open_scan_container(options.scans, options.topic);
+  if (!container) return container.error();
+  recording.container = std::move(*container);
+  recording.warnings = recording.container->warnings();
+  return std::vector<std::filesystem::path>(recording.container->scans().size(), options.scans);
+}
 
 }  // namespace
 
@@ -128,7 +185,7 @@ Result<Recording> open_recording(const RecordingOptions& options, int threads) {
   Result<SensorProfile> sensor = sensor_of(options);
   if (!sensor) return sensor.error();
   recording.sensor = std::move(*sensor);
-  const Result<std::vector<std::filesystem::path>> files = list_scan_files(folder);
+  const Result<std::vector<std::filesystem::path>> files = list_scans(options, recording);
   if (!files) return files.error();
   const Result<void> described = describe_scans(options, *files, recording);
   if (!described) return described.error();
@@ -140,11 +197,11 @@ Result<Recording> open_recording(const RecordingOptions& options, int threads) {
 
 Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index) {
   SIGHTLINE_CHECK(index < recording.scans.size());
-  return read_checked(recording.scans[index]);
+  return read_scan(recording.container.get(), recording.scans[index], index);
 }
 
 std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording) {
-  return std::make_shared<RecordedScanStore>(recording.scans);
+  return std::make_shared<RecordedScanStore>(recording);
 }
 
 Result<void> validate(const Recording& recording) {
@@ -157,9 +214,8 @@ Table dump(const Recording& recording) {
   table.facts = {{"name", recording.name}, {"sensor", recording.sensor.name}};
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
     const RecordedScan& scan = recording.scans[i];
-    table.rows.push_back({static_cast<std::int64_t>(i), scan.file.filename().string(),
-                          scan.stamp_ns, std::int64_t{scan.T_world_vehicle ? 1 : 0},
-                          to_hex(scan.content)});
+    table.rows.push_back({static_cast<std::int64_t>(i), scan.name, scan.stamp_ns,
+                          std::int64_t{scan.T_world_vehicle ? 1 : 0}, to_hex(scan.content)});
   }
   return table;
 }

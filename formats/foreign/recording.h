@@ -11,17 +11,20 @@
 #include "compiler/base/result.h"
 #include "formats/drive.h"
 #include "formats/foreign/point_cloud_file.h"
+#include "formats/foreign/scan_container.h"
 
 namespace sightline {
 
 struct RecordingOptions {
-  std::string name;                   // of the drive; empty: the last part of `scans`
-  std::string scans;                  // folder with one point cloud file per scan
-  std::string poses;                  // pose file; empty: there are none
-  std::string pose_format = "auto";   // or kitti, tum, apollo
-  std::string poses_of = "vehicle";   // or sensor: then the mounting below does not apply
-  std::string stamps;                 // file with one time a line; empty: see open_recording
-  double rate_hz = 10.0;              // scans a second, where nothing tells their times
+  std::string name;                  // of the drive; empty: the last part of `scans`
+  std::string scans;                 // folder with one point cloud file per scan, or a file of many
+  std::string topic;                 // of a bag's scans; empty: its only one
+  std::string poses;                 // pose file or bag; empty: there are none
+  std::string poses_topic;           // of a bag's poses; empty: its only one
+  std::string pose_format = "auto";  // or kitti, tum, apollo
+  std::string poses_of = "vehicle";  // or sensor: then the mounting below does not apply
+  std::string stamps;                // file with one time a line; empty: see open_recording
+  double rate_hz = 10.0;             // scans a second, where nothing tells their times
   std::string sensor = "generic-16";  // name of a built-in profile
   int rings = 0;                      // 0: the profile's own beams; else this many, evenly from
   double lowest_beam_deg = -15.0;     // here
@@ -39,16 +42,19 @@ struct RecordingOptions {
 
 struct RecordedScan {
   std::filesystem::path file;
+  std::string name;  // the file's; "drive.bag#12" in a file of many scans
   std::int64_t stamp_ns = 0;
   std::optional<Pose> T_world_vehicle;
-  Digest content{};  // SHA-256 of the file
+  Digest content{};  // SHA-256 of the file, or of what a file of many says of this scan
 };
 
 // Somebody's recording, opened but not read: which files, when, and from where.
 struct Recording {
   std::string name;
   SensorProfile sensor;
-  std::vector<RecordedScan> scans;    // in natural order of their names (2 before 10)
+  // In natural order of their names (2 before 10), or in the order of the file that holds them.
+  std::vector<RecordedScan> scans;
+  std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
   std::vector<std::string> warnings;  // what was assumed, for the person who brought it
   // Names everything above but the warnings: equal for equal contents, wherever the folder lies.
   Digest digest{};
@@ -63,19 +69,21 @@ struct ArtifactTraits<Recording> {
 Result<void> validate(const Recording& recording);
 Table dump(const Recording& recording);
 
-// Lists the scans of a folder, gives each a time and a pose, and takes digests of all files on up
-// to `threads` threads (0: all).
+// Lists the scans of a folder, or of a file that holds many (a bag or a pcap, see
+// open_scan_container), gives each a time and a pose, and takes digests of all of them on up to
+// `threads` threads (0: all).
 //
-// Times: the stamps file, by row; else file names that are times (15 digits and more, or decimals);
-// else the times of the pose file; else index / rate_hz.
-// Poses: Apollo by id = number in the scan's name; TUM by time where the scans have times of their
-// own, interpolated between rows at most 1 s apart; all others by row. By row means: the row whose
-// 0-based number is the scan's number where there are more rows than scans and names are numbers,
-// else the scan's position. Rows that no scan uses are a warning.
+// Times: the stamps file, by row; else those of the file that holds the scans; else file names that
+// are times (15 digits and more, or decimals); else the times of the pose file; else index /
+// rate_hz. Poses: Apollo by id = number in the scan's name; TUM by time where the scans have times
+// of their own, interpolated between rows at most 1 s apart; all others by row. By row means: the
+// row whose 0-based number is the scan's number where there are more rows than scans and names are
+// numbers, else the scan's position. Rows that no scan uses are a warning, and so are scans before
+// the first and behind the last pose of a bag, which have none.
 //
 // Errors: file-not-found, cannot-open, cannot-read, empty-directory, mixed-formats,
 // unsupported-format, unknown-name, bad-value, fewer-poses-than-scans, mismatched-inputs (fewer
-// stamps than scans), and those of read_poses and read_stamps.
+// stamps than scans), and those of read_poses, read_bag_poses, read_stamps and open_scan_container.
 Result<Recording> open_recording(const RecordingOptions& options, int threads = 1);
 
 // One scan with its counts, read from its file. Errors: those of read_point_cloud, and
@@ -83,7 +91,9 @@ Result<Recording> open_recording(const RecordingOptions& options, int threads = 
 Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index);
 
 // Reads scans from their files one at a time and checks them again each time; index = position in
-// recording.scans. Keeps what it needs of the recording.
+// recording.scans. Point times become offsets from the scan's stamp; where they count from a clock
+// of their own (no time within 2 s of the stamp), the first point is at the stamp. Keeps what it
+// needs of the recording.
 std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording);
 
 }  // namespace sightline

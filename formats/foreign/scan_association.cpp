@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "formats/foreign/pose_file.h"
+#include "formats/foreign/ros_bag.h"
 #include "formats/foreign/scan_files.h"
 
 namespace sightline {
@@ -61,9 +62,15 @@ Result<Stamps> stamps_from_file(const std::string& path, const Files& files, Rec
   return stamps;
 }
 
-// Empty where not every name is a time.
-Stamps stamps_from_names(const Files& files) {
+// Those of the file that holds the scans, or their names where all of them are times; else empty.
+Stamps stamps_of_themselves(const Recording& recording, const Files& files) {
   Stamps stamps;
+  if (recording.container) {
+    for (const ContainedScan& scan : recording.container->scans()) {
+      stamps.emplace_back(scan.stamp_ns);
+    }
+    return stamps;
+  }
   for (const std::filesystem::path& file : files) {
     stamps.push_back(scan_stamp_ns(file));
     if (!stamps.back()) return {};
@@ -136,8 +143,39 @@ Result<std::vector<PoseRow>> poses_by_time(const std::string& path, const Files&
   return poses;
 }
 
-Result<std::vector<PoseRow>> poses_of_scans(const RecordingOptions& options, const Files& files,
-                                            const Stamps& stamps_ns, Recording& recording) {
+using Poses = std::vector<std::optional<PoseRow>>;
+
+// A topic begins later than the scans and ends earlier, or has gaps: those scans have no pose.
+Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stamps_ns,
+                             Recording& recording) {
+  const Result<std::vector<PoseRow>> rows = read_bag_poses(options.poses, options.poses_topic);
+  if (!rows) return rows.error();
+  if (stamps_ns.empty()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "a bag's poses are found by time, and the scans have no times of their own; name "
+                 "a file of stamps",
+                 options.poses, ""};
+  }
+  Poses poses;
+  std::size_t missing = 0;
+  for (const std::optional<std::int64_t>& stamp_ns : stamps_ns) {
+    poses.push_back(pose_at(*rows, *stamp_ns));
+    missing += poses.back() ? 0 : 1;
+  }
+  if (missing == stamps_ns.size()) {
+    return fewer_poses(options.poses, "none of the " + std::to_string(rows->size()) +
+                                          " poses is at the time of a scan");
+  }
+  if (missing > 0) {
+    recording.warnings.push_back(options.poses + ": " + std::to_string(missing) + " of " +
+                                 std::to_string(stamps_ns.size()) +
+                                 " scans have no poses around them in time");
+  }
+  return poses;
+}
+
+Result<std::vector<PoseRow>> poses_from_file(const RecordingOptions& options, const Files& files,
+                                             const Stamps& stamps_ns, Recording& recording) {
   const Result<PoseFormat> format = parse_pose_format(options.pose_format);
   if (!format) return format.error();
   const Result<std::vector<PoseRow>> rows = read_poses(options.poses, *format);
@@ -149,34 +187,46 @@ Result<std::vector<PoseRow>> poses_of_scans(const RecordingOptions& options, con
   return poses_by_row(options.poses, files, *rows, recording);
 }
 
+// One for each scan; none at all where no poses are named.
+Result<Poses> poses_of_scans(const RecordingOptions& options, const Files& files,
+                             const Stamps& stamps_ns, Recording& recording) {
+  if (options.poses.empty()) return Poses(files.size());
+  if (is_ros_bag(options.poses)) return poses_from_bag(options, stamps_ns, recording);
+  const Result<std::vector<PoseRow>> rows = poses_from_file(options, files, stamps_ns, recording);
+  if (!rows) return rows.error();
+  return Poses(rows->begin(), rows->end());
+}
+
+std::string name_of(const Recording& recording, const Files& files, std::size_t index) {
+  const std::string name = files[index].filename().string();
+  return recording.container ? name + "#" + std::to_string(index) : name;
+}
+
 }  // namespace
 
 Result<void> describe_scans(const RecordingOptions& options,
                             const std::vector<std::filesystem::path>& files, Recording& recording) {
-  Stamps stamps_ns = stamps_from_names(files);
+  Stamps stamps_ns = stamps_of_themselves(recording, files);
   if (!options.stamps.empty()) {
     Result<Stamps> given = stamps_from_file(options.stamps, files, recording);
     if (!given) return given.error();
     stamps_ns = std::move(*given);
   }
-  std::vector<PoseRow> poses;
-  if (!options.poses.empty()) {
-    Result<std::vector<PoseRow>> given = poses_of_scans(options, files, stamps_ns, recording);
-    if (!given) return given.error();
-    poses = std::move(*given);
-  }
+  const Result<Poses> poses = poses_of_scans(options, files, stamps_ns, recording);
+  if (!poses) return poses.error();
   if (!(options.rate_hz > 0.0)) {
     return Error{ErrorCode::kBadValue, "rate_hz must be above 0", "", ""};
   }
   for (std::size_t i = 0; i < files.size(); ++i) {
     RecordedScan& scan = recording.scans.emplace_back();
     scan.file = files[i];
+    scan.name = name_of(recording, files, i);
     const auto index_ns =
         static_cast<std::int64_t>(std::llround(static_cast<double>(i) * 1e9 / options.rate_hz));
     scan.stamp_ns = index_ns;
-    if (!poses.empty()) {
-      scan.T_world_vehicle = poses[i].T_world_vehicle;
-      scan.stamp_ns = poses[i].stamp_ns.value_or(index_ns);
+    if (const std::optional<PoseRow>& pose = (*poses)[i]) {
+      scan.T_world_vehicle = pose->T_world_vehicle;
+      scan.stamp_ns = pose->stamp_ns.value_or(index_ns);
     }
     if (!stamps_ns.empty()) scan.stamp_ns = *stamps_ns[i];
   }

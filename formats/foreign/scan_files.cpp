@@ -12,10 +12,10 @@
 namespace sightline {
 namespace {
 
-constexpr std::array<std::string_view, 3> kReadable = {".pcd", ".ply", ".bin"};
+constexpr std::array<std::string_view, 5> kReadable = {".pcd", ".ply", ".bin", ".las", ".gz"};
 // Other point clouds: named, so that a folder of them is not called empty.
-constexpr std::array<std::string_view, 7> kForeign = {".las", ".laz",  ".e57", ".pcap",
-                                                      ".bag", ".mcap", ".npy"};
+constexpr std::array<std::string_view, 10> kForeign = {".laz",  ".e57", ".pcap", ".pcapng", ".bag",
+                                                       ".mcap", ".npy", ".npz",  ".xyz",    ".vtk"};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -105,10 +105,10 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
   if (!candidates) return candidates.error();
   const std::vector<std::filesystem::path>& files = candidates->files;
   if (files.empty()) {
-    return Error{
-        ErrorCode::kEmptyDirectory,
-        "the folder holds no scans (.pcd, .ply or .bin)" + hint_of_folders(candidates->folders),
-        folder.string(), ""};
+    return Error{ErrorCode::kEmptyDirectory,
+                 "the folder holds no scans (.pcd, .ply, .las or .bin)" +
+                     hint_of_folders(candidates->folders),
+                 folder.string(), ""};
   }
   const std::string extension = lower_extension(files.front());
   for (const std::filesystem::path& file : files) {

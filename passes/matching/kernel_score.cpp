@@ -54,7 +54,7 @@ KernelInput make_input(const MatchGrid& grid, const Pose& T_map_sensor) {
   return input;
 }
 
-void point_to_chunk(ScanForMatch& scan, std::size_t first, KernelInput& input) {
+void point_to_chunk(ScanForMatch& scan, std::size_t first, std::size_t end, KernelInput& input) {
   input.x_m = scan.x_m.data() + first;
   input.y_m = scan.y_m.data() + first;
   input.z_m = scan.z_m.data() + first;
@@ -62,7 +62,7 @@ void point_to_chunk(ScanForMatch& scan, std::size_t first, KernelInput& input) {
   input.cell_y = scan.cell_y.data() + first;
   input.cell_z = scan.cell_z.data() + first;
   input.record = scan.record.data() + first;
-  input.count = std::min(kChunk, scan.points_m.size() - first);
+  input.count = std::min(kChunk, end - first);
 }
 
 void add_lanes(const KernelSums& sums, Totals& totals) {
@@ -121,40 +121,61 @@ MatchKernel fastest_kernel() {
   return MatchKernel::kPortable;
 }
 
-ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m) {
+ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m,
+                                 std::size_t thin_stride) {
+  SIGHTLINE_CHECK(thin_stride >= 1);
   const std::size_t padded = (points_m.size() + kKernelBatch - 1) / kKernelBatch * kKernelBatch;
-  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   ScanForMatch scan;
-  scan.points_m.assign(points_m.begin(), points_m.end());
-  for (std::vector<double>* axis : {&scan.x_m, &scan.y_m, &scan.z_m}) axis->resize(padded);
-  for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) {
-    axis->assign(padded, kUnknown);
+  scan.points_m.reserve(points_m.size());
+  for (std::size_t i = 0; i < points_m.size(); i += thin_stride) {
+    scan.points_m.push_back(points_m[i]);
   }
-  scan.record.resize(padded);
+  // Whole batches: a batch that is scored in part would go stale in its other part.
+  scan.thin_count = std::min(
+      points_m.size(), (scan.points_m.size() + kKernelBatch - 1) / kKernelBatch * kKernelBatch);
   for (std::size_t i = 0; i < points_m.size(); ++i) {
-    scan.x_m[i] = points_m[i].x();
-    scan.y_m[i] = points_m[i].y();
-    scan.z_m[i] = points_m[i].z();
+    if (i % thin_stride != 0) scan.points_m.push_back(points_m[i]);
+  }
+  for (std::vector<double>* axis : {&scan.x_m, &scan.y_m, &scan.z_m}) axis->resize(padded);
+  for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) axis->resize(padded);
+  scan.record.resize(padded);
+  forget_cells(scan);
+  for (std::size_t i = 0; i < points_m.size(); ++i) {
+    scan.x_m[i] = scan.points_m[i].x();
+    scan.y_m[i] = scan.points_m[i].y();
+    scan.z_m[i] = scan.points_m[i].z();
   }
   return scan;
 }
 
-MatchScore kernel_score(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_sensor,
-                        MatchKernel kernel) {
-  if (kernel == MatchKernel::kExact) return match_score(grid, scan.points_m, T_map_sensor);
+void forget_cells(ScanForMatch& scan) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) {
+    std::ranges::fill(*axis, kUnknown);
+  }
+  std::ranges::fill(scan.record, 0);
+}
+
+MatchScore kernel_score(const MatchGrid& grid, ScanForMatch& scan, std::size_t count,
+                        const Pose& T_map_sensor, MatchKernel kernel) {
+  SIGHTLINE_CHECK(count == scan.points_m.size() ||
+                  (count < scan.points_m.size() && count % kKernelBatch == 0));
+  if (kernel == MatchKernel::kExact) {
+    return match_score(grid, std::span(scan.points_m).first(count), T_map_sensor);
+  }
   SIGHTLINE_CHECK(is_supported(kernel));
   const KernelFunction run =
       function_of(kernel == MatchKernel::kFastest ? fastest_kernel() : kernel);
   KernelInput input = make_input(grid, T_map_sensor);
   Totals totals{};
   KernelSums sums;
-  for (std::size_t first = 0; first < scan.points_m.size(); first += kChunk) {
-    point_to_chunk(scan, first, input);
+  for (std::size_t first = 0; first < count; first += kChunk) {
+    point_to_chunk(scan, first, count, input);
     run(input, sums);
     add_lanes(sums, totals);
   }
   MatchScore score = to_score(totals, grid.gauss.d1);
-  for (std::size_t i = 0; i < scan.points_m.size(); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     score.scored_points += scan.record[i] != 0 ? 1 : 0;
   }
   return score;

@@ -107,6 +107,11 @@ GaussConstants gauss_constants(double cell_m) {
 }
 
 MatchGrid make_match_grid(const NdtMap& map) {
+  return make_match_grid(
+      map, [](const Nd& nd) -> Eigen::Matrix3d { return regularised_covariance_m2(nd).inverse(); });
+}
+
+MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_per_m2) {
   MatchGrid grid;
   grid.cell_m = map.cell_m;
   grid.gauss = gauss_constants(map.cell_m);
@@ -114,7 +119,7 @@ MatchGrid make_match_grid(const NdtMap& map) {
   // At most 7 cells an ND; half of the slots stay free.
   grid.slots.assign(std::bit_ceil(2 * kNeighbourCount * map.nds.size() + 2), MatchGrid::kNone);
   for (const Nd& nd : map.nds) {
-    const MatchNd usable{nd.mean_m, regularised_covariance_m2(nd).inverse()};
+    const MatchNd usable{nd.mean_m, information_per_m2(nd)};
     if (!is_usable(usable)) continue;
     list_in_neighbourhoods(nd.key, static_cast<std::int32_t>(grid.nds.size()), grid);
     grid.nds.push_back(usable);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "formats/ndt_map.h"
@@ -44,6 +45,10 @@ struct MatchGrid {
 
 // Costs time and memory in proportion to the number of NDs.
 MatchGrid make_match_grid(const NdtMap& map);
+
+// The same with another opinion of what each ND says than its inverse regularised covariance.
+using InformationOfNd = std::function<Eigen::Matrix3d(const Nd&)>;
+MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_per_m2);
 
 // Index into `cells`, or MatchGrid::kNone.
 std::int32_t find_cell(const MatchGrid& grid, const CellKey& key);

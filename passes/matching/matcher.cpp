@@ -43,20 +43,19 @@ Vector6d newton_step(const MatchScore& at) {
 }
 
 // Shortened as a whole to at most `share` of the longest step.
-Vector6d limited(const Vector6d& step, const MatchOptions& options, double share) {
+Vector6d limited(const Vector6d& step, const MatchLevel& level, double share) {
   const double length_m = step.head<3>().norm();
   const double angle_rad = step.tail<3>().norm();
   double factor = 1.0;
-  if (length_m > share * options.max_step_m) factor = share * options.max_step_m / length_m;
-  if (angle_rad > share * options.max_step_rad) {
-    factor = std::min(factor, share * options.max_step_rad / angle_rad);
+  if (length_m > share * level.max_step_m) factor = share * level.max_step_m / length_m;
+  if (angle_rad > share * level.max_step_rad) {
+    factor = std::min(factor, share * level.max_step_rad / angle_rad);
   }
   return factor * step;
 }
 
-bool is_short(const Vector6d& step, const MatchOptions& options) {
-  return step.head<3>().norm() < options.stop_step_m &&
-         step.tail<3>().norm() < options.stop_step_rad;
+bool is_short(const Vector6d& step, const MatchLevel& level) {
+  return step.head<3>().norm() < level.stop_step_m && step.tail<3>().norm() < level.stop_step_rad;
 }
 
 void describe(const MatchScore& at, MatchResult& result) {
@@ -64,12 +63,50 @@ void describe(const MatchScore& at, MatchResult& result) {
   result.scored_points = at.scored_points;
   if (at.scored_points > 0) result.nearest_voxel_likelihood = at.nearest_sum / at.scored_points;
   result.hessian = -at.hessian;
+  result.covariance.setZero();
+  result.has_covariance = false;
   const Eigen::LLT<Matrix6d> cholesky(result.hessian);
   if (cholesky.info() != Eigen::Success) return;
   const Matrix6d inverse = cholesky.solve(Matrix6d::Identity());
   if (!inverse.allFinite()) return;
   result.covariance = 0.5 * (inverse + inverse.transpose());
   result.has_covariance = true;
+}
+
+// Goes up the score of one level from result.T_map_sensor.
+void climb(const MatchLevel& level, ScanForMatch& scan, const MatchOptions& options,
+           MatchResult& result) {
+  const std::size_t count = level.is_thin ? scan.thin_count : scan.points_m.size();
+  Pose taken = result.T_map_sensor;
+  Pose next = taken;
+  MatchScore at_taken;
+  double share = 1.0;
+  bool is_first = true;
+  MatchStop stop = MatchStop::kIterationLimit;
+  while (result.iterations < options.max_iterations) {
+    const MatchScore at_next = kernel_score(*level.grid, scan, count, next, options.kernel);
+    ++result.iterations;
+    result.work += count;
+    if (is_first && at_next.scored_points == 0) return;
+    const bool is_taken = is_first || at_next.score >= (1.0 - kAllowedLoss) * at_taken.score;
+    is_first = false;
+    share = is_taken ? std::min(1.0, kGrow * share) : kShrink * share;
+    if (is_taken) {
+      taken = next;
+      at_taken = at_next;
+    }
+    const Vector6d step = limited(newton_step(at_taken), level, share);
+    next = moved(taken, step);
+    if (is_short(step, level)) {
+      stop = MatchStop::kConverged;
+      taken = next;
+      break;
+    }
+  }
+  result.stop = stop;
+  if (is_first) return;  // no evaluation was left
+  result.T_map_sensor = taken;
+  describe(at_taken, result);
 }
 
 }  // namespace
@@ -96,39 +133,24 @@ MatchResult match(const MatchGrid& grid, std::span<const Eigen::Vector3d> points
 
 MatchResult match(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_start,
                   const MatchOptions& options) {
+  const MatchLevel level{.grid = &grid,
+                         .max_step_m = options.max_step_m,
+                         .max_step_rad = options.max_step_rad,
+                         .stop_step_m = options.stop_step_m,
+                         .stop_step_rad = options.stop_step_rad};
+  return match(std::span(&level, 1), scan, T_map_start, options);
+}
+
+MatchResult match(std::span<const MatchLevel> levels, ScanForMatch& scan, const Pose& T_map_start,
+                  const MatchOptions& options) {
   MatchResult result;
   result.T_map_sensor = T_map_start;
   if (scan.points_m.empty()) return result;
-  result.stop = MatchStop::kIterationLimit;
-  Pose taken = T_map_start;
-  MatchScore at_taken;
-  Pose next = T_map_start;
-  double share = 1.0;
-  while (result.iterations < options.max_iterations) {
-    const MatchScore at_next = kernel_score(grid, scan, next, options.kernel);
-    ++result.iterations;
-    result.work += scan.points_m.size();
-    if (result.iterations == 1 && at_next.scored_points == 0) {
-      result.stop = MatchStop::kNoOverlap;
-      return result;
-    }
-    const bool is_taken =
-        result.iterations == 1 || at_next.score >= (1.0 - kAllowedLoss) * at_taken.score;
-    share = is_taken ? std::min(1.0, kGrow * share) : kShrink * share;
-    if (is_taken) {
-      taken = next;
-      at_taken = at_next;
-    }
-    const Vector6d step = limited(newton_step(at_taken), options, share);
-    next = moved(taken, step);
-    if (is_short(step, options)) {
-      result.stop = MatchStop::kConverged;
-      taken = next;
-      break;
-    }
+  result.stop = MatchStop::kNoOverlap;
+  for (const MatchLevel& level : levels) {
+    if (levels.size() > 1) forget_cells(scan);
+    climb(level, scan, options, result);
   }
-  result.T_map_sensor = taken;
-  describe(at_taken, result);
   return result;
 }
 

@@ -45,14 +45,31 @@ struct MatchResult {
   bool has_covariance = false;
 };
 
+// One level of a match from coarse to fine: where it ends the next one starts.
+struct MatchLevel {
+  const MatchGrid* grid = nullptr;
+  bool is_thin = false;  // scores only the scan's leading points, ScanForMatch::thin_count
+  double max_step_m = 0.2;
+  double max_step_rad = 0.02;
+  double stop_step_m = 0.005;
+  double stop_step_rad = 1e-4;
+};
+
 // Newton's method on the NDT score from T_map_start. `points_m` are finite, in the frame of the
 // pose (sensor or vehicle), already cropped and subsampled. Never fails: `stop` says what happened.
 // Allocates nothing while it iterates.
 MatchResult match(const MatchGrid& grid, std::span<const Eigen::Vector3d> points_m,
                   const Pose& T_map_start, const MatchOptions& options = {});
 
-// The same for several starts of one scan, without preparing it anew. Allocates nothing.
+// The same for several starts of one scan, without preparing it anew, on one grid: the scan
+// remembers its cells. Allocates nothing.
 MatchResult match(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_start,
+                  const MatchOptions& options = {});
+
+// From coarse to fine: steps and stops are those of the levels, the limit on iterations is of all
+// together. A level whose grid has no ND near leaves the pose to the next one; the result describes
+// the last that had one. Allocates nothing.
+MatchResult match(std::span<const MatchLevel> levels, ScanForMatch& scan, const Pose& T_map_start,
                   const MatchOptions& options = {});
 
 }  // namespace sightline

@@ -1,32 +1,37 @@
-#include <benchmark/benchmark.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <memory>
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "compiler/base/random.h"
+#include "compiler/base/stopwatch.h"
+#include "examples/town/drive.h"
 #include "passes/build_ndt.h"
-#include "passes/matching/matcher.h"
+#include "passes/matching/localizer.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/bench/pcl_ndt.h"
-#include "tests/passes/matching/random_scene.h"
 
-// One match, and the voxel grid before it, beside PCL's own on the same points, cells and starts.
-// On the recording kitti_0005 where SIGHTLINE_DATA has it (with its poses in SIGHTLINE_KITTI_POSES:
-// 12 numbers a row), else on a room. Compare the rows Match and PclMatch: CPU time, median error in
-// cm and runs that ended more than 0.5 m off.
+// One match beside PCL's NDT, in turn and in one process: the same points, cells and starts, one
+// thread. On the recording kitti_0005 where SIGHTLINE_DATA has it (with its poses in
+// SIGHTLINE_KITTI_POSES: 12 numbers a row), else in a generated town. Each scan is matched from one
+// start 0.5 to 1 m and 2 degrees off. Prints, for each cell size and range, medians of CPU time and
+// error, how many runs ended more than 0.5 m off ("lost"), and how many times faster than PCL.
+//
+//   plain     the map's cells, as defined for measured error
+//   annealed  blurred, then sharpened NDs of the same cells
+//   refined   the same, then sharpened NDs of 0.5 m cells
 
 namespace sightline {
 namespace {
 
-constexpr double kLeaf_m = 0.5;
-constexpr int kStartsPerScan = 5;
+constexpr double kFinest_m = 0.5;
 
 struct World {
+  std::string name;
+  double leaf_m = 0.5;
   std::vector<Eigen::Vector3d> map_points_m;
   std::vector<std::vector<Eigen::Vector3d>> scans;
   std::vector<Pose> T_map_scan;
@@ -44,180 +49,199 @@ std::vector<Pose> read_pose_rows(const char* path) {
   }
 }
 
-// Even scans make the map, some of the odd ones are matched.
+// Even scans make the map, odd ones are matched.
 World kitti_world(const std::string& folder, const std::vector<Pose>& poses) {
   World world;
+  world.name = "kitti_0005";
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (i % 2 == 1 && i % 12 != 1) continue;
     char name[32];
     std::snprintf(name, sizeof name, "/%010zu.pcd", i);
     const std::vector<Eigen::Vector3d> points_m = read_pcd_with_pcl(folder + name);
-    if (i % 2 == 0) {
-      for (const Eigen::Vector3d& point_m : points_m) {
-        world.map_points_m.push_back(poses[i] * point_m);
-      }
-    } else {
+    if (i % 2 == 1) {
       world.scans.push_back(points_m);
       world.T_map_scan.push_back(poses[i]);
+      continue;
     }
+    for (const Eigen::Vector3d& point_m : points_m)
+      world.map_points_m.push_back(poses[i] * point_m);
   }
   return world;
 }
 
-World room_world() {
+void add_drive(const town::Town& town, const town::DriveOptions& options, bool is_map,
+               World& world) {
+  const Result<town::DriveSimulator> drive = town::DriveSimulator::make(town, options);
+  for (std::size_t i = 0; i < drive->scan_count(); ++i) {
+    const town::TownScan scan = drive->scan(i);
+    const Pose T_map_lidar = scan.T_town_vehicle * options.sensor.T_vehicle_lidar;
+    std::vector<Eigen::Vector3d> points_m;
+    for (const town::LabelledPoint& point : scan.points) {
+      if (!is_map || !is_moving(point.label)) points_m.push_back(point.position_m.cast<double>());
+    }
+    if (!is_map) {
+      world.scans.push_back(points_m);
+      world.T_map_scan.push_back(T_map_lidar);
+      continue;
+    }
+    for (const Eigen::Vector3d& point_m : points_m) {
+      world.map_points_m.push_back(T_map_lidar * point_m);
+    }
+  }
+}
+
+World town_world() {
   World world;
-  world.map_points_m = room_points(1, 400000, 0.05);
-  for (std::uint64_t i = 0; i < 13; ++i) {
-    world.scans.push_back(room_points(10 + i, 20000, 0.05));
-    world.T_map_scan.push_back(Pose::Identity());
-  }
+  world.name = "generated town";
+  world.leaf_m = 1.0;
+  const town::Town town = *town::make_town({.seed = 3, .length_m = 200.0});
+  town::DriveOptions mapping = town::usual_drive(town.options, 0, *town::town_sensor(16));
+  add_drive(town, mapping, true, world);
+  town::DriveOptions second = town::usual_drive(town.options, 1, *town::town_sensor(16));
+  second.spacing_m = 3.0;
+  add_drive(town, second, false, world);
   return world;
 }
 
-const World& world() {
-  static const World kWorld = [] {
-    const char* data = std::getenv("SIGHTLINE_DATA");
-    const char* poses = std::getenv("SIGHTLINE_KITTI_POSES");
-    if (data != nullptr && poses != nullptr) {
-      return kitti_world(std::string(data) + "/kitti_0005", read_pose_rows(poses));
-    }
-    return room_world();
-  }();
-  return kWorld;
+World make_world() {
+  const char* data = std::getenv("SIGHTLINE_DATA");
+  const char* poses = std::getenv("SIGHTLINE_KITTI_POSES");
+  if (data == nullptr || poses == nullptr) return town_world();
+  return kitti_world(std::string(data) + "/kitti_0005", read_pose_rows(poses));
 }
 
-// Half a metre to a metre and two degrees off.
-Pose start_of(std::size_t scan, int k) {
-  Random random(mix(7, scan * 100 + static_cast<std::size_t>(k)));
+Pose start_of(const World& world, std::size_t scan) {
+  Random random(mix(7, scan));
   const double angle_rad = random.uniform(0.0, 6.28);
   const double radius_m = random.uniform(0.5, 1.0);
   Pose offset = Pose::Identity();
   offset.translation() = Eigen::Vector3d(radius_m * std::cos(angle_rad),
                                          radius_m * std::sin(angle_rad), random.uniform(-0.1, 0.1));
-  const double yaw_rad = k % 2 == 0 ? 0.035 : -0.035;
+  const double yaw_rad = scan % 2 == 0 ? 0.035 : -0.035;
   offset.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  return world().T_map_scan[scan] * offset;
+  return world.T_map_scan[scan] * offset;
 }
 
-std::vector<Eigen::Vector3d> prepared(std::size_t scan, double range_m) {
-  return voxel_subsample(crop(world().scans[scan], range_m), kLeaf_m);
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0.0 : values[values.size() / 2];
 }
 
-void report_errors(benchmark::State& state, std::vector<double> errors_m) {
-  std::sort(errors_m.begin(), errors_m.end());
-  state.counters["median_cm"] = 100.0 * errors_m[errors_m.size() / 2];
-  state.counters["lost"] = static_cast<double>(
-      std::count_if(errors_m.begin(), errors_m.end(), [](double e) { return e > 0.5; }));
-}
+// The runs of one method at one range.
+struct Runs {
+  std::vector<double> times_ms, errors_m, per_point_ns;
+  double iterations = 0.0;
+  double evaluations = 0.0;  // of the whole scan: work over points
 
-// Calls run(scan, points, start) for every scan and start, one an iteration and in turn;
-// prepare(points) before each scan, unmeasured.
-template <class Prepare, class Run>
-void match_all(benchmark::State& state, Prepare prepare, Run run) {
-  const auto range_m = static_cast<double>(state.range(1));
-  std::vector<double> errors_m;
-  std::size_t next = 0;
-  const std::size_t total = world().scans.size() * kStartsPerScan;
-  for ([[maybe_unused]] auto _ : state) {
-    const std::size_t scan = next / kStartsPerScan % world().scans.size();
-    const int k = static_cast<int>(next % kStartsPerScan);
-    if (k == 0) {
-      state.PauseTiming();
-      prepare(prepared(scan, range_m));
-      state.ResumeTiming();
-    }
-    const Eigen::Vector3d found_m = run(start_of(scan, k));
-    if (errors_m.size() < total) {
-      errors_m.push_back((found_m - world().T_map_scan[scan].translation()).norm());
-    }
-    ++next;
+  void add(double time_ms, const Eigen::Vector3d& found_m, const Pose& T_map_truth) {
+    times_ms.push_back(time_ms);
+    errors_m.push_back((found_m - T_map_truth.translation()).norm());
   }
-  report_errors(state, errors_m);
+  [[nodiscard]] long lost() const {
+    return std::count_if(errors_m.begin(), errors_m.end(), [](double e) { return e > 0.5; });
+  }
+};
+
+struct Method {
+  const char* name;
+  Localizer localizer;
+};
+
+void run_ours(const Method& method, const std::vector<Eigen::Vector3d>& points_m, const Pose& start,
+              const Pose& truth, Runs& runs) {
+  ScanForMatch scan = make_scan_for_match(method.localizer, points_m);
+  const double begin_ms = thread_cpu_ms();
+  const MatchResult result = localize(method.localizer, scan, start);
+  runs.add(thread_cpu_ms() - begin_ms, result.T_map_sensor.translation(), truth);
+  const auto points = static_cast<double>(points_m.size());
+  runs.iterations += result.iterations;
+  runs.evaluations += static_cast<double>(result.work) / points;
+  // As a match pays it: several poses in turn, each a little way from the last.
+  constexpr int kPoses = 8;
+  const double again_ms = thread_cpu_ms();
+  for (int i = 0; i < kPoses; ++i) {
+    const Vector6d motion = 0.01 * i * Vector6d::Unit(i % 3);
+    kernel_score(method.localizer.levels.back().grid, scan, moved(truth, motion),
+                 MatchKernel::kFastest);
+  }
+  runs.per_point_ns.push_back(1e6 * (thread_cpu_ms() - again_ms) / kPoses / points);
 }
 
-void Match(benchmark::State& state, MatchKernel kernel) {
+void run_pcl(PclNdt& pcl, const std::vector<Eigen::Vector3d>& points_m, const Pose& start,
+             const Pose& truth, Runs& runs) {
+  pcl.set_scan(points_m);
+  double begin_ms = thread_cpu_ms();
+  const Eigen::Matrix4d found = pcl.match(start.matrix());
+  runs.add(thread_cpu_ms() - begin_ms, found.block<3, 1>(0, 3), truth);
+  begin_ms = thread_cpu_ms();
+  pcl.evaluate(truth.matrix());
+  runs.per_point_ns.push_back(1e6 * (thread_cpu_ms() - begin_ms) /
+                              static_cast<double>(points_m.size()));
+}
+
+void print_row(const char* name, double cell_m, double range_m, const Runs& runs,
+               const Runs& peers) {
+  const double ms = median(runs.times_ms);
+  const double ns = median(runs.per_point_ns);
+  const auto count = static_cast<double>(runs.times_ms.size());
+  std::printf("%4g m %4g m  %-9s %8.3f ms %7.1f x  %6.2f cm %3ld lost  %7.1f ns %6.1f x", cell_m,
+              range_m, name, ms, median(peers.times_ms) / ms, 100.0 * median(runs.errors_m),
+              runs.lost(), ns, median(peers.per_point_ns) / ns);
+  if (runs.iterations > 0.0) {
+    std::printf("  %5.1f / %4.1f", runs.iterations / count, runs.evaluations / count);
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+NdtMap map_of(const World& world, double cell_m) {
   BuildNdtOptions build;
-  build.cell_m = static_cast<double>(state.range(0));
-  const MatchGrid grid =
-      make_match_grid(ndt_from_points(world().map_points_m, MapFrame{}, build, 1));
-  MatchOptions options;
-  options.kernel = kernel;
-  if (!is_supported(kernel)) {
-    state.SkipWithError("this processor does not have it");
-    return;
-  }
-  ScanForMatch scan;
-  double work = 0.0;
-  match_all(
-      state,
-      [&](const std::vector<Eigen::Vector3d>& points_m) { scan = make_scan_for_match(points_m); },
-      [&](const Pose& start) -> Eigen::Vector3d {
-        const MatchResult result = match(grid, scan, start, options);
-        work += static_cast<double>(result.work);
-        return result.T_map_sensor.translation();
-      });
-  // Seconds for each point and evaluation; printed in nano.
-  state.counters["per_point"] =
-      benchmark::Counter(work, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  build.cell_m = cell_m;
+  return ndt_from_points(world.map_points_m, MapFrame{}, build, 1);
 }
 
-void PclMatch(benchmark::State& state) {
-  static std::unique_ptr<PclNdt> pcl;
-  static double cell_m = 0.0;
-  if (cell_m != static_cast<double>(state.range(0))) {
-    cell_m = static_cast<double>(state.range(0));
-    pcl = std::make_unique<PclNdt>(world().map_points_m, cell_m);
-    // The first match builds the tree of the raw map.
-    pcl->set_scan(prepared(0, 10.0));
-    pcl->match(world().T_map_scan[0].matrix());
-  }
-  match_all(
-      state, [&](const std::vector<Eigen::Vector3d>& points_m) { pcl->set_scan(points_m); },
-      [&](const Pose& start) -> Eigen::Vector3d {
-        return pcl->match(start.matrix()).block<3, 1>(0, 3);
-      });
-}
-
-void VoxelSubsample(benchmark::State& state) {
-  const std::vector<Eigen::Vector3d>& points_m =
-      state.range(1) != 0 ? world().map_points_m : world().scans[0];
-  const double leaf_m = static_cast<double>(state.range(0)) / 100.0;
-  for ([[maybe_unused]] auto _ : state) {
-    benchmark::DoNotOptimize(voxel_subsample(points_m, leaf_m));
-  }
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points_m.size()));
-}
-
-void PclVoxels(benchmark::State& state) {
-  const std::vector<Eigen::Vector3d>& points_m =
-      state.range(1) != 0 ? world().map_points_m : world().scans[0];
-  PclVoxelGrid grid(points_m, static_cast<double>(state.range(0)) / 100.0);
-  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(grid.subsample());
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(points_m.size()));
-}
-
-void cells_and_ranges(benchmark::internal::Benchmark* bench) {
-  bench->ArgNames({"cell_m", "range_m"})->Unit(benchmark::kMillisecond)->Iterations(65);
-  for (const int cell_m : {2, 1}) {
-    for (const int range_m : {10, 30, 50}) bench->Args({cell_m, range_m});
+void compare(const World& world, double cell_m, bool has_peer) {
+  const NdtMap map = map_of(world, cell_m);
+  const NdtMap finest = map_of(world, kFinest_m);
+  const int factor = static_cast<int>(cell_m / kFinest_m);
+  std::vector<Method> methods;
+  methods.push_back({"plain", make_localizer(map, {})});
+  methods.push_back({"annealed", make_localizer(map, {.is_annealed = true})});
+  methods.push_back(
+      {"refined", make_localizer(finest, {.is_annealed = true, .coarse_cells = factor})});
+  PclNdt pcl(world.map_points_m, cell_m);
+  // The first match builds the tree of the raw map.
+  pcl.set_scan(voxel_subsample(crop(world.scans[0], 10.0), world.leaf_m));
+  if (has_peer) pcl.match(world.T_map_scan[0].matrix());
+  for (const double range_m : {10.0, 30.0, 50.0}) {
+    Runs peers;
+    std::vector<Runs> ours(methods.size());
+    for (std::size_t i = 0; i < world.scans.size(); ++i) {
+      const std::vector<Eigen::Vector3d> points_m =
+          voxel_subsample(crop(world.scans[i], range_m), world.leaf_m);
+      const Pose start = start_of(world, i);
+      if (has_peer) run_pcl(pcl, points_m, start, world.T_map_scan[i], peers);
+      for (std::size_t m = 0; m < methods.size(); ++m) {
+        run_ours(methods[m], points_m, start, world.T_map_scan[i], ours[m]);
+      }
+    }
+    if (has_peer) print_row("PCL", cell_m, range_m, peers, peers);
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      print_row(methods[m].name, cell_m, range_m, ours[m], peers);
+    }
   }
 }
-
-void leaves_and_clouds(benchmark::internal::Benchmark* bench) {
-  bench->ArgNames({"leaf_cm", "is_map"})->Unit(benchmark::kMillisecond);
-  for (const int is_map : {0, 1}) {
-    for (const int leaf_cm : {20, 50, 100}) bench->Args({leaf_cm, is_map});
-  }
-}
-
-BENCHMARK_CAPTURE(Match, fastest, MatchKernel::kFastest)->Apply(cells_and_ranges);
-BENCHMARK_CAPTURE(Match, avx2, MatchKernel::kAvx2)->Apply(cells_and_ranges);
-BENCHMARK_CAPTURE(Match, exact, MatchKernel::kExact)->Apply(cells_and_ranges);
-BENCHMARK(PclMatch)->Apply(cells_and_ranges);
-BENCHMARK(VoxelSubsample)->Apply(leaves_and_clouds);
-BENCHMARK(PclVoxels)->Apply(leaves_and_clouds);
 
 }  // namespace
 }  // namespace sightline
 
-BENCHMARK_MAIN();
+// usage: match_bench [--ours]   (without PCL, whose matches take a minute or two)
+int main(int argc, char** argv) {
+  const bool has_peer = !(argc == 2 && std::string(argv[1]) == "--ours");
+  const sightline::World world = sightline::make_world();
+  std::printf("%s: %zu scans, one start each, map of %zu points\n", world.name.c_str(),
+              world.scans.size(), world.map_points_m.size());
+  std::printf(
+      "cells  range  method     one match  faster  median error   per point  faster  "
+      "iterations / evaluations of all points\n");
+  for (const double cell_m : {2.0, 1.0}) sightline::compare(world, cell_m, has_peer);
+}

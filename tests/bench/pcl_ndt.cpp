@@ -1,6 +1,5 @@
 #include "tests/bench/pcl_ndt.h"
 
-#include <pcl/filters/voxel_grid.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/registration/ndt.h>
 
@@ -32,8 +31,18 @@ std::vector<Eigen::Vector3d> read_pcd_with_pcl(const std::string& path) {
   return points_m;
 }
 
+// Lets one evaluation be called alone.
+class OpenNdt : public pcl::NormalDistributionsTransform<pcl::PointXYZ, pcl::PointXYZ> {
+ public:
+  double evaluate(const Cloud& moved, const Eigen::Matrix<double, 6, 1>& motion) {
+    Eigen::Matrix<double, 6, 1> gradient;
+    Eigen::Matrix<double, 6, 6> hessian;
+    return computeDerivatives(gradient, hessian, moved, motion);
+  }
+};
+
 struct PclNdt::State {
-  pcl::NormalDistributionsTransform<pcl::PointXYZ, pcl::PointXYZ> ndt;
+  OpenNdt ndt;
   Cloud aligned;
 };
 
@@ -55,23 +64,16 @@ Eigen::Matrix4d PclNdt::match(const Eigen::Matrix4d& T_map_start) {
   return state_->ndt.getFinalTransformation().cast<double>();
 }
 
-struct PclVoxelGrid::State {
-  pcl::VoxelGrid<pcl::PointXYZ> grid;
-  Cloud centroids;
-};
-
-PclVoxelGrid::PclVoxelGrid(std::span<const Eigen::Vector3d> points_m, double leaf_m)
-    : state_(new State) {
-  const auto leaf = static_cast<float>(leaf_m);
-  state_->grid.setInputCloud(to_cloud(points_m));
-  state_->grid.setLeafSize(leaf, leaf, leaf);
-}
-
-PclVoxelGrid::~PclVoxelGrid() { delete state_; }
-
-std::size_t PclVoxelGrid::subsample() {
-  state_->grid.filter(state_->centroids);
-  return state_->centroids.size();
+double PclNdt::evaluate(const Eigen::Matrix4d& T_map_scan) {
+  const Eigen::Affine3d T(T_map_scan);
+  Eigen::Matrix<double, 6, 1> motion;
+  motion << T.translation(), T.rotation().eulerAngles(0, 1, 2);
+  const Eigen::Matrix4f transform = T_map_scan.cast<float>();
+  state_->aligned = *state_->ndt.getInputSource();
+  for (pcl::PointXYZ& point : state_->aligned) {
+    point.getVector4fMap() = transform * point.getVector4fMap();
+  }
+  return state_->ndt.evaluate(state_->aligned, motion);
 }
 
 }  // namespace sightline

@@ -24,21 +24,8 @@ class PclNdt {
 
   void set_scan(std::span<const Eigen::Vector3d> points_m);
   Eigen::Matrix4d match(const Eigen::Matrix4d& T_map_start);
-
- private:
-  struct State;
-  State* state_;
-};
-
-// pcl::VoxelGrid on a cloud made once.
-class PclVoxelGrid {
- public:
-  PclVoxelGrid(std::span<const Eigen::Vector3d> points_m, double leaf_m);
-  ~PclVoxelGrid();
-  PclVoxelGrid(const PclVoxelGrid&) = delete;
-  PclVoxelGrid& operator=(const PclVoxelGrid&) = delete;
-
-  std::size_t subsample();  // the number of centroids
+  // One evaluation of score, gradient and Hessian at a pose, after a first match; the score.
+  double evaluate(const Eigen::Matrix4d& T_map_scan);
 
  private:
   struct State;

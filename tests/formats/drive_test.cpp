@@ -48,6 +48,25 @@ TEST(Drive, GetsItsScansBackAfterDisk) {
   EXPECT_EQ(read->points_m, scan.points_m);
 }
 
+TEST(Drive, TellsWhichOfItsSensorsMadeAScan) {
+  Drive drive = two_scans();
+  drive.other_sensors.push_back(*sensor_profile("vlp-16"));
+  drive.other_sensors[0].T_vehicle_lidar.translation().x() = -1.5;
+  drive.scans[1].sensor_index = 1;
+  drive.scans[1].has_point_times = true;
+  EXPECT_EQ(&drive.sensor_of(drive.scans[0]), &drive.sensor);
+  EXPECT_EQ(&drive.sensor_of(drive.scans[1]), &drive.other_sensors[0]);
+  expect_survives_disk(drive);
+  // Two sensors may scan at one time; the one listed first comes first.
+  drive.scans[1].stamp_ns = drive.scans[0].stamp_ns;
+  EXPECT_TRUE(validate(drive).has_value());
+  std::swap(drive.scans[0].sensor_index, drive.scans[1].sensor_index);
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kTimeRunsBackwards);
+  drive = two_scans();
+  drive.scans[1].sensor_index = 1;
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kInvalidArtifact);
+}
+
 TEST(Drive, EvenAndOddScansAreToldByTheirPlaceInTheRecording) {
   ScanInfo scan;
   for (std::uint32_t i = 0; i < 6; ++i) {

@@ -19,23 +19,23 @@ Surface must_build(const SurfacePoints& points, const BuildSurfaceOptions& optio
   return surface.has_value() ? *surface : Surface{};
 }
 
-TEST(BuildSurface, CoversFlatGroundWithOneLevelDiscACell) {
+TEST(BuildSurface, CoversFlatGroundWithOneLevelPatchACell) {
   const Surface surface = must_build(draw_world("....\n....\n....\n").points);
-  EXPECT_EQ(surface.discs.size(), 4U * 3U * 4U);  // square metres, four cells of 0.5 m each
-  for (const SurfaceDisc& disc : surface.discs) {
-    EXPECT_NEAR(disc.normal.z(), 1.0, 1e-9);
-    EXPECT_NEAR(disc.centre_m.z(), 0.0, 1e-12);
-    // Wide enough to leave no gap at the corners of its cell, too small for the next but one.
-    EXPECT_GT(disc.radius_m, 0.5 / std::sqrt(2.0));
-    EXPECT_LT(disc.radius_m, 0.5);
+  EXPECT_EQ(surface.patches.size(), 4U * 3U * 4U);  // square metres, four cells of 0.5 m each
+  for (const SurfacePatch& patch : surface.patches) {
+    EXPECT_NEAR(patch.normal.z(), 1.0, 1e-9);
+    EXPECT_NEAR(patch.centre_m.z(), 0.0, 1e-12);
+    // Wide enough to leave no gap at the edges of its cell, too small for the next but one.
+    EXPECT_GT(patch.half_side_m, 0.25);
+    EXPECT_LT(patch.half_side_m, 0.5);
   }
 }
 
 TEST(BuildSurface, KeepsAPoleNarrow) {
   const Surface surface = must_build(draw_world("o").points);
-  for (const SurfaceDisc& disc : surface.discs) {
-    const bool is_above_ground = disc.centre_m.z() > 1.0;
-    EXPECT_TRUE(!is_above_ground || disc.radius_m < 0.35);
+  for (const SurfacePatch& patch : surface.patches) {
+    const bool is_above_ground = patch.centre_m.z() > 1.0;
+    EXPECT_TRUE(!is_above_ground || patch.half_side_m < 0.31);
   }
 }
 
@@ -51,7 +51,7 @@ TEST(BuildSurface, IsValidAndTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(to_bytes(surface), to_bytes(must_build(points, {}, 3)));
 }
 
-TEST(BuildSurface, RefusesPointsThatMakeNoDisc) {
+TEST(BuildSurface, RefusesPointsThatMakeNoPatch) {
   PassContext ctx;
   const Result<Surface> surface = build_surface(ctx, {}, SurfacePoints{});
   ASSERT_FALSE(surface.has_value());

@@ -115,6 +115,40 @@ TEST_F(IngestTest, RefusesTimesThatRunBackwardsAndNamesTheScan) {
   EXPECT_EQ(drive.error().place, "scan 1");
 }
 
+TEST_F(IngestTest, WarnsOfTheFirstGapInTimeAndNamesItsScans) {
+  std::string stamps;
+  for (int i = 0; i < 8; ++i) {
+    write_ascii(std::to_string(i) + ".pcd", 1, "1 2 3\n");
+    stamps += std::to_string(i < 5 ? 100.0 + 0.1 * i : 102.5 + 0.1 * i) + "\n";
+  }
+  RecordingOptions options;
+  options.scans = folder_.path().string();
+  options.stamps = folder_.write("times.txt", stamps).string();
+  const Result<Recording> recording = open_recording(options);
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  ASSERT_TRUE(ingest(ctx_, {}, *recording).has_value());
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("1 gaps in time, the first of 2.600000000 s between scan 4 (4.pcd) "
+                              "and scan 5 (5.pcd)"),
+            std::string::npos)
+      << warnings_[0];
+}
+
+TEST_F(IngestTest, KeepsTheTimesOfPointsAndSaysWhereTheyMakeNoSense) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float time\nend_header\n";
+  folder_.write("0.ply", header + "1 2 3 0\n4 5 6 0.05\n");
+  folder_.write("1.ply", header + "1 2 3 0\n4 5 6 1e12\n");
+  const Result<Drive> drive = ingest(ctx_, {}, open());
+  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
+  EXPECT_TRUE(drive->scans[0].has_point_times);
+  EXPECT_FALSE(drive->scans[1].has_point_times);
+  EXPECT_EQ(drive->store->read(0)->time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("1 scans have point times"), std::string::npos) << warnings_[0];
+}
+
 TEST_F(IngestTest, RefusesADriveWithoutScans) {
   EXPECT_EQ(ingest(ctx_, {}, Recording{}).error().code, ErrorCode::kDriveTooShort);
 }

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 
 #include "compiler/base/random.h"
@@ -18,7 +20,7 @@ Eigen::Vector3d random_direction(Random& random) {
   return direction.normalized();
 }
 
-// `count` discs around a place, no two in one cell.
+// `count` patches around a place, no two in one cell.
 Surface random_surface(std::uint64_t seed, int count, const Eigen::Vector3d& around_m) {
   Random random(seed);
   Surface surface;
@@ -26,14 +28,14 @@ Surface random_surface(std::uint64_t seed, int count, const Eigen::Vector3d& aro
   surface.tile_m = 64.0;
   std::set<CellKey> taken;
   for (int i = 0; i < count; ++i) {
-    SurfaceDisc disc;
+    SurfacePatch patch;
     for (int axis = 0; axis < 3; ++axis) {
-      disc.centre_m[axis] = around_m[axis] + random.uniform(-20.0, 20.0);
+      patch.centre_m[axis] = around_m[axis] + random.uniform(-20.0, 20.0);
     }
-    disc.key = cell_key(disc.centre_m, surface.cell_m);
-    disc.normal = random_direction(random);
-    disc.radius_m = random.uniform(0.2, 0.8);
-    if (taken.insert(disc.key).second) surface.discs.push_back(disc);
+    patch.key = cell_key(patch.centre_m, surface.cell_m);
+    patch.normal = random_direction(random);
+    patch.half_side_m = random.uniform(0.2, 0.8);
+    if (taken.insert(patch.key).second) surface.patches.push_back(patch);
   }
   return surface;
 }
@@ -47,15 +49,19 @@ Sites one_site(const Eigen::Vector3d& p_m) {
 }
 
 std::vector<double> cast(const Surface& surface, const Eigen::Vector3d& p_m,
-                         const Directions& directions, double near_m, double far_m) {
-  const std::vector<SiteBlock> blocks = blocks_of_sites(one_site(p_m), surface, far_m);
-  const SurfaceCaster caster(surface, blocks.at(0));
-  std::vector<double> distance_m(directions.size());
-  caster.cast(p_m, directions, near_m, far_m, distance_m);
-  return distance_m;
+                         const std::vector<Eigen::Vector3d>& directions, double near_m,
+                         double far_m) {
+  PassContext ctx;
+  std::vector<double> found_m;
+  const Result<void> done = cast_at_sites(ctx, surface, one_site(p_m), {directions, near_m, far_m},
+                                          [&](std::size_t, std::span<const double> distance_m) {
+                                            found_m.assign(distance_m.begin(), distance_m.end());
+                                          });
+  EXPECT_TRUE(done.has_value());
+  return found_m;
 }
 
-// How near the ray passes to the rim of a disc that it may or may not hit: there float decides.
+// How near the ray passes to the edge of a patch that it may or may not hit: there float decides.
 struct PlainHit {
   double distance_m = kInfinity;
   bool is_close_call = false;
@@ -64,28 +70,32 @@ struct PlainHit {
 PlainHit plain_cast(const Surface& surface, const Eigen::Vector3d& p_m,
                     const Eigen::Vector3d& direction, double near_m, double far_m) {
   PlainHit hit;
-  for (const SurfaceDisc& disc : surface.discs) {
-    // The ball around the disc is out of the ray's way.
-    const Eigen::Vector3d to_centre_m = disc.centre_m - p_m;
-    if (to_centre_m.cross(direction).norm() > disc.radius_m + 1e-3) continue;
-    const double slope = disc.normal.dot(direction);
-    const double t = disc.normal.dot(to_centre_m) / slope;
-    const double off_m = (p_m + t * direction - disc.centre_m).norm() - disc.radius_m;
+  for (const SurfacePatch& patch : surface.patches) {
+    // The ball around the patch is out of the ray's way.
+    const Eigen::Vector3d to_centre_m = patch.centre_m - p_m;
+    if (to_centre_m.cross(direction).norm() > 1.5 * patch.half_side_m + 1e-3) continue;
+    const double slope = patch.normal.dot(direction);
+    const double t = patch.normal.dot(to_centre_m) / slope;
+    const Eigen::Vector3d off_m = p_m + t * direction - patch.centre_m;
+    const Eigen::Vector3d u = side_of(patch);
+    const double beyond_m =
+        std::max(std::abs(off_m.dot(u)), std::abs(off_m.dot(patch.normal.cross(u)))) -
+        patch.half_side_m;
     const bool is_near_limit = std::abs(t - near_m) < 1e-3 || std::abs(t - far_m) < 1e-3;
-    if (std::abs(off_m) < 1e-3 || std::abs(slope) < 1e-3 || is_near_limit) {
+    if (std::abs(beyond_m) < 1e-3 || std::abs(slope) < 1e-3 || is_near_limit) {
       hit.is_close_call = true;
     }
-    if (off_m <= 0.0 && t >= near_m && t <= far_m) hit.distance_m = std::min(hit.distance_m, t);
+    if (beyond_m <= 0.0 && t >= near_m && t <= far_m) hit.distance_m = std::min(hit.distance_m, t);
   }
   return hit;
 }
 
-TEST(SurfaceCaster, EqualsAPlainLoopOverDiscsNearAndFarFromTheOrigin) {
+TEST(SurfaceCaster, EqualsAPlainLoopOverPatchesNearAndFarFromTheOrigin) {
   for (const Eigen::Vector3d& p_m :
        {Eigen::Vector3d(1.0, 2.0, 3.0), Eigen::Vector3d(30000.3, -20000.7, 120.0)}) {
     const Surface surface = random_surface(1, 4000, p_m);
     Random random(2);
-    Directions directions;
+    std::vector<Eigen::Vector3d> directions;
     for (int i = 0; i < 1003; ++i) directions.push_back(random_direction(random));
     const std::vector<double> found_m = cast(surface, p_m, directions, 0.5, 18.0);
     int compared = 0;
@@ -110,9 +120,9 @@ TEST(SurfaceCaster, HitsBothFacesAndHonoursNearAndFar) {
   Surface surface;
   surface.cell_m = 0.5;
   surface.tile_m = 64.0;
-  surface.discs.push_back({{20, 0, 0}, {10.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.5});
-  const Directions towards = {{1.0, 0.0, 0.0}};
-  const Directions back = {{-1.0, 0.0, 0.0}};
+  surface.patches.push_back({{20, 0, 0}, {10.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.5});
+  const std::vector<Eigen::Vector3d> towards = {{1.0, 0.0, 0.0}};
+  const std::vector<Eigen::Vector3d> back = {{-1.0, 0.0, 0.0}};
   EXPECT_NEAR(cast(surface, {0.0, 0.0, 0.0}, towards, 0.5, 50.0)[0], 10.0, 1e-12);
   EXPECT_NEAR(cast(surface, {20.0, 0.0, 0.0}, back, 0.5, 50.0)[0], 10.0, 1e-12);
   EXPECT_EQ(cast(surface, {0.0, 0.0, 0.0}, back, 0.5, 50.0)[0], kInfinity);
@@ -124,12 +134,12 @@ TEST(SurfaceCaster, SeesNothingWhereThereIsNoSurface) {
   Surface surface;
   surface.cell_m = 0.5;
   surface.tile_m = 64.0;
-  const Directions directions = {{1.0, 0.0, 0.0}, {0.0, 0.0, -1.0}};
+  const std::vector<Eigen::Vector3d> directions = {{1.0, 0.0, 0.0}, {0.0, 0.0, -1.0}};
   EXPECT_EQ(cast(surface, {1.0, 1.0, 1.0}, directions, 0.0, 50.0),
             (std::vector<double>{kInfinity, kInfinity}));
 }
 
-TEST(SurfaceCaster, GivesABlockEveryDiscThatItsSitesCanReach) {
+TEST(SurfaceCaster, GivesABlockEveryPatchThatItsSitesCanReach) {
   const Surface surface = random_surface(3, 2000, {60.0, 60.0, 0.0});
   Random random(4);
   Sites sites;
@@ -140,21 +150,40 @@ TEST(SurfaceCaster, GivesABlockEveryDiscThatItsSitesCanReach) {
   }
   std::set<std::size_t> seen;
   for (const SiteBlock& block : blocks_of_sites(sites, surface, 15.0)) {
-    const std::set<std::uint32_t> discs(block.discs.begin(), block.discs.end());
-    EXPECT_TRUE(std::is_sorted(block.discs.begin(), block.discs.end(),
-                               [&](std::uint32_t a, std::uint32_t b) {
-                                 return surface.discs[a].key < surface.discs[b].key;
-                               }));
+    const std::set<std::uint32_t> patches(block.patches.begin(), block.patches.end());
     for (const std::size_t site : block.sites) {
       EXPECT_TRUE(seen.insert(site).second);
-      for (std::uint32_t i = 0; i < surface.discs.size(); ++i) {
-        const double apart_m = (surface.discs[i].centre_m - sites.sites[site].p_map_m).norm();
-        const bool is_in_reach = apart_m <= 15.0 + surface.discs[i].radius_m;
-        EXPECT_TRUE(!is_in_reach || discs.contains(i));
+      for (std::uint32_t i = 0; i < surface.patches.size(); ++i) {
+        const double apart_m = (surface.patches[i].centre_m - sites.sites[site].p_map_m).norm();
+        const bool is_in_reach =
+            apart_m <= 15.0 + std::numbers::sqrt2 * surface.patches[i].half_side_m;
+        EXPECT_TRUE(!is_in_reach || patches.contains(i));
       }
     }
   }
   EXPECT_EQ(seen.size(), sites.sites.size());
+}
+
+// The same patches in the order of tiles of another size.
+Surface retiled(Surface surface, double tile_m) {
+  surface.tile_m = tile_m;
+  std::sort(surface.patches.begin(), surface.patches.end(),
+            [&](const SurfacePatch& a, const SurfacePatch& b) {
+              return std::pair(tile_of(a.key, surface.cell_m, tile_m), a.key) <
+                     std::pair(tile_of(b.key, surface.cell_m, tile_m), b.key);
+            });
+  return surface;
+}
+
+TEST(SurfaceCaster, GivesTheSameDistancesForAnyTiling) {
+  const Surface surface = random_surface(5, 6000, {30.0, -20.0, 2.0});
+  Random random(6);
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = 0; i < 4000; ++i) directions.push_back(random_direction(random));
+  const Eigen::Vector3d p_m(31.0, -22.0, 2.5);
+  const std::vector<double> found_m = cast(retiled(surface, 64.0), p_m, directions, 0.5, 50.0);
+  EXPECT_EQ(found_m, cast(retiled(surface, 32.0), p_m, directions, 0.5, 50.0));
+  EXPECT_EQ(found_m, cast(retiled(surface, 16.0), p_m, directions, 0.5, 50.0));
 }
 
 }  // namespace

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "formats/ndt_map.h"
+
+// Finding the cells of many points at once: what whoever sorts points into a grid shares.
+
+namespace sightline {
+
+// keys[i] = cell_key(points_m[i], cell_m), to the bit, several points at a time. Each coordinate
+// must lie within 2^31 cells of the origin. As many keys as points.
+void cell_keys(std::span<const Eigen::Vector3d> points_m, double cell_m, std::span<CellKey> keys);
+
+// Consecutive points of one cell: most points of a scan share their cell with the one before.
+struct CellRun {
+  CellKey key;
+  std::uint32_t begin = 0;
+  std::uint32_t count = 0;
+};
+
+// Writes the longest runs of equal keys, `begin` counted from the first key, and returns their number.
+// Takes as many runs as keys to work with, and at most 2^32 keys.
+std::size_t find_runs(std::span<const CellKey> keys, std::span<CellRun> runs);
+
+inline std::uint32_t hash_of(const CellKey& key) {
+  const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^
+                              static_cast<std::uint32_t>(key.y) * 0xbf58476d1ce4e5b9ULL ^
+                              static_cast<std::uint32_t>(key.z) * 0x94d049bb133111ebULL;
+  return static_cast<std::uint32_t>(mixed >> 32);
+}
+
+// Numbers cells 0, 1, 2, ... in the order in which they are first met: open addressing, at most half
+// full, the key beside the number so that one look finds both.
+class CellIndex {
+ public:
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+  CellIndex() : slots_(kFirstSize) {}
+
+  // The cell's number; one not met before gets the next.
+  std::uint32_t add(const CellKey& key) {
+    Slot& slot = slots_[slot_of(key)];
+    if (slot.number != kNone) return slot.number;
+    return add_new(slot, key);
+  }
+
+  // kNone for a cell never met.
+  [[nodiscard]] std::uint32_t find(const CellKey& key) const { return slots_[slot_of(key)].number; }
+
+  // Brings the place of a key that is soon asked for nearer.
+  void prefetch(const CellKey& key) const { __builtin_prefetch(&slots_[first_slot(key)]); }
+
+  // By number.
+  [[nodiscard]] const std::vector<CellKey>& keys() const { return keys_; }
+  [[nodiscard]] std::size_t size() const { return keys_.size(); }
+
+ private:
+  static constexpr std::size_t kFirstSize = 4096;
+  struct Slot {
+    CellKey key;
+    std::uint32_t number = kNone;
+  };
+
+  [[nodiscard]] std::size_t first_slot(const CellKey& key) const {
+    return hash_of(key) & (slots_.size() - 1);
+  }
+  // Where the key is, or the free slot where it belongs.
+  [[nodiscard]] std::size_t slot_of(const CellKey& key) const {
+    std::size_t slot = first_slot(key);
+    while (slots_[slot].number != kNone && slots_[slot].key != key) {
+      slot = (slot + 1) & (slots_.size() - 1);
+    }
+    return slot;
+  }
+  std::uint32_t add_new(Slot& slot, const CellKey& key);
+  void grow();
+
+  std::vector<Slot> slots_;
+  std::vector<CellKey> keys_;
+};
+
+}  // namespace sightline

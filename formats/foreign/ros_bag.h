@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "formats/foreign/pose_file.h"
+
+namespace sightline {
+
+// Whether a file begins like a ROS 1 bag.
+bool is_ros_bag(const std::filesystem::path& path);
+
+// The poses of one topic of a ROS 1 bag (see is_pose_message; empty: the only such topic), in order
+// of their stamps. Errors: cannot-open, malformed-header, unsupported-format, unknown-name,
+// bad-value, time-runs-backwards, and those of parse_pose_message.
+Result<std::vector<PoseRow>> read_bag_poses(const std::filesystem::path& path,
+                                            const std::string& topic);
+
+}  // namespace sightline

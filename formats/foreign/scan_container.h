@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "compiler/base/hash.h"
+#include "compiler/base/result.h"
+#include "formats/foreign/point_cloud_file.h"
+
+namespace sightline {
+
+struct ContainedScan {
+  std::int64_t stamp_ns = 0;
+  Digest content{};  // SHA-256 of the bytes that read() gives
+};
+
+// A file that holds the scans of a whole drive. It is walked through once when it is opened; each
+// scan is read on demand, so memory never holds more of it than one scan for each reader.
+class ScanContainer {
+ public:
+  virtual ~ScanContainer() = default;
+
+  [[nodiscard]] const std::vector<ContainedScan>& scans() const { return scans_; }
+  // What was left out or doubtful, for the person who brought the file.
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+
+  // All that the file says of one scan. Safe from several threads. Error: cannot-read.
+  virtual Result<std::vector<std::byte>> read(std::size_t index) const = 0;
+  // What read() gave, as points in the sensor's frame. Errors: as read_point_cloud.
+  virtual Result<PointCloudFile> parse(std::span<const std::byte> bytes,
+                                       std::size_t index) const = 0;
+
+ protected:
+  std::vector<ContainedScan> scans_;  // in the order of the file
+  std::vector<std::string> warnings_;
+};
+
+// Whether open_scan_container is the one to ask: a ROS 1 bag or a pcap, by its first bytes.
+bool is_scan_container(const std::filesystem::path& path);
+
+// Opens a ROS 1 bag (sensor_msgs/PointCloud2 of `topic`; empty: the only such topic) or a pcap of a
+// Velodyne VLP-16 or HDL-32E (whole revolutions; `topic` must be empty).
+// Errors: cannot-open, cannot-read, malformed-header, truncated-scan, unsupported-format,
+// unknown-name (a topic that is not there), bad-value (several topics to choose from),
+// time-runs-backwards, drive-too-short.
+Result<std::shared_ptr<const ScanContainer>> open_scan_container(const std::filesystem::path& path,
+                                                                 const std::string& topic);
+
+// Its two kinds.
+Result<std::shared_ptr<const ScanContainer>> open_bag(const std::filesystem::path& path,
+                                                      const std::string& topic);
+Result<std::shared_ptr<const ScanContainer>> open_velodyne_pcap(const std::filesystem::path& path);
+
+}  // namespace sightline

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "formats/ndt_map.h"
+#include "passes/matching/matcher.h"
+
+namespace sightline {
+
+// How a map is matched; the variants are defined in schemas/definitions.md ("Localizers").
+struct LocalizerOptions {
+  // False: the plain one, Newton's method on the map's own NDs. True: a part of the points finds
+  // the way on blurred NDs, then all points settle on sharpened ones.
+  bool is_annealed = false;
+  // Matches first on cells so many times as long as the map's, pooled from them; 1: on its own
+  // alone.
+  int coarse_cells = 1;
+};
+
+// A map made ready for a localizer. Costs time and memory in proportion to the number of NDs.
+struct Localizer {
+  struct Level {
+    MatchGrid grid;
+    MatchLevel settings;  // without the grid
+  };
+  bool is_annealed = false;
+  std::vector<Level> levels;  // from coarse to fine, one to three
+};
+Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
+
+ScanForMatch make_scan_for_match(const Localizer& localizer,
+                                 std::span<const Eigen::Vector3d> points_m);
+
+// The pose of `scan`, made for this localizer, in the map. The limits on steps in `options` are
+// those of the last level. Never fails: `stop` says what happened. Allocates nothing.
+MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
+                     const MatchOptions& options = {});
+
+}  // namespace sightline

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace sightline {
+
+// What benchmarks of maps work on: the recording kitti_0005 where SIGHTLINE_DATA has it and
+// SIGHTLINE_KITTI_POSES names its poses (12 numbers a row), else a drawn street of the same size.
+struct BenchClouds {
+  const char* name = "";
+  std::vector<Eigen::Vector3d> map_points_m;  // even scans in the map frame, as they were recorded
+  std::vector<Eigen::Vector3d> scan_points_m;
+};
+const BenchClouds& bench_clouds();
+
+// The street alone, whatever recordings there are.
+BenchClouds street_clouds();
+
+// The same points in random order.
+std::vector<Eigen::Vector3d> shuffled(std::vector<Eigen::Vector3d> points_m);
+
+// Streets of a city of 2 x 2 km: few points to a voxel, and no more voxels in their box than 32
+// bits count (pcl::VoxelGrid needs that).
+std::vector<Eigen::Vector3d> sparse_city_points();
+
+}  // namespace sightline
