@@ -23,7 +23,7 @@ struct TrainModelOptions {
   int trees = 200;
   int least_leaf_rows = 5;
   double feature_share = 0.4;
-  int tree_rows = 15000;
+  int tree_rows = 8000;
   double block_m = 60.0;
   double buffer_m = 25.0;
   int folds = 5;
