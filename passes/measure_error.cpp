@@ -8,8 +8,9 @@
 #include <optional>
 
 #include "compiler/base/parallel.h"
+#include "compiler/base/portable_math.h"
 #include "compiler/base/stopwatch.h"
-#include "passes/matching/matcher.h"
+#include "passes/matching/localizer.h"
 #include "passes/matching/scan_preparation.h"
 #include "passes/scan_selection.h"
 #include "passes/trajectory_of_drive.h"
@@ -25,7 +26,7 @@ struct Setup {
   const MeasureErrorOptions& options;
   const Drive& drive;
   const Trajectory& trajectory;  // in the map's frame
-  const MatchGrid& grid;
+  const Localizer& localizer;
   const std::vector<InitialOffset>& offsets;
 };
 
@@ -34,7 +35,8 @@ double evenly(int step, int count) { return count > 1 ? 2.0 * step / (count - 1)
 
 Pose to_pose(const InitialOffset& offset) {
   Pose pose = Pose::Identity();
-  pose.linear() = Eigen::AngleAxisd(offset.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const SinCos yaw = portable_sin_cos(offset.yaw_rad);
+  pose.linear() << yaw.cos, -yaw.sin, 0.0, yaw.sin, yaw.cos, 0.0, 0.0, 0.0, 1.0;
   pose.translation() = Eigen::Vector3d(offset.x_m, offset.y_m, offset.z_m);
   return pose;
 }
@@ -62,7 +64,7 @@ ScanForMatch prepared(const Scan& scan, double range_m, const Setup& setup) {
   std::vector<Eigen::Vector3d> points_m =
       voxel_subsample(crop(scan.points_m, range_m), setup.options.leaf_m);
   for (Eigen::Vector3d& point_m : points_m) point_m = setup.drive.sensor.T_vehicle_lidar * point_m;
-  return make_scan_for_match(points_m);
+  return make_scan_for_match(setup.localizer, points_m);
 }
 
 // `sorted` ascending and not empty; linear interpolation between order statistics.
@@ -76,7 +78,7 @@ double quantile(const std::vector<double>& sorted, double share) {
 void add_run(const MatchResult& result, const Pose& T_map_reference, double count, ErrorRow& row) {
   const Pose T_reference_found = T_map_reference.inverse(Eigen::Isometry) * result.T_map_sensor;
   const Eigen::Vector3d off_m = T_reference_found.translation();
-  const double yaw_rad = std::atan2(T_reference_found(1, 0), T_reference_found(0, 0));
+  const double yaw_rad = portable_atan2(T_reference_found(1, 0), T_reference_found(0, 0));
   const auto work = static_cast<double>(result.work);
   row.mean_m += off_m.norm() / count;
   row.longitudinal_m += std::abs(off_m.x()) / count;
@@ -98,7 +100,7 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
   std::vector<double> errors_m;
   for (const InitialOffset& offset : setup.offsets) {
     const double begin_ms = thread_cpu_ms();
-    const MatchResult result = match(setup.grid, scan, T_map_reference * to_pose(offset));
+    const MatchResult result = localize(setup.localizer, scan, T_map_reference * to_pose(offset));
     const double time_ms = preparation_ms + thread_cpu_ms() - begin_ms;
     add_run(result, T_map_reference, count, row);
     row.mean_time_ms += time_ms / count;
@@ -117,7 +119,7 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
 Pose reference_pose(const Setup& setup, const Scan& scan, const Pose& T_map_given) {
   if (setup.options.reference == "known") return T_map_given;
   ScanForMatch full = prepared(scan, setup.drive.sensor.max_range_m, setup);
-  return match(setup.grid, full, T_map_given).T_map_sensor;
+  return localize(setup.localizer, full, T_map_given).T_map_sensor;
 }
 
 Result<std::vector<ErrorRow>> measure_site(const Setup& setup, std::size_t scan_index) {
@@ -216,7 +218,11 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
              0.01, 100.0),
       choice("reference", options.reference,
              "what errors are measured against: the known pose, or the match at full range",
-             {"known", "full-range"})};
+             {"known", "full-range"}),
+      choice("localizer", options.localizer, "how scans are matched (definitions: Localizers)",
+             {"plain", "annealed"}),
+      integer("coarse_cells", options.coarse_cells,
+              "matches first on cells so many times as long as the map's; 1 does not", 1, 16)};
 }
 
 std::vector<InitialOffset> initial_offsets(const MeasureErrorOptions& options) {
@@ -226,8 +232,9 @@ std::vector<InitialOffset> initial_offsets(const MeasureErrorOptions& options) {
     const double radius_m = options.offset_radius_m * std::sqrt((k + 0.5) / count);
     const double angle_rad = kGoldenAngle_rad * k;
     InitialOffset offset;
-    offset.x_m = radius_m * std::cos(angle_rad);
-    offset.y_m = radius_m * std::sin(angle_rad);
+    const SinCos direction = portable_sin_cos(angle_rad);
+    offset.x_m = radius_m * direction.cos;
+    offset.y_m = radius_m * direction.sin;
     offset.z_m = options.offset_z_m * evenly(7 * k % count, count);
     offset.yaw_rad =
         options.offset_yaw_deg * evenly(5 * k % count, count) * std::numbers::pi / 180.0;
@@ -242,9 +249,10 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
   const Result<void> checked = check_inputs(localization_drive, trajectory, map, sites);
   if (!checked) return checked.error();
   const Trajectory in_map = rebase(trajectory, map.frame);
-  const MatchGrid grid = make_match_grid(map);
+  const Localizer localizer = make_localizer(
+      map, {.is_annealed = options.localizer == "annealed", .coarse_cells = options.coarse_cells});
   const std::vector<InitialOffset> offsets = initial_offsets(options);
-  const Setup setup{options, localization_drive, in_map, grid, offsets};
+  const Setup setup{options, localization_drive, in_map, localizer, offsets};
   const Result<std::vector<std::optional<std::size_t>>> scans = scans_of_sites(ctx, setup, sites);
   if (!scans) return scans.error();
   MeasuredError measured;
