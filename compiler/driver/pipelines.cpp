@@ -34,7 +34,6 @@ Result<void> provide_drive(const std::string& name, const RecordingOptions& opti
   return {};
 }
 
-}  // namespace
 // What a drive and its trajectory are called.
 struct DriveNames {
   std::string drive;
@@ -62,6 +61,7 @@ DriveNames add_other_sensors(const CompileConfig& c, std::vector<PassStep>& step
   return joined;
 }
 
+}  // namespace
 
 std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model) {
   std::vector<PassStep> steps;
@@ -106,14 +106,14 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
   } else {
     drive = "localization/drive";
     trajectory = "localization/trajectory";
-    add(make_step("ingest:localization", kIngestVersion, &ingest, c.ingest,
     undistorted = "localization/undistorted";
+    add(make_step("ingest:localization", kIngestVersion, &ingest, c.ingest,
                   {"localization/recording"}, drive));
     add(make_step("estimate-trajectory:localization", kEstimateTrajectoryVersion,
                   &estimate_trajectory, given_poses(c.estimate_trajectory), {drive}, trajectory));
-  }
     add(make_step("undistort-scans:localization", kUndistortScansVersion, &undistort_scans,
                   c.undistort_scans, {drive, trajectory}, undistorted));
+  }
   add(make_step("measure-error", kMeasureErrorVersion, &measure_error, c.measure_error,
                 {undistorted, trajectory, "ndt-map", "sites"}, "measured-error"));
   if (model == ModelSource::kTrained) {
@@ -141,10 +141,10 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
   steps.push_back(make_step("estimate-trajectory:evaluation", kEstimateTrajectoryVersion,
                             &estimate_trajectory, given_poses(c.estimate_trajectory),
                             {"evaluation/drive"}, "evaluation/trajectory"));
-  steps.push_back(make_step(
   steps.push_back(make_step("undistort-scans:evaluation", kUndistortScansVersion, &undistort_scans,
                             c.undistort_scans, {"evaluation/drive", "evaluation/trajectory"},
                             "evaluation/undistorted"));
+  steps.push_back(make_step(
       "measure-error:evaluation", kMeasureErrorVersion, &measure_error, c.measure_error,
       {"evaluation/undistorted", "evaluation/trajectory", "ndt-map", "sites"}, "measured-error"));
   steps.push_back(
@@ -156,13 +156,13 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
 Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts) {
   const Result<void> mapping = provide_drive("mapping", config.mapping, artifacts);
   if (!mapping) return mapping;
-  if (!config.is_split()) return provide_drive("localization", config.localization, artifacts);
   for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
     if (config.other_sensors[i].scans.empty()) continue;
     const Result<void> other =
         provide_drive(other_sensor_section(i), config.other_sensors[i], artifacts);
     if (!other) return other;
   }
+  if (!config.is_split()) return provide_drive("localization", config.localization, artifacts);
   // One recording is both: what localizes is the mapping drive's own sensor.
   artifacts.put("localization/sensor", artifacts.entry("mapping/sensor"));
   return {};
