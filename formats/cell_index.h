@@ -84,4 +84,42 @@ class CellIndex {
   std::vector<CellKey> keys_;
 };
 
+// What is summed over the points of each cell. `Sums` is default constructible: no point yet.
+template <class Sums>
+class CellTable {
+ public:
+  // Calls add(sums of the run's cell, run) for each run, in their order. Points in random order find
+  // neither their cell nor its sums in the cache: both are asked for ahead.
+  template <class Add>
+  void add(std::span<const CellRun> runs, const Add& add) {
+    constexpr std::size_t kAhead = 12;
+    numbers_.resize(runs.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      if (i + kAhead < runs.size()) index_.prefetch(runs[i + kAhead].key);
+      numbers_[i] = index_.add(runs[i].key);
+    }
+    sums_.resize(index_.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      if (i + kAhead < runs.size()) prefetch(sums_[numbers_[i + kAhead]]);
+      add(sums_[numbers_[i]], runs[i]);
+    }
+  }
+
+  // By number, in the order in which cells were first met.
+  [[nodiscard]] const std::vector<CellKey>& keys() const { return index_.keys(); }
+  [[nodiscard]] const std::vector<Sums>& sums() const { return sums_; }
+
+ private:
+  // The sums may lie in two lines of the cache.
+  static void prefetch(const Sums& sums) {
+    const char* begin = reinterpret_cast<const char*>(&sums);
+    __builtin_prefetch(begin, 1);
+    __builtin_prefetch(begin + sizeof(Sums) - 1, 1);
+  }
+
+  CellIndex index_;
+  std::vector<Sums> sums_;
+  std::vector<std::uint32_t> numbers_;  // of the runs being added
+};
+
 }  // namespace sightline

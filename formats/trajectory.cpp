@@ -21,6 +21,29 @@ std::string to_text(PoseSource source) {
   return "";
 }
 
+using Covariance = Eigen::Matrix<double, 6, 6>;
+
+// Symmetric to the last bit: only one triangle is written.
+bool is_covariance(const Covariance& covariance) {
+  return covariance.allFinite() && covariance == covariance.transpose() &&
+         covariance.diagonal().minCoeff() >= 0.0;
+}
+
+void encode_covariance(const Covariance& covariance, ByteWriter& writer) {
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j <= i; ++j) writer.put(covariance(i, j));
+  }
+}
+
+void decode_covariance(ByteReader& reader, Covariance& covariance) {
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      reader.get(covariance(i, j));
+      covariance(j, i) = covariance(i, j);
+    }
+  }
+}
+
 bool is_residual(double value) { return std::isfinite(value) && value >= 0.0; }
 
 }  // namespace
@@ -44,6 +67,7 @@ Result<void> validate(const Trajectory& trajectory) {
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     const TrajectoryPose& pose = trajectory.poses[i];
     if (!is_rigid(pose.T_map_vehicle)) return invalid(i, "found a pose that is no rigid motion");
+    if (!is_covariance(pose.covariance)) return invalid(i, "found a covariance that is none");
     if (i == 0) continue;
     const TrajectoryPose& before = trajectory.poses[i - 1];
     if (pose.recording_index <= before.recording_index) {
@@ -71,9 +95,13 @@ Table dump(const Trajectory& trajectory) {
   table.facts.emplace_back("rms_rotation_residual_rad", trajectory.rms_rotation_residual_rad);
   table.columns = {"recording_index", "stamp_ns"};
   append_pose_columns(table.columns);
+  const std::vector<std::string> sigmas = {"sigma_x_m",    "sigma_y_m",    "sigma_z_m",
+                                           "sigma_rx_rad", "sigma_ry_rad", "sigma_rz_rad"};
+  table.columns.insert(table.columns.end(), sigmas.begin(), sigmas.end());
   for (const TrajectoryPose& pose : trajectory.poses) {
     std::vector<Cell> row = {std::int64_t{pose.recording_index}, pose.stamp_ns};
     append_cells(pose.T_map_vehicle, row);
+    for (int i = 0; i < 6; ++i) row.emplace_back(std::sqrt(pose.covariance(i, i)));
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -92,11 +120,12 @@ void encode(const Trajectory& trajectory, ByteWriter& writer) {
     writer.put(pose.recording_index);
     writer.put(pose.stamp_ns);
     encode(pose.T_map_vehicle, writer);
+    encode_covariance(pose.covariance, writer);
   }
 }
 
 void decode(ByteReader& reader, Trajectory& trajectory) {
-  constexpr std::size_t kBytesPerPose = 4 + 8 + 12 * 8;
+  constexpr std::size_t kBytesPerPose = 4 + 8 + 12 * 8 + 21 * 8;
   decode(reader, trajectory.frame);
   reader.get(trajectory.source);
   reader.get(trajectory.odometry_edges);
@@ -109,6 +138,7 @@ void decode(ByteReader& reader, Trajectory& trajectory) {
     reader.get(pose.recording_index);
     reader.get(pose.stamp_ns);
     decode(reader, pose.T_map_vehicle);
+    decode_covariance(reader, pose.covariance);
   }
 }
 

@@ -15,6 +15,9 @@ struct TrajectoryPose {
   std::uint32_t recording_index = 0;  // of the scan
   std::int64_t stamp_ns = 0;
   Pose T_map_vehicle = Pose::Identity();
+  // Of a small motion of the pose, x -> t + dt + exp([w]x) R q, in map axes: dt (m), then w (rad).
+  // Zero where poses were given.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 // Where the vehicle was at each scan of a drive, in `frame`; one pose per scan, in time order.
@@ -33,7 +36,7 @@ struct Trajectory {
 template <>
 struct ArtifactTraits<Trajectory> {
   static constexpr std::string_view kName = "trajectory";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 // The same poses told in another map frame of the same world.

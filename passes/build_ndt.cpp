@@ -94,10 +94,10 @@ void take_runs(std::span<const Eigen::Vector3d> points_m, double cell_m, std::si
 }
 
 // Nothing where the grid cannot hold a point.
-std::optional<std::vector<CellTable>> add_points(std::span<const Eigen::Vector3d> points_m,
+std::optional<std::vector<NdtCells>> add_points(std::span<const Eigen::Vector3d> points_m,
                                                  double cell_m, int threads) {
   const Cut cut = cut_for(threads);
-  std::vector<CellTable> parts(cut.part_count, CellTable(cell_m));
+  std::vector<NdtCells> parts(cut.part_count);
   std::vector<ChunkRuns> chunks(cut.chunk_count);
   const std::size_t window_size = cut.chunk_count * cut.chunk_size;
   for (std::size_t first = 0; first < points_m.size(); first += window_size) {
@@ -113,7 +113,7 @@ std::optional<std::vector<CellTable>> add_points(std::span<const Eigen::Vector3d
     if (!std::ranges::all_of(chunks, &ChunkRuns::all_inside)) return std::nullopt;
     parallel_for(cut.part_count, threads, [&](std::size_t part) {
       for (std::size_t chunk = 0; chunk < used; ++chunk) {
-        parts[part].add(points_of(chunk), chunks[chunk].of_part(part));
+        add_runs(points_of(chunk), chunks[chunk].of_part(part), cell_m, parts[part]);
       }
     });
   }
@@ -128,12 +128,12 @@ struct FullCell {
 };
 
 // Ascending by tile and key; refers to the parts. Counts the others.
-std::vector<FullCell> full_cells(const std::vector<CellTable>& parts,
+std::vector<FullCell> full_cells(const std::vector<NdtCells>& parts,
                                  const BuildNdtOptions& options, std::uint64_t& sparse_count) {
   // A covariance needs two points whatever the option says.
   const auto least_count = static_cast<std::uint64_t>(std::max(options.min_points, 2));
   std::vector<FullCell> cells;
-  for (const CellTable& part : parts) {
+  for (const NdtCells& part : parts) {
     for (std::size_t i = 0; i < part.keys().size(); ++i) {
       if (part.sums()[i].count < least_count) {
         ++sparse_count;

@@ -35,24 +35,11 @@ void CellSums::add(std::span<const Eigen::Vector3d> points_m, const Eigen::Vecto
   *this = sums;
 }
 
-void CellTable::add(std::span<const Eigen::Vector3d> points_m, std::span<const CellRun> runs) {
-  // Points in random order find neither slots nor sums in the cache: both are asked for ahead.
-  constexpr std::size_t kAhead = 12;
-  numbers_.resize(runs.size());
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (i + kAhead < runs.size()) index_.prefetch(runs[i + kAhead].key);
-    numbers_[i] = index_.add(runs[i].key);
-  }
-  sums_.resize(index_.size());
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (i + kAhead < runs.size()) {
-      const char* ahead = reinterpret_cast<const char*>(&sums_[numbers_[i + kAhead]]);
-      __builtin_prefetch(ahead, 1);
-      __builtin_prefetch(ahead + sizeof(CellSums) - 1, 1);
-    }
-    sums_[numbers_[i]].add(points_m.subspan(runs[i].begin, runs[i].count),
-                           cell_centre_m(runs[i].key, cell_m_));
-  }
+void add_runs(std::span<const Eigen::Vector3d> points_m, std::span<const CellRun> runs,
+              double cell_m, NdtCells& cells) {
+  cells.add(runs, [&](CellSums& sums, const CellRun& run) {
+    sums.add(points_m.subspan(run.begin, run.count), cell_centre_m(run.key, cell_m));
+  });
 }
 
 Nd nd_of(const CellKey& key, const CellSums& sums, double cell_m) {

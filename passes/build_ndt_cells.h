@@ -29,23 +29,12 @@ struct CellSums {
   void add(std::span<const Eigen::Vector3d> points_m, const Eigen::Vector3d& centre_m);
 };
 
-class CellTable {
- public:
-  explicit CellTable(double cell_m) : cell_m_(cell_m) {}
+// The cells of a map, or of a part of it.
+using NdtCells = CellTable<CellSums>;
 
-  // Adds the points of each run, in the order of runs. `begin` of a run counts from the first point.
-  void add(std::span<const Eigen::Vector3d> points_m, std::span<const CellRun> runs);
-
-  // By number, in the order in which cells were first met.
-  [[nodiscard]] const std::vector<CellKey>& keys() const { return index_.keys(); }
-  [[nodiscard]] const std::vector<CellSums>& sums() const { return sums_; }
-
- private:
-  double cell_m_;
-  CellIndex index_;
-  std::vector<CellSums> sums_;
-  std::vector<std::uint32_t> numbers_;  // of the runs being added
-};
+// Adds the points of each run, in the order of runs. `begin` of a run counts from the first point.
+void add_runs(std::span<const Eigen::Vector3d> points_m, std::span<const CellRun> runs,
+              double cell_m, NdtCells& cells);
 
 // The ND of a cell of at least two points: covariance divided by n - 1, mean kept inside the cell.
 Nd nd_of(const CellKey& key, const CellSums& sums, double cell_m);

@@ -75,9 +75,9 @@ Result<std::vector<Eigen::Vector3d>> visit_points_m(const Drive& drive, const Od
     if (odometry.driven_m[k] > odometry.driven_m[around] + kVisitReach_m) break;
     if (odometry.driven_m[k] < next_m) continue;
     next_m = odometry.driven_m[k] + kVisitStep_m;
-    const Result<Scan> scan = drive.store->read(k);
+    const Result<ThinnedScan> scan = read_thinned(drive, k);
     if (!scan) return scan.error();
-    for (const Eigen::Vector3d& point_m : thinned_scan(*scan, drive.sensor).to_map_m) {
+    for (const Eigen::Vector3d& point_m : scan->to_map_m) {
       points_m.push_back(odometry.T_map_lidar[k] * point_m);
     }
   }
@@ -90,11 +90,11 @@ Result<std::optional<GraphEdge>> confirm(const Drive& drive, const Odometry& odo
   const Result<std::vector<Eigen::Vector3d>> visit_m =
       visit_points_m(drive, odometry, candidate.earlier);
   if (!visit_m) return visit_m.error();
-  const Result<Scan> scan = drive.store->read(candidate.later);
+  const Result<ThinnedScan> scan = read_thinned(drive, candidate.later);
   if (!scan) return scan.error();
-  const LocalMatch match = search_locally(
-      local_grids(*visit_m, /*threads=*/1), thinned_scan(*scan, drive.sensor).to_match_m,
-      odometry.T_map_lidar[candidate.later], 1.0 + drift_m(odometry, candidate));
+  const LocalMatch match =
+      search_locally(local_grids(*visit_m), scan->to_match_m, odometry.T_map_lidar[candidate.later],
+                     1.0 + drift_m(odometry, candidate));
   if (match.likelihood < kLeastLikelihood || match.scored_share < kLeastScoredShare) {
     return std::optional<GraphEdge>();
   }

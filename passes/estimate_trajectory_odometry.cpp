@@ -17,18 +17,8 @@ namespace {
 constexpr double kMatchLeaf_m = 0.5;
 // Leaf of the points that make local maps, so dense that a single scan fills cells.
 constexpr double kMapLeaf_m = 0.2;
-// Fewer than a map needs, because a local one begins with a single scan.
-constexpr int kLeastPoints = 6;
 // Farther returns are sparse, and where the sensor turns, the least rigid.
 constexpr double kFarthest_m = 70.0;
-constexpr double kCoarseCell_m = 2.0;
-constexpr double kFineCell_m = 1.0;
-// Standard deviations across and along the surface of a cell.
-constexpr double kThinnest_m = 0.05;
-constexpr double kAlong_m = 2.0;
-// A scan joins the local map when the vehicle has come this far since the last one that did.
-constexpr double kKeyframeStep_m = 1.0;
-constexpr double kKeyframeTurn_rad = 0.1;
 // Below these a match is not believed. On streets the right pose has a likelihood of about 2 and a
 // wrong one, which looks alike only in part, 1 to 1.7; a sparse first scan leaves most points
 // without an ND near.
@@ -38,76 +28,6 @@ constexpr double kLeastScoredShare = 0.15;
 // is known of the speed, and where matching has failed.
 constexpr double kSearchReach_m = 3.0;
 constexpr double kSearchStep_m = 1.0;
-
-// What an ND says of a point beside it: as much as its cell's surface holds it, and no more. A wall
-// holds a point in its normal; along the wall the points of a cell end where the field of view did,
-// not where the wall does. Taken for shape, that end would tilt each scan a little, always the same
-// way.
-Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
-  Eigen::Vector3d variance_m2 = nd.eigenvalues_m2.cwiseMax(kThinnest_m * kThinnest_m);
-  const double along_m2 = kAlong_m * kAlong_m;
-  const int dimensions = dimension_class(nd);
-  if (dimensions == 2) {
-    variance_m2[0] = variance_m2[1] = along_m2;
-  } else if (dimensions == 1) {
-    const bool is_upright = std::abs(nd.eigenvectors(2, 0)) > 0.7;
-    variance_m2[0] = along_m2;
-    // A ring of the sensor is a line as well, but no edge.
-    if (!is_upright) variance_m2[1] = variance_m2[2] = along_m2;
-  }
-  return nd.eigenvectors * variance_m2.cwiseInverse().asDiagonal() * nd.eigenvectors.transpose();
-}
-
-MatchGrid surface_grid(const std::vector<Eigen::Vector3d>& points_m, double cell_m, int threads) {
-  BuildNdtOptions options;
-  options.cell_m = cell_m;
-  options.min_points = kLeastPoints;
-  const NdtMap map = ndt_from_points(points_m, MapFrame{}, options, threads);
-  MatchGrid grid = make_match_grid(map);
-  std::size_t listed = 0;  // the grid lists the map's NDs in order, but may leave some out
-  for (const Nd& nd : map.nds) {
-    if (listed == grid.nds.size() || grid.nds[listed].mean_m != nd.mean_m) continue;
-    grid.nds[listed++].information_per_m2 = surface_information_per_m2(nd);
-  }
-  return grid;
-}
-
-// The latest key scans, in the map frame.
-class LocalMap {
- public:
-  explicit LocalMap(double reach_m) : reach_m_(reach_m) {}
-
-  void add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar, double driven_m,
-           int threads) {
-    KeyScan& key = scans_.emplace_back();
-    key.driven_m = driven_m;
-    key.points_m.reserve(points_m.size());
-    for (const Eigen::Vector3d& point_m : points_m) key.points_m.push_back(T_map_lidar * point_m);
-    while (scans_.front().driven_m < driven_m - reach_m_) scans_.pop_front();
-    std::vector<Eigen::Vector3d> all_m;
-    for (const KeyScan& scan : scans_) {
-      all_m.insert(all_m.end(), scan.points_m.begin(), scan.points_m.end());
-    }
-    grids_ = local_grids(all_m, threads);
-    T_map_last_ = T_map_lidar;
-  }
-  [[nodiscard]] bool wants(const Pose& T_map_lidar) const {
-    const Pose step = T_map_last_.inverse() * T_map_lidar;
-    return step.translation().norm() >= kKeyframeStep_m ||
-           Eigen::AngleAxisd(step.linear()).angle() >= kKeyframeTurn_rad;
-  }
-  [[nodiscard]] const LocalGrids& grids() const { return grids_; }
-
- private:
-  struct KeyScan {
-    double driven_m = 0.0;
-    std::vector<Eigen::Vector3d> points_m;
-  };
-  double reach_m_;
-  std::deque<KeyScan> scans_;
-  LocalGrids grids_;
-  Pose T_map_last_ = Pose::Identity();
-};
 
 // Rotations that are multiplied for kilometres drift from being rotations.
 Pose tidied(const Pose& pose) {
@@ -130,13 +50,59 @@ std::vector<Pose> predictions(const std::vector<Pose>& T_map_lidar,
   return starts;
 }
 
-LocalMatch follow(const LocalMap& map, const std::vector<Eigen::Vector3d>& points_m,
-                  const std::vector<Pose>& starts, bool is_first) {
-  LocalMatch best;
+// How well the latest scans matched: where one does much worse, it was looked for in a wrong place.
+struct Custom {
+  double likelihood = 0.0;
+  double scored_share = 0.0;
+
+  void learn(const LocalMatch& match) {
+    if (likelihood == 0.0) *this = {match.likelihood, match.scored_share};
+    likelihood += kLearnt * (match.likelihood - likelihood);
+    scored_share += kLearnt * (match.scored_share - scored_share);
+  }
+  [[nodiscard]] bool is_met_by(const LocalMatch& match) const {
+    return match.likelihood >= kUsual * likelihood && match.scored_share >= kUsual * scored_share;
+  }
+
+  static constexpr double kLearnt = 0.1;
+  static constexpr double kUsual = 0.85;
+};
+
+// Where a vehicle may be that begins or ends a turn, or brakes, harder than constant velocity has
+// it.
+std::vector<Pose> bolder(const Pose& T_map_before, const Pose& T_map_start) {
+  std::vector<Pose> starts;
+  const Pose step = T_map_before.inverse() * T_map_start;
+  for (const double turn_rad : {-0.12, -0.06, 0.06, 0.12}) {
+    const Eigen::AngleAxisd turn(turn_rad, Eigen::Vector3d::UnitZ());
+    Pose start = T_map_start;
+    start.linear() = T_map_start.linear() * turn.toRotationMatrix();
+    starts.push_back(start);
+  }
+  for (const double share : {0.0, 0.5, 1.5}) {
+    Pose part = step;
+    part.translation() *= share;
+    starts.push_back(T_map_before * part);
+  }
+  return starts;
+}
+
+LocalMatch best_of(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+                   const std::vector<Pose>& starts, LocalMatch best) {
   for (const Pose& start : starts) {
-    const LocalMatch match = match_locally(map.grids(), points_m, start);
+    const LocalMatch match = match_locally(grids, points_m, start);
     if (match.is_better_than(best)) best = match;
   }
+  return best;
+}
+
+LocalMatch follow(const LocalMap& map, const std::vector<Eigen::Vector3d>& points_m,
+                  const std::vector<Pose>& starts, const Pose& T_map_before, const Custom& custom) {
+  LocalMatch best = best_of(map.grids(), points_m, starts, {});
+  if (!custom.is_met_by(best)) {
+    best = best_of(map.grids(), points_m, bolder(T_map_before, starts.front()), best);
+  }
+  const bool is_first = custom.likelihood == 0.0;
   if (is_first || !best.is_good()) {
     for (const Pose& start : starts) {
       const LocalMatch match = search_locally(map.grids(), points_m, start, kSearchReach_m);
@@ -144,12 +110,6 @@ LocalMatch follow(const LocalMap& map, const std::vector<Eigen::Vector3d>& point
     }
   }
   return best;
-}
-
-Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t k) {
-  const Result<Scan> scan = drive.store->read(k);
-  if (!scan) return scan.error();
-  return thinned_scan(*scan, drive.sensor);
 }
 
 Error lost(const Drive& drive, std::size_t k, const LocalMatch& match) {
@@ -173,27 +133,26 @@ bool LocalMatch::is_good() const {
   return likelihood >= kLeastLikelihood && scored_share >= kLeastScoredShare;
 }
 
-ThinnedScan thinned_scan(const Scan& scan, const SensorProfile& sensor) {
+Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index) {
+  const Result<Scan> scan = drive.store->read(index);
+  if (!scan) return scan.error();
+  const SensorProfile& sensor = drive.sensor_of(drive.scans[index]);
+  const Pose T_first_sensor = drive.sensor.T_vehicle_lidar.inverse() * sensor.T_vehicle_lidar;
   std::vector<Eigen::Vector3d> within_m;
-  within_m.reserve(scan.points_m.size());
-  for (const Eigen::Vector3d& point_m : scan.points_m) {
+  within_m.reserve(scan->points_m.size());
+  for (const Eigen::Vector3d& point_m : scan->points_m) {
     const double range_m = point_m.norm();
     if (range_m >= sensor.min_range_m && range_m <= std::min(sensor.max_range_m, kFarthest_m)) {
-      within_m.push_back(point_m);
+      within_m.push_back(T_first_sensor * point_m);
     }
   }
-  return {voxel_subsample(within_m, kMatchLeaf_m), voxel_subsample(within_m, kMapLeaf_m)};
-}
-
-LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m, int threads) {
-  return {surface_grid(points_m, kCoarseCell_m, threads),
-          surface_grid(points_m, kFineCell_m, threads)};
+  return ThinnedScan{voxel_subsample(within_m, kMatchLeaf_m),
+                     voxel_subsample(within_m, kMapLeaf_m)};
 }
 
 LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                          const Pose& T_map_start) {
   MatchOptions options;
-  options.kernel = MatchKernel::kExact;  // the others do not see the grids' own information
   const MatchResult coarse = match(grids.coarse, points_m, T_map_start, options);
   const MatchResult fine = match(grids.fine, points_m, coarse.T_map_sensor, options);
   LocalMatch result;
@@ -231,6 +190,7 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
   }
   Odometry odometry;
   LocalMap map(local_map_m);
+  Custom custom;
   for (std::size_t k = 0; k < count; ++k) {
     const Result<ThinnedScan> scan = read_thinned(drive, k);
     if (!scan) return scan.error();
@@ -239,9 +199,10 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
     double step_m = 0.0;
     if (k > 0) {
       const std::vector<Pose> starts = predictions(odometry.T_map_lidar, given, k);
-      const LocalMatch match = follow(map, scan->to_match_m, starts, k == 1);
+      const LocalMatch match =
+          follow(map, scan->to_match_m, starts, odometry.T_map_lidar.back(), custom);
       is_matched = match.is_good();
-
+      if (is_matched) custom.learn(match);
       const bool is_given = given[k - 1] && given[k];
       if (!is_matched && !is_given) return lost(drive, k, match);
       T_map_lidar = is_matched ? match.T_map_lidar : starts.back();
@@ -251,7 +212,7 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
     odometry.is_matched.push_back(is_matched);
     odometry.driven_m.push_back(k == 0 ? 0.0 : odometry.driven_m.back() + step_m);
     if (k == 0 || map.wants(T_map_lidar)) {
-      map.add(scan->to_map_m, T_map_lidar, odometry.driven_m.back(), ctx.threads);
+      map.add(scan->to_map_m, T_map_lidar, odometry.driven_m.back());
     }
     ctx.progress(k + 1, count);
   }

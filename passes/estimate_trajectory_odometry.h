@@ -9,25 +9,19 @@
 #include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/geometry.h"
-#include "passes/matching/match_grid.h"
+#include "passes/estimate_trajectory_local_map.h"
 
 // The parts of estimate-trajectory that match scans. Poses here are the sensor's: T_map_lidar.
 
 namespace sightline {
 
-// A scan within the sensor's range, thinned, in the sensor's frame.
+// A scan within its sensor's range, thinned, in the frame of the drive's first sensor.
 struct ThinnedScan {
   std::vector<Eigen::Vector3d> to_match_m;
   std::vector<Eigen::Vector3d> to_map_m;  // denser: what local maps are made of
 };
-ThinnedScan thinned_scan(const Scan& scan, const SensorProfile& sensor);
-
-// NDs of the same points in cells of 2 m, which draw from afar, and of 1 m, which are sharp.
-struct LocalGrids {
-  MatchGrid coarse;
-  MatchGrid fine;
-};
-LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m, int threads);
+// Errors: what reading a scan says.
+Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index);
 
 struct LocalMatch {
   Pose T_map_lidar = Pose::Identity();

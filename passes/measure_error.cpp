@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
-#include <numbers>
 #include <optional>
+#include <span>
 
 #include "compiler/base/parallel.h"
+#include "compiler/base/portable_math.h"
 #include "compiler/base/stopwatch.h"
-#include "passes/matching/matcher.h"
+#include "passes/matching/localizer.h"
 #include "passes/matching/scan_preparation.h"
 #include "passes/scan_selection.h"
 #include "passes/trajectory_of_drive.h"
@@ -18,23 +20,20 @@ namespace sightline {
 namespace {
 
 constexpr double kLostBeyond_m = 0.5;
-constexpr double kGoldenAngle_rad = 2.399963229728653;
 
 // What all sites share.
 struct Setup {
   const MeasureErrorOptions& options;
   const Drive& drive;
   const Trajectory& trajectory;  // in the map's frame
-  const MatchGrid& grid;
+  const Localizer& localizer;
   const std::vector<InitialOffset>& offsets;
 };
 
-// 0 .. count-1 to -1 .. 1 in even steps.
-double evenly(int step, int count) { return count > 1 ? 2.0 * step / (count - 1) - 1.0 : 0.0; }
-
 Pose to_pose(const InitialOffset& offset) {
   Pose pose = Pose::Identity();
-  pose.linear() = Eigen::AngleAxisd(offset.yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const SinCos yaw = portable_sin_cos(offset.yaw_rad);
+  pose.linear() << yaw.cos, -yaw.sin, 0.0, yaw.sin, yaw.cos, 0.0, 0.0, 0.0, 1.0;
   pose.translation() = Eigen::Vector3d(offset.x_m, offset.y_m, offset.z_m);
   return pose;
 }
@@ -62,7 +61,7 @@ ScanForMatch prepared(const Scan& scan, double range_m, const Setup& setup) {
   std::vector<Eigen::Vector3d> points_m =
       voxel_subsample(crop(scan.points_m, range_m), setup.options.leaf_m);
   for (Eigen::Vector3d& point_m : points_m) point_m = setup.drive.sensor.T_vehicle_lidar * point_m;
-  return make_scan_for_match(points_m);
+  return make_scan_for_match(setup.localizer, points_m);
 }
 
 // `sorted` ascending and not empty; linear interpolation between order statistics.
@@ -76,7 +75,7 @@ double quantile(const std::vector<double>& sorted, double share) {
 void add_run(const MatchResult& result, const Pose& T_map_reference, double count, ErrorRow& row) {
   const Pose T_reference_found = T_map_reference.inverse(Eigen::Isometry) * result.T_map_sensor;
   const Eigen::Vector3d off_m = T_reference_found.translation();
-  const double yaw_rad = std::atan2(T_reference_found(1, 0), T_reference_found(0, 0));
+  const double yaw_rad = portable_atan2(T_reference_found(1, 0), T_reference_found(0, 0));
   const auto work = static_cast<double>(result.work);
   row.mean_m += off_m.norm() / count;
   row.longitudinal_m += std::abs(off_m.x()) / count;
@@ -98,7 +97,7 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
   std::vector<double> errors_m;
   for (const InitialOffset& offset : setup.offsets) {
     const double begin_ms = thread_cpu_ms();
-    const MatchResult result = match(setup.grid, scan, T_map_reference * to_pose(offset));
+    const MatchResult result = localize(setup.localizer, scan, T_map_reference * to_pose(offset));
     const double time_ms = preparation_ms + thread_cpu_ms() - begin_ms;
     add_run(result, T_map_reference, count, row);
     row.mean_time_ms += time_ms / count;
@@ -117,7 +116,7 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
 Pose reference_pose(const Setup& setup, const Scan& scan, const Pose& T_map_given) {
   if (setup.options.reference == "known") return T_map_given;
   ScanForMatch full = prepared(scan, setup.drive.sensor.max_range_m, setup);
-  return match(setup.grid, full, T_map_given).T_map_sensor;
+  return localize(setup.localizer, full, T_map_given).T_map_sensor;
 }
 
 Result<std::vector<ErrorRow>> measure_site(const Setup& setup, std::size_t scan_index) {
@@ -151,24 +150,72 @@ Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, cons
   return {};
 }
 
-// Fills rows of every site that has a scan; the first failure in the order of sites is returned.
+// Consecutive sites that are kept together when a run is interrupted: a second or two of work.
+constexpr std::size_t kSitesInPart = 16;
+
+// Rows of sites [first, last), each one's ranges in order.
+Result<std::vector<ErrorRow>> measure_part(const Setup& setup,
+                                           std::span<const std::optional<std::size_t>> scans,
+                                           const std::function<void()>& site_done) {
+  std::vector<ErrorRow> rows;
+  for (const std::optional<std::size_t>& scan : scans) {
+    Result<std::vector<ErrorRow>> measured =
+        scan ? measure_site(setup, *scan) : std::vector<ErrorRow>(setup.options.ranges_m.size());
+    if (!measured) return measured;
+    rows.insert(rows.end(), measured->begin(), measured->end());
+    site_done();
+  }
+  return rows;
+}
+
+// A part as an artifact of its own, with its sites alone.
+MeasuredError part_of(const MeasuredError& all, std::size_t first_site, std::size_t last_site) {
+  MeasuredError part = all;
+  part.rows.clear();
+  part.scan_of_site.assign(all.scan_of_site.begin() + static_cast<std::ptrdiff_t>(first_site),
+                           all.scan_of_site.begin() + static_cast<std::ptrdiff_t>(last_site));
+  return part;
+}
+
+// The part's rows as an interrupted run left them; empty where it did not or they are damaged.
+std::vector<ErrorRow> saved_rows(const PassContext& ctx, std::size_t number,
+                                 const MeasuredError& expected) {
+  const std::optional<std::vector<std::byte>> bytes = ctx.load_part(number);
+  if (!bytes) return {};
+  Result<MeasuredError> part = from_bytes<MeasuredError>(*bytes);
+  if (!part || part->scan_of_site != expected.scan_of_site) return {};
+  return std::move(part->rows);
+}
+
+// Fills rows of every site that has a scan, part by part; the first failure in the order of sites
+// is returned.
 Result<void> measure_sites(PassContext& ctx, const Setup& setup,
                            const std::vector<std::optional<std::size_t>>& scans,
                            MeasuredError& measured) {
-  const std::size_t range_count = measured.ranges_m.size();
-  std::vector<std::optional<Error>> failures(scans.size());
+  const std::size_t part_count = (scans.size() + kSitesInPart - 1) / kSitesInPart;
+  std::vector<std::optional<Error>> failures(part_count);
   std::atomic<std::size_t> done = 0;
-  parallel_for(scans.size(), ctx.threads, [&](std::size_t site) {
-    if (scans[site]) {
-      const Result<std::vector<ErrorRow>> rows = measure_site(setup, *scans[site]);
-      if (rows) {
-        std::copy(rows->begin(), rows->end(),
-                  measured.rows.begin() + static_cast<std::ptrdiff_t>(site * range_count));
-      } else {
-        failures[site] = rows.error();
+  const auto site_done = [&] { ctx.progress(++done, scans.size()); };
+  parallel_for(part_count, ctx.threads, [&](std::size_t number) {
+    const std::size_t first = number * kSitesInPart;
+    const std::size_t last = std::min(first + kSitesInPart, scans.size());
+    MeasuredError part = part_of(measured, first, last);
+    part.rows = saved_rows(ctx, number, part);
+    const bool is_saved = !part.rows.empty();
+    if (is_saved) {
+      for (std::size_t site = first; site < last; ++site) site_done();
+    } else {
+      Result<std::vector<ErrorRow>> rows =
+          measure_part(setup, std::span(scans).subspan(first, last - first), site_done);
+      if (!rows) {
+        failures[number] = rows.error();
+        return;
       }
+      part.rows = std::move(*rows);
+      ctx.save_part(number, to_bytes(part));
     }
-    ctx.progress(++done, scans.size());
+    std::copy(part.rows.begin(), part.rows.end(),
+              measured.rows.begin() + static_cast<std::ptrdiff_t>(first * part.ranges_m.size()));
   });
   for (const std::optional<Error>& failure : failures) {
     if (failure) return *failure;
@@ -202,49 +249,16 @@ Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx,
 
 }  // namespace
 
-std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
-  return {
-      numbers("ranges_m", options.ranges_m, "ranges at which scans are cropped, m", 1.0, 1000.0),
-      number("leaf_m", options.leaf_m, "voxel of the subsampled scan, m", 0.05, 10.0),
-      integer("offset_count", options.offset_count, "starts of the matcher", 1, 1000),
-      number("offset_radius_m", options.offset_radius_m, "starts lie in this disc, m", 0.0, 10.0),
-      number("offset_yaw_deg", options.offset_yaw_deg, "largest yaw of a start, degrees", 0.0,
-             90.0),
-      number("offset_z_m", options.offset_z_m, "largest height of a start, m", 0.0, 10.0),
-      scans_option(options.scans),
-      number("site_radius_m", options.site_radius_m, "a site's scan lies no farther from it, m",
-             0.01, 100.0),
-      choice("reference", options.reference,
-             "what errors are measured against: the known pose, or the match at full range",
-             {"known", "full-range"})};
-}
-
-std::vector<InitialOffset> initial_offsets(const MeasureErrorOptions& options) {
-  const int count = options.offset_count;
-  std::vector<InitialOffset> offsets;
-  for (int k = 0; k < count; ++k) {
-    const double radius_m = options.offset_radius_m * std::sqrt((k + 0.5) / count);
-    const double angle_rad = kGoldenAngle_rad * k;
-    InitialOffset offset;
-    offset.x_m = radius_m * std::cos(angle_rad);
-    offset.y_m = radius_m * std::sin(angle_rad);
-    offset.z_m = options.offset_z_m * evenly(7 * k % count, count);
-    offset.yaw_rad =
-        options.offset_yaw_deg * evenly(5 * k % count, count) * std::numbers::pi / 180.0;
-    offsets.push_back(offset);
-  }
-  return offsets;
-}
-
 Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
                                     const Drive& localization_drive, const Trajectory& trajectory,
                                     const NdtMap& map, const Sites& sites) {
   const Result<void> checked = check_inputs(localization_drive, trajectory, map, sites);
   if (!checked) return checked.error();
   const Trajectory in_map = rebase(trajectory, map.frame);
-  const MatchGrid grid = make_match_grid(map);
+  const Localizer localizer = make_localizer(
+      map, {.is_annealed = options.localizer == "annealed", .coarse_cells = options.coarse_cells});
   const std::vector<InitialOffset> offsets = initial_offsets(options);
-  const Setup setup{options, localization_drive, in_map, grid, offsets};
+  const Setup setup{options, localization_drive, in_map, localizer, offsets};
   const Result<std::vector<std::optional<std::size_t>>> scans = scans_of_sites(ctx, setup, sites);
   if (!scans) return scans.error();
   MeasuredError measured;

@@ -78,7 +78,7 @@ Result<void> write_file_atomically(const std::filesystem::path& path, std::strin
   return write_file_atomically(path, std::as_bytes(std::span(text.data(), text.size())), if_exists);
 }
 
-Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
+Result<FileContent> read_file_content(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) {
     const ErrorCode code = errno == ENOENT ? ErrorCode::kFileNotFound : ErrorCode::kCannotOpen;
@@ -89,10 +89,11 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
   if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
     return Error{ErrorCode::kCannotRead, "not a regular file", path.string(), ""};
   }
-  std::vector<std::byte> bytes(static_cast<std::size_t>(status.st_size));
+  FileContent content(static_cast<std::size_t>(status.st_size));
   std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t count = ::read(descriptor, bytes.data() + done, bytes.size() - done);
+  while (done < content.bytes().size()) {
+    const ssize_t count =
+        ::read(descriptor, content.data() + done, content.bytes().size() - done);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
       return Error{ErrorCode::kCannotRead, count < 0 ? std::strerror(errno) : "the file shrank",
@@ -100,7 +101,13 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
     }
     done += static_cast<std::size_t>(count);
   }
-  return bytes;
+  return content;
+}
+
+Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
+  const Result<FileContent> content = read_file_content(path);
+  if (!content) return content.error();
+  return std::vector<std::byte>(content->bytes().begin(), content->bytes().end());
 }
 
 Result<std::string> read_text_file(const std::filesystem::path& path) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -20,7 +21,21 @@ Result<void> write_file_atomically(const std::filesystem::path& path,
 Result<void> write_file_atomically(const std::filesystem::path& path, std::string_view text,
                                    IfExists if_exists);
 
-// The whole file. Errors: file-not-found, cannot-read.
+// Bytes in memory that nobody filled with zeros first.
+class FileContent {
+ public:
+  FileContent() = default;
+  explicit FileContent(std::size_t size) : bytes_(new std::byte[size]), size_(size) {}
+  [[nodiscard]] std::byte* data() { return bytes_.get(); }
+  [[nodiscard]] std::span<const std::byte> bytes() const { return {bytes_.get(), size_}; }
+
+ private:
+  std::unique_ptr<std::byte[]> bytes_;
+  std::size_t size_ = 0;
+};
+
+// The whole file. Errors: file-not-found, cannot-open, cannot-read.
+Result<FileContent> read_file_content(const std::filesystem::path& path);
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path);
 Result<std::string> read_text_file(const std::filesystem::path& path);
 

@@ -19,6 +19,18 @@ ConfigSection pass_section(std::string name, std::string help, Options& options)
   return section;
 }
 
+// Another sensor of the mapping drive: the keys of a drive but for those of its poses.
+ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
+  ConfigSection section{other_sensor_section(index),
+                        "Another sensor on the vehicle of the mapping drive, in the same frame and "
+                        "on the same clock",
+                        option_fields(options)};
+  std::erase_if(section.fields, [](const OptionField& field) {
+    return field.name.starts_with("pose") || field.name == "name";
+  });
+  return section;
+}
+
 // Copies a value into the field of that name, where the pass has one.
 template <class Options>
 Result<void> share(const std::string& name, const std::string& value, Options& options) {
@@ -105,8 +117,12 @@ std::vector<OptionField> option_fields(AnnotationOptions& options) {
                  {"auto", "even-odd"})};
 }
 
+std::string other_sensor_section(std::size_t index) {
+  return "mapping-" + std::to_string(index + 2);
+}
+
 std::vector<ConfigSection> sections(CompileConfig& config) {
-  return {
+  std::vector<ConfigSection> all = {
       {"annotation", "What is annotated, and what all passes share",
        option_fields(config.annotation)},
       {"mapping", "The drive that makes the map", option_fields(config.mapping)},
@@ -116,6 +132,7 @@ std::vector<ConfigSection> sections(CompileConfig& config) {
        option_fields(config.evaluation)},
       pass_section("ingest", "Reading drives", config.ingest),
       pass_section("estimate-trajectory", "Where the vehicle was", config.estimate_trajectory),
+      pass_section("undistort-scans", "Motion during a scan", config.undistort_scans),
       pass_section("remove-moving", "What moved leaves the map", config.remove_moving),
       pass_section("build-ndt", "The NDT map", config.build_ndt),
       pass_section("build-surface", "The surface that rays hit", config.build_surface),
@@ -130,6 +147,10 @@ std::vector<ConfigSection> sections(CompileConfig& config) {
       pass_section("evaluate-ranges", "Judging the choice", config.evaluate_ranges),
       pass_section("emit-map", "The map file", config.emit_map),
   };
+  for (std::size_t i = config.other_sensors.size(); i-- > 0;) {
+    all.insert(all.begin() + 2, sensor_section(i, config.other_sensors[i]));
+  }
+  return all;
 }
 
 Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
@@ -141,6 +162,7 @@ Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
   for (RecordingOptions* recording : {&config.mapping, &config.localization, &config.evaluation}) {
     resolve(file.parent_path(), *recording);
   }
+  for (RecordingOptions& sensor : config.other_sensors) resolve(file.parent_path(), sensor);
   for (const std::string& assignment : overrides) {
     const Result<void> set = set_override(assignment, all);
     if (!set) return set.error();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "passes/predict_error.h"
 #include "passes/remove_moving.h"
 #include "passes/train_model.h"
+#include "passes/undistort_scans.h"
 
 namespace sightline {
 
@@ -41,10 +43,13 @@ std::vector<OptionField> option_fields(AnnotationOptions& options);
 struct CompileConfig {
   AnnotationOptions annotation;
   RecordingOptions mapping;
+  // What else on the vehicle scanned during the mapping drive; no scans: there is none.
+  std::array<RecordingOptions, 3> other_sensors;
   RecordingOptions localization;  // no scans: see AnnotationOptions::split
   RecordingOptions evaluation;    // an independent drive, for `evaluate`
   IngestOptions ingest;
   EstimateTrajectoryOptions estimate_trajectory;
+  UndistortScansOptions undistort_scans;
   RemoveMovingOptions remove_moving;
   BuildNdtOptions build_ndt;
   BuildSurfaceOptions build_surface;
@@ -61,6 +66,9 @@ struct CompileConfig {
 
   [[nodiscard]] bool is_split() const { return localization.scans.empty(); }
 };
+
+// "mapping-2" of the first of other_sensors, and so on.
+std::string other_sensor_section(std::size_t index);
 
 // Sections in the order of the file. Fields that AnnotationOptions sets for all passes are left out
 // of the sections of passes.

@@ -5,6 +5,8 @@
 
 #include "compiler/base/atomic_file.h"
 #include "formats/map/map_reader.h"
+#include "passes/complete_trajectory.h"
+#include "passes/join_sensors.h"
 
 namespace sightline {
 namespace {
@@ -35,6 +37,33 @@ Result<void> provide_drive(const std::string& name, const RecordingOptions& opti
   return {};
 }
 
+// What a drive and its trajectory are called.
+struct DriveNames {
+  std::string drive;
+  std::string trajectory;
+};
+
+// Joins the scans of the vehicle's other sensors to those of the first, one sensor after the other.
+DriveNames add_other_sensors(const CompileConfig& c, std::vector<PassStep>& steps) {
+  DriveNames joined{"mapping/drive", "mapping/trajectory"};
+  for (std::size_t i = 0; i < c.other_sensors.size(); ++i) {
+    if (c.other_sensors[i].scans.empty()) continue;
+    const std::string sensor = other_sensor_section(i);
+    steps.push_back(make_step("ingest:" + sensor, kIngestVersion, &ingest, c.ingest,
+                              {sensor + "/recording"}, sensor + "/drive"));
+    const std::string drive = "mapping/joined-with-" + sensor;
+    steps.push_back(make_step("join-sensors:" + sensor, kJoinSensorsVersion, &join_sensors,
+                              JoinSensorsOptions{}, {joined.drive, sensor + "/drive"}, drive));
+    joined.drive = drive;
+  }
+  if (joined.drive == "mapping/drive") return joined;
+  joined.trajectory = "mapping/joined-trajectory";
+  steps.push_back(make_step("complete-trajectory", kCompleteTrajectoryVersion, &complete_trajectory,
+                            CompleteTrajectoryOptions{}, {joined.drive, "mapping/trajectory"},
+                            joined.trajectory));
+  return joined;
+}
+
 }  // namespace
 
 std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model) {
@@ -46,9 +75,13 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
   // From here on points are finite, times rise, and a frame near the drive is chosen.
   add(make_step("estimate-trajectory", kEstimateTrajectoryVersion, &estimate_trajectory,
                 c.estimate_trajectory, {"mapping/drive"}, "mapping/trajectory"));
-  // From here on every mapping scan has a pose in the map frame.
+  const DriveNames mapping = add_other_sensors(c, steps);
+  // From here on every mapping scan, of any sensor, has a pose in the map frame.
+  add(make_step("undistort-scans", kUndistortScansVersion, &undistort_scans, c.undistort_scans,
+                {mapping.drive, mapping.trajectory}, "mapping/undistorted"));
+  // From here on a scan is as if it had been measured at once.
   add(make_step("remove-moving", kRemoveMovingVersion, &remove_moving, c.remove_moving,
-                {"mapping/drive", "mapping/trajectory"}, "surface-points"));
+                {"mapping/undistorted", mapping.trajectory}, "surface-points"));
   // From here on all that is left stood still.
   add(make_step("build-ndt", kBuildNdtVersion, &build_ndt, c.build_ndt, {"surface-points"},
                 "ndt-map"));
@@ -62,19 +95,30 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
                 {"surface", "sites", "localization/sensor"}, "virtual-scans"));
   add(make_step("compute-factors", kComputeFactorsVersion, &compute_factors, c.compute_factors,
                 {"ndt-map", "sites", "depth-images", "virtual-scans"}, "factor-table"));
-  // From here on the map is done; what follows asks how well a vehicle localizes in it.
+  // From here on the map is done; what follows asks how well a vehicle localizes in it, by its
+  // first sensor.
   std::string drive = "mapping/drive";
   std::string trajectory = "mapping/trajectory";
-  if (!c.is_split()) {
+  std::string undistorted = "mapping/undistorted";
+  if (c.is_split()) {
+    if (mapping.drive != drive) {
+      undistorted = "mapping/first-undistorted";
+      add(make_step("undistort-scans:first", kUndistortScansVersion, &undistort_scans,
+                    c.undistort_scans, {drive, trajectory}, undistorted));
+    }
+  } else {
     drive = "localization/drive";
     trajectory = "localization/trajectory";
+    undistorted = "localization/undistorted";
     add(make_step("ingest:localization", kIngestVersion, &ingest, c.ingest,
                   {"localization/recording"}, drive));
     add(make_step("estimate-trajectory:localization", kEstimateTrajectoryVersion,
                   &estimate_trajectory, given_poses(c.estimate_trajectory), {drive}, trajectory));
+    add(make_step("undistort-scans:localization", kUndistortScansVersion, &undistort_scans,
+                  c.undistort_scans, {drive, trajectory}, undistorted));
   }
   add(make_step("measure-error", kMeasureErrorVersion, &measure_error, c.measure_error,
-                {drive, trajectory, "ndt-map", "sites"}, "measured-error"));
+                {undistorted, trajectory, "ndt-map", "sites"}, "measured-error"));
   if (model == ModelSource::kTrained) {
     add(make_step("train-model", kTrainModelVersion, &train_model_here, c.train_model,
                   {"sites", "factor-table", "measured-error"}, "error-model"));
@@ -106,9 +150,12 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
   steps.push_back(make_step("estimate-trajectory:evaluation", kEstimateTrajectoryVersion,
                             &estimate_trajectory, given_poses(c.estimate_trajectory),
                             {"evaluation/drive"}, "evaluation/trajectory"));
+  steps.push_back(make_step("undistort-scans:evaluation", kUndistortScansVersion, &undistort_scans,
+                            c.undistort_scans, {"evaluation/drive", "evaluation/trajectory"},
+                            "evaluation/undistorted"));
   steps.push_back(make_step(
       "measure-error:evaluation", kMeasureErrorVersion, &measure_error, c.measure_error,
-      {"evaluation/drive", "evaluation/trajectory", "ndt-map", "sites"}, "measured-error"));
+      {"evaluation/undistorted", "evaluation/trajectory", "ndt-map", "sites"}, "measured-error"));
   steps.push_back(
       make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
                 {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
@@ -136,6 +183,12 @@ std::vector<PassStep> train_pipeline(const TrainModelOptions& options) {
 Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts) {
   const Result<void> mapping = provide_drive("mapping", config.mapping, artifacts);
   if (!mapping) return mapping;
+  for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
+    if (config.other_sensors[i].scans.empty()) continue;
+    const Result<void> other =
+        provide_drive(other_sensor_section(i), config.other_sensors[i], artifacts);
+    if (!other) return other;
+  }
   if (!config.is_split()) return provide_drive("localization", config.localization, artifacts);
   // One recording is both: what localizes is the mapping drive's own sensor.
   artifacts.put("localization/sensor", artifacts.entry("mapping/sensor"));

@@ -4,8 +4,25 @@
 #include <filesystem>
 
 #include "compiler/driver/console.h"
+#include "passes/matching/kernel_score.h"
 
 namespace sightline {
+namespace {
+
+// Error: bad-argument where this processor does not have it.
+Result<void> choose_kernel(const std::string& name) {
+  MatchKernel kernel = MatchKernel::kFastest;
+  if (name == "portable") kernel = MatchKernel::kPortable;
+  if (name == "avx2") kernel = MatchKernel::kAvx2;
+  if (name == "avx512") kernel = MatchKernel::kAvx512;
+  if (!is_supported(kernel)) {
+    return Error{ErrorCode::kBadArgument, "this processor does not have " + name, "", "--kernel"};
+  }
+  replace_fastest_kernel(kernel);
+  return {};
+}
+
+}  // namespace
 
 void add_run_flags(CLI::App& command, RunFlags& flags) {
   command
@@ -35,6 +52,9 @@ void add_flags_of_every_run(CLI::App& command, RunFlags& flags) {
   command.add_flag("--explain", flags.explain, "Print why each pass ran or did not, on stderr");
   command.add_flag("-q,--quiet", flags.is_quiet,
                    "Only warnings and errors on stderr, and no tables");
+  command.add_option("--kernel", flags.kernel)
+      ->check(CLI::IsMember({"fastest", "portable", "avx2", "avx512"}))
+      ->group("");
 }
 
 RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
@@ -54,6 +74,8 @@ RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
 
 Result<std::vector<StepReport>> run_steps(const std::vector<PassStep>& steps, const RunFlags& flags,
                                           const CompileConfig& config, ArtifactSet& artifacts) {
+  const Result<void> kernel = choose_kernel(flags.kernel);
+  if (!kernel) return kernel.error();
   explain_interruption();
   std::vector<StepReport> reports;
   const Result<void> run = run_pipeline(steps, run_options(flags, config),

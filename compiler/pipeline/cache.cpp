@@ -44,6 +44,31 @@ Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
   return write_file_atomically(file_of(pass, key), sealed, IfExists::kReplace);
 }
 
+std::filesystem::path ArtifactCache::parts_of(const std::string& pass, const Digest& key) const {
+  return file_of(pass, key).replace_extension(".parts");
+}
+
+std::optional<std::vector<std::byte>> ArtifactCache::load_part(const std::string& pass,
+                                                               const Digest& key,
+                                                               std::size_t part) const {
+  if (!is_enabled()) return std::nullopt;
+  Result<std::vector<std::byte>> bytes = read_file(parts_of(pass, key) / std::to_string(part));
+  if (!bytes) return std::nullopt;
+  return std::move(*bytes);
+}
+
+void ArtifactCache::store_part(const std::string& pass, const Digest& key, std::size_t part,
+                               std::span<const std::byte> bytes) const {
+  if (!is_enabled()) return;
+  (void)write_file_atomically(parts_of(pass, key) / std::to_string(part), bytes,
+                              IfExists::kReplace);
+}
+
+void ArtifactCache::remove_parts(const std::string& pass, const Digest& key) const {
+  std::error_code failure;
+  if (is_enabled()) std::filesystem::remove_all(parts_of(pass, key), failure);
+}
+
 std::string ArtifactCache::last_record(const std::string& pass) const {
   if (!is_enabled()) return {};
   const Result<std::string> text = read_text_file(directory_ / (file_stem(pass) + ".last"));

@@ -24,6 +24,15 @@ class ArtifactCache {
   [[nodiscard]] Result<void> store(const std::string& pass, const Digest& key,
                                    std::span<const std::byte> sealed) const;
 
+  // Parts of an artifact that is not finished yet, and their end: in a folder of the key's own. A
+  // part that cannot be kept is made again by the next run, so failures are not told.
+  [[nodiscard]] std::optional<std::vector<std::byte>> load_part(const std::string& pass,
+                                                                const Digest& key,
+                                                                std::size_t part) const;
+  void store_part(const std::string& pass, const Digest& key, std::size_t part,
+                  std::span<const std::byte> bytes) const;
+  void remove_parts(const std::string& pass, const Digest& key) const;
+
   // Lines "name = value" that made the last key of this pass; empty where it never ran.
   [[nodiscard]] std::string last_record(const std::string& pass) const;
   [[nodiscard]] Result<void> store_record(const std::string& pass, const std::string& record) const;
@@ -31,6 +40,7 @@ class ArtifactCache {
   [[nodiscard]] bool is_enabled() const { return !directory_.empty(); }
 
  private:
+  [[nodiscard]] std::filesystem::path parts_of(const std::string& pass, const Digest& key) const;
   [[nodiscard]] std::filesystem::path file_of(const std::string& pass, const Digest& key) const;
   std::filesystem::path directory_;
 };

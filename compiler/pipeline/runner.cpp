@@ -159,6 +159,10 @@ class Runner {
     ctx.threads = options_.threads;
     ctx.seed = options_.seed;
     ctx.progress_sink = observer_.progress;
+    ctx.saved_part = [&](std::size_t part) { return cache_.load_part(step.name, key, part); };
+    ctx.part_sink = [&](std::size_t part, std::span<const std::byte> bytes) {
+      cache_.store_part(step.name, key, part, bytes);
+    };
     std::mutex mutex;
     ctx.warning_sink = [&](const std::string& message) {
       const std::lock_guard<std::mutex> lock(mutex);
@@ -172,6 +176,7 @@ class Runner {
       const Result<void> stored =
           cache_.store(step.name, key, step.output_type->write(output->get()));
       if (!stored) return stored.error();
+      cache_.remove_parts(step.name, key);
     }
     return output;
   }

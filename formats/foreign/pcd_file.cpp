@@ -1,5 +1,7 @@
 #include <array>
 #include <cstring>
+#include <memory>
+#include <new>
 
 #include "formats/foreign/element_type.h"
 #include "formats/foreign/pcd_header.h"
@@ -8,11 +10,6 @@
 
 namespace sightline {
 namespace {
-
-void reserve(PointCloudFile& cloud, std::size_t count) {
-  cloud.points_m.reserve(count);
-  cloud.intensity.reserve(count);
-}
 
 ElementType element_type(const PcdField& field) {
   const ElementKind kind = field.type == 'F'   ? ElementKind::kFloat
@@ -79,26 +76,20 @@ Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& heade
   return cloud;
 }
 
-PointCloudFile points_of(const std::vector<std::uint8_t>& data, const PcdHeader& header) {
-  const std::array<const PcdField*, 3> position = {header.field("x"), header.field("y"),
-                                                   header.field("z")};
-  const PcdField* intensity = header.intensity();
-  PointCloudFile cloud;
-  reserve(cloud, header.point_count);
-  for (std::size_t i = 0; i < header.point_count; ++i) {
-    const std::uint8_t* point = data.data() + i * header.point_size;
-    Eigen::Vector3d position_m;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const PcdField& field = *position[axis];
-      position_m[static_cast<Eigen::Index>(axis)] =
-          read_element(point + field.offset, element_type(field));
+// Where the fields lie in a body of whole points, or of whole columns one after the other.
+PointColumns columns_of(const std::uint8_t* body, const PcdHeader& header, bool is_packed_columns) {
+  const auto column = [&](const PcdField& field) -> FieldColumn {
+    if (is_packed_columns) {
+      return {body + field.offset * header.point_count, field.bytes(), element_type(field)};
     }
-    add_point(cloud, position_m,
-              intensity ? static_cast<float>(
-                              read_element(point + intensity->offset, element_type(*intensity)))
-                        : 0.0F);
-  }
-  return cloud;
+    return {body + field.offset, header.point_size, element_type(field)};
+  };
+  PointColumns columns;
+  columns.count = header.point_count;
+  columns.position = {column(*header.field("x")), column(*header.field("y")),
+                      column(*header.field("z"))};
+  if (const PcdField* intensity = header.intensity()) columns.intensity = column(*intensity);
+  return columns;
 }
 
 Result<void> check_rest(const FileBytes& file, std::size_t end) {
@@ -128,8 +119,18 @@ PcdHeader without_padding(const PcdHeader& header) {
   return packed;
 }
 
+const std::uint8_t* body_of(const FileBytes& file, const PcdHeader& header) {
+  return reinterpret_cast<const std::uint8_t*>(file.bytes.data()) + header.data_offset;
+}
+
+struct CompressedBody {
+  PcdHeader header;  // as the columns lie
+  std::span<const std::uint8_t> packed;
+  std::size_t size = 0;  // unpacked, bytes
+};
+
 // Body: u32 compressed size, u32 unpacked size, LZF stream of whole columns.
-Result<PcdHeader> check_compressed(const FileBytes& file, const PcdHeader& header) {
+Result<CompressedBody> check_compressed(const FileBytes& file, const PcdHeader& header) {
   constexpr std::size_t kSizes = 8;
   // Three bytes of LZF say at most 264.
   constexpr std::uint64_t kMostExpansion = 88;
@@ -144,18 +145,18 @@ Result<PcdHeader> check_compressed(const FileBytes& file, const PcdHeader& heade
   if (file.bytes.size() < end) return too_short(file, end);
   const Result<void> rest = check_rest(file, end);
   if (!rest) return rest.error();
-  PcdHeader used = header;
+  CompressedBody body{header, {body_of(file, header) + kSizes, packed_size}, size};
   if (size != static_cast<std::uint64_t>(header.point_count) * header.point_size) {
-    used = without_padding(header);
+    body.header = without_padding(header);
   }
-  const std::uint64_t needed = static_cast<std::uint64_t>(header.point_count) * used.point_size;
+  const std::uint64_t needed = static_cast<std::uint64_t>(header.point_count) * body.header.point_size;
   if (size != needed || needed > packed_size * kMostExpansion) {
     return file.error(ErrorCode::kMalformedHeader,
                       "found " + std::to_string(packed_size) + " bytes that unpack to " +
                           std::to_string(size) + ", the header asks for " + std::to_string(needed),
                       at_byte(header.data_offset));
   }
-  return used;
+  return body;
 }
 
 Result<PointCloudFile> parse_binary(const FileBytes& file, const PcdHeader& header) {
@@ -165,17 +166,20 @@ Result<PointCloudFile> parse_binary(const FileBytes& file, const PcdHeader& head
   }
   const Result<void> rest = check_rest(file, header.data_offset + size);
   if (!rest) return rest.error();
-  const Result<std::vector<std::uint8_t>> data = unpack_pcd_body(file, header);
-  if (!data) return data.error();
-  return points_of(*data, header);
+  return read_points(columns_of(body_of(file, header), header, false));
 }
 
 Result<PointCloudFile> parse_compressed(const FileBytes& file, const PcdHeader& header) {
-  const Result<PcdHeader> used = check_compressed(file, header);
-  if (!used) return used.error();
-  const Result<std::vector<std::uint8_t>> data = unpack_pcd_body(file, *used);
-  if (!data) return data.error();
-  return points_of(*data, *used);
+  const Result<CompressedBody> body = check_compressed(file, header);
+  if (!body) return body.error();
+  // Not filled with zeros first.
+  const std::unique_ptr<std::uint8_t[]> unpacked(new (std::nothrow) std::uint8_t[body->size]);
+  if (!unpacked) return file.error(ErrorCode::kOutOfMemory, "the points do not fit into memory", "");
+  if (!unpack_lzf(body->packed, {unpacked.get(), body->size})) {
+    return file.error(ErrorCode::kTruncatedScan, "the compressed points do not unpack",
+                      at_byte(header.data_offset));
+  }
+  return read_points(columns_of(unpacked.get(), body->header, true));
 }
 
 }  // namespace

@@ -141,9 +141,9 @@ Result<PointCloudFile> parse_point_cloud(std::span<const std::byte> bytes,
 }
 
 Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path) {
-  const Result<std::vector<std::byte>> bytes = read_file(path);
-  if (!bytes) return bytes.error();
-  return parse_point_cloud(*bytes, path);
+  const Result<FileContent> content = read_file_content(path);
+  if (!content) return content.error();
+  return parse_point_cloud(content->bytes(), path);
 }
 
 }  // namespace sightline

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -13,6 +14,9 @@ namespace {
 // Sums in float go over this many points at most; from there on in double.
 constexpr std::size_t kChunk = 1024;
 static_assert(kChunk % kKernelBatch == 0);
+
+// The one global of the matcher: every version gives the same bits, so no result depends on it.
+std::atomic<MatchKernel> g_replacement = MatchKernel::kFastest;
 
 using Totals = std::array<double, kKernelSums>;
 
@@ -115,7 +119,14 @@ bool is_supported(MatchKernel kernel) {
   return true;
 }
 
+void replace_fastest_kernel(MatchKernel kernel) {
+  SIGHTLINE_CHECK(is_supported(kernel));
+  g_replacement = kernel;
+}
+
 MatchKernel fastest_kernel() {
+  const MatchKernel replacement = g_replacement;
+  if (replacement != MatchKernel::kFastest) return replacement;
   if (is_supported(MatchKernel::kAvx512)) return MatchKernel::kAvx512;
   if (is_supported(MatchKernel::kAvx2)) return MatchKernel::kAvx2;
   return MatchKernel::kPortable;

@@ -20,6 +20,10 @@ enum class MatchKernel : std::uint8_t {
 bool is_supported(MatchKernel kernel);
 MatchKernel fastest_kernel();
 
+// From here on kFastest stands for this version in the whole process, which must be supported;
+// kFastest undoes it. So that tests can show that results are the same.
+void replace_fastest_kernel(MatchKernel kernel);
+
 // Points of one scan as the kernels read them, and what one evaluation remembers for the next. Use
 // it from one thread at a time; forget_cells() when it goes to another grid.
 struct ScanForMatch {

@@ -2,7 +2,8 @@
 
 #include <Eigen/LU>
 #include <bit>
-#include <cmath>
+
+#include "compiler/base/portable_math.h"
 
 namespace sightline {
 namespace {
@@ -100,9 +101,10 @@ GaussConstants gauss_constants(double cell_m) {
   constexpr double kOutlierRatio = 0.55;
   const double c1 = 10.0 * (1.0 - kOutlierRatio);
   const double c2 = kOutlierRatio / (cell_m * cell_m * cell_m);
-  const double d3 = -std::log(c2);
-  const double d1 = -std::log(c1 + c2) - d3;
-  const double d2 = -2.0 * std::log((-std::log(c1 * std::exp(-0.5) + c2) - d3) / d1);
+  constexpr double kExpOfMinusHalf = 0.60653065971263342;
+  const double d3 = -portable_log(c2);
+  const double d1 = -portable_log(c1 + c2) - d3;
+  const double d2 = -2.0 * portable_log((-portable_log(c1 * kExpOfMinusHalf + c2) - d3) / d1);
   return {d1, d2};
 }
 

@@ -1,9 +1,9 @@
-#include <cmath>
 #include <cstring>
 
 #include "passes/matching/match_kernel_body.h"
+#include "passes/matching/software_fma.h"
 
-// The kernel for any machine. std::fma is exact everywhere, if slow where the processor has none.
+// The kernel for any machine, in loops that a compiler turns into whatever vectors it may use.
 
 namespace sightline {
 namespace {
@@ -54,12 +54,12 @@ struct Portable {
   // a b + c
   template <class V>
   static V fma(const V& a, const V& b, const V& c) {
-    return each<V>([&](std::size_t i) { return std::fma(a.v[i], b.v[i], c.v[i]); });
+    return each<V>([&](std::size_t i) { return software_fma(a.v[i], b.v[i], c.v[i]); });
   }
   // c - a b
   template <class V>
   static V fnma(const V& a, const V& b, const V& c) {
-    return each<V>([&](std::size_t i) { return std::fma(-a.v[i], b.v[i], c.v[i]); });
+    return each<V>([&](std::size_t i) { return software_fma(-a.v[i], b.v[i], c.v[i]); });
   }
   static Floats max(const Floats& a, const Floats& b) {
     return each<Floats>([&](std::size_t i) { return a.v[i] > b.v[i] ? a.v[i] : b.v[i]; });
@@ -71,8 +71,12 @@ struct Portable {
       return low < limit.v[i] ? low : limit.v[i];
     });
   }
+  // Of numbers that an int32 holds.
   static Doubles floor(const Doubles& a) {
-    return each<Doubles>([&](std::size_t i) { return std::floor(a.v[i]); });
+    return each<Doubles>([&](std::size_t i) {
+      const auto whole = static_cast<double>(static_cast<std::int32_t>(a.v[i]));
+      return whole - (a.v[i] < whole ? 1.0 : 0.0);
+    });
   }
   // Bit i is set where lane i differs, or either is NaN.
   static unsigned differ(const Doubles& a, const Doubles& b) {

@@ -3,162 +3,239 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstdint>
-#include <limits>
+#include <memory>
+#include <numeric>
+#include <optional>
 
-#include "formats/ndt_map.h"
+#include "formats/cell_index.h"
 
 namespace sightline {
 namespace {
 
 struct Voxel {
-  CellKey key;
-  std::uint32_t count = 0;
   Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
-};
+  double count = 0.0;
 
-// floor(x / leaf) of `count` coordinates, each in the low 32 bits of its number. The product with
-// 1 / leaf is as good, and far cheaper, wherever it does not lie at a whole number. Adding 1.5 *
-// 2^52 rounds to a whole number and leaves it in the low bits. No branch and no conversion: the
-// first loop becomes vector code on any x86-64.
-void number_voxels(const double* x_m, std::size_t count, double leaf_m, std::int64_t* numbers) {
-  constexpr double kWhole = 0x1.8p52;
-  constexpr double kSure = 0.5 - 1e-6;  // product and quotient differ by far less than the rest
-  const double per_m = 1.0 / leaf_m;
-  std::int64_t doubts = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double product = x_m[i] * per_m - 0.5;
-    const double shifted = product + kWhole;
-    numbers[i] = std::bit_cast<std::int64_t>(shifted);
-    // Positive doubles compare as their bits do: the sign says that this one is larger.
-    const double rest = std::abs(product - (shifted - kWhole));
-    doubts |= std::bit_cast<std::int64_t>(kSure) - std::bit_cast<std::int64_t>(rest);
+  void add(std::span<const Eigen::Vector3d> points_m) {
+    Eigen::Vector3d sum = sum_m;  // in registers
+    for (const Eigen::Vector3d& point_m : points_m) sum += point_m;
+    sum_m = sum;
+    count += static_cast<double>(points_m.size());
   }
-  if (doubts >= 0) return;
-  for (std::size_t i = 0; i < count; ++i) numbers[i] = floor_to_int(x_m[i] / leaf_m);
-}
-
-// Voxels by key: open addressing over indices into `voxels`, at most half full.
-class VoxelTable {
- public:
-  VoxelTable() : slots_(kFirstSize, kFree) {}
-
-  Voxel& at(const CellKey& key) {
-    // Neighbours in a scan often share a voxel.
-    if (last_ < voxels_.size() && voxels_[last_].key == key) return voxels_[last_];
-    std::size_t slot = slot_of(key);
-    while (slots_[slot] != kFree && voxels_[slots_[slot]].key != key) {
-      slot = (slot + 1) & (slots_.size() - 1);
-    }
-    if (slots_[slot] != kFree) {
-      last_ = slots_[slot];
-      return voxels_[last_];
-    }
-    last_ = voxels_.size();
-    slots_[slot] = static_cast<std::uint32_t>(last_);
-    voxels_.emplace_back().key = key;
-    if (2 * voxels_.size() > slots_.size()) grow();
-    return voxels_[last_];
-  }
-
-  std::vector<Voxel> take() { return std::move(voxels_); }
-
- private:
-  static constexpr std::uint32_t kFree = std::numeric_limits<std::uint32_t>::max();
-  static constexpr std::size_t kFirstSize = 4096;
-
-  [[nodiscard]] std::size_t slot_of(const CellKey& key) const {
-    const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^
-                                static_cast<std::uint32_t>(key.y) * 0xbf58476d1ce4e5b9ULL ^
-                                static_cast<std::uint32_t>(key.z) * 0x94d049bb133111ebULL;
-    return static_cast<std::size_t>(mixed >> 32) & (slots_.size() - 1);
-  }
-
-  void grow() {
-    slots_.assign(4 * slots_.size(), kFree);
-    for (std::size_t i = 0; i < voxels_.size(); ++i) {
-      std::size_t slot = slot_of(voxels_[i].key);
-      while (slots_[slot] != kFree) slot = (slot + 1) & (slots_.size() - 1);
-      slots_[slot] = static_cast<std::uint32_t>(i);
-    }
-  }
-
-  std::vector<Voxel> voxels_;
-  std::vector<std::uint32_t> slots_;
-  std::size_t last_ = 0;
-};
-
-// A voxel's place in the order of keys as one number, where the extent of all of them allows.
-struct Rank {
-  std::uint64_t key = 0;
-  std::uint32_t voxel = 0;
+  [[nodiscard]] Eigen::Vector3d centroid_m() const { return sum_m / count; }
 };
 
 struct Extent {
-  CellKey low{std::numeric_limits<std::int32_t>::max(), std::numeric_limits<std::int32_t>::max(),
-              std::numeric_limits<std::int32_t>::max()};
-  CellKey high{std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::min(),
-               std::numeric_limits<std::int32_t>::min()};
+  CellKey low;
+  CellKey high;
+  int y_bits = 0;
+  int z_bits = 0;
+  int bits = 0;  // that tell all keys of the extent apart
 };
-
-Extent extent_of(const std::vector<Voxel>& voxels) {
-  Extent extent;
-  for (const Voxel& voxel : voxels) {
-    extent.low.x = std::min(extent.low.x, voxel.key.x);
-    extent.low.y = std::min(extent.low.y, voxel.key.y);
-    extent.low.z = std::min(extent.low.z, voxel.key.z);
-    extent.high.x = std::max(extent.high.x, voxel.key.x);
-    extent.high.y = std::max(extent.high.y, voxel.key.y);
-    extent.high.z = std::max(extent.high.z, voxel.key.z);
-  }
-  return extent;
-}
-
-// By counting digits, the lowest first: time in proportion to the number of voxels.
-void sort_ranks(std::vector<Rank>& ranks, int bits) {
-  constexpr int kDigitBits = 11;
-  constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
-  std::vector<Rank> other(ranks.size());
-  for (int shift = 0; shift < bits; shift += kDigitBits) {
-    std::array<std::size_t, kDigits + 1> begin{};
-    for (const Rank& rank : ranks) ++begin[((rank.key >> shift) & (kDigits - 1)) + 1];
-    for (std::size_t digit = 0; digit < kDigits; ++digit) begin[digit + 1] += begin[digit];
-    for (const Rank& rank : ranks) other[begin[(rank.key >> shift) & (kDigits - 1)]++] = rank;
-    ranks.swap(other);
-  }
-}
 
 int bits_for(std::int32_t low, std::int32_t high) {
   return static_cast<int>(
       std::bit_width(static_cast<std::uint32_t>(high) - static_cast<std::uint32_t>(low)));
 }
 
-// Indices of voxels, ascending by key.
-std::vector<Rank> order_of(const std::vector<Voxel>& voxels) {
-  const Extent extent = extent_of(voxels);
-  const int y_bits = bits_for(extent.low.y, extent.high.y);
-  const int z_bits = bits_for(extent.low.z, extent.high.z);
-  const int bits = bits_for(extent.low.x, extent.high.x) + y_bits + z_bits;
-  std::vector<Rank> ranks(voxels.size());
-  for (std::size_t i = 0; i < voxels.size(); ++i) ranks[i].voxel = static_cast<std::uint32_t>(i);
-  if (bits > 64) {
-    std::sort(ranks.begin(), ranks.end(), [&](const Rank& a, const Rank& b) {
-      return voxels[a.voxel].key < voxels[b.voxel].key;
-    });
-    return ranks;
+Extent extent_between(const CellKey& low, const CellKey& high) {
+  Extent extent{low, high};
+  extent.y_bits = bits_for(low.y, high.y);
+  extent.z_bits = bits_for(low.z, high.z);
+  extent.bits = bits_for(low.x, high.x) + extent.y_bits + extent.z_bits;
+  return extent;
+}
+
+// floor(x / leaf) never falls where x grows, so the corners of all points have the outermost keys.
+Extent extent_of(std::span<const Eigen::Vector3d> points_m, double leaf_m) {
+  Eigen::Vector3d low_m = points_m.front();
+  Eigen::Vector3d high_m = low_m;
+  for (const Eigen::Vector3d& point_m : points_m) {
+    low_m = low_m.cwiseMin(point_m);
+    high_m = high_m.cwiseMax(point_m);
   }
+  return extent_between(cell_key(low_m, leaf_m), cell_key(high_m, leaf_m));
+}
+
+Extent extent_of(std::span<const CellKey> keys) {
+  CellKey low = keys.front();
+  CellKey high = low;
+  for (const CellKey& key : keys) {
+    low = {std::min(low.x, key.x), std::min(low.y, key.y), std::min(low.z, key.z)};
+    high = {std::max(high.x, key.x), std::max(high.y, key.y), std::max(high.z, key.z)};
+  }
+  return extent_between(low, high);
+}
+
+// The key's place in the order of keys; needs extent.bits of at most 64.
+std::uint64_t rank_of(const CellKey& key, const Extent& extent) {
   const auto from = [](std::int32_t low, std::int32_t value) {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(value) -
                                       static_cast<std::uint32_t>(low));
   };
-  for (Rank& rank : ranks) {
-    const CellKey& key = voxels[rank.voxel].key;
-    rank.key = ((from(extent.low.x, key.x) << y_bits | from(extent.low.y, key.y)) << z_bits) |
-               from(extent.low.z, key.z);
+  const std::uint64_t plane =
+      from(extent.low.x, key.x) << extent.y_bits | from(extent.low.y, key.y);
+  return plane << extent.z_bits | from(extent.low.z, key.z);
+}
+
+// Some consecutive points, or voxels, of one rank.
+template <class Number>
+struct Ranked {
+  Number rank;
+  std::uint32_t begin;
+  std::uint32_t count;
+};
+
+// Memory that nobody filled with zeros first.
+template <class Number>
+using RankedArray = std::unique_ptr<Ranked<Number>[]>;
+
+template <class Number>
+RankedArray<Number> make_ranked(std::size_t count) {
+  return RankedArray<Number>(new Ranked<Number>[count]);
+}
+
+// By counting digits, the lowest first: time in proportion to `count`, equal ranks stay in order.
+template <class Number>
+void sort_by_rank(std::size_t count, int bits, RankedArray<Number>& items) {
+  constexpr int kDigitBits = 8;  // so few heaps that each keeps a line of the nearest cache
+  constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
+  RankedArray<Number> other = make_ranked<Number>(count);
+  for (int shift = 0; shift < bits; shift += kDigitBits) {
+    const auto digit_of = [&](const Ranked<Number>& item) {
+      return static_cast<std::size_t>(item.rank >> shift) & (kDigits - 1);
+    };
+    std::array<std::uint32_t, kDigits + 1> begin{};
+    for (std::size_t i = 0; i < count; ++i) ++begin[digit_of(items[i]) + 1];
+    for (std::size_t digit = 0; digit < kDigits; ++digit) begin[digit + 1] += begin[digit];
+    for (std::size_t i = 0; i < count; ++i) other[begin[digit_of(items[i])]++] = items[i];
+    items.swap(other);
   }
-  sort_ranks(ranks, bits);
-  return ranks;
+}
+
+// Runs of points in one voxel, chunk by chunk so that keys stay in the nearest caches: calls use(runs)
+// for each, `begin` counted from the first of all points. Stops where that is false.
+template <class Use>
+void for_runs(std::span<const Eigen::Vector3d> points_m, double leaf_m, const Use& use) {
+  constexpr std::size_t kChunk = 2048;
+  std::array<CellKey, kChunk> keys;
+  std::vector<CellRun> runs(kChunk);
+  for (std::size_t first = 0; first < points_m.size(); first += kChunk) {
+    const std::size_t count = std::min(kChunk, points_m.size() - first);
+    cell_keys(points_m.subspan(first, count), leaf_m, std::span(keys).first(count));
+    const std::size_t found = find_runs(std::span(keys).first(count), runs);
+    for (std::size_t i = 0; i < found; ++i) runs[i].begin += static_cast<std::uint32_t>(first);
+    if (!use(std::span<const CellRun>(runs).first(found))) return;
+  }
+}
+
+// Of runs ascending by rank; each rank is one voxel, whose runs are in their order.
+template <class Number>
+std::vector<Eigen::Vector3d> centroids_of(std::span<const Eigen::Vector3d> points_m,
+                                          std::span<const Ranked<Number>> runs) {
+  constexpr std::size_t kAhead = 16;
+  std::size_t voxel_count = 1;
+  for (std::size_t i = 1; i < runs.size(); ++i) {
+    voxel_count += runs[i].rank != runs[i - 1].rank ? 1 : 0;
+  }
+  std::vector<Eigen::Vector3d> centroids_m;
+  centroids_m.reserve(voxel_count);
+  Voxel voxel;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (i + kAhead < runs.size()) __builtin_prefetch(&points_m[runs[i + kAhead].begin]);
+    voxel.add(points_m.subspan(runs[i].begin, runs[i].count));
+    if (i + 1 < runs.size() && runs[i + 1].rank == runs[i].rank) continue;
+    centroids_m.push_back(voxel.centroid_m());
+    voxel = Voxel();
+  }
+  return centroids_m;
+}
+
+template <class Number>
+std::vector<Eigen::Vector3d> subsample_by_rank(std::span<const Eigen::Vector3d> points_m,
+                                               double leaf_m, const Extent& extent) {
+  RankedArray<Number> ranked = make_ranked<Number>(points_m.size());
+  std::size_t count = 0;
+  for_runs(points_m, leaf_m, [&](std::span<const CellRun> runs) {
+    for (const CellRun& run : runs) {
+      ranked[count++] = {static_cast<Number>(rank_of(run.key, extent)), run.begin, run.count};
+    }
+    return true;
+  });
+  sort_by_rank(count, extent.bits, ranked);
+  return centroids_of(points_m, std::span<const Ranked<Number>>(ranked.get(), count));
+}
+
+// Where no number holds a key: runs sorted by their keys, ranks counted.
+std::vector<Eigen::Vector3d> subsample_by_comparing(std::span<const Eigen::Vector3d> points_m,
+                                                    double leaf_m) {
+  std::vector<CellRun> all;
+  for_runs(points_m, leaf_m, [&](std::span<const CellRun> runs) {
+    all.insert(all.end(), runs.begin(), runs.end());
+    return true;
+  });
+  std::ranges::stable_sort(all, {}, &CellRun::key);
+  std::vector<Ranked<std::uint32_t>> ranked;
+  std::uint32_t rank = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i > 0 && all[i].key != all[i - 1].key) ++rank;
+    ranked.push_back({rank, all[i].begin, all[i].count});
+  }
+  return centroids_of(points_m, std::span<const Ranked<std::uint32_t>>(ranked));
+}
+
+// Two ways to the same bits, since either adds the points of a voxel in their order. Where few points
+// share a voxel, sorting all runs costs less than a table of voxels that fits no cache.
+std::vector<Eigen::Vector3d> subsample_by_sorting(std::span<const Eigen::Vector3d> points_m,
+                                                  double leaf_m) {
+  const Extent extent = extent_of(points_m, leaf_m);
+  if (extent.bits > 64) return subsample_by_comparing(points_m, leaf_m);
+  if (extent.bits > 32) return subsample_by_rank<std::uint64_t>(points_m, leaf_m, extent);
+  return subsample_by_rank<std::uint32_t>(points_m, leaf_m, extent);
+}
+
+// Numbers of keys, ascending by key. All keys differ.
+std::vector<std::uint32_t> order_of(std::span<const CellKey> keys) {
+  std::vector<std::uint32_t> order(keys.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const Extent extent = extent_of(keys);
+  if (extent.bits > 64) {
+    std::ranges::sort(order, {}, [&](std::uint32_t number) { return keys[number]; });
+    return order;
+  }
+  RankedArray<std::uint64_t> ranked = make_ranked<std::uint64_t>(keys.size());
+  for (const std::uint32_t number : order) {
+    ranked[number] = {rank_of(keys[number], extent), number, 1};
+  }
+  sort_by_rank(keys.size(), extent.bits, ranked);
+  for (std::size_t i = 0; i < keys.size(); ++i) order[i] = ranked[i].begin;
+  return order;
+}
+
+// Nothing where the first points already say that sorting is cheaper.
+std::optional<std::vector<Eigen::Vector3d>> subsample_by_hash(
+    std::span<const Eigen::Vector3d> points_m, double leaf_m) {
+  constexpr std::size_t kTrial = 1 << 17;  // points; about a scan
+  CellTable<Voxel> voxels;
+  std::size_t run_count = 0;
+  bool is_sparse = false;
+  for_runs(points_m, leaf_m, [&](std::span<const CellRun> runs) {
+    voxels.add(runs, [&](Voxel& voxel, const CellRun& run) {
+      voxel.add(points_m.subspan(run.begin, run.count));
+    });
+    run_count += runs.size();
+    const bool is_trial_over = runs.back().begin + runs.back().count == kTrial;
+    is_sparse = is_trial_over && 4 * voxels.keys().size() > 3 * run_count;
+    return !is_sparse;
+  });
+  if (is_sparse) return std::nullopt;
+  std::vector<Eigen::Vector3d> centroids_m;
+  centroids_m.reserve(voxels.keys().size());
+  for (const std::uint32_t voxel : order_of(voxels.keys())) {
+    centroids_m.push_back(voxels.sums()[voxel].centroid_m());
+  }
+  return centroids_m;
 }
 
 }  // namespace
@@ -178,29 +255,13 @@ std::vector<Eigen::Vector3d> crop(std::span<const Eigen::Vector3d> points_m, dou
 
 std::vector<Eigen::Vector3d> voxel_subsample(std::span<const Eigen::Vector3d> points_m,
                                              double leaf_m) {
-  constexpr std::size_t kBlock = 32;
-  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
-  std::array<std::int64_t, 3 * kBlock> numbers{};
-  VoxelTable table;
-  for (std::size_t first = 0; first < points_m.size(); first += kBlock) {
-    const std::size_t count = std::min(kBlock, points_m.size() - first);
-    number_voxels(points_m[first].data(), 3 * count, leaf_m, numbers.data());
-    for (std::size_t i = 0; i < count; ++i) {
-      Voxel& voxel = table.at({static_cast<std::int32_t>(numbers[3 * i]),
-                               static_cast<std::int32_t>(numbers[3 * i + 1]),
-                               static_cast<std::int32_t>(numbers[3 * i + 2])});
-      ++voxel.count;
-      voxel.sum_m += points_m[first + i];
-    }
+  constexpr std::size_t kFewPoints = 1 << 18;
+  if (points_m.empty()) return {};
+  if (points_m.size() > kFewPoints) {
+    std::optional<std::vector<Eigen::Vector3d>> centroids_m = subsample_by_hash(points_m, leaf_m);
+    if (centroids_m) return std::move(*centroids_m);
   }
-  const std::vector<Voxel> voxels = table.take();
-  std::vector<Eigen::Vector3d> centroids_m;
-  centroids_m.reserve(voxels.size());
-  for (const Rank& rank : order_of(voxels)) {
-    const Voxel& voxel = voxels[rank.voxel];
-    centroids_m.push_back(voxel.sum_m / static_cast<double>(voxel.count));
-  }
-  return centroids_m;
+  return subsample_by_sorting(points_m, leaf_m);
 }
 
 }  // namespace sightline

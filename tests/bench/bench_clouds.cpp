@@ -76,10 +76,12 @@ std::vector<Eigen::Vector3d> street_scan(std::uint64_t seed) {
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> street_scan_points() { return street_scan(1000); }
+
 BenchClouds street_clouds() {
   BenchClouds clouds;
   clouds.name = "drawn street";
-  clouds.scan_points_m = street_scan(1000);
+  clouds.scan_points_m = street_scan_points();
   for (std::uint64_t scan = 0; scan < 77; ++scan) {
     // Neither ground nor walls at the face of a cell.
     const Eigen::Vector3d place_m(0.9 * static_cast<double>(scan), 0.0, 2.1);

@@ -64,4 +64,10 @@ std::size_t load_with_pcl(const std::string& path) {
   return pcl::io::loadPCDFile(path, cloud) == 0 ? cloud.size() : 0;
 }
 
+void compress_with_pcl(const std::string& from, const std::string& to) {
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  pcl::io::loadPCDFile(from, cloud);
+  pcl::io::savePCDFileBinaryCompressed(to, cloud);
+}
+
 }  // namespace sightline

@@ -30,4 +30,7 @@ class PclCloud {
 // pcl::io::loadPCDFile: the number of points, 0 where it cannot be read.
 std::size_t load_with_pcl(const std::string& path);
 
+// The same points as binary_compressed.
+void compress_with_pcl(const std::string& from, const std::string& to);
+
 }  // namespace sightline

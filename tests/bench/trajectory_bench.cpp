@@ -96,15 +96,13 @@ TrajectoryError error_of(const std::vector<Pose>& found, const std::vector<Pose>
 double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 int run_one(const BenchOptions& options, std::uint64_t seed) {
-  const Result<town::Town> made =
-      town::make_town({seed, options.length_m, !options.is_straight});
+  const Result<town::Town> made = town::make_town({seed, options.length_m, !options.is_straight});
   const Result<SensorProfile> sensor = town::town_sensor(options.beams);
   if (!made || !sensor) return 1;
   town::DriveOptions drive_options = town::usual_drive(made->options, 0, *sensor);
   drive_options.length_m = options.length_m + (options.is_straight ? 0.0 : options.overlap_m);
   drive_options.spacing_m = options.spacing_m;
-  const Result<town::DriveSimulator> simulator =
-      town::DriveSimulator::make(*made, drive_options);
+  const Result<town::DriveSimulator> simulator = town::DriveSimulator::make(*made, drive_options);
   if (!simulator) return 1;
   const std::vector<Pose>& truth = simulator->T_town_vehicle();
   Drive drive = town::recorded(*simulator, "town", truth, 2);
@@ -134,21 +132,23 @@ int run_one(const BenchOptions& options, std::uint64_t seed) {
     for (const TrajectoryPose& pose : trajectory->poses) found.push_back(pose.T_map_vehicle);
     const TrajectoryError error = error_of(found, truth);
     const double way_m = drive_options.length_m;
-    std::printf("%4d %-9s %6.0f m %5zu scans | rmse %6.3f (z %6.3f) max %6.3f | end %6.3f m %6.3f %% |"
-                " loops %3u | cpu %5.1f s wall %5.1f s = %4.2f x real time\n",
-                static_cast<int>(seed), kind.c_str(), way_m, truth.size(), error.rmse_m,
-                error.rmse_z_m, error.largest_m, error.end_to_end_m,
-                100.0 * error.end_to_end_m / way_m, trajectory->loop_edges, took_s, wall_s,
-                0.1 * static_cast<double>(truth.size()) / wall_s);
+    std::printf(
+        "%4d %-9s %6.0f m %5zu scans | rmse %6.3f (z %6.3f) max %6.3f | end %6.3f m %6.3f %% |"
+        " loops %3u | cpu %5.1f s wall %5.1f s = %4.2f x real time\n",
+        static_cast<int>(seed), kind.c_str(), way_m, truth.size(), error.rmse_m, error.rmse_z_m,
+        error.largest_m, error.end_to_end_m, 100.0 * error.end_to_end_m / way_m,
+        trajectory->loop_edges, took_s, wall_s, 0.1 * static_cast<double>(truth.size()) / wall_s);
     std::fflush(stdout);
     if (!options.dump.empty()) {
       std::FILE* file = std::fopen(options.dump.c_str(), "w");
       for (std::size_t i = 0; i < truth.size(); ++i) {
         const Eigen::Vector3d a = found[i].translation();
         const Eigen::Vector3d b = truth[i].translation();
-        const Eigen::AngleAxisd r(truth[0].linear() * found[0].linear().transpose() * found[i].linear()*truth[i].linear().transpose());
+        const Eigen::AngleAxisd r(truth[0].linear() * found[0].linear().transpose() *
+                                  found[i].linear() * truth[i].linear().transpose());
         const Eigen::Vector3d w = 57.29578 * r.angle() * r.axis();
-        std::fprintf(file, "%f %f %f %f %f %f %f %f %f\n", a.x(), a.y(), a.z(), b.x(), b.y(), b.z(), w.x(), w.y(), w.z());
+        std::fprintf(file, "%f %f %f %f %f %f %f %f %f\n", a.x(), a.y(), a.z(), b.x(), b.y(), b.z(),
+                     w.x(), w.y(), w.z());
       }
       std::fclose(file);
     }

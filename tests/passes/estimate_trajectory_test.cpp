@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tests/support/box_world.h"
 
@@ -89,6 +90,83 @@ TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
   ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
   EXPECT_EQ(trajectory->source, PoseSource::kRefined);
   EXPECT_EQ(trajectory->prior_edges, 7u);
+  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
+}
+
+// The same poses where nobody asked for refinement.
+TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowed) {
+  TestDrive test = street_drive(3, 7, 0.69);
+  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
+    Pose given = test.truth.poses[i].T_map_vehicle;
+    given.translation() *= 0.86 / 0.69;
+    test.drive.scans[i].T_world_vehicle = given;
+  }
+  std::string warning;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warning = message; };
+  EstimateTrajectoryOptions options;
+  Result<Trajectory> trajectory = estimate_trajectory(ctx, options, test.drive);
+  ASSERT_TRUE(trajectory.has_value());
+  EXPECT_EQ(trajectory->source, PoseSource::kGiven);
+  EXPECT_NE(warning.find("scans 0 to 6: given poses move 5.1"), std::string::npos) << warning;
+  EXPECT_NE(warning.find("the scans show 4.1"), std::string::npos) << warning;
+  options.bad_poses = "repair";
+  trajectory = estimate_trajectory(ctx, options, test.drive);
+  ASSERT_TRUE(trajectory.has_value());
+  EXPECT_EQ(trajectory->source, PoseSource::kRefined);
+  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
+  options.bad_poses = "refuse";
+  trajectory = estimate_trajectory(ctx, options, test.drive);
+  ASSERT_FALSE(trajectory.has_value());
+  EXPECT_EQ(trajectory.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(trajectory.error().place, "scan 0");
+}
+
+TEST(EstimateTrajectory, SaysNothingOfGivenPosesThatAreRight) {
+  TestDrive test = street_drive(7, 6, 0.9);
+  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
+    test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
+  }
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { ADD_FAILURE() << message; };
+  EXPECT_TRUE(estimate_trajectory(ctx, {}, test.drive).has_value());
+}
+
+// As when a receiver is silent between houses.
+TEST(EstimateTrajectory, BridgesAStretchWithoutGivenPosesAndSaysHowWellPosesAreKnown) {
+  TestDrive test = street_drive(8, 9, 1.0);
+  for (const std::size_t i : {0, 1, 2, 7, 8}) {
+    test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
+  }
+  const Result<Trajectory> trajectory = run(test.drive, "auto");
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  EXPECT_EQ(trajectory->source, PoseSource::kRefined);
+  EXPECT_EQ(trajectory->prior_edges, 5u);
+  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.05);
+  EXPECT_TRUE(validate(*trajectory).has_value());
+  for (const TrajectoryPose& pose : trajectory->poses) {
+    EXPECT_GT(pose.covariance.diagonal().minCoeff(), 0.0);
+    EXPECT_LT(std::sqrt(pose.covariance(0, 0)), 1.0);
+  }
+}
+
+// The second sensor looks backwards from another place in the vehicle.
+TEST(EstimateTrajectory, TakesScansOfSeveralSensors) {
+  TestDrive test = street_drive(2, 8, 1.0);
+  SensorProfile other = test.drive.sensor;
+  other.T_vehicle_lidar = other.T_vehicle_lidar * pose_at(-1.0, 0.3, std::numbers::pi);
+  test.drive.other_sensors = {other};
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 8; ++i) {
+    scans.push_back(*test.drive.store->read(i));
+    if (i % 2 == 0) continue;
+    test.drive.scans[i].sensor_index = 1;
+    const Pose T_other_first = other.T_vehicle_lidar.inverse() * test.drive.sensor.T_vehicle_lidar;
+    for (Eigen::Vector3d& point_m : scans[i].points_m) point_m = T_other_first * point_m;
+  }
+  test.drive.store = memory_scan_store(scans);
+  const Result<Trajectory> trajectory = run(test.drive, "estimate");
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
   EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
 }
 

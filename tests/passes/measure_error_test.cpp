@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <optional>
+#include <span>
 
 #include "passes/build_ndt.h"
 #include "tests/passes/matching/random_scene.h"
@@ -198,6 +202,79 @@ TEST(MeasureError, UsesOnlyTheSelectedScans) {
   const Result<MeasuredError> measured = measure(world, options);
   ASSERT_TRUE(measured.has_value());
   for (const std::int64_t scan : measured->scan_of_site) EXPECT_EQ(scan % 2, 1);
+}
+
+// Reads like another store until it has read so often.
+class LimitedStore : public ScanStore {
+ public:
+  LimitedStore(std::shared_ptr<const ScanStore> store, int limit)
+      : store_(std::move(store)), left_(limit) {}
+  Result<Scan> read(std::size_t index) const override {
+    if (left_-- <= 0) return Error{ErrorCode::kTruncatedScan, "interrupted", "", ""};
+    return store_->read(index);
+  }
+  [[nodiscard]] int left() const { return left_; }
+
+ private:
+  std::shared_ptr<const ScanStore> store_;
+  mutable std::atomic<int> left_;
+};
+
+TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
+  World world = make_world();
+  for (std::size_t i = 9; i < 40; ++i) world.sites.sites.push_back(world.sites.sites[i % 9]);
+  const auto bytes_of = [](MeasuredError measured) {
+    for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    return to_bytes(measured);
+  };
+  MeasureErrorOptions options = two_ranges();
+  options.reference = "known";
+  options.ranges_m = {6.0};
+  const std::vector<std::byte> expected = bytes_of(*measure(world, options));
+  std::map<std::size_t, std::vector<std::byte>> parts;
+  PassContext ctx;
+  ctx.saved_part = [&](std::size_t part) -> std::optional<std::vector<std::byte>> {
+    return parts.contains(part) ? std::optional(parts[part]) : std::nullopt;
+  };
+  ctx.part_sink = [&](std::size_t part, std::span<const std::byte> bytes) {
+    parts[part].assign(bytes.begin(), bytes.end());
+  };
+  const auto run = [&](int reads) {
+    const auto store = std::make_shared<LimitedStore>(world.drive.store, reads);
+    Drive drive = world.drive;
+    drive.store = store;
+    const Result<MeasuredError> measured =
+        measure_error(ctx, options, drive, world.trajectory, world.map, world.sites);
+    return std::make_pair(measured, store->left());
+  };
+  EXPECT_FALSE(run(38).first.has_value());
+  EXPECT_EQ(parts.size(), 2u) << "two parts of 16 sites are done, the third of 8 is not";
+  const auto [resumed, left] = run(100);
+  ASSERT_TRUE(resumed.has_value());
+  EXPECT_EQ(left, 92) << "only the third part was measured anew";
+  EXPECT_EQ(bytes_of(*resumed), expected);
+  parts[1][parts[1].size() / 2] ^= std::byte{1};
+  const auto [repaired, left_after] = run(100);
+  ASSERT_TRUE(repaired.has_value());
+  EXPECT_EQ(left_after, 84) << "a damaged part is measured anew";
+  EXPECT_EQ(bytes_of(*repaired), expected);
+}
+
+TEST(MeasureError, TheAnnealedLocalizerEndsNearerFromTheSameStarts) {
+  const World world = make_world();
+  MeasureErrorOptions options = two_ranges();
+  options.reference = "known";
+  const Result<MeasuredError> plain = measure(world, options);
+  options.localizer = "annealed";
+  const Result<MeasuredError> annealed = measure(world, options);
+  ASSERT_TRUE(plain.has_value() && annealed.has_value());
+  double plain_m = 0.0;
+  double annealed_m = 0.0;
+  for (std::size_t i = 0; i < plain->rows.size(); ++i) {
+    plain_m += plain->rows[i].mean_m;
+    annealed_m += annealed->rows[i].mean_m;
+  }
+  EXPECT_LT(annealed_m, plain_m);
 }
 
 void expect_refused(const World& world, ErrorCode code) {
