@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "compiler/base/check.h"
 #include "compiler/base/parallel.h"
@@ -93,11 +92,11 @@ void take_runs(std::span<const Eigen::Vector3d> points_m, double cell_m, std::si
   }
 }
 
-// Nothing where the grid cannot hold a point.
-std::optional<std::vector<NdtCells>> add_points(std::span<const Eigen::Vector3d> points_m,
-                                                 double cell_m, int threads) {
+// Adds to the parts of the map, made where there are none. False where the grid cannot hold a point.
+bool add_points(std::span<const Eigen::Vector3d> points_m, double cell_m, int threads,
+                std::vector<NdtCells>& parts) {
   const Cut cut = cut_for(threads);
-  std::vector<NdtCells> parts(cut.part_count);
+  if (parts.empty()) parts.resize(cut.part_count);
   std::vector<ChunkRuns> chunks(cut.chunk_count);
   const std::size_t window_size = cut.chunk_count * cut.chunk_size;
   for (std::size_t first = 0; first < points_m.size(); first += window_size) {
@@ -110,14 +109,14 @@ std::optional<std::vector<NdtCells>> add_points(std::span<const Eigen::Vector3d>
     parallel_for(used, threads, [&](std::size_t chunk) {
       take_runs(points_of(chunk), cell_m, cut.part_count, chunks[chunk]);
     });
-    if (!std::ranges::all_of(chunks, &ChunkRuns::all_inside)) return std::nullopt;
+    if (!std::ranges::all_of(chunks, &ChunkRuns::all_inside)) return false;
     parallel_for(cut.part_count, threads, [&](std::size_t part) {
       for (std::size_t chunk = 0; chunk < used; ++chunk) {
         add_runs(points_of(chunk), chunks[chunk].of_part(part), cell_m, parts[part]);
       }
     });
   }
-  return parts;
+  return true;
 }
 
 // A cell of enough points, and its place in the order of NDs.
@@ -161,19 +160,57 @@ std::vector<Nd> nds_of(const std::vector<FullCell>& cells, double cell_m, int th
   return nds;
 }
 
-// Nothing where the grid cannot hold a point.
-std::optional<NdtMap> build(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,
-                            const BuildNdtOptions& options, int threads) {
-  const auto parts = add_points(points_m, options.cell_m, threads);
-  if (!parts) return std::nullopt;
+// The map of `point_count` points that were added.
+NdtMap map_of(const std::vector<NdtCells>& parts, std::uint64_t point_count,
+              const BuildNdtOptions& options, int threads) {
   NdtMap map;
-  map.frame = frame;
   map.cell_m = options.cell_m;
   map.tile_m = options.tile_m;
-  map.point_count = points_m.size();
-  map.nds = nds_of(full_cells(*parts, options, map.sparse_cell_count), options.cell_m, threads);
+  map.point_count = point_count;
+  map.nds = nds_of(full_cells(parts, options, map.sparse_cell_count), options.cell_m, threads);
   map.degenerate_cell_count = std::erase_if(
       map.nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
+  return map;
+}
+
+// The points of parts [first, end) of the drive, in their order. Errors: what reading says.
+Result<std::vector<Eigen::Vector3d>> read_scans(const SurfacePointReader& reader, std::size_t first,
+                                                std::size_t end, int threads) {
+  using Points = Result<std::vector<Eigen::Vector3d>>;
+  std::vector<Points> scans(end - first, Points(std::vector<Eigen::Vector3d>()));
+  parallel_for(scans.size(), threads, [&](std::size_t i) { scans[i] = reader.standing(first + i); });
+  std::vector<Eigen::Vector3d> points_m;
+  for (const Points& scan : scans) {
+    if (!scan) return scan.error();
+    points_m.insert(points_m.end(), scan->begin(), scan->end());
+  }
+  return points_m;
+}
+
+// A few scans in memory at a time. Errors: what reading says, invalid-artifact.
+Result<NdtMap> map_of_scans(PassContext& ctx, const BuildNdtOptions& options,
+                            const SurfacePoints& points) {
+  constexpr std::size_t kScansAtOnce = 16;
+  const SurfacePointReader reader(points);
+  std::vector<NdtCells> parts;
+  std::uint64_t count = 0;
+  for (std::size_t first = 0; first < reader.part_count(); first += kScansAtOnce) {
+    const std::size_t end = std::min(first + kScansAtOnce, reader.part_count());
+    const Result<std::vector<Eigen::Vector3d>> scans_m =
+        read_scans(reader, first, end, ctx.threads);
+    if (!scans_m) return scans_m.error();
+    if (!add_points(*scans_m, options.cell_m, ctx.threads, parts)) {
+      const std::uint64_t outside = count + first_outside(*scans_m, options.cell_m);
+      return Error{ErrorCode::kInvalidArtifact,
+                   "surface point " + std::to_string(outside) +
+                       " is not finite or lies more than 2^30 cells from the origin",
+                   "", "pass build-ndt"};
+    }
+    count += scans_m->size();
+    ctx.progress(end, reader.part_count());
+  }
+  NdtMap map = map_of(parts, count, options, ctx.threads);
+  map.frame = points.frame;
   return map;
 }
 
@@ -196,9 +233,12 @@ std::vector<OptionField> option_fields(BuildNdtOptions& options) {
 NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,
                        const BuildNdtOptions& options, int threads) {
   SIGHTLINE_CHECK(is_tiling(options.cell_m, options.tile_m));
-  std::optional<NdtMap> map = build(points_m, frame, options, threads);
-  SIGHTLINE_CHECK(map.has_value());
-  return std::move(*map);
+  std::vector<NdtCells> parts;
+  const bool is_inside = add_points(points_m, options.cell_m, threads, parts);
+  SIGHTLINE_CHECK(is_inside);
+  NdtMap map = map_of(parts, points_m.size(), options, threads);
+  map.frame = frame;
+  return map;
 }
 
 Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
@@ -209,13 +249,8 @@ Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                      ", expected a multiple of cell_m " + std::to_string(options.cell_m),
                  "", "pass build-ndt"};
   }
-  std::optional<NdtMap> map = build(points.points_m, points.frame, options, ctx.threads);
-  if (!map) {
-    return Error{ErrorCode::kInvalidArtifact,
-                 "surface point " + std::to_string(first_outside(points.points_m, options.cell_m)) +
-                     " is not finite or lies more than 2^30 cells from the origin",
-                 "", "pass build-ndt"};
-  }
+  Result<NdtMap> map = map_of_scans(ctx, options, points);
+  if (!map) return map;
   if (map->nds.empty()) {
     return Error{ErrorCode::kEmptyMap,
                  "none of " +
@@ -225,7 +260,7 @@ Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                  "", "pass build-ndt"};
   }
   warn_of_invalid_cells(ctx, *map, options.min_points);
-  return std::move(*map);
+  return map;
 }
 
 }  // namespace sightline

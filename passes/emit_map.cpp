@@ -83,7 +83,9 @@ std::vector<OptionField> option_fields(EmitMapOptions& options) {
           choice("mapping_scans", options.mapping_scans, "scans that made the map",
                  {"all", "even", "odd"}),
           choice("localization_scans", options.localization_scans,
-                 "scans that were matched against it", {"all", "even", "odd"})};
+                 "scans that were matched against it", {"all", "even", "odd"}),
+          flag("has_factors", options.has_factors,
+               "keep the map factors, which inspect --site explains a choice with")};
 }
 
 Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
@@ -107,6 +109,7 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   map.measurement = card_of(options, inputs);
   map.definitions = definitions();
   map.model = record_of(inputs.model);
+  if (options.has_factors) map.factors = inputs.factors;
   map.quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
   if (!valid) {

@@ -9,6 +9,7 @@
 #include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/error_model.h"
+#include "formats/factor_table.h"
 #include "formats/map/compiled_map.h"
 #include "formats/measured_error.h"
 #include "formats/ndt_map.h"
@@ -18,7 +19,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEmitMapVersion = 1;
+inline constexpr std::uint32_t kEmitMapVersion = 2;
 
 struct EmitMapOptions {
   std::string map_id;                 // empty: made of the mapping drive's content
@@ -27,6 +28,7 @@ struct EmitMapOptions {
   double reach_m = 10.0;              // a site farther away than this says nothing about a position
   std::string mapping_scans = "all";  // what the other passes were told: all, even, odd
   std::string localization_scans = "all";
+  bool has_factors = true;  // for engineers; no vehicle needs them
 };
 std::vector<OptionField> option_fields(EmitMapOptions& options);
 
@@ -39,6 +41,7 @@ struct EmitMapInputs {
   const RangeTable& ranges;
   const MeasuredError& measured;
   const ErrorModel& model;
+  const FactorTable& factors;
 };
 
 // Joins what the passes before it made into the map that is written to a file (encode_map). The

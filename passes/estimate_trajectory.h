@@ -12,7 +12,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEstimateTrajectoryVersion = 2;
+inline constexpr std::uint32_t kEstimateTrajectoryVersion = 3;
 
 struct EstimateTrajectoryOptions {
   // auto: given poses as they are where every scan has one, refined where some have, estimated

@@ -17,16 +17,18 @@ namespace {
 
 constexpr double kCell_m = 1.0;
 // A plane's points may leave it by so much, its rest being rough or seen from wrong poses.
-constexpr double kThickest_m = 0.15;
+constexpr double kThickest_m = 0.08;
 // Ratio of the smallest to the middle eigenvalue: less is a plane.
-constexpr double kFlattest = 0.1;
+constexpr double kFlattest = 0.05;
+// Middle eigenvalue: what is narrower is a pole, a kerb or the reveal of a window.
+constexpr double kNarrowest_m2 = 0.02;
 constexpr double kLeastPoints = 10.0;
 // Range noise and roughness of streets: a plane is not trusted to more.
 constexpr double kNoise_m = 0.02;
 // Points of one scan in one cell share their errors: together they count as so many.
 constexpr double kMostOfAScan = 10.0;
 // A scan that sees the cell's surface this far off sees something else (Cauchy's weight).
-constexpr double kDoubted_m = 0.1;
+constexpr double kDoubted_m = 0.05;
 
 using Moments = Eigen::Matrix4d;
 using Matrix64 = Eigen::Matrix<double, 6, 4>;
@@ -99,7 +101,8 @@ Plane plane_of(const Moments& sum) {
   plane.axes = solver.eigenvectors();
   plane.variance_m2 = std::max(solver.eigenvalues()[0], 0.0);
   plane.is_plane = plane.variance_m2 <= kThickest_m * kThickest_m &&
-                   plane.variance_m2 <= kFlattest * solver.eigenvalues()[1];
+                   plane.variance_m2 <= kFlattest * solver.eigenvalues()[1] &&
+                   solver.eigenvalues()[1] >= kNarrowest_m2;
   return plane;
 }
 
@@ -119,11 +122,35 @@ struct Term {
   Matrix63 to_plane = Matrix63::Zero();  // B
 };
 
-void add_cell(const SeenCell& cell, std::span<const PlaneScan> scans, PlaneEquations& equations) {
-  if (cell.members.size() < 2) return;
+// Leaves only the scans that see the plane from the side that most points are seen from: what is
+// seen from the other side is the back of the thing. Taken for one, both would draw the way before
+// it and the way after it together.
+void keep_one_side(const Eigen::Vector3d& n, std::span<const PlaneScan> scans, SeenCell& cell) {
+  const auto is_ahead = [&](const Member& member) {
+    const Eigen::Vector3d seen_m = member.moments.block<3, 1>(1, 0) / member.moments(0, 0);
+    const Eigen::Vector3d origin_m =
+        scans[member.scan].T_map_lidar.translation() - centre_m(cell.key);
+    return n.dot(origin_m - seen_m) >= 0.0;
+  };
+  double balance = 0.0;
+  for (const Member& member : cell.members) {
+    balance += is_ahead(member) ? member.moments(0, 0) : -member.moments(0, 0);
+  }
+  std::erase_if(cell.members,
+                [&](const Member& member) { return is_ahead(member) != (balance >= 0.0); });
+}
+
+Moments sum_of(const SeenCell& cell) {
   Moments sum = Moments::Zero();
   for (const Member& member : cell.members) sum += member.moments;
-  const Plane plane = plane_of(sum);
+  return sum;
+}
+
+void add_cell(SeenCell cell, std::span<const PlaneScan> scans, PlaneEquations& equations) {
+  if (cell.members.size() < 2) return;
+  keep_one_side(plane_of(sum_of(cell)).axes.col(0), scans, cell);
+  if (cell.members.size() < 2) return;
+  const Plane plane = plane_of(sum_of(cell));
   if (!plane.is_plane) return;
   const Eigen::Vector3d n = plane.axes.col(0);
   Eigen::Vector4d residual;

@@ -13,23 +13,25 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kRemoveMovingVersion = 1;
+inline constexpr std::uint32_t kRemoveMovingVersion = 2;
 
 struct RemoveMovingOptions {
   bool enabled = true;          // false: every return within the sensor's range is kept
   double voxel_m = 0.2;         // edge of the voxels that stand or move as a whole
-  double carve_range_m = 30.0;  // a ray tells nothing farther from the sensor than this
+  double carve_range_m = 60.0;  // a ray tells nothing farther from the sensor than this
   std::string scans = "all";    // all, even, odd
 };
 std::vector<OptionField> option_fields(RemoveMovingOptions& options);
 
 // The returns of the chosen scans within the sensor's minimum and maximum range, in the
-// trajectory's frame, parted into what stood still and what moved. A voxel moved when the rays of
-// other scans pass through its points more often than its own returns can answer for, by the sensor
-// model of OctoMap (Hornung et al., Autonomous Robots 34, 2013): log odds of hits and misses, each
-// counted once a scan, below even. Ground is never carved by rays that end on it. Errors:
-// mismatched-inputs (the trajectory is not of this drive), drive-too-short (no scan chosen),
-// empty-map (no return within range), and what reading a scan says.
+// trajectory's frame, without what moved. A voxel moved when other scans look through its points
+// more often than its own returns can answer for, by the sensor model of OctoMap (Hornung et al.,
+// Autonomous Robots 34, 2013): log odds of hits and misses, each counted once a scan, below even.
+// Edges of what stands stay, weakly seen parts of what moved go with it, and ground stays unless
+// rays pass below it. Works tile by tile and scan by scan: memory does not grow with the drive, and
+// the result refers to the drive's scans instead of holding them. Errors: mismatched-inputs (the
+// trajectory is not of this drive), drive-too-short (no scan chosen), empty-map (no return within
+// range), and what reading a scan says.
 Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
 

@@ -4,7 +4,8 @@
 #include <octomap/OcTreeBaseImpl.h>
 #include <octomap/OcTreeDataNode.h>
 
-#include <cmath>
+#include <array>
+#include <cstdlib>
 
 namespace sightline {
 namespace {
@@ -17,8 +18,8 @@ using NumberTreeBase = octomap::OcTreeBaseImpl<NumberNode, octomap::AbstractOcTr
 
 class NumberTree : public NumberTreeBase {
  public:
-  explicit NumberTree(double voxel_m) : NumberTreeBase(voxel_m) {}
-  [[nodiscard]] NumberTree* create() const override { return new NumberTree(resolution); }
+  NumberTree() : NumberTreeBase(1.0) {}
+  [[nodiscard]] NumberTree* create() const override { return new NumberTree; }
   [[nodiscard]] std::string getTreeType() const override { return "NumberTree"; }
 
   // The leaf at `key`, made with `number` where there is none.
@@ -45,68 +46,46 @@ class NumberTree : public NumberTreeBase {
 
 struct VoxelIndex::Tree {
   NumberTree octree;
-  Eigen::Vector3d centre_m;  // a multiple of the voxel's edge
+  CellKey centre;
   std::uint32_t count = 0;
 
-  Tree(double voxel_m, const Eigen::Vector3d& near_m) : octree(voxel_m) {
-    for (int axis = 0; axis < 3; ++axis) {
-      centre_m[axis] = std::floor(near_m[axis] / voxel_m) * voxel_m;
+  // Whether the octree can hold the voxel, and its key there.
+  [[nodiscard]] bool key_of(const CellKey& key, octomap::OcTreeKey& found) const {
+    constexpr std::int64_t kReach = 32767;
+    const std::array<std::int64_t, 3> offset = {std::int64_t{key.x} - centre.x,
+                                                std::int64_t{key.y} - centre.y,
+                                                std::int64_t{key.z} - centre.z};
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      if (std::abs(offset[axis]) > kReach) return false;
+      found[axis] = static_cast<octomap::key_type>(offset[axis] + kReach + 1);
     }
-  }
-  [[nodiscard]] octomap::point3d local(const Eigen::Vector3d& point_m) const {
-    const Eigen::Vector3f offset = (point_m - centre_m).cast<float>();
-    return {offset.x(), offset.y(), offset.z()};
+    return true;
   }
 };
 
-VoxelIndex::VoxelIndex(double voxel_m, const Eigen::Vector3d& centre_m)
-    : tree_(std::make_unique<Tree>(voxel_m, centre_m)) {}
+VoxelIndex::VoxelIndex(const CellKey& centre) : tree_(std::make_unique<Tree>()) {
+  tree_->centre = centre;
+}
 VoxelIndex::~VoxelIndex() = default;
 VoxelIndex::VoxelIndex(VoxelIndex&&) noexcept = default;
 VoxelIndex& VoxelIndex::operator=(VoxelIndex&&) noexcept = default;
 
-std::uint32_t VoxelIndex::insert(const Eigen::Vector3d& point_m) {
-  octomap::OcTreeKey key;
-  if (!tree_->octree.coordToKeyChecked(tree_->local(point_m), key)) return kNone;
+std::uint32_t VoxelIndex::insert(const CellKey& key) {
+  octomap::OcTreeKey found;
+  if (!tree_->key_of(key, found)) return kNone;
   bool is_new = false;
-  const NumberNode* node = tree_->octree.leaf(key, tree_->count, is_new);
+  const NumberNode* node = tree_->octree.leaf(found, tree_->count, is_new);
   if (is_new) ++tree_->count;
   return node->getValue();
 }
 
-std::uint32_t VoxelIndex::find(const Eigen::Vector3d& point_m) const {
-  octomap::OcTreeKey key;
-  if (!tree_->octree.coordToKeyChecked(tree_->local(point_m), key)) return kNone;
-  const NumberNode* node = tree_->octree.search(key);
+std::uint32_t VoxelIndex::find(const CellKey& key) const {
+  octomap::OcTreeKey found;
+  if (!tree_->key_of(key, found)) return kNone;
+  const NumberNode* node = tree_->octree.search(found);
   return node == nullptr ? kNone : node->getValue();
 }
 
 std::size_t VoxelIndex::size() const { return tree_->count; }
-
-struct RayWalk::Scratch {
-  const VoxelIndex::Tree& tree;
-  octomap::KeyRay keys;
-  std::vector<std::uint32_t> found;
-};
-
-RayWalk::RayWalk(const VoxelIndex& voxels)
-    : scratch_(std::make_unique<Scratch>(Scratch{*voxels.tree_, {}, {}})) {}
-RayWalk::~RayWalk() = default;
-RayWalk::RayWalk(RayWalk&&) noexcept = default;
-RayWalk& RayWalk::operator=(RayWalk&&) noexcept = default;
-
-const std::vector<std::uint32_t>& RayWalk::along(const Eigen::Vector3d& from_m,
-                                                 const Eigen::Vector3d& to_m) {
-  const VoxelIndex::Tree& tree = scratch_->tree;
-  scratch_->found.clear();
-  if (!tree.octree.computeRayKeys(tree.local(from_m), tree.local(to_m), scratch_->keys)) {
-    return scratch_->found;
-  }
-  for (const octomap::OcTreeKey& key : scratch_->keys) {
-    const NumberNode* node = tree.octree.search(key);
-    if (node != nullptr) scratch_->found.push_back(node->getValue());
-  }
-  return scratch_->found;
-}
 
 }  // namespace sightline

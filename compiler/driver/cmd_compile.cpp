@@ -10,6 +10,7 @@
 #include "compiler/driver/run_flags.h"
 #include "formats/evaluation.h"
 #include "formats/map/map_writer.h"
+#include "passes/factors/factor_report.h"
 
 namespace sightline {
 namespace {
@@ -69,6 +70,10 @@ Result<void> compile(const CompileFlags& flags) {
   if (!written) return written;
   if (!flags.run.is_quiet) {
     std::fputs(to_text(artifacts.get<Evaluation>("evaluation")).c_str(), stdout);
+    const Result<FactorReport> report = factor_report(
+        artifacts.get<FactorTable>("factor-table"), artifacts.get<MeasuredError>("measured-error"));
+    if (!report) return report.error();
+    std::fputs(("\n" + to_text(*report)).c_str(), stdout);
   }
   return {};
 }

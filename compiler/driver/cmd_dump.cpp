@@ -7,6 +7,7 @@
 #include "compiler/base/atomic_file.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
+#include "compiler/driver/dump_picture.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
 #include "formats/map/map_reader.h"
@@ -19,6 +20,7 @@ struct DumpFlags {
   std::string what;
   std::string format = "text";
   int site = -1;
+  std::string box;  // empty: everything
 };
 
 // What a table is called on the command line, and the artifact that holds it.
@@ -59,13 +61,12 @@ Result<Table> table_of_map(const DumpFlags& flags) {
 }
 
 // Runs the compile (from the cache where it can) up to the pass that makes the artifact.
-Result<Table> table_of_config(const DumpFlags& flags) {
+Result<ArtifactSet> artifacts_up_to(const std::string& artifact, const DumpFlags& flags) {
   const Result<CompileConfig> config =
       load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config.error();
-  const auto dumpable = std::ranges::find(kDumpables, flags.what, &Dumpable::what);
   const std::vector<PassStep> steps = compile_pipeline(*config);
-  const auto step = std::ranges::find(steps, dumpable->artifact, &PassStep::output);
+  const auto step = std::ranges::find(steps, artifact, &PassStep::output);
   SIGHTLINE_CHECK(step != steps.end());
   RunFlags run = flags.run;
   run.stop_after = step->name;
@@ -74,8 +75,43 @@ Result<Table> table_of_config(const DumpFlags& flags) {
   if (!provided) return provided.error();
   const Result<std::vector<StepReport>> reports = run_steps(steps, run, *config, artifacts);
   if (!reports) return reports.error();
-  const ArtifactSet::Entry& entry = artifacts.entry(step->output);
+  return artifacts;
+}
+
+std::string artifact_of(const std::string& what) {
+  return std::ranges::find(kDumpables, what, &Dumpable::what)->artifact;
+}
+
+Result<Table> table_of_config(const DumpFlags& flags) {
+  const std::string artifact = artifact_of(flags.what);
+  const Result<ArtifactSet> artifacts = artifacts_up_to(artifact, flags);
+  if (!artifacts) return artifacts.error();
+  const ArtifactSet::Entry& entry = artifacts->entry(artifact);
   return entry.type->print(entry.value.get());
+}
+
+Result<PictureSources> sources_of_config(const DumpFlags& flags) {
+  const bool is_depth = flags.what == "depth";
+  // Sites are made after NDs and before depth images.
+  const Result<ArtifactSet> artifacts = artifacts_up_to(is_depth ? "depth-images" : "sites", flags);
+  if (!artifacts) return artifacts.error();
+  PictureSources sources;
+  if (is_depth) {
+    sources.depth =
+        std::make_shared<const DepthImages>(artifacts->get<DepthImages>("depth-images"));
+  }
+  sources.ndt = std::make_shared<const NdtMap>(artifacts->get<NdtMap>("ndt-map"));
+  sources.sites = artifacts->get<Sites>("sites");
+  return sources;
+}
+
+Result<PictureSources> sources_of_map(const DumpFlags& flags) {
+  Result<CompiledMap> map = read_map(flags.run.config_file);
+  if (!map) return map.error();
+  PictureSources sources;
+  sources.ndt = std::make_shared<const NdtMap>(std::move(map->ndt));
+  sources.sites = std::move(map->sites);
+  return sources;
 }
 
 // An artifact file of the cache says itself what it is.
@@ -111,23 +147,78 @@ Result<void> keep_site(int site, Table& table) {
   return {};
 }
 
+enum class Target { kConfig, kMap, kArtifact };
+
+Target target_of(const DumpFlags& flags) {
+  const std::filesystem::path extension = std::filesystem::path(flags.run.config_file).extension();
+  if (extension == ".sla") return Target::kArtifact;
+  return extension == ".slmap" ? Target::kMap : Target::kConfig;
+}
+
+Result<void> dump_picture(const DumpFlags& flags) {
+  PictureWish wish;
+  wish.what = flags.what;
+  wish.format = flags.format == "svg" ? PictureFormat::kSvg : PictureFormat::kPng;
+  wish.site = flags.site;
+  if (!flags.box.empty()) {
+    const Result<MapBox> box = parse_box(flags.box);
+    if (!box) return box.error();
+    wish.box = *box;
+  }
+  if (target_of(flags) == Target::kArtifact || (wish.what != "depth" && wish.what != "nds")) {
+    return Error{ErrorCode::kBadArgument,
+                 "--format: only depth and nds of a configuration or a map can be drawn", "", ""};
+  }
+  const Result<PictureSources> sources =
+      target_of(flags) == Target::kMap ? sources_of_map(flags) : sources_of_config(flags);
+  if (!sources) return sources.error();
+  const Result<std::string> picture = draw_picture(wish, *sources);
+  if (!picture) return picture.error();
+  std::fwrite(picture->data(), 1, picture->size(), stdout);
+  return {};
+}
+
+Result<Table> table_of(const DumpFlags& flags) {
+  switch (target_of(flags)) {
+    case Target::kArtifact:
+      return table_of_artifact(flags);
+    case Target::kMap:
+      return table_of_map(flags);
+    case Target::kConfig:
+      return table_of_config(flags);
+  }
+  SIGHTLINE_CHECK(false);
+}
+
+// Keeps the NDs in a box.
+Result<void> keep_box(const std::string& text, Table& table) {
+  const Result<MapBox> box = parse_box(text);
+  if (!box) return box.error();
+  const auto x = std::ranges::find(table.columns, "mean_x_m") - table.columns.begin();
+  if (x == static_cast<long>(table.columns.size())) {
+    return Error{ErrorCode::kBadArgument, "--box: only nds lie in boxes", "", ""};
+  }
+  const auto column = static_cast<std::size_t>(x);
+  std::erase_if(table.rows, [&](const std::vector<Cell>& row) {
+    return !box->contains({std::get<double>(row[column]), std::get<double>(row[column + 1]), 0.0});
+  });
+  return {};
+}
+
 Result<void> run_dump(const DumpFlags& flags) {
-  const Result<TableFormat> format = parse_table_format(flags.format);
-  if (!format) return format.error();
-  const std::filesystem::path target = flags.run.config_file;
-  const bool is_artifact = target.extension() == ".sla";
-  if (!is_artifact && flags.what.empty()) {
+  if (target_of(flags) != Target::kArtifact && flags.what.empty()) {
     return Error{ErrorCode::kBadArgument, "--what is required for a map or a configuration", "",
                  ""};
   }
-  Result<Table> table = is_artifact                      ? table_of_artifact(flags)
-                        : target.extension() == ".slmap" ? table_of_map(flags)
-                                                         : table_of_config(flags);
+  if (flags.format == "png" || flags.format == "svg") return dump_picture(flags);
+  const Result<TableFormat> format = parse_table_format(flags.format);
+  if (!format) return format.error();
+  Result<Table> table = table_of(flags);
   if (!table) return table.error();
-  if (flags.site >= 0) {
-    const Result<void> kept = keep_site(flags.site, *table);
-    if (!kept) return kept;
-  }
+  Result<void> kept;
+  if (flags.site >= 0) kept = keep_site(flags.site, *table);
+  if (kept && !flags.box.empty()) kept = keep_box(flags.box, *table);
+  if (!kept) return kept;
   std::fputs(format_table(*table, *format).c_str(), stdout);
   return {};
 }
@@ -145,15 +236,20 @@ void add_dump_command(CLI::App& app, int& status) {
       "Examples:\n"
       "  sightline dump town.slmap --what ranges --format csv > ranges.csv\n"
       "  sightline dump town.yaml --what factors --site 40\n"
-      "  sightline dump town.yaml --what depth --site 40 --format json");
+      "  sightline dump town.yaml --what depth --site 40 --format png > seen_from_40.png\n"
+      "  sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg");
   add_run_flags(*command, flags->run);
   CLI::Option* target = command->get_option("config");
   target->description("A map (.slmap), a configuration (.yaml) or a cached artifact (.sla)");
   command->add_option("--what", flags->what, "The table to print")
       ->check(CLI::IsMember(dumpable_names()));
-  command->add_option("--format", flags->format, "csv, json or text")->capture_default_str();
+  command
+      ->add_option("--format", flags->format,
+                   "csv, json or text; png for depth; png or svg for nds")
+      ->capture_default_str();
   command->add_option("--site", flags->site, "Only the rows of this site")
       ->check(CLI::Range(0, INT32_MAX));
+  command->add_option("--box", flags->box, "Only NDs in x0,y0,x1,y1 (map coordinates, m)");
   command->callback([flags, &status] {
     const Result<void> dumped = run_dump(*flags);
     status = dumped ? 0 : report_error(dumped.error());

@@ -22,9 +22,10 @@ Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& option
                                   const Drive& mapping, const Drive& localization,
                                   const NdtMap& ndt, const Sites& sites,
                                   const PredictedError& predicted, const RangeTable& ranges,
-                                  const MeasuredError& measured, const ErrorModel& model) {
+                                  const MeasuredError& measured, const ErrorModel& model,
+                                  const FactorTable& factors) {
   return emit_map(ctx, options,
-                  {mapping, localization, ndt, sites, predicted, ranges, measured, model});
+                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors});
 }
 
 Result<void> provide_drive(const std::string& name, const RecordingOptions& options,
@@ -138,7 +139,7 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
                 {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
   add(make_step("emit-map", kEmitMapVersion, &emit_map_step, c.emit_map,
                 {"mapping/drive", drive, "ndt-map", "sites", "predicted-error", "range-table",
-                 "measured-error", "error-model"},
+                 "measured-error", "error-model", "factor-table"},
                 "compiled-map"));
   return steps;
 }

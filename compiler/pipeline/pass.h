@@ -72,6 +72,11 @@ struct PassStep {
   std::function<Result<std::shared_ptr<const void>>(
       PassContext&, const std::vector<std::shared_ptr<const void>>&)>
       run;
+  // Gives an output that was loaded from the cache back what lies outside it, from the inputs: a
+  // step has it where its output has reattach(Output&, const Inputs&...). Else empty.
+  std::function<std::shared_ptr<const void>(std::shared_ptr<const void> loaded,
+                                            const std::vector<std::shared_ptr<const void>>&)>
+      reattach;
 };
 
 namespace pipeline_detail {
@@ -96,6 +101,15 @@ Result<std::shared_ptr<const void>> call(Result<Output> (*pass)(PassContext&, co
   return std::shared_ptr<const void>(std::make_shared<const Output>(std::move(*output)));
 }
 
+template <class Output, class... Inputs, std::size_t... I>
+std::shared_ptr<const void> call_reattach(const void* loaded,
+                                          const std::vector<std::shared_ptr<const void>>& inputs,
+                                          std::index_sequence<I...>) {
+  Output output = *static_cast<const Output*>(loaded);
+  reattach(output, *static_cast<const Inputs*>(inputs[I].get())...);
+  return std::make_shared<const Output>(std::move(output));
+}
+
 }  // namespace pipeline_detail
 
 // The step that runs `pass`. `inputs` names as many artifacts as the signature takes.
@@ -117,6 +131,13 @@ PassStep make_step(std::string name, std::uint32_t version,
     return pipeline_detail::call<Output, Options, Inputs...>(pass, ctx, options, artifacts,
                                                              std::index_sequence_for<Inputs...>{});
   };
+  if constexpr (requires(Output& output, const Inputs&... inputs) { reattach(output, inputs...); }) {
+    step.reattach = [](std::shared_ptr<const void> loaded,
+                       const std::vector<std::shared_ptr<const void>>& artifacts) {
+      return pipeline_detail::call_reattach<Output, Inputs...>(
+          loaded.get(), artifacts, std::index_sequence_for<Inputs...>{});
+    };
+  }
   return step;
 }
 

@@ -136,12 +136,23 @@ class Runner {
   }
 
  private:
+  std::vector<std::shared_ptr<const void>> inputs_of(const PassStep& step) const {
+    std::vector<std::shared_ptr<const void>> inputs;
+    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+      const ArtifactSet::Entry& entry = artifacts_.entry(step.inputs[i]);
+      SIGHTLINE_CHECK(entry.type == step.input_types[i]);
+      inputs.push_back(entry.value);
+    }
+    return inputs;
+  }
+
   std::shared_ptr<const void> from_cache(const PassStep& step, const Digest& key,
                                          StepReport& report) const {
     if (!step.output_type->read) return nullptr;
     const std::optional<std::vector<std::byte>> bytes = cache_.load(step.name, key);
     if (!bytes) return nullptr;
     Result<std::shared_ptr<const void>> artifact = step.output_type->read(*bytes);
+    if (artifact && step.reattach) return step.reattach(*artifact, inputs_of(step));
     if (artifact) return *artifact;
     note(step, report, "a damaged cache file is not used: " + to_string(artifact.error()));
     return nullptr;
@@ -149,12 +160,7 @@ class Runner {
 
   Result<std::shared_ptr<const void>> make(const PassStep& step, const Digest& key,
                                            StepReport& report) const {
-    std::vector<std::shared_ptr<const void>> inputs;
-    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
-      const ArtifactSet::Entry& entry = artifacts_.entry(step.inputs[i]);
-      SIGHTLINE_CHECK(entry.type == step.input_types[i]);
-      inputs.push_back(entry.value);
-    }
+    const std::vector<std::shared_ptr<const void>> inputs = inputs_of(step);
     PassContext ctx;
     ctx.threads = options_.threads;
     ctx.seed = options_.seed;

@@ -6,6 +6,7 @@
 #include "formats/foreign/element_type.h"
 #include "formats/foreign/pcd_header.h"
 #include "formats/foreign/pcd_unpack.h"
+#include "formats/foreign/point_times.h"
 #include "formats/foreign/text_lines.h"
 
 namespace sightline {
@@ -45,11 +46,13 @@ Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& heade
   const std::array<std::size_t, 3> position = {
       header.field("x")->element, header.field("y")->element, header.field("z")->element};
   const PcdField* intensity = header.intensity();
+  const PcdField* time = header.time();
   LineReader reader(file.text(), header.data_offset, header.header_lines);
   PointCloudFile cloud;
   std::string_view line;
   std::vector<std::string_view> words;
   std::vector<double> numbers;
+  std::vector<double> times;
   std::uint64_t count = 0;
   while (reader.next(line)) {
     split_words(line, words);
@@ -62,8 +65,10 @@ Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& heade
     const Result<void> read =
         read_words(file, reader.number(), header.element_count, words, numbers);
     if (!read) return read.error();
-    add_point(cloud, {numbers[position[0]], numbers[position[1]], numbers[position[2]]},
-              intensity ? static_cast<float>(numbers[intensity->element]) : 0.0F);
+    const bool is_return =
+        add_point(cloud, {numbers[position[0]], numbers[position[1]], numbers[position[2]]},
+                  intensity ? static_cast<float>(numbers[intensity->element]) : 0.0F);
+    if (is_return && time) times.push_back(numbers[time->element]);
     ++count;
     cloud.may_be_cut = !reader.last_has_end();
   }
@@ -73,6 +78,7 @@ Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& heade
                           std::to_string(header.point_count),
                       at_line(reader.number()));
   }
+  if (time) set_point_times(times, cloud);
   return cloud;
 }
 
@@ -89,6 +95,7 @@ PointColumns columns_of(const std::uint8_t* body, const PcdHeader& header, bool 
   columns.position = {column(*header.field("x")), column(*header.field("y")),
                       column(*header.field("z"))};
   if (const PcdField* intensity = header.intensity()) columns.intensity = column(*intensity);
+  if (const PcdField* time = header.time()) columns.time = column(*time);
   return columns;
 }
 

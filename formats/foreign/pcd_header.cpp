@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 
+#include "formats/foreign/point_times.h"
 #include "formats/foreign/text_lines.h"
 
 namespace sightline {
@@ -232,6 +233,13 @@ const PcdField* PcdHeader::field(std::string_view name) const {
 const PcdField* PcdHeader::intensity() const {
   for (const PcdField& candidate : fields) {
     if (is_intensity_name(candidate.name) && candidate.count == 1) return &candidate;
+  }
+  return nullptr;
+}
+
+const PcdField* PcdHeader::time() const {
+  for (const PcdField& candidate : fields) {
+    if (is_time_name(candidate.name) && candidate.count == 1) return &candidate;
   }
   return nullptr;
 }

@@ -34,6 +34,7 @@ struct PcdHeader {
   // nullptr where there is none.
   [[nodiscard]] const PcdField* field(std::string_view name) const;
   [[nodiscard]] const PcdField* intensity() const;
+  [[nodiscard]] const PcdField* time() const;  // of each point
 };
 
 // Errors: truncated-scan (ends before DATA), malformed-header, missing-field, unsupported-format (a

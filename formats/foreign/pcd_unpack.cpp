@@ -5,6 +5,9 @@
 #include <cstring>
 #include <limits>
 #include <type_traits>
+#include <vector>
+
+#include "formats/foreign/point_times.h"
 
 namespace sightline {
 namespace {
@@ -173,6 +176,22 @@ struct LzfReader {
   }
 };
 
+double number_at(const FieldColumn& column, std::size_t index) {
+  return read_element(column.first + index * column.stride, column.type);
+}
+
+// Of the points that add_point() keeps. In a second walk, since most files have no times.
+std::vector<double> times_of_returns(const PointColumns& columns) {
+  std::vector<double> times;
+  for (std::size_t i = 0; i < columns.count; ++i) {
+    const Eigen::Vector3d point_m(number_at(columns.position[0], i),
+                                  number_at(columns.position[1], i),
+                                  number_at(columns.position[2], i));
+    if (point_m.allFinite() && !point_m.isZero(0.0)) times.push_back(number_at(*columns.time, i));
+  }
+  return times;
+}
+
 }  // namespace
 
 bool unpack_lzf(std::span<const std::uint8_t> packed, std::span<std::uint8_t> unpacked) {
@@ -202,6 +221,7 @@ PointCloudFile read_points(const PointColumns& columns) {
   } else {
     read_typed<AnyColumn>(columns, cloud);
   }
+  if (columns.time) set_point_times(times_of_returns(columns), cloud);
   return cloud;
 }
 

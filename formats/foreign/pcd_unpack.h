@@ -30,6 +30,7 @@ struct PointColumns {
   std::size_t count = 0;
   std::array<FieldColumn, 3> position;
   std::optional<FieldColumn> intensity;  // 0 where there is none
+  std::optional<FieldColumn> time;       // of each point; see set_point_times
 };
 
 // What add_point() does for every point.

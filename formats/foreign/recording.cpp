@@ -72,11 +72,12 @@ Result<void> take_digests(Recording& recording, int threads) {
   }
   std::vector<std::optional<Error>> failures(recording.scans.size());
   parallel_for(recording.scans.size(), threads, [&](std::size_t i) {
-    const Result<std::vector<std::byte>> bytes = read_file(recording.scans[i].file);
-    if (bytes) {
-      recording.scans[i].content = sha256(*bytes);
+    const Result<FileContent> file = read_file_content(recording.scans[i].file);
+    if (file) {
+      recording.scans[i].content = sha256(file->bytes());
+      recording.scans[i].content_xxh3 = xxh3(file->bytes());
     } else {
-      failures[i] = bytes.error();
+      failures[i] = file.error();
     }
   });
   for (const std::optional<Error>& failure : failures) {
@@ -116,10 +117,10 @@ Result<PointCloudFile> read_contained(const ScanContainer& container, const Reco
 }
 
 Result<PointCloudFile> read_checked(const RecordedScan& scan) {
-  const Result<std::vector<std::byte>> bytes = read_file(scan.file);
-  if (!bytes) return bytes.error();
-  if (sha256(*bytes) != scan.content) return changed(scan);
-  return parse_point_cloud(*bytes, scan.file);
+  const Result<FileContent> file = read_file_content(scan.file);
+  if (!file) return file.error();
+  if (xxh3(file->bytes()) != scan.content_xxh3) return changed(scan);
+  return parse_point_cloud(file->bytes(), scan.file);
 }
 
 Result<PointCloudFile> read_scan(const ScanContainer* container, const RecordedScan& scan,

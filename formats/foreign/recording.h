@@ -46,6 +46,7 @@ struct RecordedScan {
   std::int64_t stamp_ns = 0;
   std::optional<Pose> T_world_vehicle;
   Digest content{};  // SHA-256 of the file, or of what a file of many says of this scan
+  std::uint64_t content_xxh3 = 0;  // of the file; 0 in a file of many. Ten times as fast to compare
 };
 
 // Somebody's recording, opened but not read: which files, when, and from where.

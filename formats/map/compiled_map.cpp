@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "compiler/base/parallel.h"
+#include "formats/map/factor_layer.h"
 #include "formats/reader/map_layout.h"
 
 namespace sightline {
@@ -38,6 +39,17 @@ Result<void> validate_agreement(const CompiledMap& map) {
   }
   if (map.quality.size() != map.ranges.promises.size()) {
     return invalid("found " + std::to_string(map.quality.size()) + " limits with a quality");
+  }
+  return {};
+}
+
+Result<void> validate_factors(const CompiledMap& map) {
+  if (map.factors.factors.empty()) return {};
+  const Result<void> valid = validate(map.factors);
+  if (!valid) return valid;
+  if (map.factors.site_count != map.sites.sites.size() ||
+      map.factors.ranges_m != map.ranges.ranges_m || map.factors.factors.size() > kMostFactors) {
+    return invalid("the factors are of other sites or ranges, or too many");
   }
   return {};
 }
@@ -102,8 +114,8 @@ LimitQuality quality_of_limit(const CompiledMap& map, const MeasuredError& measu
 }  // namespace
 
 Result<void> validate(const CompiledMap& map) {
-  for (const Result<void>& valid :
-       {validate_artifacts(map), validate_agreement(map), validate_bounds(map)}) {
+  for (const Result<void>& valid : {validate_artifacts(map), validate_agreement(map),
+                                    validate_factors(map), validate_bounds(map)}) {
     if (!valid) return valid.error();
   }
   return {};
@@ -135,22 +147,30 @@ Table dump(const CompiledMap& map) {
   return table;
 }
 
-std::vector<std::string> dump_names() { return {"nds", "sites", "predicted", "ranges", "model"}; }
+std::vector<std::string> dump_names() {
+  return {"nds", "sites", "predicted", "ranges", "factors", "model"};
+}
 
 Result<Table> dump(const CompiledMap& map, std::string_view name) {
   if (name == "nds") return dump(map.ndt);
   if (name == "sites") return dump(map.sites);
   if (name == "predicted") return dump(map.predicted);
   if (name == "ranges") return dump(map.ranges);
+  if (name == "factors") {
+    if (map.factors.factors.empty()) {
+      return Error{ErrorCode::kBadLayer, "the map holds no factors", "", ""};
+    }
+    return dump(map.factors);
+  }
   if (name == "model") {
     const Result<ErrorModel> model = model_of(map.model);
     if (!model) return model.error();
     return dump(*model);
   }
-  return Error{
-      ErrorCode::kUnknownName,
-      "a map has no \"" + std::string(name) + "\", only nds, sites, predicted, ranges and model",
-      "", ""};
+  return Error{ErrorCode::kUnknownName,
+               "a map has no \"" + std::string(name) +
+                   "\", only nds, sites, predicted, ranges, factors and model",
+               "", ""};
 }
 
 ModelRecord record_of(const ErrorModel& model) {

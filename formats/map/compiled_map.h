@@ -9,6 +9,7 @@
 #include "compiler/base/hash.h"
 #include "formats/artifact.h"
 #include "formats/error_model.h"
+#include "formats/factor_table.h"
 #include "formats/measured_error.h"
 #include "formats/ndt_map.h"
 #include "formats/predicted_error.h"
@@ -70,6 +71,7 @@ struct CompiledMap {
   std::vector<NamedVersion> definitions;  // ascending name
   ModelRecord model;
   std::vector<LimitQuality> quality;  // one per limit
+  FactorTable factors;  // for engineers; without any factor where the map was stripped of them
 };
 
 template <>
@@ -85,7 +87,8 @@ Result<void> validate(const CompiledMap& map);
 // The facts of the map and, per site and limit, what a vehicle is told: joins sites and ranges.
 Table dump(const CompiledMap& map);
 
-// One artifact of the map as a table: nds, sites, predicted, ranges, model. Errors: unknown-name;
+// One artifact of the map as a table: nds, sites, predicted, ranges, factors,
+// model. Errors: unknown-name;
 // of the model those of model_of().
 Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();

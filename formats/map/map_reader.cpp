@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "formats/map/block_codec.h"
+#include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
 #include "formats/map/map_digests.h"
@@ -49,11 +50,14 @@ class MapDecoder {
   Result<void> visit_layer(const schema::Block& block, TileKey key);
   Result<void> visit_section(const schema::Block& block);
   Result<void> visit_all();
+  void expect_factors();
+  Result<void> check_factors() const;
 
   const MapContainer& container_;
   std::uint64_t checked_to_;  // every byte before it has been looked at
   CompiledMap map_;
   std::vector<bool> is_filled_;
+  std::vector<bool> has_factors_;  // by site; empty where the map names no factors
   std::map<std::string, MapSummary::Blocks> blocks_;
 };
 
@@ -120,6 +124,9 @@ Result<void> MapDecoder::visit_layer(const schema::Block& block, TileKey key) {
   if (name == kRangeLayer) {
     return decode_range_layer(*raw, block.row_count(), key, map_, is_filled_);
   }
+  if (name == kFactorLayer && block.version() == kFactorLayerVersion && !has_factors_.empty()) {
+    return decode_factor_layer(*raw, block.row_count(), map_.factors, has_factors_);
+  }
   return {};
 }
 
@@ -141,6 +148,9 @@ Result<void> MapDecoder::visit_tile(const schema::Tile& tile) {
 Result<void> MapDecoder::visit_section(const schema::Block& block) {
   Result<std::vector<std::byte>> raw = raw_bytes(block);
   if (!raw) return raw.error();
+  if (block.name()->string_view() == kFactorNames && !has_factors_.empty()) {
+    return decode_factor_names(*raw, map_.factors);
+  }
   if (block.name()->string_view() != kModelSection) return {};
   if (sha256(*raw) != map_.model.digest) return wrong_digest("the error model", "");
   map_.model.bytes = std::move(*raw);
@@ -159,6 +169,8 @@ Result<void> MapDecoder::visit_all() {
     const Result<void> visited = visit_section(*section);
     if (!visited) return at(visited.error(), "section " + section->name()->str());
   }
+  const Result<void> factors = check_factors();
+  if (!factors) return factors;
   const FileHeader& header = container_.header;
   const Result<void> before = check_padding(checked_to_, header.directory_offset);
   if (!before) return before;
@@ -171,6 +183,26 @@ Result<void> MapDecoder::visit_all() {
     return wrong_digest("the map", "byte 88");
   }
   return {};
+}
+
+// The section that names the factors tells how many there are before the layers are read.
+void MapDecoder::expect_factors() {
+  const schema::Block* names = find_section(container_, kFactorNames);
+  if (names == nullptr || names->version() != kFactorNamesVersion) return;
+  if (names->row_count() == 0 || names->row_count() > kMostFactors) return;
+  has_factors_.resize(is_filled_.size());
+  map_.factors.ranges_m = map_.ranges.ranges_m;
+  map_.factors.factors.resize(names->row_count());
+  map_.factors.site_count = map_.ranges.site_count;
+  map_.factors.values.resize(is_filled_.size() * map_.ranges.ranges_m.size() * names->row_count());
+}
+
+Result<void> MapDecoder::check_factors() const {
+  if (std::all_of(has_factors_.begin(), has_factors_.end(), [](bool has) { return has; })) {
+    return {};
+  }
+  return Error{ErrorCode::kBadLayer, "factors are named, but some sites have none", "",
+               "layer " + std::string(kFactorLayer)};
 }
 
 Result<CompiledMap> MapDecoder::run() {
@@ -193,6 +225,7 @@ Result<CompiledMap> MapDecoder::run() {
   map_.predicted.extrapolated.resize(sites);
   map_.predicted.out_of_fold.resize(sites);
   map_.predicted.has_history.resize(sites);
+  expect_factors();
   const Result<void> visited = visit_all();
   if (!visited) return visited.error();
   const Result<void> valid = validate(map_);

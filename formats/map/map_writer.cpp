@@ -1,5 +1,6 @@
 #include "formats/map/map_writer.h"
 
+#include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
 #include "formats/reader/map_layout.h"
@@ -14,6 +15,10 @@ static_assert(kUnmet == kAnswerUnmet && kExtrapolated == kAnswerExtrapolated);
 TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
   TileParts tile;
   tile.key = rows.key;
+  if (!rows.sites.empty() && !map.factors.factors.empty()) {
+    tile.layers.push_back({std::string(kFactorLayer), kFactorLayerVersion, false, rows.sites.size(),
+                           true, encode_factor_layer(map.factors, rows.sites)});
+  }
   if (!rows.nds.empty()) {
     tile.layers.push_back({std::string(kNdtLayer), kNdtLayerVersion, true, rows.nds.size(), true,
                            encode_ndt_layer(map.ndt, rows.nds)});
@@ -38,6 +43,10 @@ ContainerParts parts_of(const CompiledMap& map) {
     // The manifest names its digest, so it need not be required: a vehicle can do without it.
     parts.sections.push_back(
         {std::string(kModelSection), map.model.encoding_version, false, 1, true, map.model.bytes});
+  }
+  if (!map.factors.factors.empty()) {
+    parts.sections.push_back({std::string(kFactorNames), kFactorNamesVersion, false,
+                              map.factors.factors.size(), true, encode_factor_names(map.factors)});
   }
   return parts;
 }

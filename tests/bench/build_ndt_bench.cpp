@@ -22,48 +22,46 @@ BuildNdtOptions with_cell(double cell_m) {
   return options;
 }
 
-NdtMap build(const SurfacePoints& points, double cell_m) {
-  PassContext ctx;
-  ctx.threads = 1;
-  Result<NdtMap> map = build_ndt(ctx, with_cell(cell_m), points);
-  return map ? std::move(*map) : NdtMap{};
+using Points = std::vector<Eigen::Vector3d>;
+
+NdtMap build(const Points& points_m, double cell_m) {
+  return ndt_from_points(points_m, MapFrame{}, with_cell(cell_m), 1);
 }
 
-void compare_builds(const char* order, const SurfacePoints& points, const PclCloud& cloud) {
+void compare_builds(const char* order, const Points& points_m, const PclCloud& cloud) {
   for (const double cell_m : {2.0, 1.0}) {
-    compare({job("NDs", order, cell_m), points.points_m.size(), 7,
-             [&] { build(points, cell_m); },
+    compare({job("NDs", order, cell_m), points_m.size(), 7,
+             [&] { build(points_m, cell_m); },
              [&] { static_cast<void>(cloud.build_cells(cell_m)); }});
   }
 }
 
-void compare_ready(const SurfacePoints& points, const PclCloud& cloud) {
+void compare_ready(const Points& points_m, const PclCloud& cloud) {
   for (const double cell_m : {2.0, 1.0}) {
-    compare({job("ready to match", "scan order", cell_m), points.points_m.size(), 5,
-             [&] { make_match_grid(build(points, cell_m)); },
+    compare({job("ready to match", "scan order", cell_m), points_m.size(), 5,
+             [&] { make_match_grid(build(points_m, cell_m)); },
              [&] { cloud.make_ready_to_match(cell_m); }});
   }
 }
 
 void compare_all(const BenchClouds& clouds) {
   print_heading(std::string("NDT map of ") + clouds.name);
-  SurfacePoints points;
-  points.points_m = clouds.map_points_m;
-  const PclCloud in_order(points.points_m);
+  Points points_m = clouds.map_points_m;
+  const PclCloud in_order(points_m);
   std::printf("%zu points; NDs of 2 m: ours %zu, PCL's (6 points enough) %zu\n",
-              points.points_m.size(), build(points, 2.0).nds.size(), in_order.build_cells(2.0));
-  compare_builds("scan order", points, in_order);
-  compare_ready(points, in_order);
-  points.points_m = shuffled(std::move(points.points_m));
-  compare_builds("random order", points, PclCloud(points.points_m));
+              points_m.size(), build(points_m, 2.0).nds.size(), in_order.build_cells(2.0));
+  compare_builds("scan order", points_m, in_order);
+  compare_ready(points_m, in_order);
+  points_m = shuffled(std::move(points_m));
+  compare_builds("random order", points_m, PclCloud(points_m));
 }
 
 }  // namespace
 }  // namespace sightline
 
-int main() {
-  sightline::compare_all(sightline::street_clouds());
-  if (std::string(sightline::bench_clouds().name) != "drawn street") {
-    sightline::compare_all(sightline::bench_clouds());
-  }
+// The recording where there is one, else the drawn street; with the argument `street` that anyway.
+int main(int argc, char** argv) {
+  using namespace sightline;
+  const bool is_street = argc > 1 && std::string(argv[1]) == "street";
+  compare_all(is_street ? street_clouds() : bench_clouds());
 }

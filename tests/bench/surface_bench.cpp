@@ -1,9 +1,11 @@
 // What should rays meet? Shapes made of one cleaned point cloud against the exact triangles of the
 // town that it was recorded in: do hits and misses agree, how far off is the distance, what does a
-// ray cost. `surface_bench [LENGTH_M=150] [SEED=1 ...]`; time is CPU time of one thread, shapes
-// taken in turn at every site so that all meet the same machine.
+// ray cost. For what the product uses, elevation by elevation too. `surface_bench [LENGTH_M=150]
+// [SEED=1 ...]`; time is CPU time of one thread, shapes taken in turn at every site so that all
+// meet the same machine.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -26,6 +28,8 @@ namespace {
 constexpr int kRows = 31;
 constexpr int kColumns = 360;
 constexpr std::size_t kSiteEvery = 8;  // scans
+constexpr int kBandRows = 5;
+constexpr std::size_t kBands = 6;  // -15 .. -11, ..., 5 .. 9, 10 .. 15 degrees
 
 double cpu_s() {
   timespec now{};
@@ -149,6 +153,21 @@ std::vector<SolidEllipsoid> nd_solids(const SurfacePoints& points, double cell_m
   return solids;
 }
 
+// How found distances fit exact ones.
+struct Fit {
+  double rays = 0.0;
+  double agreements = 0.0;
+  std::vector<double> error_m;
+
+  void add(double exact_m, double found_m) {
+    const bool is_hit = std::isfinite(exact_m);
+    const bool is_found = std::isfinite(found_m);
+    rays += 1.0;
+    agreements += is_hit == is_found ? 1.0 : 0.0;
+    if (is_hit && is_found) error_m.push_back(std::abs(found_m - exact_m));
+  }
+};
+
 // One row of the table, over all towns.
 struct Tally {
   const char* name = "";
@@ -156,19 +175,15 @@ struct Tally {
   std::size_t primitives = 0;
   double build_s = 0.0;
   double cast_s = 0.0;
-  double rays = 0.0;
-  double agreements = 0.0;
-  std::vector<double> error_m;
+  Fit fit;
+  std::array<Fit, kBands> bands;  // of the last town
 };
 
 void tally(const std::vector<double>& exact_m, const std::vector<float>& found_m, Tally& row) {
   for (std::size_t i = 0; i < exact_m.size(); ++i) {
-    const bool is_hit = std::isfinite(exact_m[i]);
-    const bool is_found = std::isfinite(found_m[i]);
-    row.agreements += is_hit == is_found ? 1.0 : 0.0;
-    if (is_hit && is_found) {
-      row.error_m.push_back(std::abs(static_cast<double>(found_m[i]) - exact_m[i]));
-    }
+    const std::size_t band = std::min(i / kColumns / kBandRows, kBands - 1);
+    row.fit.add(exact_m[i], static_cast<double>(found_m[i]));
+    row.bands[band].add(exact_m[i], static_cast<double>(found_m[i]));
   }
 }
 
@@ -236,19 +251,37 @@ void compare(const Views& views, std::vector<Tally>& rows) {
       const double begin_s = cpu_s();
       scenes[i]->cast(views.sites_m[site], directions, found_m);
       rows[i].cast_s += cpu_s() - begin_s;
-      rows[i].rays += static_cast<double>(directions.size());
       tally(views.exact_m[site], found_m, rows[i]);
     }
   }
 }
 
+void print(const char* name, Fit& fit) {
+  std::printf("%-28s %9.2f %9.1f %8.1f", name, 100.0 * fit.agreements / fit.rays,
+              100.0 * quantile(fit.error_m, 0.5), 100.0 * quantile(fit.error_m, 0.95));
+}
+
+void print_bands(std::uint64_t seed, Tally& row) {
+  std::printf("town %llu, %s\n%-28s %9s %9s %8s\n", static_cast<unsigned long long>(seed), row.name,
+              "elevations (degrees)", "agree %", "median cm", "p95 cm");
+  for (std::size_t band = 0; band < kBands; ++band) {
+    char name[32];
+    const int first_deg = static_cast<int>(band) * kBandRows - 15;
+    std::snprintf(name, sizeof name, "%d .. %d", first_deg,
+                  band + 1 == kBands ? 15 : first_deg + kBandRows - 1);
+    print(name, row.bands[band]);
+    std::printf("\n");
+    row.bands[band] = {};
+  }
+}
+
 void print(std::vector<Tally>& rows) {
-  std::printf("%-28s %10s %10s %9s %8s %8s %9s\n", "shape", "primitives", "agree %", "median cm",
-              "p95 cm", "Mrays/s", "made in s");
+  std::printf("%-28s %9s %9s %8s %10s %8s %9s\n", "shape", "agree %", "median cm", "p95 cm",
+              "primitives", "Mrays/s", "made in s");
   for (Tally& row : rows) {
-    std::printf("%-28s %10zu %10.2f %9.1f %8.1f %8.2f %9.2f\n", row.name, row.primitives,
-                100.0 * row.agreements / row.rays, 100.0 * quantile(row.error_m, 0.5),
-                100.0 * quantile(row.error_m, 0.95), row.rays / row.cast_s / 1e6, row.build_s);
+    print(row.name, row.fit);
+    std::printf(" %10zu %8.2f %9.2f\n", row.primitives, row.fit.rays / row.cast_s / 1e6,
+                row.build_s);
   }
 }
 
@@ -262,6 +295,7 @@ int main(int argc, char** argv) {
   for (int i = 2; i < std::max(argc, 3); ++i) {
     const std::uint64_t seed = i < argc ? std::strtoull(argv[i], nullptr, 10) : 1;
     compare(drive_through(seed, length_m), rows);
+    print_bands(seed, rows.front());
   }
   print(rows);
   return 0;

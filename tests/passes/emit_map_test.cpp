@@ -39,7 +39,7 @@ struct Workshop {
     ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
     return emit_map(ctx, options,
                     {mapping, localization, made.ndt, made.sites, made.predicted, made.ranges,
-                     measured, model});
+                     measured, model, made.factors});
   }
 
   CompiledMap made;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "passes/remove_moving_rays.h"
+#include "passes/remove_moving_tile.h"
 #include "tests/support/box_world.h"
 
 namespace sightline {
@@ -16,6 +18,18 @@ SurfacePoints remove(const TestDrive& test, const RemoveMovingOptions& options =
   const Result<SurfacePoints> points = remove_moving(ctx, options, test.drive, test.truth);
   EXPECT_TRUE(points.has_value()) << to_string(points.error());
   return *points;
+}
+
+std::vector<Eigen::Vector3d> points_of(const SurfacePoints& points, bool wants_moving) {
+  const SurfacePointReader reader(points);
+  std::vector<Eigen::Vector3d> all_m;
+  for (std::size_t part = 0; part < reader.part_count(); ++part) {
+    const Result<std::vector<Eigen::Vector3d>> part_m =
+        wants_moving ? reader.moving(part) : reader.standing(part);
+    EXPECT_TRUE(part_m.has_value());
+    all_m.insert(all_m.end(), part_m->begin(), part_m->end());
+  }
+  return all_m;
 }
 
 // A sensor that stands at 2 m above (0,0,0). Something was 5 m ahead in the first `hits` scans; in
@@ -35,28 +49,32 @@ TestDrive crossing(int hits, int misses) {
 
 // The sensor's model: a hit is worth log(0.7/0.3) = 0.847, a miss log(0.4/0.6) = -0.405.
 TEST(RemoveMoving, TakesThreeMissesToOutweighAHit) {
-  EXPECT_EQ(remove(crossing(1, 2)).moving_m.size(), 0u);
-  const SurfacePoints points = remove(crossing(1, 3));
-  ASSERT_EQ(points.moving_m.size(), 1u);
-  EXPECT_LT((points.moving_m[0] - Eigen::Vector3d(5.1, 0.1, 1.1)).norm(), 1e-12);
-  EXPECT_EQ(points.points_m.size(), 7u);
-  EXPECT_EQ(remove(crossing(2, 4)).moving_m.size(), 0u);
-  EXPECT_EQ(remove(crossing(2, 5)).moving_m.size(), 2u);
+  EXPECT_EQ(remove(crossing(1, 2)).moving_count, 0u);
+  const TestDrive test = crossing(1, 3);
+  const SurfacePoints points = remove(test);
+  EXPECT_EQ(points.moved_voxels, (std::vector<CellKey>{{25, 0, 5}}));
+  ASSERT_EQ(points_of(points, true).size(), 1u);
+  EXPECT_LT((points_of(points, true)[0] - Eigen::Vector3d(5.1, 0.1, 1.1)).norm(), 1e-12);
+  EXPECT_EQ(points_of(points, false).size(), 7u);
+  EXPECT_EQ(points.standing_count, 7u);
+  EXPECT_EQ(remove(crossing(2, 4)).moving_count, 0u);
+  EXPECT_EQ(remove(crossing(2, 5)).moving_count, 2u);
 }
 
 TEST(RemoveMoving, LooksNoFartherThanTheCarveRange) {
   RemoveMovingOptions options;
   options.carve_range_m = 5.0;
-  EXPECT_EQ(remove(crossing(1, 9), options).moving_m.size(), 0u);
+  EXPECT_EQ(remove(crossing(1, 9), options).moving_count, 0u);
   options.carve_range_m = 6.0;
-  EXPECT_EQ(remove(crossing(1, 9), options).moving_m.size(), 1u);
+  EXPECT_EQ(remove(crossing(1, 9), options).moving_count, 1u);
 }
 
 TEST(RemoveMoving, KeepsEverythingWhenItIsOff) {
   RemoveMovingOptions options;
   options.enabled = false;
   const SurfacePoints points = remove(crossing(1, 9), options);
-  EXPECT_EQ(points.points_m.size(), 20u);
+  EXPECT_EQ(points_of(points, false).size(), 20u);
+  EXPECT_EQ(points.standing_count, 20u);
   EXPECT_EQ(points.voxel_m, 0.0);
 }
 
@@ -66,7 +84,7 @@ TEST(RemoveMoving, UsesTheScansThatAreAskedForAndCountsWhatIsOutOfRange) {
   RemoveMovingOptions options;
   options.scans = "odd";
   const SurfacePoints points = remove(test, options);
-  EXPECT_EQ(points.points_m.size(), 2u);
+  EXPECT_EQ(points.standing_count, 2u);
   EXPECT_EQ(points.out_of_range_count, 2u);
 }
 
@@ -74,7 +92,7 @@ TEST(RemoveMoving, LeavesAloneWhatEveryScanSeesStanding) {
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     const std::vector<Pose> poses(3, pose_at(0.0, 0.0, 0.1 * static_cast<double>(seed)));
     const SurfacePoints points = remove(drive_through(random_street(seed), poses));
-    ASSERT_EQ(points.moving_m.size(), 0u) << "street " << seed;
+    ASSERT_EQ(points.moving_count, 0u) << "street " << seed;
   }
 }
 
@@ -83,32 +101,109 @@ TEST(RemoveMoving, KeepsAStreetThatItDrivesThrough) {
     std::vector<Pose> poses;
     for (int i = 0; i < 12; ++i) poses.push_back(pose_at(i, 0.0, 0.0));
     const SurfacePoints points = remove(drive_through(random_street(seed), poses));
-    const std::size_t all = points.moving_m.size() + points.points_m.size();
-    ASSERT_LT(points.moving_m.size(), all / 500) << "street " << seed;
+    ASSERT_LT(points.moving_count, points.standing_count / 500) << "street " << seed;
   }
 }
 
-// A car of 4 m comes towards us on the other lane, at 10 m/s.
-TEST(RemoveMoving, TakesOutACarThatPassesAndNothingElse) {
+// A street that we drive through at 5 m/s, rays `azimuth_step_deg` apart; a car of 4 m comes
+// towards us on the other lane, at 10 m/s.
+TestDrive street_with_car(int scan_count, double azimuth_step_deg) {
   std::vector<Scan> scans;
   std::vector<Pose> poses;
   Pose T_vehicle_lidar = Pose::Identity();
   T_vehicle_lidar.translation().z() = 2.0;
-  for (int i = 0; i < 30; ++i) {
+  for (int i = 0; i < scan_count; ++i) {
     BoxWorld world = random_street(1);
     world.boxes.push_back({{25.0 - i, 2.0, 0.25}, {29.0 - i, 3.8, 1.6}});
     poses.push_back(pose_at(0.5 * i, 0.0, 0.0));
-    scans.push_back(scan_world(world, poses.back() * T_vehicle_lidar));
+    scans.push_back(scan_world(world, poses.back() * T_vehicle_lidar, azimuth_step_deg));
   }
-  const SurfacePoints points = remove(drive_of(std::move(scans), poses));
+  return drive_of(std::move(scans), poses);
+}
+
+TEST(RemoveMoving, TakesOutACarThatPassesAndNothingElse) {
+  const TestDrive test = street_with_car(30, 2.0);
+  RemoveMovingOptions options;
+  options.carve_range_m = 30.0;
+  const SurfacePoints points = remove(test, options);
   const auto is_on_lane = [](const Eigen::Vector3d& p) {
     return p.z() > 0.2 && p.y() > 1.9 && p.y() < 3.9;
   };
-  const auto left = std::ranges::count_if(points.points_m, is_on_lane);
-  const auto taken = std::ranges::count_if(points.moving_m, is_on_lane);
+  const auto left = std::ranges::count_if(points_of(points, false), is_on_lane);
+  const auto taken = std::ranges::count_if(points_of(points, true), is_on_lane);
   EXPECT_GT(taken, 250);
   EXPECT_LT(left, taken / 20);
-  EXPECT_LT(points.moving_m.size() - static_cast<std::size_t>(taken), points.points_m.size() / 500);
+  EXPECT_LT(points.moving_count - static_cast<std::uint64_t>(taken), points.standing_count / 500);
+}
+
+std::vector<PlacedScan> placed(const TestDrive& test) {
+  std::vector<PlacedScan> scans;
+  for (std::uint32_t i = 0; i < test.drive.scans.size(); ++i) {
+    const Pose T_map_lidar = test.truth.poses[i].T_map_vehicle * test.drive.sensor.T_vehicle_lidar;
+    scans.push_back({i, T_map_lidar, 0.5, 100.0});
+  }
+  return scans;
+}
+
+// All that the tiles find, in order.
+std::vector<CellKey> found_by_tiles_of(double tile_m, const TestDrive& test) {
+  CarveOptions options;
+  options.carve_range_m = 15.0;
+  options.tile_m = tile_m;
+  const std::vector<PlacedScan> scans = placed(test);
+  std::vector<CellKey> moved;
+  for (const TileKey& tile : tiles_to_look_at(options, scans)) {
+    const Result<TileFindings> found = find_moving_in_tile(options, *test.drive.store, scans, tile);
+    EXPECT_TRUE(found.has_value());
+    moved.insert(moved.end(), found->moved_voxels.begin(), found->moved_voxels.end());
+  }
+  std::ranges::sort(moved);
+  return moved;
+}
+
+TEST(RemoveMoving, FindsTheSameWhereverTilesBegin) {
+  const TestDrive test = street_with_car(14, 4.0);
+  const std::vector<CellKey> whole = found_by_tiles_of(1000.0, test);
+  EXPECT_GT(whole.size(), 50u);
+  EXPECT_EQ(found_by_tiles_of(18.3, test), whole);
+}
+
+// Every ray asked, one by one.
+bool passes_by_brute_force(std::span<const Eigen::Vector3d> points_m, const Look& look) {
+  return std::ranges::any_of(points_m, [&](const Eigen::Vector3d& end_m) {
+    const Eigen::Vector3d direction = end_m.normalized();
+    const double along_m = look.at_m.dot(direction);
+    const Eigen::Vector3d beside_m = look.at_m - along_m * direction;
+    return along_m > 0.0 && end_m.norm() >= along_m + ScanRays::kEndMargin_m &&
+           beside_m.norm() <= look.touch_m &&
+           (look.least_below_m <= 0.0 || look.up.dot(beside_m) >= look.least_below_m);
+  });
+}
+
+TEST(ScanRays, FindByDirectionWhatEveryRayAskedWouldSay) {
+  Random random(3);
+  std::vector<Eigen::Vector3d> points_m;
+  for (int i = 0; i < 1000; ++i) {
+    points_m.emplace_back(random.uniform(-20.0, 20.0), random.uniform(-20.0, 20.0),
+                          random.uniform(-6.0, 6.0));
+  }
+  const ScanRays rays(points_m);
+  int passed = 0;
+  for (int i = 0; i < 1500; ++i) {
+    // Near and far, over the poles and across the seam of azimuth.
+    const double far_m = i % 3 == 0 ? 0.3 : 15.0;
+    Look look;
+    look.at_m = {random.uniform(-far_m, i % 2 == 0 ? 0.0 : far_m),
+                 i % 5 == 0 ? 0.01 * random.uniform(-1.0, 1.0) : random.uniform(-far_m, far_m),
+                 random.uniform(-3.0, 3.0)};
+    look.touch_m = random.uniform(0.02, 0.3);
+    look.least_below_m = i % 4 == 0 ? 0.03 : 0.0;
+    const bool passes = rays.pass_through(look);
+    ASSERT_EQ(passes, passes_by_brute_force(points_m, look)) << "look " << i;
+    passed += passes ? 1 : 0;
+  }
+  EXPECT_GT(passed, 100);
+  EXPECT_LT(passed, 1400);
 }
 
 TEST(RemoveMoving, GivesTheSameBytesForAnyNumberOfThreads) {

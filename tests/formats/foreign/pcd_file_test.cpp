@@ -1,10 +1,12 @@
 #include <pcl/console/print.h>
+#include <pcl/io/lzf.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
 
 #include <limits>
 
 #include "compiler/base/random.h"
+#include "formats/foreign/pcd_unpack.h"
 #include "formats/foreign/pcd_writer.h"
 #include "tests/formats/foreign/foreign_files.h"
 
@@ -173,6 +175,83 @@ TEST(PcdFile, ReadsWhatPclWritesInEveryEncodingFieldOrderAndType) {
     EXPECT_EQ(cloud->nonfinite_count, expected.nonfinite_count);
     EXPECT_EQ(cloud->zero_count, expected.zero_count);
   }
+}
+
+// Blocks of returns only, blocks with a few that are none, and coordinates that are zero alone.
+TEST(PcdFile, KeepsEveryReturnOfALargeCloudAndNothingElse) {
+  const ScratchFolder folder;
+  Random random(3);
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  std::vector<Eigen::Vector3d> expected_m;
+  std::vector<float> intensity;
+  for (int i = 0; i < 5000; ++i) {
+    const Eigen::Vector3f drawn(static_cast<float>(random.uniform(-80.0, 80.0)),
+                                random.below(9) == 0 ? 0.0F : 1.5F, 0.25F);
+    Eigen::Vector3f point = drawn;
+    const bool is_bad_stretch = i / 700 % 2 == 1;
+    if (is_bad_stretch && random.below(5) == 0) point.setZero();
+    if (is_bad_stretch && random.below(7) == 0) point[2] = std::numeric_limits<float>::infinity();
+    if (random.below(50) == 0) point[0] = -0.0F;
+    cloud.emplace_back(point.x(), point.y(), point.z(), static_cast<float>(i));
+    if (!point.allFinite() || point.isZero(0.0F)) continue;
+    expected_m.emplace_back(point.cast<double>());
+    intensity.push_back(static_cast<float>(i));
+  }
+  pcl::io::savePCDFileBinary((folder / "0.pcd").string(), cloud);
+  pcl::io::savePCDFileBinaryCompressed((folder / "1.pcd").string(), cloud);
+  for (const char* name : {"0.pcd", "1.pcd"}) {
+    const Result<PointCloudFile> ours = read_point_cloud(folder / name);
+    ASSERT_TRUE(ours.has_value()) << to_string(ours.error());
+    EXPECT_EQ(ours->points_m, expected_m);
+    EXPECT_EQ(ours->intensity, intensity);
+    EXPECT_EQ(ours->zero_count + ours->nonfinite_count + expected_m.size(), cloud.size());
+  }
+}
+
+// ---- packed bodies
+
+std::vector<std::uint8_t> random_text(Random& random, std::size_t size) {
+  std::vector<std::uint8_t> bytes;
+  while (bytes.size() < size) {
+    const std::uint64_t kind = random.below(3);
+    const std::size_t length = 1 + random.below(600);
+    for (std::size_t i = 0; i < length; ++i) {
+      const std::size_t back = 1 + (kind == 0 ? 0 : 37);
+      const bool can_repeat = kind != 2 && bytes.size() >= back;
+      bytes.push_back(can_repeat ? bytes[bytes.size() - back]
+                                 : static_cast<std::uint8_t>(random.below(256)));
+    }
+  }
+  return bytes;
+}
+
+TEST(Lzf, UnpacksWhatPclPacks) {
+  Random random(4);
+  for (int round = 0; round < 100; ++round) {
+    const std::vector<std::uint8_t> text = random_text(random, 1 + random.below(20000));
+    std::vector<std::uint8_t> packed(2 * text.size() + 64);
+    packed.resize(pcl::lzfCompress(text.data(), static_cast<unsigned>(text.size()), packed.data(),
+                                   static_cast<unsigned>(packed.size())));
+    if (packed.empty()) continue;  // it does not pack what would grow
+    std::vector<std::uint8_t> unpacked(text.size());
+    ASSERT_TRUE(unpack_lzf(packed, unpacked));
+    EXPECT_EQ(unpacked, text);
+    // Neither more nor less than it says, and nothing without its last byte.
+    std::vector<std::uint8_t> longer(text.size() + 1);
+    EXPECT_FALSE(unpack_lzf(packed, longer));
+    EXPECT_FALSE(unpack_lzf(packed, std::span(unpacked).first(text.size() - 1)));
+    EXPECT_FALSE(unpack_lzf(std::span(packed).first(packed.size() - 1), unpacked));
+  }
+}
+
+TEST(Lzf, RefusesToReachBehindTheBeginning) {
+  // One literal, then three bytes from two back.
+  const std::vector<std::uint8_t> stream = {0, 'a', 1 << 5, 1};
+  std::vector<std::uint8_t> unpacked(4);
+  EXPECT_FALSE(unpack_lzf(stream, unpacked));
+  const std::vector<std::uint8_t> sound = {0, 'a', 1 << 5, 0};
+  ASSERT_TRUE(unpack_lzf(sound, unpacked));
+  EXPECT_EQ(unpacked, std::vector<std::uint8_t>(4, 'a'));
 }
 
 TEST(PcdFile, OurWriterIsReadByPclAndByUs) {

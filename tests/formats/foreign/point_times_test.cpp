@@ -1,11 +1,10 @@
 #include "formats/foreign/point_times.h"
 
-#include <gtest/gtest.h>
-
 #include <cstdlib>
 #include <limits>
 
 #include "compiler/base/random.h"
+#include "tests/formats/foreign/foreign_files.h"
 
 namespace sightline {
 namespace {
@@ -49,6 +48,25 @@ TEST(PointTimes, ThatSayNothingAreLeftOutAndThoseThatMakeNoSenseAreFlagged) {
     const PointCloudFile cloud = with_times(times);
     EXPECT_TRUE(cloud.time_offset_ns.empty());
     EXPECT_TRUE(cloud.has_unclear_times);
+  }
+}
+
+// x y z as float, t as whole nanoseconds: the second point is no return.
+TEST(PointTimes, OfAPcdGoWithThePointsThatAreKept) {
+  const std::string fields =
+      "VERSION 0.7\nFIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+      "POINTS 3\n";
+  const std::string ascii = fields + "DATA ascii\n1 2 3 0\n0 0 0 20000000\n4 5 6 90000000\n";
+  const auto point = [](float x, float y, float z, std::uint32_t t) {
+    return as_bytes({x, y, z}) + as_bytes({t});
+  };
+  const std::string binary = fields + "DATA binary\n" + point(1, 2, 3, 0) +
+                             point(0, 0, 0, 20'000'000) + point(4, 5, 6, 90'000'000);
+  for (const std::string& file : {ascii, binary}) {
+    const Result<PointCloudFile> cloud = parse_text(file, "0.pcd");
+    ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
+    EXPECT_EQ(cloud->points_m.size(), 2U);
+    EXPECT_EQ(cloud->time_offset_ns, (std::vector<std::int32_t>{0, 90'000'000}));
   }
 }
 

@@ -106,6 +106,16 @@ ModelRecord random_model(std::size_t size, Random& random) {
   return model;
 }
 
+FactorTable random_factors(const RandomMapOptions& options, Random& random) {
+  FactorTable factors;
+  factors.ranges_m = options.ranges_m;
+  factors.factors = {"feature_count", "crlb_max", "crlb_heading"};
+  factors.site_count = static_cast<std::uint32_t>(options.site_count);
+  factors.values.resize(factors.site_count * factors.ranges_m.size() * factors.factors.size());
+  for (double& value : factors.values) value = random.normal();
+  return factors;
+}
+
 }  // namespace
 
 CompiledMap random_map(const RandomMapOptions& options) {
@@ -129,6 +139,7 @@ CompiledMap random_map(const RandomMapOptions& options) {
   map.model = random_model(options.model_size, random);
   MeasuredError measured;  // of no site
   map.quality = quality_of(map, measured);
+  map.factors = random_factors(options, random);
   return map;
 }
 

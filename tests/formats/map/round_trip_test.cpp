@@ -102,11 +102,15 @@ TEST(MapFile, ThatIsNotThereIsSaidSo) {
 }
 
 TEST(CompiledMap, DumpsOnlyWhatItHas) {
-  const CompiledMap map = random_map({.seed = 7});
-  for (const char* name : {"nds", "sites", "predicted", "ranges"}) EXPECT_TRUE(dump(map, name));
+  CompiledMap map = random_map({.seed = 7});
+  for (const char* name : {"nds", "sites", "predicted", "ranges", "factors"}) {
+    EXPECT_TRUE(dump(map, name));
+  }
+  map.factors = {};
+  EXPECT_EQ(dump(map, "factors").error().code, ErrorCode::kBadLayer);
   // Its model is made up.
   EXPECT_EQ(dump(map, "model").error().code, ErrorCode::kBadLayer);
-  const Result<Table> wrong = dump(map, "factors");
+  const Result<Table> wrong = dump(map, "weather");
   ASSERT_FALSE(wrong);
   EXPECT_EQ(wrong.error().code, ErrorCode::kUnknownName);
 }

@@ -10,6 +10,21 @@
 namespace sightline {
 namespace {
 
+// Means of voxels, each summed in the order of points.
+std::vector<Eigen::Vector3d> expected_centroids(const std::vector<Eigen::Vector3d>& points_m,
+                                                double leaf_m) {
+  std::map<CellKey, std::pair<Eigen::Vector3d, double>> voxels;
+  for (const Eigen::Vector3d& point_m : points_m) {
+    auto& [sum_m, count] =
+        voxels.try_emplace(cell_key(point_m, leaf_m), Eigen::Vector3d::Zero(), 0.0).first->second;
+    sum_m += point_m;
+    count += 1.0;
+  }
+  std::vector<Eigen::Vector3d> centroids_m;
+  for (const auto& [key, voxel] : voxels) centroids_m.push_back(voxel.first / voxel.second);
+  return centroids_m;
+}
+
 TEST(Crop, KeepsPointsUpToTheRangeInTheirOrder) {
   const std::vector<Eigen::Vector3d> points_m = {
       {0.0, 30.0, 0.0}, {5.0, 0.0, 0.0}, {0.0, 0.0, 10.0}, {12.0, 0.0, 0.0}, {1.0, 1.0, 0.0}};
@@ -43,16 +58,7 @@ TEST(VoxelSubsample, AgreesWithAnOrderedMapOfVoxels) {
   for (const double leaf_m : {0.1, 0.5, 1.0, 3.0}) {
     std::vector<Eigen::Vector3d> points_m;
     for (int i = 0; i < 4000; ++i) points_m.push_back(random_vector(random, -20.0, 20.0));
-    std::map<CellKey, std::pair<Eigen::Vector3d, int>> voxels;
-    for (const Eigen::Vector3d& point_m : points_m) {
-      auto& [sum_m, count] =
-          voxels.try_emplace(cell_key(point_m, leaf_m), Eigen::Vector3d::Zero(), 0).first->second;
-      sum_m += point_m;
-      ++count;
-    }
-    std::vector<Eigen::Vector3d> expected_m;
-    for (const auto& [key, voxel] : voxels) expected_m.push_back(voxel.first / voxel.second);
-    EXPECT_EQ(voxel_subsample(points_m, leaf_m), expected_m);
+    EXPECT_EQ(voxel_subsample(points_m, leaf_m), expected_centroids(points_m, leaf_m));
   }
 }
 
@@ -80,6 +86,28 @@ TEST(VoxelSubsample, OrdersVoxelsFartherApartThanOneNumberHolds) {
   const std::vector<Eigen::Vector3d> expected_m = {points_m[3], points_m[2], points_m[1],
                                                    points_m[0]};
   EXPECT_EQ(voxel_subsample(points_m, 1.0), expected_m);
+}
+
+TEST(VoxelSubsample, GivesTheSameBytesWhetherItSortsOrLooksUp) {
+  // More points than are sorted without a look: first of voxels with many, then with one each.
+  constexpr int kCount = 300000;
+  for (const double reach_m : {20.0, 2000.0}) {
+    Random random(5);
+    std::vector<Eigen::Vector3d> points_m;
+    for (int i = 0; i < kCount; ++i) {
+      points_m.emplace_back(random.uniform(-reach_m, reach_m), random.uniform(-reach_m, reach_m),
+                            random.uniform(-1.0, 1.0));
+    }
+    EXPECT_EQ(voxel_subsample(points_m, 1.0), expected_centroids(points_m, 1.0)) << reach_m;
+  }
+}
+
+TEST(VoxelSubsample, SortsKeysOfMoreThan32Bits) {
+  Random random(6);
+  std::vector<Eigen::Vector3d> points_m;
+  for (int i = 0; i < 5000; ++i) points_m.push_back(random_vector(random, -3e5, 3e5));
+  for (int i = 0; i < 5000; ++i) points_m.push_back(random_vector(random, -5.0, 5.0));
+  EXPECT_EQ(voxel_subsample(points_m, 0.5), expected_centroids(points_m, 0.5));
 }
 
 TEST(VoxelSubsample, OfNothingIsNothing) { EXPECT_TRUE(voxel_subsample({}, 1.0).empty()); }

@@ -1,0 +1,58 @@
+#include "compiler/driver/dump_picture.h"
+
+#include <cstdio>
+
+#include "formats/picture/depth_picture.h"
+#include "formats/picture/png.h"
+
+namespace sightline {
+namespace {
+
+Error bad(std::string message) { return {ErrorCode::kBadArgument, std::move(message), "", ""}; }
+
+Result<std::string> png_text(const Raster& raster) {
+  const Result<std::vector<std::byte>> file = encode_png(raster);
+  if (!file) return file.error();
+  return std::string(reinterpret_cast<const char*>(file->data()), file->size());
+}
+
+Result<std::string> draw_depth(const PictureWish& wish, const DepthImages& depth) {
+  if (wish.format != PictureFormat::kPng) return bad("--format: a depth image is drawn as png");
+  if (wish.site < 0 || static_cast<std::uint32_t>(wish.site) >= depth.site_count) {
+    return bad("--site: a depth image needs one of 0 to " +
+               std::to_string(static_cast<std::int64_t>(depth.site_count) - 1));
+  }
+  return png_text(depth_picture(depth, static_cast<std::size_t>(wish.site)));
+}
+
+Result<std::string> draw_nds(const PictureWish& wish, const NdtMap& ndt, const Sites& sites) {
+  const MapBox box = wish.box ? *wish.box : box_around(ndt);
+  if (!(box.high_x_m > box.low_x_m) || !(box.high_y_m > box.low_y_m)) {
+    return bad("--box: the second corner must lie to the right of the first and above it");
+  }
+  if (wish.format == PictureFormat::kSvg) return ndt_picture_svg(ndt, sites, box);
+  return png_text(ndt_picture(ndt, sites, box));
+}
+
+}  // namespace
+
+Result<MapBox> parse_box(const std::string& text) {
+  MapBox box;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf%c", &box.low_x_m, &box.low_y_m, &box.high_x_m,
+                  &box.high_y_m, &rest) != 4) {
+    return bad("--box: found \"" + text + "\", expected x0,y0,x1,y1 in m");
+  }
+  return box;
+}
+
+Result<std::string> draw_picture(const PictureWish& wish, const PictureSources& sources) {
+  if (wish.what == "depth" && sources.depth) return draw_depth(wish, *sources.depth);
+  if (wish.what == "nds" && sources.ndt) return draw_nds(wish, *sources.ndt, sources.sites);
+  return bad(
+      "--format: pictures are made of depth (a configuration's or an artifact's) and of nds, "
+      "not of \"" +
+      wish.what + "\" here");
+}
+
+}  // namespace sightline

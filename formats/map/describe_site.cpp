@@ -1,0 +1,229 @@
+#include "formats/map/describe_site.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <optional>
+
+namespace sightline {
+namespace {
+
+constexpr double kFarOff = 2.0;  // robust z from which a factor is told
+constexpr std::size_t kMostTold = 6;
+
+template <class... T>
+std::string formatted(const char* format, T... values) {
+  std::array<char, 200> line{};
+  std::snprintf(line.data(), line.size(), format, values...);
+  return line.data();
+}
+
+std::string at_range(double range_m) { return formatted("%g m", range_m); }
+
+std::string describe_place(const CompiledMap& map, std::size_t id) {
+  const Site& site = map.sites.sites[id];
+  return formatted("site %zu, run %u, %.1f m from its start, at (%.2f, %.2f, %.2f) in the map\n",
+                   id, site.run, site.s_m, site.p_map_m.x(), site.p_map_m.y(), site.p_map_m.z());
+}
+
+std::string describe_prediction(const CompiledMap& map, std::size_t site) {
+  std::string text = formatted("  %-22s", "range, m");
+  for (const double range_m : map.ranges.ranges_m) text += formatted(" %7g", range_m);
+  text += formatted("\n  %-22s", "predicted error, cm");
+  for (std::size_t range = 0; range < map.ranges.ranges_m.size(); ++range) {
+    text += formatted(" %7.1f", 100.0 * map.predicted.mean(site, range));
+  }
+  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
+    text += formatted("\n  P(error <= %.4g m)%*s", map.ranges.promises[limit].limit_m, 5, "");
+    for (std::size_t range = 0; range < map.ranges.ranges_m.size(); ++range) {
+      text += formatted(" %7.3f", map.predicted.probability(site, range, limit));
+    }
+  }
+  return text + "\n";
+}
+
+// The shortest range that the rule takes at this site alone.
+std::optional<std::size_t> own_range(const CompiledMap& map, std::size_t site, std::size_t limit) {
+  const LimitPromise& promise = map.ranges.promises[limit];
+  for (std::size_t range = 0; range < map.ranges.ranges_m.size(); ++range) {
+    const bool is_met =
+        map.ranges.selection == Selection::kMean
+            ? map.predicted.mean(site, range) <= promise.limit_m
+            : map.predicted.probability(site, range, limit) >= promise.probability_threshold;
+    if (is_met) return range;
+  }
+  return std::nullopt;
+}
+
+std::size_t chosen_range(const CompiledMap& map, std::size_t site, std::size_t limit) {
+  return map.ranges.range_index[site * map.ranges.promises.size() + limit];
+}
+
+double apart_m(const CompiledMap& map, std::size_t a, std::size_t b) {
+  return std::abs(map.sites.sites[a].s_m - map.sites.sites[b].s_m);
+}
+
+// Sites of the same run, nearest first, without the site itself.
+std::vector<std::size_t> along_the_route(const CompiledMap& map, std::size_t site) {
+  std::vector<std::size_t> others;
+  for (std::size_t i = 0; i < map.sites.sites.size(); ++i) {
+    if (i != site && map.sites.sites[i].run == map.sites.sites[site].run) others.push_back(i);
+  }
+  std::stable_sort(others.begin(), others.end(), [&](std::size_t a, std::size_t b) {
+    return apart_m(map, site, a) < apart_m(map, site, b);
+  });
+  return others;
+}
+
+std::string what_is_needed(const CompiledMap& map, std::size_t limit) {
+  if (map.ranges.selection == Selection::kMean) return "a predicted error within the limit";
+  return formatted("p* = %.3f", map.ranges.promises[limit].probability_threshold);
+}
+
+// The range that this site would have alone, and what made another of it.
+std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_t limit) {
+  const std::uint8_t flags = map.ranges.flags[site * map.ranges.promises.size() + limit];
+  const std::string needed = what_is_needed(map, limit);
+  const std::optional<std::size_t> own = own_range(map, site, limit);
+  const std::size_t chosen = chosen_range(map, site, limit);
+  std::string text =
+      own ? "    " + needed + " is first met at " + at_range(map.ranges.ranges_m[*own]) + "\n"
+          : "    no range meets " + needed + "\n";
+  if ((flags & kUnmet) != 0) text += "    unmet: the longest range, and it is not good enough\n";
+  if ((flags & kExtrapolated) != 0) {
+    text += "    extrapolated: the place is unlike those that the model was trained on\n";
+  }
+  if (!own || *own == chosen || (flags & (kUnmet | kExtrapolated)) != 0) return text;
+  for (const std::size_t other : along_the_route(map, site)) {
+    if (apart_m(map, site, other) > map.ranges.dilation_m) break;
+    if (own_range(map, other, limit).value_or(chosen) < chosen) continue;
+    return text + formatted("    longer for the sake of site %zu, %.1f m away\n", other,
+                            apart_m(map, site, other));
+  }
+  return text + "    longer because a stricter limit or a neighbour asks for it\n";
+}
+
+std::string describe_better(const CompiledMap& map, std::size_t site, std::size_t limit) {
+  for (const std::size_t other : along_the_route(map, site)) {
+    if (chosen_range(map, other, limit) >= chosen_range(map, site, limit)) continue;
+    const bool is_ahead = map.sites.sites[other].s_m > map.sites.sites[site].s_m;
+    return formatted("    nearest that does with less: site %zu, %.1f m %s, %g m\n", other,
+                     apart_m(map, site, other), is_ahead ? "further on" : "back",
+                     map.ranges.range_m(other, limit));
+  }
+  return "    no site of this run does with less\n";
+}
+
+std::string describe_choice(const CompiledMap& map, std::size_t site, std::size_t limit) {
+  return formatted("  within %g m: look %g m\n", map.ranges.promises[limit].limit_m,
+                   map.ranges.range_m(site, limit)) +
+         describe_reason(map, site, limit) + describe_better(map, site, limit);
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct FarOff {
+  std::size_t factor = 0;
+  double value = 0.0;
+  double median = 0.0;
+  double z = 0.0;
+};
+
+std::optional<FarOff> far_off(const FactorTable& factors, std::size_t site, std::size_t range,
+                              std::size_t factor) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < factors.site_count; ++i) {
+    values.push_back(factors.at(i, range, factor));
+  }
+  FarOff found{factor, factors.at(site, range, factor), median_of(values), 0.0};
+  for (double& value : values) value = std::abs(value - found.median);
+  const double spread = median_of(values);
+  if (!(spread > 0.0)) return std::nullopt;
+  constexpr double kSigmaPerDeviation = 0.6745;  // of a normal distribution
+  found.z = kSigmaPerDeviation * (found.value - found.median) / spread;
+  if (std::abs(found.z) < kFarOff) return std::nullopt;
+  return found;
+}
+
+std::optional<std::size_t> column_of(const FactorTable& factors, std::string_view name) {
+  const auto found = std::find(factors.factors.begin(), factors.factors.end(), name);
+  if (found == factors.factors.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - factors.factors.begin());
+}
+
+std::string describe_factors(const CompiledMap& map, std::size_t site, std::size_t range) {
+  const std::optional<std::size_t> heading = column_of(map.factors, "crlb_heading");
+  std::vector<FarOff> found;
+  for (std::size_t factor = 0; factor < map.factors.factors.size(); ++factor) {
+    if (factor == heading) continue;  // a direction has no median
+    const std::optional<FarOff> one = far_off(map.factors, site, range, factor);
+    if (one) found.push_back(*one);
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const FarOff& a, const FarOff& b) { return std::abs(a.z) > std::abs(b.z); });
+  if (found.size() > kMostTold) found.resize(kMostTold);
+  const std::string where = at_range(map.ranges.ranges_m[range]);
+  if (found.empty()) return "  at " + where + " no factor is far from the route's median\n";
+  std::string text = "  far from the route's median at " + where + "\n";
+  for (const FarOff& one : found) {
+    text += formatted("    %-18s %10.4g   median %10.4g   z %+.1f\n",
+                      map.factors.factors[one.factor].c_str(), one.value, one.median, one.z);
+  }
+  return text;
+}
+
+// Lines without sign: the angle between them, 0 to 90 degrees.
+double between_lines_deg(double a_deg, double b_deg) {
+  const double turned_deg = std::fmod(std::abs(a_deg - b_deg), 180.0);
+  return std::min(turned_deg, 180.0 - turned_deg);
+}
+
+std::string describe_weakness(const CompiledMap& map, std::size_t site, std::size_t range) {
+  const std::optional<std::size_t> heading = column_of(map.factors, "crlb_heading");
+  const std::optional<std::size_t> weak = column_of(map.factors, "crlb_max");
+  const std::optional<std::size_t> strong = column_of(map.factors, "crlb_min");
+  if (!heading || !weak || !strong) return "";
+  const Eigen::Vector3d ahead = map.sites.sites[site].T_map_vehicle.linear().col(0);
+  const double road_deg = std::atan2(ahead.y(), ahead.x()) * 180.0 / std::numbers::pi;
+  const double heading_deg = map.factors.at(site, range, *heading);
+  const double off_deg = between_lines_deg(heading_deg, road_deg);
+  const char* way = off_deg < 30.0   ? "along the road"
+                    : off_deg > 60.0 ? "across the road"
+                                     : "aslant";
+  return formatted("  weakest %s: %.0f degrees from map +x, %.0f off the road; ", way, heading_deg,
+                   off_deg) +
+         formatted("%.1f times the strongest direction's uncertainty\n",
+                   map.factors.at(site, range, *weak) / map.factors.at(site, range, *strong));
+}
+
+}  // namespace
+
+Result<std::string> describe_site(const CompiledMap& map, std::size_t site) {
+  if (site >= map.sites.sites.size()) {
+    return Error{ErrorCode::kBadArgument,
+                 "found site " + std::to_string(site) + ", expected 0 to " +
+                     std::to_string(map.sites.sites.size() - 1),
+                 "", ""};
+  }
+  std::string text = describe_place(map, site) + describe_prediction(map, site);
+  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
+    text += describe_choice(map, site, limit);
+  }
+  if (map.factors.factors.empty()) return text + "  this map holds no factors\n";
+  // What the strictest limit had to look through.
+  const std::size_t range = chosen_range(map, site, 0);
+  std::vector<std::size_t> told = {0};
+  if (range != 0) told.push_back(range);
+  for (const std::size_t each : told) {
+    text += describe_factors(map, site, each) + describe_weakness(map, site, each);
+  }
+  return text;
+}
+
+}  // namespace sightline

@@ -1,0 +1,88 @@
+#include "formats/map/factor_layer.h"
+
+#include <cstring>
+
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+namespace {
+
+// Two columns: site u32[n], value f64[n][ranges][factors].
+struct FactorLayout {
+  std::uint64_t row_size = 0;
+  std::uint64_t values = 0;
+  std::uint64_t size = 0;
+
+  FactorLayout(std::uint64_t rows, const FactorTable& factors)
+      : row_size(sizeof(double) * factors.ranges_m.size() * factors.factors.size()),
+        values(aligned(rows * sizeof(std::uint32_t))),
+        size(aligned(values + rows * row_size)) {}
+};
+
+Error bad(ErrorCode code, std::string message) { return {code, std::move(message), "", ""}; }
+
+}  // namespace
+
+std::vector<std::byte> encode_factor_layer(const FactorTable& factors,
+                                           std::span<const std::uint32_t> sites) {
+  const FactorLayout layout(sites.size(), factors);
+  std::vector<std::byte> raw(layout.size);
+  std::memcpy(raw.data(), sites.data(), sites.size_bytes());
+  const std::size_t row_values = layout.row_size / sizeof(double);
+  for (std::size_t row = 0; row < sites.size(); ++row) {
+    std::memcpy(raw.data() + layout.values + row * layout.row_size,
+                factors.values.data() + sites[row] * row_values, layout.row_size);
+  }
+  return raw;
+}
+
+Result<void> decode_factor_layer(std::span<const std::byte> raw, std::uint64_t row_count,
+                                 FactorTable& factors, std::vector<bool>& is_filled) {
+  if (row_count > kMostRows || raw.size() != FactorLayout(row_count, factors).size) {
+    return bad(ErrorCode::kBadLayer, "found " + std::to_string(raw.size()) +
+                                         " bytes of factors of " + std::to_string(row_count) +
+                                         " sites");
+  }
+  const FactorLayout layout(row_count, factors);
+  const std::size_t row_values = layout.row_size / sizeof(double);
+  for (std::uint64_t row = 0; row < row_count; ++row) {
+    std::uint32_t site = 0;
+    std::memcpy(&site, raw.data() + row * sizeof site, sizeof site);
+    if (site >= is_filled.size() || is_filled[site]) {
+      return bad(ErrorCode::kBadOrder, "the factors of a site are unknown or doubled");
+    }
+    is_filled[site] = true;
+    std::memcpy(factors.values.data() + site * row_values,
+                raw.data() + layout.values + row * layout.row_size, layout.row_size);
+  }
+  return {};
+}
+
+std::vector<std::byte> encode_factor_names(const FactorTable& factors) {
+  std::string text;
+  for (const std::string& name : factors.factors) text += name + "\n";
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
+}
+
+Result<void> decode_factor_names(std::span<const std::byte> raw, FactorTable& factors) {
+  std::vector<std::string> names;
+  std::string name;
+  for (const std::byte byte : raw) {
+    if (byte == std::byte{'\n'}) {
+      names.push_back(std::move(name));
+      name.clear();
+    } else {
+      name += static_cast<char>(byte);
+    }
+  }
+  if (!name.empty() || names.size() != factors.factors.size()) {
+    return bad(ErrorCode::kBadLayer, "found " + std::to_string(names.size()) +
+                                         " names of factors, expected " +
+                                         std::to_string(factors.factors.size()));
+  }
+  factors.factors = std::move(names);
+  return {};
+}
+
+}  // namespace sightline

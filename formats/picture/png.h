@@ -1,0 +1,14 @@
+#pragma once
+
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "formats/picture/raster.h"
+
+namespace sightline {
+
+// A PNG file of 8 bits a channel, without times or texts: the same picture gives the same bytes
+// (of one version of libpng and zlib). Error: bad-argument for a picture of no size.
+Result<std::vector<std::byte>> encode_png(const Raster& raster);
+
+}  // namespace sightline

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "passes/remove_moving_voxels.h"
+
+namespace sightline {
+
+// What the scans say of one voxel.
+struct SeenVoxel {
+  CellKey key;
+  Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
+  std::uint32_t point_count = 0;
+  std::uint32_t hits = 0;    // scans with a return in it
+  std::uint32_t misses = 0;  // scans that looked through it
+  std::uint32_t last_scan = 0;
+  bool is_ground = false;
+
+  [[nodiscard]] Eigen::Vector3d mean_m() const { return sum_m / point_count; }
+};
+
+// The voxels with returns of one place; index.find(voxels[i].key) == i.
+struct SeenVoxels {
+  VoxelIndex index;
+  double voxel_m = 0.0;
+  std::vector<SeenVoxel> voxels;
+};
+
+// Evidence for standing, by OctoMap's sensor model: log odds of hits and misses. Below 0: it moved.
+double log_odds(const SeenVoxel& voxel);
+
+// Whether a voxel stands beyond doubt even if every one of `scan_count` scans that did not hit it
+// looks through it: no ray need be asked.
+bool stands_anyway(const SeenVoxel& voxel, std::size_t scan_count);
+
+// Farthest that one voxel's verdict depends on others, m.
+double reach_of_judgement_m(double voxel_m);
+
+// Fills is_ground: what lies within a hand's breadth of the lowest return of its surroundings.
+void mark_ground(SeenVoxels& seen);
+
+// The voxels at most `steps` away on each axis, without itself.
+std::vector<std::uint32_t> neighbours(const SeenVoxels& seen, std::size_t v, int steps);
+
+// One a voxel: 1 where it moved.
+std::vector<std::uint8_t> judge(const SeenVoxels& seen);
+
+}  // namespace sightline

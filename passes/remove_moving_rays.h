@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sightline {
+
+// One question to the rays of a scan, in the sensor's frame, metres.
+struct Look {
+  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
+  double touch_m = 0.0;  // a ray that comes this near goes through
+  // Where positive a ray counts only if it passes at least this far below, against `up`.
+  double least_below_m = 0.0;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+};
+
+// The rays of one scan, from the sensor's origin to its returns, found by direction. What the
+// sensor's beams do not cover, or lost, is covered by no ray and says nothing.
+class ScanRays {
+ public:
+  explicit ScanRays(std::span<const Eigen::Vector3d> points_lidar_m);
+
+  // Whether some ray comes within touch_m of a point and ends more than kEndMargin_m beyond it.
+  [[nodiscard]] bool pass_through(const Look& look) const;
+
+  // A ray says nothing of the last stretch before its end: range noise, and the slant of what it
+  // hit.
+  static constexpr double kEndMargin_m = 0.5;
+
+ private:
+  struct Ray {
+    Eigen::Vector3d direction;
+    double range_m;
+  };
+  std::vector<Ray> rays_;             // by bin, in the scan's order within one
+  std::vector<std::uint32_t> begin_;  // of each bin in rays_, and the end of the last
+};
+
+}  // namespace sightline

@@ -1,0 +1,260 @@
+#include "passes/remove_moving_tile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "passes/remove_moving_judge.h"
+#include "passes/remove_moving_rays.h"
+
+// A return says that something was there, and that nothing was between it and the sensor. A voxel
+// that some scans hit and many others look through held something that moved.
+//
+// Carving by voxels alone eats what stands: a ray that grazes the ground, or passes a wall at a
+// small angle, crosses many voxels whose points it does not touch; a thin pole fills a small part
+// of its voxel. So a scan contradicts a voxel only when one of its rays
+// - passes near the centre of the voxel's own points, not anywhere through the voxel;
+// - goes on well beyond it;
+// - and, where the voxel is the lowest of its place, passes below its points: ground stays;
+// and when the scan hit nothing that stands above the ground in a neighbouring voxel.
+//
+// A tile needs two readings of its scans: one to know its voxels, one to look through them.
+
+namespace sightline {
+namespace {
+
+// A ray passes through a voxel's points when it comes this near their mean, in voxels.
+constexpr double kTouch_voxels = 0.5;
+// No ray goes on below the ground: one that passes this far below what seems to be ground says that
+// it is not. Noise of ranges and poses stays below it.
+constexpr double kBelowGround_m = 0.03;
+// Edge of the columns that are near a sensor or not as a whole.
+constexpr double kColumn_m = 4.0;
+
+using Box2 = Eigen::AlignedBox2d;
+
+Box2 box_of(const TileKey& tile, double tile_m) {
+  const Eigen::Vector2d low_m(tile.x * tile_m, tile.y * tile_m);
+  return {low_m, low_m + Eigen::Vector2d::Constant(tile_m)};
+}
+
+Box2 with_halo(const Box2& box, double halo_m) {
+  return {box.min() - Eigen::Vector2d::Constant(halo_m),
+          box.max() + Eigen::Vector2d::Constant(halo_m)};
+}
+
+Eigen::Vector2d centre_m(const CellKey& key, double voxel_m) {
+  return {(key.x + 0.5) * voxel_m, (key.y + 0.5) * voxel_m};
+}
+
+// Voxels of which it is told together whether they are near a sensor.
+struct Column {
+  Box2 box;
+  std::vector<std::uint32_t> voxels;
+};
+
+class TileCarver {
+ public:
+  TileCarver(const CarveOptions& options, const ScanStore& store, std::span<const PlacedScan> scans,
+             const TileKey& tile)
+      : options_(options),
+        store_(store),
+        scans_(scans),
+        tile_(box_of(tile, options.tile_m)),
+        reach_(with_halo(tile_, reach_of_judgement_m(options.voxel_m))),
+        hit_voxels_(scans.size()) {
+    const Eigen::Vector2d middle_m = tile_.center();
+    const double height_m = scans.empty() ? 0.0 : scans.front().T_map_lidar.translation().z();
+    seen_.voxel_m = options.voxel_m;
+    seen_.index = VoxelIndex(cell_key({middle_m.x(), middle_m.y(), height_m}, options.voxel_m));
+  }
+
+  Result<TileFindings> run() {
+    const Result<void> collected = collect();
+    if (!collected) return collected.error();
+    mark_ground(seen_);
+    gather_neighbours();
+    const Result<void> carved = carve();
+    if (!carved) return carved.error();
+    return findings();
+  }
+
+ private:
+  Result<void> collect() {
+    for (std::uint32_t k = 0; k < scans_.size(); ++k) {
+      const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
+      if (reach_.exteriorDistance(origin_m) > scans_[k].max_range_m) continue;
+      const Result<Scan> scan = store_.read(scans_[k].index);
+      if (!scan) return scan.error();
+      for (const Eigen::Vector3d& point_lidar_m : scan->points_m) {
+        if (!is_within_range(scans_[k], point_lidar_m)) continue;
+        add_return(scans_[k].T_map_lidar * point_lidar_m, k);
+      }
+    }
+    return {};
+  }
+
+  void add_return(const Eigen::Vector3d& point_m, std::uint32_t k) {
+    // By the voxel's centre, so that a voxel belongs to one tile as a whole.
+    const CellKey key = cell_key(point_m, options_.voxel_m);
+    const Eigen::Vector2d at_m = centre_m(key, options_.voxel_m);
+    if (!reach_.contains(at_m)) return;
+    const std::uint32_t v = seen_.index.insert(key);
+    if (v == VoxelIndex::kNone) {
+      if (is_inside(at_m)) ++beyond_count_;
+      return;
+    }
+    if (v == seen_.voxels.size()) seen_.voxels.emplace_back().key = key;
+    SeenVoxel& voxel = seen_.voxels[v];
+    voxel.sum_m += point_m;
+    ++voxel.point_count;
+    if (voxel.hits > 0 && voxel.last_scan == k) return;
+    ++voxel.hits;
+    voxel.last_scan = k;
+    hit_voxels_[k].push_back(v);
+  }
+
+  // Lists that say which voxels touch one that stands above the ground.
+  void gather_neighbours() {
+    near_begin_.push_back(0);
+    for (std::size_t v = 0; v < seen_.voxels.size(); ++v) {
+      if (!seen_.voxels[v].is_ground) {
+        const std::vector<std::uint32_t> found = neighbours(seen_, v, 1);
+        near_.insert(near_.end(), found.begin(), found.end());
+      }
+      near_begin_.push_back(near_.size());
+    }
+  }
+
+  Result<void> carve() {
+    const std::vector<Column> columns = columns_to_ask_about();
+    std::vector<std::uint32_t> spared_by(seen_.voxels.size(), kNoScan);
+    for (std::uint32_t k = 0; k < scans_.size(); ++k) {
+      const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
+      if (reach_.exteriorDistance(origin_m) > options_.carve_range_m) continue;
+      const Result<Scan> scan = store_.read(scans_[k].index);
+      if (!scan) return scan.error();
+      spare_what_it_hit(k, spared_by);
+      std::vector<Eigen::Vector3d> returns_m;
+      for (const Eigen::Vector3d& point_lidar_m : scan->points_m) {
+        if (is_within_range(scans_[k], point_lidar_m)) returns_m.push_back(point_lidar_m);
+      }
+      const ScanRays rays(returns_m);
+      for (const Column& column : columns) {
+        if (column.box.exteriorDistance(origin_m) > options_.carve_range_m) continue;
+        for (const std::uint32_t v : column.voxels) {
+          if (spared_by[v] != k) look_through(scans_[k].T_map_lidar, rays, seen_.voxels[v]);
+        }
+      }
+    }
+    return {};
+  }
+
+  // Scans that may look into a place.
+  std::size_t scans_near(const Box2& box) const {
+    return static_cast<std::size_t>(std::ranges::count_if(scans_, [&](const PlacedScan& scan) {
+      const Eigen::Vector2d origin_m = scan.T_map_lidar.translation().head<2>();
+      return box.exteriorDistance(origin_m) <= options_.carve_range_m;
+    }));
+  }
+
+  std::vector<Column> columns_to_ask_about() const {
+    std::vector<std::pair<TileKey, std::uint32_t>> order;
+    for (std::uint32_t v = 0; v < seen_.voxels.size(); ++v) {
+      const Eigen::Vector2d at_m = centre_m(seen_.voxels[v].key, options_.voxel_m) / kColumn_m;
+      order.push_back({{floor_to_int(at_m.x()), floor_to_int(at_m.y())}, v});
+    }
+    std::ranges::sort(order);
+    std::vector<Column> columns;
+    std::size_t scan_count = 0;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      if (i == 0 || order[i].first != order[i - 1].first) {
+        columns.push_back({box_of(order[i].first, kColumn_m), {}});
+        scan_count = scans_near(columns.back().box);
+      }
+      const std::uint32_t v = order[i].second;
+      if (!stands_anyway(seen_.voxels[v], scan_count)) columns.back().voxels.push_back(v);
+    }
+    return columns;
+  }
+
+  // A scan does not contradict what it hit, nor what is beside something standing that it hit.
+  void spare_what_it_hit(std::uint32_t k, std::vector<std::uint32_t>& spared_by) const {
+    for (const std::uint32_t v : hit_voxels_[k]) {
+      spared_by[v] = k;
+      for (std::size_t i = near_begin_[v]; i < near_begin_[v + 1]; ++i) spared_by[near_[i]] = k;
+    }
+  }
+
+  void look_through(const Pose& T_map_lidar, const ScanRays& rays, SeenVoxel& voxel) const {
+    const Eigen::Vector3d from_sensor_m = voxel.mean_m() - T_map_lidar.translation();
+    if (from_sensor_m.squaredNorm() > options_.carve_range_m * options_.carve_range_m) return;
+    Look look;
+    look.at_m = T_map_lidar.linear().transpose() * from_sensor_m;
+    look.touch_m = kTouch_voxels * options_.voxel_m;
+    if (voxel.is_ground) {
+      look.least_below_m = kBelowGround_m;
+      look.up = T_map_lidar.linear().row(2);
+    }
+    if (rays.pass_through(look)) ++voxel.misses;
+  }
+
+  bool is_inside(const Eigen::Vector2d& at_m) const {
+    return (at_m.array() >= tile_.min().array()).all() &&
+           (at_m.array() < tile_.max().array()).all();
+  }
+
+  TileFindings findings() const {
+    TileFindings found;
+    found.beyond_count = beyond_count_;
+    const std::vector<std::uint8_t> moved = judge(seen_);
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+      const SeenVoxel& voxel = seen_.voxels[v];
+      if (moved[v] == 0 || !is_inside(centre_m(voxel.key, options_.voxel_m))) continue;
+      found.moved_voxels.push_back(voxel.key);
+      found.moving_count += voxel.point_count;
+    }
+    std::ranges::sort(found.moved_voxels);
+    return found;
+  }
+
+  static constexpr std::uint32_t kNoScan = 0xffffffff;
+
+  const CarveOptions& options_;
+  const ScanStore& store_;
+  std::span<const PlacedScan> scans_;
+  Box2 tile_;
+  Box2 reach_;  // with the surroundings that decide about its voxels
+  SeenVoxels seen_{VoxelIndex({}), 0.0, {}};
+  std::vector<std::vector<std::uint32_t>> hit_voxels_;  // of each scan, each once
+  std::vector<std::uint32_t> near_;
+  std::vector<std::size_t> near_begin_;  // of each voxel in near_
+  std::uint64_t beyond_count_ = 0;
+};
+
+}  // namespace
+
+Result<TileFindings> find_moving_in_tile(const CarveOptions& options, const ScanStore& store,
+                                         std::span<const PlacedScan> scans, const TileKey& tile) {
+  return TileCarver(options, store, scans, tile).run();
+}
+
+std::vector<TileKey> tiles_to_look_at(const CarveOptions& options,
+                                      std::span<const PlacedScan> scans) {
+  const double range_m = options.carve_range_m + reach_of_judgement_m(options.voxel_m);
+  std::set<TileKey> tiles;
+  for (const PlacedScan& scan : scans) {
+    const Eigen::Vector2d origin_m = scan.T_map_lidar.translation().head<2>();
+    const auto index_of = [&](double x_m) { return floor_to_int(x_m / options.tile_m); };
+    for (int x = index_of(origin_m.x() - range_m); x <= index_of(origin_m.x() + range_m); ++x) {
+      for (int y = index_of(origin_m.y() - range_m); y <= index_of(origin_m.y() + range_m); ++y) {
+        if (box_of({x, y}, options.tile_m).exteriorDistance(origin_m) <= range_m) {
+          tiles.insert({x, y});
+        }
+      }
+    }
+  }
+  return {tiles.begin(), tiles.end()};
+}
+
+}  // namespace sightline

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "formats/surface_points.h"
+
+namespace sightline {
+
+struct CarveOptions {
+  double voxel_m = 0.2;
+  double carve_range_m = 60.0;
+  double tile_m = 128.0;
+};
+
+// What moved within one tile; see remove_moving.
+struct TileFindings {
+  std::vector<CellKey> moved_voxels;  // ascending
+  std::uint64_t moving_count = 0;     // returns in them
+  std::uint64_t beyond_count = 0;     // returns above or below the octree: not looked at
+};
+
+// Looks at one tile with all scans that reach it, one scan in memory at a time. What is found does
+// not depend on where tiles begin and end. Errors: what reading a scan says.
+Result<TileFindings> find_moving_in_tile(const CarveOptions& options, const ScanStore& store,
+                                         std::span<const PlacedScan> scans, const TileKey& tile);
+
+// The tiles in which something can be found, ascending: those within the carving range of a scan.
+std::vector<TileKey> tiles_to_look_at(const CarveOptions& options,
+                                      std::span<const PlacedScan> scans);
+
+}  // namespace sightline
