@@ -110,6 +110,7 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   map.definitions = definitions();
   map.model = record_of(inputs.model);
   if (options.has_factors) map.factors = inputs.factors;
+  if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
   map.quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
   if (!valid) {

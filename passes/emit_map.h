@@ -15,11 +15,12 @@
 #include "formats/ndt_map.h"
 #include "formats/predicted_error.h"
 #include "formats/range_table.h"
+#include "formats/sharpness.h"
 #include "formats/sites.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEmitMapVersion = 2;
+inline constexpr std::uint32_t kEmitMapVersion = 3;
 
 struct EmitMapOptions {
   std::string map_id;                 // empty: made of the mapping drive's content
@@ -42,6 +43,7 @@ struct EmitMapInputs {
   const MeasuredError& measured;
   const ErrorModel& model;
   const FactorTable& factors;
+  const Sharpness* sharpness = nullptr;  // where it was measured
 };
 
 // Joins what the passes before it made into the map that is written to a file (encode_map). The

@@ -10,6 +10,7 @@
 #include "compiler/driver/run_flags.h"
 #include "formats/evaluation.h"
 #include "formats/map/map_writer.h"
+#include "formats/sharpness.h"
 #include "passes/factors/factor_report.h"
 
 namespace sightline {
@@ -70,6 +71,7 @@ Result<void> compile(const CompileFlags& flags) {
   if (!written) return written;
   if (!flags.run.is_quiet) {
     std::fputs(to_text(artifacts.get<Evaluation>("evaluation")).c_str(), stdout);
+    std::fputs(("\n" + to_text(artifacts.get<Sharpness>("sharpness")) + "\n").c_str(), stdout);
     const Result<FactorReport> report = factor_report(
         artifacts.get<FactorTable>("factor-table"), artifacts.get<MeasuredError>("measured-error"));
     if (!report) return report.error();

@@ -90,7 +90,17 @@ Result<Table> table_of_config(const DumpFlags& flags) {
   return entry.type->print(entry.value.get());
 }
 
+Result<PictureSources> points_of_config(const DumpFlags& flags) {
+  const Result<ArtifactSet> artifacts = artifacts_up_to("surface-points", flags);
+  if (!artifacts) return artifacts.error();
+  PictureSources sources;
+  sources.points =
+      std::make_shared<const SurfacePoints>(artifacts->get<SurfacePoints>("surface-points"));
+  return sources;
+}
+
 Result<PictureSources> sources_of_config(const DumpFlags& flags) {
+  if (flags.what == "points") return points_of_config(flags);
   const bool is_depth = flags.what == "depth";
   // Sites are made after NDs and before depth images.
   const Result<ArtifactSet> artifacts = artifacts_up_to(is_depth ? "depth-images" : "sites", flags);
@@ -165,9 +175,11 @@ Result<void> dump_picture(const DumpFlags& flags) {
     if (!box) return box.error();
     wish.box = *box;
   }
-  if (target_of(flags) == Target::kArtifact || (wish.what != "depth" && wish.what != "nds")) {
+  if (target_of(flags) == Target::kArtifact ||
+      (wish.what != "depth" && wish.what != "nds" && wish.what != "points")) {
     return Error{ErrorCode::kBadArgument,
-                 "--format: only depth and nds of a configuration or a map can be drawn", "", ""};
+                 "--format: only depth, nds and points of a configuration or a map can be drawn",
+                 "", ""};
   }
   const Result<PictureSources> sources =
       target_of(flags) == Target::kMap ? sources_of_map(flags) : sources_of_config(flags);
@@ -245,7 +257,7 @@ void add_dump_command(CLI::App& app, int& status) {
       ->check(CLI::IsMember(dumpable_names()));
   command
       ->add_option("--format", flags->format,
-                   "csv, json or text; png for depth; png or svg for nds")
+                   "csv, json or text; png for depth and points; png or svg for nds")
       ->capture_default_str();
   command->add_option("--site", flags->site, "Only the rows of this site")
       ->check(CLI::Range(0, INT32_MAX));

@@ -8,6 +8,7 @@
 #include "compiler/driver/run_flags.h"
 #include "formats/evaluation.h"
 #include "formats/map/map_reader.h"
+#include "passes/factors/factor_report.h"
 
 namespace sightline {
 namespace {
@@ -46,13 +47,12 @@ std::string joined_tables(const std::vector<Table>& all, TableFormat format) {
   return format == TableFormat::kJson ? text + "]\n" : text;
 }
 
-Result<void> write_tables(const EvaluateFlags& flags, const Evaluation& evaluation) {
+Result<void> write_tables(const EvaluateFlags& flags, const std::vector<Table>& all) {
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   for (const auto& [file, format] :
        {std::pair(flags.json, TableFormat::kJson), std::pair(flags.csv, TableFormat::kCsv)}) {
     if (file.empty()) continue;
-    const Result<void> written =
-        write_file_atomically(file, joined_tables(tables(evaluation), format), if_exists);
+    const Result<void> written = write_file_atomically(file, joined_tables(all, format), if_exists);
     if (!written) return written;
   }
   return {};
@@ -76,7 +76,15 @@ Result<void> evaluate(const EvaluateFlags& flags) {
   if (!artifacts.has("evaluation")) return {};  // --stop-after
   const Evaluation& evaluation = artifacts.get<Evaluation>("evaluation");
   std::fputs(to_text(evaluation).c_str(), stdout);
-  return write_tables(flags, evaluation);
+  std::vector<Table> all = tables(evaluation);
+  if (!map->factors.factors.empty()) {
+    const Result<FactorReport> report =
+        factor_report(map->factors, artifacts.get<MeasuredError>("measured-error"));
+    if (!report) return report.error();
+    std::fputs(("\n" + to_text(*report)).c_str(), stdout);
+    for (Table& table : tables(*report)) all.push_back(std::move(table));
+  }
+  return write_tables(flags, all);
 }
 
 }  // namespace

@@ -132,6 +132,8 @@ std::vector<ConfigSection> sections(CompileConfig& config) {
        option_fields(config.evaluation)},
       pass_section("ingest", "Reading drives", config.ingest),
       pass_section("estimate-trajectory", "Where the vehicle was", config.estimate_trajectory),
+      pass_section("align-drive", "A second drive in the map of the first", config.align_drive),
+      pass_section("measure-sharpness", "How sharp the map is", config.measure_sharpness),
       pass_section("undistort-scans", "Motion during a scan", config.undistort_scans),
       pass_section("remove-moving", "What moved leaves the map", config.remove_moving),
       pass_section("build-ndt", "The NDT map", config.build_ndt),

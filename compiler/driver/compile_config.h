@@ -7,6 +7,7 @@
 
 #include "compiler/driver/config_file.h"
 #include "formats/foreign/recording.h"
+#include "passes/align_drive.h"
 #include "passes/build_ndt.h"
 #include "passes/build_surface.h"
 #include "passes/cast_rays.h"
@@ -19,6 +20,7 @@
 #include "passes/evaluate_ranges.h"
 #include "passes/ingest.h"
 #include "passes/measure_error.h"
+#include "passes/measure_sharpness.h"
 #include "passes/predict_error.h"
 #include "passes/remove_moving.h"
 #include "passes/train_model.h"
@@ -49,6 +51,8 @@ struct CompileConfig {
   RecordingOptions evaluation;    // an independent drive, for `evaluate`
   IngestOptions ingest;
   EstimateTrajectoryOptions estimate_trajectory;
+  AlignDriveOptions align_drive;
+  MeasureSharpnessOptions measure_sharpness;
   UndistortScansOptions undistort_scans;
   RemoveMovingOptions remove_moving;
   BuildNdtOptions build_ndt;

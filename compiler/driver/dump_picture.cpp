@@ -4,6 +4,7 @@
 
 #include "formats/picture/depth_picture.h"
 #include "formats/picture/png.h"
+#include "formats/picture/points_picture.h"
 
 namespace sightline {
 namespace {
@@ -34,6 +35,14 @@ Result<std::string> draw_nds(const PictureWish& wish, const NdtMap& ndt, const S
   return png_text(ndt_picture(ndt, sites, box));
 }
 
+// What stood still in grey, what was removed in red.
+Result<std::string> draw_points(const PictureWish& wish, const SurfacePoints& points) {
+  if (wish.format != PictureFormat::kPng) return bad("--format: points are drawn as png");
+  const Result<Raster> raster = points_picture(points);
+  if (!raster) return raster.error();
+  return png_text(*raster);
+}
+
 }  // namespace
 
 Result<MapBox> parse_box(const std::string& text) {
@@ -49,8 +58,9 @@ Result<MapBox> parse_box(const std::string& text) {
 Result<std::string> draw_picture(const PictureWish& wish, const PictureSources& sources) {
   if (wish.what == "depth" && sources.depth) return draw_depth(wish, *sources.depth);
   if (wish.what == "nds" && sources.ndt) return draw_nds(wish, *sources.ndt, sources.sites);
+  if (wish.what == "points" && sources.points) return draw_points(wish, *sources.points);
   return bad(
-      "--format: pictures are made of depth (a configuration's or an artifact's) and of nds, "
+      "--format: pictures are made of depth and points (of a configuration) and of nds, "
       "not of \"" +
       wish.what + "\" here");
 }

@@ -9,6 +9,7 @@
 #include "formats/ndt_map.h"
 #include "formats/picture/ndt_picture.h"
 #include "formats/sites.h"
+#include "formats/surface_points.h"
 
 namespace sightline {
 
@@ -16,7 +17,7 @@ enum class PictureFormat { kPng, kSvg };
 
 // What a picture is asked for.
 struct PictureWish {
-  std::string what;  // "depth" or "nds"
+  std::string what;  // "depth", "nds" or "points"
   PictureFormat format = PictureFormat::kPng;
   int site = -1;              // of a depth image; below 0: none named
   std::optional<MapBox> box;  // of NDs; without one the whole map
@@ -26,6 +27,7 @@ struct PictureWish {
 struct PictureSources {
   std::shared_ptr<const DepthImages> depth;
   std::shared_ptr<const NdtMap> ndt;
+  std::shared_ptr<const SurfacePoints> points;
   Sites sites;  // none where they are not known
 };
 

@@ -11,9 +11,9 @@
 namespace sightline {
 namespace {
 
-// A drive that comes with poses in the map's world; they are taken as they are.
-EstimateTrajectoryOptions given_poses(EstimateTrajectoryOptions options) {
-  options.mode = "given";
+// What a second drive knows of itself, however the first one's poses came about.
+EstimateTrajectoryOptions own_poses(EstimateTrajectoryOptions options) {
+  options.mode = "auto";
   return options;
 }
 
@@ -23,9 +23,10 @@ Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& option
                                   const NdtMap& ndt, const Sites& sites,
                                   const PredictedError& predicted, const RangeTable& ranges,
                                   const MeasuredError& measured, const ErrorModel& model,
-                                  const FactorTable& factors) {
+                                  const FactorTable& factors,
+                                  const Sharpness& sharpness) {
   return emit_map(ctx, options,
-                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors});
+                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors, &sharpness});
 }
 
 Result<void> provide_drive(const std::string& name, const RecordingOptions& options,
@@ -88,6 +89,8 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
                 "ndt-map"));
   add(make_step("build-surface", kBuildSurfaceVersion, &build_surface, c.build_surface,
                 {"surface-points"}, "surface"));
+  add(make_step("measure-sharpness", kMeasureSharpnessVersion, &measure_sharpness,
+                c.measure_sharpness, {"mapping/drive", "mapping/trajectory"}, "sharpness"));
   add(make_step("choose-sites", kChooseSitesVersion, &choose_sites, c.choose_sites,
                 {"mapping/drive", "mapping/trajectory"}, "sites"));
   add(make_step("cast-rays", kCastRaysVersion, &cast_rays, c.cast_rays, {"surface", "sites"},
@@ -114,7 +117,11 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
     add(make_step("ingest:localization", kIngestVersion, &ingest, c.ingest,
                   {"localization/recording"}, drive));
     add(make_step("estimate-trajectory:localization", kEstimateTrajectoryVersion,
-                  &estimate_trajectory, given_poses(c.estimate_trajectory), {drive}, trajectory));
+                  &estimate_trajectory, own_poses(c.estimate_trajectory), {drive},
+                  "localization/own-trajectory"));
+    add(make_step("align-drive", kAlignDriveVersion, &align_drive, c.align_drive,
+                  {drive, "localization/own-trajectory", "ndt-map", "sites"}, trajectory));
+    // From here on both drives are told in the same frame.
     add(make_step("undistort-scans:localization", kUndistortScansVersion, &undistort_scans,
                   c.undistort_scans, {drive, trajectory}, undistorted));
   }
@@ -139,7 +146,7 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
                 {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
   add(make_step("emit-map", kEmitMapVersion, &emit_map_step, c.emit_map,
                 {"mapping/drive", drive, "ndt-map", "sites", "predicted-error", "range-table",
-                 "measured-error", "error-model", "factor-table"},
+                 "measured-error", "error-model", "factor-table", "sharpness"},
                 "compiled-map"));
   return steps;
 }
@@ -149,8 +156,12 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
   steps.push_back(make_step("ingest:evaluation", kIngestVersion, &ingest, c.ingest,
                             {"evaluation/recording"}, "evaluation/drive"));
   steps.push_back(make_step("estimate-trajectory:evaluation", kEstimateTrajectoryVersion,
-                            &estimate_trajectory, given_poses(c.estimate_trajectory),
-                            {"evaluation/drive"}, "evaluation/trajectory"));
+                            &estimate_trajectory, own_poses(c.estimate_trajectory),
+                            {"evaluation/drive"}, "evaluation/own-trajectory"));
+  steps.push_back(make_step(
+      "align-drive:evaluation", kAlignDriveVersion, &align_drive, c.align_drive,
+      {"evaluation/drive", "evaluation/own-trajectory", "ndt-map", "sites"},
+      "evaluation/trajectory"));
   steps.push_back(make_step("undistort-scans:evaluation", kUndistortScansVersion, &undistort_scans,
                             c.undistort_scans, {"evaluation/drive", "evaluation/trajectory"},
                             "evaluation/undistorted"));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "formats/predicted_error.h"
 #include "formats/range_table.h"
 #include "formats/sensor_profile.h"
+#include "formats/sharpness.h"
 #include "formats/sites.h"
 
 namespace sightline {
@@ -71,6 +73,7 @@ struct CompiledMap {
   std::vector<NamedVersion> definitions;  // ascending name
   ModelRecord model;
   std::vector<LimitQuality> quality;  // one per limit
+  std::optional<Sharpness> sharpness;  // none in maps made before it was measured
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
 };
 

@@ -146,6 +146,7 @@ std::string describe_model(const ModelRecord& model) {
 
 std::string describe(const CompiledMap& map) {
   std::string text = describe_map(map) + describe_measurement(map);
+  if (map.sharpness) text += to_text(*map.sharpness) + "\n";
   text += "ranges\n" + field("rule", std::string(selection_name(map.ranges.selection)) +
                                          formatted(", dilated by %g m", map.ranges.dilation_m));
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {

@@ -133,6 +133,35 @@ flatbuffers::Offset<schema::Model> encode_model(const ModelRecord& model, Builde
   return schema::CreateModelDirect(builder, model.encoding_version, &digest, &card);
 }
 
+flatbuffers::Offset<schema::SharpnessFigures> encode_figures(const SharpnessFigures& figures,
+                                                             Builder& builder) {
+  return schema::CreateSharpnessFigures(builder, figures.mean_entropy_nat, figures.entropy_points,
+                                        figures.mean_plane_variance_m2, figures.plane_points);
+}
+
+// No offset where there is nothing to say.
+flatbuffers::Offset<schema::Sharpness> encode_sharpness(const std::optional<Sharpness>& sharpness,
+                                                        Builder& builder) {
+  if (!sharpness) return 0;
+  const auto of_map = encode_figures(sharpness->of_map, builder);
+  flatbuffers::Offset<schema::SharpnessFigures> of_given = 0;
+  if (sharpness->of_given) of_given = encode_figures(*sharpness->of_given, builder);
+  return schema::CreateSharpness(builder, of_map, of_given);
+}
+
+SharpnessFigures decode_figures(const schema::SharpnessFigures& figures) {
+  return {figures.mean_entropy_nat(), figures.entropy_points(), figures.mean_plane_variance_m2(),
+          figures.plane_points()};
+}
+
+std::optional<Sharpness> decode_sharpness(const schema::Sharpness* from) {
+  if (from == nullptr) return std::nullopt;
+  Sharpness sharpness;
+  sharpness.of_map = decode_figures(*from->of_map());
+  if (from->of_given() != nullptr) sharpness.of_given = decode_figures(*from->of_given());
+  return sharpness;
+}
+
 ModelRecord decode_model(const schema::Model& model) {
   ModelRecord record;
   record.encoding_version = model.encoding_version();
@@ -172,12 +201,14 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
   const auto sensor = encode_sensor(map.sensor, builder);
   const auto measurement = encode_measurement(map.measurement, builder);
   const auto model = encode_model(map.model, builder);
+  const auto sharpness = encode_sharpness(map.sharpness, builder);
   builder.Finish(schema::CreateManifestDirect(
       builder, map.map_id.c_str(), map.version.c_str(), map.release, map.writer.c_str(), &origin,
       map.ndt.cell_m, map.ndt.tile_m, map.sites.spacing_m, map.reach_m, map.ndt.nds.size(),
       map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count, map.ndt.point_count,
       map.ranges.site_count, &map.ranges.ranges_m, static_cast<schema::Rule>(map.ranges.selection),
-      map.ranges.dilation_m, &promises, &quality, sensor, measurement, &definitions, model));
+      map.ranges.dilation_m, &promises, &quality, sensor, measurement, &definitions, model,
+      sharpness));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
 }
@@ -209,6 +240,7 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
     map.definitions.push_back({definition->name()->str(), definition->version()});
   }
   map.model = decode_model(*manifest.model());
+  map.sharpness = decode_sharpness(manifest.sharpness());
   return {};
 }
 

@@ -118,7 +118,7 @@ TEST(EstimateTrajectorySlow, NoticesThatTheFirstPosesOfAWellKnownRecordingAreWro
   const double way_m = (trajectory->poses[5].T_map_vehicle.translation() -
                         trajectory->poses[0].T_map_vehicle.translation())
                            .norm();
-  EXPECT_NEAR(way_m / 5.0, 0.69, 0.02) << warnings;
+  EXPECT_NEAR(way_m / 5.0, 0.70, 0.04) << warnings;  // it speeds up from 0.68 to 0.74 m
 }
 
 }  // namespace

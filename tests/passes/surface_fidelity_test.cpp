@@ -74,9 +74,33 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(at)];
 }
 
+struct Fidelity {
+  double agreement = 0.0;  // share of rays on which both hit or both miss
+  double median_m = 0.0;   // of the distance's error where both hit
+  double p95_m = 0.0;
+};
+
+// Over the rows [first, last) of all images.
+Fidelity fidelity_of(const DepthImages& images, const std::vector<double>& exact_m,
+                     std::uint32_t first, std::uint32_t last) {
+  double agreements = 0.0;
+  double rays = 0.0;
+  std::vector<double> error_m;
+  for (std::size_t i = 0; i < exact_m.size(); ++i) {
+    const std::size_t row = i % images.cells_per_site() / images.azimuth_count;
+    if (row < first || row >= last) continue;
+    const double found_m = images.distance_m[i];
+    const bool is_hit = std::isfinite(exact_m[i]);
+    rays += 1.0;
+    agreements += is_hit == std::isfinite(found_m) ? 1.0 : 0.0;
+    if (is_hit && std::isfinite(found_m)) error_m.push_back(std::abs(found_m - exact_m[i]));
+  }
+  return {agreements / rays, quantile(error_m, 0.5), quantile(error_m, 0.95)};
+}
+
 class SurfaceFidelity : public testing::TestWithParam<std::uint64_t> {};
 
-TEST_P(SurfaceFidelity, AgreesWithTheExactTown) {
+TEST_P(SurfaceFidelity, AgreesWithTheExactTownInEveryElevationBand) {
   const TownViews views = drive_through(GetParam());
   PassContext ctx;
   const Result<Surface> surface = build_surface(ctx, {}, views.points);
@@ -84,23 +108,22 @@ TEST_P(SurfaceFidelity, AgreesWithTheExactTown) {
   const Result<DepthImages> images = cast_rays(ctx, {}, *surface, views.sites);
   ASSERT_TRUE(images.has_value());
   ASSERT_EQ(images->distance_m.size(), views.exact_m.size());
-  double agreements = 0.0;
-  std::vector<double> error_m;
-  for (std::size_t i = 0; i < views.exact_m.size(); ++i) {
-    const double found_m = images->distance_m[i];
-    const bool is_hit = std::isfinite(views.exact_m[i]);
-    agreements += is_hit == std::isfinite(found_m) ? 1.0 : 0.0;
-    if (is_hit && std::isfinite(found_m)) error_m.push_back(std::abs(found_m - views.exact_m[i]));
+  const Fidelity all = fidelity_of(*images, views.exact_m, 0, 31);
+  EXPECT_GE(all.agreement, 0.97);
+  EXPECT_LE(all.median_m, 0.10);
+  EXPECT_LE(all.p95_m, 0.5);
+  // -15 .. -11, -10 .. -6, ..., 5 .. 9, 10 .. 15 degrees.
+  for (std::uint32_t first = 0; first < 30; first += 5) {
+    const std::uint32_t last = first == 25 ? 31 : first + 5;
+    const Fidelity band = fidelity_of(*images, views.exact_m, first, last);
+    // 0.95 and more everywhere but at -5 .. -1 degrees of town 2 (0.939), where rays graze the
+    // ground beyond what the drive has sampled.
+    EXPECT_GE(band.agreement, first == 10 ? 0.93 : 0.95) << "from row " << first;
+    EXPECT_LE(band.median_m, 0.15) << "from row " << first;
+    RecordProperty("row_" + std::to_string(first), std::to_string(band.agreement) + " " +
+                                                       std::to_string(band.median_m) + " " +
+                                                       std::to_string(band.p95_m));
   }
-  const double agreement = agreements / static_cast<double>(views.exact_m.size());
-  const double median_m = quantile(error_m, 0.5);
-  const double p95_m = quantile(error_m, 0.95);
-  RecordProperty("agreement", std::to_string(agreement));
-  RecordProperty("median_m", std::to_string(median_m));
-  RecordProperty("p95_m", std::to_string(p95_m));
-  EXPECT_GE(agreement, 0.97);
-  EXPECT_LE(median_m, 0.10);
-  EXPECT_LE(p95_m, 0.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(ThreeTowns, SurfaceFidelity, testing::Values(1, 2, 3));
