@@ -1,0 +1,146 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/base/atomic_file.h"
+#include "tests/system/program.h"
+
+// A whole map, compiled with each version of the matcher's inner loop and interrupted in the middle
+// of measuring: its bytes stay the same.
+
+namespace sightline {
+namespace {
+
+constexpr std::string_view kConfig = R"(
+annotation: {ranges_m: [10, 30], split: auto}
+mapping: {scans: mapping/scans, poses: mapping/poses.tum}
+localization: {scans: drive_1/scans, poses: drive_1/poses.tum}
+measure-error: {offset_count: 3, reference: known}
+train-model: {trees: 20}
+)";
+
+// A shorter town than the other tests', for these compile it again and again.
+std::filesystem::path short_town(const std::filesystem::path& folder) {
+  const ProgramResult made =
+      run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 60 --drives 1 --out " +
+                  (folder / "town").string());
+  EXPECT_EQ(made.status, 0) << made.err;
+  EXPECT_TRUE(write_file_atomically(folder / "town" / "town.yaml", kConfig, IfExists::kReplace));
+  return folder / "town";
+}
+
+std::string bytes_of(const std::filesystem::path& path) {
+  const Result<std::string> text = read_text_file(path);
+  return text ? *text : std::string();
+}
+
+ProgramResult compile(const std::filesystem::path& town, const std::filesystem::path& map,
+                      const std::string& flags) {
+  return run_sightline("compile " + (town / "town.yaml").string() + " -q -o " + map.string() + " " +
+                       flags);
+}
+
+TEST(Kernels, EachVersionCompilesTheSameMapWithAnyNumberOfThreads) {
+  const std::filesystem::path folder = fresh_folder();
+  const std::filesystem::path town = short_town(folder);
+  ASSERT_EQ(compile(town, folder / "fastest.slmap", "--no-cache --threads 2").status, 0);
+  const std::string expected = bytes_of(folder / "fastest.slmap");
+  ASSERT_GT(expected.size(), 10'000U);
+  int threads = 0;
+  for (const std::string kernel : {"portable", "avx2", "avx512"}) {
+    const std::filesystem::path map = folder / (kernel + ".slmap");
+    const ProgramResult run = compile(
+        town, map,
+        "--no-cache --kernel " + kernel + " --threads " + std::to_string(1 + threads++ % 2));
+    if (run.status == 64) continue;  // this processor does not have it
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_TRUE(bytes_of(map) == expected) << kernel;
+  }
+  EXPECT_GE(threads, 1);
+}
+
+TEST(Kernels, KilledWhileItMeasuresACompileGoesOnFromThere) {
+  const std::filesystem::path folder = fresh_folder();
+  const std::filesystem::path town = short_town(folder);
+  // Long enough to be killed in the middle.
+  const std::string more = "--threads 1 --set measure-error.offset_count=100 ";
+  const std::string cache = more + "--cache " + (folder / "cache").string();
+  const std::string parts = (folder / "cache").string() + "/measure-error-*.parts";
+  ASSERT_EQ(compile(town, folder / "whole.slmap", more + "--no-cache").status, 0);
+  const ProgramResult killed = run_command(
+      std::string(SIGHTLINE_PROGRAM) + " compile " + (town / "town.yaml").string() + " -q " +
+      cache + " -o " + (folder / "map.slmap").string() + " & pid=$!; while ! ls " + parts +
+      "/1 >/dev/null 2>&1; do sleep 0.01; done; kill -KILL $pid; wait $pid");
+  EXPECT_EQ(killed.status, 137) << killed.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "map.slmap"));
+  // A part that was kept is not made again: its file stays as old as it is.
+  const ProgramResult resumed = run_command(
+      "cp -p " + parts + "/0 " + (folder / "before").string() + " && ln " + parts + "/0 " +
+      (folder / "same").string() + " && " + std::string(SIGHTLINE_PROGRAM) + " compile " +
+      (town / "town.yaml").string() + " -q " + cache + " -o " + (folder / "map.slmap").string() +
+      " && cmp " + (folder / "before").string() + " " + (folder / "same").string());
+  ASSERT_EQ(resumed.status, 0) << resumed.err;
+  EXPECT_TRUE(bytes_of(folder / "map.slmap") == bytes_of(folder / "whole.slmap"));
+  EXPECT_NE(run_command("ls " + parts + " 2>/dev/null").status, 0) << "finished parts are removed";
+}
+
+double distance_m(const std::string& a, const std::string& b) {
+  double square_m2 = 0.0;
+  std::istringstream of_a(a), of_b(b);
+  for (int axis = 0; axis < 3; ++axis) {
+    double x = 0.0;
+    double y = 0.0;
+    of_a >> x;
+    of_b >> y;
+    square_m2 += (x - y) * (x - y);
+  }
+  return std::sqrt(square_m2);
+}
+
+TEST(Kernels, AVehicleLocalizesAScanInTheMap) {
+  const std::filesystem::path folder = fresh_folder();
+  const std::filesystem::path town = short_town(folder);
+  ASSERT_EQ(compile(town, folder / "map.slmap", "").status, 0);
+  std::string line, time;
+  std::ifstream poses(town / "drive_1" / "poses.tum");
+  while (std::getline(poses, line) && line[0] == '#') {
+  }
+  for (int skipped = 0; skipped < 40; ++skipped) std::getline(poses, line);
+  double x = 0.0, y = 0.0, z = 0.0, qx = 0.0, qy = 0.0, qz = 0.0, qw = 1.0;
+  std::istringstream(line) >> time >> x >> y >> z >> qx >> qy >> qz >> qw;
+  const double yaw_deg = 2.0 * std::atan2(qz, qw) * 180.0 / 3.14159265358979;
+  std::vector<std::filesystem::path> scans;
+  for (const auto& entry : std::filesystem::directory_iterator(town / "drive_1" / "scans")) {
+    scans.push_back(entry.path());
+  }
+  std::sort(scans.begin(), scans.end());
+  const auto localize = [&](double x_m, double z_m) {
+    std::ostringstream command;
+    command << std::setprecision(15) << SIGHTLINE_VEHICLE_LOCALIZE << " "
+            << (folder / "map.slmap").string() << " " << scans[40].string() << " " << x_m << " "
+            << y + 0.3 << " " << z_m << " " << yaw_deg + 1.0;
+    return run_command(command.str());
+  };
+  const ProgramResult run = localize(x + 0.4, z);
+  ASSERT_EQ(run.status, 0) << run.err << run.out;
+  const std::size_t found = run.out.find("position_world_m ");
+  ASSERT_NE(found, std::string::npos) << run.out;
+  std::ostringstream truth;
+  truth << std::setprecision(15) << x << " " << y << " " << z;
+  EXPECT_LT(distance_m(run.out.substr(found + 17), truth.str()), 0.25) << run.out;
+  EXPECT_NE(run.out.find("stop converged"), std::string::npos) << run.out;
+  const ProgramResult above = localize(x, z + 500.0);
+  EXPECT_EQ(above.status, 1) << above.out;
+  EXPECT_NE(above.out.find("stop no overlap"), std::string::npos) << above.out;
+}
+
+}  // namespace
+}  // namespace sightline
