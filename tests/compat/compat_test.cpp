@@ -21,6 +21,22 @@ Table stored_columns(Table table) {
   return table;
 }
 
+// Without what dump has learnt to say since: facts and columns that the old text does not name.
+Table as_told_then(Table table, const std::string& then) {
+  const auto is_new = [&](const std::string& name, char before, char after) {
+    return then.find(before + name + after) == std::string::npos;
+  };
+  std::erase_if(table.facts, [&](const auto& fact) { return is_new(fact.first, ' ', ':'); });
+  for (std::size_t column = table.columns.size(); column-- > 1;) {
+    const bool is_last = column + 1 == table.columns.size();
+    if (!is_new(table.columns[column], ',', is_last ? '\n' : ',')) continue;
+    const auto place = static_cast<std::ptrdiff_t>(column);
+    table.columns.erase(table.columns.begin() + place);
+    for (std::vector<Cell>& row : table.rows) row.erase(row.begin() + place);
+  }
+  return table;
+}
+
 // map_1_0.slmap was written by the first program that wrote maps, and the tables beside it were
 // dumped by it. None of these files is ever written again; a new version adds its own.
 TEST(Compat, AMapOfFormat1_0ReadsAndSaysWhatItSaidThen) {
@@ -29,7 +45,7 @@ TEST(Compat, AMapOfFormat1_0ReadsAndSaysWhatItSaidThen) {
   for (const char* name : {"nds", "sites", "predicted", "ranges"}) {
     const Result<std::string> expected = read_text_file(kFolder + "map_1_0_" + name + ".csv");
     ASSERT_TRUE(expected) << to_string(expected.error());
-    const Table table = stored_columns(*dump(*map, name));
+    const Table table = as_told_then(stored_columns(*dump(*map, name)), *expected);
     EXPECT_EQ(format_table(table, TableFormat::kCsv), *expected) << name;
   }
 }

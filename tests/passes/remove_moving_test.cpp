@@ -164,7 +164,7 @@ std::vector<CellKey> found_by_tiles_of(double tile_m, const TestDrive& test) {
 TEST(RemoveMoving, FindsTheSameWhereverTilesBegin) {
   const TestDrive test = street_with_car(14, 4.0);
   const std::vector<CellKey> whole = found_by_tiles_of(1000.0, test);
-  EXPECT_GT(whole.size(), 50u);
+  EXPECT_GT(whole.size(), 20u);  // there is something to find
   EXPECT_EQ(found_by_tiles_of(18.3, test), whole);
 }
 

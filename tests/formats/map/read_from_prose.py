@@ -127,7 +127,7 @@ def read_map(data):
         tile_digests.append(digest(b"sightline tile", struct.pack("<2i", *key), *parts))
         assert tile_digests[-1] == bytes(tile.struct(2, "32B")), "tile digest"
         for layer in layers:
-            assert layer.offset % 64 == 0 and layer.name in ("ndt", "range")
+            assert layer.offset % 64 == 0 and layer.name in ("factors", "ndt", "range")
             if layer.name != "range":
                 continue
             raw = data[layer.offset:layer.offset + layer.stored_size]
@@ -165,13 +165,14 @@ def check_sites(dump, manifest, sites):
 def check_predictions(dump, ranges_m, limits_m, sites):
     assert len(dump["rows"]) == len(sites) * len(ranges_m)
     for row in dump["rows"]:
-        site_id, range_m, extrapolated, out_of_fold, mean_error_m, *probabilities = row
+        (site_id, range_m, extrapolated, out_of_fold, has_history, mean_error_m,
+         *probabilities) = row
         site = sites[site_id]
         index = ranges_m.index(range_m)
         assert site["mean_error_m"][index] == mean_error_m
         start = index * len(limits_m)
         assert list(site["probability"][start:start + len(limits_m)]) == probabilities
-        assert site["site_flags"] == (extrapolated + 2 * out_of_fold,)
+        assert site["site_flags"] == (extrapolated + 2 * out_of_fold + 4 * has_history,)
 
 
 def check_ranges(dump, ranges_m, limits_m, sites):
