@@ -131,7 +131,7 @@ PassStep make_step(std::string name, std::uint32_t version,
     return pipeline_detail::call<Output, Options, Inputs...>(pass, ctx, options, artifacts,
                                                              std::index_sequence_for<Inputs...>{});
   };
-  if constexpr (requires(Output& output, const Inputs&... inputs) { reattach(output, inputs...); }) {
+  if constexpr (requires(Output& made, const Inputs&... taken) { reattach(made, taken...); }) {
     step.reattach = [](std::shared_ptr<const void> loaded,
                        const std::vector<std::shared_ptr<const void>>& artifacts) {
       return pipeline_detail::call_reattach<Output, Inputs...>(
