@@ -135,7 +135,7 @@ TEST(EstimateTrajectory, SaysNothingOfGivenPosesThatAreRight) {
 // As when a receiver is silent between houses.
 TEST(EstimateTrajectory, BridgesAStretchWithoutGivenPosesAndSaysHowWellPosesAreKnown) {
   TestDrive test = street_drive(8, 9, 1.0);
-  for (const std::size_t i : {0, 1, 2, 7, 8}) {
+  for (const std::size_t i : {0U, 1U, 2U, 7U, 8U}) {
     test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
   }
   const Result<Trajectory> trajectory = run(test.drive, "auto");

@@ -55,7 +55,7 @@ TEST(FactorReport, CorrelatesRanksAndExpectsTimeFromVirtualPoints) {
 
 TEST(FactorReport, LetsEqualValuesShareTheirRank) {
   FourSites four = four_sites();
-  for (const std::size_t site : {0, 3}) four.factors.values[3 * site] = 8.0;
+  for (const std::size_t site : {0U, 3U}) four.factors.values[3 * site] = 8.0;
   const Result<FactorReport> report = factor_report(four.factors, four.measured);
   // Ranks 2.5 1 0 2.5 against 0 2 3 1.
   EXPECT_NEAR(report->ranges[0].rank_correlation[0], -4.5 / std::sqrt(4.5 * 5.0), 1e-12);
