@@ -1,12 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numbers>
+
+#include "formats/foreign/pcd_writer.h"
 #include "formats/foreign/pose_file.h"
 #include "formats/foreign/recording.h"
 #include "formats/foreign/ros_messages.h"
 #include "tests/formats/foreign/bag_files.h"
 #include "tests/system/program.h"
 
-// The small town's mapping drive told in another way.
+// The small town's drives told in other ways: as a bag, and by two sensors that see half each.
 
 namespace sightline {
 namespace {
@@ -39,6 +43,12 @@ std::string compile(const std::filesystem::path& folder, const std::string& mapp
                     (folder / "drive.slmap").string());
   EXPECT_EQ(run.status, 0) << run.err;
   return (folder / "drive.slmap").string();
+}
+
+std::size_t nd_count(const std::string& map) {
+  const ProgramResult dumped = run_sightline("dump " + map + " --what nds --format csv");
+  EXPECT_EQ(dumped.status, 0) << dumped.err;
+  return static_cast<std::size_t>(std::ranges::count(dumped.out, '\n'));
 }
 
 TEST(ForeignDrives, ABagCompilesToTheSameMapAsTheFolderItCameFrom) {
@@ -76,6 +86,49 @@ TEST(ForeignDrives, ABagCompilesToTheSameMapAsTheFolderItCameFrom) {
   const Result<std::string> folder_map = read_text_file(from_folder);
   ASSERT_TRUE(bag_map.has_value() && folder_map.has_value());
   EXPECT_TRUE(*bag_map == *folder_map) << "the maps differ";
+}
+
+// Front and rear half of every scan, as a sensor would see them that sits there: the rear one looks
+// backwards, 1.5 m behind, and scans at the same time.
+TEST(ForeignDrives, TwoSensorsThatSeeHalfEachMakeTheMapOfOneThatSeesAll) {
+  const std::filesystem::path folder = fresh_folder();
+  const Recording recording = mapping_recording();
+  Pose T_front_rear = Pose::Identity();
+  T_front_rear.translation().x() = -1.5;
+  T_front_rear.rotate(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()));
+  const Pose T_rear_front = T_front_rear.inverse();
+  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+    const Result<PointCloudFile> cloud = read_recorded_scan(recording, i);
+    ASSERT_TRUE(cloud.has_value());
+    std::vector<PointXyzi> front;
+    std::vector<PointXyzi> rear;
+    for (const Eigen::Vector3d& point_m : cloud->points_m) {
+      const bool is_front = point_m.x() >= -0.75;
+      const Eigen::Vector3f p =
+          (is_front ? point_m : Eigen::Vector3d(T_rear_front * point_m)).cast<float>();
+      (is_front ? front : rear).push_back({p.x(), p.y(), p.z(), 0.0F});
+    }
+    const std::string& name = recording.scans[i].name;
+    ASSERT_TRUE(write_pcd_binary(folder / "front" / name, front).has_value());
+    ASSERT_TRUE(write_pcd_binary(folder / "rear" / name, rear).has_value());
+  }
+  std::string stamps;
+  for (const RecordedScan& scan : recording.scans) stamps += format_stamp(scan.stamp_ns) + "\n";
+  ASSERT_TRUE(write_file_atomically(folder / "times.txt", stamps, IfExists::kReplace));
+  const std::string poses = (small_town() / "mapping" / "poses.tum").string();
+  const auto mapping = [&](const std::string& scans) {
+    return "mapping: {scans: " + scans + ", poses: " + poses + "}\n";
+  };
+  const std::size_t whole =
+      nd_count(compile(folder, mapping((small_town() / "mapping" / "scans").string())));
+  const std::size_t half = nd_count(compile(folder, mapping("front")));
+  const std::size_t both = nd_count(compile(
+      folder, mapping("front") + "mapping-2: {scans: rear, stamps: times.txt, lidar_x_m: -1.5, "
+                                 "lidar_yaw_deg: 180}\n"));
+  EXPECT_GT(whole, 1000U);
+  EXPECT_LT(static_cast<double>(half), 0.98 * static_cast<double>(whole));
+  EXPECT_NEAR(static_cast<double>(both), static_cast<double>(whole),
+              0.01 * static_cast<double>(whole));
 }
 
 }  // namespace
