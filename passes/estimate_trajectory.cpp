@@ -186,9 +186,12 @@ Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectory
   const std::vector<std::uint32_t> keys = key_scans(*odometry);
   const PoseGraph key_graph =
       graph_of_keys(graph, *odometry, priors_of(options, way_m, given, keys), keys);
-  const Result<Adjustment> adjusted =
+  Result<Adjustment> adjusted =
       adjust_to_planes(ctx, drive, key_graph, solution->T_map_pose, keys);
   if (!adjusted) return adjusted.error();
+  // Where no given pose pulls the way out of shape, matching each scan to many at once is nearer to
+  // the truth than planes are, which lend it only their covariance.
+  if (!refines) adjusted->T_map_lidar = solution->T_map_pose;
   Trajectory trajectory = trajectory_of(drive, graph, *solution, *adjusted);
   trajectory.source = refines ? PoseSource::kRefined : PoseSource::kEstimated;
   const auto unmatched = std::ranges::count(odometry->is_matched, false);

@@ -12,7 +12,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEstimateTrajectoryVersion = 3;
+inline constexpr std::uint32_t kEstimateTrajectoryVersion = 4;
 
 struct EstimateTrajectoryOptions {
   // auto: given poses as they are where every scan has one, refined where some have, estimated
@@ -33,8 +33,8 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
 // Estimated: the first scan's vehicle frame (refined: where given poses put it). Each scan is
 // matched by NDT to a map of the latest ones from where constant velocity would take it; a pose
 // graph takes that odometry, loops where the route comes back to a place, and, when refining, the
-// given poses; then all poses are adjusted to the small planes that several scans saw, which also
-// says how well each is known. Given poses are compared with that odometry and kept. Scans are
+// given poses; then the small planes that several scans saw say how well each pose is known, and
+// where poses were given all are adjusted to them. Given poses are compared with that odometry and kept. Scans are
 // taken as rigid, as every later pass takes them. Errors: no-poses (mode given or refine without),
 // mismatched-inputs (bad poses are refused; place: the scans), trajectory-lost (matching fails and
 // no given pose helps; place: the scan), drive-too-short (fewer than two scans to match), and what
