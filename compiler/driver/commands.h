@@ -6,6 +6,7 @@ namespace sightline {
 
 // Each adds one verb to the command line; when it was asked for, it runs and leaves the exit status
 // of the process in `status`.
+void add_init_command(CLI::App& app, int& status);
 void add_compile_command(CLI::App& app, int& status);
 void add_train_command(CLI::App& app, int& status);
 void add_evaluate_command(CLI::App& app, int& status);

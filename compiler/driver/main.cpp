@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "sightline " SIGHTLINE_VERSION);
   app.require_subcommand(1);
   int status = 0;
+  sightline::add_init_command(app, status);
   sightline::add_compile_command(app, status);
   sightline::add_train_command(app, status);
   sightline::add_evaluate_command(app, status);

@@ -177,7 +177,7 @@ Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& op
 
 }  // namespace
 
-Result<Recording> open_recording(const RecordingOptions& options, int threads) {
+Result<Recording> list_recording(const RecordingOptions& options) {
   const std::filesystem::path folder = options.scans;
   Recording recording;
   const std::filesystem::path last =
@@ -190,15 +190,29 @@ Result<Recording> open_recording(const RecordingOptions& options, int threads) {
   if (!files) return files.error();
   const Result<void> described = describe_scans(options, *files, recording);
   if (!described) return described.error();
-  const Result<void> digested = take_digests(recording, threads);
+  return recording;
+}
+
+Result<Recording> open_recording(const RecordingOptions& options, int threads) {
+  Result<Recording> recording = list_recording(options);
+  if (!recording) return recording;
+  const Result<void> digested = take_digests(*recording, threads);
   if (!digested) return digested.error();
-  recording.digest = digest_of(recording);
+  recording->digest = digest_of(*recording);
   return recording;
 }
 
 Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index) {
   SIGHTLINE_CHECK(index < recording.scans.size());
   return read_scan(recording.container.get(), recording.scans[index], index);
+}
+
+Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t index) {
+  SIGHTLINE_CHECK(index < recording.scans.size());
+  if (!recording.container) return read_point_cloud(recording.scans[index].file);
+  const Result<std::vector<std::byte>> bytes = recording.container->read(index);
+  if (!bytes) return bytes.error();
+  return recording.container->parse(*bytes, index);
 }
 
 std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording) {

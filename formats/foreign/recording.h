@@ -87,9 +87,17 @@ Table dump(const Recording& recording);
 // stamps than scans), and those of read_poses, read_bag_poses, read_stamps and open_scan_container.
 Result<Recording> open_recording(const RecordingOptions& options, int threads = 1);
 
+// The same without digests, so that no scan file is read: what there is, when and from where.
+// read_recorded_scan cannot read from it.
+Result<Recording> list_recording(const RecordingOptions& options);
+
 // One scan with its counts, read from its file. Errors: those of read_point_cloud, and
 // mismatched-inputs where the file is not the one that was opened.
 Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index);
+
+// The scan as it lies there now, whether or not it is the one that was opened. Errors: those of
+// read_point_cloud.
+Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t index);
 
 // Reads scans from their files one at a time and checks them again each time; index = position in
 // recording.scans. Point times become offsets from the scan's stamp; where they count from a clock

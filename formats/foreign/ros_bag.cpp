@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <set>
 #include <utility>
@@ -145,7 +146,27 @@ Result<std::vector<PoseRow>> poses_of(const std::filesystem::path& path, const s
   return rows;
 }
 
+std::vector<BagTopic> topics_of(const std::filesystem::path& path) {
+  rosbag::Bag bag(path.string(), rosbag::bagmode::Read);
+  rosbag::View everything(bag);
+  std::map<std::string, BagTopic> topics;
+  for (const rosbag::ConnectionInfo* connection : everything.getConnections()) {
+    topics[connection->topic] = {connection->topic, connection->datatype, 0};
+  }
+  std::vector<BagTopic> listed;
+  for (auto& [name, topic] : topics) {
+    topic.message_count = rosbag::View(bag, rosbag::TopicQuery(name)).size();
+    listed.push_back(std::move(topic));
+  }
+  return listed;
+}
+
 }  // namespace
+
+Result<std::vector<BagTopic>> list_bag_topics(const std::filesystem::path& path) {
+  using Topics = std::vector<BagTopic>;
+  return guarded<Topics>(path, [&]() -> Result<Topics> { return topics_of(path); });
+}
 
 bool is_ros_bag(const std::filesystem::path& path) {
   constexpr std::string_view kSignature = "#ROSBAG";
