@@ -1,5 +1,4 @@
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
@@ -17,9 +16,7 @@ struct InitFlags {
 };
 
 Result<void> run_init(const InitFlags& flags) {
-  const std::filesystem::path file_folder =
-      std::filesystem::path(flags.output).parent_path();  // empty: here
-  const Result<ConfigDraft> draft = draft_config(flags.folder, file_folder);
+  const Result<ConfigDraft> draft = draft_config(flags.folder, flags.output);
   if (!draft) return draft.error();
   for (const std::string& line : draft->summary) std::fprintf(stderr, "%s\n", line.c_str());
   if (flags.output.empty()) {

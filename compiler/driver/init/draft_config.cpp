@@ -4,8 +4,8 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <limits>
-#include <optional>
+#include <set>
+#include <utility>
 
 #include "compiler/driver/init/look_at_drive.h"
 
@@ -87,6 +87,12 @@ Drives assign_roles(std::vector<FoundDrive> found, const fs::path& folder) {
   return drives;
 }
 
+// Without a slash at its end.
+fs::path absolute_folder(const fs::path& folder) {
+  const fs::path absolute = (fs::current_path() / folder).lexically_normal();
+  return absolute.has_filename() ? absolute : absolute.parent_path();
+}
+
 Result<Drives> look_at_all(const fs::path& folder) {
   Result<ScanSearch> search = find_scans(folder);
   if (!search) return search.error();
@@ -100,7 +106,7 @@ Result<Drives> look_at_all(const fs::path& folder) {
       passed_over.push_back({scans.scans, drive.error().message});
     }
   }
-  Drives drives = assign_roles(std::move(found), fs::absolute(folder).lexically_normal());
+  Drives drives = assign_roles(std::move(found), absolute_folder(folder));
   drives.passed_over.insert(drives.passed_over.begin(), passed_over.begin(), passed_over.end());
   return drives;
 }
@@ -121,8 +127,8 @@ Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passe
 // The text of the file, with paths as they are seen from its folder.
 class YamlText {
  public:
-  explicit YamlText(const fs::path& folder)
-      : folder_(fs::absolute(folder / "").lexically_normal()) {}
+  // `folder`: absolute, of the file.
+  explicit YamlText(fs::path folder) : folder_(std::move(folder)) {}
 
   void comment(const std::string& text, const std::string& indent = "") {
     constexpr std::size_t kWidth = 100;
@@ -138,6 +144,10 @@ class YamlText {
       begin = end + 1;
     }
     text_ += line + "\n";
+  }
+  // One that is written for every drive is read once.
+  void comment_once(const std::string& text, const std::string& indent) {
+    if (said_.insert(text).second) comment(text, indent);
   }
   void line(const std::string& text) { text_ += text + "\n"; }
 
@@ -169,6 +179,7 @@ class YamlText {
   }
   fs::path folder_;
   std::string text_;
+  std::set<std::string> said_;
 };
 
 bool is_path(const std::string& key) { return key == "poses" || key == "stamps"; }
@@ -204,18 +215,20 @@ void write_drive(const FoundDrive& drive, const std::string& role, YamlText& yam
   yaml.comment(drive.contents + length_text(drive) + ".", "  ");
   yaml.line("  scans: " + YamlText::scalar(yaml.path(drive.scans)));
   for (const GuessedKey& guess : drive.keys) {
-    if (!guess.reason.empty()) yaml.comment(guess.key + ": " + guess.reason + ".", "  ");
+    if (!guess.reason.empty()) yaml.comment_once(guess.key + ": " + guess.reason + ".", "  ");
     yaml.line("  " + guess.key + ": " +
               YamlText::scalar(is_path(guess.key) ? yaml.path(guess.value) : guess.value));
   }
 }
 
-void write_head(const fs::path& folder, YamlText& yaml) {
+void write_head(const fs::path& folder, const fs::path& file, YamlText& yaml) {
+  const std::string name = file.empty() ? "drive.yaml" : file.filename().string();
   yaml.comment("Written by `sightline init` from what lies in " + folder.string() +
                ". Each key says what it was guessed from; check those that you know better.");
   yaml.line("#");
-  yaml.comment("  sightline compile THIS.yaml -o drive.slmap     makes the map");
-  yaml.comment("  sightline passes --config                      every other key with its default");
+  yaml.line("#   sightline compile " + name + " -o " + fs::path(name).stem().string() +
+            ".slmap     # makes the map");
+  yaml.line("#   sightline passes --config     # every other key with its default");
   yaml.line("#");
   yaml.comment("Paths are relative to the folder of this file.");
   yaml.line("");
@@ -225,9 +238,12 @@ void write_head(const fs::path& folder, YamlText& yaml) {
 void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
   constexpr double kTwoBlocks_m = 30.0;
   constexpr double kPromise_m = 1200.0;
-  if (mapping.positions_m.empty() || mapping.length_m >= kPromise_m) return;
+  const bool has_poses = !mapping.positions_m.empty();
+  const bool is_too_short =
+      has_poses ? mapping.length_m < kTwoBlocks_m : mapping.scan_count < kFewestScans;
+  if (!is_too_short && (!has_poses || mapping.length_m >= kPromise_m)) return;
   yaml.line("");
-  if (mapping.length_m < kTwoBlocks_m) {
+  if (is_too_short) {
     yaml.comment(
         "This drive is too short to train an error model on (two blocks of 15 m): compile with "
         "--model FILE, a model trained elsewhere by `sightline train`.");
@@ -251,7 +267,7 @@ std::string summary_of(const FoundDrive& drive, const std::string& role) {
 
 }  // namespace
 
-Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file_folder) {
+Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file) {
   constexpr std::array<const char*, 3> kRoles = {"mapping", "localization", "evaluation"};
   constexpr std::array<const char*, 3> kTasks = {
       "The drive that makes the map.",
@@ -261,8 +277,8 @@ Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file_fo
   if (!drives) return drives.error();
   if (drives->drives.empty()) return nothing_found(folder, drives->passed_over);
   ConfigDraft draft;
-  YamlText yaml(file_folder);
-  write_head(folder, yaml);
+  YamlText yaml(absolute_folder(file.parent_path()));
+  write_head(folder, file, yaml);
   for (std::size_t i = 0; i < drives->drives.size(); ++i) {
     if (i > 0) yaml.line("");
     yaml.comment(kTasks[i]);

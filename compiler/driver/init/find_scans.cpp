@@ -132,8 +132,8 @@ Result<ScanSearch> find_scans(const fs::path& folder) {
   if (!fs::exists(folder, failure)) {
     return Error{ErrorCode::kFileNotFound, "there is no such folder", folder.string(), ""};
   }
-  const fs::path top = fs::absolute(folder).lexically_normal() / "";
-  const fs::path start = top.parent_path();
+  const fs::path absolute = (fs::current_path() / folder).lexically_normal();
+  const fs::path start = absolute.has_filename() ? absolute : absolute.parent_path();
   ScanSearch search;
   if (is_scan_container(start)) {
     search.found.push_back({start, {}, {}});

@@ -140,38 +140,40 @@ void describe_beams(const std::vector<double>& elevations, SensorGuess& guess) {
                  "number; returns span " + span;
 }
 
-// The ground near the sensor is the level surface with most returns below it.
-std::optional<double> height_above_ground(std::span<const PointCloudFile> scans) {
+// The ground near the sensor is the level with most returns below it.
+std::optional<double> height_above_ground(const PointCloudFile& scan) {
   constexpr double kReach_m = 12.0;
   constexpr double kBin_m = 0.05;
   constexpr double kLowest_m = -5.0;
-  std::vector<std::size_t> bins(static_cast<std::size_t>(-kLowest_m / kBin_m), 0);
-  std::size_t count = 0;
-  for (const PointCloudFile& scan : scans) {
-    for (const Eigen::Vector3d& point_m : scan.points_m) {
-      const double away_m = point_m.head<2>().norm();
-      if (away_m < kNearest_m || away_m > kReach_m) continue;
-      ++count;
-      if (point_m.z() >= 0.0 || point_m.z() <= kLowest_m) continue;
-      ++bins[static_cast<std::size_t>((point_m.z() - kLowest_m) / kBin_m)];
-    }
+  std::vector<double> bins(static_cast<std::size_t>(-kLowest_m / kBin_m), 0.0);
+  double count = 0.0;
+  for (const Eigen::Vector3d& point_m : scan.points_m) {
+    const double away_m = point_m.head<2>().norm();
+    if (away_m < kNearest_m || away_m > kReach_m) continue;
+    count += 1.0;
+    if (point_m.z() >= 0.0 || point_m.z() <= kLowest_m) continue;
+    bins[static_cast<std::size_t>((point_m.z() - kLowest_m) / kBin_m)] += 1.0;
   }
   const auto fullest = std::ranges::max_element(bins);
-  const auto index = static_cast<std::size_t>(fullest - bins.begin());
-  // A wall or a fence spreads over many bins; a ground nearer than half a metre is a vehicle frame.
+  const auto at = static_cast<double>(fullest - bins.begin());
+  const double height_m = -(kLowest_m + (at + 0.5) * kBin_m);
+  // A wall spreads over many levels; a ground nearer than half a metre is that of a vehicle's frame.
   constexpr double kLeastShare = 0.03;
   constexpr double kLeastHeight_m = 0.5;
-  if (static_cast<double>(*fullest) < kLeastShare * static_cast<double>(count)) return std::nullopt;
-  double weight = 0.0;
-  double moment_m = 0.0;
-  for (std::size_t i = std::max<std::size_t>(index, 3) - 3; i < std::min(index + 4, bins.size());
-       ++i) {
-    weight += static_cast<double>(bins[i]);
-    moment_m += static_cast<double>(bins[i]) * (kLowest_m + (static_cast<double>(i) + 0.5) * kBin_m);
+  if (*fullest < kLeastShare * count || height_m < kLeastHeight_m) return std::nullopt;
+  return height_m;
+}
+
+// The middle one of the scans that see ground, in centimetres.
+std::optional<double> middle_height(std::span<const PointCloudFile> scans) {
+  std::vector<double> heights_m;
+  for (const PointCloudFile& scan : scans) {
+    const std::optional<double> height_m = height_above_ground(scan);
+    if (height_m) heights_m.push_back(*height_m);
   }
-  const double height_m = -moment_m / weight;
-  if (height_m < kLeastHeight_m) return std::nullopt;
-  return std::round(height_m * 100.0) / 100.0;
+  if (heights_m.empty()) return std::nullopt;
+  std::ranges::sort(heights_m);
+  return std::round(quantile(heights_m, 0.5) * 100.0) / 100.0;
 }
 
 }  // namespace
@@ -192,7 +194,7 @@ SensorGuess guess_sensor(std::span<const PointCloudFile> scans) {
   if (!choose_by_beams(elevations, guess) && !choose_by_span(elevations, guess)) {
     describe_beams(elevations, guess);
   }
-  guess.height_m = height_above_ground(scans);
+  guess.height_m = middle_height(scans);
   return guess;
 }
 

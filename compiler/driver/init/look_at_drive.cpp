@@ -47,7 +47,7 @@ Result<std::vector<PointCloudFile>> read_samples(const Recording& recording) {
 }
 
 Result<void> check_reach(const fs::path& scans, const std::vector<PointCloudFile>& samples) {
-  constexpr double kNear_m = 2.0;
+  constexpr double kNear_m = 0.5;
   constexpr double kFar_m = 2000.0;
   std::vector<double> away_m;
   for (const PointCloudFile& sample : samples) {
@@ -71,8 +71,8 @@ void add_sensor(const SensorGuess& guess, FoundDrive& drive) {
   }
   if (guess.height_m) {
     drive.keys.push_back({"height_m", format_double(*guess.height_m),
-                          "most returns near the sensor that lie below it lie this far below: the "
-                          "ground"});
+                          "where most returns near the sensor and below it lie: "
+                          "the ground"});
   }
 }
 
@@ -225,11 +225,16 @@ Result<void> choose_topic(RecordingOptions& options, FoundDrive& drive) {
   return {};
 }
 
-// Where nothing tells the times of scans their rate does, and 10 Hz is what most sensors do.
-bool has_times(const Recording& recording, const RecordingOptions& options) {
-  if (recording.scans.size() < 2 || recording.container || !options.stamps.empty()) return true;
-  const auto step_ns = static_cast<std::int64_t>(std::llround(1e9 / options.rate_hz));
-  return recording.scans.front().stamp_ns != 0 || recording.scans[1].stamp_ns != step_ns;
+// Whether anything but the rate tells when the scans were made.
+bool has_times(RecordingOptions options) {
+  std::vector<std::int64_t> last_ns;
+  for (const double rate_hz : {10.0, 20.0}) {
+    options.rate_hz = rate_hz;
+    const Result<Recording> recording = list_recording(options);
+    if (!recording) return true;
+    last_ns.push_back(recording->scans.back().stamp_ns);
+  }
+  return last_ns.front() == last_ns.back();
 }
 
 std::string contents_of(const Recording& recording) {
@@ -266,7 +271,7 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
   } else {
     add_no_poses(remarks, drive);
   }
-  if (!has_times(poses ? poses->recording : *recording, options)) {
+  if (!recording->container && !has_times(poses ? poses->options : options)) {
     drive.keys.push_back({"rate_hz", "10",
                           "nothing tells the times of the scans: ten a second are assumed"});
   }

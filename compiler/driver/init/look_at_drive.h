@@ -31,7 +31,7 @@ struct FoundDrive {
 
 // Opens scans with each file of poses and times that lies near, keeps what fits them and says why.
 // Errors, where they are no drive that compiles: those of list_recording and read_listed_scan, and
-// unsupported-format (points within 2 m of the origin, or none near it: no scans of a LiDAR).
+// unsupported-format (half of the points within 0.5 m of the origin, or beyond 2 km).
 Result<FoundDrive> look_at_drive(const FoundScans& found);
 
 }  // namespace sightline
