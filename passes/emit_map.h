@@ -20,7 +20,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEmitMapVersion = 3;
+inline constexpr std::uint32_t kEmitMapVersion = 4;
 
 struct EmitMapOptions {
   std::string map_id;                 // empty: made of the mapping drive's content
@@ -29,6 +29,9 @@ struct EmitMapOptions {
   double reach_m = 10.0;              // a site farther away than this says nothing about a position
   std::string mapping_scans = "all";  // what the other passes were told: all, even, odd
   std::string localization_scans = "all";
+  std::string localizer_used = "annealed";  // by measure-error
+  int coarse_cells_used = 1;
+  double leaf_m = 1.0;
   bool has_factors = true;  // for engineers; no vehicle needs them
 };
 std::vector<OptionField> option_fields(EmitMapOptions& options);
