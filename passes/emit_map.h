@@ -17,6 +17,7 @@
 #include "formats/range_table.h"
 #include "formats/sharpness.h"
 #include "formats/sites.h"
+#include "formats/trajectory.h"
 
 namespace sightline {
 
@@ -47,6 +48,7 @@ struct EmitMapInputs {
   const ErrorModel& model;
   const FactorTable& factors;
   const Sharpness* sharpness = nullptr;  // where it was measured
+  const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
 };
 
 // Joins what the passes before it made into the map that is written to a file (encode_map). The
