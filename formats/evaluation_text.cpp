@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <cstdio>
+#include <cmath>
 
 #include "formats/evaluation.h"
 #include "formats/text_grid.h"
@@ -60,7 +60,9 @@ const JudgedSite& judged_site(const Evaluation& evaluation, std::uint32_t site) 
 std::string worst_place(const Evaluation& evaluation, const RuleScore& score) {
   const auto place = [&](std::uint32_t site) {
     const JudgedSite& judged = judged_site(evaluation, site);
-    return "(" + fixed(judged.p_x_map_m, 0) + ", " + fixed(judged.p_y_map_m, 0) + ")";
+    // Plus 0: no minus before a zero.
+    return "(" + fixed(std::round(judged.p_x_map_m) + 0.0, 0) + ", " +
+           fixed(std::round(judged.p_y_map_m) + 0.0, 0) + ")";
   };
   return std::to_string(score.worst_begin_site) + " to " + std::to_string(score.worst_end_site) +
          ", " + place(score.worst_begin_site) + " to " + place(score.worst_end_site);
