@@ -127,7 +127,7 @@ TEST(TrackDrive, BeginsAnewAfterScansBesideTheMapAndAfterAPause) {
   const Result<DriveTracks> beside = track(near_starts(), street().second.drive, away);
   ASSERT_TRUE(beside.has_value());
   EXPECT_EQ(beside->scans.size(), 17u);
-  EXPECT_EQ(score_track(*beside, 2, 0.1).track_count, 2u);
+  EXPECT_EQ(score_track(*beside, 1, 0.1).track_count, 2u);
   TestDrive paused = street().second;
   for (std::size_t i = 9; i < 18; ++i) {
     paused.drive.scans[i].stamp_ns += 5'000'000'000;
@@ -135,8 +135,8 @@ TEST(TrackDrive, BeginsAnewAfterScansBesideTheMapAndAfterAPause) {
   }
   const Result<DriveTracks> rested = track(near_starts(), paused.drive, paused.truth);
   ASSERT_TRUE(rested.has_value());
-  EXPECT_EQ(score_track(*rested, 2, 0.1).track_count, 2u);
-  EXPECT_EQ(rested->step(2, 9).flags & kTrackBegins, kTrackBegins);
+  EXPECT_EQ(score_track(*rested, 1, 0.1).track_count, 2u);
+  EXPECT_EQ(rested->step(1, 9).flags & kTrackBegins, kTrackBegins);
 }
 
 TEST(TrackDrive, FindsTheSameWithAnyNumberOfThreads) {
