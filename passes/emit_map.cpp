@@ -111,6 +111,9 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   map.model = record_of(inputs.model);
   if (options.has_factors) map.factors = inputs.factors;
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
+  if (inputs.mapping_trajectory != nullptr) {
+    map.trajectory = quality_of(*inputs.mapping_trajectory);
+  }
   map.quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
   if (!valid) {

@@ -17,10 +17,11 @@
 #include "formats/range_table.h"
 #include "formats/sharpness.h"
 #include "formats/sites.h"
+#include "formats/trajectory.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEmitMapVersion = 3;
+inline constexpr std::uint32_t kEmitMapVersion = 4;
 
 struct EmitMapOptions {
   std::string map_id;                 // empty: made of the mapping drive's content
@@ -44,6 +45,7 @@ struct EmitMapInputs {
   const ErrorModel& model;
   const FactorTable& factors;
   const Sharpness* sharpness = nullptr;  // where it was measured
+  const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
 };
 
 // Joins what the passes before it made into the map that is written to a file (encode_map). The

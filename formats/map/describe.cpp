@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <numbers>
 
 namespace sightline {
 namespace {
@@ -53,6 +54,17 @@ std::string describe_map(const CompiledMap& map) {
                formatted("%zu, every %g m, in %zu runs of %.0f m together", map.sites.sites.size(),
                          map.sites.spacing_m, runs, route_m(map.sites))) +
          field("reach", formatted("%g m around a site", map.reach_m));
+}
+
+std::string describe_trajectory(const TrajectoryQuality& trajectory) {
+  static constexpr std::array kSources = {"as given", "given, then refined", "estimated"};
+  std::string text = field("poses", kSources[static_cast<std::size_t>(trajectory.source)]);
+  if (trajectory.odometry_edges == 0) return text;
+  return text + field("pose graph",
+                      formatted("%u steps, %u loops; off by %.1f cm and %.3f degrees (RMS)",
+                                trajectory.odometry_edges, trajectory.loop_edges,
+                                100.0 * trajectory.rms_translation_residual_m,
+                                trajectory.rms_rotation_residual_rad * 180.0 / std::numbers::pi));
 }
 
 std::string describe_measurement(const CompiledMap& map) {
@@ -146,6 +158,7 @@ std::string describe_model(const ModelRecord& model) {
 
 std::string describe(const CompiledMap& map) {
   std::string text = describe_map(map) + describe_measurement(map);
+  if (map.trajectory) text += describe_trajectory(*map.trajectory);
   if (map.sharpness) text += to_text(*map.sharpness) + "\n";
   text += "ranges\n" + field("rule", std::string(selection_name(map.ranges.selection)) +
                                          formatted(", dilated by %g m", map.ranges.dilation_m));

@@ -154,6 +154,25 @@ SharpnessFigures decode_figures(const schema::SharpnessFigures& figures) {
           figures.plane_points()};
 }
 
+flatbuffers::Offset<schema::TrajectoryQuality> encode_trajectory(
+    const std::optional<TrajectoryQuality>& trajectory, Builder& builder) {
+  if (!trajectory) return 0;
+  return schema::CreateTrajectoryQuality(
+      builder, static_cast<schema::PoseSource>(trajectory->source), trajectory->odometry_edges,
+      trajectory->loop_edges, trajectory->prior_edges, trajectory->rms_translation_residual_m,
+      trajectory->rms_rotation_residual_rad);
+}
+
+std::optional<TrajectoryQuality> decode_trajectory(const schema::TrajectoryQuality* from) {
+  if (from == nullptr) return std::nullopt;
+  return TrajectoryQuality{static_cast<PoseSource>(from->source()),
+                           from->odometry_edges(),
+                           from->loop_edges(),
+                           from->prior_edges(),
+                           from->rms_translation_residual_m(),
+                           from->rms_rotation_residual_rad()};
+}
+
 std::optional<Sharpness> decode_sharpness(const schema::Sharpness* from) {
   if (from == nullptr) return std::nullopt;
   Sharpness sharpness;
@@ -202,20 +221,23 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
   const auto measurement = encode_measurement(map.measurement, builder);
   const auto model = encode_model(map.model, builder);
   const auto sharpness = encode_sharpness(map.sharpness, builder);
+  const auto trajectory = encode_trajectory(map.trajectory, builder);
   builder.Finish(schema::CreateManifestDirect(
       builder, map.map_id.c_str(), map.version.c_str(), map.release, map.writer.c_str(), &origin,
       map.ndt.cell_m, map.ndt.tile_m, map.sites.spacing_m, map.reach_m, map.ndt.nds.size(),
       map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count, map.ndt.point_count,
       map.ranges.site_count, &map.ranges.ranges_m, static_cast<schema::Rule>(map.ranges.selection),
       map.ranges.dilation_m, &promises, &quality, sensor, measurement, &definitions, model,
-      sharpness));
+      sharpness, trajectory));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
 }
 
 Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map) {
   if (!is_tiling(manifest.cell_m(), manifest.tile_m()) || manifest.rule() > schema::Rule::MAX ||
-      manifest.measurement()->reference() > schema::Reference::MAX) {
+      manifest.measurement()->reference() > schema::Reference::MAX ||
+      (manifest.trajectory() != nullptr &&
+       manifest.trajectory()->source() > schema::PoseSource::MAX)) {
     return Error{ErrorCode::kBadManifest,
                  "a tile holds no whole number of cells, or a choice is unknown", "", "manifest"};
   }
@@ -241,6 +263,7 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   }
   map.model = decode_model(*manifest.model());
   map.sharpness = decode_sharpness(manifest.sharpness());
+  map.trajectory = decode_trajectory(manifest.trajectory());
   return {};
 }
 

@@ -139,6 +139,7 @@ CompiledMap random_map(const RandomMapOptions& options) {
   map.model = random_model(options.model_size, random);
   MeasuredError measured;  // of no site
   map.quality = quality_of(map, measured);
+  map.trajectory = TrajectoryQuality{PoseSource::kEstimated, 120, 7, 3, 0.012, 0.0009};
   map.sharpness = Sharpness{{-1.5, 40, 0.002, 900}, SharpnessFigures{-1.25, 38, 0.003, 910}};
   map.factors = random_factors(options, random);
   return map;
