@@ -5,6 +5,7 @@
 #include "compiler/base/atomic_file.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
+#include "compiler/driver/input_files.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provenance.h"
 #include "compiler/driver/run_flags.h"
@@ -20,6 +21,8 @@ struct CompileFlags {
   RunFlags run;
   std::string output;
   std::string model;  // empty: trained on this compile's own drive
+  std::string depfile;  // empty: none
+  bool lists_inputs = false;
   bool is_forced = false;
 };
 
@@ -48,12 +51,35 @@ Result<void> write_outputs(const CompileFlags& flags, const CompileConfig& confi
                                IfExists::kReplace);
 }
 
+// Files, one a line.
+Result<void> list_inputs(const CompileFlags& flags, const CompileConfig& config) {
+  const Result<InputFiles> inputs = input_files(config, flags.run.config_file, flags.model);
+  if (!inputs) return inputs.error();
+  for (const std::filesystem::path& file : inputs->files) std::printf("%s\n", file.c_str());
+  return {};
+}
+
+// Before the compile: what changes meanwhile is then newer than its map.
+Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& config) {
+  if (flags.depfile.empty()) return {};
+  if (flags.output.empty()) {
+    return Error{ErrorCode::kBadArgument, "--depfile needs -o: what the files are inputs of", "", ""};
+  }
+  const Result<InputFiles> inputs = input_files(config, flags.run.config_file, flags.model);
+  if (!inputs) return inputs.error();
+  return write_file_atomically(flags.depfile, depfile_text(flags.output, *inputs),
+                               IfExists::kReplace);
+}
+
 Result<void> compile(const CompileFlags& flags) {
-  const Result<void> free = check_output(flags);
-  if (!free) return free;
   const Result<CompileConfig> config =
       load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config.error();
+  if (flags.lists_inputs) return list_inputs(flags, *config);
+  const Result<void> free = check_output(flags);
+  if (!free) return free;
+  const Result<void> depends = write_depfile(flags, *config);
+  if (!depends) return depends;
   ArtifactSet artifacts;
   const Result<void> provided = provide_drives(*config, artifacts);
   if (!provided) return provided;
@@ -93,12 +119,17 @@ void add_compile_command(CLI::App& app, int& status) {
       "  sightline compile town.yaml -o town.slmap\n"
       "  sightline compile street.yaml -o street.slmap --model city.slmodel\n"
       "  sightline compile town.yaml -o town.slmap --set build-ndt.cell_m=1.0 --explain\n"
-      "  sightline compile town.yaml --stop-after build-ndt --print-after build-ndt");
+      "  sightline compile town.yaml --stop-after build-ndt --print-after build-ndt\n"
+      "  sightline compile town.yaml -o town.slmap --force --depfile town.d --json-progress");
   add_run_flags(*command, flags->run);
   command->add_option("-o,--output", flags->output, "The map file to write (.slmap)");
   command->add_option("--model", flags->model,
                       "Take the error model of this file (sightline train) or map (.slmap) instead of "
                       "training one; what the localization drive measures is told to it as history");
+  command->add_flag("--list-inputs", flags->lists_inputs,
+                    "Print every file that this compile would read, one a line, and end");
+  command->add_option("--depfile", flags->depfile,
+                      "Also write what the map depends on to this file, as Make and Ninja read it");
   command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
   command->callback([flags, &status] {
     const Result<void> compiled = compile(*flags);

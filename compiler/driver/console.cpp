@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -24,8 +25,19 @@ double seconds_since(Clock::time_point begin) {
 std::string clock_text(double seconds) {
   const int whole = static_cast<int>(seconds + 0.5);
   char text[32];
-  std::snprintf(text, sizeof text, "%d:%02d", whole / 60, whole % 60);
+  if (whole < 3600) {
+    std::snprintf(text, sizeof text, "%d:%02d", whole / 60, whole % 60);
+  } else {
+    std::snprintf(text, sizeof text, "%d:%02d:%02d", whole / 3600, whole / 60 % 60, whole % 60);
+  }
   return text;
+}
+
+// Columns of the terminal; a line that wraps could not be wiped.
+std::size_t terminal_width() {
+  winsize size{};
+  const bool is_known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return is_known ? size.ws_col : 80;
 }
 
 // The moving line. Redrawn at most ten times a second, wiped before anything else is printed.
@@ -45,10 +57,9 @@ class ProgressLine {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (seconds_since(drawn_) < 0.1) return;
     drawn_ = Clock::now();
-    const double share = static_cast<double>(done) / static_cast<double>(total);
     std::string line = head_ + "  " + std::to_string(done) + "/" + std::to_string(total);
     if (done > 0) {
-      line += "  " + clock_text(seconds_since(begin_) * (1.0 - share) / share) + " left";
+      line += "  " + clock_text(seconds_left(seconds_since(begin_), done, total)) + " left";
     }
     draw(line);
   }
@@ -60,7 +71,8 @@ class ProgressLine {
 
  private:
   void draw(const std::string& line) const {
-    if (is_shown_) std::fprintf(stderr, "\r\033[K%s", line.c_str());
+    if (!is_shown_) return;
+    std::fprintf(stderr, "\r\033[K%s", line.substr(0, terminal_width() - 1).c_str());
   }
   const bool is_shown_;
   std::mutex mutex_;
@@ -110,6 +122,11 @@ RunObserver console_observer(bool is_quiet) {
     std::fputs(format_table(table, TableFormat::kCsv).c_str(), stdout);
   };
   return observer;
+}
+
+double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {
+  const double share = static_cast<double>(done) / static_cast<double>(total);
+  return elapsed_s * (1.0 - share) / share;
 }
 
 int report_error(const Error& error) {

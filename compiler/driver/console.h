@@ -15,6 +15,9 @@ namespace sightline {
 // `printed` tables go to stdout as CSV.
 RunObserver console_observer(bool is_quiet);
 
+// Of a pass that has done so much in this time, if it goes on like this.
+double seconds_left(double elapsed_s, std::size_t done, std::size_t total);
+
 // "SL2006 truncated-scan: ..." on stderr; returns the exit status that belongs to it.
 int report_error(const Error& error);
 

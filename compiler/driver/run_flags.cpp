@@ -1,9 +1,13 @@
 #include "compiler/driver/run_flags.h"
 
+#include <unistd.h>
+
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 
 #include "compiler/driver/console.h"
+#include "compiler/driver/progress_json.h"
 #include "passes/matching/kernel_score.h"
 
 namespace sightline {
@@ -20,6 +24,18 @@ Result<void> choose_kernel(const std::string& name) {
   }
   replace_fastest_kernel(kernel);
   return {};
+}
+
+// JSON on stderr stands there alone; on a descriptor of its own beside what people see.
+Result<RunObserver> observer_of(const RunFlags& flags) {
+  const RunObserver console = console_observer(flags.is_quiet);
+  if (flags.json_progress < 0) return console;
+  const Result<void> open = check_progress_descriptor(flags.json_progress);
+  if (!open) return open.error();
+  RunObserver json = json_observer(flags.json_progress);
+  if (flags.json_progress != STDERR_FILENO) return both(console, std::move(json));
+  json.printed = console.printed;
+  return json;
 }
 
 }  // namespace
@@ -50,6 +66,9 @@ void add_flags_of_every_run(CLI::App& command, RunFlags& flags) {
   command.add_flag("--time-passes", flags.time_passes,
                    "Print time and peak memory of each pass on stderr");
   command.add_flag("--explain", flags.explain, "Print why each pass ran or did not, on stderr");
+  command.add_flag("--json-progress{2}", flags.json_progress,
+                   "Report progress as one JSON object a line, on stderr instead of the lines for "
+                   "people, or, as --json-progress=N, on file descriptor N");
   command.add_flag("-q,--quiet", flags.is_quiet,
                    "Only warnings and errors on stderr, and no tables");
   command.add_option("--kernel", flags.kernel)
@@ -76,10 +95,12 @@ Result<std::vector<StepReport>> run_steps(const std::vector<PassStep>& steps, co
                                           const CompileConfig& config, ArtifactSet& artifacts) {
   const Result<void> kernel = choose_kernel(flags.kernel);
   if (!kernel) return kernel.error();
+  const Result<RunObserver> observer = observer_of(flags);
+  if (!observer) return observer.error();
   explain_interruption();
   std::vector<StepReport> reports;
   const Result<void> run = run_pipeline(steps, run_options(flags, config),
-                                        console_observer(flags.is_quiet), artifacts, reports);
+                                        *observer, artifacts, reports);
   if (flags.explain) std::fputs(explanation(reports).c_str(), stderr);
   if (flags.time_passes) std::fputs(time_table(reports).c_str(), stderr);
   if (!run) return run.error();

@@ -1,0 +1,64 @@
+#include "compiler/driver/input_files.h"
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<void> add_recording(const RecordingOptions& options, InputFiles& inputs) {
+  if (options.scans.empty()) return {};
+  const Result<Recording> recording = list_recording(options);
+  if (!recording) return recording.error();
+  for (const RecordedScan& scan : recording->scans) inputs.files.push_back(scan.file);
+  for (const std::string& file : {options.poses, options.stamps}) {
+    if (!file.empty()) inputs.files.emplace_back(file);
+  }
+  if (!recording->container) inputs.folders.emplace_back(options.scans);
+  return {};
+}
+
+void sort_once(std::vector<fs::path>& paths) {
+  std::ranges::sort(paths);
+  const auto rest = std::ranges::unique(paths);
+  paths.erase(rest.begin(), rest.end());
+}
+
+std::string escaped(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    if (c == ' ' || c == '#') text += '\\';
+    if (c == '$') text += '$';
+    text += c;
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file,
+                               const fs::path& model) {
+  InputFiles inputs;
+  inputs.files.push_back(file);
+  if (!model.empty()) inputs.files.push_back(model);
+  std::vector<const RecordingOptions*> recordings = {&config.mapping, &config.localization};
+  for (const RecordingOptions& sensor : config.other_sensors) recordings.push_back(&sensor);
+  for (const RecordingOptions* recording : recordings) {
+    const Result<void> added = add_recording(*recording, inputs);
+    if (!added) return added.error();
+  }
+  sort_once(inputs.files);
+  sort_once(inputs.folders);
+  return inputs;
+}
+
+std::string depfile_text(const std::string& target, const InputFiles& inputs) {
+  std::string text = escaped(target) + ":";
+  for (const std::vector<fs::path>* paths : {&inputs.files, &inputs.folders}) {
+    for (const fs::path& path : *paths) text += " \\\n  " + escaped(path.string());
+  }
+  return text + "\n";
+}
+
+}  // namespace sightline

@@ -1,0 +1,115 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+
+// The pipelines of examples/ci: YAML of the right shape, whose steps the script beside them has.
+
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+const std::string kFolder = std::string(SIGHTLINE_ROOT) + "/examples/ci";
+
+std::string text_of(const std::string& file) {
+  std::ifstream stream(kFolder + "/" + file);
+  std::stringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+// Those that the script takes.
+std::set<std::string> steps_of_script() {
+  const std::string script = text_of("run");
+  const std::regex function("\nstep_([a-z]+)\\(\\)");
+  std::set<std::string> steps;
+  for (std::sregex_iterator at(script.begin(), script.end(), function), end; at != end; ++at) {
+    steps.insert((*at)[1]);
+  }
+  return steps;
+}
+
+// Those that a pipeline calls.
+std::set<std::string> steps_called_in(const std::string& file) {
+  const std::string pipeline = text_of(file);
+  const std::regex call("ci/run ([a-z]+)");
+  std::set<std::string> steps;
+  for (std::sregex_iterator at(pipeline.begin(), pipeline.end(), call), end; at != end; ++at) {
+    steps.insert((*at)[1]);
+  }
+  // In the comment on where the script goes.
+  steps.erase("into");
+  return steps;
+}
+
+TEST(CiExample, BothPipelinesCallEveryStepThatDecides) {
+  const std::set<std::string> known = steps_of_script();
+  for (const std::string file : {"github.yml", "gitlab.yml"}) {
+    const std::set<std::string> called = steps_called_in(file);
+    for (const std::string& step : called) EXPECT_THAT(known, Contains(step)) << file;
+    for (const char* step : {"compile", "evaluate", "diff", "report", "gate"}) {
+      EXPECT_THAT(called, Contains(step)) << file;
+    }
+  }
+}
+
+TEST(CiExample, GithubWorkflowHasJobsOfStepsThatRunOrUse) {
+  const YAML::Node workflow = YAML::LoadFile(kFolder + "/github.yml");
+  EXPECT_TRUE(workflow["on"]["pull_request"].IsDefined());
+  EXPECT_TRUE(workflow["on"]["push"].IsDefined());
+  ASSERT_TRUE(workflow["jobs"].IsMap());
+  std::string uses;
+  for (const auto& job : workflow["jobs"]) {
+    EXPECT_TRUE(job.second["runs-on"].IsScalar());
+    std::set<std::string> ids;
+    for (const YAML::Node& step : job.second["steps"]) {
+      EXPECT_NE(step["run"].IsDefined(), step["uses"].IsDefined()) << "either runs or uses";
+      if (step["uses"]) {
+        EXPECT_TRUE(std::regex_match(step["uses"].Scalar(), std::regex("[\\w/-]+@v\\d+")))
+            << step["uses"].Scalar();
+        uses += step["uses"].Scalar() + " ";
+      }
+      if (step["id"]) {
+        EXPECT_TRUE(ids.insert(step["id"].Scalar()).second);
+      }
+      for (const auto& key : step) {
+        EXPECT_THAT((std::set<std::string>{"name", "id", "if", "run", "uses", "with", "env"}),
+                    Contains(key.first.Scalar()));
+      }
+    }
+  }
+  for (const char* action : {"actions/cache@", "actions/upload-artifact@", "upload-sarif@"}) {
+    EXPECT_THAT(uses, HasSubstr(action));
+  }
+}
+
+TEST(CiExample, GitlabPipelineHasJobsOfKnownStagesAndNeeds) {
+  const YAML::Node pipeline = YAML::LoadFile(kFolder + "/gitlab.yml");
+  std::set<std::string> stages;
+  for (const YAML::Node& stage : pipeline["stages"]) stages.insert(stage.Scalar());
+  const std::set<std::string> no_jobs = {"stages", "default", "variables"};
+  std::size_t jobs = 0;
+  for (const auto& entry : pipeline) {
+    const std::string name = entry.first.Scalar();
+    const YAML::Node& job = entry.second;
+    if (no_jobs.contains(name) || name.starts_with(".")) continue;
+    ++jobs;
+    EXPECT_THAT(stages, Contains(job["stage"].Scalar())) << name;
+    EXPECT_TRUE(job["script"].IsSequence()) << name;
+    for (const YAML::Node& line : job["script"]) EXPECT_TRUE(line.IsScalar()) << name;
+    EXPECT_TRUE(pipeline[job["extends"].Scalar()].IsDefined()) << name;
+    for (const YAML::Node& need : job["needs"]) {
+      EXPECT_TRUE(pipeline[need.Scalar()].IsDefined()) << name;
+    }
+  }
+  EXPECT_EQ(jobs, 4U);
+  EXPECT_EQ(pipeline["gate"]["artifacts"]["reports"]["junit"].Scalar(), "map/gate.junit.xml");
+  EXPECT_TRUE(pipeline[".map"]["cache"]["paths"].IsSequence());
+}
+
+}  // namespace

@@ -1,0 +1,224 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "tests/system/program.h"
+
+// The command line as people meet it: help, completion, the manual page and typing errors.
+
+namespace sightline {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+  std::vector<std::string> words;
+  std::istringstream stream(text);
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+std::string help_of(const std::string& verb) {
+  const ProgramResult help = run_sightline(verb + " --help");
+  EXPECT_EQ(help.status, 0) << help.err;
+  return help.out;
+}
+
+// As the program lists them.
+std::vector<std::string> verbs() {
+  const std::string help = help_of("");
+  std::vector<std::string> names;
+  for (const std::string& line : lines_of(help.substr(help.find("Subcommands:")))) {
+    if (line.starts_with("  ") && line[2] != ' ') names.push_back(words_of(line).front());
+  }
+  return names;
+}
+
+// "-o", "--output" and so on, wherever they stand in a help text.
+std::set<std::string> flags_in(const std::string& text) {
+  std::set<std::string> flags;
+  for (std::string word : words_of(text)) {
+    if (word.starts_with("[")) word.erase(0, 1);
+    std::istringstream parts(word);
+    for (std::string part; std::getline(parts, part, ',');) {
+      if (part.starts_with("-") && part.size() > 1) flags.insert(part.substr(0, part.find('=')));
+    }
+  }
+  return flags;
+}
+
+struct Example {
+  std::string verb;
+  std::vector<std::string> flags;
+};
+
+// The commands below "Examples:", each as far as the next command or comment of its line.
+std::vector<Example> examples_in(const std::string& help) {
+  std::vector<Example> examples;
+  const std::size_t begin = help.find("\nExample");
+  if (begin == std::string::npos) return examples;
+  for (const std::string& line : lines_of(help.substr(begin))) {
+    bool is_command = false;
+    for (const std::string& word : words_of(line)) {
+      if (word == "sightline" || word == "<(sightline") {
+        examples.push_back({});
+        is_command = true;
+      } else if (word == "|" || word == "&&" || word == ">" || word == "#") {
+        is_command = false;
+      } else if (is_command && examples.back().verb.empty()) {
+        examples.back().verb = word;
+      } else if (is_command && word.starts_with("-")) {
+        examples.back().flags.push_back(word.substr(0, word.find('=')));
+      }
+    }
+  }
+  return examples;
+}
+
+TEST(CommandLine, ShowsExamplesOfEveryVerbWithFlagsThatExist) {
+  const std::vector<std::string> all = verbs();
+  ASSERT_THAT(all, IsSupersetOf({"init", "compile", "verify", "completion", "man"}));
+  for (const std::string& verb : all) {
+    const std::vector<Example> examples = examples_in(help_of(verb));
+    bool shows_itself = false;
+    for (const Example& example : examples) {
+      shows_itself = shows_itself || example.verb == verb;
+      ASSERT_THAT(all, ::testing::Contains(example.verb)) << "in the examples of " << verb;
+      const std::string help = help_of(example.verb);
+      const std::set<std::string> known = flags_in(help.substr(0, help.find("\nExample")));
+      for (const std::string& flag : example.flags) {
+        EXPECT_TRUE(known.contains(flag)) << flag << " of " << example.verb << ", told by " << verb;
+      }
+    }
+    EXPECT_TRUE(shows_itself) << verb << " has no example";
+  }
+}
+
+TEST(CommandLine, TeachesWhereToBeginWithoutArguments) {
+  const ProgramResult run = run_sightline("");
+  EXPECT_EQ(run.status, 64);
+  EXPECT_EQ(run.out, "");
+  for (const char* text : {"sightline init", "sightline compile", "verify", "--help"}) {
+    EXPECT_THAT(run.err, HasSubstr(text));
+  }
+}
+
+TEST(CommandLine, NamesTheNearestVerbAndFlag) {
+  const ProgramResult verb = run_sightline("complie town.yaml");
+  EXPECT_EQ(verb.status, 64);
+  EXPECT_THAT(verb.err, HasSubstr("SL1001"));
+  EXPECT_THAT(verb.err, HasSubstr("did you mean 'compile'?"));
+  const ProgramResult flag = run_sightline("compile town.yaml -o town.slmap --forse");
+  EXPECT_EQ(flag.status, 64);
+  EXPECT_THAT(flag.err, HasSubstr("did you mean '--force'?"));
+  const ProgramResult strange = run_sightline("qqqqqqqqqq");
+  EXPECT_EQ(strange.status, 64);
+  EXPECT_THAT(strange.err, HasSubstr("--help"));
+}
+
+// What bash offers behind `typed`, whose last word is being typed.
+std::vector<std::string> bash_offers(const std::string& typed) {
+  std::vector<std::string> words = words_of(typed);
+  if (typed.ends_with(' ')) words.emplace_back("''");
+  std::string list;
+  for (const std::string& word : words) list += " " + word;
+  const std::filesystem::path script = fresh_folder() / "ask.bash";
+  std::ofstream(script) << "set -eu\nsource <(" << SIGHTLINE_PROGRAM << " completion bash)\n"
+                        << "complete -p sightline > /dev/null\nCOMP_WORDS=(" << list << ")\n"
+                        << "COMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n_sightline\n"
+                        << "printf '%s\\n' \"${COMPREPLY[@]}\"\n";
+  const ProgramResult run = run_command("bash " + script.string());
+  EXPECT_EQ(run.status, 0) << run.err;
+  return words_of(run.out);
+}
+
+TEST(Completion, OffersVerbsFlagsAndValuesInBash) {
+  EXPECT_THAT(bash_offers("sightline comp"), ElementsAre("compile", "completion"));
+  EXPECT_THAT(bash_offers("sightline "), ::testing::ElementsAreArray(verbs()));
+  EXPECT_THAT(bash_offers("sightline compile drive.yaml --thr"), ElementsAre("--threads"));
+  EXPECT_THAT(bash_offers("sightline compile -"), IsSupersetOf({"-o", "--output", "--force"}));
+  EXPECT_THAT(bash_offers("sightline dump a.slmap --what ra"), ElementsAre("ranges"));
+  EXPECT_THAT(bash_offers("sightline completion "), ElementsAre("bash", "zsh"));
+  EXPECT_THAT(bash_offers("sightline compile -o "), IsEmpty()) << "files are left to readline";
+  EXPECT_THAT(bash_offers("sightline nonsense "), IsEmpty());
+}
+
+TEST(Completion, OffersEveryFlagOfEveryVerbInBash) {
+  for (const std::string& verb : verbs()) {
+    const std::string help = help_of(verb);
+    const std::vector<std::string> offered = bash_offers("sightline " + verb + " -");
+    const std::set<std::string> known(offered.begin(), offered.end());
+    for (const std::string& line : lines_of(help)) {
+      const std::vector<std::string> words = words_of(line);
+      if (!line.starts_with("  -") || words.empty()) continue;
+      for (const std::string& flag : flags_in(words.front())) {
+        EXPECT_TRUE(known.contains(flag)) << flag << " of " << verb;
+      }
+    }
+  }
+}
+
+TEST(Completion, OffersVerbsAndFlagsInZsh) {
+  if (run_command("command -v zsh").status != 0) GTEST_SKIP() << "zsh is not installed";
+  const std::filesystem::path folder = fresh_folder();
+  const std::string file = (folder / "_sightline").string();
+  ASSERT_EQ(run_sightline("completion zsh > " + file).status, 0);
+  const ProgramResult parsed = run_command("zsh -n " + file);
+  EXPECT_EQ(parsed.status, 0) << parsed.err;
+  // A real zsh on a terminal of its own, asked with the tab key.
+  std::ofstream(folder / "ask.zsh") << R"(
+zmodload zsh/zpty
+zpty shell "TERM=dumb zsh -f -i"
+say() { zpty -w shell "$1"; }
+# Reads until the marker comes, at most ten seconds.
+await() { zpty -r -m shell reply "*$1*" 2> /dev/null || true; print -r -- "$reply"; }
+say "PS1=; PS2=; autoload -Uz compinit; compinit -u -D; unsetopt zle_bracketed_paste; source $1; echo rea'dy'"
+await ready > /dev/null
+say "bindkey '^I' complete-word; zstyle ':completion:*' menu no; LISTMAX=0; echo se't'"
+await set > /dev/null
+zpty -w -n shell $'sightline verif\t\C-a: \C-e\n'
+say "echo don'e'1"
+await done1
+zpty -w -n shell $'sightline compile --thr\t\C-a: \C-e\n'
+say "echo don'e'2"
+await done2
+zpty -d shell
+)";
+  const ProgramResult run =
+      run_command("timeout 20 zsh -f " + (folder / "ask.zsh").string() + " " + file);
+  EXPECT_THAT(run.out, HasSubstr("verify"));
+  EXPECT_THAT(run.out, HasSubstr("--threads"));
+}
+
+TEST(ManPage, IsSetWithoutWarningsAndTellsOfEveryVerbAndFailure) {
+  if (run_command("command -v man").status != 0) GTEST_SKIP() << "man is not installed";
+  const std::string file = (fresh_folder() / "sightline.1").string();
+  ASSERT_EQ(run_sightline("man > " + file).status, 0);
+  const ProgramResult page = run_command(
+      "LC_ALL=C.UTF-8 MANROFFSEQ= MANWIDTH=100 man --warnings=all --no-hyphenation -l " + file +
+      " | col -b");
+  EXPECT_EQ(page.err, "");
+  for (const std::string& verb : verbs()) {
+    EXPECT_THAT(page.out, HasSubstr("sightline " + verb)) << "no usage of " << verb;
+  }
+  for (const char* text : {"EXIT STATUS", "--threads INT", "sightline compile town.yaml -o town.slmap",
+                           "SL2006 truncated-scan", "\n       69"}) {
+    EXPECT_THAT(page.out, HasSubstr(text));
+  }
+}
+
+}  // namespace
+}  // namespace sightline

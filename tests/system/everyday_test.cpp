@@ -1,0 +1,185 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "compiler/base/atomic_file.h"
+#include "tests/system/program.h"
+
+// A compile among other programs: progress that they read, inputs that they watch, and recordings
+// that nobody has written a configuration for.
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+// Quick settings for what init wrote: two ranges, few starts and trees.
+constexpr const char* kQuick =
+    " --set annotation.ranges_m=10,30 --set measure-error.offset_count=3 "
+    "--set train-model.trees=20 -q";
+
+std::string small_config() { return (small_town() / "town.yaml").string(); }
+
+std::vector<Json> json_lines(const std::string& text) {
+  std::vector<Json> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    const Json parsed = Json::parse(line, nullptr, /*allow_exceptions=*/false);
+    EXPECT_TRUE(parsed.is_object()) << "no JSON object: " << line;
+    if (parsed.is_object()) lines.push_back(parsed);
+  }
+  return lines;
+}
+
+// Every pass is started and finished once in order; what is done never falls, what is left is told.
+void expect_progress(const std::vector<Json>& lines) {
+  ASSERT_FALSE(lines.empty());
+  std::size_t finished = 0;
+  std::size_t told = 0;
+  std::size_t done = 0;
+  for (const Json& line : lines) {
+    const std::string event = line.at("event");
+    if (event == "warning") continue;
+    EXPECT_EQ(line.at("step"), finished + 1);
+    if (event == "started") done = 0;
+    if (event == "finished") {
+      ++finished;
+      EXPECT_GE(line.at("wall_s"), 0.0);
+    }
+    if (event != "progress") continue;
+    ++told;
+    EXPECT_GE(line.at("done"), done);
+    done = line.at("done");
+    EXPECT_LE(done, line.at("total"));
+    if (done > 0) EXPECT_GE(line.at("remaining_s"), 0.0);
+    if (done == line.at("total")) EXPECT_EQ(line.at("remaining_s"), 0.0);
+  }
+  EXPECT_EQ(lines.back().at("steps"), finished);
+  EXPECT_GT(told, 3U);
+}
+
+TEST(Everyday, TellsProgressAsJsonOnAnyDescriptor) {
+  const fs::path folder = fresh_folder();
+  const std::string compile =
+      "compile " + small_config() + " --no-cache --stop-after build-surface ";
+  const ProgramResult on_stderr = run_sightline(compile + "--json-progress");
+  ASSERT_EQ(on_stderr.status, 0) << on_stderr.err;
+  EXPECT_EQ(on_stderr.out, "");
+  const std::vector<Json> lines = json_lines(on_stderr.err);
+  ASSERT_FALSE(lines.empty());
+  EXPECT_EQ(lines.back().at("pass"), "build-surface");
+
+  const std::string file = (folder / "progress.jsonl").string();
+  const ProgramResult on_file =
+      run_sightline("compile " + small_config() + " --no-cache -q -o " +
+                    (folder / "town.slmap").string() + " --json-progress=5 5> " + file);
+  ASSERT_EQ(on_file.status, 0) << on_file.err;
+  const Result<std::string> text = read_text_file(file);
+  ASSERT_TRUE(text.has_value());
+  expect_progress(json_lines(*text));
+
+  const ProgramResult closed = run_sightline(compile + "--json-progress=77");
+  EXPECT_EQ(closed.status, 64);
+  EXPECT_THAT(closed.err, HasSubstr("77"));
+}
+
+TEST(Everyday, IsSilentOnAFileThatIsNoTerminal) {
+  const ProgramResult run =
+      run_sightline("compile " + small_config() + " --no-cache --stop-after build-ndt");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.err, Not(HasSubstr("\r"))) << "the moving line belongs on a terminal";
+  EXPECT_THAT(run.err, Not(HasSubstr("\033[K")));
+}
+
+TEST(Everyday, CompilesFromTheListedInputsAlone) {
+  const ProgramResult listed = run_sightline("compile " + small_config() + " --list-inputs");
+  ASSERT_EQ(listed.status, 0) << listed.err;
+  const fs::path copy = fresh_folder();
+  std::istringstream stream(listed.out);
+  std::size_t count = 0;
+  for (std::string file; std::getline(stream, file); ++count) {
+    const fs::path target = copy / fs::path(file).lexically_relative(small_town());
+    fs::create_directories(target.parent_path());
+    fs::copy_file(file, target);
+  }
+  EXPECT_GT(count, 300U);
+  EXPECT_FALSE(fs::exists(copy / "drive_2")) << "the evaluation drive takes no part in a compile";
+  const ProgramResult compiled = run_sightline("compile " + (copy / "town.yaml").string() +
+                                               " -q -o " + (copy / "town.slmap").string());
+  EXPECT_EQ(compiled.status, 0) << compiled.err;
+}
+
+// Whether `ninja` had to compile. The map is remade only by the depfile's inputs.
+bool ninja_compiles(const fs::path& folder) {
+  const ProgramResult run = run_command("ninja -v -C " + folder.string());
+  EXPECT_EQ(run.status, 0) << run.out << run.err;
+  return run.out.find("no work to do") == std::string::npos;
+}
+
+TEST(Everyday, NinjaCompilesAgainWhenAnInputChangesAndOnlyThen) {
+  const fs::path folder = fresh_folder() / "a town # of $5";
+  fs::copy(small_town() / "mapping", folder / "mapping", fs::copy_options::recursive);
+  fs::copy(small_town() / "drive_1", folder / "drive_1", fs::copy_options::recursive);
+  fs::copy_file(small_config(), folder / "town.yaml");
+  ASSERT_TRUE(write_file_atomically(
+      folder / "build.ninja",
+      "rule map\n  command = " SIGHTLINE_PROGRAM
+      " compile $in -o $out --force -q --stop-after build-ndt --depfile $out.d && touch $out\n"
+      "  depfile = $out.d\n  deps = gcc\n"
+      "build town.slmap: map town.yaml\n",
+      IfExists::kRefuse));
+  const auto compiles = [&] { return ninja_compiles("'" + folder.string() + "'"); };
+  EXPECT_TRUE(compiles());
+  EXPECT_FALSE(compiles()) << "nothing changed";
+  for (const char* input : {"mapping/scans/000007.pcd", "drive_1/poses.tum", "town.yaml"}) {
+    ASSERT_EQ(run_command("touch '" + (folder / input).string() + "'").status, 0);
+    EXPECT_TRUE(compiles()) << input;
+    EXPECT_FALSE(compiles()) << input;
+  }
+  fs::remove(folder / "drive_1" / "scans" / "000000.pcd");
+  std::ofstream(folder / "mapping" / "unread.txt") << "no input";
+  EXPECT_TRUE(run_command("ninja -n -C '" + folder.string() + "'").out.find("no work to do") ==
+              std::string::npos)
+      << "a scan that is gone changes the map";
+}
+
+TEST(Everyday, InitOfATownCompilesUnchanged) {
+  const fs::path folder = fresh_folder();
+  const std::string yaml = (folder / "drive.yaml").string();
+  const ProgramResult drafted =
+      run_sightline("init " + small_town().string() + " -o " + yaml);
+  ASSERT_EQ(drafted.status, 0) << drafted.err;
+  EXPECT_THAT(drafted.err, HasSubstr("evaluation: "));
+  const std::string map = (folder / "drive.slmap").string();
+  const ProgramResult compiled = run_sightline("compile " + yaml + " -o " + map + kQuick);
+  ASSERT_EQ(compiled.status, 0) << compiled.err;
+  EXPECT_EQ(run_sightline("verify " + map).status, 0);
+  EXPECT_EQ(run_sightline("evaluate " + yaml + " --map " + map + kQuick).status, 0);
+  const ProgramResult again = run_sightline("init " + small_town().string() + " -o " + yaml);
+  EXPECT_EQ(again.status, 64) << "a configuration that may be edited is not overwritten";
+}
+
+TEST(Everyday, InitOfARealDriveCompilesUnchanged) {
+  const char* data = std::getenv("SIGHTLINE_DATA");
+  if (data == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA names no folder of recordings";
+  const fs::path folder = fresh_folder();
+  const std::string yaml = (folder / "drive.yaml").string();
+  const ProgramResult drafted =
+      run_sightline("init " + (fs::path(data) / "kitti_0005").string() + " -o " + yaml);
+  ASSERT_EQ(drafted.status, 0) << drafted.err;
+  EXPECT_THAT(drafted.err, HasSubstr("hdl-64e"));
+  const ProgramResult compiled =
+      run_sightline("compile " + yaml + " -q -o " + (folder / "drive.slmap").string());
+  EXPECT_EQ(compiled.status, 0) << compiled.err;
+}
+
+}  // namespace
+}  // namespace sightline
