@@ -61,6 +61,7 @@ std::string flag_text(const CommandFlag& flag) {
   if (!flag.value.empty()) names += " \\fI" + roff(flag.value) + "\\fR";
   std::string text = ".TP\n" + names + "\n" + roff(flag.help.empty() ? "-" : flag.help) + "\n";
   if (flag.choices.empty()) return text;
+  text.insert(text.size() - 1, text.ends_with(".\n") ? "" : ".");
   text += "One of";
   for (std::size_t i = 0; i < flag.choices.size(); ++i) {
     text += (i == 0 ? " " : ", ") + roff(flag.choices[i]);
@@ -118,7 +119,7 @@ std::string exit_statuses() {
 }  // namespace
 
 std::string man_page(const CommandTree& tree, const std::string& version) {
-  std::string text = ".TH SIGHTLINE 1 \"\" \"sightline " + version + "\" \"User Commands\"\n";
+  std::string text = ".TH SIGHTLINE 1 \"\" \"sightline " + version + "\" \"User Commands\"\n.ad l\n";
   text += ".SH NAME\n" + roff(tree.name) +
           " \\- compile recorded drives into a map that tells a vehicle how far it must look\n";
   text += ".SH SYNOPSIS\n";

@@ -54,7 +54,7 @@ std::set<std::string> flags_in(const std::string& text) {
     if (word.starts_with("[")) word.erase(0, 1);
     std::istringstream parts(word);
     for (std::string part; std::getline(parts, part, ',');) {
-      if (part.starts_with("-") && part.size() > 1) flags.insert(part.substr(0, part.find('=')));
+      if (part.starts_with("-") && part.size() > 1) flags.insert(part.substr(0, part.find_first_of("={")));
     }
   }
   return flags;
@@ -208,15 +208,17 @@ TEST(ManPage, IsSetWithoutWarningsAndTellsOfEveryVerbAndFailure) {
   const std::string file = (fresh_folder() / "sightline.1").string();
   ASSERT_EQ(run_sightline("man > " + file).status, 0);
   const ProgramResult page = run_command(
-      "LC_ALL=C.UTF-8 MANROFFSEQ= MANWIDTH=100 man --warnings=all --no-hyphenation -l " + file +
+      "LC_ALL=C.UTF-8 MANWIDTH=100 man --warnings=all --no-hyphenation -l " + file +
       " | col -b");
   EXPECT_EQ(page.err, "");
+  std::string text;  // as one line
+  for (const std::string& word : words_of(page.out)) text += word + " ";
   for (const std::string& verb : verbs()) {
-    EXPECT_THAT(page.out, HasSubstr("sightline " + verb)) << "no usage of " << verb;
+    EXPECT_THAT(text, HasSubstr("sightline " + verb)) << "no usage of " << verb;
   }
-  for (const char* text : {"EXIT STATUS", "--threads INT", "sightline compile town.yaml -o town.slmap",
-                           "SL2006 truncated-scan", "\n       69"}) {
-    EXPECT_THAT(page.out, HasSubstr(text));
+  for (const char* part : {"EXIT STATUS", "--threads INT", "sightline compile town.yaml -o town.slmap",
+                           "SL2006 truncated-scan", " 69 gate"}) {
+    EXPECT_THAT(text, HasSubstr(part));
   }
 }
 
