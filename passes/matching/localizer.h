@@ -13,6 +13,9 @@ struct LocalizerOptions {
   // False: the plain one, Newton's method on the map's own NDs. True: a part of the points finds
   // the way on blurred NDs, then all points settle on sharpened ones.
   bool is_annealed = false;
+  // Annealed alone, above 0: where the score leaves one horizontal direction loose, looks along it for
+  // a better pose no farther than this from the start, which is how far off starts may be.
+  double search_m = 0.0;
   // Matches first on cells so many times as long as the map's, pooled from them; 1: on its own
   // alone.
   int coarse_cells = 1;
@@ -25,6 +28,7 @@ struct Localizer {
     MatchLevel settings;  // without the grid
   };
   bool is_annealed = false;
+  double search_m = 0.0;
   std::vector<Level> levels;  // from coarse to fine, one to three
 };
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
