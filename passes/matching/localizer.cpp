@@ -16,10 +16,11 @@
 // only shows the way may end far from its optimum and needs few points; what it costs is small
 // beside the last level, which starts so near that it takes three or four evaluations.
 //
-// Why a search: between two long walls the score has a chain of optima along the street, a metre or so
-// apart, and a start a metre off climbs the wrong one. The right one is nearly always the highest. The
-// first level's Hessian tells the loose direction, a handful of looks at the blurred score along it tell
-// where another optimum is, and the last level's score, of all points, decides between the two.
+// Why a search: between two long walls the score has a chain of optima along the street, a metre or
+// so apart, and a start a metre off climbs the wrong one. The right one is nearly always the
+// highest. The first level's Hessian tells the loose direction, a handful of looks at the blurred
+// score along it tell where another optimum is, and the last level's score, of all points, decides
+// between the two.
 
 namespace sightline {
 namespace {
@@ -95,8 +96,8 @@ Pose shifted(const Pose& pose, const Eigen::Vector2d& shift_m) {
   return result;
 }
 
-// The best of the first level's other optima along a direction, roughly; nothing where there is none
-// that is worth trying.
+// The best of the first level's other optima along a direction, roughly; nothing where there is
+// none that is worth trying.
 std::optional<Pose> other_optimum(const MatchResult& lead, const Eigen::Vector2d& direction,
                                   Search& search, ScanForMatch& scan) {
   std::array<double, 2 * kProbes + 1> scores{};
@@ -118,8 +119,7 @@ std::optional<Pose> other_optimum(const MatchResult& lead, const Eigen::Vector2d
   for (int probe = -kProbes; probe <= kProbes; ++probe) {
     const double score = score_of(probe);
     const bool is_peak = score > score_of(probe - 1) && score >= score_of(probe + 1);
-    const Eigen::Vector3d off_m =
-        pose_of(probe).translation() - search.T_map_start.translation();
+    const Eigen::Vector3d off_m = pose_of(probe).translation() - search.T_map_start.translation();
     if (std::abs(probe) < 2 || !is_peak || off_m.head<2>().norm() > search.search_m) continue;
     if (score > (best == 0 ? kWorthTrying * score_of(0) : score_of(best))) best = probe;
   }
@@ -149,6 +149,15 @@ MatchResult localize_searching(Search& search, ScanForMatch& scan) {
 }
 
 }  // namespace
+
+LocalizerOptions localizer_named(std::string_view name, int coarse_cells) {
+  constexpr double kSearch_m = 1.25;  // starts of "Measured error" are at most a metre off
+  const bool is_annealed = name != "plain";
+  const bool is_searching = is_annealed && name != "annealed";
+  return {.is_annealed = is_annealed,
+          .search_m = is_searching ? kSearch_m : 0.0,
+          .coarse_cells = coarse_cells};
+}
 
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
   SIGHTLINE_CHECK(options.coarse_cells >= 1);

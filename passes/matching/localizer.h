@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "formats/drive.h"
@@ -21,6 +22,10 @@ struct LocalizerOptions {
   // alone.
   int coarse_cells = 1;
 };
+
+// By the name of "Localizers" in schemas/definitions.md: plain, annealed or searching. Anything else
+// is taken for searching, the default.
+LocalizerOptions localizer_named(std::string_view name, int coarse_cells = 1);
 
 // A map made ready for a localizer. Costs time and memory in proportion to the number of NDs.
 struct Localizer {
