@@ -29,7 +29,7 @@ Result<void> choose_kernel(const std::string& name) {
 // JSON on stderr stands there alone; on a descriptor of its own beside what people see.
 Result<RunObserver> observer_of(const RunFlags& flags) {
   const RunObserver console = console_observer(flags.is_quiet);
-  if (flags.json_progress < 0) return console;
+  if (flags.json_progress == 0) return console;
   const Result<void> open = check_progress_descriptor(flags.json_progress);
   if (!open) return open.error();
   RunObserver json = json_observer(flags.json_progress);

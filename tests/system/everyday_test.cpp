@@ -59,8 +59,10 @@ void expect_progress(const std::vector<Json>& lines) {
     EXPECT_GE(line.at("done"), done);
     done = line.at("done");
     EXPECT_LE(done, line.at("total"));
-    if (done > 0) EXPECT_GE(line.at("remaining_s"), 0.0);
-    if (done == line.at("total")) EXPECT_EQ(line.at("remaining_s"), 0.0);
+    if (done == 0) continue;
+    const double remaining_s = line.at("remaining_s");
+    EXPECT_GE(remaining_s, 0.0);
+    EXPECT_EQ(remaining_s == 0.0, done == line.at("total")) << line;
   }
   EXPECT_EQ(lines.back().at("steps"), finished);
   EXPECT_GT(told, 3U);
