@@ -12,7 +12,7 @@ namespace sightline {
 namespace {
 
 Error unfounded(const std::string& place, const std::string& message) {
-  return {ErrorCode::kUnfoundedAnnotation, message, "", place};
+  return {ErrorCode::kDigestMismatch, message, "", place};
 }
 
 std::string at_site(std::size_t site) { return "site " + std::to_string(site); }

@@ -23,7 +23,7 @@ struct AnnotationProof {
 // Makes every prediction, promise, choice, flag and count of a map's annotation again, from its
 // factors and its forest, and demands the same numbers, bit for bit. What a drive measured (the
 // factors' columns measured_*, and a quality's measured_coverage) is taken as stored. Errors:
-// bad-layer where the map was stripped of factors or model; unfounded-annotation, naming the first
+// bad-layer where the map was stripped of factors or model; digest-mismatch, naming the first
 // site or limit that does not follow; those of model_of, predict_error and choose_ranges.
 Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& map);
 

@@ -49,7 +49,6 @@ const std::vector<ErrorCodeInfo>& all_error_codes() {
       {kBadOrder, "bad-order"},
       {kBadLayer, "bad-layer"},
       {kTooLarge, "too-large"},
-      {kUnfoundedAnnotation, "unfounded-annotation"},
       {kInterrupted, "interrupted"},
       {kCannotOpen, "cannot-open"},
       {kCannotRead, "cannot-read"},

@@ -68,7 +68,6 @@ enum class ErrorCode : int {
   kBadOrder = 4007,
   kBadLayer = 4008,
   kTooLarge = 4009,
-  kUnfoundedAnnotation = 4011,
   // 7xxx incomplete: stopped before the end; what was done is kept.
   kInterrupted = 7001,
   // 8xxx system: the machine said no.

@@ -107,7 +107,7 @@ TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
   for (std::size_t i = 0; i < flips.size(); ++i) {
     CompiledMap flipped = map;
     flips[i](flipped);
-    EXPECT_EQ(code_of(flipped), ErrorCode::kUnfoundedAnnotation) << "flip " << i;
+    EXPECT_EQ(code_of(flipped), ErrorCode::kDigestMismatch) << "flip " << i;
   }
 }
 
