@@ -40,10 +40,10 @@ void append_card(const ErrorModel& model, Table& table) {
     table.facts.emplace_back(name + "history_r_squared", range.history_r_squared);
     table.facts.emplace_back(name + "history_rmse_m", range.history_rmse_m);
   }
-  for (const StreetCard& card : model.streets) {
-    table.facts.emplace_back("coverage_of_" + format_double(card.limit_m) + "_m_in_" +
-                                 std::string(street_type_name(card.street)),
-                             card.coverage);
+  for (const StreetCard& type : model.streets) {
+    table.facts.emplace_back("coverage_of_" + format_double(type.limit_m) + "_m_in_" +
+                                 std::string(street_type_name(type.street)),
+                             type.coverage);
   }
   for (const FeatureCard& feature : model.features) {
     table.facts.emplace_back("importance_" + feature.name + "_m", feature.importance_m);

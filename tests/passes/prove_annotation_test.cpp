@@ -94,7 +94,9 @@ TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
       [](CompiledMap& m) { m.predicted.extrapolated[7] ^= 1; },
       [](CompiledMap& m) { m.predicted.out_of_fold[8] ^= 1; },
       [](CompiledMap& m) { m.predicted.has_history[9] ^= 1; },
-      [](CompiledMap& m) { m.ranges.range_index[30] = (m.ranges.range_index[30] + 1) % 3; },
+      [](CompiledMap& m) {
+        m.ranges.range_index[30] = m.ranges.range_index[30] == 0 ? std::uint8_t{1} : std::uint8_t{0};
+      },
       [](CompiledMap& m) { m.ranges.flags[31] ^= kUnmet; },
       [](CompiledMap& m) { m.ranges.promises[0].is_earned ^= true; },
       [](CompiledMap& m) { m.ranges.promises[1].history_threshold += 0.005; },
