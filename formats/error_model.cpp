@@ -92,7 +92,8 @@ Result<void> validate_sites(const ErrorModel& model) {
                          (model.sites[i - 1].run == site.run && model.sites[i - 1].s_m < site.s_m);
     if (!site.p_world_m.allFinite() || !std::isfinite(site.s_m) || !follows || site.has_label > 1 ||
         site.has_history > 1 || site.place >= model.card.places.size() ||
-        site.block >= model.card.block_count) {
+        site.block >= model.card.block_count ||
+        static_cast<std::size_t>(site.street) >= kStreetTypeCount) {
       return invalid("site " + std::to_string(i), "its place, order or block makes no sense");
     }
     labelled_count += site.has_label;
@@ -105,6 +106,45 @@ Result<void> validate_sites(const ErrorModel& model) {
                            " for each of at most " + std::to_string(labelled_count) + " sites");
   }
   return {};
+}
+
+Result<void> validate_streets(const ErrorModel& model) {
+  for (std::size_t i = 0; i < model.streets.size(); ++i) {
+    const StreetCard& card = model.streets[i];
+    const bool is_known = card.street != StreetType::kUnknown &&
+                          static_cast<std::size_t>(card.street) < kStreetTypeCount;
+    const bool is_share = card.coverage >= 0.0 && card.coverage <= 1.0;
+    if (!is_known || !is_share || card.case_count == 0 ||
+        !are_finite({card.limit_m, card.mean_range_m, card.mean_error_m})) {
+      return invalid("street type " + std::to_string(i), "its card makes no sense");
+    }
+  }
+  return {};
+}
+
+void encode_streets(const std::vector<StreetCard>& streets, ByteWriter& writer) {
+  writer.put<std::uint64_t>(streets.size());
+  for (const StreetCard& card : streets) {
+    writer.put(card.limit_m);
+    writer.put(card.street);
+    writer.put(card.case_count);
+    writer.put(card.coverage);
+    writer.put(card.mean_range_m);
+    writer.put(card.mean_error_m);
+  }
+}
+
+void decode_streets(ByteReader& reader, std::vector<StreetCard>& streets) {
+  constexpr std::size_t kBytesPerStreet = 4 * sizeof(double) + 1 + 4;
+  streets.resize(reader.get_count(kBytesPerStreet));
+  for (StreetCard& card : streets) {
+    reader.get(card.limit_m);
+    reader.get(card.street);
+    reader.get(card.case_count);
+    reader.get(card.coverage);
+    reader.get(card.mean_range_m);
+    reader.get(card.mean_error_m);
+  }
 }
 
 void encode_card(const TrainingCard& card, ByteWriter& writer) {
@@ -159,7 +199,7 @@ void decode_card(ByteReader& reader, TrainingCard& card) {
 }
 
 void decode_sites(ByteReader& reader, std::vector<TrainedSite>& sites) {
-  constexpr std::size_t kBytesPerSite = 4 * sizeof(double) + 3 * 4 + 2 + 8;
+  constexpr std::size_t kBytesPerSite = 4 * sizeof(double) + 3 * 4 + 2 + 8 + 1;
   sites.resize(reader.get_count(kBytesPerSite));
   for (TrainedSite& site : sites) {
     for (int axis = 0; axis < 3; ++axis) reader.get(site.p_world_m[axis]);
@@ -170,6 +210,7 @@ void decode_sites(ByteReader& reader, std::vector<TrainedSite>& sites) {
     reader.get(site.has_label);
     reader.get(site.has_history);
     reader.get(site.factor_digest);
+    reader.get(site.street);
   }
 }
 
@@ -182,6 +223,7 @@ Result<void> validate(const ErrorModel& model) {
   if (valid) valid = validate_ranges(model);
   if (valid) valid = validate_features(model);
   if (valid) valid = validate_sites(model);
+  if (valid) valid = validate_streets(model);
   return valid;
 }
 
@@ -203,6 +245,7 @@ void encode(const ErrorModel& model, ByteWriter& writer) {
     writer.put(range.history_r_squared);
     writer.put(range.history_rmse_m);
   }
+  encode_streets(model.streets, writer);
   encode(model.forest, writer);
   writer.put<std::uint64_t>(model.sites.size());
   for (const TrainedSite& site : model.sites) {
@@ -214,6 +257,7 @@ void encode(const ErrorModel& model, ByteWriter& writer) {
     writer.put(site.has_label);
     writer.put(site.has_history);
     writer.put(site.factor_digest);
+    writer.put(site.street);
   }
   encode(model.out_of_fold, writer);
   writer.put_array(model.measured_mean_m);
@@ -239,6 +283,7 @@ void decode(ByteReader& reader, ErrorModel& model) {
     reader.get(range.history_r_squared);
     reader.get(range.history_rmse_m);
   }
+  decode_streets(reader, model.streets);
   decode(reader, model.forest);
   decode_sites(reader, model.sites);
   decode(reader, model.out_of_fold);

@@ -9,6 +9,7 @@
 #include "formats/measured_error.h"
 #include "formats/predicted_error.h"
 #include "formats/regression_forest.h"
+#include "formats/street_type.h"
 
 namespace sightline {
 
@@ -60,6 +61,17 @@ struct RangeCard {
   double history_rmse_m = 0.0;
 };
 
+// What the paper's rule reached on held-out places in one type of street: the shortest range whose
+// predicted mean error is within the limit, over the labelled cases without history.
+struct StreetCard {
+  double limit_m = 0.0;
+  StreetType street = StreetType::kUnknown;
+  std::uint32_t case_count = 0;  // of a site and a drive
+  double coverage = 0.0;         // share with a measured error within the limit there
+  double mean_range_m = 0.0;
+  double mean_error_m = 0.0;
+};
+
 // A site of a map that the model was trained on, as one drive found it. Its forest knows the place,
 // so what the model says here must come from trees that do not. A site comes once for each drive
 // that measured it, and once more for each other drive whose measurements it was told as history.
@@ -72,6 +84,7 @@ struct TrainedSite {
   std::uint8_t has_label = 0;       // 1 where a scan was matched
   std::uint8_t has_history = 0;     // 1 where an earlier drive's errors are among its features
   std::uint64_t factor_digest = 0;  // XXH3 of the features of this site
+  StreetType street = StreetType::kUnknown;
 };
 
 // What is known about the error before a vehicle drives: a forest over map factors and range, and
@@ -81,6 +94,7 @@ struct ErrorModel {
   TrainingCard card;
   std::vector<FeatureCard> features;    // in the order of the forest's feature indices
   std::vector<RangeCard> ranges;        // ascending range_m
+  std::vector<StreetCard> streets;      // by limit, then type; types without a case are left out
   RegressionForest forest;              // labels: mean error, m
   std::vector<TrainedSite> sites;       // ascending (run, s_m); with a label or without
   PredictedError out_of_fold;           // of these sites, by trees that never saw the place
@@ -94,7 +108,7 @@ struct ErrorModel {
 template <>
 struct ArtifactTraits<ErrorModel> {
   static constexpr std::string_view kName = "error-model";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 Result<void> validate(const ErrorModel& model);

@@ -40,6 +40,11 @@ void append_card(const ErrorModel& model, Table& table) {
     table.facts.emplace_back(name + "history_r_squared", range.history_r_squared);
     table.facts.emplace_back(name + "history_rmse_m", range.history_rmse_m);
   }
+  for (const StreetCard& type : model.streets) {
+    table.facts.emplace_back("coverage_of_" + format_double(type.limit_m) + "_m_in_" +
+                                 std::string(street_type_name(type.street)),
+                             type.coverage);
+  }
   for (const FeatureCard& feature : model.features) {
     table.facts.emplace_back("importance_" + feature.name + "_m", feature.importance_m);
   }
@@ -50,6 +55,19 @@ Table ranges_table(const ErrorModel& model) {
   for (const RangeCard& range : model.ranges) {
     table.rows.push_back({range.range_m, range.mean_error_m, range.r_squared, range.rmse_m,
                           range.history_r_squared, range.history_rmse_m});
+  }
+  return table;
+}
+
+Table streets_table(const ErrorModel& model) {
+  Table table{"error-model-street-types",
+              {"limit_m", "street", "case_count", "coverage", "mean_range_m", "mean_error_m"},
+              {},
+              {}};
+  for (const StreetCard& card : model.streets) {
+    table.rows.push_back({card.limit_m, std::string(street_type_name(card.street)),
+                          std::int64_t{card.case_count}, card.coverage, card.mean_range_m,
+                          card.mean_error_m});
   }
   return table;
 }
@@ -130,6 +148,21 @@ std::string fit_text(const ErrorModel& model) {
   return "Prediction of the mean error, where the trees never were\n" + aligned(grid);
 }
 
+std::string street_text(const ErrorModel& model) {
+  TextGrid grid = {{"limit (cm)"}, {"street"},         {"cases"},
+                   {"coverage %"}, {"mean range (m)"}, {"mean error (cm)"}};
+  for (const StreetCard& card : model.streets) {
+    const std::string column[] = {fixed(100.0 * card.limit_m, 0),
+                                  std::string(street_type_name(card.street)),
+                                  std::to_string(card.case_count),
+                                  fixed(100.0 * card.coverage, 1),
+                                  fixed(card.mean_range_m, 1),
+                                  fixed(100.0 * card.mean_error_m, 1)};
+    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+  }
+  return "The mean rule by type of street, where the trees never were\n" + aligned(grid);
+}
+
 std::string importance_text(const ErrorModel& model) {
   std::vector<const FeatureCard*> order;
   for (const FeatureCard& feature : model.features) order.push_back(&feature);
@@ -161,11 +194,13 @@ Table dump(const ErrorModel& model) {
 }
 
 std::vector<Table> tables(const ErrorModel& model) {
-  return {ranges_table(model), features_table(model), nodes_table(model), leaves_table(model)};
+  return {ranges_table(model), features_table(model), nodes_table(model), leaves_table(model),
+          streets_table(model)};
 }
 
 std::string to_text(const ErrorModel& model) {
-  return card_text(model) + "\n" + fit_text(model) + "\n" + importance_text(model);
+  return card_text(model) + "\n" + fit_text(model) + "\n" +
+         (model.streets.empty() ? "" : street_text(model) + "\n") + importance_text(model);
 }
 
 }  // namespace sightline

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
+
+#include "compiler/base/parallel.h"
 
 namespace sightline {
 namespace {
@@ -90,7 +91,7 @@ Result<void> validate_tree(const RegressionForest& forest, std::size_t t) {
   return validate_leaves(tree, t, forest.labels.size());
 }
 
-void decode_tree(ByteReader& reader, std::size_t label_count, RegressionTree& tree) {
+void decode_nodes(ByteReader& reader, RegressionTree& tree) {
   const std::size_t node_count = reader.get_count(kBytesPerNode);
   std::vector<std::uint16_t> flags(node_count);
   tree.nodes.resize(node_count);
@@ -99,16 +100,37 @@ void decode_tree(ByteReader& reader, std::size_t label_count, RegressionTree& tr
     reader.get(tree.nodes[i].threshold);
     tree.nodes[i].feature = flags[i] & (kFeatureLimit - 1);
   }
-  if (!reader.ok() || !number_children(flags, tree.nodes)) return reader.fail();
-  const bool is_narrow = tree.leaf_count() <= std::numeric_limits<std::uint16_t>::max();
-  if (label_count > reader.remaining() / (is_narrow ? 2 : 4)) return reader.fail();
-  tree.leaf_of_label.resize(label_count);
-  for (std::uint32_t& leaf : tree.leaf_of_label) {
-    leaf = is_narrow ? reader.get<std::uint16_t>() : reader.get<std::uint32_t>();
-  }
+  if (!reader.ok() || !number_children(flags, tree.nodes)) reader.fail();
+}
+
+bool asks_known_features(const RegressionForest& forest) {
+  return std::ranges::all_of(forest.trees, [&](const RegressionTree& tree) {
+    return std::ranges::all_of(tree.nodes, [&](const TreeNode& node) {
+      return node.feature < forest.feature_count;
+    });
+  });
+}
+
+// Drops every training row down every tree.
+void fill_leaves(RegressionForest& forest) {
+  parallel_for(forest.trees.size(), 0, [&](std::size_t t) {
+    RegressionTree& tree = forest.trees[t];
+    tree.leaf_of_label.resize(forest.labels.size());
+    for (std::size_t i = 0; i < forest.labels.size(); ++i) {
+      tree.leaf_of_label[i] = leaf_of(tree.nodes, &forest.rows[i * forest.feature_count]);
+    }
+  });
 }
 
 }  // namespace
+
+std::uint32_t leaf_of(const std::vector<TreeNode>& nodes, const float* row) {
+  std::uint32_t i = 0;
+  while (i < nodes.size()) {
+    i = row[nodes[i].feature] < nodes[i].threshold ? nodes[i].left : nodes[i].right;
+  }
+  return i - static_cast<std::uint32_t>(nodes.size());
+}
 
 Result<void> validate(const RegressionForest& forest) {
   const bool is_sorted = std::is_sorted(forest.labels.begin(), forest.labels.end());
@@ -125,6 +147,12 @@ Result<void> validate(const RegressionForest& forest) {
                      std::to_string(kFeatureLimit),
                  "", ""};
   }
+  const bool are_rows_finite = std::ranges::all_of(
+      forest.rows, [](float value) { return std::isfinite(value); });
+  if (!are_rows_finite || forest.rows.size() != forest.labels.size() * forest.feature_count) {
+    return Error{ErrorCode::kInvalidArtifact,
+                 "found training rows that are not finite, or not one for each label", "", ""};
+  }
   for (std::size_t t = 0; t < forest.trees.size(); ++t) {
     const Result<void> valid = validate_tree(forest, t);
     if (!valid) return valid;
@@ -135,6 +163,7 @@ Result<void> validate(const RegressionForest& forest) {
 void encode(const RegressionForest& forest, ByteWriter& writer) {
   writer.put(forest.feature_count);
   writer.put_array(forest.labels);
+  writer.put_array(forest.rows);
   writer.put<std::uint64_t>(forest.trees.size());
   for (const RegressionTree& tree : forest.trees) {
     const std::vector<std::uint16_t> flags = flags_of(tree.nodes);
@@ -143,25 +172,25 @@ void encode(const RegressionForest& forest, ByteWriter& writer) {
       writer.put(flags[i]);
       writer.put(tree.nodes[i].threshold);
     }
-    const bool is_narrow = tree.leaf_count() <= std::numeric_limits<std::uint16_t>::max();
-    for (const std::uint32_t leaf : tree.leaf_of_label) {
-      if (is_narrow) {
-        writer.put(static_cast<std::uint16_t>(leaf));
-      } else {
-        writer.put(leaf);
-      }
-    }
   }
 }
 
 void decode(ByteReader& reader, RegressionForest& forest) {
   reader.get(forest.feature_count);
   reader.get_array(forest.labels);
+  reader.get_array(forest.rows);
   forest.trees.resize(reader.get_count(sizeof(std::uint64_t)));
   for (RegressionTree& tree : forest.trees) {
     if (!reader.ok()) return;
-    decode_tree(reader, forest.labels.size(), tree);
+    decode_nodes(reader, tree);
   }
+  const bool are_rows_whole = forest.feature_count > 0 &&
+                              forest.rows.size() % forest.feature_count == 0 &&
+                              forest.rows.size() / forest.feature_count == forest.labels.size();
+  const bool are_few = forest.trees.empty() ||
+                       forest.labels.size() <= kMostTreeLabels / forest.trees.size();
+  if (!reader.ok() || !are_rows_whole || !are_few || !asks_known_features(forest)) return reader.fail();
+  fill_leaves(forest);
 }
 
 }  // namespace sightline

@@ -92,6 +92,18 @@ class Calibrator {
   std::optional<Choice> tighter_[2];  // of the model's sites, by kind
 };
 
+// Blocks of one place say how it varies within itself, not how the next place differs from it.
+void withdraw_elsewhere(const PredictedError& predicted, const ErrorModel& model,
+                        LimitPromise& promise) {
+  const auto own_count = std::ranges::count(predicted.out_of_fold, std::uint8_t{1});
+  const bool is_elsewhere = own_count < std::ssize(predicted.out_of_fold);
+  if (model.card.places.size() > 1 || !is_elsewhere || !promise.is_earned) return;
+  promise.is_earned = false;
+  promise.statement =
+      "nothing is promised: the model learnt from one place alone, and these sites lie in another; "
+      "train it on two or more";
+}
+
 Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Sites& sites,
                                  const PredictedError& predicted, const ErrorModel& model) {
   const auto history_count = std::ranges::count(predicted.has_history, std::uint8_t{1});
@@ -104,6 +116,7 @@ Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Sites
     if (history_count > 0) {
       promise = joined(promise, calibrator.next(CaseKind::kHistory, limit), everywhere);
     }
+    withdraw_elsewhere(predicted, model, promise);
     Choice choice = choose_by_probability(
         predicted, limit, {promise.probability_threshold, promise.history_threshold});
     mark_extrapolated(predicted, options.extrapolated_takes_longest, choice);
@@ -161,6 +174,19 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
              "a site looks as far as any neighbour within this, m", 0.0, 100.0),
       flag("extrapolated_takes_longest", options.extrapolated_takes_longest,
            "look as far as there is where factors lie beyond what the model saw")};
+}
+
+std::vector<std::string> promises_of(const ChooseRangesOptions& options, const ErrorModel& model) {
+  std::vector<std::string> statements;
+  if (options.selection == "mean") return statements;
+  Calibrator calibrator(model, options);
+  for (std::size_t limit = 0; limit < model.out_of_fold.limits_m.size(); ++limit) {
+    statements.push_back("map only: " + calibrator.next(CaseKind::kMapOnly, limit).statement);
+    if (!model.card.knows_history) continue;
+    statements.push_back("with measured history: " +
+                         calibrator.next(CaseKind::kHistory, limit).statement);
+  }
+  return statements;
 }
 
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,

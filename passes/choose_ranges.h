@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kChooseRangesVersion = 2;
+inline constexpr std::uint32_t kChooseRangesVersion = 3;
 
 struct ChooseRangesOptions {
   std::string selection = "probability";   // or "mean", the paper's rule
@@ -37,9 +37,13 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 // and the statement says what is missing. A looser limit never looks further than a tighter one. No
 // range good enough: the longest, flagged kUnmet. Extrapolated sites are flagged, and take the
 // longest unless options say otherwise. Errors: mismatched-inputs where sites, predictions and
-// model differ in count, ranges or limits.
+// model differ in count, ranges or limits. A model of one place promises nothing in another.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model);
+
+// What a model can promise of places like its own, a sentence for each limit and kind of site;
+// nothing under the mean rule.
+std::vector<std::string> promises_of(const ChooseRangesOptions& options, const ErrorModel& model);
 
 }  // namespace sightline

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "compiler/base/hash.h"
+#include "passes/learn/history.h"
 
 namespace sightline {
 namespace {
@@ -76,6 +77,12 @@ MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   return card;
 }
 
+// With what the predictions were told besides.
+FactorTable factors_of(const EmitMapInputs& inputs) {
+  const bool is_told = std::ranges::count(inputs.predicted.has_history, std::uint8_t{1}) > 0;
+  return is_told ? with_measured_columns(inputs.factors, inputs.measured) : inputs.factors;
+}
+
 }  // namespace
 
 std::vector<OptionField> option_fields(EmitMapOptions& options) {
@@ -92,6 +99,10 @@ std::vector<OptionField> option_fields(EmitMapOptions& options) {
                  {"plain", "annealed", "searching"}),
           integer("coarse_cells_used", options.coarse_cells_used, "the same", 1, 16),
           number("leaf_m", options.leaf_m, "voxel to which they were thinned, m", 0.05, 10.0),
+          number("support_margin_used", options.support_margin_used,
+                 "predict-error's support_margin", 0.0, 10.0),
+          flag("extrapolated_longest_used", options.extrapolated_longest_used,
+               "choose-ranges' extrapolated_takes_longest"),
           flag("has_factors", options.has_factors,
                "keep the map factors, which inspect --site explains a choice with")};
 }
@@ -117,7 +128,9 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   map.measurement = card_of(options, inputs);
   map.definitions = definitions();
   map.model = record_of(inputs.model);
-  if (options.has_factors) map.factors = inputs.factors;
+  map.support_margin = options.support_margin_used;
+  map.extrapolated_takes_longest = options.extrapolated_longest_used;
+  if (options.has_factors) map.factors = factors_of(inputs);
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
   if (inputs.mapping_trajectory != nullptr) {
     map.trajectory = quality_of(*inputs.mapping_trajectory);

@@ -21,7 +21,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEmitMapVersion = 4;
+inline constexpr std::uint32_t kEmitMapVersion = 5;
 
 struct EmitMapOptions {
   std::string map_id;                 // empty: made of the mapping drive's content
@@ -33,6 +33,8 @@ struct EmitMapOptions {
   std::string localizer_used = "searching";  // by measure-error
   int coarse_cells_used = 1;
   double leaf_m = 1.0;
+  double support_margin_used = 0.1;  // by predict-error
+  bool extrapolated_longest_used = true;  // by choose-ranges
   bool has_factors = true;  // for engineers; no vehicle needs them
 };
 std::vector<OptionField> option_fields(EmitMapOptions& options);
@@ -53,7 +55,8 @@ struct EmitMapInputs {
 
 // Joins what the passes before it made into the map that is written to a file (encode_map). The
 // map id names the mapping drive's content and frame, so that compiling the same recording again
-// gives another release of the same map. Warns of sites that were not measured.
+// gives another release of the same map. Where predictions were told of an earlier drive, what it
+// measured joins the factors (passes/learn/history.h, with_measured_columns). Warns of sites that were not measured.
 // Errors: mismatched-inputs (sites, frames, ranges or limits differ), bad-value (version or id
 // empty or not printable).
 Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,

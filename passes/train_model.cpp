@@ -7,9 +7,11 @@
 
 #include "compiler/base/parallel.h"
 #include "compiler/base/random.h"
+#include "compiler/base/statistics.h"
 #include "formats/table.h"
 #include "passes/learn/lesson.h"
 #include "passes/learn/out_of_fold.h"
+#include "passes/learn/selection.h"
 
 namespace sightline {
 namespace {
@@ -110,6 +112,38 @@ std::vector<RangeCard> range_cards(const Lesson& lesson, const PredictedError& p
   return cards;
 }
 
+// The labelled cases of one type of street, told nothing of earlier drives.
+std::vector<std::size_t> cases_in(const Lesson& lesson, StreetType street) {
+  std::vector<std::size_t> cases;
+  for (std::size_t i = 0; i < lesson.sites.size(); ++i) {
+    const TrainedSite& site = lesson.sites[i];
+    if (site.has_label == 1 && site.has_history == 0 && site.street == street) cases.push_back(i);
+  }
+  return cases;
+}
+
+std::vector<StreetCard> street_cards(const Lesson& lesson, const PredictedError& predicted) {
+  std::vector<StreetCard> cards;
+  for (const double limit_m : predicted.limits_m) {
+    const Choice choice = choose_by_mean(predicted, limit_m);
+    for (std::size_t type = 1; type < kStreetTypeCount; ++type) {
+      const std::vector<std::size_t> cases = cases_in(lesson, static_cast<StreetType>(type));
+      if (cases.empty()) continue;
+      std::vector<double> met, ranges, errors;
+      for (const std::size_t i : cases) {
+        const std::size_t range = choice.range_index[i];
+        errors.push_back(lesson.labels[i * lesson.range_count + range]);
+        ranges.push_back(predicted.ranges_m[range]);
+        met.push_back(errors.back() <= limit_m ? 1.0 : 0.0);
+      }
+      cards.push_back({limit_m, static_cast<StreetType>(type),
+                       static_cast<std::uint32_t>(cases.size()), mean_of(met), mean_of(ranges),
+                       mean_of(errors)});
+    }
+  }
+  return cards;
+}
+
 TrainingCard training_card(const PassContext& ctx, const TrainModelOptions& options,
                            const Lesson& lesson, ErrorReference reference) {
   TrainingCard card;
@@ -141,6 +175,39 @@ Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainMo
       labelled_rows(lesson, leave_none_out, static_cast<std::size_t>(options.most_rows));
   return grow_forest(lesson.features, all,
                      forest_options(options), mix(ctx.seed, kWholeForestKey), ctx.threads);
+}
+
+Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
+                            const DrivenPlaces& places) {
+  TrainModelOptions options = wanted;
+  Result<Lesson> lesson = prepare_lesson(ctx, places, options);
+  if (!lesson) return lesson.error();
+  PredictedError predicted;
+  predicted.ranges_m = places.places.front().factors.ranges_m;
+  predicted.limits_m = options.limits_m;
+  const OutOfFoldOptions out_of_fold_options{
+      forest_options(options), options.buffer_m,
+      static_cast<std::size_t>(options.most_rows)};
+  Result<OutOfFold> out_of_fold =
+      predict_out_of_fold(ctx, out_of_fold_options, *lesson, std::move(predicted));
+  if (!out_of_fold) return out_of_fold.error();
+  Result<RegressionForest> forest = grow_whole_forest(ctx, options, *lesson);
+  if (!forest) return forest.error();
+  ErrorModel model;
+  model.card =
+      training_card(ctx, options, *lesson, places.places.front().drives.front().reference);
+  model.features = feature_cards(*lesson, out_of_fold->importance);
+  warn_of_constant_factors(ctx, model.features);
+  model.ranges = range_cards(*lesson, out_of_fold->predicted);
+  model.streets = street_cards(*lesson, out_of_fold->predicted);
+  model.forest = std::move(*forest);
+  for (std::size_t i = 0; i < lesson->sites.size(); ++i) {
+    lesson->sites[i].factor_digest = features_digest(lesson->features, i, lesson->range_count);
+  }
+  model.sites = std::move(lesson->sites);
+  model.out_of_fold = std::move(out_of_fold->predicted);
+  model.measured_mean_m = std::move(lesson->labels);
+  return model;
 }
 
 }  // namespace
@@ -175,40 +242,16 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
 
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places) {
-  TrainModelOptions options = wanted;
-  Result<Lesson> lesson = prepare_lesson(ctx, places, options);
-  if (!lesson) return lesson.error();
-  PredictedError predicted;
-  predicted.ranges_m = places.places.front().factors.ranges_m;
-  predicted.limits_m = options.limits_m;
-  const OutOfFoldOptions out_of_fold_options{
-      forest_options(options), options.buffer_m,
-      static_cast<std::size_t>(options.most_rows)};
-  Result<OutOfFold> out_of_fold =
-      predict_out_of_fold(ctx, out_of_fold_options, *lesson, std::move(predicted));
-  if (!out_of_fold) return out_of_fold.error();
-  Result<RegressionForest> forest = grow_whole_forest(ctx, options, *lesson);
-  if (!forest) return forest.error();
-  ErrorModel model;
-  model.card =
-      training_card(ctx, options, *lesson, places.places.front().drives.front().reference);
-  model.features = feature_cards(*lesson, out_of_fold->importance);
-  warn_of_constant_factors(ctx, model.features);
-  model.ranges = range_cards(*lesson, out_of_fold->predicted);
-  model.forest = std::move(*forest);
-  for (std::size_t i = 0; i < lesson->sites.size(); ++i) {
-    lesson->sites[i].factor_digest = features_digest(lesson->features, i, lesson->range_count);
+  if (places.places.size() == 1) {
+    ctx.warn("the model learns from one place alone: where it annotates another, nothing is promised");
   }
-  model.sites = std::move(lesson->sites);
-  model.out_of_fold = std::move(out_of_fold->predicted);
-  model.measured_mean_m = std::move(lesson->labels);
-  return model;
+  return train_on(ctx, wanted, places);
 }
 
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
                                     const Sites& sites, const FactorTable& factors,
                                     const MeasuredError& measured) {
-  return train_model(ctx, wanted, {{{measured.drive, sites, factors, {measured}}}});
+  return train_on(ctx, wanted, {{{measured.drive, sites, factors, {measured}}}});
 }
 
 }  // namespace sightline

@@ -15,7 +15,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kTrainModelVersion = 2;
+inline constexpr std::uint32_t kTrainModelVersion = 3;
 
 struct TrainModelOptions {
   std::string features = "all";  // or "paper": its eleven factors alone

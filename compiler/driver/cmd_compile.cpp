@@ -97,6 +97,11 @@ Result<void> compile(const CompileFlags& flags) {
   if (!written) return written;
   if (!flags.run.is_quiet) {
     std::fputs(to_text(artifacts.get<Evaluation>("evaluation")).c_str(), stdout);
+    std::string promises = "\nWhat the map promises\n";
+    for (const LimitPromise& promise : artifacts.get<RangeTable>("range-table").promises) {
+      promises += promise.statement + "\n";
+    }
+    std::fputs(promises.c_str(), stdout);
     std::fputs(("\n" + to_text(artifacts.get<Sharpness>("sharpness")) + "\n").c_str(), stdout);
     const Result<FactorReport> report = factor_report(
         artifacts.get<FactorTable>("factor-table"), artifacts.get<MeasuredError>("measured-error"));

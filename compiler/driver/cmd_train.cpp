@@ -100,7 +100,12 @@ Result<void> train(const TrainFlags& flags) {
       write_file_atomically(flags.output, to_bytes(model),
                             flags.is_forced ? IfExists::kReplace : IfExists::kRefuse);
   if (!written) return written;
-  if (!flags.run.is_quiet) std::fputs(to_text(model).c_str(), stdout);
+  if (flags.run.is_quiet) return {};
+  std::string text = to_text(model) + "\nWhat it promises in places like these\n";
+  for (const std::string& promise : promises_of(first_config.choose_ranges, model)) {
+    text += promise + "\n";
+  }
+  std::fputs(text.c_str(), stdout);
   return {};
 }
 

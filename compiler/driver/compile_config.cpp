@@ -8,7 +8,8 @@ namespace {
 // Set through AnnotationOptions, so that passes cannot disagree.
 const std::vector<std::string> kShared = {
     "ranges_m",      "limits_m",           "tile_m",         "longest_range_m",  "leaf_m", "scans",
-    "mapping_scans", "localization_scans", "localizer_used", "coarse_cells_used"};
+    "mapping_scans", "localization_scans", "localizer_used", "coarse_cells_used",
+    "support_margin_used", "extrapolated_longest_used"};
 
 template <class Options>
 ConfigSection pass_section(std::string name, std::string help, Options& options) {
@@ -88,6 +89,8 @@ Result<void> spread_shared(CompileConfig& config) {
   config.emit_map.localization_scans = config.measure_error.scans;
   config.emit_map.localizer_used = config.measure_error.localizer;
   config.emit_map.coarse_cells_used = config.measure_error.coarse_cells;
+  config.emit_map.support_margin_used = config.predict_error.support_margin;
+  config.emit_map.extrapolated_longest_used = config.choose_ranges.extrapolated_takes_longest;
   return {};
 }
 

@@ -1,5 +1,6 @@
 #include "passes/learn/calibration.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -126,13 +127,30 @@ std::string earned_statement(const LimitPromise& promise) {
          " of places like these miss " + limit + " (learn then test; " + observed(promise) + ")";
 }
 
-std::string unearned_statement(const LimitPromise& promise, const TrainingCard& card,
+// Of the witnesses at any range.
+double least_error_m(const Witnesses& witnesses) {
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const std::size_t site : witnesses.cases) {
+    for (std::size_t range = 0; range < witnesses.model.ranges.size(); ++range) {
+      least_m = std::min(least_m, witnesses.model.measured(site, range));
+    }
+  }
+  return least_m;
+}
+
+std::string unearned_statement(const LimitPromise& promise, const Witnesses& witnesses,
                                std::uint32_t needed_blocks) {
+  const TrainingCard& card = witnesses.model.card;
   if (promise.method == "fixed") {
     return "nothing is promised: the threshold was given; " + observed(promise);
   }
   if (promise.method == "empirical") {
     return "nothing is promised: the threshold fits what was seen; " + observed(promise);
+  }
+  const double least_m = least_error_m(witnesses);
+  if (promise.block_count > 0 && least_m > promise.limit_m) {
+    return "nothing is promised: no range reached " + format_double(promise.limit_m) +
+           " m anywhere, the least error measured is " + format_double(least_m) + " m";
   }
   const std::string fallback = "; the threshold fits what was seen instead: " + observed(promise);
   if (!are_blocks_independent(card)) {
@@ -156,7 +174,8 @@ std::string unearned_statement(const LimitPromise& promise, const TrainingCard& 
 Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
                                   CaseKind kind, const CalibrationOptions& options,
                                   const Choice* tighter) {
-  const Misses misses = misses_of_rule(witnesses_of(model, kind), limit, options, tighter);
+  const Witnesses witnesses = witnesses_of(model, kind);
+  const Misses misses = misses_of_rule(witnesses, limit, options, tighter);
   RiskDecision decision = decide(misses, options);
   if (decision.is_earned && !are_blocks_independent(model.card)) {
     decision = decide_empirically(misses, options.alpha);
@@ -174,7 +193,7 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
   promise.method = options.risk_control;
   promise.statement = decision.is_earned
                           ? earned_statement(promise)
-                          : unearned_statement(promise, model.card, decision.needed_blocks);
+                          : unearned_statement(promise, witnesses, decision.needed_blocks);
   calibration.choice =
       choose_out_of_fold(model, limit, decision.threshold, options.dilation_m, tighter);
   return calibration;

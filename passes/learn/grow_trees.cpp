@@ -111,6 +111,13 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Tra
 Result<RegressionForest> grow_forest(const FeatureRows& features, const TrainingSet& training,
                                      const ForestOptions& options, std::uint64_t seed,
                                      int threads) {
+  if (training.rows.size() > kMostTreeLabels / static_cast<std::size_t>(options.tree_count)) {
+    return Error{ErrorCode::kOutOfMemory,
+                 std::to_string(options.tree_count) + " trees over " +
+                     std::to_string(training.rows.size()) +
+                     " rows are more than a model can hold; fewer of either",
+                 "", ""};
+  }
   const Result<std::vector<GrownTree>> grown =
       grow_trees(features, training, options, seed, threads);
   if (!grown) return grown.error();
@@ -118,6 +125,10 @@ Result<RegressionForest> grow_forest(const FeatureRows& features, const Training
   RegressionForest forest;
   forest.feature_count = static_cast<std::uint32_t>(features.names.size());
   forest.labels = sorted.labels;
+  for (const std::uint32_t row : sorted.rows) {
+    const float* values = features.row(row);
+    forest.rows.insert(forest.rows.end(), values, values + forest.feature_count);
+  }
   forest.trees = parallel_map<RegressionTree>(grown->size(), threads, [&](std::size_t i) {
     return labelled_tree((*grown)[i].nodes, features, sorted.rows,
                          static_cast<std::uint32_t>(options.least_leaf_rows));

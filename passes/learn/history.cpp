@@ -15,6 +15,16 @@ namespace {
 constexpr double kReach_m = 6.0;         // farther measurements say little of a place
 constexpr double kLeastError_m = 0.001;  // below this the logarithm would magnify noise
 
+// The numbers of an earlier drive's rows that history is made of.
+struct MeasuredColumn {
+  const char* name;
+  double ErrorRow::*number;
+};
+constexpr MeasuredColumn kMeasuredColumns[] = {{"measured_mean_m", &ErrorRow::mean_m},
+                                               {"measured_p90_m", &ErrorRow::p90_m},
+                                               {"measured_lost_share", &ErrorRow::lost_share}};
+constexpr double kNotMeasured = -1.0;
+
 double log_error(double error_m) { return std::log(std::max(error_m, kLeastError_m)); }
 
 // Sites that the drive measured, by square of kReach_m, so that neighbours are found without
@@ -121,6 +131,42 @@ History history_of(const Sites& sites, const MeasuredError& measured) {
     }
   }
   return history;
+}
+
+FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured) {
+  FactorTable table = factors;
+  for (const MeasuredColumn& column : kMeasuredColumns) table.factors.emplace_back(column.name);
+  table.values.clear();
+  const std::size_t factor_count = factors.factors.size();
+  const std::size_t range_count = factors.ranges_m.size();
+  for (std::size_t row = 0; row < factors.site_count * range_count; ++row) {
+    const auto values = factors.values.begin() + static_cast<std::ptrdiff_t>(row * factor_count);
+    table.values.insert(table.values.end(), values,
+                        values + static_cast<std::ptrdiff_t>(factor_count));
+    const bool is_measured = measured.scan_of_site[row / range_count] >= 0;
+    for (const MeasuredColumn& column : kMeasuredColumns) {
+      table.values.push_back(is_measured ? measured.rows[row].*column.number : kNotMeasured);
+    }
+  }
+  return table;
+}
+
+std::optional<MeasuredError> measured_of_columns(const FactorTable& factors) {
+  MeasuredError measured;
+  measured.ranges_m = factors.ranges_m;
+  measured.scan_of_site.assign(factors.site_count, 0);
+  measured.rows.resize(factors.site_count * factors.ranges_m.size());
+  for (const MeasuredColumn& column : kMeasuredColumns) {
+    const auto found = std::ranges::find(factors.factors, column.name);
+    if (found == factors.factors.end()) return std::nullopt;
+    const auto factor = static_cast<std::size_t>(found - factors.factors.begin());
+    for (std::size_t row = 0; row < measured.rows.size(); ++row) {
+      const double value = factors.values[row * factors.factors.size() + factor];
+      measured.rows[row].*column.number = value;
+      if (value == kNotMeasured) measured.scan_of_site[row / factors.ranges_m.size()] = -1;
+    }
+  }
+  return measured;
 }
 
 FeatureRows with_history(const FeatureRows& rows, const History* history) {

@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "formats/factor_table.h"
 #include "formats/measured_error.h"
 #include "formats/sites.h"
 #include "passes/learn/feature_rows.h"
@@ -26,6 +28,13 @@ struct History {
 
 // `measured` is of these sites, at any number of ranges.
 History history_of(const Sites& sites, const MeasuredError& measured);
+
+// What history is made of, as columns of a map's factors, so that it can be made again from the
+// map: `measured_mean_m`, `measured_p90_m` and `measured_lost_share` of each site and range, -1 at
+// sites that the drive did not measure.
+FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured);
+// Back again; the other numbers of the rows are 0. None where the table has no such columns.
+std::optional<MeasuredError> measured_of_columns(const FactorTable& factors);
 
 // The rows with the features of history put in before range_m; null: no history anywhere.
 FeatureRows with_history(const FeatureRows& rows, const History* history);

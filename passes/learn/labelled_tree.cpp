@@ -88,14 +88,6 @@ TrainingSet sorted_by_label(const TrainingSet& training) {
   return sorted;
 }
 
-std::uint32_t leaf_of(const std::vector<TreeNode>& nodes, const float* row) {
-  std::uint32_t i = 0;
-  while (i < nodes.size()) {
-    i = row[nodes[i].feature] < nodes[i].threshold ? nodes[i].left : nodes[i].right;
-  }
-  return i - static_cast<std::uint32_t>(nodes.size());
-}
-
 RegressionTree labelled_tree(const std::vector<TreeNode>& grown, const FeatureRows& features,
                              const std::vector<std::uint32_t>& rows,
                              std::uint32_t least_leaf_rows) {

@@ -12,9 +12,6 @@ namespace sightline {
 // The same rows and labels, ascending by label, then by row.
 TrainingSet sorted_by_label(const TrainingSet& training);
 
-// Where a row ends up: the number of a leaf.
-std::uint32_t leaf_of(const std::vector<TreeNode>& nodes, const float* row);
-
 // Drops all training rows down a grown tree and keeps where each fell, as in quantile regression
 // forests (Meinshausen 2006). A split of which one side got fewer rows than `least_leaf_rows` is
 // taken out, its rows go down the other side: no leaf of the result is smaller, unless the whole

@@ -16,6 +16,7 @@ ErrorModel small_model() {
   model.card.tree_count = 2;
   model.forest.trees.resize(2);
   model.forest.trees[1].nodes = {{0, 15.0F, 1, 4}, {0, 12.0F, 2, 3}};
+  model.forest.rows = {20.0F, 10.0F, 13.0F, 20.0F};
   model.forest.trees[1].leaf_of_label = {2, 0, 1, 2};
   return model;
 }
@@ -26,6 +27,27 @@ ErrorCode code_of(const ErrorModel& model) {
 }
 
 TEST(ErrorModel, SurvivesTheDisk) { expect_survives_disk(small_model()); }
+
+TEST(ErrorModel, IsRefusedWithAnyBitFlipped) {
+  const std::vector<std::byte> bytes = to_bytes(small_model());
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    for (int bit = 0; bit < 8; ++bit) {
+      std::vector<std::byte> damaged = bytes;
+      damaged[i] ^= std::byte(1 << bit);
+      ASSERT_FALSE(from_bytes<ErrorModel>(damaged).has_value()) << "bit " << bit << " of byte " << i;
+    }
+  }
+}
+
+TEST(ErrorModel, RefusesTreesThatAskForMoreThanIsThere) {
+  ErrorModel many = small_model();
+  many.forest.rows.pop_back();
+  EXPECT_EQ(code_of(many), ErrorCode::kInvalidArtifact);
+  EXPECT_FALSE(from_bytes<ErrorModel>(to_bytes(many)).has_value());
+  ErrorModel unknown = small_model();
+  unknown.forest.trees[1].nodes[1].feature = 9;
+  EXPECT_FALSE(from_bytes<ErrorModel>(to_bytes(unknown)).has_value());
+}
 
 TEST(ErrorModel, ReadsBackEveryTree) {
   const ErrorModel model = small_model();

@@ -46,6 +46,7 @@ void add_models(std::vector<Seed>& seeds) {
   model.card.tree_count = 2;
   model.forest.trees.resize(2);
   model.forest.trees[1].nodes = {{0, 15.0F, 1, 4}, {0, 12.0F, 2, 3}};
+  model.forest.rows = {20.0F, 10.0F, 13.0F, 20.0F};
   model.forest.trees[1].leaf_of_label = {2, 0, 1, 2};
   seeds.push_back({"model/seed_tree", to_bytes(model)});
 }

@@ -110,6 +110,40 @@ TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
             std::string::npos);
 }
 
+TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
+  ErrorModel model = honest_model(1, 60);
+  ASSERT_TRUE(choose(model, with("conformal"))->promises[0].is_earned) << "its own sites";
+  PassContext ctx;
+  PredictedError elsewhere = model.out_of_fold;
+  std::ranges::fill(elsewhere.out_of_fold, std::uint8_t{0});
+  const auto promise_of = [&] {
+    return choose_ranges(ctx, with("conformal"), sites_of(model), elsewhere, model)->promises[0];
+  };
+  EXPECT_FALSE(promise_of().is_earned);
+  EXPECT_NE(promise_of().statement.find("one place alone"), std::string::npos);
+  model.card.places.push_back(model.card.places[0]);
+  EXPECT_TRUE(promise_of().is_earned);
+}
+
+TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
+  ErrorModel model = honest_model(1, 60);
+  for (double& error_m : model.measured_mean_m) error_m += 0.1;
+  const Result<RangeTable> table = choose(model, with("conformal"));
+  ASSERT_TRUE(table.has_value());
+  EXPECT_FALSE(table->promises[0].is_earned);
+  EXPECT_NE(table->promises[0].statement.find("no range reached 0.1 m anywhere, the least error"),
+            std::string::npos)
+      << table->promises[0].statement;
+}
+
+TEST(ChooseRanges, SaysWhatAModelPromisesBeforeThereIsAMap) {
+  const std::vector<std::string> enough = promises_of(with("conformal"), honest_model(1, 60));
+  ASSERT_EQ(enough.size(), 2u) << "a limit each";
+  EXPECT_NE(enough[0].find("at most 5 % of places"), std::string::npos) << enough[0];
+  const std::vector<std::string> too_few = promises_of(with("conformal"), honest_model(1, 18));
+  EXPECT_NE(too_few[0].find("km more of measured route"), std::string::npos) << too_few[0];
+}
+
 TEST(ChooseRanges, NeverPromisesFromBlocksThatSeeTheSameWalls) {
   ErrorModel model = honest_model(1, 60);
   EXPECT_TRUE(choose(model, with("conformal"))->promises[0].is_earned);

@@ -135,6 +135,37 @@ TEST(TrainModel, LearnsFromThePapersFactorsAloneWhereAsked) {
   for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(model->features[i].name, paper_factors()[i]);
 }
 
+TEST(TrainModel, SaysThatOnePlaceAloneIsNoPromiseOfOthers) {
+  DrivenPlaces places = places_driven_twice(1, kSmall);
+  std::string warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings += message; };
+  ASSERT_TRUE(train_model(ctx, quick(), places).has_value());
+  EXPECT_NE(warnings.find("one place alone"), std::string::npos) << warnings;
+}
+
+TEST(TrainModel, SaysWhatTheMeanRuleReachesInEachTypeOfStreet) {
+  DrivenPlaces places = places_driven_twice(2, kSmall);
+  for (DrivenPlace& place : places.places) {  // lanes, then open places
+    for (std::size_t row = 0; row < place.factors.site_count * place.factors.ranges_m.size(); ++row) {
+      const bool is_lane = row < place.factors.values.size() / (2 * place.factors.factors.size());
+      place.factors.values[row * place.factors.factors.size() + 1] = is_lane ? 0.9 : 0.1;
+    }
+  }
+  PassContext ctx;
+  const Result<ErrorModel> model = train_model(ctx, quick(), places);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  ASSERT_EQ(model->streets.size(), 4u) << "two types at two limits";
+  EXPECT_EQ(model->streets[0].street, StreetType::kLane);
+  EXPECT_EQ(model->streets[1].street, StreetType::kOpen);
+  EXPECT_EQ(model->streets[0].case_count + model->streets[1].case_count,
+            2 * 2 * kSmall.site_count);
+  for (const StreetCard& card : model->streets) {
+    EXPECT_GT(card.coverage, 0.2);
+    EXPECT_LE(card.coverage, 1.0);
+  }
+}
+
 TEST(TrainModel, NamesFactorsThatNeverVary) {
   SyntheticDrive drive = synthetic_drive(1, kSmall);
   for (std::size_t i = 0; i < drive.factors.values.size(); i += 3) drive.factors.values[i] = 4.0;

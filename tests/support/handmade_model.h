@@ -60,6 +60,7 @@ inline ErrorModel handmade_model(const std::vector<HandmadeSite>& sites,
   model.forest.feature_count = 1;
   model.forest.labels = model.measured_mean_m;
   std::sort(model.forest.labels.begin(), model.forest.labels.end());
+  model.forest.rows.assign(model.forest.labels.size(), 0.0F);
   const std::vector<double> spread(range_count, 0.0);
   model.features = {{"range_m", 0.0, spread, spread}};
   model.forest.trees.resize(1);

@@ -114,6 +114,12 @@ TEST(Verify, AcceptsTheMapAndRefusesADamagedOne) {
   EXPECT_EQ(run_sightline("inspect " + (folder / "cut.slmap").string()).status, 67);
 }
 
+TEST(Verify, ProvesTheAnnotationFromTheMapAlone) {
+  const ProgramResult run = run_sightline("verify --deep " + compiled_map().string());
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.out.find("sites proven"), std::string::npos) << run.out;
+}
+
 TEST(Inspect, SaysSitesRangesPromiseAndModel) {
   const ProgramResult run = run_sightline("inspect " + compiled_map().string());
   ASSERT_EQ(run.status, 0) << run.err;
