@@ -12,6 +12,11 @@ void add_evaluate_command(CLI::App& app, int& status);
 void add_inspect_command(CLI::App& app, int& status);
 void add_dump_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
+void add_key_command(CLI::App& app, int& status);
+void add_root_command(CLI::App& app, int& status);
+void add_release_command(CLI::App& app, int& status);
+void add_sign_command(CLI::App& app, int& status);
+void add_admit_command(CLI::App& app, int& status);
 void add_passes_command(CLI::App& app, int& status);
 
 }  // namespace sightline

@@ -33,8 +33,10 @@ std::string commented(const std::array<std::uint8_t, 64>& signature, std::string
   return message.append(comment);
 }
 
+// minisign's own comments hold tabs.
 bool is_printable(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  return std::all_of(text.begin(), text.end(),
+                     [](char c) { return (c >= ' ' && c <= '~') || c == '\t'; });
 }
 
 // Takes line after line and remembers which one was wrong.

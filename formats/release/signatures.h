@@ -25,7 +25,7 @@ struct Signature {
   std::array<std::uint8_t, 64> of_comment{};  // of the first signature and the trusted comment
 };
 
-// Four lines. The comment is printable ASCII without a line end.
+// Four lines. The comment is printable ASCII or tabs.
 std::string sign(std::string_view message, const SecretKey& key, std::string_view trusted_comment);
 
 // Between 1 and kMostSignatures. Error: malformed-signature, naming the line.
