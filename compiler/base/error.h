@@ -68,6 +68,20 @@ enum class ErrorCode : int {
   kBadOrder = 4007,
   kBadLayer = 4008,
   kTooLarge = 4009,
+  // 5xxx signature: who said so, and is it still said.
+  kWrongKey = 5001,
+  kTooFewSignatures = 5002,
+  kBadSignature = 5003,
+  kMalformedSignature = 5004,
+  kMalformedRecord = 5005,
+  kUnsafeName = 5006,
+  kReplayedRelease = 5007,
+  kExpired = 5008,
+  kRootOutOfOrder = 5009,
+  kWrongFleet = 5010,
+  kWrongSensor = 5011,
+  kNotAsReleased = 5012,
+  kLongerThanReleased = 5013,
   // 7xxx incomplete: stopped before the end; what was done is kept.
   kInterrupted = 7001,
   // 8xxx system: the machine said no.

@@ -21,6 +21,11 @@ int main(int argc, char** argv) {
   sightline::add_inspect_command(app, status);
   sightline::add_dump_command(app, status);
   sightline::add_verify_command(app, status);
+  sightline::add_key_command(app, status);
+  sightline::add_root_command(app, status);
+  sightline::add_release_command(app, status);
+  sightline::add_sign_command(app, status);
+  sightline::add_admit_command(app, status);
   sightline::add_passes_command(app, status);
   sightline::add_completion_command(app, status);
   sightline::add_man_command(app, status);

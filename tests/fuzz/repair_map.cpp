@@ -43,65 +43,83 @@ std::optional<std::span<std::byte>> part(std::span<std::byte> file, std::uint64_
   return file.subspan(offset, size);
 }
 
-// The generated accessors only read; the bytes they read are ours to change.
-void store(const schema::Digest* place, const Digest& digest) {
-  auto* bytes = const_cast<std::uint8_t*>(reinterpret_cast<const std::uint8_t*>(place));
-  std::copy(digest.begin(), digest.end(), bytes);
-}
+// Reads from a copy of the directory and writes into the file: in a damaged one a digest may lie on
+// an offset that has been verified already.
+class DirectoryRepair {
+ public:
+  DirectoryRepair(std::span<std::byte> file, std::span<std::byte> directory)
+      : file_(file), written_(directory), read_(directory.begin(), directory.end()) {}
 
-void store_checksum(const schema::Block& block, std::uint64_t checksum) {
-  const auto* table = reinterpret_cast<const flatbuffers::Table*>(&block);
-  const std::uint8_t* place = table->GetAddressOf(schema::Block::VT_STORED_CHECKSUM);
-  if (place != nullptr) std::memcpy(const_cast<std::uint8_t*>(place), &checksum, sizeof checksum);
-}
+  [[nodiscard]] const schema::Directory* verified() const {
+    const auto* data = reinterpret_cast<const std::uint8_t*>(read_.data());
+    flatbuffers::Verifier verifier(data, read_.size());
+    if (!verifier.VerifyBuffer<schema::Directory>(nullptr)) return nullptr;
+    return flatbuffers::GetRoot<schema::Directory>(data);
+  }
 
-BlockName repair_block(std::span<std::byte> file, const schema::Block& block) {
-  const auto stored = part(file, block.offset(), block.stored_size());
-  if (stored) {
-    store_checksum(block, block_checksum(*stored));
-    if (block.codec() == schema::Codec::None) store(block.raw_digest(), sha256(*stored));
-    if (block.codec() == schema::Codec::Zstd && block.raw_size() <= kMostUnpacked) {
-      const Result<std::vector<std::byte>> raw = unpack_zstd(*stored, block.raw_size());
-      if (raw) store(block.raw_digest(), sha256(*raw));
+  // Digests of tiles and blocks; that of the whole map is returned.
+  Digest repair(const schema::Directory& directory, const FileHeader& header,
+                std::span<const std::byte> manifest) {
+    std::vector<Digest> tiles;
+    for (const schema::Tile* tile : *directory.tiles()) {
+      tiles.push_back(tile_digest({tile->x(), tile->y()}, repair_blocks(*tile->layers())));
+      store(tile->digest(), tiles.back().data(), tiles.back().size());
     }
+    return root_digest(sha256(manifest), header.incompatible_features, tiles,
+                       repair_blocks(*directory.sections()));
   }
-  Digest raw_digest{};
-  std::memcpy(raw_digest.data(), block.raw_digest(), raw_digest.size());
-  return {block.name()->str(), block.version(), block.row_count(), raw_digest};
-}
 
-std::vector<BlockName> repair_blocks(
-    std::span<std::byte> file, const flatbuffers::Vector<flatbuffers::Offset<schema::Block>>& all) {
-  std::vector<BlockName> required;
-  for (const schema::Block* block : all) {
-    const BlockName name = repair_block(file, *block);
-    if (block->is_required()) required.push_back(name);
-  }
-  return required;
-}
+ private:
+  using Blocks = flatbuffers::Vector<flatbuffers::Offset<schema::Block>>;
 
-// Of the whole map, which goes into the header.
-Digest repair_digests(std::span<std::byte> file, const schema::Directory& directory,
-                      const FileHeader& header, std::span<const std::byte> manifest) {
-  std::vector<Digest> tiles;
-  for (const schema::Tile* tile : *directory.tiles()) {
-    tiles.push_back(tile_digest({tile->x(), tile->y()}, repair_blocks(file, *tile->layers())));
-    store(tile->digest(), tiles.back());
+  void store(const void* place_in_copy, const void* value, std::size_t size) {
+    if (place_in_copy == nullptr) return;
+    const auto offset =
+        static_cast<std::size_t>(static_cast<const std::byte*>(place_in_copy) - read_.data());
+    std::memcpy(written_.subspan(offset, size).data(), value, size);
   }
-  return root_digest(sha256(manifest), header.incompatible_features, tiles,
-                     repair_blocks(file, *directory.sections()));
-}
+
+  BlockName repair_block(const schema::Block& block) {
+    Digest raw_digest{};
+    std::memcpy(raw_digest.data(), block.raw_digest(), raw_digest.size());
+    const auto stored = part(file_, block.offset(), block.stored_size());
+    if (stored) {
+      const std::uint64_t checksum = block_checksum(*stored);
+      const auto* table = reinterpret_cast<const flatbuffers::Table*>(&block);
+      store(table->GetAddressOf(schema::Block::VT_STORED_CHECKSUM), &checksum, sizeof checksum);
+      if (block.codec() == schema::Codec::None) raw_digest = sha256(*stored);
+      if (block.codec() == schema::Codec::Zstd && block.raw_size() <= kMostUnpacked) {
+        const Result<std::vector<std::byte>> raw = unpack_zstd(*stored, block.raw_size());
+        if (raw) raw_digest = sha256(*raw);
+      }
+      store(block.raw_digest(), raw_digest.data(), raw_digest.size());
+    }
+    return {block.name()->str(), block.version(), block.row_count(), raw_digest};
+  }
+
+  std::vector<BlockName> repair_blocks(const Blocks& blocks) {
+    std::vector<BlockName> required;
+    for (const schema::Block* block : blocks) {
+      const BlockName name = repair_block(*block);
+      if (block->is_required()) required.push_back(name);
+    }
+    return required;
+  }
+
+  std::span<std::byte> file_;
+  std::span<std::byte> written_;
+  std::vector<std::byte> read_;
+};
 
 void repair_contents(std::span<std::byte> file, FileHeader& header) {
   const auto manifest = part(file, header.manifest_offset, header.manifest_size);
   const auto directory = part(file, header.directory_offset, header.directory_size);
   if (manifest) header.manifest_checksum = block_checksum(*manifest);
-  if (!directory || header.directory_offset % kAlignment != 0) return;
-  const auto* data = reinterpret_cast<const std::uint8_t*>(directory->data());
-  flatbuffers::Verifier verifier(data, directory->size());
-  if (manifest && verifier.VerifyBuffer<schema::Directory>(nullptr)) {
-    const auto* root = flatbuffers::GetRoot<schema::Directory>(data);
-    header.root_digest = repair_digests(file, *root, header, *manifest);
+  if (!directory) return;
+  DirectoryRepair repair(file, *directory);
+  const schema::Directory* verified = repair.verified();
+  if (manifest && verified != nullptr) {
+    header.root_digest = repair.repair(*verified, header, *manifest);
   }
   header.directory_checksum = block_checksum(*directory);
 }

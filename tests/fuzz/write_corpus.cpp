@@ -6,6 +6,7 @@
 #include "compiler/base/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/formats/release/signed_records.h"
 #include "tests/support/handmade_model.h"
 
 namespace sightline {
@@ -51,6 +52,24 @@ void add_models(std::vector<Seed>& seeds) {
   seeds.push_back({"model/seed_tree", to_bytes(model)});
 }
 
+// The first byte tells fuzz_release what the rest is.
+void add_records(std::vector<Seed>& seeds) {
+  const auto add = [&](const std::string& name, char kind, const std::string& text) {
+    Seed seed{"release/seed_" + name, {static_cast<std::byte>(kind)}};
+    for (const char c : text) seed.bytes.push_back(static_cast<std::byte>(c));
+    seeds.push_back(std::move(seed));
+  };
+  Random random(1);
+  ReleaseRecord release = random_release(random);
+  release.expires_s = 2'000'000'000;
+  while (release.deltas.empty()) release.deltas = random_release(random).deltas;
+  add("release", 'r', encode(release));
+  add("root", 'o', encode(root_of({3, 4, 5}, 2, 5)));
+  add("signatures", 's', signed_by("sightline-release 1\n", {1, 2}));
+  add("public_key", 'k', encode_public_key_file(public_key_of(key_of(1))));
+  add("secret_key", 'k', encode_secret_key_file(key_of(1), {}));
+}
+
 }  // namespace
 }  // namespace sightline
 
@@ -60,6 +79,7 @@ int main(int argc, char** argv) {
   std::vector<Seed> seeds;
   add_maps(seeds);
   add_models(seeds);
+  add_records(seeds);
   for (const Seed& seed : seeds) {
     const std::string path = std::string(argv[1]) + "/" + seed.name;
     const Result<void> written = write_file_atomically(path, seed.bytes, IfExists::kReplace);

@@ -1,0 +1,90 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "compiler/base/atomic_file.h"
+#include "compiler/driver/commands.h"
+#include "compiler/driver/console.h"
+#include "compiler/driver/signing_files.h"
+#include "formats/release/record_text.h"
+#include "formats/release/signatures.h"
+
+namespace sightline {
+namespace {
+
+struct SignFlags {
+  std::string record;
+  std::string key;
+  std::string passphrase_file;
+};
+
+// "release 9 of metropolis": nothing else is signed, so that no signature means something it should
+// not.
+Result<std::string> title_of(const std::string& text) {
+  const Result<ReleaseRecord> release = decode_release_record(text);
+  if (release) return "release " + std::to_string(release->counter) + " of " + release->fleet;
+  const Result<RootRecord> root = decode_root_record(text);
+  if (root) return "root " + std::to_string(root->version) + " of " + root->fleet;
+  return text.starts_with("sightline-root ") ? root.error() : release.error();
+}
+
+// The signatures that are there already, still of this record; none where there is no file.
+Result<std::string> earlier_signatures(const std::string& file, const std::string& text,
+                                       const PublicKey& key) {
+  std::error_code failure;
+  if (!std::filesystem::exists(file, failure)) return std::string();
+  Result<std::string> earlier = read_record_text(file, kLargestSignatureFile);
+  if (!earlier) return earlier;
+  const Result<std::vector<Signature>> signatures = parse_signatures(*earlier);
+  if (!signatures) return in_file(signatures.error(), file);
+  for (const Signature& signature : *signatures) {
+    if (signature.key_id != key.id) continue;
+    const bool is_same = is_valid(signature, text, key);
+    return Error{
+        is_same ? ErrorCode::kOutputExists : ErrorCode::kBadSignature,
+        is_same ? "this key has signed already" : "signatures of another record; remove them first",
+        file, ""};
+  }
+  return earlier;
+}
+
+Result<void> sign_record(const SignFlags& flags) {
+  const Result<std::string> text = read_record_text(flags.record, kLargestRecord);
+  if (!text) return text.error();
+  const Result<std::string> title = title_of(*text);
+  if (!title) return in_file(title.error(), flags.record);
+  const Result<SecretKey> key = read_secret_key(flags.key, flags.passphrase_file);
+  if (!key) return key.error();
+  const std::string file = signatures_of(flags.record);
+  const Result<std::string> earlier = earlier_signatures(file, *text, public_key_of(*key));
+  if (!earlier) return earlier.error();
+  const std::string signatures = *earlier + sign(*text, *key, *title);
+  const Result<void> written = write_file_atomically(file, signatures, IfExists::kReplace);
+  if (!written) return written;
+  std::printf("%s signed by %s\n", title->c_str(), to_hex(key->id).c_str());
+  return {};
+}
+
+}  // namespace
+
+void add_sign_command(CLI::App& app, int& status) {
+  const auto flags = std::make_shared<SignFlags>();
+  CLI::App* command =
+      app.add_subcommand("sign", "Add a signature to a root or release record, in RECORD.minisig");
+  command->footer(
+      "Signers take turns, each on a machine of their own. `minisign -V` verifies the first\n"
+      "signature of the file, and `tail -n +5 RECORD.minisig` without it the second.\n\n"
+      "Examples:\n"
+      "  sightline sign release --key alice.key\n"
+      "  sightline sign release --key bob.key --passphrase-file -");
+  command->add_option("record", flags->record, "The record")->required();
+  command->add_option("--key", flags->key, "The secret key")->required();
+  command->add_option("--passphrase-file", flags->passphrase_file,
+                      "Passphrase of the key: first line of this file; - is stdin");
+  command->callback([flags, &status] {
+    const Result<void> made = sign_record(*flags);
+    status = made ? 0 : report_error(made.error());
+  });
+}
+
+}  // namespace sightline

@@ -1,0 +1,222 @@
+#include "formats/release/admission.h"
+
+#include <vector>
+
+#include "formats/map/map_reader.h"
+#include "formats/reader/map_layout.h"
+#include "formats/reader/mapped_file.h"
+#include "formats/release/record_text.h"
+#include "formats/release/signatures.h"
+
+namespace sightline {
+namespace {
+
+// Which of the root's keys signed; the same key twice is one.
+Result<std::vector<bool>> signers_of(std::string_view message, std::string_view signatures,
+                                     const RootRecord& root) {
+  const Result<std::vector<Signature>> parsed = parse_signatures(signatures);
+  if (!parsed) return parsed.error();
+  std::vector<bool> has_signed(root.keys.size(), false);
+  for (const Signature& signature : *parsed) {
+    for (std::size_t k = 0; k < root.keys.size(); ++k) {
+      if (root.keys[k].id != signature.key_id) continue;
+      if (!is_valid(signature, message, root.keys[k])) {
+        return Error{ErrorCode::kBadSignature,
+                     "the signature by key " + to_hex(signature.key_id) + " is of something else",
+                     "", ""};
+      }
+      has_signed[k] = true;
+    }
+  }
+  return has_signed;
+}
+
+Error expired(const std::string& what, std::int64_t expires_s, std::int64_t now_s) {
+  return {ErrorCode::kExpired,
+          what + " expired at " + utc_text(expires_s) + ", it is " + utc_text(now_s), "", ""};
+}
+
+Result<void> check_counter(std::string_view text, const ReleaseRecord& record,
+                           const ReleaseRecord& seen, std::string_view seen_text) {
+  if (record.counter > seen.counter || text == seen_text) return {};
+  return Error{ErrorCode::kReplayedRelease,
+               "found counter " + std::to_string(record.counter) + ", this vehicle has seen " +
+                   std::to_string(seen.counter),
+               "", ""};
+}
+
+Result<void> check_identity(std::string_view text, const ReleaseRecord& record,
+                            const RootRecord& root, const VehicleFacts& vehicle) {
+  if (record.fleet != root.fleet) {
+    return Error{ErrorCode::kWrongFleet,
+                 "found a release of fleet " + record.fleet + ", expected " + root.fleet, "", ""};
+  }
+  std::optional<std::string> map_id = vehicle.map_id;
+  if (!vehicle.seen_release.empty()) {
+    const Result<ReleaseRecord> seen = decode_release_record(vehicle.seen_release);
+    if (!seen) return seen.error();
+    const Result<void> counter = check_counter(text, record, *seen, vehicle.seen_release);
+    if (!counter) return counter;
+    if (!map_id) map_id = seen->map_id;
+  }
+  if (map_id && record.map_id != *map_id) {
+    return Error{ErrorCode::kWrongFleet,
+                 "found a release of map " + record.map_id + ", expected " + *map_id, "", ""};
+  }
+  return {};
+}
+
+Result<void> check_fit(const ReleaseRecord& record, const VehicleFacts& vehicle) {
+  const auto needed = std::pair(record.minimum_major, record.minimum_minor);
+  if (needed > std::pair(std::uint32_t{kFormatMajor}, std::uint32_t{kFormatMinor})) {
+    return Error{ErrorCode::kFutureVersion,
+                 "the release needs a reader of format " + std::to_string(needed.first) + "." +
+                     std::to_string(needed.second),
+                 "", ""};
+  }
+  if (vehicle.sensor && record.sensor != *vehicle.sensor) {
+    return Error{ErrorCode::kWrongSensor,
+                 "the release is for sensor " + to_hex(record.sensor) + ", this vehicle has " +
+                     to_hex(*vehicle.sensor),
+                 "", ""};
+  }
+  return {};
+}
+
+Error not_as_released(const std::string& what, const std::string& found,
+                      const std::string& expected) {
+  return {ErrorCode::kNotAsReleased, what + " is " + found + ", released was " + expected, "", ""};
+}
+
+// The manifest that a map carries against the record that names the map.
+Result<void> check_facts(const ReleaseRecord& map, const ReleaseRecord& record) {
+  if (map.map_id != record.map_id) return not_as_released("map id", map.map_id, record.map_id);
+  if (map.version != record.version) {
+    return not_as_released("version", map.version, record.version);
+  }
+  if (map.map_release != record.map_release) {
+    return not_as_released("map release", std::to_string(map.map_release),
+                           std::to_string(record.map_release));
+  }
+  if (map.root_digest != record.root_digest) {
+    return not_as_released("root digest", to_hex(map.root_digest), to_hex(record.root_digest));
+  }
+  if (map.sensor != record.sensor) {
+    return not_as_released("sensor", to_hex(map.sensor), to_hex(record.sensor));
+  }
+  return {};
+}
+
+Error with_file(Error error, const std::filesystem::path& path) {
+  error.file = path.string();
+  return error;
+}
+
+}  // namespace
+
+Result<void> check_signatures(std::string_view message, std::string_view signatures,
+                              const RootRecord& root) {
+  const Result<std::vector<bool>> signers = signers_of(message, signatures, root);
+  if (!signers) return signers.error();
+  std::size_t count = 0;
+  for (const bool has_signed : *signers) count += has_signed ? 1 : 0;
+  if (count >= root.threshold) return {};
+  const bool is_foreign = count == 0;
+  return Error{is_foreign ? ErrorCode::kWrongKey : ErrorCode::kTooFewSignatures,
+               "found signatures by " + std::to_string(count) + " keys of root " +
+                   std::to_string(root.version) + ", expected " + std::to_string(root.threshold),
+               "", ""};
+}
+
+Result<RootRecord> next_root(const RootRecord& trusted, std::string_view text,
+                             std::string_view signatures) {
+  const Result<void> by_old = check_signatures(text, signatures, trusted);
+  if (!by_old) return by_old.error();
+  Result<RootRecord> next = decode_root_record(text);
+  if (!next) return next;
+  const Result<void> by_new = check_signatures(text, signatures, *next);
+  if (!by_new) return by_new.error();
+  if (next->fleet != trusted.fleet) {
+    return Error{ErrorCode::kWrongFleet,
+                 "found a root of fleet " + next->fleet + ", expected " + trusted.fleet, "", ""};
+  }
+  if (next->version != trusted.version + 1) {
+    return Error{ErrorCode::kRootOutOfOrder,
+                 "found root " + std::to_string(next->version) + ", expected " +
+                     std::to_string(trusted.version + 1),
+                 "", ""};
+  }
+  return next;
+}
+
+Result<ReleaseRecord> admit_release(std::string_view text, std::string_view signatures,
+                                    const RootRecord& root, const VehicleFacts& vehicle) {
+  if (vehicle.now_s >= root.expires_s) return expired("the root", root.expires_s, vehicle.now_s);
+  const Result<void> is_signed = check_signatures(text, signatures, root);
+  if (!is_signed) return is_signed.error();
+  Result<ReleaseRecord> record = decode_release_record(text);
+  if (!record) return record;
+  const Result<void> identity = check_identity(text, *record, root, vehicle);
+  if (!identity) return identity.error();
+  if (vehicle.now_s >= record->expires_s) {
+    return expired("the release", record->expires_s, vehicle.now_s);
+  }
+  const Result<void> fit = check_fit(*record, vehicle);
+  if (!fit) return fit.error();
+  return record;
+}
+
+Result<void> check_file(const std::filesystem::path& path, const ReleasedFile& released) {
+  const Result<MappedFile> file = MappedFile::open(path.string());
+  if (!file) return file.error();
+  const std::uint64_t size = file->bytes().size();
+  if (size > released.size) {
+    return Error{
+        ErrorCode::kLongerThanReleased,
+        "found " + std::to_string(size) + " bytes, released were " + std::to_string(released.size),
+        path.string(), "byte " + std::to_string(released.size)};
+  }
+  if (size < released.size) {
+    return with_file(
+        not_as_released("the size", std::to_string(size), std::to_string(released.size)), path);
+  }
+  const Digest digest = sha256(file->bytes());
+  if (digest != released.sha256) {
+    return with_file(not_as_released("the SHA-256", to_hex(digest), to_hex(released.sha256)), path);
+  }
+  return {};
+}
+
+Result<void> check_map(const std::filesystem::path& path, const ReleaseRecord& record) {
+  const Result<void> whole = check_file(path, record.map);
+  if (!whole) return whole;
+  const Result<MapSummary> verified = verify_map(path);
+  if (!verified) return verified.error();
+  const Result<ReleaseRecord> map = release_of_map(path);
+  if (!map) return map.error();
+  const Result<void> facts = check_facts(*map, record);
+  if (!facts) return with_file(facts.error(), path);
+  return {};
+}
+
+FetchPlan plan_fetch(const std::filesystem::path& present_map, const ReleaseRecord& record) {
+  if (!present_map.empty()) {
+    const Result<MappedFile> present = MappedFile::open(present_map.string());
+    if (present) {
+      const Digest digest = sha256(present->bytes());
+      if (digest == record.map.sha256) return {FetchPlan::Kind::kNothing, {}};
+      for (const ReleasedDelta& delta : record.deltas) {
+        if (delta.base_sha256 == digest) return {FetchPlan::Kind::kDelta, delta.file};
+      }
+    }
+  }
+  return {FetchPlan::Kind::kMap, record.map};
+}
+
+std::string to_text(const FetchPlan& plan) {
+  if (plan.kind == FetchPlan::Kind::kNothing) return "nothing";
+  return std::string(plan.kind == FetchPlan::Kind::kDelta ? "delta " : "map ") + plan.file.name +
+         " " + std::to_string(plan.file.size) + " " + to_hex(plan.file.sha256);
+}
+
+}  // namespace sightline

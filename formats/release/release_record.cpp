@@ -1,0 +1,145 @@
+#include "formats/release/release_record.h"
+
+#include "formats/map/manifest.h"
+#include "formats/reader/map_container.h"
+#include "formats/reader/mapped_file.h"
+#include "formats/release/record_text.h"
+
+namespace sightline {
+namespace {
+
+Error malformed(const std::string& message) {
+  return {ErrorCode::kMalformedRecord, message, "", ""};
+}
+
+std::string text_of(const ReleasedFile& file) {
+  return file.name + " " + std::to_string(file.size) + " " + to_hex(file.sha256);
+}
+
+ReleasedFile file_of(RecordReader& reader, const std::vector<std::string_view>& words) {
+  ReleasedFile file;
+  file.name = reader.file_name(words[0]);
+  file.size = reader.number(words[1]);
+  file.sha256 = reader.digest(words[2]);
+  return file;
+}
+
+// "1.0": a major and a minor of the map's format.
+void take_reader(RecordReader& reader, ReleaseRecord& record) {
+  const std::string_view text = reader.take("minimum-reader");
+  const std::size_t dot = text.find('.');
+  if (dot == std::string_view::npos) return reader.fail("expected a format as 1.0");
+  const std::uint64_t major = reader.number(text.substr(0, dot));
+  const std::uint64_t minor = reader.number(text.substr(dot + 1));
+  if (major > UINT16_MAX || minor > UINT16_MAX) reader.fail("expected a format as 1.0");
+  record.minimum_major = static_cast<std::uint32_t>(major);
+  record.minimum_minor = static_cast<std::uint32_t>(minor);
+}
+
+Result<void> check_files(const ReleaseRecord& record) {
+  if (!is_safe_file_name(record.map.name)) {
+    return Error{ErrorCode::kUnsafeName, "\"" + record.map.name + "\" is no plain file name", "",
+                 ""};
+  }
+  if (record.deltas.size() > kMostDeltas) return malformed("more than 64 deltas");
+  for (std::size_t i = 0; i < record.deltas.size(); ++i) {
+    const ReleasedDelta& delta = record.deltas[i];
+    if (!is_safe_file_name(delta.file.name)) {
+      return Error{ErrorCode::kUnsafeName, "\"" + delta.file.name + "\" is no plain file name", "",
+                   ""};
+    }
+    if (i > 0 && record.deltas[i - 1].base_sha256 >= delta.base_sha256) {
+      return malformed("deltas must ascend by the digest of their base");
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> validate(const ReleaseRecord& record) {
+  if (!is_record_name(record.fleet)) return malformed("the fleet needs a name");
+  if (!is_record_name(record.map_id)) return malformed("the map id is no plain name");
+  if (!is_plain_text(record.version)) return malformed("the version is no plain text");
+  if (record.counter == 0) return malformed("counters start at 1");
+  if (utc_seconds(utc_text(record.expires_s)) != record.expires_s) {
+    return malformed("the expiry must lie between 1970 and 9999");
+  }
+  return check_files(record);
+}
+
+std::string encode(const ReleaseRecord& record) {
+  std::string text = "sightline-release 1\n";
+  text += "fleet " + record.fleet + "\n";
+  text += "map-id " + record.map_id + "\n";
+  text += "version " + record.version + "\n";
+  text += "counter " + std::to_string(record.counter) + "\n";
+  text += "expires " + utc_text(record.expires_s) + "\n";
+  text += "minimum-reader " + std::to_string(record.minimum_major) + "." +
+          std::to_string(record.minimum_minor) + "\n";
+  text += "sensor " + to_hex(record.sensor) + "\n";
+  text += "map-release " + std::to_string(record.map_release) + "\n";
+  text += "root-digest " + to_hex(record.root_digest) + "\n";
+  text += "map " + text_of(record.map) + "\n";
+  for (const ReleasedDelta& delta : record.deltas) {
+    text += "delta " + text_of(delta.file) + " " + to_hex(delta.base_sha256) + "\n";
+  }
+  return text;
+}
+
+Result<ReleaseRecord> decode_release_record(std::string_view text) {
+  RecordReader reader(text);
+  ReleaseRecord record;
+  if (reader.take("sightline-release") != "1") reader.fail("expected \"sightline-release 1\"");
+  record.fleet = reader.take_name("fleet");
+  record.map_id = reader.take_name("map-id");
+  record.version = reader.take("version");
+  record.counter = reader.take_number("counter");
+  record.expires_s = reader.take_time("expires");
+  take_reader(reader, record);
+  record.sensor = reader.take_digest("sensor");
+  record.map_release = reader.take_number("map-release");
+  record.root_digest = reader.take_digest("root-digest");
+  record.map = file_of(reader, reader.take_words("map", 3));
+  while (reader.next_is("delta")) {
+    const std::vector<std::string_view> words = reader.take_words("delta", 4);
+    const ReleasedFile file = file_of(reader, words);
+    record.deltas.push_back({file, reader.digest(words[3])});
+    if (record.deltas.size() > kMostDeltas) reader.fail("more than 64 deltas");
+  }
+  const Result<void> read = reader.finish();
+  if (!read) return read.error();
+  const Result<void> valid = validate(record);
+  if (!valid) return valid.error();
+  return record;
+}
+
+Result<ReleaseRecord> release_of_map(const std::filesystem::path& path) {
+  const Result<MappedFile> file = MappedFile::open(path.string());
+  if (!file) return file.error();
+  const Result<MapContainer> container = open_container(file->bytes());
+  if (!container) return container.error();
+  CompiledMap map;
+  const Result<void> manifest = decode_manifest(*container->manifest, map);
+  if (!manifest) return manifest.error();
+  ReleaseRecord record;
+  record.map_id = map.map_id;
+  record.version = map.version;
+  record.map_release = map.release;
+  record.minimum_major = container->header.major;
+  record.sensor = sensor_digest(map.sensor);
+  record.root_digest = container->header.root_digest;
+  record.map = {path.filename().string(), file->bytes().size(), sha256(file->bytes())};
+  return record;
+}
+
+Digest sensor_digest(const SensorProfile& sensor) {
+  ByteWriter writer;
+  encode(sensor, writer);
+  DigestBuilder builder;
+  builder.add("sightline sensor");
+  builder.add(writer.bytes());
+  return builder.finish();
+}
+
+}  // namespace sightline

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/base/hash.h"
+#include "compiler/base/result.h"
+#include "formats/sensor_profile.h"
+
+namespace sightline {
+
+inline constexpr std::size_t kMostDeltas = 64;
+
+// A file that a vehicle may fetch, and all that it needs to know before the first byte arrives.
+struct ReleasedFile {
+  std::string name;  // is_safe_file_name()
+  std::uint64_t size = 0;
+  Digest sha256{};
+  friend bool operator==(const ReleasedFile&, const ReleasedFile&) = default;
+};
+
+struct ReleasedDelta {
+  ReleasedFile file;
+  Digest base_sha256{};  // of the whole map file that it turns into the released one
+  friend bool operator==(const ReleasedDelta&, const ReleasedDelta&) = default;
+};
+
+// Which map a fleet should drive with (schemas/release_format.md).
+struct ReleaseRecord {
+  std::string fleet;
+  std::string map_id;
+  std::string version;              // for people
+  std::uint64_t counter = 1;        // of records: only ever grows
+  std::int64_t expires_s = 0;       // UTC, since 1970
+  std::uint32_t minimum_major = 1;  // the map format that a reader must know
+  std::uint32_t minimum_minor = 0;
+  Digest sensor{};                // sensor_digest()
+  std::uint64_t map_release = 1;  // of the map's manifest
+  Digest root_digest{};           // of the map
+  ReleasedFile map;
+  std::vector<ReleasedDelta> deltas;  // ascending by base, no base twice
+  friend bool operator==(const ReleaseRecord&, const ReleaseRecord&) = default;
+};
+
+// Every promise above. Errors: malformed-record, unsafe-name.
+Result<void> validate(const ReleaseRecord& record);
+
+// Of a valid record. decode reads what encode writes and nothing else: a record that decodes
+// encodes to the same bytes. Errors: malformed-record, unsafe-name, naming the line.
+std::string encode(const ReleaseRecord& record);
+Result<ReleaseRecord> decode_release_record(std::string_view text);
+
+// The lines of a record that a map file itself fills: its manifest's and its own size and digest,
+// under its own name. Errors: those of open_container(); file-not-found, cannot-open, cannot-read.
+Result<ReleaseRecord> release_of_map(const std::filesystem::path& path);
+
+// SHA-256 of all that a map says of its sensor: a vehicle with another one must not use the map.
+Digest sensor_digest(const SensorProfile& sensor);
+
+}  // namespace sightline
