@@ -12,6 +12,9 @@ void add_evaluate_command(CLI::App& app, int& status);
 void add_inspect_command(CLI::App& app, int& status);
 void add_dump_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
+void add_diff_command(CLI::App& app, int& status);
+void add_delta_command(CLI::App& app, int& status);
+void add_apply_command(CLI::App& app, int& status);
 void add_passes_command(CLI::App& app, int& status);
 
 }  // namespace sightline
