@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "compiler/base/check.h"
+#include "formats/map/delta_format.h"
 
 namespace sightline {
 namespace {

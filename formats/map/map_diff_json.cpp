@@ -38,7 +38,9 @@ Json limit_json(const LimitDiff& limit) {
           {"rose", limit.rose},
           {"fell", limit.fell},
           {"newly_unmet", limit.newly_unmet},
-          {"no_longer_unmet", limit.no_longer_unmet}};
+          {"no_longer_unmet", limit.no_longer_unmet},
+          {"work_before", limit.work_before ? Json(*limit.work_before) : Json()},
+          {"work_after", limit.work_after ? Json(*limit.work_after) : Json()}};
 }
 
 Json answer_json(double limit_m, const AnswerDiff& answer) {

@@ -149,6 +149,12 @@ Section limit_section(const LimitDiff& limit) {
       quality_row("coverage expected (%)", limit, 100.0, &LimitQuality::expected_coverage));
   section.grid.push_back(
       quality_row("coverage measured (%)", limit, 100.0, &LimitQuality::measured_coverage));
+  if (limit.work_before && limit.work_after) {
+    section.grid.push_back({"work in changed tiles (% of the longest range's)",
+                            fixed(100.0 * *limit.work_before, 1),
+                            fixed(100.0 * *limit.work_after, 1),
+                            signed_number(100.0 * (*limit.work_after - *limit.work_before), 1)});
+  }
   std::vector<std::string> unmet = {"sites unmet", "-", "-", ""};
   if (limit.before) unmet[1] = std::to_string(limit.before->unmet_count);
   if (limit.after) unmet[2] = std::to_string(limit.after->unmet_count);

@@ -73,7 +73,7 @@ class PowerLoss : public testing::Test {
     folder_ = fs::path(testing::TempDir()) / ("power_loss_" + std::to_string(::getpid()));
     fs::remove_all(folder_);
     fs::create_directories(folder_);
-    const CompiledMap map = random_map({.seed = 2, .site_count = 40, .nd_count = 400});
+    const CompiledMap map = random_map({.seed = 2, .site_count = 8, .nd_count = 30});
     base_ = encode_map(map);
     result_ = encode_map(changed_map(map, 1));
     write(delta_, *make_delta(base_, result_, DeltaOptions()));
