@@ -26,6 +26,9 @@ int main(int argc, char** argv) {
   sightline::add_release_command(app, status);
   sightline::add_sign_command(app, status);
   sightline::add_admit_command(app, status);
+  sightline::add_diff_command(app, status);
+  sightline::add_delta_command(app, status);
+  sightline::add_apply_command(app, status);
   sightline::add_passes_command(app, status);
   sightline::add_completion_command(app, status);
   sightline::add_man_command(app, status);

@@ -14,6 +14,7 @@ struct Building {
   double height_m = 10.0;
   StreetKind kind = StreetKind::kSide;  // of the street that its front faces
   bool is_background = false;           // behind the rows along the streets; without detail
+  bool is_gone = false;                 // an empty plot
 };
 
 // Rows along every street, and others behind them. No building stands on a street or in another.

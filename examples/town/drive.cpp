@@ -189,8 +189,10 @@ TownScan DriveSimulator::scan(std::size_t index) const {
   scan.T_town_vehicle = poses_[index];
   const Pose T_town_lidar = poses_[index] * options_.sensor.T_vehicle_lidar;
   Random random(mix(mix(mix(town_->options.seed, kRayKey), options_.drive), index));
-  scan.points =
-      spin({*standing_, moving}, options_.sensor, options_.range_sigma_m, T_town_lidar, random);
+  const TownChange& change = town_->options.change;
+  const bool is_changed = change.is_at(static_cast<double>(index) * options_.spacing_m);
+  const double sigma_m = options_.range_sigma_m * (is_changed ? change.noise_factor : 1.0);
+  scan.points = spin({*standing_, moving}, options_.sensor, sigma_m, T_town_lidar, random);
   return scan;
 }
 

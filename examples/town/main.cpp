@@ -1,16 +1,38 @@
 // sightline_town: makes recordings of a generated town.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>
 
 #include "examples/town/write_town.h"
 
+namespace {
+
+sightline::town::TownChange change_of(const std::vector<double>& stretch_m,
+                                      const std::vector<std::string>& kinds) {
+  const auto has = [&](const char* kind) {
+    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+  };
+  sightline::town::TownChange change;
+  change.from_m = stretch_m[0];
+  change.to_m = stretch_m[1];
+  change.rebuilds = has("buildings");
+  change.removes_wall = has("wall");
+  if (!has("cars")) change.added_cars = 0;
+  if (!has("noise")) change.noise_factor = 1.0;
+  return change;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   using namespace sightline;
   town::WriteTownOptions options;
   std::vector<double> origin_m = {0.0, 0.0};
+  std::vector<double> stretch_m = {0.0, 0.0};
+  std::vector<std::string> kinds = {"buildings", "wall", "cars", "noise"};
   CLI::App app("Makes a town from a seed, drives through it, and writes what a LiDAR records.");
   app.add_option("--seed", options.town.seed, "makes the town")->capture_default_str();
   app.add_option("--length-m", options.town.length_m, "length of the route, m")
@@ -25,6 +47,16 @@ int main(int argc, char** argv) {
   app.add_option("--origin-m", origin_m, "world coordinates x,y of the route's start, m")
       ->delimiter(',')
       ->expected(2);
+  app.add_option("--change", stretch_m,
+                 "a stretch FROM,TO of the route, m, where the same town looks different: what a map "
+                 "of the town without this option no longer shows")
+      ->delimiter(',')
+      ->expected(2);
+  app.add_option("--change-only", kinds,
+                 "of these alone instead of all: buildings (other fronts and heights), wall (the "
+                 "longest house is gone), cars (ten more are parked), noise (1.5 times)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"buildings", "wall", "cars", "noise"}));
   app.add_flag("--force", options.replaces, "replace an earlier town");
   app.add_option("--threads", options.threads, "0: all there are")->capture_default_str();
   try {
@@ -33,6 +65,7 @@ int main(int argc, char** argv) {
     const int status = app.exit(error);
     return status == 0 ? 0 : exit_status(ErrorCode::kBadArgument);
   }
+  options.town.change = change_of(stretch_m, kinds);
   options.origin_world_m = Eigen::Vector2d(origin_m[0], origin_m[1]);
   const Result<void> written = town::write_town(options);
   if (!written) {

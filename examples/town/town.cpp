@@ -1,6 +1,7 @@
 #include "examples/town/town.h"
 
 #include <cmath>
+#include <set>
 #include <string>
 
 #include "compiler/base/random.h"
@@ -15,12 +16,14 @@ constexpr double kLongestM = 20000.0;      // float coordinates keep 2 mm there
 constexpr std::uint64_t kClutterKey = 0x636c7574ULL;
 constexpr std::uint64_t kFrontKey = 0x66726f6eULL;
 constexpr std::uint64_t kParkedKey = 0x70636172ULL;
+constexpr std::uint64_t kChangeKey = 0x63686e67ULL;
 
 void add_clutter(TownMesh& mesh, const Town& town, std::uint64_t drive) {
   constexpr double kGone = 0.1;
   constexpr double kNew = 0.1;
   const std::uint64_t seed = mix(town.options.seed, kClutterKey);
   for (std::size_t b = 0; b < town.buildings.size(); ++b) {
+    if (town.buildings[b].is_gone) continue;
     const std::vector<Box> items = draw_clutter(town.buildings[b], mix(seed, b));
     Random random(mix(mix(seed, drive), b));
     for (const Box& item : items) {
@@ -37,7 +40,10 @@ void add_clutter(TownMesh& mesh, const Town& town, std::uint64_t drive) {
 
 void add_parked_cars(TownMesh& mesh, const Town& town, std::uint64_t drive) {
   const std::uint64_t seed = mix(mix(town.options.seed, kParkedKey), drive);
-  const std::vector<Pose2d> cars = parked_cars(seed, town.plan);
+  std::vector<Pose2d> cars = parked_cars(seed, town.plan);
+  for (const Pose2d& car : added_cars(town.options.change, mix(seed, kChangeKey), town.plan)) {
+    cars.push_back(car);
+  }
   for (std::size_t i = 0; i < cars.size(); ++i) {
     const double ground_m = ground_height_m(town.options.seed, cars[i].position_m);
     add_vehicle(mesh, cars[i], ground_m, mix(seed, i), Label::kParkedCar);
@@ -62,16 +68,30 @@ Result<Town> make_town(const TownOptions& options) {
                  {},
                  {}};
   }
+  const TownChange& change = options.change;
+  if (change.is_any() && !(change.from_m >= 0.0 && change.to_m <= options.length_m)) {
+    return Error{ErrorCode::kBadArgument,
+                 "a change from " + std::to_string(change.from_m) + " to " +
+                     std::to_string(change.to_m) + " m was asked for; the route has " +
+                     std::to_string(options.length_m) + " m",
+                 {},
+                 {}};
+  }
   Town town;
   town.options = options;
   const std::uint64_t seed = options.seed;
   town.plan = options.is_round ? make_round_plan(seed, options.length_m)
                                : make_plan(seed, options.length_m);
   town.buildings = place_buildings(seed, town.plan);
+  const std::set<std::size_t> rebuilt =
+      change_buildings(options.change, mix(seed, kChangeKey), town.plan, town.buildings);
   add_ground(town.permanent, seed, town.plan);
   add_pavements(town.permanent, seed, town.plan);
   for (std::size_t b = 0; b < town.buildings.size(); ++b) {
-    add_building(town.permanent, town.buildings[b], mix(mix(seed, kFrontKey), b));
+    if (town.buildings[b].is_gone) continue;
+    const std::uint64_t front = mix(mix(seed, kFrontKey), b);
+    add_building(town.permanent, town.buildings[b],
+                 rebuilt.contains(b) ? mix(front, kChangeKey) : front);
   }
   add_furniture(town.permanent, seed, town.plan);
   return town;

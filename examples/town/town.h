@@ -5,6 +5,7 @@
 
 #include "compiler/base/result.h"
 #include "examples/town/buildings.h"
+#include "examples/town/change.h"
 #include "examples/town/furniture.h"
 #include "examples/town/mesh.h"
 #include "examples/town/plan.h"
@@ -18,6 +19,7 @@ struct TownOptions {
   std::uint64_t seed = 1;
   double length_m = 600.0;  // of the driven line, 20 to 20000
   bool is_round = false;    // the line closes around a block; at least 200 m then
+  TownChange change;        // what happened to a stretch of it meanwhile
 };
 
 // What is true of the town whoever drives through it.

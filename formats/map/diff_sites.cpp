@@ -15,16 +15,18 @@ bool has_same_terms(const CompiledMap& before, const CompiledMap& after) {
 }
 
 AnswerDiff compare(const SiteAnswer& before, const SiteAnswer& after) {
-  return {before.range_m, after.range_m,      before.flags,
-          after.flags,    before.probability, after.probability};
+  return {before.range_m,     after.range_m,     before.flags,          after.flags,
+          before.probability, after.probability, before.virtual_points, after.virtual_points};
 }
 
 Result<ComparedSite> compare_site(const SiteRow& row, const Eigen::Vector3d& shift_m,
                                   MapSide& before, const CommonLimits& limits) {
   const Result<NearestSite> nearest = before.nearest(row.p_m + shift_m, before.card().reach_m);
   if (!nearest) return nearest.error();
-  ComparedSite site{&row, nearest->row != nullptr, {}, nearest->distance_m};
+  ComparedSite site{&row, nearest->row != nullptr, {}, nearest->distance_m, 0.0, 0.0};
   if (nearest->row == nullptr) return site;
+  site.longest_points_before = nearest->row->longest_virtual_points;
+  site.longest_points_after = row.longest_virtual_points;
   for (const auto& [old_limit, new_limit] : limits) {
     site.answers.push_back(
         compare(nearest->row->answers[old_limit], row.answers[new_limit]));
@@ -74,10 +76,36 @@ void count_answers(const std::vector<AnswerDiff>& answers, std::vector<LimitDiff
   }
 }
 
+// Work of each limit, summed up over sites that both maps know.
+struct Work {
+  double before = 0.0;
+  double after = 0.0;
+};
+void find_work(const ComparedSites& compared, std::vector<LimitDiff>& limits) {
+  std::vector<Work> chosen(limits.size());
+  Work longest;
+  for (const auto& [id, site] : compared.after) {
+    if (!site.is_known_before) continue;
+    longest.before += site.longest_points_before;
+    longest.after += site.longest_points_after;
+    for (std::size_t i = 0; i < site.answers.size(); ++i) {
+      chosen[i].before += site.answers[i].virtual_points_before;
+      chosen[i].after += site.answers[i].virtual_points_after;
+    }
+  }
+  std::size_t common = 0;
+  for (LimitDiff& limit : limits) {
+    if (!limit.is_common()) continue;
+    const Work& work = chosen[common++];
+    if (longest.before > 0.0) limit.work_before = work.before / longest.before;
+    if (longest.after > 0.0) limit.work_after = work.after / longest.after;
+  }
+}
+
 }  // namespace
 
 ComparedSite same_site(const SiteRow& row, const CommonLimits& limits) {
-  ComparedSite site{&row, true, {}, 0.0};
+  ComparedSite site{&row, true, {}, 0.0, row.longest_virtual_points, row.longest_virtual_points};
   for (const auto& [old_limit, new_limit] : limits) {
     site.answers.push_back(compare(row.answers[new_limit], row.answers[new_limit]));
   }
@@ -130,6 +158,7 @@ Result<ComparedSites> compare_sites(MapSide& before, MapSide& after,
 void count_sites(const CompiledMap& before, const CompiledMap& after,
                  const ComparedSites& compared, MapDiff& diff) {
   diff.limits = limits_of(before, after);
+  find_work(compared, diff.limits);
   for (const auto& [id, site] : compared.after) {
     if (!site.is_known_before) {
       diff.sites.push_back(

@@ -25,6 +25,8 @@ struct ComparedSite {
   bool is_known_before = false;
   std::vector<AnswerDiff> answers;  // where it is known
   double distance_m = 0.0;          // to the old site
+  double longest_points_before = 0.0;
+  double longest_points_after = 0.0;
 };
 // A site that the old map has as well.
 ComparedSite same_site(const SiteRow& row, const CommonLimits& limits);

@@ -54,6 +54,8 @@ struct AnswerDiff {
   std::uint8_t flags_after = 0;
   double probability_before = 0.0;  // at the chosen range
   double probability_after = 0.0;
+  double virtual_points_before = 0.0;  // of a scan at that range: what matching time goes by
+  double virtual_points_after = 0.0;
 
   [[nodiscard]] bool is_newly_unmet() const {
     return (flags_before & kUnmet) == 0 && (flags_after & kUnmet) != 0;
@@ -88,6 +90,10 @@ struct LimitDiff {
   std::uint32_t fell = 0;
   std::uint32_t newly_unmet = 0;
   std::uint32_t no_longer_unmet = 0;
+  // Expected work over the sites in changed tiles that both maps know: virtual points at the chosen
+  // ranges over those at the longest. None where a map holds no such factor.
+  std::optional<double> work_before;
+  std::optional<double> work_after;
 
   [[nodiscard]] bool is_common() const { return before.has_value() && after.has_value(); }
 };

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "formats/map/block_codec.h"
+#include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
 #include "formats/reader/map_checks.h"
@@ -45,7 +46,7 @@ Result<SiteRow> load_site(std::span<const std::byte> raw, const RangeLayout& lay
     site.answers.push_back(
         {card.ranges.ranges_m[range],
          load<double>(raw, layout.probability, (row * ranges + range) * limits + limit),
-         load<std::uint8_t>(raw, layout.range_flags, row * limits + limit)});
+         load<std::uint8_t>(raw, layout.range_flags, row * limits + limit), 0.0});
   }
   return site;
 }
@@ -69,7 +70,57 @@ Result<MapSide> MapSide::open(std::span<const std::byte> file) {
   MapSide side(*container);
   const Result<void> manifest = decode_manifest(*container->manifest, side.card_);
   if (!manifest) return manifest.error();
+  const Result<void> found = side.find_virtual_points();
+  if (!found) return found.error();
   return side;
+}
+
+// A map that was stripped has no factors: then nothing is known of the work at a site.
+Result<void> MapSide::find_virtual_points() {
+  const schema::Block* names = find_section(container_, kFactorNames);
+  if (names == nullptr || names->version() != kFactorNamesVersion || names->row_count() == 0 ||
+      names->row_count() > kMostFactors) {
+    return {};
+  }
+  const Result<std::vector<std::byte>> raw = raw_bytes(*names);
+  if (!raw) return raw.error();
+  FactorTable factors;
+  factors.factors.resize(names->row_count());
+  const Result<void> decoded = decode_factor_names(*raw, factors);
+  if (!decoded) return decoded;
+  factor_count_ = factors.factors.size();
+  const auto found = std::ranges::find(factors.factors, "virtual_points");
+  if (found == factors.factors.end()) return {};
+  virtual_points_ = static_cast<std::uint64_t>(found - factors.factors.begin());
+  return {};
+}
+
+// `range_index` is of the range layer: [row][limit].
+Result<void> MapSide::add_virtual_points(std::uint32_t tile,
+                                         std::span<const std::uint8_t> range_index,
+                                         std::vector<SiteRow>& rows) {
+  const schema::Block* block =
+      virtual_points_ ? find_layer(container_, tile, kFactorLayer) : nullptr;
+  if (block == nullptr || block->version() != kFactorLayerVersion) return {};
+  const Result<std::vector<std::byte>> raw = raw_bytes(*block);
+  if (!raw) return raw.error();
+  const std::uint64_t ranges = card_.ranges.ranges_m.size();
+  const std::uint64_t values = aligned(4 * rows.size());
+  if (block->row_count() != rows.size() ||
+      raw->size() != aligned(values + 8 * rows.size() * ranges * factor_count_)) {
+    return Error{ErrorCode::kBadLayer, "the layer has not the size that its sites need", "", ""};
+  }
+  for (std::uint64_t row = 0; row < rows.size(); ++row) {
+    const auto points_at = [&](std::uint64_t range) {
+      return load<double>(*raw, values, (row * ranges + range) * factor_count_ + *virtual_points_);
+    };
+    rows[row].longest_virtual_points = points_at(ranges - 1);
+    const std::size_t limits = rows[row].answers.size();
+    for (std::size_t limit = 0; limit < limits; ++limit) {
+      rows[row].answers[limit].virtual_points = points_at(range_index[row * limits + limit]);
+    }
+  }
+  return {};
 }
 
 std::uint64_t MapSide::nd_count() const { return container_.manifest->nd_count(); }
@@ -123,6 +174,10 @@ Result<const std::vector<SiteRow>*> MapSide::sites(std::uint32_t tile) {
       if (!site) return at_layer(site.error(), tile_key(tile), kRangeLayer);
       rows.push_back(*site);
     }
+    const std::span indices(reinterpret_cast<const std::uint8_t*>(raw->data()) + layout.range_index,
+                            rows.size() * card_.ranges.promises.size());
+    const Result<void> added = add_virtual_points(tile, indices, rows);
+    if (!added) return at_layer(added.error(), tile_key(tile), kFactorLayer);
   }
   return &(sites_[tile] = std::move(rows));
 }

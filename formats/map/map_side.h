@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct SiteAnswer {
   double range_m = 0.0;
   double probability = 0.0;
   std::uint8_t flags = 0;
+  double virtual_points = 0.0;  // of a scan at that range; 0 where the map holds no such factor
 };
 
 struct SiteRow {
@@ -27,6 +29,7 @@ struct SiteRow {
   double s_m = 0.0;
   Eigen::Vector3d p_m = Eigen::Vector3d::Zero();  // map frame
   std::vector<SiteAnswer> answers;                // [limit of the map]
+  double longest_virtual_points = 0.0;            // at the longest range
 };
 
 struct NearestSite {
@@ -61,12 +64,17 @@ class MapSide {
  private:
   explicit MapSide(const MapContainer& container);
   Result<std::vector<std::byte>> raw_bytes(const schema::Block& block);
+  Result<void> find_virtual_points();
+  Result<void> add_virtual_points(std::uint32_t tile, std::span<const std::uint8_t> range_index,
+                                  std::vector<SiteRow>& rows);
   Result<void> search(TileKey key, const Eigen::Vector3d& p_m, double most_m, NearestSite& nearest);
 
   MapContainer container_;
   CompiledMap card_;
   std::map<std::uint32_t, std::vector<SiteRow>> sites_;  // by tile
   std::uint64_t bytes_read_ = 0;
+  std::uint64_t factor_count_ = 0;
+  std::optional<std::uint64_t> virtual_points_;  // column of the factor layers
 };
 
 }  // namespace sightline

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "compiler/base/atomic_file.h"
+#include "formats/map/make_delta.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/release/signed_records.h"
@@ -70,6 +71,18 @@ void add_records(std::vector<Seed>& seeds) {
   add("secret_key", 'k', encode_secret_key_file(key_of(1), {}));
 }
 
+void add_deltas(std::vector<Seed>& seeds) {
+  CompiledMap map = random_map({.seed = 2, .site_count = 3, .nd_count = 6, .model_size = 90});
+  const std::vector<std::byte> base = encode_map(map);
+  map.release += 1;
+  map.ndt.nds[0].point_count += 1;
+  map.ranges.flags[0] ^= kExtrapolated;
+  const std::vector<std::byte> result = encode_map(map);
+  seeds.push_back({"delta/seed_small", *make_delta(base, result, {.is_portable = false})});
+  seeds.push_back({"delta/seed_portable", *make_delta(base, result, {.is_portable = true})});
+  seeds.push_back({"delta/seed_empty", *make_delta(base, base, DeltaOptions())});
+}
+
 }  // namespace
 }  // namespace sightline
 
@@ -80,6 +93,7 @@ int main(int argc, char** argv) {
   add_maps(seeds);
   add_models(seeds);
   add_records(seeds);
+  add_deltas(seeds);
   for (const Seed& seed : seeds) {
     const std::string path = std::string(argv[1]) + "/" + seed.name;
     const Result<void> written = write_file_atomically(path, seed.bytes, IfExists::kReplace);

@@ -1,0 +1,95 @@
+#include "formats/map/delta_steps.h"
+
+#include <algorithm>
+#include <string>
+
+#include "formats/map/delta_codec.h"
+
+namespace sightline {
+namespace {
+
+Error of_file(Error error, const std::filesystem::path& path) {
+  if (error.file.empty()) error.file = path.string();
+  return error;
+}
+
+// The base's frame unpacked is the prefix; what comes out is packed as the map has it.
+Result<std::vector<std::byte>> repacked(const DeltaStep& step, std::uint32_t level,
+                                        const std::vector<std::byte>& base,
+                                        const std::vector<std::byte>& payload) {
+  const std::uint64_t prefix_size = content_size(base);
+  const std::uint64_t raw_size = content_size(payload);
+  if (prefix_size > kLargestRepack || raw_size > kLargestRepack) {
+    return Error{kBadDelta, "a layer is too large to be packed anew", "", ""};
+  }
+  const Result<std::vector<std::byte>> prefix = unpack_delta(base, {}, prefix_size);
+  if (!prefix) return prefix;
+  const Result<std::vector<std::byte>> raw = unpack_delta(payload, *prefix, raw_size);
+  if (!raw) return raw;
+  std::vector<std::byte> bytes = pack_anew(*raw, level);
+  if (bytes.size() > step.size) {
+    return Error{kBadDelta, "a layer packed anew is larger than it should be", "", ""};
+  }
+  bytes.resize(step.size);
+  return bytes;
+}
+
+Result<std::vector<std::byte>> bytes_of(const OpenedDelta& delta, const PieceReader& base,
+                                        const DeltaStep& step, std::uint64_t payload_offset) {
+  Result<std::vector<std::byte>> old = base.read(step.base_offset, step.base_size);
+  if (!old || step.kind == DeltaStepKind::kCopy) return old;
+  Result<std::vector<std::byte>> payload = delta.file.read(payload_offset, step.packed_size);
+  if (!payload) return payload;
+  if (xxh3(*payload) != step.packed_checksum) {
+    return Error{ErrorCode::kChecksumMismatch, "a payload does not match its checksum", "", ""};
+  }
+  if (step.kind == DeltaStepKind::kPlain) return payload;
+  if (step.kind == DeltaStepKind::kRepack) {
+    return repacked(step, delta.header.zstd_level, *old, *payload);
+  }
+  return unpack_delta(*payload, *old, step.size);
+}
+
+}  // namespace
+
+Result<OpenedDelta> open_delta(const std::filesystem::path& path) {
+  Result<PieceReader> file = PieceReader::open(path);
+  if (!file) return file.error();
+  const Result<std::vector<std::byte>> front =
+      file->read(0, std::min<std::uint64_t>(file->size(), kDeltaHeaderSize));
+  if (!front) return front.error();
+  const Result<DeltaHeader> header = decode_delta_header(*front, file->size());
+  if (!header) return of_file(header.error(), path);
+  const Result<std::vector<std::byte>> bytes =
+      file->read(kDeltaHeaderSize, header->step_count * kDeltaStepSize);
+  if (!bytes) return bytes.error();
+  Result<std::vector<DeltaStep>> steps = decode_delta_steps(*bytes, *header);
+  if (!steps) return of_file(steps.error(), path);
+  const bool packs_otherwise =
+      header->zstd_version != 0 &&
+      (header->zstd_version != zstd_version() || header->zstd_level != kRepackLevel);
+  if (packs_otherwise) {
+    return Error{ErrorCode::kUnknownRequiredFeature,
+                 "the delta packs layers with zstd " + std::to_string(header->zstd_version) +
+                     ", this program has " + std::to_string(zstd_version()) +
+                     "; one made with --portable works",
+                 path.string(), "byte 176"};
+  }
+  return OpenedDelta{std::move(*file), *header, std::move(*steps)};
+}
+
+Result<std::vector<std::byte>> make_step(const OpenedDelta& delta, const PieceReader& base,
+                                         const DeltaStep& step, std::uint64_t payload_offset) {
+  Result<std::vector<std::byte>> bytes = bytes_of(delta, base, step, payload_offset);
+  if (!bytes) {
+    Error error = of_file(bytes.error(), delta.file.path());
+    if (error.place.empty()) error.place = "byte " + std::to_string(payload_offset);
+    return error;
+  }
+  if (xxh3(*bytes) == step.checksum) return bytes;
+  return Error{ErrorCode::kDigestMismatch,
+               "a step does not make what it should; the base is damaged or another one",
+               base.path().string(), "byte " + std::to_string(step.base_offset)};
+}
+
+}  // namespace sightline

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "formats/geodesy.h"
+#include "formats/map/map_diff.h"
+
+namespace sightline {
+
+// All but the single NDs, as schemas/diff.schema.json describes it.
+std::string to_json(const MapDiff& diff);
+
+// For a geographic information system: every stretch as a line (a point where it has one site),
+// every changed site and ND as a point, told apart by the property "kind". Longitude, latitude and
+// height where the world is a UTM zone; else metres of the recording's own world, which the member
+// "coordinate_frame" says.
+std::string to_geojson(const MapDiff& diff, const std::optional<UtmZone>& zone);
+
+}  // namespace sightline
