@@ -20,7 +20,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEmitMapVersion = 3;
+inline constexpr std::uint32_t kEmitMapVersion = 4;
 
 struct EmitMapOptions {
   std::string map_id;                 // empty: made of the mapping drive's content

@@ -127,7 +127,7 @@ def read_map(data):
         tile_digests.append(digest(b"sightline tile", struct.pack("<2i", *key), *parts))
         assert tile_digests[-1] == bytes(tile.struct(2, "32B")), "tile digest"
         for layer in layers:
-            assert layer.offset % 64 == 0 and layer.name in ("factors", "ndt", "range")
+            assert layer.offset % 64 == 0 and layer.name in ("contents", "factors", "ndt", "range")
             if layer.name != "range":
                 continue
             raw = data[layer.offset:layer.offset + layer.stored_size]
