@@ -7,8 +7,8 @@ namespace {
 
 // Set through AnnotationOptions, so that passes cannot disagree.
 const std::vector<std::string> kShared = {
-    "ranges_m", "limits_m", "tile_m",        "longest_range_m",
-    "leaf_m",   "scans",    "mapping_scans", "localization_scans"};
+    "ranges_m",      "limits_m",           "tile_m",         "longest_range_m",  "leaf_m", "scans",
+    "mapping_scans", "localization_scans", "localizer_used", "coarse_cells_used"};
 
 template <class Options>
 ConfigSection pass_section(std::string name, std::string help, Options& options) {
@@ -28,6 +28,15 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
   std::erase_if(section.fields, [](const OptionField& field) {
     return field.name.starts_with("pose") || field.name == "name";
   });
+  return section;
+}
+
+// How scans are matched is told in the section measure-error, how far a site speaks by the map.
+ConfigSection track_section(TrackDriveOptions& options) {
+  ConfigSection section{"track-drive", "Replaying a drive as a vehicle localizes",
+                        option_fields(options)};
+  std::erase_if(section.fields,
+                [](const OptionField& field) { return field.name != "lost_beyond_m"; });
   return section;
 }
 
@@ -77,6 +86,8 @@ Result<void> spread_shared(CompileConfig& config) {
   config.measure_error.scans = config.is_split() ? "odd" : "all";
   config.emit_map.mapping_scans = mapping_scans;
   config.emit_map.localization_scans = config.measure_error.scans;
+  config.emit_map.localizer_used = config.measure_error.localizer;
+  config.emit_map.coarse_cells_used = config.measure_error.coarse_cells;
   return {};
 }
 
@@ -147,6 +158,7 @@ std::vector<ConfigSection> sections(CompileConfig& config) {
       pass_section("predict-error", "What the model says of each site", config.predict_error),
       pass_section("choose-ranges", "How far to look", config.choose_ranges),
       pass_section("evaluate-ranges", "Judging the choice", config.evaluate_ranges),
+      track_section(config.track_drive),
       pass_section("emit-map", "The map file", config.emit_map),
   };
   for (std::size_t i = config.other_sensors.size(); i-- > 0;) {

@@ -23,10 +23,11 @@ Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& option
                                   const NdtMap& ndt, const Sites& sites,
                                   const PredictedError& predicted, const RangeTable& ranges,
                                   const MeasuredError& measured, const ErrorModel& model,
-                                  const FactorTable& factors,
-                                  const Sharpness& sharpness) {
+                                  const FactorTable& factors, const Sharpness& sharpness,
+                                  const Trajectory& trajectory) {
   return emit_map(ctx, options,
-                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors, &sharpness});
+                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors,
+                   &sharpness, &trajectory});
 }
 
 Result<void> provide_drive(const std::string& name, const RecordingOptions& options,
@@ -143,10 +144,12 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
   add(make_step("choose-ranges", kChooseRangesVersion, &choose_ranges, c.choose_ranges,
                 {"sites", "predicted-error", "error-model"}, "range-table"));
   add(make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
-                {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
+                {"sites", "predicted-error", "range-table", "factor-table", "measured-error"},
+                "evaluation"));
   add(make_step("emit-map", kEmitMapVersion, &emit_map_step, c.emit_map,
                 {"mapping/drive", drive, "ndt-map", "sites", "predicted-error", "range-table",
-                 "measured-error", "error-model", "factor-table", "sharpness"},
+                 "measured-error", "error-model", "factor-table", "sharpness",
+                 "mapping/trajectory"},
                 "compiled-map"));
   return steps;
 }
@@ -170,7 +173,14 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
       {"evaluation/undistorted", "evaluation/trajectory", "ndt-map", "sites"}, "measured-error"));
   steps.push_back(
       make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
-                {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
+                {"sites", "predicted-error", "range-table", "factor-table", "measured-error"},
+                "evaluation"));
+  TrackDriveOptions tracking = c.track_drive;
+  tracking.matching = c.measure_error;
+  steps.push_back(make_step(
+      "track-drive", kTrackDriveVersion, &track_drive, tracking,
+      {"evaluation/undistorted", "evaluation/trajectory", "ndt-map", "sites", "range-table"},
+      "drive-tracks"));
   return steps;
 }
 
