@@ -254,14 +254,17 @@ Packed packed(const BlockParts& parts) {
 
 }  // namespace
 
-std::vector<std::byte> assemble(const ContainerParts& parts) {
-  std::vector<std::byte> file;
-  const ContainerWriter::Write write = [&](std::uint64_t offset, std::span<const std::byte> bytes) {
+ContainerWriter::Write write_to(std::vector<std::byte>& file) {
+  return [&file](std::uint64_t offset, std::span<const std::byte> bytes) {
     if (file.size() < offset + bytes.size()) file.resize(offset + bytes.size());
     std::copy(bytes.begin(), bytes.end(), file.begin() + static_cast<std::ptrdiff_t>(offset));
     return Result<void>();
   };
-  ContainerWriter writer(write, parts.manifest, parts.features);
+}
+
+std::vector<std::byte> assemble(const ContainerParts& parts) {
+  std::vector<std::byte> file;
+  ContainerWriter writer(write_to(file), parts.manifest, parts.features);
   for (const TileParts& tile : parts.tiles) {
     std::vector<Packed> layers;
     for (const BlockParts& layer : tile.layers) layers.push_back(packed(layer));

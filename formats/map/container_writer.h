@@ -50,6 +50,9 @@ class ContainerWriter {
   std::unique_ptr<State> state_;
 };
 
+// Writes into memory.
+ContainerWriter::Write write_to(std::vector<std::byte>& file);
+
 struct BlockParts {
   std::string name;
   std::uint32_t version = 1;

@@ -49,7 +49,7 @@ Result<const schema::Manifest*> open_manifest(std::span<const std::byte> file,
                                        header.manifest_checksum, "manifest");
 }
 
-Result<const schema::Directory*> open_directory(std::span<const std::byte> file,
+Result<const schema::Directory*> read_directory(std::span<const std::byte> file,
                                                 const FileHeader& header) {
   return open_buffer<schema::Directory>(file, header.directory_offset, header.directory_size,
                                         header.directory_checksum, "directory");
@@ -74,7 +74,7 @@ Error other_version(std::span<const std::byte> file, const FileHeader& header) {
 // Features may change how the rest is laid out: they come before any other complaint.
 Result<void> check_required_features(std::span<const std::byte> file, const FileHeader& header) {
   if (header.incompatible_features == 0) return {};
-  const Result<const schema::Directory*> directory = open_directory(file, header);
+  const Result<const schema::Directory*> directory = read_directory(file, header);
   if (directory) return check_features(header, **directory);
   return Error{ErrorCode::kUnknownRequiredFeature, "required features are unknown to this program",
                "", "byte 24"};
@@ -87,31 +87,45 @@ const schema::Block* find_block(const Blocks& blocks, std::string_view name) {
   return nullptr;
 }
 
-}  // namespace
-
-Result<MapFront> open_front(std::span<const std::byte> file) {
+Result<MapFront> front_behind(const FileHeader& header, std::span<const std::byte> file) {
   SIGHTLINE_CHECK(reinterpret_cast<std::uintptr_t>(file.data()) % 8 == 0);
-  const Result<FileHeader> header = decode_header(file);
-  if (!header) return header.error();
-  if (header->major != kFormatMajor) return other_version(file, *header);
-  const Result<void> features = check_required_features(file, *header);
+  if (header.major != kFormatMajor) return other_version(file, header);
+  const Result<void> features = check_required_features(file, header);
   if (!features) return features.error();
-  const Result<const schema::Manifest*> manifest = open_manifest(file, *header);
+  const Result<const schema::Manifest*> manifest = open_manifest(file, header);
   if (!manifest) return manifest.error();
   const Result<void> sane = check_manifest(**manifest);
   if (!sane) return sane.error();
-  return MapFront{file, *header, *manifest};
+  return MapFront{file, header, *manifest};
+}
+
+}  // namespace
+
+Result<MapFront> open_front(std::span<const std::byte> file) {
+  const Result<FileHeader> header = decode_header(file);
+  if (!header) return header.error();
+  return front_behind(*header, file);
+}
+
+Result<MapFront> open_front_alone(std::span<const std::byte> file) {
+  const Result<FileHeader> header = decode_header_alone(file);
+  if (!header) return header.error();
+  return front_behind(*header, file);
+}
+
+Result<MapContainer> open_directory(const MapFront& front) {
+  const Result<const schema::Directory*> directory = read_directory(front.file, front.header);
+  if (!directory) return directory.error();
+  const MapContainer container{front.file, front.header, front.manifest, *directory};
+  const Result<void> ordered = check_directory(container);
+  if (!ordered) return ordered.error();
+  return container;
 }
 
 Result<MapContainer> open_container(std::span<const std::byte> file) {
   const Result<MapFront> front = open_front(file);
   if (!front) return front.error();
-  const Result<const schema::Directory*> directory = open_directory(file, front->header);
-  if (!directory) return directory.error();
-  const MapContainer container{file, front->header, front->manifest, *directory};
-  const Result<void> ordered = check_directory(container);
-  if (!ordered) return ordered.error();
-  return container;
+  return open_directory(*front);
 }
 
 std::optional<std::uint32_t> find_tile(const MapContainer& container, std::int32_t x,

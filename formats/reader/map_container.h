@@ -40,7 +40,14 @@ struct MapContainer {
 // it), out-of-bounds, checksum-mismatch, bad-manifest, bad-order.
 Result<MapFront> open_front(std::span<const std::byte> file);
 
-// Reads the directory as well; optional things it does not know are skipped.
+// The same of a file that may have lost its end or its trailer.
+Result<MapFront> open_front_alone(std::span<const std::byte> file);
+
+// Reads the directory as well. Errors: out-of-bounds, checksum-mismatch, bad-manifest, bad-order,
+// unknown-required-feature, bad-layer, too-large.
+Result<MapContainer> open_directory(const MapFront& front);
+
+// Both; optional things it does not know are skipped.
 // Errors: the same and bad-layer, too-large.
 Result<MapContainer> open_container(std::span<const std::byte> file);
 

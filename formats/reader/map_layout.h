@@ -73,6 +73,10 @@ std::array<std::byte, kTrailerSize> encode_trailer(
 // features are not. Errors: truncated-file, bad-magic, checksum-mismatch, out-of-bounds.
 Result<FileHeader> decode_header(std::span<const std::byte> file);
 
+// The same of a file that may have lost its end: what the header says of the file is not checked.
+// Errors: truncated-file, bad-magic, checksum-mismatch.
+Result<FileHeader> decode_header_alone(std::span<const std::byte> file);
+
 // XXH3, 64 bits, seed 0.
 std::uint64_t block_checksum(std::span<const std::byte> bytes);
 
