@@ -34,7 +34,11 @@ BlockParts& layer_of(TileParts& tile, const std::string& name) {
 
 // Two tiles that both have NDs and sites, as many of each.
 CompiledMap twin_tiles() {
-  CompiledMap map = random_map({.seed = 1, .site_count = 2, .nd_count = 2, .run_count = 1});
+  CompiledMap map = random_map({.seed = 1,
+                                .site_count = 2,
+                                .nd_count = 2,
+                                .run_count = 1,
+                                .ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50}});
   for (int i = 0; i < 2; ++i) {
     const double x_m = i == 0 ? 10.0 : 74.0;
     Nd& nd = map.ndt.nds[static_cast<std::size_t>(i)];
