@@ -59,6 +59,27 @@ PackedBlock plain_block(std::string_view name, std::uint32_t version, std::uint6
           block_checksum(bytes), sha256(bytes), bytes};
 }
 
+// A block and the bytes that it points to.
+struct Packed {
+  StoredBlock stored;
+  PackedBlock block;
+};
+
+Packed packed(const BlockParts& parts) {
+  Packed packed;
+  packed.stored = parts.may_compress ? pack(parts.raw) : StoredBlock{{}, parts.raw};
+  packed.block = {parts.name,
+                  parts.version,
+                  parts.is_required,
+                  packed.stored.codec,
+                  parts.row_count,
+                  parts.raw.size(),
+                  block_checksum(packed.stored.bytes),
+                  sha256(parts.raw),
+                  packed.stored.bytes};
+  return packed;
+}
+
 }  // namespace
 
 struct ContainerWriter::State {
@@ -165,9 +186,10 @@ Result<void> ContainerWriter::add_tile(TileKey key, std::span<const PackedBlock>
   std::vector<BlockName> required;
   for (const PackedBlock& layer : layers) {
     if (layer.is_required) required.push_back(name_of(layer));
-    if (layer.name != kRangeLayer || layer.version != kRangeLayerVersion || !state.look_up) continue;
-    // A layer of another size is a mistake that readers name; there is no looking up in it.
-    const bool is_added = layer.codec == BlockCodec::kNone && layer.row_count <= kMostRows &&
+    if (layer.name != kRangeLayer || !state.look_up) continue;
+    // A layer of another kind or size is a mistake that readers name; there is no looking up in it.
+    const bool is_added = layer.version == kRangeLayerVersion &&
+                          layer.codec == BlockCodec::kNone && layer.row_count <= kMostRows &&
                           state.look_up->add(layer.stored, layer.row_count);
     if (!is_added) state.look_up.reset();
   }
@@ -228,31 +250,6 @@ Result<Digest> ContainerWriter::finish() {
   if (!end) return end.error();
   return state.header.root_digest;
 }
-
-namespace {
-
-// A block and the bytes that it points to.
-struct Packed {
-  StoredBlock stored;
-  PackedBlock block;
-};
-
-Packed packed(const BlockParts& parts) {
-  Packed packed;
-  packed.stored = parts.may_compress ? pack(parts.raw) : StoredBlock{{}, parts.raw};
-  packed.block = {parts.name,
-                  parts.version,
-                  parts.is_required,
-                  packed.stored.codec,
-                  parts.row_count,
-                  parts.raw.size(),
-                  block_checksum(packed.stored.bytes),
-                  sha256(parts.raw),
-                  packed.stored.bytes};
-  return packed;
-}
-
-}  // namespace
 
 ContainerWriter::Write write_to(std::vector<std::byte>& file) {
   return [&file](std::uint64_t offset, std::span<const std::byte> bytes) {

@@ -27,6 +27,16 @@ Error unknown_range(std::uint32_t site) {
           "site " + std::to_string(site)};
 }
 
+// Numbers of the file are told only where they can be true.
+Result<RangeAnswer> believable(const RangeAnswer& answer, std::uint32_t site_count) {
+  if (answer.site < site_count && answer.probability >= 0.0 && answer.probability <= 1.0 &&
+      answer.mean_error_m >= 0.0) {
+    return answer;
+  }
+  return Error{ErrorCode::kBadLayer, "a site's number, probability or error cannot be", "",
+               "site " + std::to_string(answer.site)};
+}
+
 // What a map says where no range can be read from it: look as far as it goes, expect nothing.
 RangeAnswer default_answer(std::span<const double> ranges_m, std::uint32_t flags) {
   RangeAnswer answer;
@@ -116,7 +126,7 @@ Result<RangeAnswer> MapReader::answer(const LookUp& look_up, const std::array<do
   answer.distance_m = std::sqrt(nearest.distance2_m2);
   if (!limit) {
     answer.mean_error_m = load<double>(nearest.row + LookUpRowLayout::longest_error, 0);
-    return answer;
+    return believable(answer, info_.site_count);
   }
   const auto range = load<std::uint8_t>(nearest.row + layout.range_index, *limit);
   if (range >= ranges_m_.size()) return unknown_range(nearest.site);
@@ -124,7 +134,7 @@ Result<RangeAnswer> MapReader::answer(const LookUp& look_up, const std::array<do
   answer.flags |= load<std::uint8_t>(nearest.row + layout.range_flags, *limit);
   answer.probability = load<double>(nearest.row + LookUpRowLayout::probability, *limit);
   answer.mean_error_m = load<double>(nearest.row + layout.mean_error, *limit);
-  return answer;
+  return believable(answer, info_.site_count);
 }
 
 Result<RangeAnswer> MapReader::answer(const TileSearch& tiles, const std::array<double, 3>& p_m,
@@ -153,7 +163,7 @@ Result<RangeAnswer> MapReader::answer(const TileSearch& tiles, const std::array<
   answer.range_m = ranges_m_[range];
   answer.mean_error_m =
       load<double>(nearest->layer + layout.mean_error, nearest->row * ranges + range);
-  return answer;
+  return believable(answer, info_.site_count);
 }
 
 Result<RangeAnswer> MapReader::observation_range(const std::array<double, 3>& position_world_m,

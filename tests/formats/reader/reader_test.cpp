@@ -1,6 +1,9 @@
 #include "formats/reader/reader.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <thread>
@@ -277,6 +280,20 @@ TEST(MapReader, AllocatesNothingToLookUp) {
   }
   EXPECT_EQ(allocation_count(), before);
   EXPECT_GT(sum_m, 0.0);
+}
+
+// A file in memory that nobody may write to any more stands for a read-only file system.
+TEST(MapReader, ReadsFromStorageThatCannotBeWritten) {
+  const CompiledMap map = random_map({.seed = 9});
+  const std::vector<std::byte> file = encode_map(map);
+  const int descriptor = ::memfd_create("map", MFD_ALLOW_SEALING | MFD_CLOEXEC);
+  ASSERT_GE(descriptor, 0);
+  ASSERT_EQ(::write(descriptor, file.data(), file.size()), static_cast<ssize_t>(file.size()));
+  ASSERT_EQ(::fcntl(descriptor, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK), 0);
+  const Result<MapReader> reader = MapReader::open("/proc/self/fd/" + std::to_string(descriptor));
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  EXPECT_EQ(reader->observation_range(world(map, map.sites.sites[7].p_map_m), 0.1)->site, 7u);
+  ::close(descriptor);
 }
 
 TEST(MapReader, OutlivesBeingMoved) {
