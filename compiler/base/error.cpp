@@ -49,6 +49,7 @@ const std::vector<ErrorCodeInfo>& all_error_codes() {
       {kBadOrder, "bad-order"},
       {kBadLayer, "bad-layer"},
       {kTooLarge, "too-large"},
+      {kGateFailed, "gate-failed"},
       {kInterrupted, "interrupted"},
       {kCannotOpen, "cannot-open"},
       {kCannotRead, "cannot-read"},

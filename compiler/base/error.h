@@ -68,6 +68,8 @@ enum class ErrorCode : int {
   kBadOrder = 4007,
   kBadLayer = 4008,
   kTooLarge = 4009,
+  // 6xxx gate: the map is not what its rules ask for.
+  kGateFailed = 6001,
   // 7xxx incomplete: stopped before the end; what was done is kept.
   kInterrupted = 7001,
   // 8xxx system: the machine said no.

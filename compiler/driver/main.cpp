@@ -7,7 +7,7 @@ int main(int argc, char** argv) {
   CLI::App app(
       "sightline compiles recorded drives into a map that tells a vehicle how far it must look at "
       "each place.\n\nData goes to stdout, log and progress to stderr. Exit status: 0 done, 64 "
-      "usage, 65 input, 66 version, 67 corrupt,\n74 system, 75 incomplete; schemas/error_codes.md "
+      "usage, 65 input, 66 version, 67 corrupt,\n69 gate, 74 system, 75 incomplete; schemas/error_codes.md "
       "lists every failure with its remedy.");
   app.name("sightline");
   app.set_version_flag("--version", "sightline " SIGHTLINE_VERSION);
@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   sightline::add_inspect_command(app, status);
   sightline::add_dump_command(app, status);
   sightline::add_verify_command(app, status);
+  sightline::add_gate_command(app, status);
   sightline::add_passes_command(app, status);
   try {
     app.parse(argc, argv);
