@@ -31,6 +31,10 @@ struct MeasurementCard {
   ErrorReference reference = ErrorReference::kKnownPose;
   std::vector<InitialOffset> offsets;  // the same at every site
   std::uint32_t measured_site_count = 0;
+  // "Localizers" in schemas/definitions.md; empty and 0 in maps made before they were recorded.
+  std::string localizer;
+  std::uint32_t coarse_cells = 1;
+  double leaf_m = 0.0;
 };
 
 struct NamedVersion {

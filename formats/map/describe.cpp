@@ -56,6 +56,14 @@ std::string describe_map(const CompiledMap& map) {
          field("reach", formatted("%g m around a site", map.reach_m));
 }
 
+std::string localizer_text(const MeasurementCard& card) {
+  if (card.localizer.empty()) return "not recorded";
+  const std::string coarse = card.coarse_cells > 1
+                                 ? formatted(", first on cells %u times as long", card.coarse_cells)
+                                 : "";
+  return card.localizer + coarse + formatted(", scans thinned to %g m", card.leaf_m);
+}
+
 std::string describe_trajectory(const TrajectoryQuality& trajectory) {
   static constexpr std::array kSources = {"as given", "given, then refined", "estimated"};
   std::string text = field("poses", kSources[static_cast<std::size_t>(trajectory.source)]);
@@ -75,6 +83,7 @@ std::string describe_measurement(const CompiledMap& map) {
          field("localization",
                card.localization_drive + ", " + card.localization_scans + " scans") +
          field("reference", is_known ? "known poses" : "match at the sensor's full range") +
+         field("localizer", localizer_text(card)) +
          field("offsets", formatted("%zu starts at every site", card.offsets.size())) +
          field("measured sites", formatted("%u of ", card.measured_site_count) +
                                      std::to_string(map.sites.sites.size())) +

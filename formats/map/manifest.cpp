@@ -58,7 +58,8 @@ flatbuffers::Offset<schema::Measurement> encode_measurement(const MeasurementCar
   return schema::CreateMeasurementDirect(
       builder, card.mapping_drive.c_str(), card.mapping_scans.c_str(),
       card.localization_drive.c_str(), card.localization_scans.c_str(),
-      static_cast<schema::Reference>(card.reference), &offsets, card.measured_site_count);
+      static_cast<schema::Reference>(card.reference), &offsets, card.measured_site_count,
+      card.localizer.empty() ? nullptr : card.localizer.c_str(), card.coarse_cells, card.leaf_m);
 }
 
 MeasurementCard decode_measurement(const schema::Measurement& measurement) {
@@ -72,6 +73,9 @@ MeasurementCard decode_measurement(const schema::Measurement& measurement) {
     card.offsets.push_back({offset->x_m(), offset->y_m(), offset->z_m(), offset->yaw_rad()});
   }
   card.measured_site_count = measurement.measured_site_count();
+  if (measurement.localizer() != nullptr) card.localizer = measurement.localizer()->str();
+  card.coarse_cells = measurement.coarse_cells();
+  card.leaf_m = measurement.leaf_m();
   return card;
 }
 
@@ -82,8 +86,7 @@ std::vector<flatbuffers::Offset<schema::Promise>> encode_promises(const RangeTab
     promises.push_back(schema::CreatePromiseDirect(
         builder, promise.limit_m, promise.probability_threshold, promise.alpha, promise.delta,
         promise.block_count, promise.is_earned, promise.calibration_miss_share,
-        promise.method.c_str(), promise.statement.c_str(),
-        promise.history_threshold));
+        promise.method.c_str(), promise.statement.c_str(), promise.history_threshold));
   }
   return promises;
 }
