@@ -24,7 +24,11 @@ struct Form {
 };
 
 constexpr Form kForms[] = {{"text", &to_text, "Also write the text to this file"},
-                           {"json", &to_json, "Also write JSON (schemas/gate.schema.json)"}};
+                           {"json", &to_json, "Also write JSON (schemas/gate.schema.json)"},
+                           {"junit", &to_junit, "Also write JUnit XML"},
+                           {"sarif", &to_sarif, "Also write SARIF 2.1.0"},
+                           {"github", &to_github, "Also write GitHub annotations"},
+                           {"markdown", &to_markdown, "Also write Markdown"}};
 
 struct GateFlags {
   std::string map;
@@ -105,7 +109,7 @@ Result<void> gate(const GateFlags& flags) {
   if (!report) return report.error();
   const Result<void> written = write_report(flags, *report);
   if (!written) return written;
-  if (passes(*report, settings)) return {};
+  if (report->passes()) return {};
   return Error{ErrorCode::kGateFailed,
                "found " + std::to_string(report->violations(Severity::kError)) + " errors and " +
                    std::to_string(report->violations(Severity::kWarning)) +
@@ -131,7 +135,9 @@ void add_gate_command(CLI::App& app, int& status) {
       "place are\ndescribed in schemas/gate_rules.md.\n\n"
       "Examples:\n"
       "  sightline gate town.slmap\n"
-      "  sightline gate town.slmap --against release.slmap --rules town.yaml --json gate.json");
+      "  sightline gate town.slmap --against release.slmap --rules town.yaml --json gate.json\n"
+      "  sightline gate town.slmap --against release.slmap --format github --junit gate.xml \\\n"
+      "      --sarif gate.sarif --markdown summary.md");
   command->add_option("map", flags->map, "The map to judge (.slmap)")->required();
   command->add_option("--against", flags->old_map, "The map before it: judge the change too");
   command->add_option("--rules", flags->rules,

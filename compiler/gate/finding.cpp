@@ -26,4 +26,10 @@ std::size_t GateReport::violations(Severity severity) const {
   }));
 }
 
+bool GateReport::passes() const {
+  return std::ranges::none_of(checks, [&](const Check& check) {
+    return check.verdict == Verdict::kViolated && check.severity >= fails_at;
+  });
+}
+
 }  // namespace sightline

@@ -62,10 +62,12 @@ struct GateReport {
   GateMapCard map;
   std::optional<GateMapCard> old_map;
   std::string today;          // YYYY-MM-DD, the day that exceptions were judged on
-  std::vector<Check> checks;  // in the order of gate_rules()
+  Severity fails_at = Severity::kError;  // the least severity of a violation that fails the gate
+  std::vector<Check> checks;             // in the order of gate_rules()
 
   [[nodiscard]] std::size_t count(Verdict verdict) const;
   [[nodiscard]] std::size_t violations(Severity severity) const;
+  [[nodiscard]] bool passes() const;
 };
 
 }  // namespace sightline

@@ -99,6 +99,7 @@ Result<GateReport> judge(const GateSubject& subject, const GateSettings& setting
   report.map = card_of(subject.map);
   if (subject.old_map != nullptr) report.old_map = card_of(*subject.old_map);
   report.today = today;
+  report.fails_at = settings.fails_at;
   for (const Rule& rule : gate_rules()) {
     const RuleSetting& setting = settings.rules.at(std::string(rule.id));
     if (!setting.is_on || !can_be_asked(rule, input)) continue;
@@ -108,12 +109,6 @@ Result<GateReport> judge(const GateSubject& subject, const GateSettings& setting
   }
   apply_exceptions(settings, *input.map, input.old_map, report);
   return report;
-}
-
-bool passes(const GateReport& report, const GateSettings& settings) {
-  return std::ranges::none_of(report.checks, [&](const Check& check) {
-    return check.verdict == Verdict::kViolated && check.severity >= settings.fails_at;
-  });
 }
 
 }  // namespace sightline

@@ -32,7 +32,4 @@ struct GateSubject {
 Result<GateReport> judge(const GateSubject& subject, const GateSettings& settings,
                          const std::string& today);
 
-// No violation as severe as settings.fails_at or more.
-bool passes(const GateReport& report, const GateSettings& settings);
-
 }  // namespace sightline

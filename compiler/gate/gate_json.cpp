@@ -52,6 +52,8 @@ std::string to_json(const GateReport& report) {
                {"map", card_json(report.map)},
                {"old_map", nullptr},
                {"today", report.today},
+               {"passed", report.passes()},
+               {"fails_at", severity_name(report.fails_at)},
                {"errors", report.violations(Severity::kError)},
                {"warnings", report.violations(Severity::kWarning)},
                {"notes", report.violations(Severity::kNote)},

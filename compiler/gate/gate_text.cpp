@@ -54,6 +54,7 @@ std::string to_text(const GateReport& report) {
                       return check.verdict == verdict;
                     }));
   }
+  text += report.passes() ? "passed: " : "failed: ";
   return text + std::to_string(report.violations(Severity::kError)) + " errors, " +
          std::to_string(report.violations(Severity::kWarning)) + " warnings, " +
          std::to_string(report.violations(Severity::kNote)) + " notes; " +

@@ -61,4 +61,15 @@ std::span<const Rule> gate_rules() {
   return kAll;
 }
 
+std::string rules_table() {
+  std::string text = "| rule | severity | allowed | what is judged |\n|---|---|---|---|\n";
+  for (const Rule& rule : gate_rules()) {
+    const std::string side = rule.bound == Bound::kAtMost ? "at most " : "at least ";
+    text += "| `" + std::string(rule.id) + "` | " + std::string(severity_name(rule.severity)) +
+            " | " + (rule.allowed ? side + told(*rule.allowed, rule.unit) : "no bound") + " | " +
+            std::string(rule.summary) + " |\n";
+  }
+  return text;
+}
+
 }  // namespace sightline

@@ -66,6 +66,9 @@ struct Rule {
 // Every rule, in the order in which they are told. Ids are never reused.
 std::span<const Rule> gate_rules();
 
+// The rules as the table of schemas/gate_rules.md.
+std::string rules_table();
+
 bool is_within(double value, Bound bound, double allowed);
 
 // "74.2 %" of a share, "41.2 m", "0.031 nat".
