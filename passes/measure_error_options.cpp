@@ -31,7 +31,7 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
              "what errors are measured against: the known pose, or the match at full range",
              {"known", "full-range"}),
       choice("localizer", options.localizer, "how scans are matched (definitions: Localizers)",
-             {"plain", "annealed"}),
+             {"plain", "annealed", "searching"}),
       integer("coarse_cells", options.coarse_cells,
               "matches first on cells so many times as long as the map's; 1 does not", 1, 16)};
 }
@@ -52,6 +52,14 @@ std::vector<InitialOffset> initial_offsets(const MeasureErrorOptions& options) {
     offsets.push_back(offset);
   }
   return offsets;
+}
+
+Pose start_pose(const InitialOffset& offset) {
+  Pose pose = Pose::Identity();
+  const SinCos yaw = portable_sin_cos(offset.yaw_rad);
+  pose.linear() << yaw.cos, -yaw.sin, 0.0, yaw.sin, yaw.cos, 0.0, 0.0, 0.0, 1.0;
+  pose.translation() = Eigen::Vector3d(offset.x_m, offset.y_m, offset.z_m);
+  return pose;
 }
 
 }  // namespace sightline

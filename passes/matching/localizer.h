@@ -1,8 +1,10 @@
 #pragma once
 
 #include <span>
+#include <string_view>
 #include <vector>
 
+#include "formats/drive.h"
 #include "formats/ndt_map.h"
 #include "passes/matching/matcher.h"
 
@@ -13,10 +15,17 @@ struct LocalizerOptions {
   // False: the plain one, Newton's method on the map's own NDs. True: a part of the points finds
   // the way on blurred NDs, then all points settle on sharpened ones.
   bool is_annealed = false;
+  // Annealed alone, above 0: where the score leaves one horizontal direction loose, looks along it for
+  // a better pose no farther than this from the start, which is how far off starts may be.
+  double search_m = 0.0;
   // Matches first on cells so many times as long as the map's, pooled from them; 1: on its own
   // alone.
   int coarse_cells = 1;
 };
+
+// By the name of "Localizers" in schemas/definitions.md: plain, annealed or searching. Anything else
+// is taken for searching, the default.
+LocalizerOptions localizer_named(std::string_view name, int coarse_cells = 1);
 
 // A map made ready for a localizer. Costs time and memory in proportion to the number of NDs.
 struct Localizer {
@@ -25,12 +34,24 @@ struct Localizer {
     MatchLevel settings;  // without the grid
   };
   bool is_annealed = false;
+  double search_m = 0.0;
   std::vector<Level> levels;  // from coarse to fine, one to three
 };
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
 
 ScanForMatch make_scan_for_match(const Localizer& localizer,
                                  std::span<const Eigen::Vector3d> points_m);
+
+// How a vehicle's scan becomes the points that are matched.
+struct ScanCut {
+  double range_m = 0.0;  // 3D slant range from the sensor
+  double leaf_m = 1.0;   // voxel grid in the sensor's frame
+};
+
+// The points of a whole scan, cropped and subsampled in the sensor's frame, then told in the
+// vehicle's, since it is the vehicle's pose that is looked for.
+ScanForMatch make_scan_for_match(const Localizer& localizer, const Scan& scan,
+                                 const SensorProfile& sensor, const ScanCut& cut);
 
 // The pose of `scan`, made for this localizer, in the map. The limits on steps in `options` are
 // those of the last level. Never fails: `stop` says what happened. Allocates nothing.
