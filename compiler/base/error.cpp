@@ -62,6 +62,7 @@ const std::vector<ErrorCodeInfo>& all_error_codes() {
       {kWrongSensor, "wrong-sensor"},
       {kNotAsReleased, "not-as-released"},
       {kLongerThanReleased, "longer-than-released"},
+      {kGateFailed, "gate-failed"},
       {kInterrupted, "interrupted"},
       {kCannotOpen, "cannot-open"},
       {kCannotRead, "cannot-read"},

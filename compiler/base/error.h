@@ -82,6 +82,8 @@ enum class ErrorCode : int {
   kWrongSensor = 5011,
   kNotAsReleased = 5012,
   kLongerThanReleased = 5013,
+  // 6xxx gate: the map is not what its rules ask for.
+  kGateFailed = 6001,
   // 7xxx incomplete: stopped before the end; what was done is kept.
   kInterrupted = 7001,
   // 8xxx system: the machine said no.

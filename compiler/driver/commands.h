@@ -24,6 +24,7 @@ void add_apply_command(CLI::App& app, int& status);
 void add_strip_command(CLI::App& app, int& status);
 void add_migrate_command(CLI::App& app, int& status);
 void add_recover_command(CLI::App& app, int& status);
+void add_gate_command(CLI::App& app, int& status);
 void add_passes_command(CLI::App& app, int& status);
 void add_completion_command(CLI::App& app, int& status);
 void add_man_command(CLI::App& app, int& status);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "compiler/gate/settings.h"
+
 namespace sightline {
 namespace {
 
@@ -164,6 +166,7 @@ std::vector<ConfigSection> sections(CompileConfig& config) {
       track_section(config.track_drive),
       pass_section("emit-map", "The map file", config.emit_map),
   };
+  all.push_back({"gate", "What a map must hold to pass (sightline gate)", {}, gate_settings_schema()});
   for (std::size_t i = config.other_sensors.size(); i-- > 0;) {
     all.insert(all.begin() + 2, sensor_section(i, config.other_sensors[i]));
   }
@@ -184,6 +187,9 @@ Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
     const Result<void> set = set_override(assignment, all);
     if (!set) return set.error();
   }
+  // Judged later, but a mistake in it is told before hours of work.
+  const Result<GateSettings> gate = read_gate_settings(file);
+  if (!gate) return gate.error();
   const Result<void> checked = check(config, file);
   if (!checked) return checked.error();
   const Result<void> spread = spread_shared(config);

@@ -142,6 +142,7 @@ Result<void> read_yaml(const std::filesystem::path& file, std::vector<ConfigSect
     for (const auto& entry : *root) {
       const Result<ConfigSection*> section = find_section(entry.first.Scalar(), sections);
       if (!section) return placed(section.error(), file, entry.first.Mark());
+      if (!(*section)->schema.empty()) continue;
       const Result<void> read = read_section(file, entry.second, **section);
       if (!read) return read;
     }
@@ -187,6 +188,10 @@ std::string to_json_schema(const std::vector<ConfigSection>& sections) {
                {"additionalProperties", false},
                {"properties", Json::object()}};
   for (const ConfigSection& section : sections) {
+    if (!section.schema.empty()) {
+      root["properties"][section.name] = Json::parse(section.schema);
+      continue;
+    }
     Json schema = {{"description", section.help},
                    {"type", Json::array({"object", "null"})},
                    {"additionalProperties", false},

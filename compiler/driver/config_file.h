@@ -18,6 +18,8 @@ struct ConfigSection {
   std::string name;  // "build-ndt"
   std::string help;
   std::vector<OptionField> fields;
+  // JSON Schema of a section that is no list of fields; read_yaml passes it over: another reader's.
+  std::string schema = {};
 };
 
 // Sets every field that the YAML file names. An unknown section or key is unknown-key with the

@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   sightline::add_strip_command(app, status);
   sightline::add_migrate_command(app, status);
   sightline::add_recover_command(app, status);
+  sightline::add_gate_command(app, status);
   sightline::add_passes_command(app, status);
   sightline::add_completion_command(app, status);
   sightline::add_man_command(app, status);

@@ -1,0 +1,162 @@
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "compiler/base/atomic_file.h"
+#include "compiler/driver/commands.h"
+#include "compiler/driver/console.h"
+#include "compiler/gate/gate.h"
+#include "compiler/gate/gate_text.h"
+#include "formats/map/map_reader.h"
+
+namespace sightline {
+namespace {
+
+using Writer = std::string (*)(const GateReport&);
+
+struct Form {
+  const char* name;
+  Writer write;
+  const char* help;
+};
+
+constexpr Form kForms[] = {{"text", &to_text, "Also write the text to this file"},
+                           {"json", &to_json, "Also write JSON (schemas/gate.schema.json)"},
+                           {"junit", &to_junit, "Also write JUnit XML"},
+                           {"sarif", &to_sarif, "Also write SARIF 2.1.0"},
+                           {"github", &to_github, "Also write GitHub annotations"},
+                           {"markdown", &to_markdown, "Also write Markdown"}};
+
+struct GateFlags {
+  std::string map;
+  std::string old_map;
+  std::string rules;
+  std::string evaluation;
+  std::string today;  // empty: by the clock
+  std::string format = "text";
+  std::vector<std::string> files = std::vector<std::string>(std::size(kForms));  // empty: none
+  bool is_forced = false;
+};
+
+// What a map file holds, kept while it is judged.
+struct LoadedMap {
+  CompiledMap map;
+  MapSummary summary;
+};
+
+Result<LoadedMap> load_map(const std::string& file) {
+  Result<MapSummary> summary = verify_map(file);
+  if (!summary) return summary.error();
+  Result<CompiledMap> map = read_map(file);
+  if (!map) return map.error();
+  return LoadedMap{std::move(*map), std::move(*summary)};
+}
+
+std::string day_by_the_clock() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[16];
+  std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
+  return text;
+}
+
+Result<GateReport> judge_files(const GateFlags& flags, const GateSettings& settings) {
+  const Result<LoadedMap> map = load_map(flags.map);
+  if (!map) return map.error();
+  const GateMap subject{flags.map, map->map, map->summary};
+  std::optional<LoadedMap> old_file;
+  std::optional<GateMap> old_map;
+  if (!flags.old_map.empty()) {
+    Result<LoadedMap> loaded = load_map(flags.old_map);
+    if (!loaded) return loaded.error();
+    old_file = std::move(*loaded);
+    old_map.emplace(GateMap{flags.old_map, old_file->map, old_file->summary});
+  }
+  std::optional<Observation> observation;
+  if (!flags.evaluation.empty()) {
+    Result<Observation> read = read_observation(flags.evaluation);
+    if (!read) return read.error();
+    observation = std::move(*read);
+  }
+  return judge({subject, old_map ? &*old_map : nullptr, observation ? &*observation : nullptr},
+               settings, flags.today.empty() ? day_by_the_clock() : flags.today);
+}
+
+Result<void> write_report(const GateFlags& flags, const GateReport& report) {
+  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  for (std::size_t i = 0; i < std::size(kForms); ++i) {
+    if (flags.format == kForms[i].name) std::fputs(kForms[i].write(report).c_str(), stdout);
+    if (flags.files[i].empty()) continue;
+    const Result<void> written =
+        write_file_atomically(flags.files[i], kForms[i].write(report), if_exists);
+    if (!written) return written;
+  }
+  return {};
+}
+
+Result<void> gate(const GateFlags& flags) {
+  GateSettings settings = default_gate_settings();
+  if (!flags.rules.empty()) {
+    Result<GateSettings> read = read_gate_settings(flags.rules);
+    if (!read) return read.error();
+    settings = std::move(*read);
+  }
+  const Result<GateReport> report = judge_files(flags, settings);
+  if (!report) return report.error();
+  const Result<void> written = write_report(flags, *report);
+  if (!written) return written;
+  if (report->passes()) return {};
+  return Error{ErrorCode::kGateFailed,
+               "found " + std::to_string(report->violations(Severity::kError)) + " errors and " +
+                   std::to_string(report->violations(Severity::kWarning)) +
+                   " warnings; the gate fails at any " +
+                   std::string(severity_name(settings.fails_at)),
+               flags.map, ""};
+}
+
+std::vector<std::string> form_names() {
+  std::vector<std::string> names;
+  for (const Form& form : kForms) names.emplace_back(form.name);
+  return names;
+}
+
+}  // namespace
+
+void add_gate_command(CLI::App& app, int& status) {
+  const auto flags = std::make_shared<GateFlags>();
+  CLI::App* command =
+      app.add_subcommand("gate", "Judge a map by rules, alone and against the one before it");
+  command->footer(
+      "Exit status 0: the map passes, 69: it does not. Rules, their thresholds and exceptions by "
+      "place are\ndescribed in schemas/gate_rules.md.\n\n"
+      "Examples:\n"
+      "  sightline gate town.slmap\n"
+      "  sightline gate town.slmap --against release.slmap --rules town.yaml --json gate.json\n"
+      "  sightline gate town.slmap --against release.slmap --format github --junit gate.xml \\\n"
+      "      --sarif gate.sarif --markdown summary.md");
+  command->add_option("map", flags->map, "The map to judge (.slmap)")->required();
+  command->add_option("--against", flags->old_map, "The map before it: judge the change too");
+  command->add_option("--rules", flags->rules,
+                      "YAML with thresholds and exceptions, or with a section 'gate' among others");
+  command->add_option("--evaluation", flags->evaluation,
+                      "What `sightline evaluate --json` wrote for this map");
+  command->add_option("--today", flags->today,
+                      "The day on which exceptions end or do not, YYYY-MM-DD (by the clock, UTC)");
+  command->add_option("--format", flags->format, "What goes to stdout")
+      ->check(CLI::IsMember(form_names()))
+      ->capture_default_str();
+  for (std::size_t i = 0; i < std::size(kForms); ++i) {
+    command->add_option(std::string("--") + kForms[i].name, flags->files[i], kForms[i].help);
+  }
+  command->add_flag("--force", flags->is_forced, "Replace these files if they exist");
+  command->callback([flags, &status] {
+    const Result<void> judged = gate(*flags);
+    status = judged ? 0 : report_error(judged.error());
+  });
+}
+
+}  // namespace sightline
