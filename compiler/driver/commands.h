@@ -13,5 +13,6 @@ void add_inspect_command(CLI::App& app, int& status);
 void add_dump_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
 void add_passes_command(CLI::App& app, int& status);
+void add_report_command(CLI::App& app, int& status);
 
 }  // namespace sightline

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   sightline::add_dump_command(app, status);
   sightline::add_verify_command(app, status);
   sightline::add_passes_command(app, status);
+  sightline::add_report_command(app, status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
