@@ -12,6 +12,7 @@ const std::vector<NamedVersion>& definitions() {
   static const std::vector<NamedVersion> kDefinitions = {{"choice-of-range", 2},
                                                          {"factors-of-the-paper", 1},
                                                          {"factors-of-virtual-scan", 1},
+                                                         {"localizers", 2},
                                                          {"measured-error", 1},
                                                          {"ndt-map", 1},
                                                          {"sites", 1}};
@@ -67,6 +68,9 @@ MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   card.localization_scans = options.localization_scans;
   card.reference = inputs.measured.reference;
   card.offsets = inputs.measured.offsets;
+  card.localizer = options.localizer_used;
+  card.coarse_cells = static_cast<std::uint32_t>(options.coarse_cells_used);
+  card.leaf_m = options.leaf_m;
   card.measured_site_count = static_cast<std::uint32_t>(std::ranges::count_if(
       inputs.measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; }));
   return card;
@@ -84,6 +88,10 @@ std::vector<OptionField> option_fields(EmitMapOptions& options) {
                  {"all", "even", "odd"}),
           choice("localization_scans", options.localization_scans,
                  "scans that were matched against it", {"all", "even", "odd"}),
+          choice("localizer_used", options.localizer_used, "how they were matched",
+                 {"plain", "annealed"}),
+          integer("coarse_cells_used", options.coarse_cells_used, "the same", 1, 16),
+          number("leaf_m", options.leaf_m, "voxel to which they were thinned, m", 0.05, 10.0),
           flag("has_factors", options.has_factors,
                "keep the map factors, which inspect --site explains a choice with")};
 }
@@ -111,6 +119,9 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   map.model = record_of(inputs.model);
   if (options.has_factors) map.factors = inputs.factors;
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
+  if (inputs.mapping_trajectory != nullptr) {
+    map.trajectory = quality_of(*inputs.mapping_trajectory);
+  }
   map.quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
   if (!valid) {

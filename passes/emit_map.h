@@ -17,10 +17,11 @@
 #include "formats/range_table.h"
 #include "formats/sharpness.h"
 #include "formats/sites.h"
+#include "formats/trajectory.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEmitMapVersion = 3;
+inline constexpr std::uint32_t kEmitMapVersion = 4;
 
 struct EmitMapOptions {
   std::string map_id;                 // empty: made of the mapping drive's content
@@ -29,6 +30,9 @@ struct EmitMapOptions {
   double reach_m = 10.0;              // a site farther away than this says nothing about a position
   std::string mapping_scans = "all";  // what the other passes were told: all, even, odd
   std::string localization_scans = "all";
+  std::string localizer_used = "annealed";  // by measure-error
+  int coarse_cells_used = 1;
+  double leaf_m = 1.0;
   bool has_factors = true;  // for engineers; no vehicle needs them
 };
 std::vector<OptionField> option_fields(EmitMapOptions& options);
@@ -44,6 +48,7 @@ struct EmitMapInputs {
   const ErrorModel& model;
   const FactorTable& factors;
   const Sharpness* sharpness = nullptr;  // where it was measured
+  const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
 };
 
 // Joins what the passes before it made into the map that is written to a file (encode_map). The

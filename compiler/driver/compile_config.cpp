@@ -7,8 +7,8 @@ namespace {
 
 // Set through AnnotationOptions, so that passes cannot disagree.
 const std::vector<std::string> kShared = {
-    "ranges_m", "limits_m", "tile_m",        "longest_range_m",
-    "leaf_m",   "scans",    "mapping_scans", "localization_scans"};
+    "ranges_m",      "limits_m",           "tile_m",         "longest_range_m",  "leaf_m", "scans",
+    "mapping_scans", "localization_scans", "localizer_used", "coarse_cells_used"};
 
 template <class Options>
 ConfigSection pass_section(std::string name, std::string help, Options& options) {
@@ -77,6 +77,8 @@ Result<void> spread_shared(CompileConfig& config) {
   config.measure_error.scans = config.is_split() ? "odd" : "all";
   config.emit_map.mapping_scans = mapping_scans;
   config.emit_map.localization_scans = config.measure_error.scans;
+  config.emit_map.localizer_used = config.measure_error.localizer;
+  config.emit_map.coarse_cells_used = config.measure_error.coarse_cells;
   return {};
 }
 

@@ -23,10 +23,11 @@ Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& option
                                   const NdtMap& ndt, const Sites& sites,
                                   const PredictedError& predicted, const RangeTable& ranges,
                                   const MeasuredError& measured, const ErrorModel& model,
-                                  const FactorTable& factors,
-                                  const Sharpness& sharpness) {
+                                  const FactorTable& factors, const Sharpness& sharpness,
+                                  const Trajectory& trajectory) {
   return emit_map(ctx, options,
-                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors, &sharpness});
+                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors,
+                   &sharpness, &trajectory});
 }
 
 Result<void> provide_drive(const std::string& name, const RecordingOptions& options,
@@ -146,7 +147,8 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
                 {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
   add(make_step("emit-map", kEmitMapVersion, &emit_map_step, c.emit_map,
                 {"mapping/drive", drive, "ndt-map", "sites", "predicted-error", "range-table",
-                 "measured-error", "error-model", "factor-table", "sharpness"},
+                 "measured-error", "error-model", "factor-table", "sharpness",
+                 "mapping/trajectory"},
                 "compiled-map"));
   return steps;
 }

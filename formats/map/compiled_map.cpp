@@ -212,6 +212,15 @@ Result<ErrorModel> model_of(const ModelRecord& record) {
   return model;
 }
 
+TrajectoryQuality quality_of(const Trajectory& trajectory) {
+  return {trajectory.source,
+          trajectory.odometry_edges,
+          trajectory.loop_edges,
+          trajectory.prior_edges,
+          trajectory.rms_translation_residual_m,
+          trajectory.rms_rotation_residual_rad};
+}
+
 std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured) {
   std::vector<LimitQuality> quality;
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {

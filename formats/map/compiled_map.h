@@ -18,6 +18,7 @@
 #include "formats/sensor_profile.h"
 #include "formats/sharpness.h"
 #include "formats/sites.h"
+#include "formats/trajectory.h"
 
 namespace sightline {
 
@@ -30,6 +31,10 @@ struct MeasurementCard {
   ErrorReference reference = ErrorReference::kKnownPose;
   std::vector<InitialOffset> offsets;  // the same at every site
   std::uint32_t measured_site_count = 0;
+  // "Localizers" in schemas/definitions.md; empty and 0 in maps made before they were recorded.
+  std::string localizer;
+  std::uint32_t coarse_cells = 1;
+  double leaf_m = 0.0;
 };
 
 struct NamedVersion {
@@ -57,6 +62,17 @@ struct LimitQuality {
   double measured_coverage = 0.0;
 };
 
+// Where the mapping drive's poses came from, and what its pose graph left over (see Trajectory).
+struct TrajectoryQuality {
+  PoseSource source = PoseSource::kGiven;
+  std::uint32_t odometry_edges = 0;  // 0: there was no graph
+  std::uint32_t loop_edges = 0;
+  std::uint32_t prior_edges = 0;
+  double rms_translation_residual_m = 0.0;
+  double rms_rotation_residual_rad = 0.0;
+  friend bool operator==(const TrajectoryQuality&, const TrajectoryQuality&) = default;
+};
+
 // All that a map file carries.
 struct CompiledMap {
   std::string map_id;         // names the recording and frame; the same for every release
@@ -74,6 +90,7 @@ struct CompiledMap {
   ModelRecord model;
   std::vector<LimitQuality> quality;  // one per limit
   std::optional<Sharpness> sharpness;  // none in maps made before it was measured
+  std::optional<TrajectoryQuality> trajectory;  // none in maps made before it was kept
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
 };
 
@@ -102,6 +119,7 @@ ModelRecord record_of(const ErrorModel& model);
 Result<ErrorModel> model_of(const ModelRecord& record);
 
 // From the artifacts already in `map`; measured errors may be of fewer sites than the map has.
+TrajectoryQuality quality_of(const Trajectory& trajectory);
 std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured);
 
 }  // namespace sightline

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <numbers>
 
 namespace sightline {
 namespace {
@@ -55,6 +56,25 @@ std::string describe_map(const CompiledMap& map) {
          field("reach", formatted("%g m around a site", map.reach_m));
 }
 
+std::string localizer_text(const MeasurementCard& card) {
+  if (card.localizer.empty()) return "not recorded";
+  const std::string coarse = card.coarse_cells > 1
+                                 ? formatted(", first on cells %u times as long", card.coarse_cells)
+                                 : "";
+  return card.localizer + coarse + formatted(", scans thinned to %g m", card.leaf_m);
+}
+
+std::string describe_trajectory(const TrajectoryQuality& trajectory) {
+  static constexpr std::array kSources = {"as given", "given, then refined", "estimated"};
+  std::string text = field("poses", kSources[static_cast<std::size_t>(trajectory.source)]);
+  if (trajectory.odometry_edges == 0) return text;
+  return text + field("pose graph",
+                      formatted("%u steps, %u loops; off by %.1f cm and %.3f degrees (RMS)",
+                                trajectory.odometry_edges, trajectory.loop_edges,
+                                100.0 * trajectory.rms_translation_residual_m,
+                                trajectory.rms_rotation_residual_rad * 180.0 / std::numbers::pi));
+}
+
 std::string describe_measurement(const CompiledMap& map) {
   const MeasurementCard& card = map.measurement;
   const bool is_known = card.reference == ErrorReference::kKnownPose;
@@ -63,6 +83,7 @@ std::string describe_measurement(const CompiledMap& map) {
          field("localization",
                card.localization_drive + ", " + card.localization_scans + " scans") +
          field("reference", is_known ? "known poses" : "match at the sensor's full range") +
+         field("localizer", localizer_text(card)) +
          field("offsets", formatted("%zu starts at every site", card.offsets.size())) +
          field("measured sites", formatted("%u of ", card.measured_site_count) +
                                      std::to_string(map.sites.sites.size())) +
@@ -146,6 +167,7 @@ std::string describe_model(const ModelRecord& model) {
 
 std::string describe(const CompiledMap& map) {
   std::string text = describe_map(map) + describe_measurement(map);
+  if (map.trajectory) text += describe_trajectory(*map.trajectory);
   if (map.sharpness) text += to_text(*map.sharpness) + "\n";
   text += "ranges\n" + field("rule", std::string(selection_name(map.ranges.selection)) +
                                          formatted(", dilated by %g m", map.ranges.dilation_m));

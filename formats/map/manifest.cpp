@@ -58,7 +58,8 @@ flatbuffers::Offset<schema::Measurement> encode_measurement(const MeasurementCar
   return schema::CreateMeasurementDirect(
       builder, card.mapping_drive.c_str(), card.mapping_scans.c_str(),
       card.localization_drive.c_str(), card.localization_scans.c_str(),
-      static_cast<schema::Reference>(card.reference), &offsets, card.measured_site_count);
+      static_cast<schema::Reference>(card.reference), &offsets, card.measured_site_count,
+      card.localizer.empty() ? nullptr : card.localizer.c_str(), card.coarse_cells, card.leaf_m);
 }
 
 MeasurementCard decode_measurement(const schema::Measurement& measurement) {
@@ -72,6 +73,9 @@ MeasurementCard decode_measurement(const schema::Measurement& measurement) {
     card.offsets.push_back({offset->x_m(), offset->y_m(), offset->z_m(), offset->yaw_rad()});
   }
   card.measured_site_count = measurement.measured_site_count();
+  if (measurement.localizer() != nullptr) card.localizer = measurement.localizer()->str();
+  card.coarse_cells = measurement.coarse_cells();
+  card.leaf_m = measurement.leaf_m();
   return card;
 }
 
@@ -82,8 +86,7 @@ std::vector<flatbuffers::Offset<schema::Promise>> encode_promises(const RangeTab
     promises.push_back(schema::CreatePromiseDirect(
         builder, promise.limit_m, promise.probability_threshold, promise.alpha, promise.delta,
         promise.block_count, promise.is_earned, promise.calibration_miss_share,
-        promise.method.c_str(), promise.statement.c_str(),
-        promise.history_threshold));
+        promise.method.c_str(), promise.statement.c_str(), promise.history_threshold));
   }
   return promises;
 }
@@ -154,6 +157,25 @@ SharpnessFigures decode_figures(const schema::SharpnessFigures& figures) {
           figures.plane_points()};
 }
 
+flatbuffers::Offset<schema::TrajectoryQuality> encode_trajectory(
+    const std::optional<TrajectoryQuality>& trajectory, Builder& builder) {
+  if (!trajectory) return 0;
+  return schema::CreateTrajectoryQuality(
+      builder, static_cast<schema::PoseSource>(trajectory->source), trajectory->odometry_edges,
+      trajectory->loop_edges, trajectory->prior_edges, trajectory->rms_translation_residual_m,
+      trajectory->rms_rotation_residual_rad);
+}
+
+std::optional<TrajectoryQuality> decode_trajectory(const schema::TrajectoryQuality* from) {
+  if (from == nullptr) return std::nullopt;
+  return TrajectoryQuality{static_cast<PoseSource>(from->source()),
+                           from->odometry_edges(),
+                           from->loop_edges(),
+                           from->prior_edges(),
+                           from->rms_translation_residual_m(),
+                           from->rms_rotation_residual_rad()};
+}
+
 std::optional<Sharpness> decode_sharpness(const schema::Sharpness* from) {
   if (from == nullptr) return std::nullopt;
   Sharpness sharpness;
@@ -202,20 +224,23 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
   const auto measurement = encode_measurement(map.measurement, builder);
   const auto model = encode_model(map.model, builder);
   const auto sharpness = encode_sharpness(map.sharpness, builder);
+  const auto trajectory = encode_trajectory(map.trajectory, builder);
   builder.Finish(schema::CreateManifestDirect(
       builder, map.map_id.c_str(), map.version.c_str(), map.release, map.writer.c_str(), &origin,
       map.ndt.cell_m, map.ndt.tile_m, map.sites.spacing_m, map.reach_m, map.ndt.nds.size(),
       map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count, map.ndt.point_count,
       map.ranges.site_count, &map.ranges.ranges_m, static_cast<schema::Rule>(map.ranges.selection),
       map.ranges.dilation_m, &promises, &quality, sensor, measurement, &definitions, model,
-      sharpness));
+      sharpness, trajectory));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
 }
 
 Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map) {
   if (!is_tiling(manifest.cell_m(), manifest.tile_m()) || manifest.rule() > schema::Rule::MAX ||
-      manifest.measurement()->reference() > schema::Reference::MAX) {
+      manifest.measurement()->reference() > schema::Reference::MAX ||
+      (manifest.trajectory() != nullptr &&
+       manifest.trajectory()->source() > schema::PoseSource::MAX)) {
     return Error{ErrorCode::kBadManifest,
                  "a tile holds no whole number of cells, or a choice is unknown", "", "manifest"};
   }
@@ -241,6 +266,7 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   }
   map.model = decode_model(*manifest.model());
   map.sharpness = decode_sharpness(manifest.sharpness());
+  map.trajectory = decode_trajectory(manifest.trajectory());
   return {};
 }
 

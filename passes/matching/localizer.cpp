@@ -18,7 +18,7 @@ constexpr std::size_t kMostLevels = 3;
 constexpr double kBlur_m = 0.2;        // about what starts are off by after the first steps
 constexpr double kSharpFloor = 0.003;  // of the largest eigenvalue: 3 cm in a wall of 2 m
 constexpr std::size_t kThinStride = 4;
-constexpr std::size_t kFewestThin = 512;  // points that still see every wall of a street
+constexpr std::size_t kFewestThin = 64;  // points that still see every wall near
 
 // An ND's eigenvalues below `floor` of the largest raised to it, then all by the blur's square.
 InformationOfNd information(double floor, double blur_m) {

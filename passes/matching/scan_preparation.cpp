@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "formats/cell_index.h"
+#include "passes/matching/voxel_table.h"
 
 namespace sightline {
 namespace {
@@ -48,14 +49,21 @@ Extent extent_between(const CellKey& low, const CellKey& high) {
 }
 
 // floor(x / leaf) never falls where x grows, so the corners of all points have the outermost keys.
-Extent extent_of(std::span<const Eigen::Vector3d> points_m, double leaf_m) {
-  Eigen::Vector3d low_m = points_m.front();
-  Eigen::Vector3d high_m = low_m;
-  for (const Eigen::Vector3d& point_m : points_m) {
-    low_m = low_m.cwiseMin(point_m);
-    high_m = high_m.cwiseMax(point_m);
+VoxelBox box_of(std::span<const Eigen::Vector3d> points_m, double leaf_m) {
+  using TwoPoints = Eigen::Array<double, 6, 1>;  // fill registers that one would not
+  TwoPoints low_m = points_m.front().replicate<2, 1>().array();
+  TwoPoints high_m = low_m;
+  for (std::size_t i = 0; i + 1 < points_m.size(); i += 2) {
+    const Eigen::Map<const TwoPoints> two_m(points_m[i].data());
+    low_m = low_m.min(two_m);
+    high_m = high_m.max(two_m);
   }
-  return extent_between(cell_key(low_m, leaf_m), cell_key(high_m, leaf_m));
+  const Eigen::Vector3d& last_m = points_m.back();
+  const Eigen::Vector3d lowest_m =
+      low_m.head<3>().min(low_m.tail<3>()).min(last_m.array()).matrix();
+  const Eigen::Vector3d highest_m =
+      high_m.head<3>().max(high_m.tail<3>()).max(last_m.array()).matrix();
+  return {cell_key(lowest_m, leaf_m), cell_key(highest_m, leaf_m)};
 }
 
 Extent extent_of(std::span<const CellKey> keys) {
@@ -185,11 +193,11 @@ std::vector<Eigen::Vector3d> subsample_by_comparing(std::span<const Eigen::Vecto
   return centroids_of(points_m, std::span<const Ranked<std::uint32_t>>(ranked));
 }
 
-// Two ways to the same bits, since either adds the points of a voxel in their order. Where few points
-// share a voxel, sorting all runs costs less than a table of voxels that fits no cache.
+// Three ways to the same bits, since each adds the points of a voxel in their order: a scan is small
+// enough for a table of all cells (voxel_table.h). Of more points, where few share a voxel, sorting all runs costs less than a table of voxels that fits no cache.
 std::vector<Eigen::Vector3d> subsample_by_sorting(std::span<const Eigen::Vector3d> points_m,
-                                                  double leaf_m) {
-  const Extent extent = extent_of(points_m, leaf_m);
+                                                  double leaf_m, const VoxelBox& box) {
+  const Extent extent = extent_between(box.low, box.high);
   if (extent.bits > 64) return subsample_by_comparing(points_m, leaf_m);
   if (extent.bits > 32) return subsample_by_rank<std::uint64_t>(points_m, leaf_m, extent);
   return subsample_by_rank<std::uint32_t>(points_m, leaf_m, extent);
@@ -257,11 +265,15 @@ std::vector<Eigen::Vector3d> voxel_subsample(std::span<const Eigen::Vector3d> po
                                              double leaf_m) {
   constexpr std::size_t kFewPoints = 1 << 18;
   if (points_m.empty()) return {};
+  const VoxelBox box = box_of(points_m, leaf_m);
+  if (points_m.size() <= kFewPoints && cell_count(box) <= kMostTableCells) {
+    return centroids_by_table(points_m, leaf_m, box);
+  }
   if (points_m.size() > kFewPoints) {
     std::optional<std::vector<Eigen::Vector3d>> centroids_m = subsample_by_hash(points_m, leaf_m);
     if (centroids_m) return std::move(*centroids_m);
   }
-  return subsample_by_sorting(points_m, leaf_m);
+  return subsample_by_sorting(points_m, leaf_m, box);
 }
 
 }  // namespace sightline

@@ -11,6 +11,7 @@
 #include <valijson/validator.hpp>
 
 #include "compiler/base/atomic_file.h"
+#include "tests/support/scratch_folder.h"
 
 namespace sightline {
 namespace {
@@ -21,7 +22,7 @@ const fs::path kRoot = SIGHTLINE_ROOT;
 
 Result<CompileConfig> load(const std::string& yaml,
                            const std::vector<std::string>& overrides = {}) {
-  const fs::path file = fs::path(::testing::TempDir()) / "compile_config_test" / "drive.yaml";
+  const fs::path file = scratch_folder() / "compile_config_test" / "drive.yaml";
   EXPECT_TRUE(write_file_atomically(file, yaml, IfExists::kReplace));
   return load_compile_config(file, overrides);
 }
@@ -90,15 +91,16 @@ TEST(CompileConfig, SplitsARecordingThatIsBothDrives) {
   EXPECT_EQ(config->choose_sites.scans, "even");
   EXPECT_EQ(config->measure_error.scans, "odd");
   EXPECT_EQ(config->emit_map.localization_scans, "odd");
+  EXPECT_EQ(config->emit_map.localizer_used, config->measure_error.localizer);
 }
 
 TEST(CompileConfig, TakesPathsFromTheFilesFolderAndOverridesFromTheCommandLine) {
   const Result<CompileConfig> config =
       load("mapping: {scans: a/scans, poses: ../p.tum}\n", {"build-ndt.cell_m=1.0"});
   ASSERT_TRUE(config.has_value());
-  const fs::path folder = fs::path(::testing::TempDir()) / "compile_config_test";
+  const fs::path folder = scratch_folder() / "compile_config_test";
   EXPECT_EQ(config->mapping.scans, (folder / "a/scans").string());
-  EXPECT_EQ(fs::path(config->mapping.poses), fs::path(::testing::TempDir()) / "p.tum");
+  EXPECT_EQ(fs::path(config->mapping.poses), scratch_folder() / "p.tum");
   EXPECT_EQ(config->build_ndt.cell_m, 1.0);
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "compiler/base/atomic_file.h"
+#include "tests/support/scratch_folder.h"
 
 namespace sightline {
 namespace {
@@ -27,7 +28,7 @@ class ConfigFile : public ::testing::Test {
               flag("enabled", values_.enabled, "whether")}}};
   }
   Result<void> read(const std::string& yaml) {
-    file_ = std::filesystem::path(::testing::TempDir()) / "config_file_test.yaml";
+    file_ = scratch_folder() / "config_file_test.yaml";
     EXPECT_TRUE(write_file_atomically(file_, yaml, IfExists::kReplace));
     std::vector<ConfigSection> all = sections();
     return read_yaml(file_, all);

@@ -9,6 +9,8 @@
 
 #include "compiler/base/atomic_file.h"
 
+#include "tests/support/scratch_folder.h"
+
 namespace sightline {
 namespace {
 
@@ -21,21 +23,17 @@ measure-error: {offset_count: 3, reference: known}
 train-model: {trees: 20}
 )";
 
-std::filesystem::path scratch() {
-  return std::filesystem::path(::testing::TempDir()) / ("sightline_" + std::to_string(::getpid()));
-}
-
 // Owns the scratch folder of this process.
 struct Scratch {
-  ~Scratch() { std::filesystem::remove_all(scratch()); }
+  ~Scratch() { std::filesystem::remove_all(scratch_folder()); }
 };
 
 }  // namespace
 
 ProgramResult run_command(const std::string& command) {
-  const std::filesystem::path out = scratch() / "stdout";
-  const std::filesystem::path err = scratch() / "stderr";
-  std::filesystem::create_directories(scratch());
+  const std::filesystem::path out = scratch_folder() / "stdout";
+  const std::filesystem::path err = scratch_folder() / "stderr";
+  std::filesystem::create_directories(scratch_folder());
   const std::string redirected =
       "{ " + command + "; } >'" + out.string() + "' 2>'" + err.string() + "' </dev/null";
   const int status = std::system(redirected.c_str());
@@ -53,7 +51,7 @@ ProgramResult run_sightline(const std::string& arguments) {
 const std::filesystem::path& small_town() {
   static const Scratch kOwner;
   static const std::filesystem::path kTown = [] {
-    const std::filesystem::path town = scratch() / "town";
+    const std::filesystem::path town = scratch_folder() / "town";
     const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) +
                                            " --seed 3 --length-m 180 --out " + town.string());
     EXPECT_EQ(made.status, 0) << made.err;
@@ -66,7 +64,7 @@ const std::filesystem::path& small_town() {
 std::filesystem::path fresh_folder() {
   const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info();
   const std::filesystem::path folder =
-      scratch() / (std::string(test->test_suite_name()) + "." + test->name());
+      scratch_folder() / (std::string(test->test_suite_name()) + "." + test->name());
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;

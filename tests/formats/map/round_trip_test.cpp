@@ -4,6 +4,7 @@
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/scratch_folder.h"
 
 namespace sightline {
 namespace {
@@ -22,8 +23,12 @@ TEST(MapFile, GivesBackEveryArtifactButForTheRoundingOfNds) {
     EXPECT_EQ(csv(dump(back->sensor)), csv(dump(map.sensor)));
     EXPECT_EQ(back->model.bytes, map.model.bytes);
     EXPECT_EQ(back->model.card, map.model.card);
+    EXPECT_EQ(back->trajectory, map.trajectory);
     EXPECT_EQ(back->measurement.offsets.size(), 2u);
     EXPECT_EQ(back->measurement.localization_scans, "odd");
+    EXPECT_EQ(back->measurement.localizer, "annealed");
+    EXPECT_EQ(back->measurement.coarse_cells, 2u);
+    EXPECT_EQ(back->measurement.leaf_m, 0.5);
     ASSERT_EQ(back->ndt.nds.size(), map.ndt.nds.size());
     for (std::size_t i = 0; i < map.ndt.nds.size(); ++i) {
       const Nd& stored = back->ndt.nds[i];
@@ -84,7 +89,7 @@ TEST(MapFile, WithoutItsModelKeepsItsRootDigest) {
 
 TEST(MapFile, IsReadFromDiskAndFromUnalignedMemory) {
   const std::vector<std::byte> file = encode_map(random_map({.seed = 6}));
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "read.slmap";
+  const std::filesystem::path path = scratch_folder() / "read.slmap";
   ASSERT_TRUE(write_file_atomically(path, file, IfExists::kReplace));
   const Result<MapSummary> summary = verify_map(path);
   ASSERT_TRUE(summary) << to_string(summary.error());

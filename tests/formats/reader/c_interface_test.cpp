@@ -10,12 +10,13 @@
 #include "formats/map/map_writer.h"
 #include "formats/reader/reader.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/scratch_folder.h"
 
 namespace sightline {
 namespace {
 
 std::string written_map(const std::vector<std::byte>& file, const char* name) {
-  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+  const std::filesystem::path path = scratch_folder() / name;
   EXPECT_TRUE(write_file_atomically(path, file, IfExists::kReplace));
   return path.string();
 }

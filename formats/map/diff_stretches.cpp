@@ -1,0 +1,117 @@
+#include "formats/map/diff_stretches.h"
+
+#include <set>
+
+namespace sightline {
+namespace {
+
+// Sites, ascending, cut where the route or what changed has a gap.
+template <class RowOf>
+std::vector<std::vector<std::uint32_t>> cut(const std::set<std::uint32_t>& sites, double join_m,
+                                            const RowOf& row_of) {
+  std::vector<std::vector<std::uint32_t>> pieces;
+  const SiteRow* previous = nullptr;
+  for (const std::uint32_t site : sites) {
+    const SiteRow& row = row_of(site);
+    const bool goes_on =
+        previous != nullptr && previous->run == row.run && row.s_m - previous->s_m <= join_m;
+    if (!goes_on) pieces.emplace_back();
+    pieces.back().push_back(site);
+    previous = &row;
+  }
+  return pieces;
+}
+
+Stretch begin_stretch(const SiteRow& first, const SiteRow& last) {
+  Stretch stretch;
+  stretch.run = first.run;
+  stretch.begin_s_m = first.s_m;
+  stretch.end_s_m = last.s_m;
+  stretch.first_site = first.site;
+  stretch.last_site = last.site;
+  return stretch;
+}
+
+void add_answers(const std::vector<AnswerDiff>& answers, std::vector<StretchLimit>& limits) {
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    const AnswerDiff& answer = answers[i];
+    limits[i].mean_range_before_m += answer.range_before_m;
+    limits[i].mean_range_after_m += answer.range_after_m;
+    if (answer.range_after_m > answer.range_before_m) ++limits[i].rose;
+    if (answer.range_after_m < answer.range_before_m) ++limits[i].fell;
+    if (answer.is_newly_unmet()) ++limits[i].newly_unmet;
+    if (answer.is_no_longer_unmet()) ++limits[i].no_longer_unmet;
+  }
+}
+
+// All sites from the first to the last one: those between them belong to the stretch too.
+Stretch stretch_after(const std::vector<std::uint32_t>& piece, const CompiledMap& after,
+                      std::size_t limits, const ComparedSites& compared, const NdsBySite& nds) {
+  Stretch stretch = begin_stretch(*compared.after.at(piece.front()).row,
+                                  *compared.after.at(piece.back()).row);
+  stretch.limits.resize(limits);
+  std::uint32_t known = 0;
+  const auto end = compared.after.upper_bound(piece.back());
+  for (auto site = compared.after.lower_bound(piece.front()); site != end; ++site) {
+    stretch.line_world_m.push_back(site->second.row->p_m + after.ndt.frame.origin_world_m);
+    add_answers(site->second.answers, stretch.limits);
+    known += site->second.is_known_before ? 1 : 0;
+    stretch.sites_added += site->second.is_known_before ? 0 : 1;
+    const auto near = nds.find(site->first);
+    if (near == nds.end()) continue;
+    stretch.nds_added += near->second.added;
+    stretch.nds_removed += near->second.removed;
+    stretch.nds_moved += near->second.moved;
+  }
+  for (StretchLimit& limit : stretch.limits) {
+    if (known == 0) break;
+    limit.mean_range_before_m /= known;
+    limit.mean_range_after_m /= known;
+  }
+  return stretch;
+}
+
+Stretch stretch_before(const std::vector<std::uint32_t>& piece, const CompiledMap& before,
+                       std::size_t limits, const ComparedSites& compared) {
+  Stretch stretch = begin_stretch(*compared.only_before.at(piece.front()),
+                                  *compared.only_before.at(piece.back()));
+  stretch.is_of_old_map = true;
+  stretch.limits.resize(limits);
+  stretch.sites_removed = static_cast<std::uint32_t>(piece.size());
+  for (const std::uint32_t site : piece) {
+    stretch.line_world_m.push_back(compared.only_before.at(site)->p_m +
+                                   before.ndt.frame.origin_world_m);
+  }
+  return stretch;
+}
+
+}  // namespace
+
+std::vector<Stretch> stretches_of(const CompiledMap& before, const CompiledMap& after,
+                                  const ComparedSites& compared, const NdsBySite& nds,
+                                  const MapDiff& diff) {
+  std::set<std::uint32_t> marked;
+  std::set<std::uint32_t> removed;
+  for (const SiteDiff& site : diff.sites) {
+    (site.change == SiteChange::kRemoved ? removed : marked).insert(site.site);
+  }
+  for (const auto& [site, counts] : nds) marked.insert(site);
+  const std::size_t limits = common_limits(before, after).size();
+  const double join_m = diff.options.join_m;
+  std::vector<Stretch> stretches;
+  const auto row_after = [&](std::uint32_t site) -> const SiteRow& {
+    return *compared.after.at(site).row;
+  };
+  for (const std::vector<std::uint32_t>& piece : cut(marked, join_m, row_after)) {
+    stretches.push_back(stretch_after(piece, after, limits, compared, nds));
+  }
+  const auto row_before = [&](std::uint32_t site) -> const SiteRow& {
+    return *compared.only_before.at(site);
+  };
+  for (const std::vector<std::uint32_t>& piece : cut(removed, join_m, row_before)) {
+    stretches.push_back(stretch_before(piece, before, limits, compared));
+  }
+  return stretches;
+}
+
+}  // namespace sightline

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "formats/map/diff_sites.h"
+
+// Gathers what changed into stretches of route.
+
+namespace sightline {
+
+struct NdCounts {
+  std::uint64_t added = 0;
+  std::uint64_t removed = 0;
+  std::uint64_t moved = 0;
+};
+
+// Changed NDs by the site of the new map that is nearest to them.
+using NdsBySite = std::map<std::uint32_t, NdCounts>;
+
+// Stretches of the new map by run and s, then those that only the old map has. A stretch begins and
+// ends with a site that changed or has a changed ND near it; between two such sites lie at most
+// options.join_m.
+std::vector<Stretch> stretches_of(const CompiledMap& before, const CompiledMap& after,
+                                  const ComparedSites& compared, const NdsBySite& nds,
+                                  const MapDiff& diff);
+
+}  // namespace sightline

@@ -1,0 +1,174 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/map/compiled_map.h"
+
+// What differs between two compiled maps, in the words of who drives by them: first by digest, so
+// that tiles that stayed are not even read, then by meaning. Before is the old map, after the new.
+
+namespace sightline {
+
+struct MapDiffOptions {
+  double tolerance_m = 0.10;  // an ND whose mean moved no farther stayed
+  double join_m = 25.0;       // two changes along a route no farther apart belong to one stretch
+};
+
+// A property of the map as a whole: "frame.origin_world_m", "definitions.sites", "model.digest".
+// Empty where a map has none.
+struct FactDiff {
+  std::string name;
+  std::string before;
+  std::string after;
+};
+
+// Layers or sections of one name. `required` ones are what a vehicle acts on.
+struct BlockDiff {
+  std::string name;
+  bool is_required = false;
+  std::uint64_t added = 0;
+  std::uint64_t removed = 0;
+  std::uint64_t changed = 0;
+  std::uint64_t same = 0;
+};
+
+enum class NdChange : std::uint8_t { kAdded, kRemoved, kMoved };
+
+struct NdDiff {
+  NdChange change = NdChange::kAdded;
+  Eigen::Vector3d mean_world_m = Eigen::Vector3d::Zero();  // after; before of one removed
+  double moved_m = 0.0;
+};
+
+// What a vehicle is told at one place for one limit that both maps know.
+struct AnswerDiff {
+  double range_before_m = 0.0;
+  double range_after_m = 0.0;
+  std::uint8_t flags_before = 0;  // kUnmet, kExtrapolated
+  std::uint8_t flags_after = 0;
+  double probability_before = 0.0;  // at the chosen range
+  double probability_after = 0.0;
+
+  [[nodiscard]] bool is_newly_unmet() const {
+    return (flags_before & kUnmet) == 0 && (flags_after & kUnmet) != 0;
+  }
+  [[nodiscard]] bool is_no_longer_unmet() const {
+    return (flags_before & kUnmet) != 0 && (flags_after & kUnmet) == 0;
+  }
+};
+
+// kAdded: the old map says nothing there, no site of it lies within its reach. kRemoved: likewise
+// of the new map; such a site is one of the old map.
+enum class SiteChange : std::uint8_t { kAdded, kRemoved, kChanged };
+
+// A site whose answer differs: another range, or other flags, for some limit.
+struct SiteDiff {
+  SiteChange change = SiteChange::kChanged;
+  std::uint32_t site = 0;
+  std::uint32_t run = 0;
+  double s_m = 0.0;
+  Eigen::Vector3d p_world_m = Eigen::Vector3d::Zero();
+  double distance_m = 0.0;          // to the old site that answered here
+  std::vector<AnswerDiff> answers;  // [limit of MapDiff::limits that is common]; kChanged only
+};
+
+// Of one limit in one of the lists, or in both.
+struct LimitDiff {
+  double limit_m = 0.0;
+  std::optional<LimitQuality> before;  // over all sites of each map; none where it has no such limit
+  std::optional<LimitQuality> after;
+  // Sites of the new map beside what the old one says in the same place; where both have the limit.
+  std::uint32_t rose = 0;
+  std::uint32_t fell = 0;
+  std::uint32_t newly_unmet = 0;
+  std::uint32_t no_longer_unmet = 0;
+
+  [[nodiscard]] bool is_common() const { return before.has_value() && after.has_value(); }
+};
+
+// A stretch of route where something changed, for people to read.
+struct StretchLimit {  // of one common limit, over the stretch's sites
+  std::uint32_t rose = 0;
+  std::uint32_t fell = 0;
+  std::uint32_t newly_unmet = 0;
+  std::uint32_t no_longer_unmet = 0;
+  double mean_range_before_m = 0.0;  // over sites that both maps know there
+  double mean_range_after_m = 0.0;
+};
+struct Stretch {
+  bool is_of_old_map = false;  // route that the new map no longer has
+  std::uint32_t run = 0;
+  double begin_s_m = 0.0;
+  double end_s_m = 0.0;
+  std::uint32_t first_site = 0;
+  std::uint32_t last_site = 0;
+  std::vector<Eigen::Vector3d> line_world_m;  // its sites, in order
+  std::uint64_t nds_added = 0;
+  std::uint64_t nds_removed = 0;
+  std::uint64_t nds_moved = 0;
+  std::uint32_t sites_added = 0;
+  std::uint32_t sites_removed = 0;
+  std::vector<StretchLimit> limits;  // as SiteDiff::answers
+};
+
+// One of the two maps.
+struct DiffedMap {
+  std::string map_id;
+  std::string version;
+  std::uint64_t release = 0;
+  Digest root_digest{};
+  std::uint64_t nd_count = 0;
+  std::uint32_t site_count = 0;
+  std::uint32_t tile_count = 0;
+  std::uint64_t file_size = 0;
+};
+
+struct MapDiff {
+  DiffedMap before;
+  DiffedMap after;
+  MapDiffOptions options;
+  std::vector<FactDiff> facts;
+  std::vector<BlockDiff> blocks;  // ascending name; also those without a difference
+  std::uint64_t tiles_added = 0;
+  std::uint64_t tiles_removed = 0;
+  std::uint64_t tiles_changed = 0;  // by their digest
+  bool has_comparable_nds = true;   // false where cells or tiles do not coincide: nds is empty then
+  std::vector<NdDiff> nds;
+  std::uint64_t nds_added = 0;
+  std::uint64_t nds_removed = 0;
+  std::uint64_t nds_moved = 0;
+  std::vector<LimitDiff> limits;  // of both maps, ascending
+  std::vector<SiteDiff> sites;    // by site; those of the old map last
+  std::uint32_t sites_added = 0;
+  std::uint32_t sites_removed = 0;
+  std::vector<Stretch> stretches;       // by run and s; those of the old map last
+  std::uint64_t nds_off_route = 0;      // changed, in tiles without a site
+  std::uint64_t bytes_read = 0;         // of both files: their ends and the blocks that were read
+
+  // Nothing differs but, perhaps, how blocks are packed.
+  [[nodiscard]] bool is_same() const;
+};
+
+// The limits that both maps have, ascending: what SiteDiff::answers and Stretch::limits go by.
+std::vector<double> common_limits_m(const MapDiff& diff);
+
+// Both maps are opened and checked as a vehicle would, and every block that is read has the
+// checksum it should; verify checks the rest. The old map's answer at a site of the new map is that
+// of its site nearest to it, at most its reach away, as a vehicle would look it up; of sites equally
+// near the one with the lower number. NDs are compared by their cell in the world; where the maps'
+// grids do not coincide that is said in the facts.
+// Errors: those of open_container(), bad-layer, checksum-mismatch, bad-order; of paths also
+// file-not-found, cannot-open, cannot-read.
+Result<MapDiff> diff_maps(const std::filesystem::path& before, const std::filesystem::path& after,
+                          const MapDiffOptions& options);
+// The bytes of two files, at addresses that are multiples of 8.
+Result<MapDiff> diff_maps(std::span<const std::byte> before, std::span<const std::byte> after,
+                          const MapDiffOptions& options);
+
+}  // namespace sightline

@@ -1,0 +1,169 @@
+#include "formats/map/map_side.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "formats/map/block_codec.h"
+#include "formats/map/layers.h"
+#include "formats/map/manifest.h"
+#include "formats/reader/map_checks.h"
+#include "map_generated.h"
+
+namespace sightline {
+namespace {
+
+template <class T>
+T load(std::span<const std::byte> bytes, std::uint64_t column, std::uint64_t i) {
+  T value;
+  std::memcpy(&value, bytes.data() + column + i * sizeof(T), sizeof value);
+  return value;
+}
+
+Error at_layer(Error error, TileKey key, std::string_view layer) {
+  error.place = tile_place(key.x, key.y) + " layer " + std::string(layer) +
+                (error.place.empty() ? "" : ", " + error.place);
+  return error;
+}
+
+Result<SiteRow> load_site(std::span<const std::byte> raw, const RangeLayout& layout,
+                          std::uint64_t row, const CompiledMap& card) {
+  const std::size_t limits = card.ranges.promises.size();
+  const std::size_t ranges = card.ranges.ranges_m.size();
+  SiteRow site;
+  site.site = load<std::uint32_t>(raw, layout.site, row);
+  site.run = load<std::uint32_t>(raw, layout.run, row);
+  site.s_m = load<double>(raw, layout.s, row);
+  site.p_m = {load<double>(raw, layout.p_x, row), load<double>(raw, layout.p_y, row),
+              load<double>(raw, layout.p_z, row)};
+  for (std::size_t limit = 0; limit < limits; ++limit) {
+    const std::size_t range = load<std::uint8_t>(raw, layout.range_index, row * limits + limit);
+    if (range >= ranges || !site.p_m.allFinite() || !std::isfinite(site.s_m)) {
+      return Error{ErrorCode::kBadLayer, "a site lies nowhere or has a range that the map has not",
+                   "", "row " + std::to_string(row)};
+    }
+    site.answers.push_back(
+        {card.ranges.ranges_m[range],
+         load<double>(raw, layout.probability, (row * ranges + range) * limits + limit),
+         load<std::uint8_t>(raw, layout.range_flags, row * limits + limit)});
+  }
+  return site;
+}
+
+// How far a coordinate is from a tile along one axis.
+double gap_m(double p_m, std::int32_t key, double tile_m) {
+  const double begin_m = key * tile_m;
+  return std::max({0.0, begin_m - p_m, p_m - (begin_m + tile_m)});
+}
+
+}  // namespace
+
+MapSide::MapSide(const MapContainer& container)
+    : container_(container),
+      bytes_read_(kHeaderSize + kTrailerSize + container.header.manifest_size +
+                  container.header.directory_size) {}
+
+Result<MapSide> MapSide::open(std::span<const std::byte> file) {
+  const Result<MapContainer> container = open_container(file);
+  if (!container) return container.error();
+  MapSide side(*container);
+  const Result<void> manifest = decode_manifest(*container->manifest, side.card_);
+  if (!manifest) return manifest.error();
+  return side;
+}
+
+std::uint64_t MapSide::nd_count() const { return container_.manifest->nd_count(); }
+std::uint32_t MapSide::site_count() const { return container_.manifest->site_count(); }
+std::uint32_t MapSide::tile_count() const { return container_.directory->tiles()->size(); }
+
+TileKey MapSide::tile_key(std::uint32_t tile) const {
+  const schema::Tile* entry = container_.directory->tiles()->Get(tile);
+  return {entry->x(), entry->y()};
+}
+
+Result<std::vector<std::byte>> MapSide::raw_bytes(const schema::Block& block) {
+  bytes_read_ += block.stored_size();
+  const Result<std::span<const std::byte>> stored = stored_bytes(container_, block);
+  if (!stored) return stored.error();
+  if (block.codec() == schema::Codec::Zstd) return unpack_zstd(*stored, block.raw_size());
+  return std::vector<std::byte>(stored->begin(), stored->end());
+}
+
+Result<std::vector<Nd>> MapSide::nds(std::uint32_t tile) {
+  const TileKey key = tile_key(tile);
+  const schema::Block* block = find_layer(container_, tile, kNdtLayer);
+  if (block == nullptr) return std::vector<Nd>();
+  const Result<std::vector<std::byte>> raw = raw_bytes(*block);
+  if (!raw) return at_layer(raw.error(), key, kNdtLayer);
+  NdtMap ndt;
+  ndt.cell_m = card_.ndt.cell_m;
+  ndt.tile_m = card_.ndt.tile_m;
+  const Result<void> decoded = decode_ndt_layer(*raw, block->row_count(), key, ndt);
+  if (!decoded) return at_layer(decoded.error(), key, kNdtLayer);
+  for (std::size_t i = 1; i < ndt.nds.size(); ++i) {
+    if (ndt.nds[i - 1].key < ndt.nds[i].key) continue;
+    return at_layer({ErrorCode::kBadOrder, "cells must ascend", "", "row " + std::to_string(i)},
+                    key, kNdtLayer);
+  }
+  return std::move(ndt.nds);
+}
+
+Result<const std::vector<SiteRow>*> MapSide::sites(std::uint32_t tile) {
+  const auto known = sites_.find(tile);
+  if (known != sites_.end()) return &known->second;
+  std::vector<SiteRow> rows;
+  const schema::Block* block = find_layer(container_, tile, kRangeLayer);
+  if (block != nullptr) {
+    const Result<std::vector<std::byte>> raw = raw_bytes(*block);
+    if (!raw) return at_layer(raw.error(), tile_key(tile), kRangeLayer);
+    const RangeLayout layout(block->row_count(), card_.ranges.ranges_m.size(),
+                             card_.ranges.promises.size());
+    for (std::uint64_t row = 0; row < block->row_count(); ++row) {
+      const Result<SiteRow> site = load_site(*raw, layout, row, card_);
+      if (!site) return at_layer(site.error(), tile_key(tile), kRangeLayer);
+      rows.push_back(*site);
+    }
+  }
+  return &(sites_[tile] = std::move(rows));
+}
+
+Result<void> MapSide::search(TileKey key, const Eigen::Vector3d& p_m, double most_m,
+                             NearestSite& nearest) {
+  const double tile_m = card_.ndt.tile_m;
+  const double gap = std::hypot(gap_m(p_m.x(), key.x, tile_m), gap_m(p_m.y(), key.y, tile_m));
+  if (gap > (nearest.row == nullptr ? most_m : nearest.distance_m)) return {};
+  const std::optional<std::uint32_t> tile = find_tile(container_, key.x, key.y);
+  if (!tile) return {};
+  const Result<const std::vector<SiteRow>*> rows = sites(*tile);
+  if (!rows) return rows.error();
+  for (const SiteRow& row : **rows) {
+    const double distance_m = (row.p_m - p_m).norm();
+    if (distance_m > most_m) continue;
+    const bool is_nearer = nearest.row == nullptr || distance_m < nearest.distance_m ||
+                           (distance_m == nearest.distance_m && row.site < nearest.row->site);
+    if (is_nearer) nearest = {&row, distance_m};
+  }
+  return {};
+}
+
+Result<NearestSite> MapSide::nearest(const Eigen::Vector3d& p_m, double most_m) {
+  const double tile_m = card_.ndt.tile_m;
+  NearestSite nearest;
+  // Beyond this no tile can be: keys are 32 bits wide.
+  constexpr double kFarthestTile = 0x1.0p30;
+  if (p_m.head<2>().cwiseAbs().maxCoeff() > kFarthestTile * tile_m) return nearest;
+  const TileKey own{floor_to_int(p_m.x() / tile_m), floor_to_int(p_m.y() / tile_m)};
+  // The own tile first: what it finds spares most of its neighbours.
+  const Result<void> searched = search(own, p_m, most_m, nearest);
+  if (!searched) return searched.error();
+  for (std::int32_t dx = -1; dx <= 1; ++dx) {
+    for (std::int32_t dy = -1; dy <= 1; ++dy) {
+      if (dx == 0 && dy == 0) continue;
+      const Result<void> beside = search({own.x + dx, own.y + dy}, p_m, most_m, nearest);
+      if (!beside) return beside.error();
+    }
+  }
+  return nearest;
+}
+
+}  // namespace sightline

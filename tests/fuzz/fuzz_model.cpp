@@ -1,0 +1,63 @@
+// An error model from a file or a section of a map: refused, or valid and fit to predict.
+
+#include <algorithm>
+
+#include "compiler/base/check.h"
+#include "formats/error_model.h"
+#include "passes/learn/forest_prediction.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace sightline {
+namespace {
+
+using Traits = ArtifactTraits<ErrorModel>;
+
+// A valid forest answers any row, and never with a share outside 0 to 1.
+void predict(const ErrorModel& model) {
+  FeatureRows rows;
+  rows.row_count = 2;
+  for (const FeatureCard& feature : model.features) rows.names.push_back(feature.name);
+  rows.values.assign(rows.row_count * rows.names.size(), 12.0F);
+  std::fill(rows.values.begin(), rows.values.begin() + static_cast<long>(rows.names.size()), -1.0F);
+  const PreparedForest forest(model.forest, {0.1, 0.25});
+  for (const double share : forest.predict(rows, {0, 1}, 1).within) {
+    SIGHTLINE_CHECK(share >= 0.0 && share <= 1.0 + 1e-9);
+  }
+}
+
+void use(const ErrorModel& model) {
+  predict(model);
+  SIGHTLINE_CHECK(!to_text(model).empty());
+  SIGHTLINE_CHECK(!dump(model).columns.empty());
+  SIGHTLINE_CHECK(!tables(model).empty());
+  const Result<ErrorModel> back = from_bytes<ErrorModel>(to_bytes(model));
+  SIGHTLINE_CHECK(back.has_value());
+  SIGHTLINE_CHECK(to_bytes(*back) == to_bytes(model));
+}
+
+}  // namespace
+}  // namespace sightline
+
+// Mutates what lies under the checksum.
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned int seed) {
+  using namespace sightline;
+  const auto sealed = std::as_bytes(std::span(data, size));
+  Result<std::vector<std::byte>> payload = unseal(sealed, Traits::kName, Traits::kVersion);
+  if (!payload || seed % 16 == 0) return LLVMFuzzerMutate(data, size, max_size);
+  const std::size_t old_size = payload->size();
+  payload->resize(old_size + 64);
+  const std::size_t new_size =
+      LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(payload->data()), old_size, payload->size());
+  payload->resize(new_size);
+  return hand_back(seal(Traits::kName, Traits::kVersion, std::move(*payload)), data, size,
+                   max_size);
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace sightline;
+  const FuzzInput input(data, size);
+  const Result<ErrorModel> model = from_bytes<ErrorModel>(input.bytes());
+  if (model) use(*model);
+  return 0;
+}

@@ -1,0 +1,70 @@
+// Writes the inputs that the fuzzers start from: write_corpus FOLDER makes FOLDER/<target>/seed_*.
+
+#include <cstdio>
+#include <string>
+
+#include "compiler/base/atomic_file.h"
+#include "formats/map/map_writer.h"
+#include "tests/formats/map/random_map.h"
+#include "tests/support/handmade_model.h"
+
+namespace sightline {
+namespace {
+
+struct Seed {
+  std::string name;  // "map/seed_plain"
+  std::vector<std::byte> bytes;
+};
+
+ContainerParts unpacked(ContainerParts parts) {
+  for (TileParts& tile : parts.tiles) {
+    for (BlockParts& layer : tile.layers) layer.may_compress = false;
+  }
+  return parts;
+}
+
+void add_maps(std::vector<Seed>& seeds) {
+  const RandomMapOptions small{.seed = 2, .site_count = 3, .nd_count = 4, .model_size = 90};
+  seeds.push_back({"map/seed_packed", encode_map(random_map(small))});
+  ContainerParts parts = unpacked(parts_of(random_map(small)));
+  seeds.push_back({"manifest/seed_whole", parts.manifest});
+  seeds.push_back({"map/seed_plain", assemble(parts)});
+  CompiledMap stripped = random_map({.seed = 3, .site_count = 1, .nd_count = 1, .model_size = 0});
+  stripped.factors.factors.clear();
+  stripped.factors.values.clear();
+  stripped.sharpness.reset();
+  parts = unpacked(parts_of(stripped));
+  seeds.push_back({"manifest/seed_stripped", parts.manifest});
+  parts.features = {{.bit = 3, .is_required = false, .name = "something-new"}};
+  parts.sections.push_back({.name = "unknown", .is_required = false, .raw = {std::byte{1}}});
+  seeds.push_back({"map/seed_unknown_optional", assemble(parts)});
+}
+
+void add_models(std::vector<Seed>& seeds) {
+  ErrorModel model = handmade_model({{{0.5, 0.75}, {0.2, 0.1}}, {{0.25, 1.0}, {0.4, 0.1}}}, 2);
+  seeds.push_back({"model/seed_leaf", to_bytes(model)});
+  model.card.tree_count = 2;
+  model.forest.trees.resize(2);
+  model.forest.trees[1].nodes = {{0, 15.0F, 1, 4}, {0, 12.0F, 2, 3}};
+  model.forest.trees[1].leaf_of_label = {2, 0, 1, 2};
+  seeds.push_back({"model/seed_tree", to_bytes(model)});
+}
+
+}  // namespace
+}  // namespace sightline
+
+int main(int argc, char** argv) {
+  using namespace sightline;
+  if (argc != 2) return 64;
+  std::vector<Seed> seeds;
+  add_maps(seeds);
+  add_models(seeds);
+  for (const Seed& seed : seeds) {
+    const std::string path = std::string(argv[1]) + "/" + seed.name;
+    const Result<void> written = write_file_atomically(path, seed.bytes, IfExists::kReplace);
+    if (written) continue;
+    std::fprintf(stderr, "%s\n", to_string(written.error()).c_str());
+    return 1;
+  }
+  return 0;
+}
