@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "compiler/base/atomic_file.h"
@@ -17,6 +18,7 @@ namespace {
 struct ReportFlags {
   RunFlags run;
   std::string map;
+  std::string against;  // an older map; empty: none
   std::string output;
   bool is_forced = false;
 };
@@ -107,6 +109,9 @@ Result<std::string> provenance_beside(const std::string& map) {
 }
 
 Result<void> write_report(const ReportFlags& flags) {
+  if (!flags.run.stop_after.empty()) {
+    return Error{ErrorCode::kBadArgument, "--stop-after: a report needs every pass", "", ""};
+  }
   const Result<CompiledMap> map = read_map(flags.map);
   if (!map) return map.error();
   const Result<MapSummary> summary = verify_map(flags.map);
@@ -120,6 +125,12 @@ Result<void> write_report(const ReportFlags& flags) {
   if (!made) return made.error();
   const Result<void> is_same = check_same_map(flags, *map, *made);
   if (!is_same) return is_same;
+  std::optional<MapDiff> diff;
+  if (!flags.against.empty()) {
+    Result<MapDiff> found = diff_maps(flags.against, flags.map, {});
+    if (!found) return found.error();
+    diff = std::move(*found);
+  }
   const Result<ArtifactSet> judged = judge(flags, *config, *map, *made);
   if (!judged) return judged.error();
   ReportSources sources;
@@ -133,6 +144,7 @@ Result<void> write_report(const ReportFlags& flags) {
   sources.points = &made->get<SurfacePoints>("surface-points");
   sources.surface = &made->get<Surface>("surface");
   sources.depth = &made->get<DepthImages>("depth-images");
+  sources.diff = diff ? &*diff : nullptr;
   const Result<std::string> html = report_html(sources);
   if (!html) return html.error();
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
@@ -153,9 +165,12 @@ void add_report_command(CLI::App& app, int& status) {
       "the\n"
       "localization drive. What compile and evaluate left in the cache is not computed again.\n\n"
       "Examples:\n"
-      "  sightline report town.yaml --map town.slmap -o town.html");
+      "  sightline report town.yaml --map town.slmap -o town.html\n"
+      "  sightline report town.yaml --map town.slmap --against released.slmap -o change.html");
   add_run_flags(*command, flags->run);
   command->add_option("--map", flags->map, "The map to show (.slmap)")->required();
+  command->add_option("--against", flags->against,
+                      "An older map (.slmap): the page also shows what changed since");
   command->add_option("-o,--output", flags->output, "The page to write (.html)")->required();
   command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
   command->callback([flags, &status] {

@@ -103,11 +103,12 @@ ChartSeries static_ranges(const Evaluation& evaluation, std::size_t limit) {
   return series;
 }
 
+// Drawn smaller the later, so that rules that agree are all seen.
 ChartSeries rule_point(const Evaluation& evaluation, std::size_t limit, Rule rule,
-                       const std::string& colour) {
+                       const std::string& colour, double size_px) {
   const RuleScore& score = evaluation.score(limit, rule);
   return {words_of(rule),           colour, Mark::kPoints, {score.time_ratio},
-          {100.0 * score.coverage}, {},     6.0,           false};
+          {100.0 * score.coverage}, {},     size_px,       false};
 }
 
 // Coverage against time: what lies farther up and to the left is better.
@@ -123,13 +124,14 @@ std::string pareto(const Evaluation& evaluation, std::size_t limit) {
   ChartSeries line = points;
   line.mark = Mark::kLine;
   line.name.clear();
+  line.size_px = 1.2;
   line.is_dashed = true;
   chart.series = {line,
                   points,
-                  rule_point(evaluation, limit, Rule::kOracle, kGreen),
-                  rule_point(evaluation, limit, Rule::kMean, kOrange),
-                  rule_point(evaluation, limit, Rule::kProbability, kPurple),
-                  rule_point(evaluation, limit, Rule::kMap, kBlue)};
+                  rule_point(evaluation, limit, Rule::kMap, kBlue, 9.0),
+                  rule_point(evaluation, limit, Rule::kProbability, kPink, 5.5),
+                  rule_point(evaluation, limit, Rule::kMean, kOrange, 6.0),
+                  rule_point(evaluation, limit, Rule::kOracle, kGreen, 6.0)};
   chart.greatest_y = 100.0;
   chart.least_x = 0.0;
   chart.greatest_x = 1.1;

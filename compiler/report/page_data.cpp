@@ -31,6 +31,7 @@ std::string page_data_json(const ReportSources& sources) {
   if (sources.points && sources.points->voxel_m > 0.0) {
     members.emplace_back("moved", moved_json(*sources.points, map.ndt.tile_m));
   }
+  if (sources.diff) members.emplace_back("diff", diff_json(*sources.diff, map.ndt.frame));
   return json_object(members);
 }
 

@@ -40,6 +40,11 @@
 //   moved      (where known) voxel_m, tile_m, tiles: {x, y, count, cell [column][2] (u16, voxels
 //   from
 //              the tile's lower corner), height (u8: voxels in the column)}
+//   diff       (where an older map is known) limits_m: of both maps; sites: site (u32), change (u8:
+//   0
+//              added, 2 changed), before_dm, after_dm [site][limit] (u16, chosen ranges in 0.1 m; 0
+//              where the site is new); nds: stride (of so many one is here), x_m, y_m (f32), change
+//              (u8: 0 added, 1 removed, 2 moved)
 
 namespace sightline {
 
@@ -56,5 +61,6 @@ std::string depth_json(const DepthImages& images);
 std::string nds_json(const NdtMap& map);
 std::string relief_json(const Surface& surface, const Sites& sites, double sensor_height_m);
 std::string moved_json(const SurfacePoints& points, double tile_m);
+std::string diff_json(const MapDiff& diff, const MapFrame& frame);
 
 }  // namespace sightline

@@ -1,5 +1,7 @@
 #include "compiler/report/report.h"
 
+#include <algorithm>
+
 #include "compiler/report/page_assets.h"
 #include "compiler/report/page_data.h"
 #include "compiler/report/sections.h"
@@ -25,16 +27,23 @@ Result<void> check_sources(const ReportSources& sources) {
                sources.map_file, ""};
 }
 
+// A map may be stripped of its factors, or older than virtual scans.
+bool has_virtual_points(const CompiledMap& map) {
+  const std::vector<std::string>& factors = map.factors.factors;
+  return std::find(factors.begin(), factors.end(), "virtual_points") != factors.end();
+}
+
 Result<std::vector<Section>> sections_of(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   std::vector<Section> all = {summary_section(sources), map_section(sources)};
+  if (sources.diff) all.push_back(diff_section(*sources.diff));
   if (sources.evaluation) {
     all.push_back(ranges_section(*sources.evaluation, map.sites));
     all.push_back(ideal_section(*sources.evaluation, map.sites));
     all.push_back(choice_section(*sources.evaluation, map.sites));
   }
   all.push_back(trust_section(sources));
-  if (sources.measured && !map.factors.factors.empty()) {
+  if (sources.measured && has_virtual_points(map)) {
     const Result<FactorReport> factors = factor_report(map.factors, *sources.measured);
     if (!factors) return factors.error();
     all.push_back(factors_section(*factors, map));

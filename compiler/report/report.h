@@ -5,6 +5,7 @@
 #include "formats/depth_images.h"
 #include "formats/evaluation.h"
 #include "formats/map/compiled_map.h"
+#include "formats/map/map_diff.h"
 #include "formats/map/map_reader.h"
 #include "formats/surface.h"
 #include "formats/surface_points.h"
@@ -25,6 +26,7 @@ struct ReportSources {
   const SurfacePoints* points = nullptr;    // of which what moved is told
   const Surface* surface = nullptr;
   const DepthImages* depth = nullptr;
+  const MapDiff* diff = nullptr;  // from an older map to this one
 };
 
 // One HTML file that needs nothing else, from no network: every table and a picture of every figure

@@ -5,19 +5,12 @@
 #include <limits>
 
 #include "formats/picture/chart_axis.h"
-#include "formats/text_grid.h"
+#include "formats/picture/chart_legend.h"
 
 namespace sightline {
 namespace {
 
-constexpr double kLeft_px = 62.0;
-constexpr double kRight_px = 14.0;
 constexpr double kBottom_px = 46.0;
-constexpr double kTop_px = 10.0;
-constexpr double kLegendRow_px = 20.0;
-constexpr double kCharacter_px = 6.9;  // of a sans-serif font of 12 px, on the wide side
-constexpr double kKey_px = 22.0;       // a legend entry's mark
-constexpr double kGap_px = 18.0;
 
 struct Point {
   double x = 0.0;
@@ -30,7 +23,7 @@ struct Plot {
   Axis y;
   double top_px = 0.0;
   double bottom_px = 0.0;
-  double left_px = kLeft_px;
+  double left_px = kChartLeft_px;
   double right_px = 0.0;
 
   [[nodiscard]] double at_x(double value) const {
@@ -40,69 +33,6 @@ struct Plot {
     return bottom_px - std::clamp(y.share(value), 0.0, 1.0) * (bottom_px - top_px);
   }
 };
-
-std::string px(double value) { return fixed(value, 1); }
-
-struct LegendEntry {
-  std::string name;
-  std::string colour;
-  Mark mark = Mark::kLine;
-  bool is_dashed = false;
-  double left_px = 0.0;
-  double row = 0.0;
-};
-
-// Entries from left to right, in as many rows as they need.
-std::vector<LegendEntry> legend_of(const Chart& chart) {
-  std::vector<LegendEntry> entries;
-  for (const ChartSeries& series : chart.series) {
-    if (!series.name.empty()) {
-      entries.push_back({series.name, series.colour, series.mark, series.is_dashed, 0.0, 0.0});
-    }
-  }
-  if (!chart.band_name.empty()) {
-    entries.push_back({chart.band_name, chart.band_colour, Mark::kBars, false, 0.0, 0.0});
-  }
-  double left_px = kLeft_px;
-  double row = 0.0;
-  for (LegendEntry& entry : entries) {
-    const double width_px = kKey_px + kCharacter_px * static_cast<double>(entry.name.size());
-    if (left_px > kLeft_px && left_px + width_px > chart.width_px - kRight_px) {
-      left_px = kLeft_px;
-      row += 1.0;
-    }
-    entry.left_px = left_px;
-    entry.row = row;
-    left_px += width_px + kGap_px;
-  }
-  return entries;
-}
-
-std::string stroke_of(const std::string& colour, double width_px, bool is_dashed) {
-  return "style=\"fill:none;stroke:" + colour + ";stroke-width:" + px(width_px) +
-         (is_dashed ? ";stroke-dasharray:5 4\"" : "\"");
-}
-
-std::string draw_legend(const std::vector<LegendEntry>& entries) {
-  std::string text;
-  for (const LegendEntry& entry : entries) {
-    const double y_px = kTop_px + kLegendRow_px * entry.row;
-    const std::string left = px(entry.left_px);
-    if (entry.mark == Mark::kBars) {
-      text += "<rect x=\"" + left + "\" y=\"" + px(y_px) +
-              "\" width=\"16\" height=\"10\" style=\"fill:" + entry.colour + "\"/>";
-    } else if (entry.mark == Mark::kPoints) {
-      text += "<circle cx=\"" + px(entry.left_px + 8.0) + "\" cy=\"" + px(y_px + 5.0) +
-              "\" r=\"4\" style=\"fill:" + entry.colour + "\"/>";
-    } else {
-      text += "<path d=\"M" + left + " " + px(y_px + 5.0) + "h16\" " +
-              stroke_of(entry.colour, 2.5, entry.is_dashed) + "/>";
-    }
-    text += "<text x=\"" + px(entry.left_px + kKey_px) + "\" y=\"" + px(y_px + 9.0) + "\">" +
-            escaped(entry.name) + "</text>\n";
-  }
-  return text;
-}
 
 std::string draw_axes(const Chart& chart, const Plot& plot) {
   std::string text;
@@ -174,8 +104,8 @@ std::string draw_line(const ChartSeries& series, const Plot& plot) {
     }
     is_drawing = true;
   }
-  return "<path d=\"" + path + "\" " + stroke_of(series.colour, series.size_px, series.is_dashed) +
-         "/>\n";
+  return "<path d=\"" + path + "\" " +
+         chart_stroke(series.colour, series.size_px, series.is_dashed) + "/>\n";
 }
 
 std::string draw_points(const ChartSeries& series, const Plot& plot) {
@@ -186,8 +116,8 @@ std::string draw_points(const ChartSeries& series, const Plot& plot) {
     text += "<circle cx=\"" + px(x_px) + "\" cy=\"" + px(y_px) + "\" r=\"" + px(series.size_px) +
             "\" style=\"fill:" + series.colour + "\"/>";
     if (i < series.labels.size()) {
-      text += "<text class=\"small\" x=\"" + px(x_px + series.size_px + 3.0) + "\" y=\"" +
-              px(y_px - 5.0) + "\">" + escaped(series.labels[i]) + "</text>";
+      text += "<text class=\"small\" x=\"" + px(x_px + series.size_px + 4.0) + "\" y=\"" +
+              px(y_px + 13.0) + "\">" + escaped(series.labels[i]) + "</text>";
     }
     text += "\n";
   }
@@ -269,9 +199,9 @@ Plot plot_of(const Chart& chart, double legend_px) {
   plot.x = axis_of(x, 10, false);
   if (!chart.x_ticks.empty()) plot.x.ticks = chart.x_ticks;
   plot.y = axis_of(y, 6, !chart.greatest_y);
-  plot.top_px = kTop_px + legend_px;
+  plot.top_px = kChartTop_px + legend_px;
   plot.bottom_px = chart.height_px - kBottom_px;
-  plot.right_px = chart.width_px - kRight_px;
+  plot.right_px = chart.width_px - kChartRight_px;
   return plot;
 }
 
@@ -296,13 +226,12 @@ std::string escaped(const std::string& text) {
 }
 
 std::string chart_svg(const Chart& chart) {
-  const std::vector<LegendEntry> legend = legend_of(chart);
-  const double rows = legend.empty() ? 0.0 : legend.back().row + 1.0;
-  const Plot plot = plot_of(chart, kLegendRow_px * rows);
+  const ChartLegend legend = legend_of(chart);
+  const Plot plot = plot_of(chart, legend.height_px);
   return "<svg class=\"chart\" role=\"img\" viewBox=\"0 0 " + px(chart.width_px) + " " +
          px(chart.height_px) + "\" font-size=\"12\" fill=\"currentColor\"><title>" +
          escaped(chart.title) + "</title>\n" + draw_bands(chart, plot) + draw_axes(chart, plot) +
-         draw_series(chart, plot) + draw_legend(legend) + "</svg>\n";
+         draw_series(chart, plot) + legend.svg + "</svg>\n";
 }
 
 }  // namespace sightline

@@ -86,6 +86,7 @@ function optionsOf(spec, width) {
       sync: spec.isRoute ? { key: routeSync.key, scales: ["x", null] } : undefined,
     },
     series: [{ label: spec.xLabel, value: (u, value) => (value == null ? "–" : String(+value.toFixed(1))) }, ...spec.lines.map(seriesOf)],
+    legend: { markers: { width: 0, fill: (u, i) => (i > 0 ? spec.lines[i - 1].colour() : "transparent") } },
     hooks: {
       drawClear: [(u) => drawBands(u, spec.bands ?? [], css("pink"))],
       draw: [(u) => spec.overlay?.(u)],

@@ -50,9 +50,10 @@ export async function readPage() {
   const [sites, predicted, choice] = await Promise.all(
     [page.sites, page.predicted, page.choice].map(unpackedMembers));
   const judged = page.judged ? await unpackedMembers(page.judged) : null;
+  const diff = page.diff ? { ...page.diff, sites: await unpackedMembers(page.diff.sites), nds: await unpackedMembers(page.diff.nds) } : null;
   const judgedOfSite = new Int32Array(sites.count).fill(-1);
   if (judged) judged.site.forEach((site, i) => { judgedOfSite[site] = i; });
-  return { ...page, sites, predicted, choice, judged, judgedOfSite };
+  return { ...page, sites, predicted, choice, judged, judgedOfSite, diff };
 }
 
 export const rangeCount = (page) => page.ranges_m.length;

@@ -165,6 +165,34 @@ function movedLayer(moved) {
   }, { zIndex: 3 });
 }
 
+const changeColours = ["orange", "blue", "purple"];  // added, removed, moved
+
+// NDs that differ from the older map, sorted by x so that a tile finds its own.
+function changeLayer(nds) {
+  const order = Uint32Array.from(nds.x_m, (_, i) => i).sort((a, b) => nds.x_m[a] - nds.x_m[b]);
+  const firstFrom = (x_m) => {
+    let [low, high] = [0, order.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (nds.x_m[order[middle]] < x_m) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  };
+  return new CanvasLayer((context, box, scale) => {
+    const radius_m = Math.max(0.5, 2 / scale);
+    const colours = changeColours.map(css);
+    for (let k = firstFrom(box.low_x_m - radius_m); k < order.length && nds.x_m[order[k]] < box.high_x_m + radius_m; ++k) {
+      const i = order[k];
+      if (nds.y_m[i] < box.low_y_m - radius_m || nds.y_m[i] > box.high_y_m + radius_m) continue;
+      context.fillStyle = colours[nds.change[i]];
+      context.beginPath();
+      context.arc(nds.x_m[i], nds.y_m[i], radius_m, 0, 2 * Math.PI);
+      context.fill();
+    }
+  }, { zIndex: 3 });
+}
+
 // From halfway to the site before to halfway to the next.
 function tracePiece(context, sites, i) {
   const halfway = (j) => (j >= 0 && j < sites.count && sites.run[j] === sites.run[i]
@@ -202,6 +230,7 @@ export function layersOf(page, finder) {
   if (page.relief?.overview) layers.push({ label: "surface", layer: surfaceLayer(page.relief), isOn: true });
   layers.push({ label: "NDs", layer: ndLayer(page.nds), isOn: true });
   if (page.moved) layers.push({ label: "removed as moving", layer: movedLayer(page.moved), isOn: false });
+  if (page.diff) layers.push({ label: "NDs added (orange), removed (blue), moved (purple)", layer: changeLayer(page.diff.nds), isOn: false });
   layers.push({ label: "route", layer: route, isOn: true });
   return { layers, route };
 }

@@ -7,7 +7,7 @@ import { redrawCharts } from "./charts.js";
 import { readPage } from "./data.js";
 import { drawFigures } from "./figures.js";
 import { drawMap } from "./map_view.js";
-import { onSelect, select, siteOfAddress } from "./selection.js";
+import { followLinks, onSelect, select, siteOfAddress } from "./selection.js";
 import { drawSitePanel } from "./site_panel.js";
 
 // The site whose range errs most on the drive that judged, else the one in the middle.
@@ -33,10 +33,8 @@ async function start() {
   drawSitePanel(page, place);
   drawFigures(page);
   onSelect(redrawCharts);
-  const named = siteOfAddress(page.sites.count);
-  const history = location.hash;
-  select(named ?? firstSite(page));
-  if (named === null) window.history.replaceState(null, "", history || location.pathname);
+  followLinks();
+  select(siteOfAddress(page.sites.count) ?? firstSite(page), true);
   // For tests and for people at the console.
   window.sightlineReport = { page, select, map };
   document.documentElement.dataset.ready = "yes";

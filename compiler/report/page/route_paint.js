@@ -82,8 +82,35 @@ function byFlag(page) {
   };
 }
 
+// How much farther, or less far, one looks than the older map said.
+function byChange(page) {
+  const places = new Map();
+  page.diff.sites.site.forEach((site, i) => places.set(site, i));
+  const colours = () => ({ farther: ramp([css("line"), css("orange")]), nearer: ramp([css("line"), css("blue")]) });
+  return {
+    name: "change of range against the older map",
+    colours: (limit) => {
+      const { farther, nearer } = colours();
+      const common = page.diff.limits_m.indexOf(page.limits_m[limit]);
+      const most_m = page.ranges_m.at(-1) - page.ranges_m[0] || 1;
+      return (site) => {
+        const i = places.get(site);
+        if (i === undefined || common < 0) return css("grey");
+        if (page.diff.sites.change[i] === 0) return css("purple");
+        const at = i * page.diff.limits_m.length + common;
+        const rise_m = (page.diff.sites.after_dm[at] - page.diff.sites.before_dm[at]) / 10;
+        if (rise_m === 0) return css("grey");
+        return (rise_m > 0 ? farther : nearer)(0.35 + (0.65 * Math.abs(rise_m)) / most_m);
+      };
+    },
+    legend: () => legendOf("against the older map:", [css("orange"), "looks farther"], [css("blue"), "looks less far"], [css("purple"), "new site"], [css("grey"), "as before"]),
+  };
+}
+
 export function paintsOf(page) {
   const paints = [byRange(page), byError(page, "predicted error (cm)", (site, range) => predictedError(page, site, range))];
   if (page.judged) paints.push(byError(page, "measured error (cm)", (site, range) => measuredError(page, site, range)));
-  return [...paints, byProbability(page), byFlag(page)];
+  paints.push(byProbability(page), byFlag(page));
+  if (page.diff) paints.push(byChange(page));
+  return paints;
 }

@@ -79,6 +79,15 @@ function directionAt(depth, column, row) {
   };
 }
 
+// A line where the vehicle looks ahead.
+function markAhead(page, site, canvas) {
+  const turn = ((Math.PI - page.sites.heading_rad[site]) / (2 * Math.PI)) * canvas.width;
+  const column = ((Math.floor(turn) % canvas.width) + canvas.width) % canvas.width;
+  const context = canvas.getContext("2d");
+  context.fillStyle = css("orange");
+  context.fillRect(column, 0, 1, canvas.height);
+}
+
 function paintDepth(image, canvas) {
   const colourOf = ramp(rangeColours(9).filter((colour) => colour).reverse());
   const nothing = css("line");
@@ -103,6 +112,7 @@ async function drawDepth(page, site, parent) {
   canvas.setAttribute("aria-label", `Depth image of site ${image.site}`);
   const reading = element("div", { className: "reading", textContent: "Point at the image to read a distance." });
   paintDepth(image, canvas);
+  markAhead(page, site, canvas);
   canvas.addEventListener("mousemove", (event) => {
     const box = canvas.getBoundingClientRect();
     const column = Math.min(Math.floor(((event.clientX - box.left) / box.width) * image.width), image.width - 1);
@@ -116,7 +126,7 @@ async function drawDepth(page, site, parent) {
   bar.style.background = `linear-gradient(to right, ${Array.from({ length: 9 }, (_, i) => colourOf(i / 8)).join(",")})`;
   parent.append(element("h3", { textContent: image.site === site ? "What it sees" : `What site ${image.site} sees, the nearest with an image` }), canvas,
     element("div", { className: "depth-words" }, ...["−x", "+y", "map +x", "−y", "−x"].map((words) => element("span", { textContent: words }))),
-    element("div", { className: "reading" }, "0 m", bar, `${page.depth.longest_m} m; grey: nothing`), reading);
+    element("div", { className: "reading" }, "0 m", bar, `${page.depth.longest_m} m; grey: nothing; orange line: the way ahead`), reading);
 }
 
 async function drawFactors(page, site, parent) {
@@ -160,7 +170,7 @@ export function drawSitePanel(page, place) {
     const factors = element("div", {});
     const words = element("div", {}, element("h3", { textContent: "Why this range" }));
     panel.replaceChildren(element("h3", { className: "wide", id: "site-title", textContent: `Site ${site}` }), element("div", { className: "wide" }, drawSteps(page, site)),
-      ...(page.depth ? [depth] : []), errors, probabilities, words, factors);
+      ...(page.depth ? [depth] : []), errors, probabilities, element("div", { className: "row" }, words, factors));
     charts = [drawErrors(page, site, errors), drawProbabilities(page, site, probabilities)];
     if (page.depth) drawDepth(page, site, depth);
     if (page.factors) drawFactors(page, site, factors);
