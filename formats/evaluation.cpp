@@ -3,72 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/evaluation_fields.h"
+
 namespace sightline {
 namespace {
-
-// Names and places of the numbers of a row, in the order of dump and encoding.
-template <class Row>
-struct NumberField {
-  const char* name;
-  double Row::*value;
-};
-constexpr NumberField<StaticScore> kStaticFields[] = {
-    {"range_m", &StaticScore::range_m},
-    {"mean_error_m", &StaticScore::mean_error_m},
-    {"mean_time_ms", &StaticScore::mean_time_ms},
-    {"max_site_time_ms", &StaticScore::max_site_time_ms},
-    {"max_run_time_ms", &StaticScore::max_run_time_ms},
-    {"mean_work", &StaticScore::mean_work},
-    {"r_squared", &StaticScore::r_squared},
-    {"rmse_m", &StaticScore::rmse_m}};
-constexpr NumberField<RuleScore> kRuleFields[] = {
-    {"limit_m", &RuleScore::limit_m},
-    {"coverage", &RuleScore::coverage},
-    {"mean_error_m", &RuleScore::mean_error_m},
-    {"p95_error_m", &RuleScore::p95_error_m},
-    {"mean_range_m", &RuleScore::mean_range_m},
-    {"time_ratio", &RuleScore::time_ratio},
-    {"work_ratio", &RuleScore::work_ratio},
-    {"mean_time_ms", &RuleScore::mean_time_ms},
-    {"max_site_time_ms", &RuleScore::max_site_time_ms},
-    {"max_run_time_ms", &RuleScore::max_run_time_ms},
-    {"unmet_share", &RuleScore::unmet_share},
-    {"extrapolated_share", &RuleScore::extrapolated_share},
-    {"worst_coverage", &RuleScore::worst_coverage}};
-constexpr NumberField<JudgedSite> kSiteFields[] = {{"s_m", &JudgedSite::s_m},
-                                                   {"p_x_m", &JudgedSite::p_x_map_m},
-                                                   {"p_y_m", &JudgedSite::p_y_map_m}};
-constexpr NumberField<ReliabilityBin> kBinFields[] = {{"limit_m", &ReliabilityBin::limit_m},
-                                                      {"promised", &ReliabilityBin::promised},
-                                                      {"observed", &ReliabilityBin::observed}};
-
-template <class Row, std::size_t kCount>
-bool is_finite(const NumberField<Row> (&fields)[kCount], const Row& row) {
-  return std::all_of(std::begin(fields), std::end(fields), [&](const NumberField<Row>& field) {
-    return std::isfinite(row.*field.value);
-  });
-}
-
-template <class Row, std::size_t kCount>
-void append_names(const NumberField<Row> (&fields)[kCount], std::vector<std::string>& columns) {
-  for (const NumberField<Row>& field : fields) columns.emplace_back(field.name);
-}
-
-template <class Row, std::size_t kCount>
-void append_cells(const NumberField<Row> (&fields)[kCount], const Row& row,
-                  std::vector<Cell>& cells) {
-  for (const NumberField<Row>& field : fields) cells.emplace_back(row.*field.value);
-}
-
-template <class Row, std::size_t kCount>
-void put_numbers(const NumberField<Row> (&fields)[kCount], const Row& row, ByteWriter& writer) {
-  for (const NumberField<Row>& field : fields) writer.put(row.*field.value);
-}
-
-template <class Row, std::size_t kCount>
-void get_numbers(const NumberField<Row> (&fields)[kCount], ByteReader& reader, Row& row) {
-  for (const NumberField<Row>& field : fields) reader.get(row.*field.value);
-}
 
 Error invalid(const std::string& message, const std::string& place) {
   return {ErrorCode::kInvalidArtifact, message, "", place};
@@ -102,7 +40,8 @@ Result<void> validate_rules(const Evaluation& evaluation) {
     const bool are_shares = std::all_of(std::begin(shares), std::end(shares),
                                         [](double share) { return share >= 0.0 && share <= 1.0; });
     if (!is_in_place || !are_shares || !is_finite(kRuleFields, score) ||
-        score.worst_begin_site >= evaluation.site_count) {
+        score.worst_begin_site > score.worst_end_site ||
+        score.worst_end_site >= evaluation.site_count) {
       return invalid("a score is out of place or makes no sense", "rule " + std::to_string(i));
     }
   }
@@ -113,7 +52,8 @@ Result<void> validate_sites(const Evaluation& evaluation) {
   for (std::size_t i = 0; i < evaluation.sites.size(); ++i) {
     const JudgedSite& site = evaluation.sites[i];
     const bool follows = i == 0 || evaluation.sites[i - 1].site < site.site;
-    if (!follows || site.site >= evaluation.site_count || !is_finite(kSiteFields, site)) {
+    if (!follows || site.site >= evaluation.site_count || !is_finite(kSiteFields, site) ||
+        static_cast<std::size_t>(site.street) >= kStreetTypeCount) {
       return invalid("a judged site is out of order or place", "site " + std::to_string(i));
     }
   }
@@ -123,71 +63,20 @@ Result<void> validate_sites(const Evaluation& evaluation) {
   return {};
 }
 
-Table statics_table(const Evaluation& evaluation) {
-  Table table;
-  table.name = "evaluation-static-ranges";
-  append_names(kStaticFields, table.columns);
-  for (const StaticScore& score : evaluation.statics) {
-    append_cells(kStaticFields, score, table.rows.emplace_back());
-  }
-  return table;
-}
-
-Table reliability_table(const Evaluation& evaluation) {
-  Table table;
-  table.name = "evaluation-reliability";
-  append_names(kBinFields, table.columns);
-  table.columns.emplace_back("count");
-  for (const ReliabilityBin& bin : evaluation.reliability) {
-    std::vector<Cell>& cells = table.rows.emplace_back();
-    append_cells(kBinFields, bin, cells);
-    cells.emplace_back(std::int64_t{bin.count});
-  }
-  return table;
-}
-
-Table sites_table(const Evaluation& evaluation) {
-  Table table;
-  table.name = "evaluation-sites";
-  table.columns = {"site", "run"};
-  append_names(kSiteFields, table.columns);
-  for (const char* column : {"limit_m", "rule", "range_m", "error_m", "time_ms"}) {
-    table.columns.emplace_back(column);
-  }
-  for (std::size_t i = 0; i < evaluation.sites.size(); ++i) {
-    for (std::size_t row = 0; row < evaluation.rules.size(); ++row) {
-      const std::size_t range = evaluation.chosen_range_index[row * evaluation.sites.size() + i];
-      const std::size_t pair = i * evaluation.statics.size() + range;
-      std::vector<Cell>& cells = table.rows.emplace_back();
-      cells = {std::int64_t{evaluation.sites[i].site}, std::int64_t{evaluation.sites[i].run}};
-      append_cells(kSiteFields, evaluation.sites[i], cells);
-      cells.emplace_back(evaluation.rules[row].limit_m);
-      cells.emplace_back(std::string(rule_name(evaluation.rules[row].rule)));
-      cells.emplace_back(evaluation.statics[range].range_m);
-      cells.emplace_back(evaluation.error_m[pair]);
-      cells.emplace_back(evaluation.time_ms[pair]);
+Result<void> validate_streets(const Evaluation& evaluation) {
+  for (std::size_t i = 0; i < evaluation.streets.size(); ++i) {
+    const StreetScore& score = evaluation.streets[i];
+    const bool is_known = static_cast<std::size_t>(score.rule) < kRuleCount &&
+                          score.street != StreetType::kUnknown &&
+                          static_cast<std::size_t>(score.street) < kStreetTypeCount;
+    const bool are_shares = score.coverage >= 0.0 && score.coverage <= 1.0 &&
+                            score.site_share > 0.0 && score.site_share <= 1.0;
+    if (!is_known || !are_shares || score.site_count == 0 ||
+        score.site_count > evaluation.sites.size() || !is_finite(kStreetFields, score)) {
+      return invalid("the score of a type of street makes no sense", "row " + std::to_string(i));
     }
   }
-  return table;
-}
-
-// Figures 5 and 6 of the paper.
-Table errors_table(const Evaluation& evaluation) {
-  Table table;
-  table.name = "evaluation-errors";
-  table.columns = {"site", "run"};
-  append_names(kSiteFields, table.columns);
-  for (const char* column : {"range_m", "error_m", "time_ms"}) table.columns.emplace_back(column);
-  for (std::size_t pair = 0; pair < evaluation.error_m.size(); ++pair) {
-    const JudgedSite& site = evaluation.sites[pair / evaluation.statics.size()];
-    std::vector<Cell>& cells = table.rows.emplace_back();
-    cells = {std::int64_t{site.site}, std::int64_t{site.run}};
-    append_cells(kSiteFields, site, cells);
-    cells.emplace_back(evaluation.statics[pair % evaluation.statics.size()].range_m);
-    cells.emplace_back(evaluation.error_m[pair]);
-    cells.emplace_back(evaluation.time_ms[pair]);
-  }
-  return table;
+  return {};
 }
 
 }  // namespace
@@ -202,6 +91,7 @@ Result<void> validate(const Evaluation& evaluation) {
   Result<void> valid = validate_shape(evaluation);
   if (valid) valid = validate_rules(evaluation);
   if (valid) valid = validate_sites(evaluation);
+  if (valid) valid = validate_streets(evaluation);
   if (!valid) return valid;
   for (const StaticScore& score : evaluation.statics) {
     if (!is_finite(kStaticFields, score)) return invalid("a static score is not finite", "");
@@ -210,33 +100,6 @@ Result<void> validate(const Evaluation& evaluation) {
     if (!is_finite(kBinFields, bin)) return invalid("a reliability bin is not finite", "");
   }
   return {};
-}
-
-Table dump(const Evaluation& evaluation) {
-  Table table;
-  table.name = "evaluation";
-  const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
-  table.facts = {{"drive", evaluation.drive},
-                 {"reference", std::string(is_known ? "known-pose" : "full-range-match")},
-                 {"site_count", std::int64_t{evaluation.site_count}},
-                 {"judged_count", static_cast<std::int64_t>(evaluation.sites.size())},
-                 {"out_of_fold_count", std::int64_t{evaluation.out_of_fold_count}},
-                 {"stretch_m", evaluation.stretch_m}};
-  table.columns = {"rule"};
-  append_names(kRuleFields, table.columns);
-  table.columns.emplace_back("worst_begin_site");
-  for (const RuleScore& score : evaluation.rules) {
-    std::vector<Cell>& cells = table.rows.emplace_back();
-    cells.emplace_back(std::string(rule_name(score.rule)));
-    append_cells(kRuleFields, score, cells);
-    cells.emplace_back(std::int64_t{score.worst_begin_site});
-  }
-  return table;
-}
-
-std::vector<Table> tables(const Evaluation& evaluation) {
-  return {dump(evaluation), statics_table(evaluation), reliability_table(evaluation),
-          errors_table(evaluation), sites_table(evaluation)};
 }
 
 void encode(const Evaluation& evaluation, ByteWriter& writer) {
@@ -253,6 +116,7 @@ void encode(const Evaluation& evaluation, ByteWriter& writer) {
     writer.put(score.rule);
     put_numbers(kRuleFields, score, writer);
     writer.put(score.worst_begin_site);
+    writer.put(score.worst_end_site);
   }
   writer.put<std::uint64_t>(evaluation.reliability.size());
   for (const ReliabilityBin& bin : evaluation.reliability) {
@@ -264,6 +128,14 @@ void encode(const Evaluation& evaluation, ByteWriter& writer) {
     writer.put(site.site);
     writer.put(site.run);
     put_numbers(kSiteFields, site, writer);
+    writer.put(site.street);
+  }
+  writer.put<std::uint64_t>(evaluation.streets.size());
+  for (const StreetScore& score : evaluation.streets) {
+    writer.put(score.rule);
+    writer.put(score.street);
+    writer.put(score.site_count);
+    put_numbers(kStreetFields, score, writer);
   }
   writer.put_array(evaluation.error_m);
   writer.put_array(evaluation.time_ms);
@@ -279,23 +151,32 @@ void decode(ByteReader& reader, Evaluation& evaluation) {
   reader.get_array(evaluation.limits_m);
   evaluation.statics.resize(reader.get_count(std::size(kStaticFields) * sizeof(double)));
   for (StaticScore& score : evaluation.statics) get_numbers(kStaticFields, reader, score);
-  evaluation.rules.resize(reader.get_count(1 + std::size(kRuleFields) * sizeof(double) + 4));
+  evaluation.rules.resize(reader.get_count(1 + std::size(kRuleFields) * sizeof(double) + 8));
   for (RuleScore& score : evaluation.rules) {
     reader.get(score.rule);
     if (static_cast<std::size_t>(score.rule) >= kRuleCount) return reader.fail();
     get_numbers(kRuleFields, reader, score);
     reader.get(score.worst_begin_site);
+    reader.get(score.worst_end_site);
   }
   evaluation.reliability.resize(reader.get_count(std::size(kBinFields) * sizeof(double) + 4));
   for (ReliabilityBin& bin : evaluation.reliability) {
     get_numbers(kBinFields, reader, bin);
     reader.get(bin.count);
   }
-  evaluation.sites.resize(reader.get_count(8 + std::size(kSiteFields) * sizeof(double)));
+  evaluation.sites.resize(reader.get_count(9 + std::size(kSiteFields) * sizeof(double)));
   for (JudgedSite& site : evaluation.sites) {
     reader.get(site.site);
     reader.get(site.run);
     get_numbers(kSiteFields, reader, site);
+    reader.get(site.street);
+  }
+  evaluation.streets.resize(reader.get_count(6 + std::size(kStreetFields) * sizeof(double)));
+  for (StreetScore& score : evaluation.streets) {
+    reader.get(score.rule);
+    reader.get(score.street);
+    reader.get(score.site_count);
+    get_numbers(kStreetFields, reader, score);
   }
   reader.get_array(evaluation.error_m);
   reader.get_array(evaluation.time_ms);

@@ -6,6 +6,7 @@
 
 #include "formats/artifact.h"
 #include "formats/measured_error.h"
+#include "formats/street_type.h"
 
 // How the ranges of a map fare on a drive. Coverage always stands beside time: a rule that misses
 // the limit often is quick for that reason. Only sites where the drive has a scan are judged.
@@ -57,6 +58,22 @@ struct RuleScore {
   double extrapolated_share = 0.0;  // kMap only
   double worst_coverage = 0.0;      // of the worst stretch of route
   std::uint32_t worst_begin_site = 0;
+  std::uint32_t worst_end_site = 0;  // its last site
+};
+
+// One rule at one limit over the judged sites of one type of street.
+struct StreetScore {
+  double limit_m = 0.0;
+  Rule rule = Rule::kMap;
+  StreetType street = StreetType::kUnknown;
+  std::uint32_t site_count = 0;
+  double site_share = 0.0;  // of all judged sites
+  double coverage = 0.0;
+  double mean_error_m = 0.0;
+  double p95_error_m = 0.0;
+  double mean_range_m = 0.0;
+  double time_ratio = 0.0;  // to the static longest range at the same sites
+  double work_ratio = 0.0;
 };
 
 // Pairs (site, range) whose predicted P(error <= limit) lies in one tenth.
@@ -73,6 +90,7 @@ struct JudgedSite {
   double s_m = 0.0;
   double p_x_map_m = 0.0;
   double p_y_map_m = 0.0;
+  StreetType street = StreetType::kUnknown;
 };
 
 struct Evaluation {
@@ -85,6 +103,9 @@ struct Evaluation {
   std::vector<StaticScore> statics;         // ascending range_m
   std::vector<RuleScore> rules;             // [limit][rule]
   std::vector<ReliabilityBin> reliability;  // by limit, then ascending; empty tenths are left out
+  // By limit, rule and type; types without a judged site are left out, and all are where the map
+  // holds no factors.
+  std::vector<StreetScore> streets;
   // What figures along the route are drawn from.
   std::vector<JudgedSite> sites;                 // ascending
   std::vector<double> error_m;                   // [judged site][range]
@@ -103,17 +124,19 @@ struct Evaluation {
 template <>
 struct ArtifactTraits<Evaluation> {
   static constexpr std::string_view kName = "evaluation";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 Result<void> validate(const Evaluation& evaluation);
 Table dump(const Evaluation& evaluation);  // the rules
-// Static ranges, rules, reliability, and the sites with every rule's choice.
+// Rules, static ranges, types of street, reliability, errors at every range, and the sites with
+// every rule's choice (schemas/evaluation.schema.json).
 std::vector<Table> tables(const Evaluation& evaluation);
 void encode(const Evaluation& evaluation, ByteWriter& writer);
 void decode(ByteReader& reader, Evaluation& evaluation);
 
-// For people: the paper's Tables I and II, and every rule at every limit; aligned, with units.
+// For people: the paper's Tables I and II, every rule at every limit with the worst stretch and
+// its place, types of street, and promised against observed coverage; aligned, with units.
 std::string to_text(const Evaluation& evaluation);
 
 }  // namespace sightline

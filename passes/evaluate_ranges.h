@@ -7,6 +7,7 @@
 #include "compiler/pipeline/options.h"
 #include "compiler/pipeline/pass_context.h"
 #include "formats/evaluation.h"
+#include "formats/factor_table.h"
 #include "formats/measured_error.h"
 #include "formats/predicted_error.h"
 #include "formats/range_table.h"
@@ -14,7 +15,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEvaluateRangesVersion = 1;
+inline constexpr std::uint32_t kEvaluateRangesVersion = 2;
 
 struct EvaluateRangesOptions {
   double stretch_m = 100.0;  // of route, for the worst stretch
@@ -28,11 +29,13 @@ std::vector<OptionField> option_fields(EvaluateRangesOptions& options);
 // schemas/definitions.md, "Judging a choice"). The rows of both rules are worked out from
 // `predicted` alone, without the map's treatment of extrapolated sites; the probability rule takes
 // the map's own p* and dilation where it has them. The worst stretch is that of `stretch_m` of
-// consecutive judged sites, or all of them where the drive is shorter. Errors: mismatched-inputs
+// consecutive judged sites of one run, or the longest run's where none is as long. Types of street
+// are told from `factors`, which may be without any. Errors: mismatched-inputs
 // where the inputs differ in sites, ranges or limits; no-overlap where the drive has no scan near
 // any site.
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
                                    const Sites& sites, const PredictedError& predicted,
-                                   const RangeTable& ranges, const MeasuredError& judged);
+                                   const RangeTable& ranges, const FactorTable& factors,
+                                   const MeasuredError& judged);
 
 }  // namespace sightline

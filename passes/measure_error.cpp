@@ -10,9 +10,9 @@
 
 #include "compiler/base/parallel.h"
 #include "compiler/base/portable_math.h"
+#include "compiler/base/statistics.h"
 #include "compiler/base/stopwatch.h"
 #include "passes/matching/localizer.h"
-#include "passes/matching/scan_preparation.h"
 #include "passes/scan_selection.h"
 #include "passes/trajectory_of_drive.h"
 
@@ -29,14 +29,6 @@ struct Setup {
   const Localizer& localizer;
   const std::vector<InitialOffset>& offsets;
 };
-
-Pose to_pose(const InitialOffset& offset) {
-  Pose pose = Pose::Identity();
-  const SinCos yaw = portable_sin_cos(offset.yaw_rad);
-  pose.linear() << yaw.cos, -yaw.sin, 0.0, yaw.sin, yaw.cos, 0.0, 0.0, 0.0, 1.0;
-  pose.translation() = Eigen::Vector3d(offset.x_m, offset.y_m, offset.z_m);
-  return pose;
-}
 
 // Position of the nearest selected scan within the radius, the first on a tie.
 std::optional<std::size_t> nearest_scan(const Setup& setup, const Eigen::Vector3d& place_map_m) {
@@ -55,21 +47,10 @@ std::optional<std::size_t> nearest_scan(const Setup& setup, const Eigen::Vector3
   return nearest;
 }
 
-// Cropped in the sensor's frame and subsampled on its grid, then told in the vehicle's, since it is
-// the vehicle's pose that is looked for.
+// As it is matched at a range.
 ScanForMatch prepared(const Scan& scan, double range_m, const Setup& setup) {
-  std::vector<Eigen::Vector3d> points_m =
-      voxel_subsample(crop(scan.points_m, range_m), setup.options.leaf_m);
-  for (Eigen::Vector3d& point_m : points_m) point_m = setup.drive.sensor.T_vehicle_lidar * point_m;
-  return make_scan_for_match(setup.localizer, points_m);
-}
-
-// `sorted` ascending and not empty; linear interpolation between order statistics.
-double quantile(const std::vector<double>& sorted, double share) {
-  const double position = share * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(position);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+  return make_scan_for_match(setup.localizer, scan, setup.drive.sensor,
+                             {range_m, setup.options.leaf_m});
 }
 
 void add_run(const MatchResult& result, const Pose& T_map_reference, double count, ErrorRow& row) {
@@ -97,7 +78,7 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
   std::vector<double> errors_m;
   for (const InitialOffset& offset : setup.offsets) {
     const double begin_ms = thread_cpu_ms();
-    const MatchResult result = localize(setup.localizer, scan, T_map_reference * to_pose(offset));
+    const MatchResult result = localize(setup.localizer, scan, T_map_reference * start_pose(offset));
     const double time_ms = preparation_ms + thread_cpu_ms() - begin_ms;
     add_run(result, T_map_reference, count, row);
     row.mean_time_ms += time_ms / count;
@@ -107,8 +88,8 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
   // A sum of shares of n may end an ulp above 1.
   row.lost_share = std::min(row.lost_share, 1.0);
   std::sort(errors_m.begin(), errors_m.end());
-  row.median_m = quantile(errors_m, 0.5);
-  row.p90_m = quantile(errors_m, 0.9);
+  row.median_m = quantile_of_sorted(errors_m, 0.5);
+  row.p90_m = quantile_of_sorted(errors_m, 0.9);
   row.max_m = errors_m.back();
   return row;
 }

@@ -35,6 +35,9 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 // schemas/definitions.md, v1).
 std::vector<InitialOffset> initial_offsets(const MeasureErrorOptions& options);
 
+// T_reference_start.
+Pose start_pose(const InitialOffset& offset);
+
 // How far off the matcher ends when it localizes a drive at the sites of a map: at each site the
 // nearest scan is cropped at every range, subsampled, matched from every initial offset and
 // compared with the reference, as defined in schemas/definitions.md ("Measured error", v1).

@@ -54,4 +54,12 @@ std::vector<InitialOffset> initial_offsets(const MeasureErrorOptions& options) {
   return offsets;
 }
 
+Pose start_pose(const InitialOffset& offset) {
+  Pose pose = Pose::Identity();
+  const SinCos yaw = portable_sin_cos(offset.yaw_rad);
+  pose.linear() << yaw.cos, -yaw.sin, 0.0, yaw.sin, yaw.cos, 0.0, 0.0, 0.0, 1.0;
+  pose.translation() = Eigen::Vector3d(offset.x_m, offset.y_m, offset.z_m);
+  return pose;
+}
+
 }  // namespace sightline

@@ -6,8 +6,10 @@
 #include "compiler/driver/console.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
+#include "formats/drive_tracks.h"
 #include "formats/evaluation.h"
 #include "formats/map/map_reader.h"
+#include "formats/picture/calibration_picture.h"
 #include "passes/factors/factor_report.h"
 
 namespace sightline {
@@ -18,6 +20,7 @@ struct EvaluateFlags {
   std::string map;
   std::string json;
   std::string csv;
+  std::string svg;  // of promised against observed coverage
   bool is_forced = false;
 };
 
@@ -31,6 +34,7 @@ Result<CompileConfig> evaluation_config(const EvaluateFlags& flags, const Compil
                  flags.run.config_file, ""};
   }
   config->measure_error.ranges_m = map.predicted.ranges_m;
+  config->track_drive.reach_m = map.reach_m;
   const bool is_same_recording =
       config->is_split() && config->evaluation.scans == config->mapping.scans;
   config->measure_error.scans = is_same_recording ? "odd" : "all";
@@ -47,15 +51,43 @@ std::string joined_tables(const std::vector<Table>& all, TableFormat format) {
   return format == TableFormat::kJson ? text + "]\n" : text;
 }
 
-Result<void> write_tables(const EvaluateFlags& flags, const std::vector<Table>& all) {
+Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluation,
+                         const std::vector<Table>& all) {
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  for (const auto& [file, format] :
-       {std::pair(flags.json, TableFormat::kJson), std::pair(flags.csv, TableFormat::kCsv)}) {
+  const std::pair<std::string, std::string> files[] = {
+      {flags.json, joined_tables(all, TableFormat::kJson)},
+      {flags.csv, joined_tables(all, TableFormat::kCsv)},
+      {flags.svg, calibration_picture_svg(evaluation)}};
+  for (const auto& [file, text] : files) {
     if (file.empty()) continue;
-    const Result<void> written = write_file_atomically(file, joined_tables(all, format), if_exists);
+    const Result<void> written = write_file_atomically(file, text, if_exists);
     if (!written) return written;
   }
   return {};
+}
+
+void provide_map(CompiledMap& map, ArtifactSet& artifacts) {
+  artifacts.provide("ndt-map", map.ndt, sha256(to_bytes(map.ndt)));
+  artifacts.provide("sites", map.sites, sha256(to_bytes(map.sites)));
+  artifacts.provide("predicted-error", map.predicted, sha256(to_bytes(map.predicted)));
+  artifacts.provide("range-table", map.ranges, sha256(to_bytes(map.ranges)));
+  artifacts.provide("factor-table", map.factors, sha256(to_bytes(map.factors)));
+}
+
+// Prints what was found and gathers the same as tables.
+Result<std::vector<Table>> report(const CompiledMap& map, const ArtifactSet& artifacts) {
+  const Evaluation& evaluation = artifacts.get<Evaluation>("evaluation");
+  const DriveTracks& tracks = artifacts.get<DriveTracks>("drive-tracks");
+  std::vector<Table> all = tables(evaluation);
+  for (Table& table : tables(tracks)) all.push_back(std::move(table));
+  std::fputs((to_text(evaluation) + "\n" + to_text(tracks)).c_str(), stdout);
+  if (map.factors.factors.empty()) return all;
+  const Result<FactorReport> factors =
+      factor_report(map.factors, artifacts.get<MeasuredError>("measured-error"));
+  if (!factors) return factors.error();
+  std::fputs(("\n" + to_text(*factors)).c_str(), stdout);
+  for (Table& table : tables(*factors)) all.push_back(std::move(table));
+  return all;
 }
 
 Result<void> evaluate(const EvaluateFlags& flags) {
@@ -66,25 +98,14 @@ Result<void> evaluate(const EvaluateFlags& flags) {
   ArtifactSet artifacts;
   const Result<void> provided = provide_evaluation(*config, artifacts);
   if (!provided) return provided;
-  artifacts.provide("ndt-map", map->ndt, sha256(to_bytes(map->ndt)));
-  artifacts.provide("sites", map->sites, sha256(to_bytes(map->sites)));
-  artifacts.provide("predicted-error", map->predicted, sha256(to_bytes(map->predicted)));
-  artifacts.provide("range-table", map->ranges, sha256(to_bytes(map->ranges)));
+  provide_map(*map, artifacts);
   const Result<std::vector<StepReport>> reports =
       run_steps(evaluate_pipeline(*config), flags.run, *config, artifacts);
   if (!reports) return reports.error();
-  if (!artifacts.has("evaluation")) return {};  // --stop-after
-  const Evaluation& evaluation = artifacts.get<Evaluation>("evaluation");
-  std::fputs(to_text(evaluation).c_str(), stdout);
-  std::vector<Table> all = tables(evaluation);
-  if (!map->factors.factors.empty()) {
-    const Result<FactorReport> report =
-        factor_report(map->factors, artifacts.get<MeasuredError>("measured-error"));
-    if (!report) return report.error();
-    std::fputs(("\n" + to_text(*report)).c_str(), stdout);
-    for (Table& table : tables(*report)) all.push_back(std::move(table));
-  }
-  return write_tables(flags, all);
+  if (!artifacts.has("drive-tracks")) return {};  // --stop-after
+  const Result<std::vector<Table>> all = report(*map, artifacts);
+  if (!all) return all.error();
+  return write_files(flags, artifacts.get<Evaluation>("evaluation"), *all);
 }
 
 }  // namespace
@@ -94,19 +115,23 @@ void add_evaluate_command(CLI::App& app, int& status) {
   CLI::App* command =
       app.add_subcommand("evaluate", "Judge a finished map by a drive that it has not seen");
   command->footer(
-      "Matches the drive named in the section 'evaluation' against the map at every range, from "
-      "the "
-      "same\nstarts as the compile did, and prints accuracy against time for the map's ranges, "
-      "both "
-      "rules, the best\nstatic range and the oracle.\n\n"
+      "Matches the drive named in the section 'evaluation' against the map at every range, from the\n"
+      "same starts as the compile did, and prints accuracy against time for the map's ranges, both\n"
+      "rules, the best static range and the oracle; by type of street, and on the worst stretch.\n"
+      "Then the drive is replayed as a vehicle localizes: each match starts where the poses found\n"
+      "before foretell, at the map's range for the place, and at every range throughout.\n\n"
       "Examples:\n"
       "  sightline evaluate town.yaml --map town.slmap\n"
       "  sightline evaluate town.yaml --map town.slmap --set evaluation.scans=drive_3/scans \\\n"
-      "      --set evaluation.poses=drive_3/poses.tum --json result.json");
+      "      --set evaluation.poses=drive_3/poses.tum --json result.json\n"
+      "  sightline evaluate town.yaml --map town.slmap --calibration-svg curve.svg");
   add_run_flags(*command, flags->run);
   command->add_option("--map", flags->map, "The map to judge (.slmap)")->required();
-  command->add_option("--json", flags->json, "Also write every table to this file, as JSON");
+  command->add_option("--json", flags->json,
+                      "Also write every table to this file, as JSON (schemas/evaluation.schema.json)");
   command->add_option("--csv", flags->csv, "Also write every table to this file, as CSV");
+  command->add_option("--calibration-svg", flags->svg,
+                      "Also draw promised against observed coverage to this file");
   command->add_flag("--force", flags->is_forced, "Replace these files if they exist");
   command->callback([flags, &status] {
     const Result<void> evaluated = evaluate(*flags);

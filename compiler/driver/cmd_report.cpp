@@ -84,6 +84,7 @@ Result<ArtifactSet> judge(const ReportFlags& flags, CompileConfig config, const 
   artifacts.provide("sites", map.sites, digest_of(map.sites));
   artifacts.provide("predicted-error", map.predicted, digest_of(map.predicted));
   artifacts.provide("range-table", map.ranges, digest_of(map.ranges));
+  artifacts.provide("factor-table", map.factors, digest_of(map.factors));
   if (config.evaluation.scans.empty()) {
     artifacts.put("measured-error", made.entry("measured-error"));
   } else {

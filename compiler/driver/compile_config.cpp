@@ -31,6 +31,15 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
   return section;
 }
 
+// How scans are matched is told in the section measure-error, how far a site speaks by the map.
+ConfigSection track_section(TrackDriveOptions& options) {
+  ConfigSection section{"track-drive", "Replaying a drive as a vehicle localizes",
+                        option_fields(options)};
+  std::erase_if(section.fields,
+                [](const OptionField& field) { return field.name != "lost_beyond_m"; });
+  return section;
+}
+
 // Copies a value into the field of that name, where the pass has one.
 template <class Options>
 Result<void> share(const std::string& name, const std::string& value, Options& options) {
@@ -149,6 +158,7 @@ std::vector<ConfigSection> sections(CompileConfig& config) {
       pass_section("predict-error", "What the model says of each site", config.predict_error),
       pass_section("choose-ranges", "How far to look", config.choose_ranges),
       pass_section("evaluate-ranges", "Judging the choice", config.evaluate_ranges),
+      track_section(config.track_drive),
       pass_section("emit-map", "The map file", config.emit_map),
   };
   for (std::size_t i = config.other_sensors.size(); i-- > 0;) {

@@ -23,6 +23,7 @@
 #include "passes/measure_sharpness.h"
 #include "passes/predict_error.h"
 #include "passes/remove_moving.h"
+#include "passes/track_drive.h"
 #include "passes/train_model.h"
 #include "passes/undistort_scans.h"
 
@@ -66,6 +67,7 @@ struct CompileConfig {
   PredictErrorOptions predict_error;
   ChooseRangesOptions choose_ranges;
   EvaluateRangesOptions evaluate_ranges;
+  TrackDriveOptions track_drive;
   EmitMapOptions emit_map;
 
   [[nodiscard]] bool is_split() const { return localization.scans.empty(); }

@@ -144,7 +144,8 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
   add(make_step("choose-ranges", kChooseRangesVersion, &choose_ranges, c.choose_ranges,
                 {"sites", "predicted-error", "error-model"}, "range-table"));
   add(make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
-                {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
+                {"sites", "predicted-error", "range-table", "factor-table", "measured-error"},
+                "evaluation"));
   add(make_step("emit-map", kEmitMapVersion, &emit_map_step, c.emit_map,
                 {"mapping/drive", drive, "ndt-map", "sites", "predicted-error", "range-table",
                  "measured-error", "error-model", "factor-table", "sharpness",
@@ -172,7 +173,14 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
       {"evaluation/undistorted", "evaluation/trajectory", "ndt-map", "sites"}, "measured-error"));
   steps.push_back(
       make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
-                {"sites", "predicted-error", "range-table", "measured-error"}, "evaluation"));
+                {"sites", "predicted-error", "range-table", "factor-table", "measured-error"},
+                "evaluation"));
+  TrackDriveOptions tracking = c.track_drive;
+  tracking.matching = c.measure_error;
+  steps.push_back(make_step(
+      "track-drive", kTrackDriveVersion, &track_drive, tracking,
+      {"evaluation/undistorted", "evaluation/trajectory", "ndt-map", "sites", "range-table"},
+      "drive-tracks"));
   return steps;
 }
 

@@ -19,8 +19,8 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& config,
                                        ModelSource model = ModelSource::kTrained);
 
 // Judges a finished map by an independent drive. Artifacts taken from outside:
-// "evaluation/recording", and from the map "ndt-map", "sites", "predicted-error", "range-table".
-// The last one made is "evaluation".
+// "evaluation/recording", and from the map "ndt-map", "sites", "predicted-error", "range-table",
+// "factor-table". The last two made are "evaluation" and "drive-tracks".
 std::vector<PassStep> evaluate_pipeline(const CompileConfig& config);
 
 // What a model learns of one place: the steps of a compile up to "measured-error", and then, where

@@ -6,6 +6,7 @@
 
 #include "compiler/base/check.h"
 #include "passes/matching/coarse_map.h"
+#include "passes/matching/scan_preparation.h"
 
 // Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A level that
 // only shows the way may end far from its optimum and needs few points; what it costs is small
@@ -71,6 +72,14 @@ ScanForMatch make_scan_for_match(const Localizer& localizer,
       localizer.is_annealed ? std::clamp(points_m.size() / kFewestThin, std::size_t{1}, kThinStride)
                             : std::size_t{1};
   return make_scan_for_match(points_m, stride);
+}
+
+ScanForMatch make_scan_for_match(const Localizer& localizer, const Scan& scan,
+                                 const SensorProfile& sensor, const ScanCut& cut) {
+  std::vector<Eigen::Vector3d> points_m =
+      voxel_subsample(crop(scan.points_m, cut.range_m), cut.leaf_m);
+  for (Eigen::Vector3d& point_m : points_m) point_m = sensor.T_vehicle_lidar * point_m;
+  return make_scan_for_match(localizer, points_m);
 }
 
 MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,

@@ -26,7 +26,8 @@ Evaluation small_evaluation() {
     evaluation.rules.push_back(score);
   }
   evaluation.reliability = {{0.1, 0.85, 0.8, 2}};
-  evaluation.sites = {{0, 0, 0.0, 1.0, 2.0}, {2, 0, 2.0, 3.0, 2.0}};
+  evaluation.sites = {{0, 0, 0.0, 1.0, 2.0, StreetType::kLane}, {2, 0, 2.0, 3.0, 2.0}};
+  evaluation.streets = {{0.1, Rule::kMap, StreetType::kLane, 1, 0.5, 1.0, 0.1, 0.1, 10.0, 1.0, 1.0}};
   evaluation.error_m = {0.1, 0.3};
   evaluation.time_ms = {3.0, 3.0};
   evaluation.chosen_range_index.assign(2 * kRuleCount, 0);
@@ -42,7 +43,7 @@ TEST(Evaluation, SurvivesTheDisk) { expect_survives_disk(small_evaluation()); }
 
 TEST(Evaluation, PrintsEveryTableWithAsManyCellsAsColumns) {
   const std::vector<Table> all = tables(small_evaluation());
-  ASSERT_EQ(all.size(), 5u);
+  ASSERT_EQ(all.size(), 6u);
   for (const Table& table : all) {
     EXPECT_FALSE(table.rows.empty()) << table.name;
     for (const std::vector<Cell>& row : table.rows) {
@@ -56,6 +57,9 @@ TEST(Evaluation, IsReadableForPeople) {
   EXPECT_NE(text.find("2 of 3 sites judged against known poses"), std::string::npos) << text;
   EXPECT_NE(text.find("Table II."), std::string::npos);
   EXPECT_NE(text.find("static-equal-coverage        50.0"), std::string::npos) << text;
+  EXPECT_NE(text.find("0 to 0, (1, 2) to (1, 2)"), std::string::npos) << text;
+  EXPECT_NE(text.find("100.0 (10.0 m, 10.0 cm)"), std::string::npos) << text;
+  EXPECT_NE(text.find("observed %  80.0"), std::string::npos) << text;
 }
 
 TEST(Evaluation, RefusesScoresOutOfPlace) {
@@ -68,6 +72,15 @@ TEST(Evaluation, RefusesScoresOutOfPlace) {
   Evaluation no_number = small_evaluation();
   no_number.statics[0].rmse_m = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(code_of(no_number), ErrorCode::kInvalidArtifact);
+}
+
+TEST(Evaluation, RefusesAStretchOrAStreetThatIsNone) {
+  Evaluation backwards = small_evaluation();
+  backwards.rules[1].worst_begin_site = 2;
+  EXPECT_EQ(code_of(backwards), ErrorCode::kInvalidArtifact);
+  Evaluation unknown = small_evaluation();
+  unknown.streets[0].street = StreetType::kUnknown;
+  EXPECT_EQ(code_of(unknown), ErrorCode::kInvalidArtifact);
 }
 
 TEST(Evaluation, RefusesSitesAndRangesThatAreNotThere) {

@@ -14,6 +14,7 @@ struct Trial {
   PredictedError predicted;
   RangeTable ranges;
   MeasuredError judged;
+  FactorTable factors;  // lane, lane, canyon, canyon
 };
 
 Trial four_sites() {
@@ -46,12 +47,17 @@ Trial four_sites() {
   trial.ranges.site_count = 4;
   trial.ranges.range_index = {0, 1, 2, 2};
   trial.ranges.flags = {0, 0, 0, kUnmet};
+  trial.factors.ranges_m = trial.ranges.ranges_m;
+  trial.factors.factors = {"occupancy_ratio"};
+  trial.factors.site_count = 4;
+  trial.factors.values = {0.7, 0.8, 0.9, 0.7, 0.8, 0.9, 0.5, 0.8, 0.9, 0.5, 0.8, 0.9};
   return trial;
 }
 
 Result<Evaluation> evaluate(const Trial& trial, const EvaluateRangesOptions& options = {}) {
   PassContext ctx;
-  return evaluate_ranges(ctx, options, trial.sites, trial.predicted, trial.ranges, trial.judged);
+  return evaluate_ranges(ctx, options, trial.sites, trial.predicted, trial.ranges,
+                         trial.factors, trial.judged);
 }
 
 TEST(EvaluateRanges, CountsCoverageBesideTime) {
@@ -131,6 +137,46 @@ TEST(EvaluateRanges, FindsTheWorstStretchOfRoute) {
   EXPECT_EQ(map.worst_begin_site, 2u);
 }
 
+TEST(EvaluateRanges, AWorstStretchLiesInOneRun) {
+  Trial trial = four_sites();
+  trial.sites.sites[3].run = 1;
+  EvaluateRangesOptions options;
+  options.stretch_m = 2.0;
+  const Result<Evaluation> evaluation = evaluate(trial, options);
+  const RuleScore& map = evaluation->score(0, Rule::kMap);  // only the last site misses
+  EXPECT_NEAR(map.worst_coverage, 1.0, 1e-12) << "its run is shorter than a stretch";
+  EXPECT_EQ(map.worst_begin_site, 0u);
+  EXPECT_EQ(map.worst_end_site, 1u);
+}
+
+TEST(EvaluateRanges, ScoresEachTypeOfStreet) {
+  const Result<Evaluation> evaluation = evaluate(four_sites());
+  ASSERT_TRUE(evaluation.has_value());
+  ASSERT_EQ(evaluation->streets.size(), 2 * kRuleCount);
+  const StreetScore& canyon = evaluation->streets[1];  // of the map: errors 0.02, 0.30
+  EXPECT_EQ(canyon.street, StreetType::kCanyon);
+  EXPECT_EQ(canyon.site_count, 2u);
+  EXPECT_NEAR(canyon.site_share, 0.5, 1e-12);
+  EXPECT_NEAR(canyon.coverage, 0.5, 1e-12);
+  EXPECT_NEAR(canyon.mean_error_m, 0.16, 1e-12);
+  EXPECT_NEAR(canyon.time_ratio, 1.0, 1e-12);
+  for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
+    const StreetScore& a = evaluation->streets[2 * rule];
+    const StreetScore& b = evaluation->streets[2 * rule + 1];
+    EXPECT_NEAR(a.coverage * a.site_share + b.coverage * b.site_share,
+                evaluation->score(0, static_cast<Rule>(rule)).coverage, 1e-12);
+  }
+}
+
+TEST(EvaluateRanges, SaysNothingOfStreetsWhereTheMapHoldsNoFactors) {
+  Trial trial = four_sites();
+  trial.factors = {};
+  const Result<Evaluation> evaluation = evaluate(trial);
+  ASSERT_TRUE(evaluation.has_value());
+  EXPECT_TRUE(evaluation->streets.empty());
+  EXPECT_EQ(evaluation->sites[0].street, StreetType::kUnknown);
+}
+
 TEST(EvaluateRanges, JudgesOnlySitesWithAScan) {
   Trial trial = four_sites();
   trial.judged.scan_of_site[3] = -1;
@@ -166,6 +212,9 @@ TEST(EvaluateRanges, RefusesInputsThatDoNotBelongTogether) {
   Trial sites = four_sites();
   sites.sites.sites.pop_back();
   EXPECT_EQ(evaluate(sites).error().code, ErrorCode::kMismatchedInputs);
+  Trial factors = four_sites();
+  factors.factors.site_count = 3;
+  EXPECT_EQ(evaluate(factors).error().code, ErrorCode::kMismatchedInputs);
   Trial ranges = four_sites();
   ranges.judged.ranges_m[2] = 35.0;
   EXPECT_EQ(evaluate(ranges).error().code, ErrorCode::kMismatchedInputs);

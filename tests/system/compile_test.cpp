@@ -5,6 +5,7 @@
 #include <string>
 
 #include "compiler/base/atomic_file.h"
+#include "tests/system/evaluation_schema.h"
 #include "tests/system/program.h"
 
 namespace sightline {
@@ -163,10 +164,11 @@ TEST(Evaluate, JudgesByAnotherDriveAndWritesItsTables) {
       run_sightline("evaluate " + config() + " --map " + compiled_map().string() + " --json " +
                     (folder / "e.json").string() + " --csv " + (folder / "e.csv").string());
   ASSERT_EQ(run.status, 0) << run.err;
-  for (const char* word : {"Table I.", "Table II.", "oracle", "coverage"}) {
+  for (const char* word : {"Table I.", "Table II.", "oracle", "coverage", "lane", "Calibration",
+                           "Continuous localization"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
   }
-  EXPECT_GT(bytes_of(folder / "e.json").size(), 500U);
+  EXPECT_EQ(fault_of_evaluation(bytes_of(folder / "e.json")), "");
   EXPECT_GT(bytes_of(folder / "e.csv").size(), 500U);
 }
 

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/pass_context.h"
+#include "formats/drive.h"
+#include "formats/drive_tracks.h"
+#include "formats/ndt_map.h"
+#include "formats/range_table.h"
+#include "formats/sites.h"
+#include "formats/trajectory.h"
+#include "passes/measure_error.h"
+
+namespace sightline {
+
+inline constexpr std::uint32_t kTrackDriveVersion = 1;
+
+struct TrackDriveOptions {
+  double lost_beyond_m = 1.0;  // an error above this ends a track
+  double reach_m = 10.0;       // a site farther away than this says nothing; the map's own
+  MeasureErrorOptions matching;  // how a scan is matched, and against what it is judged
+};
+std::vector<OptionField> option_fields(TrackDriveOptions& options);
+
+// Replays a drive through a map as a vehicle localizes ("Continuous localization" in
+// schemas/definitions.md): at the map's range for each limit, and at each of its ranges throughout.
+// Errors: mismatched-inputs (trajectory and drive, or map, sites and ranges, do not belong
+// together), empty-map, no-overlap (no scan within reach of a site), and what reading a scan says.
+Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
+                                const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+                                const Sites& sites, const RangeTable& ranges);
+
+}  // namespace sightline
