@@ -7,6 +7,7 @@
 #include "compiler/base/atomic_file.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
+#include "compiler/driver/judged_map.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
 #include "compiler/report/report.h"
@@ -80,23 +81,18 @@ Result<void> check_same_map(const ReportFlags& flags, const CompiledMap& map,
 Result<ArtifactSet> judge(const ReportFlags& flags, CompileConfig config, const CompiledMap& map,
                           const ArtifactSet& made) {
   ArtifactSet artifacts;
-  artifacts.provide("ndt-map", map.ndt, digest_of(map.ndt));
-  artifacts.provide("sites", map.sites, digest_of(map.sites));
-  artifacts.provide("predicted-error", map.predicted, digest_of(map.predicted));
-  artifacts.provide("range-table", map.ranges, digest_of(map.ranges));
-  artifacts.provide("factor-table", map.factors, digest_of(map.factors));
+  provide_map(map, artifacts);
+  std::set<std::string> wanted = {"evaluation"};
   if (config.evaluation.scans.empty()) {
     artifacts.put("measured-error", made.entry("measured-error"));
   } else {
     const Result<void> provided = provide_evaluation(config, artifacts);
     if (!provided) return provided.error();
-    config.measure_error.ranges_m = map.predicted.ranges_m;
-    const bool is_same_recording =
-        config.is_split() && config.evaluation.scans == config.mapping.scans;
-    config.measure_error.scans = is_same_recording ? "odd" : "all";
+    aim_at_map(map, config);
+    wanted.insert("drive-tracks");
   }
   const Result<std::vector<StepReport>> reports = run_steps(
-      steps_to({"evaluation"}, evaluate_pipeline(config), artifacts), flags.run, config, artifacts);
+      steps_to(wanted, evaluate_pipeline(config), artifacts), flags.run, config, artifacts);
   if (!reports) return reports.error();
   return artifacts;
 }
@@ -141,6 +137,7 @@ Result<void> write_report(const ReportFlags& flags) {
   sources.provenance = *provenance;
   sources.measured = &judged->get<MeasuredError>("measured-error");
   sources.evaluation = &judged->get<Evaluation>("evaluation");
+  if (judged->has("drive-tracks")) sources.tracks = &judged->get<DriveTracks>("drive-tracks");
   sources.trajectory = &made->get<Trajectory>("mapping/trajectory");
   sources.points = &made->get<SurfacePoints>("surface-points");
   sources.surface = &made->get<Surface>("surface");

@@ -36,18 +36,36 @@ double time_at(const Evaluation& evaluation, std::size_t limit, Rule rule, std::
 
 std::string rules_table(const Evaluation& evaluation, std::size_t limit) {
   TextGrid grid = {{"rule", "coverage (%)", "mean error (cm)", "95th percentile (cm)",
-                    "mean range (m)", "time ratio", "work ratio", "unmet (%)",
-                    "worst stretch (%)"}};
+                    "mean range (m)", "time ratio", "work ratio", "unmet (%)", "worst stretch (%)",
+                    "its sites"}};
   for (std::size_t i = 0; i < kRuleCount; ++i) {
     const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
-    grid.push_back({words_of(score.rule), percent(score.coverage), centimetres(score.mean_error_m),
-                    centimetres(score.p95_error_m), fixed(score.mean_range_m, 1),
-                    fixed(score.time_ratio, 3), fixed(score.work_ratio, 3),
-                    percent(score.unmet_share), percent(score.worst_coverage)});
+    grid.push_back(
+        {words_of(score.rule), percent(score.coverage), centimetres(score.mean_error_m),
+         centimetres(score.p95_error_m), fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
+         fixed(score.work_ratio, 3), percent(score.unmet_share), percent(score.worst_coverage),
+         std::to_string(score.worst_begin_site) + " to " + std::to_string(score.worst_end_site)});
   }
   return html_table(grid, "Rules at a limit of " + limit_text(evaluation.limits_m[limit]) +
                               "; ratios are to the longest static range, the worst stretch is " +
                               metres(evaluation.stretch_m) + " of route");
+}
+
+// "93.1 (12.4 m)"
+std::string streets_table(const Evaluation& evaluation, std::size_t limit) {
+  if (evaluation.streets.empty()) return "";
+  TextGrid grid = {{"rule"}, {"share of sites (%)"}};
+  for (std::size_t i = 0; i < kRuleCount; ++i) grid.push_back({words_of(static_cast<Rule>(i))});
+  for (const StreetScore& score : evaluation.streets) {
+    if (score.limit_m != evaluation.limits_m[limit]) continue;
+    if (score.rule == Rule::kMap) {
+      grid[0].emplace_back(street_type_name(score.street));
+      grid[1].push_back(percent(score.site_share));
+    }
+    grid[2 + static_cast<std::size_t>(score.rule)].push_back(percent(score.coverage) + " (" +
+                                                             fixed(score.mean_range_m, 1) + " m)");
+  }
+  return html_table(grid, "By type of street: coverage in % and, in brackets, mean range");
 }
 
 std::string figure_ten(const Evaluation& evaluation, const Sites& sites, std::size_t limit) {
@@ -155,7 +173,7 @@ Section choice_section(const Evaluation& evaluation, const Sites& sites) {
   for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
     section.html += "<h3>Limit " + limit_text(evaluation.limits_m[limit]) + "</h3>\n" +
                     rules_table(evaluation, limit) + figure_ten(evaluation, sites, limit) +
-                    pareto(evaluation, limit);
+                    pareto(evaluation, limit) + streets_table(evaluation, limit);
   }
   return section;
 }

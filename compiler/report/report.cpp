@@ -42,6 +42,7 @@ Result<std::vector<Section>> sections_of(const ReportSources& sources) {
     all.push_back(ideal_section(*sources.evaluation, map.sites));
     all.push_back(choice_section(*sources.evaluation, map.sites));
   }
+  if (sources.tracks) all.push_back(tracks_section(*sources.tracks));
   all.push_back(trust_section(sources));
   if (sources.measured && has_virtual_points(map)) {
     const Result<FactorReport> factors = factor_report(map.factors, *sources.measured);

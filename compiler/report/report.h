@@ -3,6 +3,7 @@
 #include <string>
 
 #include "formats/depth_images.h"
+#include "formats/drive_tracks.h"
 #include "formats/evaluation.h"
 #include "formats/map/compiled_map.h"
 #include "formats/map/map_diff.h"
@@ -22,6 +23,7 @@ struct ReportSources {
   std::string provenance;                   // the JSON text beside the map; empty: none
   const MeasuredError* measured = nullptr;  // of the drive that judges the map
   const Evaluation* evaluation = nullptr;   // of the same drive
+  const DriveTracks* tracks = nullptr;      // of the same drive
   const Trajectory* trajectory = nullptr;   // of the mapping drive
   const SurfacePoints* points = nullptr;    // of which what moved is told
   const Surface* surface = nullptr;

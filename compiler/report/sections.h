@@ -15,6 +15,7 @@ Section diff_section(const MapDiff& diff);
 Section ranges_section(const Evaluation& evaluation, const Sites& sites);
 Section ideal_section(const Evaluation& evaluation, const Sites& sites);
 Section choice_section(const Evaluation& evaluation, const Sites& sites);
+Section tracks_section(const DriveTracks& tracks);
 Section trust_section(const ReportSources& sources);
 Section factors_section(const FactorReport& factors, const CompiledMap& map);
 Section making_section(const ReportSources& sources);

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "compiler/base/random.h"
 #include "formats/map/describe_site.h"
 #include "formats/picture/relief.h"
 #include "tests/report/sources.h"

@@ -75,8 +75,8 @@ TEST(Chart, ALongLineKeepsItsPeaks) {
   y[77'777] = 0.0;
   const std::string svg = chart_svg(line_of(y));
   EXPECT_LT(svg.size(), 40'000U);
-  EXPECT_THAT(svg, HasSubstr(" 30.0L"));   // the greatest
-  EXPECT_THAT(svg, HasSubstr(" 254.0L"));  // the least
+  EXPECT_NE(svg.find(" 52.4L"), std::string::npos);   // the greatest, on an axis to 10
+  EXPECT_NE(svg.find(" 254.0L"), std::string::npos);  // the least
 }
 
 TEST(Chart, TextsAreEscaped) {
