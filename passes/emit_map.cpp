@@ -89,7 +89,7 @@ std::vector<OptionField> option_fields(EmitMapOptions& options) {
           choice("localization_scans", options.localization_scans,
                  "scans that were matched against it", {"all", "even", "odd"}),
           choice("localizer_used", options.localizer_used, "how they were matched",
-                 {"plain", "annealed"}),
+                 {"plain", "annealed", "searching"}),
           integer("coarse_cells_used", options.coarse_cells_used, "the same", 1, 16),
           number("leaf_m", options.leaf_m, "voxel to which they were thinned, m", 0.05, 10.0),
           flag("has_factors", options.has_factors,

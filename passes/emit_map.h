@@ -30,7 +30,7 @@ struct EmitMapOptions {
   double reach_m = 10.0;              // a site farther away than this says nothing about a position
   std::string mapping_scans = "all";  // what the other passes were told: all, even, odd
   std::string localization_scans = "all";
-  std::string localizer_used = "annealed";  // by measure-error
+  std::string localizer_used = "searching";  // by measure-error
   int coarse_cells_used = 1;
   double leaf_m = 1.0;
   bool has_factors = true;  // for engineers; no vehicle needs them

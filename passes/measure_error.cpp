@@ -78,7 +78,8 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
   std::vector<double> errors_m;
   for (const InitialOffset& offset : setup.offsets) {
     const double begin_ms = thread_cpu_ms();
-    const MatchResult result = localize(setup.localizer, scan, T_map_reference * start_pose(offset));
+    const MatchResult result =
+        localize(setup.localizer, scan, T_map_reference * start_pose(offset));
     const double time_ms = preparation_ms + thread_cpu_ms() - begin_ms;
     add_run(result, T_map_reference, count, row);
     row.mean_time_ms += time_ms / count;
@@ -236,8 +237,8 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
   const Result<void> checked = check_inputs(localization_drive, trajectory, map, sites);
   if (!checked) return checked.error();
   const Trajectory in_map = rebase(trajectory, map.frame);
-  const Localizer localizer = make_localizer(
-      map, {.is_annealed = options.localizer == "annealed", .coarse_cells = options.coarse_cells});
+  const Localizer localizer =
+      make_localizer(map, localizer_named(options.localizer, options.coarse_cells));
   const std::vector<InitialOffset> offsets = initial_offsets(options);
   const Setup setup{options, localization_drive, in_map, localizer, offsets};
   const Result<std::vector<std::optional<std::size_t>>> scans = scans_of_sites(ctx, setup, sites);

@@ -13,7 +13,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kMeasureErrorVersion = 4;
+inline constexpr std::uint32_t kMeasureErrorVersion = 5;
 
 struct MeasureErrorOptions {
   std::vector<double> ranges_m = {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};
@@ -26,7 +26,7 @@ struct MeasureErrorOptions {
   double site_radius_m = 1.0;  // the scan of a site lies no farther from it
   // full-range: the match at the sensor's full range, the paper's choice; known: the poses given
   std::string reference = "full-range";
-  std::string localizer = "annealed";  // or plain; "Localizers" in schemas/definitions.md
+  std::string localizer = "searching";  // or annealed, plain; "Localizers" in schemas/definitions.md
   int coarse_cells = 1;
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);

@@ -31,7 +31,7 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
              "what errors are measured against: the known pose, or the match at full range",
              {"known", "full-range"}),
       choice("localizer", options.localizer, "how scans are matched (definitions: Localizers)",
-             {"plain", "annealed"}),
+             {"plain", "annealed", "searching"}),
       integer("coarse_cells", options.coarse_cells,
               "matches first on cells so many times as long as the map's; 1 does not", 1, 16)};
 }

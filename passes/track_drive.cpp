@@ -43,9 +43,9 @@ struct Replay {
   std::size_t limit = 0;  // where the map chooses
   std::size_t begun_count = 0;
   bool is_on_track = false;
-  Pose T_map_last = Pose::Identity();         // as found
-  Pose T_before_last = Pose::Identity();      // the motion that led there, in the vehicle's frame
-  std::int64_t last_step_ns = 0;              // how long it took
+  Pose T_map_last = Pose::Identity();     // as found
+  Pose T_before_last = Pose::Identity();  // the motion that led there, in the vehicle's frame
+  std::int64_t last_step_ns = 0;          // how long it took
   std::vector<TrackStep> steps;
 };
 
@@ -60,8 +60,7 @@ Pose scaled(const Pose& motion, double factor) {
 
 // The map's range at a place, looked up as a vehicle does.
 double range_at(const Setup& setup, std::size_t limit, const Pose& T_map_vehicle) {
-  const Eigen::Vector3d p_map_m =
-      T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
+  const Eigen::Vector3d p_map_m = T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
   double least_m = setup.options.reach_m;
   std::optional<std::size_t> nearest;
   for (std::size_t i = 0; i < setup.sites.sites.size(); ++i) {
@@ -80,15 +79,14 @@ std::int64_t step_ns(const Setup& setup, std::size_t position) {
   return stamp_ns(position) - stamp_ns(position - 1);
 }
 
-// From outside, as a satellite receiver and the wheels would tell it: the next start of the measured
-// set, and the speed of the step before.
+// From outside, as a satellite receiver and the wheels would tell it: the next start of the
+// measured set, and the speed of the step before.
 Pose begin_track(const Setup& setup, const KnownScan& now, const KnownScan* before,
                  Replay& replay) {
   const InitialOffset& offset = setup.offsets[replay.begun_count++ % setup.offsets.size()];
   replay.T_before_last = Pose::Identity();
   if (before != nullptr && now.follows) {
-    replay.T_before_last =
-        before->T_map_reference.inverse(Eigen::Isometry) * now.T_map_reference;
+    replay.T_before_last = before->T_map_reference.inverse(Eigen::Isometry) * now.T_map_reference;
   }
   replay.is_on_track = true;
   return now.T_map_reference * start_pose(offset);
@@ -116,8 +114,7 @@ void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
   const MatchResult found = localize(setup.localizer, scan, T_map_start);
   step.time_ms = thread_cpu_ms() - begin_ms;
   step.work = static_cast<double>(found.work);
-  step.error_m =
-      (found.T_map_sensor.translation() - now.T_map_reference.translation()).norm();
+  step.error_m = (found.T_map_sensor.translation() - now.T_map_reference.translation()).norm();
   if (goes_on) {
     replay.T_before_last = replay.T_map_last.inverse(Eigen::Isometry) * found.T_map_sensor;
   } else {
@@ -133,9 +130,8 @@ void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
 }
 
 bool is_near_a_site(const Sites& sites, const Eigen::Vector3d& p_map_m, double reach_m) {
-  return std::ranges::any_of(sites.sites, [&](const Site& site) {
-    return (site.p_map_m - p_map_m).norm() <= reach_m;
-  });
+  return std::ranges::any_of(
+      sites.sites, [&](const Site& site) { return (site.p_map_m - p_map_m).norm() <= reach_m; });
 }
 
 // Those selected whose given pose lies within reach of a site.
@@ -275,8 +271,7 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& optio
   }
   const MeasureErrorOptions& matching = options.matching;
   const Localizer localizer =
-      make_localizer(map, {.is_annealed = matching.localizer == "annealed",
-                           .coarse_cells = matching.coarse_cells});
+      make_localizer(map, localizer_named(matching.localizer, matching.coarse_cells));
   const std::vector<InitialOffset> offsets = initial_offsets(matching);
   const Setup setup{options, drive, sites, ranges, localizer, offsets, scans};
   std::vector<Replay> replays = replays_of(ranges);

@@ -80,7 +80,9 @@ int localize_scan(const char* map_path, const char* scan_path, const Pose& T_wor
   const Result<PointCloudFile> cloud = read_point_cloud(scan_path);
   if (!cloud) return refuse(cloud.error());
 
-  const Localizer localizer = make_localizer(map->ndt, {.is_annealed = true});
+  const Localizer localizer = make_localizer(
+      map->ndt,
+      localizer_named(map->measurement.localizer, static_cast<int>(map->measurement.coarse_cells)));
   const std::vector<Eigen::Vector3d> points_m = prepared(*cloud, range->range_m, T_vehicle_lidar);
   ScanForMatch scan = make_scan_for_match(localizer, points_m);
   // The matcher works in the map's frame, near its origin.

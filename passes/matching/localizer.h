@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "formats/drive.h"
@@ -14,10 +15,17 @@ struct LocalizerOptions {
   // False: the plain one, Newton's method on the map's own NDs. True: a part of the points finds
   // the way on blurred NDs, then all points settle on sharpened ones.
   bool is_annealed = false;
+  // Annealed alone, above 0: where the score leaves one horizontal direction loose, looks along it for
+  // a better pose no farther than this from the start, which is how far off starts may be.
+  double search_m = 0.0;
   // Matches first on cells so many times as long as the map's, pooled from them; 1: on its own
   // alone.
   int coarse_cells = 1;
 };
+
+// By the name of "Localizers" in schemas/definitions.md: plain, annealed or searching. Anything else
+// is taken for searching, the default.
+LocalizerOptions localizer_named(std::string_view name, int coarse_cells = 1);
 
 // A map made ready for a localizer. Costs time and memory in proportion to the number of NDs.
 struct Localizer {
@@ -26,6 +34,7 @@ struct Localizer {
     MatchLevel settings;  // without the grid
   };
   bool is_annealed = false;
+  double search_m = 0.0;
   std::vector<Level> levels;  // from coarse to fine, one to three
 };
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);

@@ -18,7 +18,8 @@ namespace {
 const LocalizerOptions kVariants[] = {{.is_annealed = false, .coarse_cells = 1},
                                       {.is_annealed = false, .coarse_cells = 2},
                                       {.is_annealed = true, .coarse_cells = 1},
-                                      {.is_annealed = true, .coarse_cells = 2}};
+                                      {.is_annealed = true, .coarse_cells = 2},
+                                      {.is_annealed = true, .search_m = 1.25}};
 
 const NdtMap& room_map() {
   static const NdtMap kMap = simple_map(room_points(21, 30000, 0.02), 1.0);
@@ -90,6 +91,63 @@ TEST(Localizer, InAStreetWithCellsOfAMetreLosesNoneOf64StartsAndEndsWithinHalfAC
   std::sort(errors_m.begin(), errors_m.end());
   EXPECT_LT(errors_m[32], 0.005);
   EXPECT_LT(errors_m.back(), 0.5);
+}
+
+// A lane of smooth walls 6 m apart, along x, with pilasters of 0.4 m at places drawn once: seen
+// from inside, the score has an optimum wherever some of them meet others.
+std::vector<Eigen::Vector3d> lane_points(std::uint64_t seed, double reach_m, int count) {
+  Random places(17);
+  std::vector<double> pilasters_m;
+  for (double x_m = -30.0; x_m < 30.0; x_m += places.uniform(0.8, 3.0)) pilasters_m.push_back(x_m);
+  Random random(seed);
+  std::vector<Eigen::Vector3d> points_m;
+  for (int i = 0; i < count; ++i) {
+    const double x_m = random.uniform(-reach_m, reach_m);
+    const double side = i % 2 == 0 ? 1.0 : -1.0;
+    const bool is_pilaster = std::ranges::any_of(
+        pilasters_m, [&](double at_m) { return std::abs(x_m + 0.7 * side - at_m) < 0.2; });
+    const double wall_m = side * (is_pilaster ? 2.6 : 3.0);
+    const Eigen::Vector3d noise_m = 0.02 * random_vector(random, -1.0, 1.0);
+    const bool is_ground = i % 5 == 0;
+    points_m.push_back(noise_m + (is_ground
+                                      ? Eigen::Vector3d(x_m, random.uniform(-3.0, 3.0), -1.7)
+                                      : Eigen::Vector3d(x_m, wall_m, random.uniform(-1.7, 3.0))));
+  }
+  return points_m;
+}
+
+TEST(Localizer, SearchingFindsItsWayInALaneWhereMostStartsEndInAnotherOptimum) {
+  const NdtMap map = simple_map(lane_points(1, 30.0, 120000), 2.0);
+  const std::vector<Eigen::Vector3d> points_m = voxel_subsample(lane_points(2, 12.0, 6000), 0.5);
+  const auto lost_starts = [&](const LocalizerOptions& options) {
+    const Localizer localizer = make_localizer(map, options);
+    ScanForMatch scan = make_scan_for_match(localizer, points_m);
+    Random random(3);
+    int lost = 0;
+    for (int trial = 0; trial < 60; ++trial) {
+      const MatchResult result = localize(localizer, scan, start_near(Pose::Identity(), random));
+      lost += result.T_map_sensor.translation().norm() > 0.3 ? 1 : 0;
+    }
+    return lost;
+  };
+  const int annealed = lost_starts({.is_annealed = true});
+  const int searching = lost_starts({.is_annealed = true, .search_m = 1.25});
+  EXPECT_GT(annealed, 12);
+  EXPECT_LT(4 * searching, annealed);
+}
+
+TEST(Localizer, SearchingWhereNothingIsLooseIsAnnealed) {
+  const std::vector<Eigen::Vector3d> points_m = voxel_subsample(room_points(22, 8000, 0.02), 1.0);
+  const Pose start = Pose(Eigen::Translation3d(0.2, -0.1, 0.05));
+  std::vector<MatchResult> results;
+  for (const double search_m : {0.0, 1.25}) {
+    const Localizer localizer =
+        make_localizer(room_map(), {.is_annealed = true, .search_m = search_m});
+    ScanForMatch scan = make_scan_for_match(localizer, points_m);
+    results.push_back(localize(localizer, scan, start));
+  }
+  EXPECT_TRUE(results[0].T_map_sensor.isApprox(results[1].T_map_sensor, 0.0));
+  EXPECT_EQ(results[0].work, results[1].work);
 }
 
 TEST(CoarseMap, PoolsACellFromAllOfItsPoints) {
