@@ -100,6 +100,9 @@ export function drawMap(page, place) {
   const finder = siteFinder(page.sites);
   const bounds = boundsOf(page.sites);
   map.fitBounds(bounds);
+  const ndKeys = element("div", { className: "legend" }, "NDs:", ...[["blue", "standing planes"], ["grey", "lying planes"], ["orange", "lines"], ["green", "volumes"]].map(
+    ([name, words]) => { const key = element("i", {}); key.style.background = `var(--${name})`; return element("span", {}, key, words); }));
+  place.append(ndKeys);
   const { layers, route } = layersOf(page, finder);
   drawSwitches(page, place, map, layers, (paint, limit) => {
     route.paint = () => paint.colours(limit);
