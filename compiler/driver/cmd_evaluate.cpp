@@ -4,6 +4,7 @@
 #include "compiler/base/atomic_file.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
+#include "compiler/driver/judged_map.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
 #include "formats/drive_tracks.h"
@@ -24,8 +25,6 @@ struct EvaluateFlags {
   bool is_forced = false;
 };
 
-// The drive is measured at the map's own ranges and, where it is the recording that also made the
-// map, on the scans that the map did not use.
 Result<CompileConfig> evaluation_config(const EvaluateFlags& flags, const CompiledMap& map) {
   Result<CompileConfig> config = load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config;
@@ -33,11 +32,7 @@ Result<CompileConfig> evaluation_config(const EvaluateFlags& flags, const Compil
     return Error{ErrorCode::kMissingKey, "evaluation.scans: no drive to judge the map by is named",
                  flags.run.config_file, ""};
   }
-  config->measure_error.ranges_m = map.predicted.ranges_m;
-  config->track_drive.reach_m = map.reach_m;
-  const bool is_same_recording =
-      config->is_split() && config->evaluation.scans == config->mapping.scans;
-  config->measure_error.scans = is_same_recording ? "odd" : "all";
+  aim_at_map(map, *config);
   return config;
 }
 
@@ -64,14 +59,6 @@ Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluatio
     if (!written) return written;
   }
   return {};
-}
-
-void provide_map(CompiledMap& map, ArtifactSet& artifacts) {
-  artifacts.provide("ndt-map", map.ndt, sha256(to_bytes(map.ndt)));
-  artifacts.provide("sites", map.sites, sha256(to_bytes(map.sites)));
-  artifacts.provide("predicted-error", map.predicted, sha256(to_bytes(map.predicted)));
-  artifacts.provide("range-table", map.ranges, sha256(to_bytes(map.ranges)));
-  artifacts.provide("factor-table", map.factors, sha256(to_bytes(map.factors)));
 }
 
 // Prints what was found and gathers the same as tables.

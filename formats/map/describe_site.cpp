@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -65,16 +66,24 @@ double apart_m(const CompiledMap& map, std::size_t a, std::size_t b) {
   return std::abs(map.sites.sites[a].s_m - map.sites.sites[b].s_m);
 }
 
-// Sites of the same run, nearest first, without the site itself.
-std::vector<std::size_t> along_the_route(const CompiledMap& map, std::size_t site) {
-  std::vector<std::size_t> others;
-  for (std::size_t i = 0; i < map.sites.sites.size(); ++i) {
-    if (i != site && map.sites.sites[i].run == map.sites.sites[site].run) others.push_back(i);
+// The nearest other site of the same run, up to `most_m` away, that `is_wanted`; of two as near the
+// one further back. Sites lie ascending by (run, s_m).
+template <class IsWanted>
+std::optional<std::size_t> nearest_along(const CompiledMap& map, std::size_t site, double most_m,
+                                         IsWanted is_wanted) {
+  const std::vector<Site>& sites = map.sites.sites;
+  const auto is_there = [&](std::size_t i) {
+    return i < sites.size() && sites[i].run == sites[site].run && apart_m(map, site, i) <= most_m;
+  };
+  std::size_t back = site - 1;  // of site 0: past the end
+  std::size_t ahead = site + 1;
+  while (is_there(back) || is_there(ahead)) {
+    const bool is_back = is_there(back) && (!is_there(ahead) ||
+                                            apart_m(map, site, back) <= apart_m(map, site, ahead));
+    const std::size_t other = is_back ? back-- : ahead++;
+    if (is_wanted(other)) return other;
   }
-  std::stable_sort(others.begin(), others.end(), [&](std::size_t a, std::size_t b) {
-    return apart_m(map, site, a) < apart_m(map, site, b);
-  });
-  return others;
+  return std::nullopt;
 }
 
 std::string what_is_needed(const CompiledMap& map, std::size_t limit) {
@@ -96,24 +105,29 @@ std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_
     text += "    extrapolated: the place is unlike those that the model was trained on\n";
   }
   if (!own || *own == chosen || (flags & (kUnmet | kExtrapolated)) != 0) return text;
-  for (const std::size_t other : along_the_route(map, site)) {
-    if (apart_m(map, site, other) > map.ranges.dilation_m) break;
-    if (own_range(map, other, limit).value_or(chosen) < chosen) continue;
-    return text + formatted("    longer for the sake of site %zu, %.1f m away\n", other,
-                            apart_m(map, site, other));
+  const auto asks_for_more = [&](std::size_t other) {
+    return own_range(map, other, limit).value_or(chosen) >= chosen;
+  };
+  const std::optional<std::size_t> other =
+      nearest_along(map, site, map.ranges.dilation_m, asks_for_more);
+  if (other) {
+    return text + formatted("    longer for the sake of site %zu, %.1f m away\n", *other,
+                            apart_m(map, site, *other));
   }
   return text + "    longer because a stricter limit or a neighbour asks for it\n";
 }
 
 std::string describe_better(const CompiledMap& map, std::size_t site, std::size_t limit) {
-  for (const std::size_t other : along_the_route(map, site)) {
-    if (chosen_range(map, other, limit) >= chosen_range(map, site, limit)) continue;
-    const bool is_ahead = map.sites.sites[other].s_m > map.sites.sites[site].s_m;
-    return formatted("    nearest that does with less: site %zu, %.1f m %s, %g m\n", other,
-                     apart_m(map, site, other), is_ahead ? "further on" : "back",
-                     map.ranges.range_m(other, limit));
-  }
-  return "    no site of this run does with less\n";
+  const auto does_with_less = [&](std::size_t other) {
+    return chosen_range(map, other, limit) < chosen_range(map, site, limit);
+  };
+  const std::optional<std::size_t> other =
+      nearest_along(map, site, std::numeric_limits<double>::infinity(), does_with_less);
+  if (!other) return "    no site of this run does with less\n";
+  const bool is_ahead = map.sites.sites[*other].s_m > map.sites.sites[site].s_m;
+  return formatted("    nearest that does with less: site %zu, %.1f m %s, %g m\n", *other,
+                   apart_m(map, site, *other), is_ahead ? "further on" : "back",
+                   map.ranges.range_m(*other, limit));
 }
 
 std::string describe_choice(const CompiledMap& map, std::size_t site, std::size_t limit) {
@@ -135,18 +149,11 @@ struct FarOff {
   double z = 0.0;
 };
 
-std::optional<FarOff> far_off(const FactorTable& factors, std::size_t site, std::size_t range,
-                              std::size_t factor) {
-  std::vector<double> values;
-  for (std::size_t i = 0; i < factors.site_count; ++i) {
-    values.push_back(factors.at(i, range, factor));
-  }
-  FarOff found{factor, factors.at(site, range, factor), median_of(values), 0.0};
-  for (double& value : values) value = std::abs(value - found.median);
-  const double spread = median_of(values);
-  if (!(spread > 0.0)) return std::nullopt;
-  constexpr double kSigmaPerDeviation = 0.6745;  // of a normal distribution
-  found.z = kSigmaPerDeviation * (found.value - found.median) / spread;
+std::optional<FarOff> far_off(const FactorTable& factors, const RouteFactors& route,
+                              std::size_t site, std::size_t range, std::size_t factor) {
+  const std::size_t cell = range * factors.factors.size() + factor;
+  FarOff found{factor, factors.at(site, range, factor), route.median[cell], 0.0};
+  found.z = robust_z(found.value, found.median, route.deviation[cell]);
   if (std::abs(found.z) < kFarOff) return std::nullopt;
   return found;
 }
@@ -157,12 +164,13 @@ std::optional<std::size_t> column_of(const FactorTable& factors, std::string_vie
   return static_cast<std::size_t>(found - factors.factors.begin());
 }
 
-std::string describe_factors(const CompiledMap& map, std::size_t site, std::size_t range) {
+std::string describe_factors(const CompiledMap& map, const RouteFactors& route, std::size_t site,
+                             std::size_t range) {
   const std::optional<std::size_t> heading = column_of(map.factors, "crlb_heading");
   std::vector<FarOff> found;
   for (std::size_t factor = 0; factor < map.factors.factors.size(); ++factor) {
     if (factor == heading) continue;  // a direction has no median
-    const std::optional<FarOff> one = far_off(map.factors, site, range, factor);
+    const std::optional<FarOff> one = far_off(map.factors, route, site, range, factor);
     if (one) found.push_back(*one);
   }
   std::stable_sort(found.begin(), found.end(),
@@ -204,7 +212,32 @@ std::string describe_weakness(const CompiledMap& map, std::size_t site, std::siz
 
 }  // namespace
 
+RouteFactors route_factors(const FactorTable& factors) {
+  RouteFactors route;
+  std::vector<double> values(factors.site_count);
+  for (std::size_t range = 0; factors.site_count > 0 && range < factors.ranges_m.size(); ++range) {
+    for (std::size_t factor = 0; factor < factors.factors.size(); ++factor) {
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] = factors.at(i, range, factor);
+      const double median = median_of(values);
+      for (double& value : values) value = std::abs(value - median);
+      route.median.push_back(median);
+      route.deviation.push_back(median_of(values));
+    }
+  }
+  return route;
+}
+
+double robust_z(double value, double median, double deviation) {
+  constexpr double kSigmaPerDeviation = 0.6745;  // of a normal distribution
+  return deviation > 0.0 ? kSigmaPerDeviation * (value - median) / deviation : 0.0;
+}
+
 Result<std::string> describe_site(const CompiledMap& map, std::size_t site) {
+  return describe_site(map, route_factors(map.factors), site);
+}
+
+Result<std::string> describe_site(const CompiledMap& map, const RouteFactors& route,
+                                  std::size_t site) {
   if (site >= map.sites.sites.size()) {
     return Error{ErrorCode::kBadArgument,
                  "found site " + std::to_string(site) + ", expected 0 to " +
@@ -221,7 +254,7 @@ Result<std::string> describe_site(const CompiledMap& map, std::size_t site) {
   std::vector<std::size_t> told = {0};
   if (range != 0) told.push_back(range);
   for (const std::size_t each : told) {
-    text += describe_factors(map, site, each) + describe_weakness(map, site, each);
+    text += describe_factors(map, route, site, each) + describe_weakness(map, site, each);
   }
   return text;
 }

@@ -1,0 +1,35 @@
+// The page's colours, as its style sheet says, for what is drawn on canvases.
+
+export function css(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}
+
+export const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
+
+function rgbOf(hex) {
+  return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+}
+
+export function rangeColours(count) {
+  return Array.from({ length: count }, (_, i) => css(`range-${i}`));
+}
+
+// Shares from 0 to 1 to colours between stops; NaN is the page's grey.
+export function ramp(stops) {
+  const colours = stops.map(rgbOf);
+  const grey = css("grey");
+  return (share) => {
+    if (Number.isNaN(share)) return grey;
+    const place = Math.min(Math.max(share, 0), 1) * (colours.length - 1);
+    const below = Math.min(Math.floor(place), colours.length - 2);
+    const part = place - below;
+    const mixed = colours[below].map((from, i) => Math.round(from + part * (colours[below + 1][i] - from)));
+    return `rgb(${mixed.join(",")})`;
+  };
+}
+
+// Runs `draw` now and whenever the page turns dark or light.
+export function onTheme(draw) {
+  draw();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+}

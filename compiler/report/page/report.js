@@ -1,0 +1,43 @@
+// Makes the report's figures and map answer; without it the page has its still pictures.
+
+import "leaflet/dist/leaflet.css";
+import "uplot/dist/uPlot.min.css";
+import "./live.css";
+import { redrawCharts } from "./charts.js";
+import { readPage } from "./data.js";
+import { drawFigures } from "./figures.js";
+import { drawMap } from "./map_view.js";
+import { followLinks, onSelect, select, siteOfAddress } from "./selection.js";
+import { drawSitePanel } from "./site_panel.js";
+
+// The site whose range errs most on the drive that judged, else the one in the middle.
+function firstSite(page) {
+  if (!page.judged) return Math.floor(page.sites.count / 2);
+  const ranges = page.ranges_m.length;
+  const map = page.judged.rules.indexOf("map");
+  const chosen = (i) => page.judged.chosen[map * page.judged.site.length + i];
+  let worst = 0;
+  page.judged.site.forEach((_, i) => {
+    const errs = (at) => page.judged.error_m[at * ranges + chosen(at)];
+    if (errs(i) > errs(worst)) worst = i;
+  });
+  return page.judged.site[worst];
+}
+
+async function start() {
+  const page = await readPage();
+  const figure = document.getElementById("figure-11");
+  figure.classList.add("is-live");
+  const place = figure.querySelector(".live");
+  const map = drawMap(page, place);
+  drawSitePanel(page, place);
+  drawFigures(page);
+  onSelect(redrawCharts);
+  followLinks();
+  select(siteOfAddress(page.sites.count) ?? firstSite(page), true);
+  // For tests and for people at the console.
+  window.sightlineReport = { page, select, map };
+  document.documentElement.dataset.ready = "yes";
+}
+
+start();

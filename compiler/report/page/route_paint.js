@@ -1,0 +1,116 @@
+// What the route can be coloured by. A paint has a name, colours(limit), a function from site to colour, and
+// legend(limit), an element that explains it.
+
+import { css, ramp, rangeColours } from "./colours.js";
+import { chosenRange, measuredError, predictedError, probability } from "./data.js";
+
+function legendOf(title, ...entries) {
+  const place = document.createElement("span");
+  place.append(`${title} `);
+  for (const [colour, words] of entries) {
+    const key = document.createElement("i");
+    key.style.background = colour;
+    const entry = document.createElement("span");
+    entry.style.marginLeft = "0.8em";
+    entry.append(key, words);
+    place.append(entry);
+  }
+  return place;
+}
+
+function rampLegend(title, from, to, colourOf, ...entries) {
+  const place = legendOf(title);
+  const bar = document.createElement("span");
+  bar.className = "ramp";
+  bar.style.background = `linear-gradient(to right, ${Array.from({ length: 9 }, (_, i) => colourOf(i / 8)).join(",")})`;
+  place.append(from, bar, to, legendOf("", ...entries));
+  return place;
+}
+
+function byRange(page) {
+  return {
+    name: "range (m)",
+    colours: (limit) => {
+      const colours = rangeColours(page.ranges_m.length);
+      return (site) => colours[chosenRange(page, site, limit)];
+    },
+    legend: () => {
+      const colours = rangeColours(page.ranges_m.length);
+      return legendOf("range (m):", ...page.ranges_m.map((range_m, i) => [colours[i], String(range_m)]));
+    },
+  };
+}
+
+// Errors at the chosen range, the brighter the greater, up to twice the limit.
+function byError(page, name, errorAt) {
+  const colourOf = () => ramp([...rangeColours(page.ranges_m.length)]);
+  return {
+    name,
+    colours: (limit) => {
+      const colour = colourOf();
+      return (site) => colour(errorAt(site, chosenRange(page, site, limit)) / (2 * page.limits_m[limit]));
+    },
+    legend: (limit) => rampLegend(`${name} at the chosen range: `, "0 cm", `${+(200 * page.limits_m[limit]).toPrecision(4)} cm or more`, colourOf(),
+      [css("grey"), "not measured"]),
+  };
+}
+
+function byProbability(page) {
+  const colourOf = () => ramp([...rangeColours(page.ranges_m.length)]);
+  return {
+    name: "probability to be within the limit",
+    colours: (limit) => {
+      const colour = colourOf();
+      return (site) => colour(probability(page, site, chosenRange(page, site, limit), limit));
+    },
+    legend: () => rampLegend("P(error within the limit) at the chosen range: ", "0", "1", colourOf()),
+  };
+}
+
+function byFlag(page) {
+  const words = [["blue", "good enough"], ["orange", "unmet: no range is good enough"], ["purple", "unlike what the model learnt"]];
+  return {
+    name: "flags",
+    colours: (limit) => {
+      const colours = words.map(([name]) => css(name));
+      return (site) => {
+        const flags = page.choice.flags[site * page.limits_m.length + limit];
+        return flags & 2 ? colours[2] : colours[flags & 1];
+      };
+    },
+    legend: () => legendOf("", ...words.map(([name, each]) => [css(name), each])),
+  };
+}
+
+// How much farther, or less far, one looks than the older map said.
+function byChange(page) {
+  const places = new Map();
+  page.diff.sites.site.forEach((site, i) => places.set(site, i));
+  const colours = () => ({ farther: ramp([css("line"), css("orange")]), nearer: ramp([css("line"), css("blue")]) });
+  return {
+    name: "change of range against the older map",
+    colours: (limit) => {
+      const { farther, nearer } = colours();
+      const common = page.diff.limits_m.indexOf(page.limits_m[limit]);
+      const most_m = page.ranges_m.at(-1) - page.ranges_m[0] || 1;
+      return (site) => {
+        const i = places.get(site);
+        if (i === undefined || common < 0) return css("grey");
+        if (page.diff.sites.change[i] === 0) return css("purple");
+        const at = i * page.diff.limits_m.length + common;
+        const rise_m = (page.diff.sites.after_dm[at] - page.diff.sites.before_dm[at]) / 10;
+        if (rise_m === 0) return css("grey");
+        return (rise_m > 0 ? farther : nearer)(0.35 + (0.65 * Math.abs(rise_m)) / most_m);
+      };
+    },
+    legend: () => legendOf("against the older map:", [css("orange"), "looks farther"], [css("blue"), "looks less far"], [css("purple"), "new site"], [css("grey"), "as before"]),
+  };
+}
+
+export function paintsOf(page) {
+  const paints = [byRange(page), byError(page, "predicted error (cm)", (site, range) => predictedError(page, site, range))];
+  if (page.judged) paints.push(byError(page, "measured error (cm)", (site, range) => measuredError(page, site, range)));
+  paints.push(byProbability(page), byFlag(page));
+  if (page.diff) paints.push(byChange(page));
+  return paints;
+}

@@ -1,0 +1,180 @@
+// One site: what it sees, how its error falls with range, its factors, and why its range is what it is.
+
+import { drawChart, drawHorizontal, drawVertical } from "./charts.js";
+import { css, ramp, rangeColours } from "./colours.js";
+import { chosenRange, depthOfSite, measuredError, numbers, predictedError, probability, textOfSite } from "./data.js";
+import { onSelect, select, selection } from "./selection.js";
+
+function element(kind, members, ...children) {
+  const made = Object.assign(document.createElement(kind), members);
+  made.append(...children);
+  return made;
+}
+
+const limitText = (limit_m) => `${+(100 * limit_m).toPrecision(6)} cm`;
+const limitColours = ["blue", "orange", "green"];
+
+function drawSteps(page, site) {
+  const go = (to) => select(Math.min(Math.max(to, 0), page.sites.count - 1));
+  const number = element("input", { type: "number", min: 0, max: page.sites.count - 1, value: site });
+  number.setAttribute("aria-label", "Site number");
+  number.addEventListener("change", () => go(Number(number.value)));
+  const button = (words, label, step) => {
+    const made = element("button", { type: "button", textContent: words, title: label });
+    made.setAttribute("aria-label", label);
+    made.addEventListener("click", () => { go(site + step); document.querySelector(`.site-panel button[title="${label}"]`)?.focus(); });
+    return made;
+  };
+  return element("div", { className: "steps" }, button("◀◀", "Ten sites back", -10), button("◀", "One site back", -1), number,
+    button("▶", "One site on", 1), button("▶▶", "Ten sites on", 10),
+    element("span", { textContent: `of ${page.sites.count}, run ${page.sites.run[site]}, ${page.sites.s_m[site].toFixed(1)} m from its start, x ${page.sites.x_m[site].toFixed(1)} m, y ${page.sites.y_m[site].toFixed(1)} m` }));
+}
+
+function rangeSpan(page) {
+  const margin = page.ranges_m.length > 1 ? 0.3 * (page.ranges_m[1] - page.ranges_m[0]) : 1;
+  return [page.ranges_m[0] - margin, page.ranges_m.at(-1) + margin];
+}
+
+// Limits across, the chosen ranges upright, each in its limit's colour.
+function markLimits(page, site, u) {
+  page.limits_m.forEach((limit_m, limit) => {
+    drawHorizontal(u, 100 * limit_m, css(limitColours[limit % 3]), [5, 4]);
+    drawVertical(u, page.ranges_m[chosenRange(page, site, limit)], css(limitColours[limit % 3]), limit === 0 ? [] : [2, 3]);
+  });
+}
+
+function drawErrors(page, site, parent) {
+  const lines = [{ label: "predicted error (cm)", colour: () => css("soft"), hasPoints: true, width: 2, dash: [6, 4],
+    ys: page.ranges_m.map((_, range) => 100 * predictedError(page, site, range)) }];
+  if (page.judgedOfSite[site] >= 0) {
+    lines.push({ label: "measured error (cm)", colour: () => css("ink"), hasPoints: true, width: 2,
+      ys: page.ranges_m.map((_, range) => 100 * measuredError(page, site, range)) });
+  }
+  return drawChart(parent, {
+    title: "Error over range at this site", xLabel: "observation range (m)", yLabel: "localization error (cm)", height: 230,
+    xs: page.ranges_m, xRange: rangeSpan(page), xTicks: page.ranges_m, lines, overlay: (u) => markLimits(page, site, u),
+  });
+}
+
+function drawProbabilities(page, site, parent) {
+  return drawChart(parent, {
+    title: "Probability to be within each limit at this site", xLabel: "observation range (m)", yLabel: "P(error within the limit)", height: 230, greatest: 1.02,
+    xs: page.ranges_m, xRange: rangeSpan(page), xTicks: page.ranges_m,
+    lines: page.limits_m.map((limit_m, limit) => ({ label: `P(error ≤ ${limitText(limit_m)})`, colour: () => css(limitColours[limit % 3]), hasPoints: true, width: 2, decimals: 3,
+      ys: page.ranges_m.map((_, range) => probability(page, site, range, limit)) })),
+    overlay: (u) => page.limits_m.forEach((_, limit) => {
+      if (page.thresholds[limit] > 0) drawHorizontal(u, page.thresholds[limit], css(limitColours[limit % 3]), [5, 4]);
+      drawVertical(u, page.ranges_m[chosenRange(page, site, limit)], css(limitColours[limit % 3]), limit === 0 ? [] : [2, 3]);
+    }),
+  });
+}
+
+// From a canvas's column and row to the direction that they stand for, degrees.
+function directionAt(depth, column, row) {
+  const degrees = 180 / Math.PI;
+  const turn = 360 / depth.columns;
+  return {
+    azimuth_deg: 180 - turn * (column + 0.5),
+    elevation_deg: degrees * (depth.first_elevation_rad + depth.elevation_step_rad * (depth.rows - 1 - row)),
+  };
+}
+
+// A line where the vehicle looks ahead.
+function markAhead(page, site, canvas) {
+  const turn = ((Math.PI - page.sites.heading_rad[site]) / (2 * Math.PI)) * canvas.width;
+  const column = ((Math.floor(turn) % canvas.width) + canvas.width) % canvas.width;
+  const context = canvas.getContext("2d");
+  context.fillStyle = css("orange");
+  context.fillRect(column, 0, 1, canvas.height);
+}
+
+function paintDepth(image, canvas) {
+  const colourOf = ramp(rangeColours(9).filter((colour) => colour).reverse());
+  const nothing = css("line");
+  canvas.width = image.width;
+  canvas.height = image.height;
+  const context = canvas.getContext("2d");
+  for (let row = 0; row < image.height; ++row) {
+    for (let column = 0; column < image.width; ++column) {
+      const grey = image.grey[row * image.width + column];
+      context.fillStyle = grey === 255 ? nothing : colourOf(grey / 254);
+      context.fillRect(column, row, 1, 1);
+    }
+  }
+}
+
+async function drawDepth(page, site, parent) {
+  const image = await depthOfSite(page, site);
+  if (selection.site !== site) return;
+  const canvas = element("canvas", { className: "depth" });
+  canvas.style.aspectRatio = `${image.width} / ${2 * image.height}`;
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", `Depth image of site ${image.site}`);
+  const reading = element("div", { className: "reading", textContent: "Point at the image to read a distance." });
+  paintDepth(image, canvas);
+  markAhead(page, site, canvas);
+  canvas.addEventListener("mousemove", (event) => {
+    const box = canvas.getBoundingClientRect();
+    const column = Math.min(Math.floor(((event.clientX - box.left) / box.width) * image.width), image.width - 1);
+    const row = Math.min(Math.floor(((event.clientY - box.top) / box.height) * image.height), image.height - 1);
+    const grey = image.grey[row * image.width + column];
+    const { azimuth_deg, elevation_deg } = directionAt(page.depth, column, row);
+    reading.textContent = `${azimuth_deg.toFixed(0)}° from map +x, ${elevation_deg.toFixed(0)}° up: ${grey === 255 ? `nothing within ${page.depth.longest_m} m` : `${((grey / 254) * page.depth.longest_m).toFixed(1)} m`}`;
+  });
+  const colourOf = ramp(rangeColours(9).filter((colour) => colour).reverse());
+  const bar = element("span", { className: "ramp" });
+  bar.style.background = `linear-gradient(to right, ${Array.from({ length: 9 }, (_, i) => colourOf(i / 8)).join(",")})`;
+  parent.append(element("h3", { textContent: image.site === site ? "What it sees" : `What site ${image.site} sees, the nearest with an image` }), canvas,
+    element("div", { className: "depth-words" }, ...["−x", "+y", "map +x", "−y", "−x"].map((words) => element("span", { textContent: words }))),
+    element("div", { className: "reading" }, "0 m", bar, `${page.depth.longest_m} m; grey: nothing; orange line: the way ahead`), reading);
+}
+
+async function drawFactors(page, site, parent) {
+  const [values, median, deviation] = await Promise.all([page.factors.values, page.factors.median, page.factors.deviation].map(numbers));
+  if (selection.site !== site) return;
+  const count = page.factors.names.length;
+  const body = element("tbody", {});
+  const fill = (range) => {
+    body.replaceChildren(...page.factors.names.map((name, factor) => {
+      const value = values[(site * page.ranges_m.length + range) * count + factor];
+      const [middle, spread] = [median[range * count + factor], deviation[range * count + factor]];
+      const z = spread > 0 ? (0.6745 * (value - middle)) / spread : 0;
+      const isDirection = name.endsWith("_heading");
+      const bar = element("span", { className: "bar" });
+      bar.style.width = `${Math.min(Math.abs(z), 6) * 0.6}rem`;
+      bar.style.background = css(z < 0 ? "blue" : "orange");
+      const cell = element("td", { className: "zcell" });
+      if (!isDirection) cell.append(bar, ` ${z >= 0 ? "+" : "−"}${Math.abs(z).toFixed(1)}`);
+      return element("tr", {}, element("th", { scope: "row", textContent: name }), element("td", { textContent: Number(value.toPrecision(4)) }),
+        element("td", { textContent: isDirection ? "" : Number(middle.toPrecision(4)) }), cell);
+    }));
+  };
+  const choice = element("select", {}, ...page.ranges_m.map((range_m, range) => element("option", { value: range, textContent: `${range_m} m` })));
+  choice.value = chosenRange(page, site, 0);
+  choice.addEventListener("change", () => fill(Number(choice.value)));
+  fill(Number(choice.value));
+  parent.append(element("h3", { textContent: "Factors" }), element("label", { textContent: "within " }, choice),
+    element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...["factor", "here", "route's median", "off the median (robust z)"].map((words) => element("th", { scope: "col", textContent: words })))), body)));
+}
+
+export function drawSitePanel(page, place) {
+  const panel = element("div", { className: "site-panel" });
+  panel.setAttribute("aria-live", "polite");
+  place.append(panel);
+  let charts = [];
+  onSelect(async (site) => {
+    charts.forEach((chart) => chart.remove());
+    const errors = element("div", {}, element("h3", { textContent: "Error over range" }));
+    const probabilities = element("div", {}, element("h3", { textContent: "Probability over range" }));
+    const depth = element("div", { className: "wide" });
+    const factors = element("div", {});
+    const words = element("div", {}, element("h3", { textContent: "Why this range" }));
+    panel.replaceChildren(element("h3", { className: "wide", id: "site-title", textContent: `Site ${site}` }), element("div", { className: "wide" }, drawSteps(page, site)),
+      ...(page.depth ? [depth] : []), errors, probabilities, element("div", { className: "row" }, words, factors));
+    charts = [drawErrors(page, site, errors), drawProbabilities(page, site, probabilities)];
+    if (page.depth) drawDepth(page, site, depth);
+    if (page.factors) drawFactors(page, site, factors);
+    const text = await textOfSite(page, site);
+    if (selection.site === site) words.append(element("pre", { textContent: text }));
+  });
+}

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sightline {
+
+enum class Mark { kLine, kSteps, kPoints, kBars };
+
+// One line, or one set of points or bars, of a chart.
+struct ChartSeries {
+  std::string name;    // in the legend; empty: not told there
+  std::string colour;  // any CSS colour
+  Mark mark = Mark::kLine;
+  std::vector<double> x;            // ascending for lines and steps
+  std::vector<double> y;            // as many; a NaN breaks a line
+  std::vector<std::string> labels;  // of points, shown beside them; empty, or as many
+  double size_px = 1.6;             // width of a line, radius of a point; bars share the space
+  bool is_dashed = false;
+};
+
+// A stretch of the x axis that is shaded.
+struct ChartBand {
+  double from_x = 0.0;
+  double to_x = 0.0;
+};
+
+struct Chart {
+  std::string title;    // for those who cannot see it
+  std::string x_label;  // with its unit
+  std::string y_label;
+  std::vector<ChartSeries> series;
+  std::vector<ChartBand> bands;
+  std::string band_name;  // in the legend
+  std::string band_colour = "#e0a0b0";
+  std::vector<double> x_ticks;       // empty: chosen
+  std::optional<double> least_y;     // else what the numbers need
+  std::optional<double> greatest_y;  // what lies above is cut off
+  std::optional<double> least_x;
+  std::optional<double> greatest_x;
+  double width_px = 760.0;
+  double height_px = 300.0;
+};
+
+// The chart as an SVG element that may stand in a page: axes with ticks and units, a legend, text
+// and axes in the page's own colour. A line of more points than twice the pixels that it has keeps
+// the least and the greatest of each column of pixels, so that no peak is lost.
+std::string chart_svg(const Chart& chart);
+
+// Text for HTML and SVG: & < > and " are written as entities.
+std::string escaped(const std::string& text);
+
+}  // namespace sightline
