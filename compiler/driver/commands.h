@@ -15,6 +15,9 @@ void add_verify_command(CLI::App& app, int& status);
 void add_diff_command(CLI::App& app, int& status);
 void add_delta_command(CLI::App& app, int& status);
 void add_apply_command(CLI::App& app, int& status);
+void add_strip_command(CLI::App& app, int& status);
+void add_migrate_command(CLI::App& app, int& status);
+void add_recover_command(CLI::App& app, int& status);
 void add_passes_command(CLI::App& app, int& status);
 
 }  // namespace sightline

@@ -22,6 +22,9 @@ int main(int argc, char** argv) {
   sightline::add_diff_command(app, status);
   sightline::add_delta_command(app, status);
   sightline::add_apply_command(app, status);
+  sightline::add_strip_command(app, status);
+  sightline::add_migrate_command(app, status);
+  sightline::add_recover_command(app, status);
   sightline::add_passes_command(app, status);
   try {
     app.parse(argc, argv);
