@@ -51,7 +51,7 @@ void add_diff_command(CLI::App& app, int& status) {
   CLI::App* command = app.add_subcommand(
       "diff", "Tell what changed between two maps: streets, ranges, promises, definitions");
   command->footer(
-      "Exit status: 0 the maps are the same, 1 they differ, 2 trouble.\n\n"
+      "Exit status: 0 the maps are the same, 1 they differ, 2 trouble (64 an unknown flag).\n\n"
       "Sites are matched by place: the old map is asked where each site of the new one lies, as a\n"
       "vehicle would ask. Tiles with equal digests are not read.\n\n"
       "Examples:\n"
@@ -73,6 +73,10 @@ void add_diff_command(CLI::App& app, int& status) {
   command->add_option("--join-m", flags->options.join_m,
                       "Changes along the route no farther apart are told as one stretch, m")
       ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_option("--longest-m", flags->options.longest_m,
+                      "A longer stretch is told in pieces, m")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_option("--utm", flags->utm_zone,
                       "UTM zone of the maps' world, such as 33N: geojson then has longitude and "

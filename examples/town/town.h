@@ -19,7 +19,7 @@ struct TownOptions {
   std::uint64_t seed = 1;
   double length_m = 600.0;  // of the driven line, 20 to 20000
   bool is_round = false;    // the line closes around a block; at least 200 m then
-  TownChange change;        // what happened to a stretch of it meanwhile
+  TownChange change = {};   // what happened to a stretch of it meanwhile
 };
 
 // What is true of the town whoever drives through it.

@@ -5,16 +5,17 @@
 namespace sightline {
 namespace {
 
-// Sites, ascending, cut where the route or what changed has a gap.
+// Sites, ascending, cut where the route or what changed has a gap, and where a piece gets too long.
 template <class RowOf>
-std::vector<std::vector<std::uint32_t>> cut(const std::set<std::uint32_t>& sites, double join_m,
-                                            const RowOf& row_of) {
+std::vector<std::vector<std::uint32_t>> cut(const std::set<std::uint32_t>& sites,
+                                            const MapDiffOptions& options, const RowOf& row_of) {
   std::vector<std::vector<std::uint32_t>> pieces;
   const SiteRow* previous = nullptr;
   for (const std::uint32_t site : sites) {
     const SiteRow& row = row_of(site);
-    const bool goes_on =
-        previous != nullptr && previous->run == row.run && row.s_m - previous->s_m <= join_m;
+    const bool goes_on = previous != nullptr && previous->run == row.run &&
+                         row.s_m - previous->s_m <= options.join_m &&
+                         row.s_m - row_of(pieces.back().front()).s_m < options.longest_m;
     if (!goes_on) pieces.emplace_back();
     pieces.back().push_back(site);
     previous = &row;
@@ -97,18 +98,17 @@ std::vector<Stretch> stretches_of(const CompiledMap& before, const CompiledMap& 
   }
   for (const auto& [site, counts] : nds) marked.insert(site);
   const std::size_t limits = common_limits(before, after).size();
-  const double join_m = diff.options.join_m;
   std::vector<Stretch> stretches;
   const auto row_after = [&](std::uint32_t site) -> const SiteRow& {
     return *compared.after.at(site).row;
   };
-  for (const std::vector<std::uint32_t>& piece : cut(marked, join_m, row_after)) {
+  for (const std::vector<std::uint32_t>& piece : cut(marked, diff.options, row_after)) {
     stretches.push_back(stretch_after(piece, after, limits, compared, nds));
   }
   const auto row_before = [&](std::uint32_t site) -> const SiteRow& {
     return *compared.only_before.at(site);
   };
-  for (const std::vector<std::uint32_t>& piece : cut(removed, join_m, row_before)) {
+  for (const std::vector<std::uint32_t>& piece : cut(removed, diff.options, row_before)) {
     stretches.push_back(stretch_before(piece, before, limits, compared));
   }
   return stretches;

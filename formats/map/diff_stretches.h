@@ -22,7 +22,7 @@ using NdsBySite = std::map<std::uint32_t, NdCounts>;
 
 // Stretches of the new map by run and s, then those that only the old map has. A stretch begins and
 // ends with a site that changed or has a changed ND near it; between two such sites lie at most
-// options.join_m.
+// options.join_m, and it is shorter than options.longest_m.
 std::vector<Stretch> stretches_of(const CompiledMap& before, const CompiledMap& after,
                                   const ComparedSites& compared, const NdsBySite& nds,
                                   const MapDiff& diff);

@@ -71,6 +71,7 @@ void count_blocks(const Blocks* before, const Blocks* after,
     for (const schema::Block* block : *after) names[block->name()->str()].second = block;
   }
   for (const auto& [name, blocks] : names) {
+    if (is_derived(name)) continue;  // follows from the others
     BlockDiff& count = counts[name];
     count.name = name;
     count.is_required |= (blocks.second != nullptr ? blocks.second : blocks.first)->is_required();

@@ -222,9 +222,9 @@ Result<MapDiff> diff_maps(std::span<const std::byte> before, std::span<const std
 
 Result<MapDiff> diff_maps(const std::filesystem::path& before, const std::filesystem::path& after,
                           const MapDiffOptions& options) {
-  const Result<MappedFile> old_file = MappedFile::open(before.string());
+  const Result<MappedFile> old_file = MappedFile::open(before.string(), MappedFile::Use::kHereAndThere);
   if (!old_file) return old_file.error();
-  const Result<MappedFile> new_file = MappedFile::open(after.string());
+  const Result<MappedFile> new_file = MappedFile::open(after.string(), MappedFile::Use::kHereAndThere);
   if (!new_file) return new_file.error();
   Result<MapSide> old_side = MapSide::open(old_file->bytes());
   if (!old_side) return of_file(old_side.error(), before);

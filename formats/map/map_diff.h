@@ -18,6 +18,7 @@ namespace sightline {
 struct MapDiffOptions {
   double tolerance_m = 0.10;  // an ND whose mean moved no farther stayed
   double join_m = 25.0;       // two changes along a route no farther apart belong to one stretch
+  double longest_m = 100.0;   // of a stretch: a longer one is told in pieces
 };
 
 // A property of the map as a whole: "frame.origin_world_m", "definitions.sites", "model.digest".

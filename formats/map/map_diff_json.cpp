@@ -136,6 +136,7 @@ std::string to_json(const MapDiff& diff) {
                {"is_same", diff.is_same()},
                {"tolerance_m", diff.options.tolerance_m},
                {"join_m", diff.options.join_m},
+               {"longest_m", diff.options.longest_m},
                {"bytes_read", diff.bytes_read},
                {"before", map_json(diff.before)},
                {"after", map_json(diff.after)},

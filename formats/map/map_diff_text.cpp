@@ -27,12 +27,14 @@ std::string signed_number(double value, int decimals) {
 
 std::string limit_name(double limit_m) { return format_double(limit_m) + " m"; }
 
-// The first twelve digits of a digest are enough to tell two apart.
+// The first twelve digits of a digest are enough to tell two apart; JSON has long texts whole.
 std::string shortened(const std::string& value) {
+  constexpr std::size_t kLongest = 36;
   constexpr std::size_t kDigestSize = 64;
   const bool is_digest = value.size() == kDigestSize &&
                          value.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (is_digest) return value.substr(0, 12);
+  if (value.size() > kLongest) return value.substr(0, kLongest - 3) + "...";
   return value.empty() ? "-" : value;
 }
 

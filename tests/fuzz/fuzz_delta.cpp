@@ -16,8 +16,8 @@
 #include "formats/map/make_delta.h"
 #include "formats/map/map_digest_check.h"
 #include "formats/map/map_writer.h"
+#include "tests/fuzz/delta_base.h"
 #include "tests/fuzz/fuzz.h"
-#include "tests/formats/map/random_map.h"
 
 namespace sightline {
 namespace {
@@ -38,7 +38,7 @@ struct Bench {
     fs::create_directories(folder);
     map = folder / "map.slmap";
     delta = folder / "input.sldelta";
-    base = encode_map(random_map({.seed = 2, .site_count = 3, .nd_count = 6, .model_size = 90}));
+    base = encode_map(fuzzed_base());
     write(map, base);
   }
   ~Bench() { fs::remove_all(folder); }

@@ -8,6 +8,7 @@
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/release/signed_records.h"
+#include "tests/fuzz/delta_base.h"
 #include "tests/support/handmade_model.h"
 
 namespace sightline {
@@ -72,10 +73,10 @@ void add_records(std::vector<Seed>& seeds) {
 }
 
 void add_deltas(std::vector<Seed>& seeds) {
-  CompiledMap map = random_map({.seed = 2, .site_count = 3, .nd_count = 6, .model_size = 90});
+  CompiledMap map = fuzzed_base();
   const std::vector<std::byte> base = encode_map(map);
   map.release += 1;
-  map.ndt.nds[0].point_count += 1;
+  for (std::size_t i = 0; i < map.ndt.nds.size(); i += 9) map.ndt.nds[i].point_count += 1;
   map.ranges.flags[0] ^= kExtrapolated;
   const std::vector<std::byte> result = encode_map(map);
   seeds.push_back({"delta/seed_small", *make_delta(base, result, {.is_portable = false})});

@@ -100,6 +100,20 @@ TEST_F(Delta, SendsChangedLayersAlone) {
   EXPECT_LT(make(base, result).size(), base.size() / 50);
 }
 
+TEST_F(Delta, PacksLayersAnewWhereThatIsSmallerUnlessItShallBePortable) {
+  CompiledMap map = random_map({.seed = 5, .nd_count = 900, .extent_m = 30.0});
+  const Bytes base = encode_map(map);
+  for (std::size_t i = 0; i < map.ndt.nds.size(); i += 20) map.ndt.nds[i].point_count += 1;
+  const Bytes result = encode_map(map);
+  const Bytes small = make(base, result);
+  const Bytes portable = make(base, result, {.is_portable = true});
+  EXPECT_LT(small.size(), portable.size() / 2);
+  EXPECT_EQ(decode_delta_header(small, small.size())->zstd_version, zstd_version());
+  EXPECT_EQ(decode_delta_header(portable, portable.size())->zstd_version, 0u);
+  ASSERT_TRUE(apply(base, small));
+  expect_map(result, "packed anew");
+}
+
 TEST_F(Delta, KeepsTheOldMapAndTakesItBack) {
   const Bytes base = encode_map(tiny_map());
   const Bytes result = encode_map(changed_map(tiny_map(), 1));
