@@ -17,6 +17,9 @@ void add_root_command(CLI::App& app, int& status);
 void add_release_command(CLI::App& app, int& status);
 void add_sign_command(CLI::App& app, int& status);
 void add_admit_command(CLI::App& app, int& status);
+void add_strip_command(CLI::App& app, int& status);
+void add_migrate_command(CLI::App& app, int& status);
+void add_recover_command(CLI::App& app, int& status);
 void add_passes_command(CLI::App& app, int& status);
 
 }  // namespace sightline

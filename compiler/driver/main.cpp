@@ -7,7 +7,8 @@ int main(int argc, char** argv) {
   CLI::App app(
       "sightline compiles recorded drives into a map that tells a vehicle how far it must look at "
       "each place.\n\nData goes to stdout, log and progress to stderr. Exit status: 0 done, 64 "
-      "usage, 65 input, 66 version, 67 corrupt,\n68 signature, 74 system, 75 incomplete; schemas/error_codes.md "
+      "usage, 65 input, 66 version, 67 corrupt,\n68 signature, 74 system, 75 incomplete; "
+      "schemas/error_codes.md "
       "lists every failure with its remedy.");
   app.name("sightline");
   app.set_version_flag("--version", "sightline " SIGHTLINE_VERSION);
@@ -24,6 +25,9 @@ int main(int argc, char** argv) {
   sightline::add_release_command(app, status);
   sightline::add_sign_command(app, status);
   sightline::add_admit_command(app, status);
+  sightline::add_strip_command(app, status);
+  sightline::add_migrate_command(app, status);
+  sightline::add_recover_command(app, status);
   sightline::add_passes_command(app, status);
   try {
     app.parse(argc, argv);

@@ -9,6 +9,7 @@
 #include "compiler/base/bytes.h"
 #include "formats/map/block_codec.h"
 #include "formats/map/map_digests.h"
+#include "formats/reader/look_up.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"
 
@@ -69,6 +70,20 @@ class DirectoryRepair {
                        repair_blocks(*directory.sections()));
   }
 
+  // Number, seed and checksum of each page of the section "look-up", under the header's root
+  // digest.
+  void repair_pages(const schema::Directory& directory, const FileHeader& header) {
+    for (const schema::Block* block : *directory.sections()) {
+      if (block->name()->string_view() != kLookUpSection) continue;
+      const auto stored = part(file_, block->offset(), block->stored_size());
+      if (!stored) return;
+      for (std::uint64_t number = 0; number < stored->size() / kPageSize; ++number) {
+        seal_page(stored->subspan(number * kPageSize, kPageSize), number, page_seed(header));
+      }
+      repair_block(*block);
+    }
+  }
+
  private:
   using Blocks = flatbuffers::Vector<flatbuffers::Offset<schema::Block>>;
 
@@ -120,6 +135,7 @@ void repair_contents(std::span<std::byte> file, FileHeader& header) {
   const schema::Directory* verified = repair.verified();
   if (manifest && verified != nullptr) {
     header.root_digest = repair.repair(*verified, header, *manifest);
+    repair.repair_pages(*verified, header);
   }
   header.directory_checksum = block_checksum(*directory);
 }
