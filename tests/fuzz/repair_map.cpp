@@ -70,7 +70,8 @@ class DirectoryRepair {
                        repair_blocks(*directory.sections()));
   }
 
-  // Number, seed and checksum of each page of the section "look-up", which name the map's digest.
+  // Number, seed and checksum of each page of the section "look-up", under the header's root
+  // digest.
   void repair_pages(const schema::Directory& directory, const FileHeader& header) {
     for (const schema::Block* block : *directory.sections()) {
       if (block->name()->string_view() != kLookUpSection) continue;

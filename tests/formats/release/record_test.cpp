@@ -113,7 +113,8 @@ TEST(ReleaseRecordText, WhateverIsAcceptedIsWrittenAgainTheSame) {
   for (std::size_t size = 0; size < text.size(); ++size) {
     const Result<ReleaseRecord> record =
         decode_release_record(std::string_view(text).substr(0, size));
-    if (record) EXPECT_EQ(encode(*record), text.substr(0, size)) << "cut at " << size;
+    // Without its last line it is a whole record too, of no deltas.
+    EXPECT_TRUE(!record || encode(*record) == text.substr(0, size)) << "cut at " << size;
   }
 }
 
