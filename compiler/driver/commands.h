@@ -12,6 +12,7 @@ void add_evaluate_command(CLI::App& app, int& status);
 void add_inspect_command(CLI::App& app, int& status);
 void add_dump_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
+void add_export_command(CLI::App& app, int& status);
 void add_gate_command(CLI::App& app, int& status);
 void add_passes_command(CLI::App& app, int& status);
 

@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   sightline::add_inspect_command(app, status);
   sightline::add_dump_command(app, status);
   sightline::add_verify_command(app, status);
+  sightline::add_export_command(app, status);
   sightline::add_gate_command(app, status);
   sightline::add_passes_command(app, status);
   try {

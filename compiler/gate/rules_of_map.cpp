@@ -168,7 +168,7 @@ using enum Severity;
 using enum Needs;
 using enum Bound;
 
-const Rule kRules[] = {
+const GateRule kRules[] = {
     {"expected-coverage", kMap, kError, kAtLeast, 0.80, "share",
      "Mean over the sites of P(error <= limit) at the chosen range", find_expected_coverage},
     {"measured-coverage", kMap, kWarning, kAtLeast, 0.80, "share",
@@ -203,6 +203,6 @@ const Rule kRules[] = {
 
 }  // namespace
 
-std::span<const Rule> rules_of_map() { return kRules; }
+std::span<const GateRule> rules_of_map() { return kRules; }
 
 }  // namespace sightline

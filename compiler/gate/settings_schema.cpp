@@ -22,7 +22,7 @@ Json positive(double by_default, const char* what) {
           {"description", what}};
 }
 
-Json rule_schema(const Rule& rule) {
+Json rule_schema(const GateRule& rule) {
   const Json severity = {{"enum", {"error", "warning", "note", "off"}}};
   const Json full = {{"type", "object"},
                      {"additionalProperties", false},
@@ -67,7 +67,7 @@ Json exception_schema() {
 std::string gate_settings_schema() {
   const GateSettings defaults = default_gate_settings();
   Json rules = {{"type", "object"}, {"additionalProperties", false}};
-  for (const Rule& rule : gate_rules()) {
+  for (const GateRule& rule : gate_rules()) {
     rules["properties"][std::string(rule.id)] = rule_schema(rule);
   }
   const Json schema = {
