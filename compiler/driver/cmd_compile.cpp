@@ -91,14 +91,27 @@ void add_compile_command(CLI::App& app, int& status) {
       "runs again.\n\n"
       "Examples:\n"
       "  sightline compile town.yaml -o town.slmap\n"
-      "  sightline compile street.yaml -o street.slmap --model city.slmodel\n"
+      "  sightline compile street.yaml -o street.slmap --model city.slmodel --risk 0.1\n"
+      "  sightline compile city.yaml -o city.slmap --strict\n"
       "  sightline compile town.yaml -o town.slmap --set build-ndt.cell_m=1.0 --explain\n"
       "  sightline compile town.yaml --stop-after build-ndt --print-after build-ndt");
   add_run_flags(*command, flags->run);
   command->add_option("-o,--output", flags->output, "The map file to write (.slmap)");
-  command->add_option("--model", flags->model,
-                      "Take the error model of this file (sightline train) or map (.slmap) instead of "
-                      "training one; what the localization drive measures is told to it as history");
+  command->add_option(
+      "--model", flags->model,
+      "Take the error model of this file (sightline train) or map (.slmap) instead of "
+      "training one; what the localization drive measures is told to it as history");
+  command->add_option_function<std::string>(
+      "--risk",
+      [flags](const std::string& alpha) {
+        flags->run.overrides.push_back("choose-ranges.alpha=" + alpha);
+      },
+      "Share of the route that may miss its limit on the next drive (choose-ranges.alpha)");
+  command->add_flag_callback(
+      "--strict",
+      [flags] { flags->run.overrides.push_back("choose-ranges.risk_control=learn-then-test"); },
+      "Promise it with confidence 1 - choose-ranges.delta rather than on average; needs more "
+      "route");
   command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
   command->callback([flags, &status] {
     const Result<void> compiled = compile(*flags);

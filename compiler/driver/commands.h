@@ -14,6 +14,9 @@ void add_dump_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
 void add_export_command(CLI::App& app, int& status);
 void add_gate_command(CLI::App& app, int& status);
+void add_strip_command(CLI::App& app, int& status);
+void add_migrate_command(CLI::App& app, int& status);
+void add_recover_command(CLI::App& app, int& status);
 void add_passes_command(CLI::App& app, int& status);
 
 }  // namespace sightline

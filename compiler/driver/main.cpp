@@ -21,6 +21,9 @@ int main(int argc, char** argv) {
   sightline::add_verify_command(app, status);
   sightline::add_export_command(app, status);
   sightline::add_gate_command(app, status);
+  sightline::add_strip_command(app, status);
+  sightline::add_migrate_command(app, status);
+  sightline::add_recover_command(app, status);
   sightline::add_passes_command(app, status);
   try {
     app.parse(argc, argv);

@@ -80,7 +80,7 @@ std::vector<Found> find_mean_range(const GateInput& input, const Threshold&) {
 }
 
 std::vector<Found> find_p95_range(const GateInput& input, const Threshold&) {
-  return each_limit(*input.map, "the range that 95 % of the sites stay within", "m",
+  return each_limit(*input.map, "the range that covers 95 % of the sites", "m",
                     [&](std::size_t l) { return p95_range_m(*input.map, l); });
 }
 

@@ -22,6 +22,7 @@
 //
 //   plain     the map's cells, as defined for measured error
 //   annealed  blurred, then sharpened NDs of the same cells
+//   searching annealed, looking along a loose direction (the default)
 //   refined   the same, then sharpened NDs of 0.5 m cells
 
 namespace sightline {
@@ -204,8 +205,9 @@ void compare(const World& world, double cell_m, bool has_peer) {
   const NdtMap finest = map_of(world, kFinest_m);
   const int factor = static_cast<int>(cell_m / kFinest_m);
   std::vector<Method> methods;
-  methods.push_back({"plain", make_localizer(map, {})});
-  methods.push_back({"annealed", make_localizer(map, {.is_annealed = true})});
+  for (const char* name : {"plain", "annealed", "searching"}) {
+    methods.push_back({name, make_localizer(map, localizer_named(name))});
+  }
   methods.push_back(
       {"refined", make_localizer(finest, {.is_annealed = true, .coarse_cells = factor})});
   PclNdt pcl(world.map_points_m, cell_m);

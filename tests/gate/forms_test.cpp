@@ -161,7 +161,7 @@ TEST(GateRules, AreAsTheyAreDocumented) {
 TEST(GateRules, AreInTheSchemaOfTheSettings) {
   const Json schema = Json::parse(gate_settings_schema());
   for (const GateRule& rule : gate_rules()) {
-    EXPECT_TRUE(schema["properties"]["rules"]["properties"].contains(rule.id)) << rule.id;
+    EXPECT_EQ(faults(schema, {{"rules", {{std::string(rule.id), "note"}}}}), "") << rule.id;
   }
   const Json settings = {
       {"rules", {{"mean-range", 30}, {"unmet-share", "off"}}},
