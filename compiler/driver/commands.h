@@ -12,6 +12,7 @@ void add_train_command(CLI::App& app, int& status);
 void add_evaluate_command(CLI::App& app, int& status);
 void add_inspect_command(CLI::App& app, int& status);
 void add_dump_command(CLI::App& app, int& status);
+void add_export_command(CLI::App& app, int& status);
 void add_report_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
 void add_diff_command(CLI::App& app, int& status);

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   sightline::add_evaluate_command(app, status);
   sightline::add_inspect_command(app, status);
   sightline::add_dump_command(app, status);
+  sightline::add_export_command(app, status);
   sightline::add_report_command(app, status);
   sightline::add_verify_command(app, status);
   sightline::add_diff_command(app, status);

@@ -52,7 +52,7 @@ GateInput input_of(const GateSubject& subject, const GateSettings& settings) {
   return input;
 }
 
-bool can_be_asked(const Rule& rule, const GateInput& input) {
+bool can_be_asked(const GateRule& rule, const GateInput& input) {
   switch (rule.needs) {
     case Needs::kMap:
       return true;
@@ -66,7 +66,7 @@ bool can_be_asked(const Rule& rule, const GateInput& input) {
   SIGHTLINE_CHECK(false);
 }
 
-Check check_of(const Rule& rule, const RuleSetting& setting, Found found) {
+Check check_of(const GateRule& rule, const RuleSetting& setting, Found found) {
   Check check;
   check.rule = rule.id;
   check.severity = setting.severity;
@@ -100,7 +100,7 @@ Result<GateReport> judge(const GateSubject& subject, const GateSettings& setting
   if (subject.old_map != nullptr) report.old_map = card_of(*subject.old_map);
   report.today = today;
   report.fails_at = settings.fails_at;
-  for (const Rule& rule : gate_rules()) {
+  for (const GateRule& rule : gate_rules()) {
     const RuleSetting& setting = settings.rules.at(std::string(rule.id));
     if (!setting.is_on || !can_be_asked(rule, input)) continue;
     for (Found& found : rule.find(input, setting.threshold)) {

@@ -32,7 +32,7 @@ Json text(std::string_view words) { return {{"text", words}}; }
 
 Json rules_json() {
   Json rules = Json::array();
-  for (const Rule& rule : gate_rules()) {
+  for (const GateRule& rule : gate_rules()) {
     Json json = {{"id", rule.id},
                  {"shortDescription", text(rule.summary)},
                  {"defaultConfiguration", {{"level", severity_name(rule.severity)}}},
@@ -46,7 +46,7 @@ Json rules_json() {
 }
 
 std::size_t rule_index(const std::string& id) {
-  const auto found = std::ranges::find(gate_rules(), id, &Rule::id);
+  const auto found = std::ranges::find(gate_rules(), id, &GateRule::id);
   return static_cast<std::size_t>(found - gate_rules().begin());
 }
 

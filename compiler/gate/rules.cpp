@@ -12,18 +12,18 @@ using enum Needs;
 using enum Bound;
 
 // What the exceptions themselves give rise to.
-const Rule kRulesOfExceptions[] = {
+const GateRule kRulesOfExceptions[] = {
     {"exception-expired", kExceptions, kWarning, kAtMost, 0.0, "days",
      "An exception is past its end and covers nothing any more", nullptr},
     {"exception-unused", kExceptions, kNote, kAtMost, 0.0, "exceptions",
      "An exception that has not expired covers no finding", nullptr},
 };
 
-std::vector<Rule> join() {
-  std::vector<Rule> all;
-  for (const std::span<const Rule> part :
+std::vector<GateRule> join() {
+  std::vector<GateRule> all;
+  for (const std::span<const GateRule> part :
        {rules_of_map(), rules_of_poses(), rules_of_observation(), rules_of_identity(),
-        rules_of_change(), std::span<const Rule>(kRulesOfExceptions)}) {
+        rules_of_change(), std::span<const GateRule>(kRulesOfExceptions)}) {
     all.insert(all.end(), part.begin(), part.end());
   }
   return all;
@@ -56,14 +56,14 @@ std::string told(double value, std::string_view unit) {
   return fixed(value, 0) + " " + std::string(unit);
 }
 
-std::span<const Rule> gate_rules() {
-  static const std::vector<Rule> kAll = join();
+std::span<const GateRule> gate_rules() {
+  static const std::vector<GateRule> kAll = join();
   return kAll;
 }
 
 std::string rules_table() {
   std::string text = "| rule | severity | allowed | what is judged |\n|---|---|---|---|\n";
-  for (const Rule& rule : gate_rules()) {
+  for (const GateRule& rule : gate_rules()) {
     const std::string side = rule.bound == Bound::kAtMost ? "at most " : "at least ";
     text += "| `" + std::string(rule.id) + "` | " + std::string(severity_name(rule.severity)) +
             " | " + (rule.allowed ? side + told(*rule.allowed, rule.unit) : "no bound") + " | " +

@@ -52,7 +52,7 @@ using RuleFunction = std::vector<Found> (*)(const GateInput& input, const Thresh
 
 enum class Needs : std::uint8_t { kMap, kObservation, kOldMap, kExceptions };
 
-struct Rule {
+struct GateRule {
   std::string_view id;  // stable: "expected-coverage"
   Needs needs = Needs::kMap;
   Severity severity = Severity::kError;  // unless the settings say otherwise
@@ -64,7 +64,7 @@ struct Rule {
 };
 
 // Every rule, in the order in which they are told. Ids are never reused.
-std::span<const Rule> gate_rules();
+std::span<const GateRule> gate_rules();
 
 // The rules as the table of schemas/gate_rules.md.
 std::string rules_table();
@@ -75,10 +75,10 @@ bool is_within(double value, Bound bound, double allowed);
 std::string told(double value, std::string_view unit);
 
 // The rules by what they need; gate_rules() joins them.
-std::span<const Rule> rules_of_map();
-std::span<const Rule> rules_of_poses();
-std::span<const Rule> rules_of_observation();
-std::span<const Rule> rules_of_identity();
-std::span<const Rule> rules_of_change();
+std::span<const GateRule> rules_of_map();
+std::span<const GateRule> rules_of_poses();
+std::span<const GateRule> rules_of_observation();
+std::span<const GateRule> rules_of_identity();
+std::span<const GateRule> rules_of_change();
 
 }  // namespace sightline

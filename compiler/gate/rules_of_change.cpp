@@ -277,7 +277,7 @@ using enum Severity;
 using enum Needs;
 using enum Bound;
 
-const Rule kRules[] = {
+const GateRule kRules[] = {
     {"stretch-error-rise", kOldMap, kError, kAtMost, 0.25, "of the limit",
      "Rise of the error expected at the old map's chosen range, over the limit, mean over "
      "`change_stretch_m` of route",
@@ -307,6 +307,6 @@ const Rule kRules[] = {
 
 }  // namespace
 
-std::span<const Rule> rules_of_change() { return kRules; }
+std::span<const GateRule> rules_of_change() { return kRules; }
 
 }  // namespace sightline

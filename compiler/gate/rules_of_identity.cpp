@@ -114,7 +114,7 @@ using enum Severity;
 using enum Needs;
 using enum Bound;
 
-const Rule kRules[] = {
+const GateRule kRules[] = {
     {"frame-change", kOldMap, kError, kAtMost, 0.0, "differences",
      "Origin, tile, cell, spacing of sites or reach differ: a vehicle's coordinates may no longer "
      "fit",
@@ -133,6 +133,6 @@ const Rule kRules[] = {
 
 }  // namespace
 
-std::span<const Rule> rules_of_identity() { return kRules; }
+std::span<const GateRule> rules_of_identity() { return kRules; }
 
 }  // namespace sightline

@@ -80,7 +80,7 @@ std::vector<Found> find_mean_range(const GateInput& input, const Threshold&) {
 }
 
 std::vector<Found> find_p95_range(const GateInput& input, const Threshold&) {
-  return each_limit(*input.map, "the range that 95 % of the sites stay within", "m",
+  return each_limit(*input.map, "the range that covers 95 % of the sites", "m",
                     [&](std::size_t l) { return p95_range_m(*input.map, l); });
 }
 
@@ -168,7 +168,7 @@ using enum Severity;
 using enum Needs;
 using enum Bound;
 
-const Rule kRules[] = {
+const GateRule kRules[] = {
     {"expected-coverage", kMap, kError, kAtLeast, 0.80, "share",
      "Mean over the sites of P(error <= limit) at the chosen range", find_expected_coverage},
     {"measured-coverage", kMap, kWarning, kAtLeast, 0.80, "share",
@@ -203,6 +203,6 @@ const Rule kRules[] = {
 
 }  // namespace
 
-std::span<const Rule> rules_of_map() { return kRules; }
+std::span<const GateRule> rules_of_map() { return kRules; }
 
 }  // namespace sightline

@@ -90,7 +90,7 @@ using enum Severity;
 using enum Needs;
 using enum Bound;
 
-const Rule kRules[] = {
+const GateRule kRules[] = {
     {"observed-coverage", kObservation, kError, kAtLeast, 0.80, "share",
      "Share of the judged sites of an independent drive within the limit", find_coverage},
     {"observed-promise", kObservation, kError, kAtMost, 0.02, "share",
@@ -105,6 +105,6 @@ const Rule kRules[] = {
 
 }  // namespace
 
-std::span<const Rule> rules_of_observation() { return kRules; }
+std::span<const GateRule> rules_of_observation() { return kRules; }
 
 }  // namespace sightline

@@ -54,7 +54,7 @@ using enum Severity;
 using enum Needs;
 using enum Bound;
 
-const Rule kRules[] = {
+const GateRule kRules[] = {
     {"trajectory-residual", kMap, kError, kAtMost, 0.10, "m",
      "Root mean square of what the pose graph left over, translation", find_residual},
     {"trajectory-turn-residual", kMap, kError, kAtMost, 0.5, "deg",
@@ -69,6 +69,6 @@ const Rule kRules[] = {
 
 }  // namespace
 
-std::span<const Rule> rules_of_poses() { return kRules; }
+std::span<const GateRule> rules_of_poses() { return kRules; }
 
 }  // namespace sightline

@@ -244,7 +244,7 @@ int days_between(std::string_view from, std::string_view to) {
 
 GateSettings default_gate_settings() {
   GateSettings settings;
-  for (const Rule& rule : gate_rules()) {
+  for (const GateRule& rule : gate_rules()) {
     settings.rules[std::string(rule.id)] = {true, rule.severity, {rule.allowed, {}}};
   }
   return settings;

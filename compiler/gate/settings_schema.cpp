@@ -22,7 +22,8 @@ Json positive(double by_default, const char* what) {
           {"description", what}};
 }
 
-Json rule_schema(const Rule& rule) {
+// A threshold, a severity, or both.
+Json rules_schema() {
   const Json severity = {{"enum", {"error", "warning", "note", "off"}}};
   const Json full = {{"type", "object"},
                      {"additionalProperties", false},
@@ -31,10 +32,12 @@ Json rule_schema(const Rule& rule) {
                        {"allowed", {{"type", "number"}}},
                        {"at_limits",
                         {{"type", "object"}, {"additionalProperties", {{"type", "number"}}}}}}}};
-  Json schema = {{"description", rule.summary},
-                 {"anyOf", Json::array({{{"type", "number"}}, severity, full})}};
-  if (rule.allowed) schema["default"] = *rule.allowed;
-  return schema;
+  Json ids = Json::array();
+  for (const GateRule& rule : gate_rules()) ids.push_back(rule.id);
+  return {{"type", "object"},
+          {"propertyNames", {{"enum", ids}}},
+          {"additionalProperties",
+           {{"anyOf", Json::array({{{"type", "number"}}, severity, full})}}}};
 }
 
 Json exception_schema() {
@@ -66,10 +69,6 @@ Json exception_schema() {
 
 std::string gate_settings_schema() {
   const GateSettings defaults = default_gate_settings();
-  Json rules = {{"type", "object"}, {"additionalProperties", false}};
-  for (const Rule& rule : gate_rules()) {
-    rules["properties"][std::string(rule.id)] = rule_schema(rule);
-  }
   const Json schema = {
       {"description", "What a map must hold to pass (sightline gate, gate_rules.md)"},
       {"type", Json::array({"object", "null"})},
@@ -82,7 +81,7 @@ std::string gate_settings_schema() {
          {{"enum", {"error", "warning", "note"}},
           {"default", severity_name(defaults.fails_at)},
           {"description", "the least severity of a finding that fails the gate"}}},
-        {"rules", rules},
+        {"rules", rules_schema()},
         {"exceptions", {{"type", "array"}, {"items", exception_schema()}}}}}};
   return schema.dump(2);
 }

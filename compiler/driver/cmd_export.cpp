@@ -1,0 +1,194 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "compiler/base/atomic_file.h"
+#include "compiler/driver/commands.h"
+#include "compiler/driver/console.h"
+#include "compiler/driver/pipelines.h"
+#include "compiler/driver/run_flags.h"
+#include "formats/exports/autoware.h"
+#include "formats/exports/geojson.h"
+#include "formats/exports/nd_mesh.h"
+#include "formats/exports/points.h"
+#include "formats/map/map_reader.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportFlags {
+  RunFlags run;  // config_file is the target: a map or a configuration
+  std::string output;
+  std::string format;
+  std::string world = "local";
+  double leaf_m = 0.2;
+  bool is_forced = false;
+
+  [[nodiscard]] bool is_map() const { return fs::path(run.config_file).extension() == ".slmap"; }
+  [[nodiscard]] IfExists if_exists() const {
+    return is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  }
+};
+
+// The points that made the map, from the configuration that did: no map carries them.
+Result<std::vector<Eigen::Vector3d>> points_of(const ExportFlags& flags, MapFrame& frame) {
+  const Result<CompileConfig> config =
+      load_compile_config(flags.run.config_file, flags.run.overrides);
+  if (!config) return config.error();
+  RunFlags run = flags.run;
+  run.stop_after = "remove-moving";
+  ArtifactSet artifacts;
+  const Result<void> provided = provide_drives(*config, artifacts);
+  if (!provided) return provided.error();
+  const Result<std::vector<StepReport>> reports =
+      run_steps(compile_pipeline(*config), run, *config, artifacts);
+  if (!reports) return reports.error();
+  const SurfacePoints& surface = artifacts.get<SurfacePoints>("surface-points");
+  frame = surface.frame;
+  return thinned_points(surface, flags.leaf_m);
+}
+
+std::vector<PointXyzi> means_of(const NdtMap& ndt) {
+  std::vector<PointXyzi> points;
+  for (const Nd& nd : ndt.nds) {
+    const Eigen::Vector3f p_m = nd.mean_m.cast<float>();
+    points.push_back({p_m.x(), p_m.y(), p_m.z(), static_cast<float>(nd.point_count)});
+  }
+  return points;
+}
+
+Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map) {
+  for (const std::string& name : dump_names()) {
+    if (name == "model" || (name == "factors" && map.factors.factors.empty())) continue;
+    const Result<Table> table = dump(map, name);
+    if (!table) return table.error();
+    const Result<void> written =
+        write_file_atomically(fs::path(flags.output) / (name + ".csv"),
+                              format_table(*table, TableFormat::kCsv), flags.if_exists());
+    if (!written) return written;
+  }
+  return {};
+}
+
+Result<void> export_map(const ExportFlags& flags, const World& world) {
+  const Result<CompiledMap> map = read_map(flags.run.config_file);
+  if (!map) return map.error();
+  if (flags.format == "csv") return export_tables(flags, *map);
+  if (flags.format == "pcd") {
+    return write_pcd_binary(flags.output, means_of(map->ndt), flags.if_exists());
+  }
+  if (flags.format == "ply") {
+    return write_file_atomically(flags.output, nd_ellipsoids_ply(map->ndt), flags.if_exists());
+  }
+  if (flags.format == "geojson") {
+    const Result<std::string> json = to_geojson(*map, world);
+    if (!json) return json.error();
+    return write_file_atomically(flags.output, *json, flags.if_exists());
+  }
+  return Error{ErrorCode::kBadArgument,
+               "--format autoware needs points, which no map carries: export the configuration "
+               "that compiled it",
+               flags.run.config_file, ""};
+}
+
+Result<void> write_autoware(const ExportFlags& flags, const AutowareMap& map) {
+  const fs::path folder = flags.output;
+  for (const AutowareSquare& square : map.squares) {
+    const Result<void> written = write_pcd_binary(folder / "pointcloud_map.pcd" / square.file,
+                                                  square.points, flags.if_exists());
+    if (!written) return written;
+  }
+  const Result<void> projector = write_file_atomically(folder / "map_projector_info.yaml",
+                                                       map.projector_yaml, flags.if_exists());
+  if (!projector) return projector;
+  // Last: a loader that finds it finds all that it names.
+  return write_file_atomically(folder / "pointcloud_map_metadata.yaml", map.metadata_yaml,
+                               flags.if_exists());
+}
+
+// Squares of an earlier export would be read as part of this one.
+Result<void> check_folder(const ExportFlags& flags) {
+  std::error_code failure;
+  const bool is_used = fs::exists(flags.output, failure) && !fs::is_empty(flags.output, failure);
+  if (!is_used) return {};
+  return Error{ErrorCode::kOutputExists,
+               "the folder is not empty; a map directory is written whole: name another",
+               flags.output, ""};
+}
+
+Result<void> export_points(const ExportFlags& flags, const World& world) {
+  if (flags.format == "csv" || flags.format == "geojson") {
+    return Error{ErrorCode::kBadArgument, "--format " + flags.format + " needs a map (.slmap)",
+                 flags.run.config_file, ""};
+  }
+  if (flags.format == "autoware") {
+    const Result<void> free = check_folder(flags);
+    if (!free) return free;
+  }
+  MapFrame frame;
+  const Result<std::vector<Eigen::Vector3d>> points = points_of(flags, frame);
+  if (!points) return points.error();
+  if (flags.format == "ply") {
+    return write_file_atomically(flags.output, points_ply(*points), flags.if_exists());
+  }
+  if (flags.format == "pcd") {
+    std::vector<PointXyzi> written;
+    for (const Eigen::Vector3d& point_m : *points) {
+      const Eigen::Vector3f p_m = point_m.cast<float>();
+      written.push_back({p_m.x(), p_m.y(), p_m.z(), 0.0F});
+    }
+    return write_pcd_binary(flags.output, written, flags.if_exists());
+  }
+  const Result<AutowareMap> map = autoware_map(*points, frame, world);
+  if (!map) return map.error();
+  return write_autoware(flags, *map);
+}
+
+Result<void> run_export(const ExportFlags& flags) {
+  const Result<World> world = parse_world(flags.world);
+  if (!world) return world.error();
+  return flags.is_map() ? export_map(flags, *world) : export_points(flags, *world);
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app, int& status) {
+  const auto flags = std::make_shared<ExportFlags>();
+  CLI::App* command =
+      app.add_subcommand("export", "Write a map in forms that other programs open");
+  command->footer(
+      "Of a map (.slmap): geojson is the route with what a vehicle is told (QGIS), csv a folder of "
+      "tables, ply\nthe NDs as coloured ellipsoids (CloudCompare), pcd their means with the number "
+      "of points as intensity.\nOf a configuration (.yaml): autoware is a map directory of 20 m "
+      "squares, pcd and ply are its points.\npcd, ply and csv are in map coordinates.\n\n"
+      "Examples:\n"
+      "  sightline export town.slmap --format geojson --world utm:32N -o route.geojson\n"
+      "  sightline export town.slmap --format ply -o nds.ply\n"
+      "  sightline export town.yaml --format autoware -o town_map/");
+  add_run_flags(*command, flags->run);
+  command->get_option("config")->description("A map (.slmap) or a configuration (.yaml)");
+  command->add_option("-o,--output", flags->output, "The file to write; csv, autoware: the folder")
+      ->required();
+  command->add_option("--format", flags->format, "autoware, csv, geojson, pcd or ply")
+      ->required()
+      ->check(CLI::IsMember({"autoware", "csv", "geojson", "pcd", "ply"}));
+  command
+      ->add_option("--world", flags->world,
+                   "Where the recording's coordinates lie: local, utm:ZONE (utm:32N) or "
+                   "enu:LATITUDE,LONGITUDE,ALTITUDE")
+      ->capture_default_str();
+  command
+      ->add_option("--leaf", flags->leaf_m,
+                   "Thin points to one centroid in each voxel of this edge, m; 0: keep all")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  command->add_flag("--force", flags->is_forced, "Replace files that exist");
+  command->callback([flags, &status] {
+    const Result<void> exported = run_export(*flags);
+    status = exported ? 0 : report_error(exported.error());
+  });
+}
+
+}  // namespace sightline

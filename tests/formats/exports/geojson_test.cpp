@@ -1,0 +1,70 @@
+#include "formats/exports/geojson.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/formats/map/random_map.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(GeoJson, AgreesWithTheDumpAtEverySite) {
+  const CompiledMap map = random_map({.seed = 5});
+  const Json json = Json::parse(*to_geojson(map, World{}));
+  const Table table = dump(map);
+  const auto column = [&](const char* name) {
+    return static_cast<std::size_t>(std::ranges::find(table.columns, name) - table.columns.begin());
+  };
+  std::size_t sites = 0;
+  std::size_t lines = 0;
+  for (const Json& feature : json["features"]) {
+    if (feature["geometry"]["type"] == "LineString") {
+      ++lines;
+      continue;
+    }
+    const Json& properties = feature["properties"];
+    const std::vector<Cell>& row = table.rows[sites];
+    EXPECT_EQ(properties["site"], sites);
+    for (const char* name : {"range_m_within_0.1_m", "p_within_0.1_m", "range_m_within_0.25_m"}) {
+      EXPECT_EQ(properties[name], std::get<double>(row[column(name)])) << name;
+    }
+    const auto flags = std::get<std::int64_t>(row[column("flags_within_0.25_m")]);
+    EXPECT_EQ(properties["unmet_within_0.25_m"], (flags & kUnmet) != 0);
+    EXPECT_EQ(properties["extrapolated_within_0.25_m"], (flags & kExtrapolated) != 0);
+    const Eigen::Vector3d p_world_m =
+        map.sites.sites[sites].p_map_m + map.sites.frame.origin_world_m;
+    EXPECT_EQ(feature["geometry"]["coordinates"][0], p_world_m.x());
+    ++sites;
+  }
+  EXPECT_EQ(sites, map.sites.sites.size());
+  EXPECT_EQ(lines, 2u);
+}
+
+// Karlsruhe's castle by UTM; the numbers are PROJ's (gdaltransform).
+TEST(GeoJson, GivesLongitudeAndLatitudeWhereTheWorldIsKnown) {
+  const Result<Geodetic> utm = to_geodetic(*parse_world("utm:32N"), {456500.0, 5429500.0, 115.0});
+  ASSERT_TRUE(utm);
+  EXPECT_NEAR(utm->latitude_deg, 49.0168553108853, 1e-9);
+  EXPECT_NEAR(utm->longitude_deg, 8.40506847535713, 1e-9);
+  const World enu = *parse_world("enu:49,8.4,100");
+  const Result<Geodetic> north = to_geodetic(enu, {0.0, 1000.0, 0.0});
+  ASSERT_TRUE(north);
+  EXPECT_NEAR(north->latitude_deg, 49.0 + 1000.0 / 111'209.0, 2e-5);
+  EXPECT_NEAR(north->longitude_deg, 8.4, 1e-12);
+  EXPECT_NEAR(north->altitude_m, 100.0784, 1e-3);  // Earth curves away below a tangent
+}
+
+TEST(World, RefusesWhatIsNone) {
+  for (const char* text : {"", "utm", "utm:61N", "utm:32", "utm:32X", "enu:1,2", "enu:91,0,0",
+                           "enu:1,2,3,4", "mars"}) {
+    const Result<World> world = parse_world(text);
+    ASSERT_FALSE(world) << text;
+    EXPECT_EQ(world.error().code, ErrorCode::kBadArgument);
+  }
+}
+
+}  // namespace
+}  // namespace sightline
