@@ -12,6 +12,9 @@ void add_evaluate_command(CLI::App& app, int& status);
 void add_inspect_command(CLI::App& app, int& status);
 void add_dump_command(CLI::App& app, int& status);
 void add_verify_command(CLI::App& app, int& status);
+void add_strip_command(CLI::App& app, int& status);
+void add_migrate_command(CLI::App& app, int& status);
+void add_recover_command(CLI::App& app, int& status);
 void add_passes_command(CLI::App& app, int& status);
 void add_report_command(CLI::App& app, int& status);
 

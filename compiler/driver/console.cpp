@@ -112,6 +112,11 @@ RunObserver console_observer(bool is_quiet) {
   return observer;
 }
 
+Error in_file(Error error, const std::string& path) {
+  if (error.file.empty()) error.file = path;
+  return error;
+}
+
 int report_error(const Error& error) {
   logger()->error("{}", to_string(error));
   return exit_status(error.code);

@@ -96,7 +96,7 @@ def check_drawn(browser):
     """Every figure that the scripts draw has more than paper on its canvases."""
     height = browser.value_of("document.body.scrollHeight")
     for y in range(0, height, 600):
-        browser.value_of(f"window.scrollTo(0, {y})")
+        browser.value_of(f"window.scrollTo({{top: {y}, behavior: 'instant'}})")
         time.sleep(0.05)
     browser.wait_for('[...document.querySelectorAll(".live")].every((place) => place.querySelector("canvas"))')
     browser.wait_for('!document.querySelector(".leaflet-tile:not(.leaflet-tile-loaded)")')
@@ -108,12 +108,12 @@ def check_drawn(browser):
         [...layer.querySelectorAll("canvas")].reduce((sum, canvas) => sum + new Uint32Array(canvas.getContext("2d")
             .getImageData(0, 0, canvas.width, canvas.height).data.buffer).filter((pixel) => pixel !== 0).length, 0))""")
     assert len(layers) == 3 and min(layers) > 1000, layers
-    browser.value_of("window.scrollTo(0, 0)")
+    browser.value_of("window.scrollTo({top: 0, behavior: 'instant'})")
 
 
 def check_answers(browser):
     """A click on the map and the keyboard show a site."""
-    browser.value_of('document.querySelector(".map-view").scrollIntoView()')
+    browser.value_of('document.querySelector(".map-view").scrollIntoView({behavior: "instant"})')
     for site in (40, 90):
         place = browser.value_of(f"""(() => {{ const {{page, map}} = sightlineReport; const box = map.getContainer().getBoundingClientRect();
             const at = map.latLngToContainerPoint([page.sites.y_m[{site}], page.sites.x_m[{site}]]);
