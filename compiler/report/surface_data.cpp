@@ -12,7 +12,7 @@ namespace sightline {
 namespace {
 
 constexpr double kTilePixel_m = 0.25;
-constexpr double kOverviewSide_px = 1600.0;
+constexpr double kOverviewSide_px = 4096.0;
 constexpr double kOverviewFinest_m = 0.5;
 
 // Never fails: no raster here is without pixels.

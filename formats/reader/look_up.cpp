@@ -107,6 +107,12 @@ double gap_m(double value_m, std::int32_t cell, double cell_m) {
   return std::max({0.0, low_m - value_m, value_m - (low_m + cell_m)});
 }
 
+// Distance from a coordinate inside a cell to the nearer border along an axis.
+double margin_m(double value_m, std::int32_t cell, double cell_m) {
+  const double inside_m = value_m - cell * cell_m;
+  return std::min(inside_m, cell_m - inside_m);
+}
+
 }  // namespace
 
 std::uint64_t slot_page_count(const LookUpInfo& info) {
@@ -262,8 +268,11 @@ LookUp::Nearest LookUp::nearest(const std::array<double, 3>& p_m) const {
   const std::int32_t y = cell_of(p_m[1], cell_m_);
   // The own cell first: what it finds spares most of the others.
   search_cell(x, y, p_m, nearest);
-  // A micrometre more, for the rounding of sums; gaps are compared exactly.
+  // A micrometre more, for the rounding of sums.
   const double within_m = std::sqrt(nearest.distance2_m2) + 1e-6;
+  if (std::min(margin_m(p_m[0], x, cell_m_), margin_m(p_m[1], y, cell_m_)) > within_m) {
+    return nearest;  // mostly
+  }
   const std::int32_t x_end = cell_of(p_m[0] + within_m, cell_m_);
   const std::int32_t y_end = cell_of(p_m[1] + within_m, cell_m_);
   for (std::int32_t i = cell_of(p_m[0] - within_m, cell_m_); i <= x_end; ++i) {

@@ -83,7 +83,7 @@ class Browser:
         elif method == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
             self.complaints.append(params["entry"]["text"])
 
-    def call(self, method, timeout_s=40, **params):
+    def call(self, method, timeout_s=90, **params):
         self.next_id += 1
         message = {"id": self.next_id, "method": method, "params": params}
         if self.session:
@@ -104,7 +104,7 @@ class Browser:
             raise RuntimeError(f"{expression}: {answer['exceptionDetails']}")
         return answer["result"].get("value")
 
-    def wait_for(self, expression, timeout_s=30):
+    def wait_for(self, expression, timeout_s=60):
         until = time.monotonic() + timeout_s
         while not self.value_of(expression):
             if time.monotonic() > until:

@@ -16,7 +16,6 @@ import shutil
 import struct
 import subprocess
 import sys
-import time
 import zlib
 
 from chromium import Browser
@@ -75,7 +74,7 @@ def check_numbers(sightline, map_file, page):
     assert [ranges_m[index] for index in chosen] == [float(row["range_m"]) for row in rows]
     predicted = numbers(data["predicted"]["mean_m"])
     rows = dumped(sightline, map_file, "predicted")
-    by_pair = {(int(row["site"]), float(row["range_m"])): float(row["mean_m"]) for row in rows}
+    by_pair = {(int(row["site"]), float(row["range_m"])): float(row["mean_error_m"]) for row in rows}
     for (site, range_m), mean_m in by_pair.items():
         found_m = predicted[site * len(ranges_m) + ranges_m.index(range_m)]
         assert abs(found_m - mean_m) <= 1e-6 * abs(mean_m), (site, range_m)
@@ -94,11 +93,10 @@ def check_stills(browser):
 
 def check_drawn(browser):
     """Every figure that the scripts draw has more than paper on its canvases."""
-    height = browser.value_of("document.body.scrollHeight")
-    for y in range(0, height, 600):
-        browser.value_of(f"window.scrollTo(0, {y})")
-        time.sleep(0.05)
-    browser.wait_for('[...document.querySelectorAll(".live")].every((place) => place.querySelector("canvas"))')
+    for i in range(browser.value_of('document.querySelectorAll(".live").length')):
+        place = f'document.querySelectorAll(".live")[{i}]'
+        browser.value_of(f'{place}.parentElement.scrollIntoView({{behavior: "instant"}})')
+        browser.wait_for(f'{place}.querySelector("canvas") !== null')
     browser.wait_for('!document.querySelector(".leaflet-tile:not(.leaflet-tile-loaded)")')
     colours = browser.value_of("""[...document.querySelectorAll(".chart-live canvas, canvas.depth")].map((canvas) => {
         const pixels = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
@@ -108,12 +106,12 @@ def check_drawn(browser):
         [...layer.querySelectorAll("canvas")].reduce((sum, canvas) => sum + new Uint32Array(canvas.getContext("2d")
             .getImageData(0, 0, canvas.width, canvas.height).data.buffer).filter((pixel) => pixel !== 0).length, 0))""")
     assert len(layers) == 3 and min(layers) > 1000, layers
-    browser.value_of("window.scrollTo(0, 0)")
+    browser.value_of("window.scrollTo({top: 0, behavior: 'instant'})")
 
 
 def check_answers(browser):
     """A click on the map and the keyboard show a site."""
-    browser.value_of('document.querySelector(".map-view").scrollIntoView()')
+    browser.value_of('document.querySelector(".map-view").scrollIntoView({behavior: "instant"})')
     for site in (40, 90):
         place = browser.value_of(f"""(() => {{ const {{page, map}} = sightlineReport; const box = map.getContainer().getBoundingClientRect();
             const at = map.latLngToContainerPoint([page.sites.y_m[{site}], page.sites.x_m[{site}]]);
@@ -147,6 +145,7 @@ def check_page(page, is_dark):
         else:
             print("built without npm: the page has its still pictures alone")
         browser.wait_for('!document.querySelector(".leaflet-tile:not(.leaflet-tile-loaded)")')
+        browser.value_of("window.scrollTo({top: 0, behavior: 'instant'})")
         tone = "dark" if is_dark else "light"
         for section in browser.value_of('[...document.querySelectorAll("section")].map((section) => section.id)'):
             browser.screenshot(page.parent / f"{tone}_{section}.png", f"#{section}")

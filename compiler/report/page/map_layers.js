@@ -72,7 +72,7 @@ async function tinted(relief, image) {
 
 // Tinted pictures, the last few hundred that were looked at.
 function tintedStore(relief) {
-  const most = 300;
+  const most = 400;
   const store = new Map();
   return (image) => {
     const key = `${isDark()}${image.length}${image.slice(-64, -8)}${image.slice(40, 120)}`;
@@ -139,11 +139,15 @@ async function drawNds(context, tile, tile_m, scale, stride) {
   context.globalAlpha = 1;
 }
 
+const farthestStride = 16;
+
 function ndLayer(nds) {
   const tilesIn = tileFinder(nds.tiles, nds.tile_m);
   return new CanvasLayer(async (context, box, scale) => {
-    // A cell of less than two pixels cannot be told from its neighbours: one for each such square is drawn.
+    // A cell of less than two pixels cannot be told from its neighbours: one for each such square is drawn, and
+    // none from so far that unpacking them all would be for nothing: there the surface tells enough.
     const stride = Math.max(1, Math.ceil((2 / (nds.cell_m * scale)) ** 2));
+    if (stride > farthestStride) return;
     for (const tile of tilesIn(box, nds.cell_m)) await drawNds(context, tile, nds.tile_m, scale, stride);
   }, { zIndex: 2 });
 }
@@ -154,6 +158,7 @@ function movedLayer(moved) {
     context.fillStyle = css("purple");
     const side_m = Math.max(moved.voxel_m, 1 / scale);
     const stride = Math.max(1, Math.ceil((0.7 / (moved.voxel_m * scale)) ** 2));
+    if (stride > 4 * farthestStride) return;
     for (const tile of tilesIn(box, 0)) {
       const [cell, height] = await Promise.all([numbers(tile.cell), numbers(tile.height)]);
       for (let i = 0; i < tile.count; i += stride) {
@@ -193,31 +198,35 @@ function changeLayer(nds) {
   }, { zIndex: 3 });
 }
 
-// From halfway to the site before to halfway to the next.
-function tracePiece(context, sites, i) {
+// From halfway to the site before to halfway to the next, `step` sites away each.
+function tracePiece(context, sites, i, step) {
   const halfway = (j) => (j >= 0 && j < sites.count && sites.run[j] === sites.run[i]
     ? [(sites.x_m[i] + sites.x_m[j]) / 2, (sites.y_m[i] + sites.y_m[j]) / 2] : [sites.x_m[i], sites.y_m[i]]);
   context.beginPath();
-  context.moveTo(...halfway(i - 1));
+  context.moveTo(...halfway(i - step));
   context.lineTo(sites.x_m[i], sites.y_m[i]);
-  context.lineTo(...halfway(i + 1));
+  context.lineTo(...halfway(i + step));
   context.stroke();
 }
 
 function routeLayer(page, finder) {
   const layer = new CanvasLayer((context, box, scale) => {
     const width_m = Math.max(1.1, 6 / scale);
-    const found = finder.inBox(box.low_x_m - width_m, box.low_y_m - width_m, box.high_x_m + width_m, box.high_y_m + width_m);
+    // From afar one piece for each two pixels of way.
+    const step = Math.max(1, Math.floor(2 / (page.site_spacing_m * scale)));
+    const margin_m = width_m + step * page.site_spacing_m;
+    const found = finder.inBox(box.low_x_m - margin_m, box.low_y_m - margin_m, box.high_x_m + margin_m, box.high_y_m + margin_m)
+      .filter((i) => i % step === 0);
     const colourOf = layer.paint();
     context.lineCap = "round";
     context.lineJoin = "round";
     context.strokeStyle = css("ink");
     context.lineWidth = width_m + 2.4 / scale;
-    for (const i of found) tracePiece(context, page.sites, i);
+    for (const i of found) tracePiece(context, page.sites, i, step);
     context.lineWidth = width_m;
     for (const i of found) {
       context.strokeStyle = colourOf(i);
-      tracePiece(context, page.sites, i);
+      tracePiece(context, page.sites, i, step);
     }
   }, { zIndex: 4 });
   layer.paint = () => () => css("grey");

@@ -34,6 +34,12 @@ function siteFinder(sites) {
   return {
     inBox: (low_x_m, low_y_m, high_x_m, high_y_m) => {
       const found = [];
+      if (((high_x_m - low_x_m) * (high_y_m - low_y_m)) / cell_m ** 2 > sites.count) {
+        for (let i = 0; i < sites.count; ++i) {
+          if (sites.x_m[i] >= low_x_m && sites.x_m[i] <= high_x_m && sites.y_m[i] >= low_y_m && sites.y_m[i] <= high_y_m) found.push(i);
+        }
+        return found;
+      }
       for (let i = Math.floor(low_x_m / cell_m); i <= Math.floor(high_x_m / cell_m); ++i) {
         for (let j = Math.floor(low_y_m / cell_m); j <= Math.floor(high_y_m / cell_m); ++j) found.push(...(cells.get(key(i, j)) ?? []));
       }
