@@ -21,6 +21,9 @@ int main(int argc, char** argv) {
   sightline::add_inspect_command(app, status);
   sightline::add_dump_command(app, status);
   sightline::add_verify_command(app, status);
+  sightline::add_strip_command(app, status);
+  sightline::add_migrate_command(app, status);
+  sightline::add_recover_command(app, status);
   sightline::add_passes_command(app, status);
   sightline::add_completion_command(app, status);
   sightline::add_man_command(app, status);

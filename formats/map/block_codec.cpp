@@ -15,7 +15,8 @@ StoredBlock pack(std::span<const std::byte> raw) {
   block.bytes.resize(ZSTD_compressBound(raw.size()));
   const std::size_t size =
       ZSTD_compress(block.bytes.data(), block.bytes.size(), raw.data(), raw.size(), kLevel);
-  if (ZSTD_isError(size) == 0 && size <= raw.size() - raw.size() / 16) {
+  if (ZSTD_isError(size) == 0 && size <= raw.size() - raw.size() / 16 &&
+      raw.size() / kMostExpansion <= size) {
     block.codec = BlockCodec::kZstd;
     block.bytes.resize(size);
   } else {
@@ -26,8 +27,11 @@ StoredBlock pack(std::span<const std::byte> raw) {
 
 Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
                                            std::uint64_t raw_size) {
-  if (raw_size > kLargestBlock) {
-    return Error{ErrorCode::kTooLarge, std::to_string(raw_size) + " bytes", "", ""};
+  if (raw_size > kLargestBlock || raw_size / kMostExpansion > stored.size()) {
+    return Error{ErrorCode::kTooLarge,
+                 std::to_string(stored.size()) + " packed bytes are said to hold " +
+                     std::to_string(raw_size),
+                 "", ""};
   }
   if (ZSTD_getFrameContentSize(stored.data(), stored.size()) != raw_size) {
     return Error{ErrorCode::kBadLayer,

@@ -17,11 +17,12 @@ struct StoredBlock {
   std::vector<std::byte> bytes;
 };
 
-// Zstandard where that saves at least a sixteenth, the bytes as they are where it does not. The
+// Zstandard where that saves at least a sixteenth (and does not pack more than kMostExpansion bytes
+// into one), the bytes as they are where it does not. The
 // same bytes for the same version of the zstd library.
 StoredBlock pack(std::span<const std::byte> raw);
 
-// Exactly raw_size bytes. Errors: too-large (more than kLargestBlock), bad-layer.
+// Exactly raw_size bytes. Errors: too-large (kLargestBlock, kMostExpansion), bad-layer.
 Result<std::vector<std::byte>> unpack_zstd(std::span<const std::byte> stored,
                                            std::uint64_t raw_size);
 

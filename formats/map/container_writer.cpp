@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <utility>
 
-#include "formats/map/block_codec.h"
+#include "formats/map/contents_layer.h"
+#include "formats/map/look_up_writer.h"
 #include "formats/map/map_digests.h"
+#include "formats/reader/look_up.h"
+#include "formats/reader/map_checks.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"
 
@@ -12,46 +15,13 @@ namespace sightline {
 namespace {
 
 using BlockOffset = flatbuffers::Offset<schema::Block>;
-using BlockOffsets = flatbuffers::Offset<flatbuffers::Vector<BlockOffset>>;
 
 schema::Digest to_schema(const Digest& digest) {
   return schema::Digest(flatbuffers::span<const std::uint8_t, 32>(digest));
 }
 
-// Appends to the file, at the next multiple of kAlignment; returns where.
-std::uint64_t append_aligned(std::vector<std::byte>& file, std::span<const std::byte> bytes) {
-  file.resize(aligned(file.size()));
-  const std::uint64_t offset = file.size();
-  file.insert(file.end(), bytes.begin(), bytes.end());
-  return offset;
-}
-
-BlockName name_of(const BlockParts& block) {
-  return {block.name, block.version, block.row_count, sha256(block.raw)};
-}
-
-BlockOffset append_block(const BlockParts& block, const Digest& raw_digest,
-                         std::vector<std::byte>& file, flatbuffers::FlatBufferBuilder& builder) {
-  const StoredBlock stored = block.may_compress ? pack(block.raw) : StoredBlock{{}, block.raw};
-  const std::uint64_t offset = append_aligned(file, stored.bytes);
-  const schema::Digest digest = to_schema(raw_digest);
-  return schema::CreateBlockDirect(builder, block.name.c_str(), block.version, block.is_required,
-                                   block.row_count, offset, stored.bytes.size(), block.raw.size(),
-                                   static_cast<schema::Codec>(stored.codec), &digest,
-                                   block_checksum(stored.bytes));
-}
-
-// Writes the blocks and their entries; collects the names of the required ones.
-BlockOffsets append_blocks(const std::vector<BlockParts>& blocks, std::vector<std::byte>& file,
-                           flatbuffers::FlatBufferBuilder& builder,
-                           std::vector<BlockName>& required) {
-  std::vector<BlockOffset> offsets;
-  for (const BlockParts& block : blocks) {
-    const BlockName name = name_of(block);
-    if (block.is_required) required.push_back(name);
-    offsets.push_back(append_block(block, name.raw_digest, file, builder));
-  }
-  return builder.CreateVector(offsets);
+BlockName name_of(const PackedBlock& block) {
+  return {block.name, block.version, block.row_count, block.raw_digest};
 }
 
 std::vector<flatbuffers::Offset<schema::Feature>> append_features(
@@ -72,46 +42,237 @@ std::span<const std::byte> finished(const flatbuffers::FlatBufferBuilder& builde
   return std::as_bytes(std::span(builder.GetBufferPointer(), builder.GetSize()));
 }
 
-// Header and trailer around everything else, which is in place.
-void seal_file(const FileHeader& header, std::vector<std::byte>& file) {
-  const std::array<std::byte, kHeaderSize> start = encode_header(header);
-  const std::array<std::byte, kTrailerSize> end = encode_trailer(header, start);
-  std::copy(start.begin(), start.end(), file.begin());
-  file.insert(file.end(), end.begin(), end.end());
+// None where the manifest is none: the writer puts together what it is given.
+std::optional<LookUpBuilder> look_up_builder(std::span<const std::byte> manifest) {
+  const auto* data = reinterpret_cast<const std::uint8_t*>(manifest.data());
+  flatbuffers::Verifier verifier(data, manifest.size());
+  if (!verifier.VerifyBuffer<schema::Manifest>(nullptr)) return std::nullopt;
+  const auto& root = *flatbuffers::GetRoot<schema::Manifest>(data);
+  if (!check_manifest(root)) return std::nullopt;
+  return LookUpBuilder(root.ranges_m()->size(), root.promises()->size(), root.reach_m());
+}
+
+PackedBlock plain_block(std::string_view name, std::uint32_t version, std::uint64_t row_count,
+                        std::span<const std::byte> bytes) {
+  return {std::string(name), version,      false,
+          BlockCodec::kNone, row_count,    bytes.size(),
+          block_checksum(bytes), sha256(bytes), bytes};
+}
+
+// A block and the bytes that it points to.
+struct Packed {
+  StoredBlock stored;
+  PackedBlock block;
+};
+
+Packed packed(const BlockParts& parts) {
+  Packed packed;
+  packed.stored = parts.may_compress ? pack(parts.raw) : StoredBlock{{}, parts.raw};
+  packed.block = {parts.name,
+                  parts.version,
+                  parts.is_required,
+                  packed.stored.codec,
+                  parts.row_count,
+                  parts.raw.size(),
+                  block_checksum(packed.stored.bytes),
+                  sha256(parts.raw),
+                  packed.stored.bytes};
+  return packed;
 }
 
 }  // namespace
 
-std::vector<std::byte> assemble(const ContainerParts& parts) {
+struct ContainerWriter::State {
+  Write write;
+  std::vector<FeatureParts> features;
   FileHeader header;
-  std::vector<std::byte> file(kHeaderSize);
-  header.manifest_offset = append_aligned(file, parts.manifest);
-  header.manifest_size = parts.manifest.size();
-  header.manifest_checksum = block_checksum(parts.manifest);
-
+  Digest manifest_digest{};
+  std::uint64_t end = 0;  // of what is written so far
   flatbuffers::FlatBufferBuilder builder;
   std::vector<Digest> tile_digests;
   std::vector<flatbuffers::Offset<schema::Tile>> tiles;
-  for (const TileParts& tile : parts.tiles) {
-    std::vector<BlockName> required;
-    const BlockOffsets layers = append_blocks(tile.layers, file, builder, required);
-    tile_digests.push_back(tile_digest(tile.key, required));
-    const schema::Digest digest = to_schema(tile_digests.back());
-    tiles.push_back(schema::CreateTile(builder, tile.key.x, tile.key.y, &digest, layers));
-  }
   std::vector<BlockName> required_sections;
-  const BlockOffsets sections = append_blocks(parts.sections, file, builder, required_sections);
-  const auto features = builder.CreateVector(append_features(parts.features, builder, header));
-  builder.Finish(schema::CreateDirectory(builder, features, builder.CreateVector(tiles), sections));
+  std::vector<BlockOffset> sections;
+  std::string last_section;
+  BlockKinds required_kinds;
+  std::optional<LookUpBuilder> look_up;
+  Result<void> status;  // of the first write, which the constructor did
 
-  header.directory_offset = append_aligned(file, finished(builder));
-  header.directory_size = builder.GetSize();
-  header.directory_checksum = block_checksum(finished(builder));
-  file.resize(aligned(file.size()));
-  header.file_size = file.size() + kTrailerSize;
-  header.root_digest = root_digest(sha256(parts.manifest), header.incompatible_features,
-                                   tile_digests, required_sections);
-  seal_file(header, file);
+  Result<std::uint64_t> append(std::span<const std::byte> bytes, std::uint64_t alignment);
+  Result<BlockOffset> append_block(const PackedBlock& block, std::uint64_t alignment = kAlignment);
+  Result<void> append_look_up();
+  Result<void> append_end(std::span<const std::byte> directory);
+};
+
+// Zeros up to the alignment, then the bytes; returns where these lie.
+Result<std::uint64_t> ContainerWriter::State::append(std::span<const std::byte> bytes,
+                                                     std::uint64_t alignment) {
+  const std::uint64_t offset = (end + alignment - 1) / alignment * alignment;
+  const std::vector<std::byte> gap(offset - end);
+  const Result<void> zeros = gap.empty() ? Result<void>() : write(end, gap);
+  if (!zeros) return zeros.error();
+  const Result<void> written = bytes.empty() ? Result<void>() : write(offset, bytes);
+  if (!written) return written.error();
+  end = offset + bytes.size();
+  return offset;
+}
+
+Result<BlockOffset> ContainerWriter::State::append_block(const PackedBlock& block,
+                                                         std::uint64_t alignment) {
+  const Result<std::uint64_t> offset = append(block.stored, alignment);
+  if (!offset) return offset.error();
+  if (block.is_required) required_kinds.insert({block.name, block.version});
+  const schema::Digest digest = to_schema(block.raw_digest);
+  return schema::CreateBlockDirect(builder, block.name.c_str(), block.version, block.is_required,
+                                   block.row_count, *offset, block.stored.size(), block.raw_size,
+                                   static_cast<schema::Codec>(block.codec), &digest,
+                                   block.stored_checksum);
+}
+
+// The last section, or it could not be found without the directory.
+Result<void> ContainerWriter::State::append_look_up() {
+  if (!look_up || last_section >= kLookUpSection) return {};
+  const std::vector<std::byte> section = look_up->finish(header, required_kinds);
+  if (section.empty()) return {};
+  const Result<BlockOffset> block =
+      append_block(plain_block(kLookUpSection, kLookUpSectionVersion, section.size() / kPageSize,
+                               section),
+                   kPageSize);
+  if (!block) return block.error();
+  sections.push_back(*block);
+  features.insert(features.begin(), {kLookUpFeatureBit, false, std::string(kLookUpSection)});
+  return {};
+}
+
+// Directory and trailer, and the header at the front.
+Result<void> ContainerWriter::State::append_end(std::span<const std::byte> directory) {
+  const Result<std::uint64_t> offset = append(directory, kAlignment);
+  if (!offset) return offset.error();
+  header.directory_offset = *offset;
+  header.directory_size = directory.size();
+  header.directory_checksum = block_checksum(directory);
+  header.file_size = aligned(end) + kTrailerSize;
+  const std::array<std::byte, kHeaderSize> start = encode_header(header);
+  const Result<std::uint64_t> trailer = append(encode_trailer(header, start), kAlignment);
+  if (!trailer) return trailer.error();
+  return write(0, start);
+}
+
+ContainerWriter::ContainerWriter(Write write, std::vector<std::byte> manifest,
+                                 std::vector<FeatureParts> features)
+    : state_(std::make_unique<State>()) {
+  State& state = *state_;
+  state.write = std::move(write);
+  state.features = std::move(features);
+  state.look_up = look_up_builder(manifest);
+  state.manifest_digest = sha256(manifest);
+  const std::array<std::byte, kHeaderSize> room{};
+  const Result<std::uint64_t> start = state.append(room, kAlignment);
+  const Result<std::uint64_t> offset = start ? state.append(manifest, kAlignment) : start;
+  if (!offset) {
+    state.status = offset.error();
+    return;
+  }
+  state.header.manifest_offset = *offset;
+  state.header.manifest_size = manifest.size();
+  state.header.manifest_checksum = block_checksum(manifest);
+}
+
+ContainerWriter::~ContainerWriter() = default;
+
+Result<void> ContainerWriter::add_tile(TileKey key, std::span<const PackedBlock> layers) {
+  State& state = *state_;
+  if (!state.status) return state.status;
+  std::vector<BlockName> required;
+  for (const PackedBlock& layer : layers) {
+    if (layer.is_required) required.push_back(name_of(layer));
+    if (layer.name != kRangeLayer || !state.look_up) continue;
+    // A layer of another kind or size is a mistake that readers name; there is no looking up in it.
+    const bool is_added = layer.version == kRangeLayerVersion &&
+                          layer.codec == BlockCodec::kNone && layer.row_count <= kMostRows &&
+                          state.look_up->add(layer.stored, layer.row_count);
+    if (!is_added) state.look_up.reset();
+  }
+  state.tile_digests.push_back(tile_digest(key, required));
+  const TileContents contents = contents_of(key, state.tile_digests.back(), layers);
+  const std::vector<std::byte> encoded = encode_contents(contents);
+  const PackedBlock about =
+      plain_block(kContentsLayer, kContentsLayerVersion, contents.layers.size(), encoded);
+  std::vector<BlockOffset> blocks;
+  const auto append = [&](const PackedBlock& layer) -> Result<void> {
+    const Result<BlockOffset> block = state.append_block(layer);
+    if (!block) return block.error();
+    blocks.push_back(*block);
+    return {};
+  };
+  Result<void> written = append(about);
+  for (const PackedBlock& layer : layers) {
+    if (written && !is_derived(layer.name)) written = append(layer);
+  }
+  if (!written) return written;
+  const schema::Digest digest = to_schema(state.tile_digests.back());
+  state.tiles.push_back(schema::CreateTile(state.builder, key.x, key.y, &digest,
+                                           state.builder.CreateVector(blocks)));
+  return {};
+}
+
+Result<void> ContainerWriter::add_section(const PackedBlock& section) {
+  State& state = *state_;
+  if (!state.status) return state.status;
+  if (is_derived(section.name)) return {};
+  const Result<BlockOffset> block = state.append_block(section);
+  if (!block) return block.error();
+  if (section.is_required) state.required_sections.push_back(name_of(section));
+  state.sections.push_back(*block);
+  state.last_section = section.name;
+  return {};
+}
+
+Result<Digest> ContainerWriter::finish() {
+  State& state = *state_;
+  if (!state.status) return state.status.error();
+  // The root digest comes before the look-up, whose pages it seals.
+  for (const FeatureParts& feature : state.features) {
+    if (feature.is_required) {
+      state.header.incompatible_features |= std::uint64_t{1} << feature.bit;
+    }
+  }
+  state.header.root_digest = root_digest(state.manifest_digest, state.header.incompatible_features,
+                                         state.tile_digests, state.required_sections);
+  const Result<void> look_up = state.append_look_up();
+  if (!look_up) return look_up.error();
+  const auto sections = state.builder.CreateVector(state.sections);
+  const auto features =
+      state.builder.CreateVector(append_features(state.features, state.builder, state.header));
+  state.builder.Finish(schema::CreateDirectory(
+      state.builder, features, state.builder.CreateVector(state.tiles), sections));
+  const Result<void> end = state.append_end(finished(state.builder));
+  if (!end) return end.error();
+  return state.header.root_digest;
+}
+
+ContainerWriter::Write write_to(std::vector<std::byte>& file) {
+  return [&file](std::uint64_t offset, std::span<const std::byte> bytes) {
+    if (file.size() < offset + bytes.size()) file.resize(offset + bytes.size());
+    std::copy(bytes.begin(), bytes.end(), file.begin() + static_cast<std::ptrdiff_t>(offset));
+    return Result<void>();
+  };
+}
+
+std::vector<std::byte> assemble(const ContainerParts& parts) {
+  std::vector<std::byte> file;
+  ContainerWriter writer(write_to(file), parts.manifest, parts.features);
+  for (const TileParts& tile : parts.tiles) {
+    std::vector<Packed> layers;
+    for (const BlockParts& layer : tile.layers) layers.push_back(packed(layer));
+    std::vector<PackedBlock> blocks;
+    for (const Packed& layer : layers) blocks.push_back(layer.block);
+    SIGHTLINE_CHECK(writer.add_tile(tile.key, blocks));
+  }
+  for (const BlockParts& section : parts.sections) {
+    SIGHTLINE_CHECK(writer.add_section(packed(section).block));
+  }
+  SIGHTLINE_CHECK(writer.finish());
   return file;
 }
 

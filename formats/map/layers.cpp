@@ -51,6 +51,10 @@ Error bad(ErrorCode code, const char* message, std::uint64_t row) {
   return {code, message, "", "row " + std::to_string(row)};
 }
 
+Error bad_site(ErrorCode code, const char* message, std::uint64_t row, std::uint32_t id) {
+  return {code, message, "", "row " + std::to_string(row) + ", site " + std::to_string(id)};
+}
+
 Nd load_nd(std::span<const std::byte> raw, const NdtLayout& layout, std::uint64_t row,
            double cell_m) {
   Nd nd;
@@ -207,7 +211,7 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
   for (std::uint64_t row = 0; row < row_count; ++row) {
     const auto id = load<std::uint32_t>(raw, layout.site, row);
     if (id >= is_filled.size() || is_filled[id] || std::int64_t{id} <= previous) {
-      return bad(ErrorCode::kBadOrder, "a site is unknown, doubled or out of order", row);
+      return bad_site(ErrorCode::kBadOrder, "a site is unknown, doubled or out of order", row, id);
     }
     previous = id;
     is_filled[id] = true;
@@ -216,7 +220,7 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
     constexpr double kGridReach = 0x1.0p30;
     if (!p_m.allFinite() || p_m.cwiseAbs().maxCoeff() >= kGridReach * map.ndt.tile_m ||
         tile_of_point(p_m, map.ndt.tile_m) != key) {
-      return bad(ErrorCode::kBadOrder, "a site lies in another tile", row);
+      return bad_site(ErrorCode::kBadOrder, "a site lies in another tile", row, id);
     }
     load_columns(raw, layout.range_index, row, limits, id, map.ranges.range_index);
     load_columns(raw, layout.range_flags, row, limits, id, map.ranges.flags);
@@ -225,7 +229,7 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
                  map.predicted.within_probability);
     const auto flags = load<std::uint8_t>(raw, layout.site_flags, row);
     if ((flags & ~(kSiteExtrapolated | kSiteOutOfFold | kSiteHasHistory)) != 0) {
-      return bad(ErrorCode::kBadLayer, "a site has an unknown flag", row);
+      return bad_site(ErrorCode::kBadLayer, "a site has an unknown flag", row, id);
     }
     map.predicted.extrapolated[id] = (flags & kSiteExtrapolated) != 0 ? 1 : 0;
     map.predicted.out_of_fold[id] = (flags & kSiteOutOfFold) != 0 ? 1 : 0;

@@ -94,6 +94,22 @@ Result<void> check_rows(const schema::Manifest& manifest, const schema::Block& b
   return {};
 }
 
+// Before anything is unpacked or looked through: what is claimed stays in proportion to the file.
+Result<void> check_size(const schema::Block& block, const std::string& place) {
+  if (block.codec() == schema::Codec::None && block.raw_size() != block.stored_size()) {
+    return Error{ErrorCode::kBadLayer, "raw and stored sizes differ without a codec", "", place};
+  }
+  const bool is_known_codec = block.codec() <= schema::Codec::MAX;
+  if ((block.is_required() && block.raw_size() > kLargestBlock) ||
+      (is_known_codec && block.raw_size() / kMostExpansion > block.stored_size())) {
+    return Error{ErrorCode::kTooLarge,
+                 std::to_string(block.stored_size()) + " stored bytes are said to hold " +
+                     std::to_string(block.raw_size()),
+                 "", place};
+  }
+  return {};
+}
+
 // Walks through all blocks in their order; `end` is the first byte after the last one.
 Result<void> check_blocks(const MapContainer& container, const Blocks& blocks,
                           const std::string& owner, std::uint64_t& end) {
@@ -104,21 +120,18 @@ Result<void> check_blocks(const MapContainer& container, const Blocks& blocks,
     if (name <= previous) return Error{ErrorCode::kBadOrder, "names must ascend", "", place};
     previous = name;
     const std::uint64_t limit = container.header.directory_offset;
-    if (block->offset() % kAlignment != 0 || block->offset() < end || block->offset() > limit ||
+    if (block->offset() % kAlignment != 0 || block->offset() < end ||
+        block->offset() - end >= kWidestGap || block->offset() > limit ||
         block->stored_size() > limit - block->offset()) {
       return Error{ErrorCode::kOutOfBounds,
                    "bytes " + std::to_string(block->offset()) + " + " +
                        std::to_string(block->stored_size()) +
-                       " are misaligned, overlap or leave the file",
+                       " are misaligned, overlap, leave a gap or leave the file",
                    "", place};
     }
     end = block->offset() + block->stored_size();
-    if (block->codec() == schema::Codec::None && block->raw_size() != block->stored_size()) {
-      return Error{ErrorCode::kBadLayer, "raw and stored sizes differ without a codec", "", place};
-    }
-    if (block->is_required() && block->raw_size() > kLargestBlock) {
-      return Error{ErrorCode::kTooLarge, std::to_string(block->raw_size()) + " bytes", "", place};
-    }
+    const Result<void> size = check_size(*block, place);
+    if (!size) return size;
     const Result<void> known = check_known(*block, place);
     if (!known) return known;
     const Result<void> rows = check_rows(*container.manifest, *block, place);
@@ -163,7 +176,7 @@ Result<void> check_manifest(const schema::Manifest& manifest) {
 }
 
 Result<void> check_features(const FileHeader& header, const schema::Directory& directory) {
-  // Version 1.0 has no features of either kind.
+  // Version 1 has no required features yet.
   for (int bit = 0; bit < 64; ++bit) {
     if (((header.incompatible_features >> bit) & 1) == 0) continue;
     return Error{
@@ -187,7 +200,17 @@ Result<void> check_directory(const MapContainer& container) {
     const Result<void> layers = check_blocks(container, *tile->layers(), place + " layer ", end);
     if (!layers) return layers;
   }
-  return check_blocks(container, *container.directory->sections(), "section ", end);
+  const Result<void> sections =
+      check_blocks(container, *container.directory->sections(), "section ", end);
+  if (!sections) return sections;
+  const std::uint64_t directory_end =
+      container.header.directory_offset + container.header.directory_size;
+  if (container.header.directory_offset - end >= kWidestGap ||
+      container.file.size() - kTrailerSize - directory_end >= kWidestGap) {
+    return Error{ErrorCode::kOutOfBounds, "there is a gap before or after the directory", "",
+                 "byte " + std::to_string(container.header.directory_offset)};
+  }
+  return {};
 }
 
 }  // namespace sightline

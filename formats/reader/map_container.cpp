@@ -49,16 +49,35 @@ Result<const schema::Manifest*> open_manifest(std::span<const std::byte> file,
                                        header.manifest_checksum, "manifest");
 }
 
-// A later major version may lay out everything after the header differently, so who wrote it is
+Result<const schema::Directory*> read_directory(std::span<const std::byte> file,
+                                                const FileHeader& header) {
+  return open_buffer<schema::Directory>(file, header.directory_offset, header.directory_size,
+                                        header.directory_checksum, "directory");
+}
+
+// Another major version may lay out everything after the header differently, so who wrote it is
 // told only where it can still be read.
-Error future_version(std::span<const std::byte> file, const FileHeader& header) {
+Error other_version(std::span<const std::byte> file, const FileHeader& header) {
+  const bool is_later = header.major > kFormatMajor;
   const Result<const schema::Manifest*> manifest = open_manifest(file, header);
-  const std::string writer = manifest ? (*manifest)->writer()->str() : "a later program";
-  return {ErrorCode::kFutureVersion,
+  const std::string writer = manifest   ? (*manifest)->writer()->str()
+                             : is_later ? "a later program"
+                                        : "an earlier program";
+  return {is_later ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
           "written by " + writer + ", format " + std::to_string(header.major) + "." +
               std::to_string(header.minor) + ", this program reads 1.0 to " +
-              std::to_string(kFormatMajor) + ".x",
+              std::to_string(kFormatMajor) + ".x; run migrate of " +
+              (is_later ? "that program or update this one" : "a program that reads it"),
           "", "byte 8"};
+}
+
+// Features may change how the rest is laid out: they come before any other complaint.
+Result<void> check_required_features(std::span<const std::byte> file, const FileHeader& header) {
+  if (header.incompatible_features == 0) return {};
+  const Result<const schema::Directory*> directory = read_directory(file, header);
+  if (directory) return check_features(header, **directory);
+  return Error{ErrorCode::kUnknownRequiredFeature, "required features are unknown to this program",
+               "", "byte 24"};
 }
 
 const schema::Block* find_block(const Blocks& blocks, std::string_view name) {
@@ -68,33 +87,45 @@ const schema::Block* find_block(const Blocks& blocks, std::string_view name) {
   return nullptr;
 }
 
-}  // namespace
-
-Result<MapContainer> open_container(std::span<const std::byte> file) {
+Result<MapFront> front_behind(const FileHeader& header, std::span<const std::byte> file) {
   SIGHTLINE_CHECK(reinterpret_cast<std::uintptr_t>(file.data()) % 8 == 0);
-  const Result<FileHeader> header = decode_header(file);
-  if (!header) return header.error();
-  if (header->major > kFormatMajor) return future_version(file, *header);
-  if (header->major == 0) return Error{ErrorCode::kOldVersion, "format 0", "", "byte 8"};
-  const Result<const schema::Directory*> directory =
-      open_buffer<schema::Directory>(file, header->directory_offset, header->directory_size,
-                                     header->directory_checksum, "directory");
-  // Features may change how the rest is laid out: they come before any other complaint.
-  if (header->incompatible_features != 0 && !directory) {
-    return Error{ErrorCode::kUnknownRequiredFeature,
-                 "required features are unknown to this program", "", "byte 24"};
-  }
-  if (!directory) return directory.error();
-  const Result<void> features = check_features(*header, **directory);
+  if (header.major != kFormatMajor) return other_version(file, header);
+  const Result<void> features = check_required_features(file, header);
   if (!features) return features.error();
-  const Result<const schema::Manifest*> manifest = open_manifest(file, *header);
+  const Result<const schema::Manifest*> manifest = open_manifest(file, header);
   if (!manifest) return manifest.error();
   const Result<void> sane = check_manifest(**manifest);
   if (!sane) return sane.error();
-  const MapContainer container{file, *header, *manifest, *directory};
+  return MapFront{file, header, *manifest};
+}
+
+}  // namespace
+
+Result<MapFront> open_front(std::span<const std::byte> file) {
+  const Result<FileHeader> header = decode_header(file);
+  if (!header) return header.error();
+  return front_behind(*header, file);
+}
+
+Result<MapFront> open_front_alone(std::span<const std::byte> file) {
+  const Result<FileHeader> header = decode_header_alone(file);
+  if (!header) return header.error();
+  return front_behind(*header, file);
+}
+
+Result<MapContainer> open_directory(const MapFront& front) {
+  const Result<const schema::Directory*> directory = read_directory(front.file, front.header);
+  if (!directory) return directory.error();
+  const MapContainer container{front.file, front.header, front.manifest, *directory};
   const Result<void> ordered = check_directory(container);
   if (!ordered) return ordered.error();
   return container;
+}
+
+Result<MapContainer> open_container(std::span<const std::byte> file) {
+  const Result<MapFront> front = open_front(file);
+  if (!front) return front.error();
+  return open_directory(*front);
 }
 
 std::optional<std::uint32_t> find_tile(const MapContainer& container, std::int32_t x,

@@ -17,8 +17,16 @@ struct Manifest;
 struct Tile;
 }  // namespace schema
 
-// A compiled map whose header, trailer, manifest and directory have been checked. Refers into the
-// bytes it was opened on. Layers and sections have only been located: stored_bytes() checks one.
+// A compiled map whose header, trailer and manifest have been checked. Refers into the bytes it was
+// opened on.
+struct MapFront {
+  std::span<const std::byte> file;
+  FileHeader header;
+  const schema::Manifest* manifest = nullptr;
+};
+
+// The same with its directory. Layers and sections have only been located: stored_bytes() checks
+// one.
 struct MapContainer {
   std::span<const std::byte> file;
   FileHeader header;
@@ -26,10 +34,21 @@ struct MapContainer {
   const schema::Directory* directory = nullptr;
 };
 
-// `file` must start at an address that is a multiple of 8. Reads the header, the trailer, the
-// manifest and the directory, and nothing else; optional things it does not know are skipped.
-// Errors: those of decode_header; future-version, unknown-required-feature (naming it),
-// out-of-bounds, checksum-mismatch, bad-manifest, bad-order, bad-layer, too-large.
+// `file` must start at an address that is a multiple of 8. Reads the header, the trailer and the
+// manifest, and nothing else but where an unknown required feature must be named.
+// Errors: those of decode_header; future-version, old-version, unknown-required-feature (naming
+// it), out-of-bounds, checksum-mismatch, bad-manifest, bad-order.
+Result<MapFront> open_front(std::span<const std::byte> file);
+
+// The same of a file that may have lost its end or its trailer.
+Result<MapFront> open_front_alone(std::span<const std::byte> file);
+
+// Reads the directory as well. Errors: out-of-bounds, checksum-mismatch, bad-manifest, bad-order,
+// unknown-required-feature, bad-layer, too-large.
+Result<MapContainer> open_directory(const MapFront& front);
+
+// Both; optional things it does not know are skipped.
+// Errors: the same and bad-layer, too-large.
 Result<MapContainer> open_container(std::span<const std::byte> file);
 
 // Index of a tile in the directory.

@@ -125,13 +125,18 @@ std::array<std::byte, kTrailerSize> encode_trailer(
   return bytes;
 }
 
-Result<FileHeader> decode_header(std::span<const std::byte> file) {
+Result<FileHeader> decode_header_alone(std::span<const std::byte> file) {
   const Result<void> start = check_start(file);
   if (!start) return start.error();
-  const FileHeader header = read_fields(file);
-  const Result<void> end = check_end(file, header);
+  return read_fields(file);
+}
+
+Result<FileHeader> decode_header(std::span<const std::byte> file) {
+  const Result<FileHeader> header = decode_header_alone(file);
+  if (!header) return header.error();
+  const Result<void> end = check_end(file, *header);
   if (!end) return end.error();
-  return header;
+  return *header;
 }
 
 NdtLayout::NdtLayout(std::uint64_t rows) {

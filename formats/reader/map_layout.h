@@ -14,20 +14,37 @@
 namespace sightline {
 
 inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 0;
+inline constexpr std::uint16_t kFormatMinor = 1;
 
 inline constexpr std::size_t kHeaderSize = 128;
 inline constexpr std::size_t kTrailerSize = 32;
 // Every block starts on a cache line, and each of its columns too.
 inline constexpr std::size_t kAlignment = 64;
+// Fewer zeros than this lie between two blocks, so that no file is long for nothing.
+inline constexpr std::uint64_t kWidestGap = 4096;
 // Larger than any layer of a tile may be, small enough for a vehicle's memory.
 inline constexpr std::uint64_t kLargestBlock = std::uint64_t{1} << 30;
+// What a block may grow by when it is unpacked: ten times what layers of a real map reach, and too
+// little for a small file to fill a machine's memory.
+inline constexpr std::uint64_t kMostExpansion = 1024;
 
 inline constexpr std::string_view kNdtLayer = "ndt";
 inline constexpr std::string_view kRangeLayer = "range";
 inline constexpr std::string_view kModelSection = "error-model";
 inline constexpr std::uint32_t kNdtLayerVersion = 1;
 inline constexpr std::uint32_t kRangeLayerVersion = 1;
+// Since 1.1, both optional and derived: made anew by who writes a file, part of no digest.
+inline constexpr std::string_view kContentsLayer = "contents";
+inline constexpr std::string_view kLookUpSection = "look-up";
+inline constexpr std::uint32_t kContentsLayerVersion = 1;
+inline constexpr std::uint32_t kLookUpSectionVersion = 1;
+constexpr bool is_derived(std::string_view block_name) {
+  return block_name == kContentsLayer || block_name == kLookUpSection;
+}
+
+// The compatible feature "look-up": that section is the last block and ends where the directory
+// begins, so that a vehicle finds it without reading the directory.
+inline constexpr std::uint8_t kLookUpFeatureBit = 0;
 
 // A mean is stored relative to the centre of its cell, in this unit: 60 nm.
 inline constexpr double kMeanUnit_m = 0x1.0p-24;
@@ -55,6 +72,10 @@ std::array<std::byte, kTrailerSize> encode_trailer(
 // Magic, checksum and trailer are checked, and that the file has the size it says; version and
 // features are not. Errors: truncated-file, bad-magic, checksum-mismatch, out-of-bounds.
 Result<FileHeader> decode_header(std::span<const std::byte> file);
+
+// The same of a file that may have lost its end: what the header says of the file is not checked.
+// Errors: truncated-file, bad-magic, checksum-mismatch.
+Result<FileHeader> decode_header_alone(std::span<const std::byte> file);
 
 // XXH3, 64 bits, seed 0.
 std::uint64_t block_checksum(std::span<const std::byte> bytes);

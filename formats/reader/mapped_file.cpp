@@ -18,7 +18,9 @@ Error failure(ErrorCode code, const std::string& path, int error) {
 Result<std::span<const std::byte>> map_descriptor(int descriptor, const std::string& path) {
   struct stat status {};
   if (::fstat(descriptor, &status) != 0) return failure(ErrorCode::kCannotRead, path, errno);
-  if (!S_ISREG(status.st_mode)) return failure(ErrorCode::kCannotRead, path, EISDIR);
+  if (!S_ISREG(status.st_mode)) {
+    return Error{ErrorCode::kCannotRead, "this is no regular file", path, ""};
+  }
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size == 0) return std::span<const std::byte>();
   void* data = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, descriptor, 0);
@@ -32,8 +34,9 @@ MappedFile::~MappedFile() {
   if (!bytes_.empty()) ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
 }
 
-Result<MappedFile> MappedFile::open(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+Result<MappedFile> MappedFile::open(const std::string& path, Use use) {
+  // Without O_NONBLOCK a pipe would wait for its writer.
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) {
     const int error = errno;
     return failure(error == ENOENT ? ErrorCode::kFileNotFound : ErrorCode::kCannotOpen, path,
@@ -42,6 +45,10 @@ Result<MappedFile> MappedFile::open(const std::string& path) {
   const Result<std::span<const std::byte>> bytes = map_descriptor(descriptor, path);
   ::close(descriptor);
   if (!bytes) return bytes.error();
+  if (use == Use::kHereAndThere && !bytes->empty()) {
+    // Advice only: where it is not taken, more is read than is needed.
+    (void)::madvise(const_cast<std::byte*>(bytes->data()), bytes->size(), MADV_RANDOM);
+  }
   return MappedFile(*bytes);
 }
 

@@ -12,8 +12,10 @@ namespace sightline {
 // A whole file as read-only memory (mmap, MAP_PRIVATE): pages are read when they are touched.
 class MappedFile {
  public:
+  enum class Use { kThroughout, kHereAndThere };  // the latter reads no page that is not touched
+  // Anything but a regular file is refused at once, also a pipe that nobody writes to.
   // Errors: file-not-found, cannot-open, cannot-read.
-  static Result<MappedFile> open(const std::string& path);
+  static Result<MappedFile> open(const std::string& path, Use use = Use::kThroughout);
   MappedFile() = default;  // no bytes
 
   MappedFile(MappedFile&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}

@@ -1,19 +1,21 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "compiler/base/result.h"
+#include "formats/reader/look_up.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/mapped_file.h"
+#include "formats/reader/tile_search.h"
 
 // How far to look, for a vehicle: opens a compiled map and answers from it.
 
@@ -44,19 +46,24 @@ struct MapInfo {  // refers into the map
   double tile_m = 0.0;
   double reach_m = 0.0;  // a site farther away than this says nothing about a position
   std::uint32_t site_count = 0;
-  std::uint32_t tile_count = 0;
   std::span<const double> ranges_m;  // ascending
   std::span<const double> limits_m;  // ascending
 };
 
+// How the nearest site is found: by the section made for it, or in the tiles of an older map.
+using MapIndex = std::variant<LookUp, TileSearch>;
+
 // A map open for looking up. Safe to use from several threads at once. After open() a look-up
-// allocates nothing (but to tell of a failure) and touches only the tiles within reach of the
-// position; each tile is checked against its checksum before its first use.
+// allocates nothing (but to tell of a failure) and touches a few pages of 4 KiB (in a map of format 1.0 the tiles within
+// reach of the position); each is checked against its checksum before its first use.
 class MapReader {
  public:
-  // Maps the file into memory and checks header, manifest and directory. The file must not be
-  // written to while it is open; replacing it by rename is fine.
-  // Errors: file-not-found, cannot-open, cannot-read, and those of open_container().
+  // Maps the file into memory and checks header, manifest and the head of its section "look-up";
+  // of a map of format 1.0, header, manifest and directory. The file must not be written to while
+  // it is open; replacing it by rename is fine. Whether all of a file is whole is verify_map()'s
+  // question, asked once when it arrives.
+  // Errors: file-not-found, cannot-open, cannot-read, and those of open_container() and
+  // LookUp::open().
   static Result<MapReader> open(const std::string& path);
   // The same on bytes that outlive the reader and start at a multiple of 8.
   static Result<MapReader> open(std::span<const std::byte> bytes);
@@ -66,29 +73,28 @@ class MapReader {
   // lower id on a tie. A limit the map does not have is served by the next tighter one; one
   // tighter than all by the longest range, probability 0 and kAnswerTighterLimit. Far from any
   // site: the longest range, probability 0 and kAnswerFar.
-  // Errors: bad-argument (not finite, or a limit not above 0), checksum-mismatch and bad-layer for
-  // a damaged tile.
+  // Errors: bad-argument (not finite, or a limit not above 0), checksum-mismatch and bad-layer where
+  // what is needed is damaged.
   [[nodiscard]] Result<RangeAnswer> observation_range(const std::array<double, 3>& position_world_m,
                                                       double limit_m) const;
 
   [[nodiscard]] const MapInfo& info() const { return info_; }
 
  private:
-  struct Nearest;
-  MapReader(MappedFile file, const MapContainer& container);
+  MapReader(MappedFile file, const MapFront& front, MapIndex index);
   static Result<MapReader> open(MappedFile file, std::span<const std::byte> bytes);
-  Result<void> search(std::int32_t x, std::int32_t y, const std::array<double, 3>& p_m,
-                      Nearest& nearest) const;
-  Result<const std::byte*> checked_tile(std::uint32_t tile, const schema::Block& layer) const;
-  Result<RangeAnswer> answer(const Nearest& nearest, double limit_m) const;
+  [[nodiscard]] std::optional<std::size_t> limit_for(double limit_m) const;
+  [[nodiscard]] Result<RangeAnswer> answer(const LookUp& look_up, const std::array<double, 3>& p_m,
+                                           std::optional<std::size_t> limit) const;
+  [[nodiscard]] Result<RangeAnswer> answer(const TileSearch& tiles,
+                                           const std::array<double, 3>& p_m,
+                                           std::optional<std::size_t> limit) const;
 
   MappedFile file_;
-  MapContainer container_;
+  MapIndex index_;
   MapInfo info_;
   std::vector<double> limits_m_;
   std::vector<double> ranges_m_;
-  // Per tile: whether its range layer has been checked. Two threads may both check it.
-  std::unique_ptr<std::atomic<std::uint8_t>[]> tile_states_;
 };
 
 }  // namespace sightline

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 
 #include "compiler/base/atomic_file.h"
@@ -38,9 +39,15 @@ Table as_told_then(Table table, const std::string& then) {
 }
 
 // map_1_0.slmap was written by the first program that wrote maps, and the tables beside it were
-// dumped by it. None of these files is ever written again; a new version adds its own.
-TEST(Compat, AMapOfFormat1_0ReadsAndSaysWhatItSaidThen) {
-  const Result<CompiledMap> map = read_map(std::filesystem::path(kFolder + "map_1_0.slmap"));
+// dumped by it; map_1_1.slmap holds the same map. None of these files is ever written again; a new
+// version adds its own.
+class EveryVersion : public testing::TestWithParam<const char*> {
+ protected:
+  std::filesystem::path path() const { return kFolder + "map_" + GetParam() + ".slmap"; }
+};
+
+TEST_P(EveryVersion, ReadsAndSaysWhatItSaidThen) {
+  const Result<CompiledMap> map = read_map(path());
   ASSERT_TRUE(map) << to_string(map.error());
   for (const char* name : {"nds", "sites", "predicted", "ranges"}) {
     const Result<std::string> expected = read_text_file(kFolder + "map_1_0_" + name + ".csv");
@@ -50,29 +57,35 @@ TEST(Compat, AMapOfFormat1_0ReadsAndSaysWhatItSaidThen) {
   }
 }
 
-TEST(Compat, AMapOfFormat1_0HasTheRootDigestItHadThenAlsoWhenWrittenAgain) {
+TEST_P(EveryVersion, HasTheRootDigestItHadThenAlsoWhenWrittenAgain) {
   constexpr const char* kRoot = "c3039e09627030878c83b09c5442a4c9948200d831045b90e7c0fc16ab23d7a2";
-  const std::filesystem::path path = kFolder + "map_1_0.slmap";
-  const Result<MapSummary> summary = verify_map(path);
+  const Result<MapSummary> summary = verify_map(path());
   ASSERT_TRUE(summary) << to_string(summary.error());
   EXPECT_EQ(to_hex(summary->root_digest), kRoot);
+  std::string version = GetParam();
+  std::ranges::replace(version, '_', '.');
+  EXPECT_EQ(summary->format, version);
   // Digests are over raw bytes, so a later zstd that packs otherwise changes none.
-  EXPECT_EQ(to_hex(verify_map(encode_map(*read_map(path)))->root_digest), kRoot);
+  EXPECT_EQ(to_hex(verify_map(encode_map(*read_map(path())))->root_digest), kRoot);
 }
 
-TEST(Compat, AMapOfFormat1_0AnswersAVehicle) {
-  const Result<MapReader> reader = MapReader::open(kFolder + "map_1_0.slmap");
+TEST_P(EveryVersion, AnswersAVehicle) {
+  const Result<MapReader> reader = MapReader::open(path().string());
   ASSERT_TRUE(reader) << to_string(reader.error());
   const std::array<double, 3> origin_m = reader->info().origin_world_m;
-  const Result<CompiledMap> map = read_map(std::filesystem::path(kFolder + "map_1_0.slmap"));
+  const Result<CompiledMap> map = read_map(path());
   ASSERT_TRUE(map);
-  const Eigen::Vector3d& p_m = map->sites.sites[2].p_map_m;
-  const Result<RangeAnswer> answer = reader->observation_range(
-      {origin_m[0] + p_m.x(), origin_m[1] + p_m.y(), origin_m[2] + p_m.z()}, 0.25);
-  ASSERT_TRUE(answer) << to_string(answer.error());
-  EXPECT_EQ(answer->site, 2u);
-  EXPECT_EQ(answer->range_m, map->ranges.range_m(2, 1));
+  for (std::uint32_t site = 0; site < map->sites.sites.size(); ++site) {
+    const Eigen::Vector3d& p_m = map->sites.sites[site].p_map_m;
+    const Result<RangeAnswer> answer = reader->observation_range(
+        {origin_m[0] + p_m.x(), origin_m[1] + p_m.y(), origin_m[2] + p_m.z()}, 0.25);
+    ASSERT_TRUE(answer) << to_string(answer.error());
+    EXPECT_EQ(answer->site, site);
+    EXPECT_EQ(answer->range_m, map->ranges.range_m(site, 1));
+  }
 }
+
+INSTANTIATE_TEST_SUITE_P(Compat, EveryVersion, testing::Values("1_0", "1_1"));
 
 }  // namespace
 }  // namespace sightline

@@ -9,6 +9,7 @@
 #include "compiler/base/bytes.h"
 #include "formats/map/block_codec.h"
 #include "formats/map/map_digests.h"
+#include "formats/reader/look_up.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"
 
@@ -92,6 +93,20 @@ Digest repair_digests(std::span<std::byte> file, const schema::Directory& direct
                      repair_blocks(file, *directory.sections()));
 }
 
+// Number, seed and checksum of each page of the section "look-up".
+void repair_pages(std::span<std::byte> file, const schema::Directory& directory,
+                  const FileHeader& header) {
+  for (const schema::Block* block : *directory.sections()) {
+    if (block->name()->string_view() != kLookUpSection) continue;
+    const auto stored = part(file, block->offset(), block->stored_size());
+    if (!stored) return;
+    for (std::uint64_t number = 0; number < stored->size() / kPageSize; ++number) {
+      seal_page(stored->subspan(number * kPageSize, kPageSize), number, page_seed(header));
+    }
+    repair_block(file, *block);
+  }
+}
+
 void repair_contents(std::span<std::byte> file, FileHeader& header) {
   const auto manifest = part(file, header.manifest_offset, header.manifest_size);
   const auto directory = part(file, header.directory_offset, header.directory_size);
@@ -102,6 +117,7 @@ void repair_contents(std::span<std::byte> file, FileHeader& header) {
   if (manifest && verifier.VerifyBuffer<schema::Directory>(nullptr)) {
     const auto* root = flatbuffers::GetRoot<schema::Directory>(data);
     header.root_digest = repair_digests(file, *root, header, *manifest);
+    repair_pages(file, *root, header);
   }
   header.directory_checksum = block_checksum(*directory);
 }

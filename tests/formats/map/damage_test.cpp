@@ -52,7 +52,8 @@ TEST(DamagedMap, NamesTheTileAndLayerOfTheFault) {
   const Result<CompiledMap> read = read_map(assemble(parts));
   ASSERT_FALSE(read);
   EXPECT_EQ(read.error().code, ErrorCode::kBadOrder);
-  EXPECT_NE(read.error().place.find("layer range, row 0"), std::string::npos) << read.error().place;
+  EXPECT_NE(read.error().place.find("layer range, byte "), std::string::npos) << read.error().place;
+  EXPECT_NE(read.error().place.find(", row 0, site "), std::string::npos) << read.error().place;
   EXPECT_EQ(read.error().place.rfind("tile ", 0), 0u) << read.error().place;
 }
 

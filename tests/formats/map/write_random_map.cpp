@@ -5,6 +5,7 @@
 #include <string>
 
 #include "compiler/base/atomic_file.h"
+#include "formats/map/container_writer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
@@ -16,12 +17,17 @@ int main(int argc, char** argv) {
   options.seed = std::strtoull(argv[1], nullptr, 10);
   options.site_count = 120;
   options.nd_count = 300;
-  const std::vector<std::byte> file = encode_map(random_map(options));
+  // Unpacked, for a reader without zstd.
+  ContainerParts parts = parts_of(random_map(options));
+  for (TileParts& tile : parts.tiles) {
+    for (BlockParts& layer : tile.layers) layer.may_compress = false;
+  }
+  const std::vector<std::byte> file = assemble(parts);
   const Result<CompiledMap> map = read_map(file);
   if (!map) return 1;
   const std::string folder = std::string(argv[2]) + "/";
   Result<void> written = write_file_atomically(folder + "map.slmap", file, IfExists::kReplace);
-  for (const char* name : {"sites", "predicted", "ranges"}) {
+  for (const char* name : {"nds", "sites", "predicted", "ranges"}) {
     if (!written) break;
     written = write_file_atomically(folder + name + ".json",
                                     format_table(*dump(*map, name), TableFormat::kJson),

@@ -1,6 +1,9 @@
 #include "formats/reader/reader.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <thread>
@@ -8,6 +11,7 @@
 #include "compiler/base/random.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/formats/map/resealed.h"
 #include "tests/formats/reader/allocation_count.h"
 
 namespace sightline {
@@ -67,28 +71,34 @@ void expect_equal(const RangeAnswer& found, const RangeAnswer& expected) {
   }
 }
 
+// With the section made for it, and as a map of format 1.0 is read.
 TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
   std::size_t found_count = 0;
-  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Random random(seed);
     CompiledMap map = random_map({.seed = seed,
-                                  .site_count = 200,
+                                  .site_count = seed % 5 == 0 ? 900 : 200,
                                   .nd_count = 20,
                                   .tile_m = seed % 2 == 0 ? 16.0 : 64.0,
                                   .limits_m = {0.10, 0.20, 0.30}});
     map.reach_m = seed % 3 == 0 ? 16.0 : 6.0;
     const std::vector<std::byte> file = encode_map(map);
+    const std::vector<std::byte> file_1_0 = without_look_up(file);
     const Result<MapReader> reader = MapReader::open(file);
-    ASSERT_TRUE(reader) << to_string(reader.error());
+    const Result<MapReader> reader_1_0 = MapReader::open(file_1_0);
+    ASSERT_TRUE(reader && reader_1_0);
     for (int i = 0; i < 300; ++i) {
       const Position position =
           world(map, {random.uniform(-120.0, 120.0), random.uniform(-120.0, 120.0),
                       random.uniform(-3.0, 3.0)});
       const double limit_m = random.uniform(0.05, 0.4);
-      const Result<RangeAnswer> found = reader->observation_range(position, limit_m);
-      ASSERT_TRUE(found) << to_string(found.error());
-      expect_equal(*found, brute_force(map, position, limit_m));
-      if (found->site != kNoSite) ++found_count;
+      const RangeAnswer expected = brute_force(map, position, limit_m);
+      for (const Result<MapReader>* each : {&reader, &reader_1_0}) {
+        const Result<RangeAnswer> found = (*each)->observation_range(position, limit_m);
+        ASSERT_TRUE(found) << to_string(found.error());
+        expect_equal(*found, expected);
+      }
+      if (expected.site != kNoSite) ++found_count;
     }
   }
   EXPECT_GT(found_count, 2000u) << "too few places near a site to show anything";
@@ -149,11 +159,11 @@ TEST(MapReader, RefusesWhatIsNoPositionOrLimit) {
   EXPECT_FALSE(reader->observation_range({0.0, NAN, 0.0}, 0.1));
 }
 
-TEST(MapReader, ChecksATileOnlyWhenItIsUsed) {
+TEST(MapReader, OfAMapOfFormat1_0ChecksATileOnlyWhenItIsUsed) {
   CompiledMap map = random_map({.seed = 4, .site_count = 2, .nd_count = 0, .run_count = 1});
   map.sites.sites[0].p_map_m = {10.0, 10.0, 0.0};
   map.sites.sites[1].p_map_m = {1000.0, 10.0, 0.0};
-  std::vector<std::byte> file = encode_map(map);
+  std::vector<std::byte> file = without_look_up(encode_map(map));
   {
     const Result<MapReader> whole = MapReader::open(file);
     ASSERT_TRUE(whole);
@@ -175,6 +185,46 @@ TEST(MapReader, ChecksATileOnlyWhenItIsUsed) {
     ASSERT_FALSE(answer);
     EXPECT_EQ(answer.error().code, ErrorCode::kChecksumMismatch);
   }
+}
+
+TEST(MapReader, ChecksAPageOnlyWhenItIsUsed) {
+  CompiledMap map = random_map({.seed = 4, .site_count = 160, .nd_count = 0, .run_count = 1});
+  for (std::size_t i = 0; i < 160; ++i) {
+    map.sites.sites[i].p_map_m = {10.0 * static_cast<double>(i), 10.0, 0.0};
+  }
+  std::vector<std::byte> file = encode_map(map);
+  // The last page but one: rows ascend with x.
+  file[decode_header(file)->directory_offset - 2 * kPageSize] ^= std::byte{1};
+  const Result<MapReader> reader = MapReader::open(file);
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  EXPECT_TRUE(reader->observation_range(world(map, {10.0, 10.0, 0.0}), 0.1));
+  for (int i = 0; i < 2; ++i) {  // and it stays refused
+    const Result<RangeAnswer> answer =
+        reader->observation_range(world(map, {1590.0, 10.0, 0.0}), 0.1);
+    ASSERT_FALSE(answer);
+    EXPECT_EQ(answer.error().code, ErrorCode::kChecksumMismatch);
+    EXPECT_EQ(answer.error().place.rfind("section look-up, byte ", 0), 0u) << answer.error().place;
+  }
+}
+
+TEST(MapReader, RefusesAPageOfAnotherVersionOfTheMap) {
+  CompiledMap map = random_map({.seed = 4});
+  std::vector<std::byte> file = encode_map(map);
+  map.release += 1;
+  const std::vector<std::byte> newer = encode_map(map);
+  ASSERT_EQ(file.size(), newer.size());
+  // Slots and rows of the newer version, each page whole in itself, behind the header of the older.
+  const std::uint64_t end = decode_header(file)->directory_offset - kPageSize;
+  const std::uint64_t begin = end - 2 * kPageSize;
+  std::copy(newer.begin() + static_cast<std::ptrdiff_t>(begin),
+            newer.begin() + static_cast<std::ptrdiff_t>(end),
+            file.begin() + static_cast<std::ptrdiff_t>(begin));
+  const Result<MapReader> reader = MapReader::open(file);
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  const Result<RangeAnswer> answer =
+      reader->observation_range(world(map, map.sites.sites[0].p_map_m), 0.1);
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().code, ErrorCode::kChecksumMismatch);
 }
 
 // Damage in a part of the file that a look-up does not use may go unseen; it never changes one.
@@ -230,6 +280,20 @@ TEST(MapReader, AllocatesNothingToLookUp) {
   }
   EXPECT_EQ(allocation_count(), before);
   EXPECT_GT(sum_m, 0.0);
+}
+
+// A file in memory that nobody may write to any more stands for a read-only file system.
+TEST(MapReader, ReadsFromStorageThatCannotBeWritten) {
+  const CompiledMap map = random_map({.seed = 9});
+  const std::vector<std::byte> file = encode_map(map);
+  const int descriptor = ::memfd_create("map", MFD_ALLOW_SEALING | MFD_CLOEXEC);
+  ASSERT_GE(descriptor, 0);
+  ASSERT_EQ(::write(descriptor, file.data(), file.size()), static_cast<ssize_t>(file.size()));
+  ASSERT_EQ(::fcntl(descriptor, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK), 0);
+  const Result<MapReader> reader = MapReader::open("/proc/self/fd/" + std::to_string(descriptor));
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  EXPECT_EQ(reader->observation_range(world(map, map.sites.sites[7].p_map_m), 0.1)->site, 7u);
+  ::close(descriptor);
 }
 
 TEST(MapReader, OutlivesBeingMoved) {

@@ -1,0 +1,480 @@
+#!/usr/bin/env python3
+"""Reads a compiled map (.slmap) with nothing but Python's standard library.
+
+Written from schemas/map_format.md and schemas/map.fbs alone, so it is also a second opinion on what the
+compiler wrote. NDs are read where they lie unpacked: Python 3.11 has no zstd.
+
+    sightline_map.py MAP                      what the map is
+    sightline_map.py MAP X_M Y_M Z_M [LIMIT_M]    how far to look there (limit 0.10 m unless given)
+    sightline_map.py MAP --check              every digest that needs no unpacking
+"""
+
+import hashlib
+import math
+import mmap
+import struct
+import sys
+from typing import NamedTuple
+
+UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT = 1, 2, 4, 8
+KNOWN_BLOCKS = {("ndt", 1), ("range", 1)}
+LOOK_UP = 1  # compatible feature bit 0
+PAGE = 4096
+MASK = (1 << 64) - 1
+
+
+class MapError(Exception):
+    """What is wrong with a file, with the stable name of the error."""
+
+    def __init__(self, name, message):
+        super().__init__(f"{name}: {message}")
+        self.name = name
+
+
+def demand(condition, name, message):
+    if not condition:
+        raise MapError(name, message)
+
+
+# --- XXH3, 64 bits; of 17 to 128 bytes and of more than 240, which is all that a reader needs ------
+
+SECRET = bytes.fromhex(
+    "b8fe6c3923a44bbe7c01812cf721ad1cded46de9839097db7240a4a4b7b3671fcb79e64eccc0e578825ad07dccff7221"
+    "b8084674f743248ee03590e6813a264c3c2852bb91c300cb88d0658b1b532ea371644897a20df94e3819ef46a9deacd8"
+    "a8fa763fe39c343ff9dcbbc7c70b4f1d8a51e04bcdb45931c89f7ec9d9787364eac5ac8334d3ebc3c581a0fffa1363eb"
+    "170ddd51b7f0da49d316552629d4689e2b16be587d47a1fc8ff8b8d17ad031ce45cb3a8f95160428afd7fbcabb4b407e")
+P32 = (0x9E3779B1, 0x85EBCA77, 0xC2B2AE3D)
+P64 = (0x9E3779B185EBCA87, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x85EBCA77C2B2AE63,
+       0x27D4EB2F165667C5)
+
+
+def u64(data, offset):
+    return struct.unpack_from("<Q", data, offset)[0]
+
+
+def folded(a, b):
+    product = a * b
+    return (product & MASK) ^ (product >> 64)
+
+
+def avalanche(h):
+    h = (h ^ (h >> 37)) * 0x165667919E3779F9 & MASK
+    return h ^ (h >> 32)
+
+
+def mix_16(data, offset, secret, seed):
+    return folded(u64(data, offset) ^ (u64(SECRET, secret) + seed & MASK),
+                  u64(data, offset + 8) ^ (u64(SECRET, secret + 8) - seed & MASK))
+
+
+def xxh3_short(data, seed):
+    size = len(data)
+    acc = size * P64[0]
+    for i in reversed(range((size - 1) // 32 + 1)):  # pairs from the middle outwards
+        acc += mix_16(data, 16 * i, 32 * i, seed) + mix_16(data, size - 16 * (i + 1), 32 * i + 16, seed)
+    return avalanche(acc & MASK)
+
+
+def xxh3_long(data, seed):
+    size = len(data)
+    secret = b"".join(struct.pack("<QQ", u64(SECRET, 16 * i) + seed & MASK,
+                                  u64(SECRET, 16 * i + 8) - seed & MASK) for i in range(12))
+    acc = [P32[2], P64[0], P64[1], P64[2], P64[3], P32[1], P64[4], P32[0]]
+
+    def accumulate(stripe, key_offset):
+        values = struct.unpack_from("<8Q", data, stripe)
+        keys = struct.unpack_from("<8Q", secret, key_offset)
+        for i in range(8):
+            key = values[i] ^ keys[i]
+            acc[i ^ 1] = acc[i ^ 1] + values[i] & MASK
+            acc[i] = acc[i] + (key & 0xFFFFFFFF) * (key >> 32) & MASK
+
+    last_keys = struct.unpack_from("<8Q", secret, 128)
+    stripes = (size - 1) // 64
+    for stripe in range(stripes):
+        accumulate(64 * stripe, 8 * (stripe % 16))
+        if stripe % 16 == 15:  # the end of a block
+            acc[:] = [((a ^ (a >> 47) ^ key) * P32[0]) & MASK for a, key in zip(acc, last_keys)]
+    accumulate(size - 64, 121)
+    result = size * P64[0]
+    for i in range(4):
+        result += folded(acc[2 * i] ^ u64(secret, 11 + 16 * i),
+                         acc[2 * i + 1] ^ u64(secret, 19 + 16 * i))
+    return avalanche(result & MASK)
+
+
+def xxh3(data, seed=0):
+    demand(16 < len(data) <= 128 or len(data) > 240, "bad-manifest", "too small to be one")
+    return xxh3_short(data, seed) if len(data) <= 128 else xxh3_long(data, seed)
+
+
+# --- FlatBuffers ----------------------------------------------------------------------------------
+
+
+class Table:
+    """A FlatBuffers table: a signed offset back to its vtable, and offsets of fields there."""
+
+    def __init__(self, data, place):
+        self.data = data
+        self.place = place
+        vtable = place - struct.unpack_from("<i", data, place)[0]
+        size = struct.unpack_from("<H", data, vtable)[0]
+        self.fields = struct.unpack_from(f"<{(size - 4) // 2}H", data, vtable + 4)
+
+    @staticmethod
+    def root(data):
+        return Table(data, struct.unpack_from("<I", data, 0)[0])
+
+    def offset(self, field):
+        return self.fields[field] if field < len(self.fields) else 0
+
+    def number(self, field, code, default=0):
+        offset = self.offset(field)
+        return struct.unpack_from("<" + code, self.data, self.place + offset)[0] if offset else default
+
+    def struct(self, field, code):
+        demand(self.offset(field), "bad-manifest", f"field {field} is required")
+        return struct.unpack_from("<" + code, self.data, self.place + self.offset(field))
+
+    def target(self, field):
+        demand(self.offset(field), "bad-manifest", f"field {field} is required")
+        place = self.place + self.offset(field)
+        return place + struct.unpack_from("<I", self.data, place)[0]
+
+    def vector(self, field):
+        start = self.target(field)
+        return start + 4, struct.unpack_from("<I", self.data, start)[0]
+
+    def string(self, field):
+        start, count = self.vector(field)
+        return self.data[start:start + count].decode()
+
+    def numbers(self, field, code):
+        start, count = self.vector(field)
+        return struct.unpack_from(f"<{count}{code}", self.data, start)
+
+    def tables(self, field):
+        start, count = self.vector(field)
+        for i in range(count):
+            place = start + 4 * i
+            yield Table(self.data, place + struct.unpack_from("<I", self.data, place)[0])
+
+
+# --- The file -------------------------------------------------------------------------------------
+
+
+class Block:
+    """An entry of the directory."""
+
+    def __init__(self, table):
+        self.name = table.string(0)
+        self.version = table.number(1, "I")
+        self.is_required = bool(table.number(2, "B"))
+        self.row_count = table.number(3, "Q")
+        self.offset = table.number(4, "Q")
+        self.stored_size = table.number(5, "Q")
+        self.raw_size = table.number(6, "Q")
+        self.codec = table.number(7, "B")
+        self.raw_digest = bytes(table.struct(8, "32B"))
+
+    def digest_parts(self):
+        return [self.name.encode(), struct.pack("<I", self.version),
+                struct.pack("<Q", self.row_count), self.raw_digest]
+
+
+class Tile(NamedTuple):
+    key: tuple
+    digest: bytes
+    layers: list
+
+
+class Answer(NamedTuple):
+    range_m: float
+    probability: float  # that the localization error is within the limit
+    mean_error_m: float
+    distance_m: float  # to the nearest site
+    flags: int
+    site: int  # None far from any
+
+
+def digest(*parts):
+    return hashlib.sha256(b"".join(struct.pack("<Q", len(p)) + p for p in parts)).digest()
+
+
+def columns_of(raw, rows, layout):
+    """Columns by name, each a list with one tuple a row; every column begins at a multiple of 64."""
+    columns = {}
+    offset = 0
+    for name, code, width in layout:
+        values = struct.unpack_from(f"<{rows * width}{code}", raw, offset)
+        columns[name] = [values[i * width:(i + 1) * width] for i in range(rows)]
+        offset = (offset + rows * width * struct.calcsize("<" + code) + 63) // 64 * 64
+    demand(offset == len(raw), "bad-layer", "the layer has another size than its rows need")
+    return columns
+
+
+class SightlineMap:
+    def __init__(self, path):
+        with open(path, "rb") as file:
+            self.data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        self._read_header()
+        manifest_bytes = self._checked(self.manifest_place, "manifest")
+        self.manifest = manifest = Table.root(manifest_bytes)
+        self.manifest_digest = hashlib.sha256(manifest_bytes).digest()
+        self.map_id, self.version = manifest.string(0), manifest.string(1)
+        self.release, self.writer = manifest.number(2, "Q"), manifest.string(3)
+        self.origin_world_m = manifest.struct(4, "3d")
+        self.cell_m, self.tile_m = manifest.number(5, "d"), manifest.number(6, "d")
+        self.reach_m = manifest.number(8, "d")
+        self.nd_count, self.site_count = manifest.number(9, "Q"), manifest.number(13, "I")
+        self.ranges_m = manifest.numbers(14, "d")
+        self.limits_m = [promise.number(0, "d") for promise in manifest.tables(17)]
+        self._directory = None
+        self._look_up = LookUp(self) if self.compatible & LOOK_UP else None
+
+    def _read_header(self):
+        data = self.data
+        demand(data[:8] == b"\x89SLM\r\n\x1a\n", "bad-magic", "this is no compiled map")
+        demand(len(data) >= 160, "truncated-file", "there is no room for header and trailer")
+        demand(xxh3(data[:120]) == u64(data, 120), "checksum-mismatch", "header")
+        self.major, self.minor = struct.unpack_from("<HH", data, 8)
+        (self.compatible, incompatible, file_size, m_offset, m_size, m_sum, d_offset, d_size,
+         d_sum) = struct.unpack_from("<9Q", data, 16)
+        demand(file_size <= len(data), "truncated-file", f"{len(data)} bytes of {file_size}")
+        demand(file_size == len(data), "out-of-bounds", f"{len(data)} bytes of {file_size}")
+        trailer = struct.pack("<3Q", file_size, u64(data, 120), 0) + data[:8][::-1]
+        demand(data[-32:] == trailer, "checksum-mismatch", "trailer")
+        demand(self.major == 1, "future-version", f"format {self.major}.{self.minor}, this reads 1.x")
+        demand(incompatible == 0, "unknown-required-feature", f"bits {incompatible:x}")
+        self.manifest_place = (m_offset, m_size, m_sum)
+        self.directory_place = (d_offset, d_size, d_sum)
+        self.root_digest = data[88:120]
+
+    def _checked(self, place, what):
+        offset, size, checksum = place
+        demand(offset % 64 == 0 and 128 <= offset <= len(self.data) - 32 - size, "out-of-bounds", what)
+        content = self.data[offset:offset + size]
+        demand(xxh3(content) == checksum, "checksum-mismatch", what)
+        return content
+
+    @property
+    def directory(self):
+        if self._directory is None:
+            self._directory = Table.root(self._checked(self.directory_place, "directory"))
+        return self._directory
+
+    def tiles(self):
+        for tile in self.directory.tables(1):
+            layers = [Block(table) for table in tile.tables(3)]
+            for layer in layers:
+                self._check_known(layer)
+            yield Tile((tile.number(0, "i"), tile.number(1, "i")), bytes(tile.struct(2, "32B")), layers)
+
+    def sections(self):
+        return [self._check_known(Block(table)) for table in self.directory.tables(2)]
+
+    @staticmethod
+    def _check_known(block):
+        known = (block.name, block.version) in KNOWN_BLOCKS
+        demand(known or not block.is_required, "unknown-required-feature",
+               f"block {block.name} of version {block.version}")
+        return block
+
+    def raw(self, block):
+        """The bytes of a block that is not packed, after their digest."""
+        demand(block.codec == 0, "bad-layer", f"{block.name} is packed")
+        demand(block.offset % 64 == 0 and block.offset + block.stored_size <= self.directory_place[0],
+               "out-of-bounds", block.name)
+        raw = self.data[block.offset:block.offset + block.stored_size]
+        demand(hashlib.sha256(raw).digest() == block.raw_digest, "digest-mismatch", block.name)
+        return raw
+
+    def sites(self):
+        """By id, what the range layers say, as dictionaries of tuples."""
+        ranges, limits = len(self.ranges_m), len(self.limits_m)
+        layout = [("site", "I", 1), ("run", "I", 1), ("s_m", "d", 1), ("p_x_m", "d", 1),
+                  ("p_y_m", "d", 1), ("p_z_m", "d", 1), ("range_index", "B", limits),
+                  ("range_flags", "B", limits), ("mean_error_m", "d", ranges),
+                  ("probability", "d", ranges * limits), ("site_flags", "B", 1), ("pose", "d", 12)]
+        sites = {}
+        for tile in self.tiles():
+            for layer in tile.layers:
+                if layer.name != "range":
+                    continue
+                columns = columns_of(self.raw(layer), layer.row_count, layout)
+                for row in range(layer.row_count):
+                    site = {name: values[row] for name, values in columns.items()}
+                    place = (site["p_x_m"][0], site["p_y_m"][0])
+                    demand(tuple(math.floor(p / self.tile_m) for p in place) == tile.key, "bad-order",
+                           "a site lies in another tile")
+                    sites[site["site"][0]] = site
+        demand(sorted(sites) == list(range(self.site_count)), "bad-order", "sites are not all there")
+        return sites
+
+    def nds(self):
+        """(key, point count, mean in m, covariance in m^2) of each ND that is not packed."""
+        names = [("key", "i")] * 3 + [("count", "I")] + [("mean", "i")] * 3 + [("covariance", "f")] * 6
+        layout = [(f"{name}{i}", code, 1) for i, (name, code) in enumerate(names)]
+        for tile in self.tiles():
+            for layer in tile.layers:
+                if layer.name != "ndt" or layer.codec != 0:
+                    continue
+                columns = list(columns_of(self.raw(layer), layer.row_count, layout).values())
+                for row in range(layer.row_count):
+                    values = [column[row][0] for column in columns]
+                    mean_m = [(key + 0.5) * self.cell_m + units * 2.0**-24
+                              for key, units in zip(values[:3], values[4:7])]
+                    yield tuple(values[:3]), values[3], mean_m, values[7:]
+
+    def check(self):
+        """Digests of tiles, of the map and of all that is not packed; how many blocks were packed."""
+        tile_digests = []
+        packed = 0
+        keys = []
+        for tile in self.tiles():
+            for layer in tile.layers:
+                packed += layer.codec != 0
+                if layer.codec == 0:
+                    self.raw(layer)
+            parts = [part for layer in tile.layers if layer.is_required for part in layer.digest_parts()]
+            keys.append(tile.key)
+            tile_digests.append(digest(b"sightline tile", struct.pack("<2i", *tile.key), *parts))
+            demand(tile_digests[-1] == tile.digest, "digest-mismatch", f"tile {tile.key}")
+        demand(all(a < b for a, b in zip(keys, keys[1:])), "bad-order", "tiles")
+        for section in self.sections():
+            packed += section.codec != 0
+            if section.codec == 0:
+                self.raw(section)
+        root = digest(b"sightline map", self.manifest_digest, struct.pack("<Q", 0),
+                      struct.pack("<Q", len(tile_digests)), *tile_digests)
+        demand(root == self.root_digest, "digest-mismatch", "the map")
+        self.sites()
+        return packed
+
+    def observation_range(self, position_world_m, limit_m):
+        p_m = [a - b for a, b in zip(position_world_m, self.origin_world_m)]
+        demand(all(math.isfinite(p) for p in p_m) and 0 < limit_m < math.inf, "bad-argument",
+               "a position must be finite, and a limit finite and above 0")
+        limit = sum(each <= limit_m for each in self.limits_m) - 1
+        flags = TIGHTER_LIMIT if limit < 0 else 0
+        row = self._look_up.nearest(p_m) if self._look_up else self._nearest_of_all(p_m)
+        if row is None:
+            return Answer(self.ranges_m[-1], 0.0, math.inf, math.inf, flags | FAR, None)
+        distance_m, site, longest_error_m, choices = row
+        if limit < 0:
+            return Answer(self.ranges_m[-1], 0.0, longest_error_m, distance_m, flags, site)
+        index, site_flags, probability, mean_error_m = choices[limit]
+        demand(index < len(self.ranges_m), "bad-layer", f"site {site}")
+        return Answer(self.ranges_m[index], probability, mean_error_m, distance_m,
+                      flags | site_flags, site)
+
+    def _nearest_of_all(self, p_m):
+        """The definition: no index, every site of the range layers."""
+        best = None
+        limits = len(self.limits_m)
+        for number, site in sorted(self.sites().items()):
+            distance_m = math.dist(p_m, [site[f"p_{axis}_m"][0] for axis in "xyz"])
+            if distance_m > self.reach_m or (best and distance_m >= best[0]):
+                continue
+            choices = [(index, site["range_flags"][i], site["probability"][index * limits + i],
+                        site["mean_error_m"][index]) for i, index in enumerate(site["range_index"])]
+            best = (distance_m, number, site["mean_error_m"][-1], choices)
+        return best
+
+
+class LookUp:
+    """The section "look-up": pages of slots, pages of rows, the info page right before the directory."""
+
+    def __init__(self, owner):
+        self.map = owner
+        self.limits = len(owner.limits_m)
+        self.seed = u64(owner.root_digest, 0)
+        end = owner.directory_place[0]
+        info = owner.data[end - PAGE:end]
+        demand(info[:8] == b"\x89SLU\r\n\x1a\n", "bad-layer", "look-up")
+        (version, page_size, pages, self.cell_m, self.slots, self.rows, limits,
+         text_size) = struct.unpack_from("<IIQdQQII", info, 8)
+        demand(version == 1 and page_size == PAGE, "unknown-required-feature", "look-up")
+        self.begin = end - PAGE * pages
+        self.checked = set()
+        self.page(pages - 1)
+        for line in info[64:64 + text_size].decode().splitlines():
+            name, number = line.split(" ")
+            demand((name, int(number)) in KNOWN_BLOCKS, "unknown-required-feature", "block " + line)
+        self.row_size = (40 + 18 * self.limits + 7) // 8 * 8
+        self.rows_per_page = 4080 // self.row_size
+        self.slot_pages = -(-self.slots // 255)
+        demand(limits == self.limits and self.rows == owner.site_count and
+               pages == self.slot_pages - (-self.rows // self.rows_per_page) + 1, "bad-layer",
+               "look-up")
+
+    def page(self, number):
+        page = self.map.data[self.begin + PAGE * number:self.begin + PAGE * (number + 1)]
+        if number not in self.checked:
+            demand(struct.unpack_from("<QQ", page, 4080) == (number, xxh3(page[:4088], self.seed)),
+                   "checksum-mismatch", f"page {number} of look-up")
+            self.checked.add(number)
+        return page
+
+    def cell(self, x, y):
+        """First row and number of rows of a cell."""
+        key = ((x & 0xFFFFFFFF) << 32) + (y & 0xFFFFFFFF)
+        slot = ((key * 0x9E3779B97F4A7C15 & MASK) >> 32) * self.slots >> 32
+        for _ in range(self.slots):
+            slot_x, slot_y, first, count = struct.unpack_from("<iiII", self.page(slot // 255),
+                                                              slot % 255 * 16)
+            if count == 0 or (slot_x, slot_y) == (x, y):
+                return first, count
+            slot = (slot + 1) % self.slots
+        return 0, 0
+
+    def nearest(self, p_m):
+        best = None
+        low = [math.floor((p - self.map.reach_m) / self.cell_m) for p in p_m[:2]]
+        high = [math.floor((p + self.map.reach_m) / self.cell_m) for p in p_m[:2]]
+        for x in range(low[0], high[0] + 1):
+            for y in range(low[1], high[1] + 1):
+                first, count = self.cell(x, y)
+                demand(first + count <= self.rows, "bad-layer", "look-up")
+                for row in range(first, first + count):
+                    page = self.page(self.slot_pages + row // self.rows_per_page)
+                    place = row % self.rows_per_page * self.row_size
+                    site = struct.unpack_from("<I", page, place + 32)[0]
+                    distance_m = math.dist(p_m, struct.unpack_from("<3d", page, place))
+                    if distance_m <= self.map.reach_m and (not best or (distance_m, site) < best[:2]):
+                        best = (distance_m, site, page, place)
+        if best is None:
+            return None
+        distance_m, site, page, place = best
+        n = self.limits
+        values = struct.unpack_from(f"<d8x{n}d{n}d{n}B{n}B", page, place + 24)
+        choices = [(values[1 + 2 * n + i], values[1 + 3 * n + i], values[1 + i], values[1 + n + i])
+                   for i in range(n)]
+        return distance_m, site, values[0], choices
+
+
+def main(arguments):
+    if not arguments or len(arguments) not in (1, 2, 4, 5):
+        print(__doc__, file=sys.stderr)
+        return 64
+    try:
+        opened = SightlineMap(arguments[0])
+        if arguments[1:] == ["--check"]:
+            packed = opened.check()
+            print(f"every digest holds; {packed} blocks are packed and were not unpacked")
+        elif len(arguments) >= 4:
+            limit_m = float(arguments[4]) if len(arguments) == 5 else 0.10
+            print(opened.observation_range([float(text) for text in arguments[1:4]], limit_m))
+        else:
+            print(f"map {opened.map_id}, version {opened.version}, release {opened.release}, format "
+                  f"{opened.major}.{opened.minor}\n{opened.site_count} sites, {opened.nd_count} NDs, "
+                  f"ranges {opened.ranges_m} m, limits {opened.limits_m} m\n"
+                  f"root digest {opened.root_digest.hex()}")
+    except (MapError, OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,291 @@
+#include "formats/map/map_decoder.h"
+
+#include <algorithm>
+
+#include "formats/map/contents_layer.h"
+#include "formats/map/factor_layer.h"
+#include "formats/map/layers.h"
+#include "formats/map/manifest.h"
+#include "formats/map/map_digests.h"
+#include "formats/reader/map_checks.h"
+#include "map_generated.h"
+
+namespace sightline {
+namespace {
+
+std::string byte_place(std::uint64_t offset) { return "byte " + std::to_string(offset); }
+
+Error at(Error error, const std::string& place) {
+  error.place = error.place.empty() ? place : place + ", " + error.place;
+  return error;
+}
+
+Digest from_schema(const schema::Digest& digest) {
+  Digest bytes{};
+  std::copy(digest.bytes()->begin(), digest.bytes()->end(), bytes.begin());
+  return bytes;
+}
+
+Error wrong_digest(const std::string& what, const std::string& place) {
+  return {ErrorCode::kDigestMismatch, what + " does not match its digest", "", place};
+}
+
+Error not_derived(const char* what) {
+  return {ErrorCode::kBadLayer, std::string("it does not say what ") + what + " says", "", ""};
+}
+
+std::uint64_t offset_of(const MapContainer& container, const PackedBlock& block) {
+  return static_cast<std::uint64_t>(block.stored.data() - container.file.data());
+}
+
+bool has_look_up_feature(const FileHeader& header) {
+  return (header.compatible_features >> kLookUpFeatureBit & 1) != 0;
+}
+
+}  // namespace
+
+MapDecoder::MapDecoder(const MapContainer& container, KeepNds keep_nds)
+    : container_(container),
+      keep_nds_(keep_nds),
+      checked_to_(container.header.manifest_offset + container.header.manifest_size) {}
+
+Result<void> MapDecoder::check_padding(std::uint64_t begin, std::uint64_t end) const {
+  for (std::uint64_t i = begin; i < end; ++i) {
+    if (container_.file[i] == std::byte{0}) continue;
+    return Error{ErrorCode::kOutOfBounds, "bytes between two blocks must be zero", "",
+                 byte_place(i)};
+  }
+  return {};
+}
+
+// How many rows there are to come, before anything is allocated for them.
+Result<void> MapDecoder::check_counts() const {
+  std::uint64_t nds = 0;
+  std::uint64_t sites = 0;
+  for (const schema::Tile* tile : *container_.directory->tiles()) {
+    for (const schema::Block* block : *tile->layers()) {
+      if (block->name()->string_view() == kNdtLayer) nds += block->row_count();
+      if (block->name()->string_view() == kRangeLayer) sites += block->row_count();
+    }
+  }
+  const schema::Manifest& manifest = *container_.manifest;
+  if (nds == manifest.nd_count() && sites == manifest.site_count()) return {};
+  return Error{ErrorCode::kBadManifest,
+               "found " + std::to_string(nds) + " NDs and " + std::to_string(sites) +
+                   " sites, expected " + std::to_string(manifest.nd_count()) + " and " +
+                   std::to_string(manifest.site_count()),
+               "", "directory"};
+}
+
+// Also where nothing is done with the bytes: what is optional and unknown has a digest all the same.
+Result<RawBytes> MapDecoder::raw_bytes(const PackedBlock& block) {
+  const std::uint64_t offset = offset_of(container_, block);
+  const Result<void> padding = check_padding(checked_to_, offset);
+  if (!padding) return padding.error();
+  checked_to_ = offset + block.stored.size();
+  MapSummary::Blocks& sum = blocks_[block.name];
+  sum.is_required = block.is_required;
+  sum.block_count += 1;
+  sum.row_count += block.row_count;
+  sum.raw_size += block.raw_size;
+  sum.stored_size += block.stored.size();
+  if (block.is_required) required_kinds_.insert({block.name, block.version});
+  if (block.codec > BlockCodec::kZstd) {  // optional and unknown: its checksum alone can be checked
+    if (block_checksum(block.stored) == block.stored_checksum) return RawBytes(block.stored);
+    return Error{ErrorCode::kChecksumMismatch, "the block does not match its checksum", "",
+                 byte_place(offset)};
+  }
+  Result<RawBytes> raw = checked_bytes(block);
+  if (!raw) return at(raw.error(), byte_place(offset));
+  return raw;
+}
+
+Result<void> MapDecoder::decode_nds(std::span<const std::byte> raw, std::uint64_t row_count,
+                                    TileKey key) {
+  if (keep_nds_ == KeepNds::kYes) return decode_ndt_layer(raw, row_count, key, map_.ndt);
+  NdtMap of_tile = map_.ndt;  // which stays without any ND
+  const Result<void> decoded = decode_ndt_layer(raw, row_count, key, of_tile);
+  return decoded ? validate(of_tile) : decoded;
+}
+
+Result<void> MapDecoder::visit_layer(const PackedBlock& block, TileKey key) {
+  const Result<RawBytes> raw = raw_bytes(block);
+  if (!raw) return raw.error();
+  const std::span<const std::byte> bytes = raw->bytes();
+  Result<void> decoded;
+  if (block.name == kNdtLayer) {
+    decoded = decode_nds(bytes, block.row_count, key);
+  } else if (block.name == kRangeLayer) {
+    decoded = decode_range_layer(bytes, block.row_count, key, map_, is_filled_);
+    look_up_->add(bytes, block.row_count);
+  } else if (block.name == kFactorLayer && block.version == kFactorLayerVersion &&
+             !has_factors_.empty()) {
+    decoded = decode_factor_layer(bytes, block.row_count, map_.factors, has_factors_);
+  }
+  if (decoded) return {};
+  return at(decoded.error(), byte_place(offset_of(container_, block)));
+}
+
+// What a file that lost its directory would tell must be what the directory tells.
+Result<void> MapDecoder::check_contents(TileKey key, const Digest& digest,
+                                        const std::vector<PackedBlock>& layers) const {
+  for (const PackedBlock& layer : layers) {
+    if (layer.name != kContentsLayer || layer.version != kContentsLayerVersion) continue;
+    const std::vector<std::byte> expected = encode_contents(contents_of(key, digest, layers));
+    if (!std::ranges::equal(layer.stored, expected)) {
+      return at(not_derived("the directory"), "layer " + layer.name + ", " +
+                                                  byte_place(offset_of(container_, layer)));
+    }
+  }
+  return {};
+}
+
+Result<void> MapDecoder::visit_tile(const schema::Tile& tile) {
+  const TileKey key{tile.x(), tile.y()};
+  std::vector<BlockName> required;
+  std::vector<PackedBlock> layers;
+  for (const schema::Block* entry : *tile.layers()) {
+    layers.push_back(packed_block(container_, *entry));
+    const PackedBlock& block = layers.back();
+    const Result<void> layer = visit_layer(block, key);
+    if (!layer) return at(layer.error(), "layer " + block.name);
+    if (!block.is_required) continue;
+    required.push_back({block.name, block.version, block.row_count, block.raw_digest});
+  }
+  const Digest digest = from_schema(*tile.digest());
+  if (tile_digest(key, required) != digest) {
+    return wrong_digest("the tile", byte_place(container_.header.directory_offset));
+  }
+  return check_contents(key, digest, layers);
+}
+
+Result<void> MapDecoder::check_look_up() const {
+  const schema::Block* section = find_section(container_, kLookUpSection);
+  const FileHeader& header = container_.header;
+  if (section == nullptr || section->version() != kLookUpSectionVersion) {
+    if (!has_look_up_feature(header)) return {};
+    return Error{ErrorCode::kBadLayer, "there is no section look-up, which the header promises", "",
+                 "byte 16"};
+  }
+  const PackedBlock block = packed_block(container_, *section);
+  const std::string place =
+      "section " + block.name + ", " + byte_place(offset_of(container_, block));
+  if (has_look_up_feature(header) &&
+      section->offset() + section->stored_size() != header.directory_offset) {
+    return Error{ErrorCode::kBadLayer, "it is not the last block", "", place};
+  }
+  const std::vector<std::byte> expected = look_up_->finish(header, required_kinds_);
+  if (std::ranges::equal(block.stored, expected)) return {};
+  return at(not_derived("the range layers"), place);
+}
+
+Result<void> MapDecoder::visit_section(const PackedBlock& block) {
+  const Result<RawBytes> raw = raw_bytes(block);
+  if (!raw) return raw.error();
+  if (block.name == kFactorNames && !has_factors_.empty()) {
+    return decode_factor_names(raw->bytes(), map_.factors);
+  }
+  if (block.name != kModelSection) return {};
+  if (sha256(raw->bytes()) != map_.model.digest) {
+    return wrong_digest("the error model", byte_place(offset_of(container_, block)));
+  }
+  map_.model.bytes.assign(raw->bytes().begin(), raw->bytes().end());
+  return {};
+}
+
+Result<void> MapDecoder::visit_all() {
+  std::vector<Digest> tiles;
+  for (const schema::Tile* tile : *container_.directory->tiles()) {
+    const Result<void> visited = visit_tile(*tile);
+    if (!visited) return at(visited.error(), tile_place(tile->x(), tile->y()));
+    tiles.push_back(from_schema(*tile->digest()));
+  }
+  for (const schema::Block* section : *container_.directory->sections()) {
+    const PackedBlock block = packed_block(container_, *section);
+    const Result<void> visited = visit_section(block);
+    if (!visited) return at(visited.error(), "section " + block.name);
+  }
+  for (const Result<void>& checked : {check_look_up(), check_factors(), check_end(tiles)}) {
+    if (!checked) return checked;
+  }
+  return {};
+}
+
+Result<void> MapDecoder::check_factors() const {
+  if (std::all_of(has_factors_.begin(), has_factors_.end(), [](bool has) { return has; })) {
+    return {};
+  }
+  return Error{ErrorCode::kBadLayer, "factors are named, but some sites have none", "",
+               "layer " + std::string(kFactorLayer)};
+}
+
+Result<void> MapDecoder::check_end(const std::vector<Digest>& tiles) const {
+  const FileHeader& header = container_.header;
+  const Result<void> before = check_padding(checked_to_, header.directory_offset);
+  if (!before) return before;
+  const Result<void> after = check_padding(header.directory_offset + header.directory_size,
+                                           container_.file.size() - kTrailerSize);
+  if (!after) return after;
+  const std::vector<BlockName> required;  // format 1 has no required sections
+  const Digest manifest =
+      sha256(container_.file.subspan(header.manifest_offset, header.manifest_size));
+  if (root_digest(manifest, header.incompatible_features, tiles, required) != header.root_digest) {
+    return wrong_digest("the map", "byte 88");
+  }
+  return {};
+}
+
+void MapDecoder::make_room() {
+  const std::size_t sites = container_.manifest->site_count();
+  const std::size_t ranges = map_.ranges.ranges_m.size();
+  const std::size_t limits = map_.ranges.promises.size();
+  is_filled_.resize(sites);
+  map_.sites.sites.resize(sites);
+  map_.ranges.site_count = map_.predicted.site_count = static_cast<std::uint32_t>(sites);
+  map_.ranges.range_index.resize(sites * limits);
+  map_.ranges.flags.resize(sites * limits);
+  map_.predicted.mean_m.resize(sites * ranges);
+  map_.predicted.within_probability.resize(sites * ranges * limits);
+  map_.predicted.extrapolated.resize(sites);
+  map_.predicted.out_of_fold.resize(sites);
+  map_.predicted.has_history.resize(sites);
+  look_up_.emplace(ranges, limits, map_.reach_m);
+}
+
+// The section that names the factors tells how many there are before the layers are read.
+void MapDecoder::expect_factors() {
+  const schema::Block* names = find_section(container_, kFactorNames);
+  if (names == nullptr || names->version() != kFactorNamesVersion) return;
+  if (names->row_count() == 0 || names->row_count() > kMostFactors) return;
+  has_factors_.resize(is_filled_.size());
+  map_.factors.ranges_m = map_.ranges.ranges_m;
+  map_.factors.factors.resize(names->row_count());
+  map_.factors.site_count = map_.ranges.site_count;
+  map_.factors.values.resize(is_filled_.size() * map_.ranges.ranges_m.size() * names->row_count());
+}
+
+Result<CompiledMap> MapDecoder::run() {
+  for (const Result<void>& start :
+       {check_padding(kHeaderSize, container_.header.manifest_offset), check_counts(),
+        decode_manifest(*container_.manifest, map_)}) {
+    if (!start) return start.error();
+  }
+  make_room();
+  expect_factors();
+  const Result<void> visited = visit_all();
+  if (!visited) return visited.error();
+  const Result<void> valid = validate(map_);
+  if (!valid) return valid.error();
+  return std::move(map_);
+}
+
+std::vector<MapSummary::Blocks> MapDecoder::blocks() const {
+  std::vector<MapSummary::Blocks> blocks;
+  for (const auto& [name, sum] : blocks_) {
+    blocks.push_back(sum);
+    blocks.back().name = name;
+  }
+  return blocks;
+}
+
+}  // namespace sightline

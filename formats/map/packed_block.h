@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "compiler/base/hash.h"
+#include "compiler/base/result.h"
+#include "formats/map/block_codec.h"
+#include "formats/reader/map_container.h"
+
+namespace sightline {
+
+// A block as it lies in a file, and what its entry says of it.
+struct PackedBlock {
+  std::string name;
+  std::uint32_t version = 1;
+  bool is_required = true;
+  BlockCodec codec = BlockCodec::kNone;
+  std::uint64_t row_count = 0;
+  std::uint64_t raw_size = 0;
+  std::uint64_t stored_checksum = 0;
+  Digest raw_digest{};
+  std::span<const std::byte> stored;
+};
+
+// A block that the directory names; its bytes are not checked.
+PackedBlock packed_block(const MapContainer& container, const schema::Block& block);
+
+// What is stored, or what it was unpacked to.
+class RawBytes {
+ public:
+  explicit RawBytes(std::span<const std::byte> stored) : bytes_(stored) {}
+  explicit RawBytes(std::vector<std::byte> unpacked)
+      : unpacked_(std::move(unpacked)), bytes_(unpacked_) {}
+  RawBytes(RawBytes&&) = default;
+  RawBytes& operator=(RawBytes&&) = default;
+  RawBytes(const RawBytes&) = delete;
+  RawBytes& operator=(const RawBytes&) = delete;
+  [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::byte> unpacked_;  // moves keep its bytes where they are
+  std::span<const std::byte> bytes_;
+};
+
+// Checks the stored bytes against their checksum, unpacks them and checks the raw bytes against
+// their digest. Errors: checksum-mismatch, digest-mismatch, bad-layer, too-large; also where the
+// codec is unknown.
+Result<RawBytes> checked_bytes(const PackedBlock& block);
+
+}  // namespace sightline

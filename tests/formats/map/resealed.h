@@ -1,0 +1,31 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+
+// The file with another header, sealed again as its writer would have.
+inline std::vector<std::byte> with_header(std::vector<std::byte> file,
+                                          const std::function<void(FileHeader&)>& change) {
+  FileHeader header = *decode_header(file);
+  change(header);
+  const std::array<std::byte, kHeaderSize> start = encode_header(header);
+  const std::array<std::byte, kTrailerSize> end = encode_trailer(header, start);
+  std::copy(start.begin(), start.end(), file.begin());
+  std::copy(end.begin(), end.end(), file.end() - kTrailerSize);
+  return file;
+}
+
+// As format 1.0 had it: a vehicle finds sites through the directory.
+inline std::vector<std::byte> without_look_up(std::vector<std::byte> file) {
+  return with_header(std::move(file), [](FileHeader& header) {
+    header.minor = 0;
+    header.compatible_features = 0;
+  });
+}
+
+}  // namespace sightline
