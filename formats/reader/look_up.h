@@ -111,7 +111,6 @@ class LookUp {
   std::uint64_t seed_ = 0;
   double reach_m_ = 0.0;
   double cell_m_ = 0.0;
-  double cells_per_m_ = 0.0;
   std::uint64_t slot_count_ = 0;
   std::uint64_t first_row_page_ = 0;
   std::uint64_t row_count_ = 0;
