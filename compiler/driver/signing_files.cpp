@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "compiler/driver/console.h"
 #include "compiler/base/atomic_file.h"
 #include "formats/release/record_text.h"
 
@@ -103,11 +104,6 @@ Result<std::int64_t> read_time(const std::string& text) {
   if (seconds) return *seconds;
   return Error{ErrorCode::kBadArgument,
                "found \"" + text + "\", expected a time as 2026-12-01T00:00:00Z or +30d", "", ""};
-}
-
-Error in_file(Error error, const std::string& file) {
-  if (error.file.empty()) error.file = file;
-  return error;
 }
 
 }  // namespace sightline

@@ -30,7 +30,4 @@ std::string signatures_of(const std::string& file);
 // Error: bad-argument.
 Result<std::int64_t> read_time(const std::string& text);
 
-// The same error, naming the file.
-Error in_file(Error error, const std::string& file);
-
 }  // namespace sightline
