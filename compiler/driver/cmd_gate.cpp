@@ -1,7 +1,6 @@
-#include <chrono>
+#include <algorithm>
 #include <cstdio>
 #include <ctime>
-#include <functional>
 #include <memory>
 #include <optional>
 
@@ -36,7 +35,7 @@ struct GateFlags {
   std::string rules;
   std::string evaluation;
   std::string today;  // empty: by the clock
-  std::string format = "text";
+  std::vector<std::string> formats = {"text"};
   std::vector<std::string> files = std::vector<std::string>(std::size(kForms));  // empty: none
   bool is_forced = false;
 };
@@ -89,7 +88,9 @@ Result<GateReport> judge_files(const GateFlags& flags, const GateSettings& setti
 Result<void> write_report(const GateFlags& flags, const GateReport& report) {
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   for (std::size_t i = 0; i < std::size(kForms); ++i) {
-    if (flags.format == kForms[i].name) std::fputs(kForms[i].write(report).c_str(), stdout);
+    if (std::ranges::find(flags.formats, kForms[i].name) != flags.formats.end()) {
+      std::fputs(kForms[i].write(report).c_str(), stdout);
+    }
     if (flags.files[i].empty()) continue;
     const Result<void> written =
         write_file_atomically(flags.files[i], kForms[i].write(report), if_exists);
@@ -146,7 +147,8 @@ void add_gate_command(CLI::App& app, int& status) {
                       "What `sightline evaluate --json` wrote for this map");
   command->add_option("--today", flags->today,
                       "The day on which exceptions end or do not, YYYY-MM-DD (by the clock, UTC)");
-  command->add_option("--format", flags->format, "What goes to stdout")
+  command->add_option("--format", flags->formats, "What goes to stdout; may be given again")
+      ->allow_extra_args(false)
       ->check(CLI::IsMember(form_names()))
       ->capture_default_str();
   for (std::size_t i = 0; i < std::size(kForms); ++i) {
