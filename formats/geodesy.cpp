@@ -73,7 +73,8 @@ LongitudeLatitude from_utm(const UtmZone& zone, double easting_m, double northin
   const double tan_conformal = std::sin(xi) / std::hypot(std::sinh(eta), std::cos(xi));
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   const double middle_deg = 6.0 * zone.number - 183.0;
-  return {middle_deg + std::atan2(std::sinh(eta), std::cos(xi)) * kDegrees,
+  const double longitude_deg = middle_deg + std::atan2(std::sinh(eta), std::cos(xi)) * kDegrees;
+  return {std::remainder(longitude_deg, 360.0),  // a zone's edge may lie beyond the date line
           std::atan(tan_latitude(tan_conformal)) * kDegrees};
 }
 

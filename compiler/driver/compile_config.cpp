@@ -187,11 +187,11 @@ Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
     const Result<void> set = set_override(assignment, all);
     if (!set) return set.error();
   }
+  const Result<void> checked = check(config, file);
+  if (!checked) return checked.error();
   // Judged later, but a mistake in it is told before hours of work.
   const Result<GateSettings> gate = read_gate_settings(file);
   if (!gate) return gate.error();
-  const Result<void> checked = check(config, file);
-  if (!checked) return checked.error();
   const Result<void> spread = spread_shared(config);
   if (!spread) return spread.error();
   return config;

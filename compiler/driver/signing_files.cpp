@@ -10,8 +10,8 @@
 #include <fstream>
 #include <iostream>
 
-#include "compiler/driver/console.h"
 #include "compiler/base/atomic_file.h"
+#include "compiler/driver/console.h"
 #include "formats/release/record_text.h"
 
 namespace sightline {

@@ -80,7 +80,7 @@ std::vector<Example> examples_in(const std::string& help) {
         is_command = false;
       } else if (is_command && examples.back().verb.empty()) {
         examples.back().verb = word;
-      } else if (is_command && word.starts_with("-")) {
+      } else if (is_command && word.starts_with("-") && word != "-") {
         examples.back().flags.push_back(word.substr(0, word.find('=')));
       }
     }
