@@ -170,8 +170,8 @@ TEST(Evaluate, JudgesByAnotherDriveAndWritesItsTables) {
       run_sightline("evaluate " + config() + " --map " + compiled_map().string() + " --json " +
                     (folder / "e.json").string() + " --csv " + (folder / "e.csv").string());
   ASSERT_EQ(run.status, 0) << run.err;
-  for (const char* word : {"Table I.", "Table II.", "oracle", "coverage", "lane", "Calibration",
-                           "Continuous localization"}) {
+  for (const char* word : {"Table I.", "Table II.", "oracle", "coverage", "by type of street",
+                           "Calibration", "Continuous localization"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
   }
   EXPECT_EQ(fault_of_evaluation(bytes_of(folder / "e.json")), "");
