@@ -30,14 +30,17 @@ class JsonLines {
     pass_ = {{"pass", name}, {"step", step + 1}, {"steps", steps}};
     begin_ = Clock::now();
     told_ = {};
+    told_done_ = 0;
     write("started", {});
   }
   void update(std::size_t done, std::size_t total) {
     constexpr auto kPause = std::chrono::milliseconds(200);
     const std::lock_guard<std::mutex> lock(mutex_);
     const Clock::time_point now = Clock::now();
+    if (done < told_done_) return;  // a thread that counted earlier and came later
     if (done < total && now - told_ < kPause) return;
     told_ = now;
+    told_done_ = done;
     const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
     Json rest = {{"done", done}, {"total", total}, {"elapsed_s", rounded(elapsed_s)}};
     if (done > 0) rest["remaining_s"] = rounded(seconds_left(elapsed_s, done, total));
@@ -74,6 +77,7 @@ class JsonLines {
   Json pass_ = Json::object();
   Clock::time_point begin_;
   Clock::time_point told_;
+  std::size_t told_done_ = 0;
   bool is_broken_ = false;
 };
 

@@ -128,6 +128,7 @@ bool ninja_compiles(const fs::path& folder) {
 
 TEST(Everyday, NinjaCompilesAgainWhenAnInputChangesAndOnlyThen) {
   const fs::path folder = fresh_folder() / "a town # of $5";
+  fs::create_directories(folder);
   fs::copy(small_town() / "mapping", folder / "mapping", fs::copy_options::recursive);
   fs::copy(small_town() / "drive_1", folder / "drive_1", fs::copy_options::recursive);
   fs::copy_file(small_config(), folder / "town.yaml");
