@@ -21,8 +21,7 @@ Result<void> add_recording(const RecordingOptions& options, InputFiles& inputs) 
 
 void sort_once(std::vector<fs::path>& paths) {
   std::ranges::sort(paths);
-  const auto rest = std::ranges::unique(paths);
-  paths.erase(rest.begin(), rest.end());
+  paths.erase(std::unique(paths.begin(), paths.end()), paths.end());
 }
 
 std::string escaped(const std::string& path) {
