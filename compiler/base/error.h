@@ -54,6 +54,7 @@ enum class ErrorCode : int {
   kNoTrainingRows = 2021,
   kMismatchedInputs = 2022,
   kInvalidArtifact = 2023,
+  kWrongBase = 2024,
   // 3xxx version: written by a program that this one does not understand.
   kFutureVersion = 3001,
   kUnknownRequiredFeature = 3002,
@@ -68,6 +69,7 @@ enum class ErrorCode : int {
   kBadOrder = 4007,
   kBadLayer = 4008,
   kTooLarge = 4009,
+  kBadDelta = 4010,
   // 5xxx signature: who said so, and is it still said.
   kWrongKey = 5001,
   kTooFewSignatures = 5002,

@@ -39,7 +39,7 @@ Result<void> check_base(const OpenedDelta& delta, const fs::path& map) {
   const MapIdentity& expected = delta.header.base;
   if (*found == expected) return {};
   const bool is_other_packing = found->root_digest == expected.root_digest;
-  return Error{kWrongBase,
+  return Error{ErrorCode::kWrongBase,
                is_other_packing
                    ? "the delta is for the same map with other optional parts, or packed otherwise"
                    : "found the map " + to_hex(found->root_digest) + ", the delta is for " +
@@ -71,14 +71,15 @@ Result<void> check_room(const OpenedDelta& delta, const fs::path& part) {
                              (exists ? static_cast<std::uint64_t>(there.st_size) : 0);
   if (have >= delta.header.result_size) return {};
   return Error{ErrorCode::kDiskFull,
-               "the result takes " + std::to_string(delta.header.result_size) + " bytes, there is "
-               "room for " + std::to_string(have),
+               "the result takes " + std::to_string(delta.header.result_size) +
+                   " bytes, there is "
+                   "room for " +
+                   std::to_string(have),
                part.string(), ""};
 }
 
 // Makes all of the result in the part, checks it, and leaves it there on the disk.
-Result<ApplyReport> make_part(const OpenedDelta& delta, const fs::path& map,
-                              const fs::path& part) {
+Result<ApplyReport> make_part(const OpenedDelta& delta, const fs::path& map, const fs::path& part) {
   const Result<void> room = check_room(delta, part);
   if (!room) return room.error();
   const Result<PieceReader> base = PieceReader::open(map);

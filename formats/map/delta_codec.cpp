@@ -47,22 +47,21 @@ std::vector<std::byte> pack_delta(std::span<const std::byte> raw,
 }
 
 Result<std::vector<std::byte>> unpack_delta(std::span<const std::byte> packed,
-                                            std::span<const std::byte> prefix,
-                                            std::uint64_t size) {
+                                            std::span<const std::byte> prefix, std::uint64_t size) {
   if (content_size(packed) != size) {
-    return Error{kBadDelta,
-                 "a frame does not hold " + std::to_string(size) + " bytes", "", ""};
+    return Error{ErrorCode::kBadDelta, "a frame does not hold " + std::to_string(size) + " bytes",
+                 "", ""};
   }
   const std::unique_ptr<ZSTD_DCtx, FreeDecompressor> context(ZSTD_createDCtx());
   SIGHTLINE_CHECK(context != nullptr);
-  SIGHTLINE_CHECK(is_good(
-      ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindowLog)));
+  SIGHTLINE_CHECK(
+      is_good(ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindowLog)));
   SIGHTLINE_CHECK(is_good(ZSTD_DCtx_refPrefix(context.get(), prefix.data(), prefix.size())));
   std::vector<std::byte> raw(size);
-  const std::size_t made = ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(),
-                                               packed.data(), packed.size());
+  const std::size_t made =
+      ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size());
   if (!is_good(made) || made != size) {
-    return Error{kBadDelta, "zstd cannot read a frame", "", ""};
+    return Error{ErrorCode::kBadDelta, "zstd cannot read a frame", "", ""};
   }
   return raw;
 }
@@ -74,8 +73,8 @@ std::uint64_t content_size(std::span<const std::byte> packed) {
 
 std::vector<std::byte> pack_anew(std::span<const std::byte> raw, std::uint32_t level) {
   std::vector<std::byte> packed(ZSTD_compressBound(raw.size()));
-  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), raw.data(), raw.size(),
-                                         static_cast<int>(level));
+  const std::size_t size =
+      ZSTD_compress(packed.data(), packed.size(), raw.data(), raw.size(), static_cast<int>(level));
   SIGHTLINE_CHECK(is_good(size));
   packed.resize(size);
   return packed;

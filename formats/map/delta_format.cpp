@@ -120,16 +120,16 @@ bool is_allowed(const DeltaStep& step) {
 Result<void> check_step(const DeltaStep& step, const DeltaHeader& header, std::uint64_t copied_to,
                         std::uint64_t byte) {
   const bool is_sized = step.size > 0 && step.size <= kLargestStep;
-  const bool is_inside = step.base_offset <= header.base.size &&
-                         step.base_size <= header.base.size - step.base_offset;
+  const bool is_inside =
+      step.base_offset <= header.base.size && step.base_size <= header.base.size - step.base_offset;
   if (!is_sized || !is_inside || !is_allowed(step)) {
-    return at_byte(kBadDelta, "a step asks for what its kind does not allow", byte);
+    return at_byte(ErrorCode::kBadDelta, "a step asks for what its kind does not allow", byte);
   }
   if (step.kind == DeltaStepKind::kCopy && step.base_offset < copied_to) {
-    return at_byte(kBadDelta, "copies must ascend in the base", byte);
+    return at_byte(ErrorCode::kBadDelta, "copies must ascend in the base", byte);
   }
   if (step.kind == DeltaStepKind::kRepack && header.zstd_version == 0) {
-    return at_byte(kBadDelta, "the header does not say how to pack anew", byte);
+    return at_byte(ErrorCode::kBadDelta, "the header does not say how to pack anew", byte);
   }
   return {};
 }
@@ -170,8 +170,7 @@ std::vector<std::byte> encode_delta_front(DeltaHeader header, std::span<const De
   return writer.take();
 }
 
-Result<DeltaHeader> decode_delta_header(std::span<const std::byte> front,
-                                        std::uint64_t file_size) {
+Result<DeltaHeader> decode_delta_header(std::span<const std::byte> front, std::uint64_t file_size) {
   const Result<void> start = check_start(front);
   if (!start) return start.error();
   const DeltaHeader header = read_fields(front);
@@ -212,7 +211,7 @@ Result<std::vector<DeltaStep>> decode_delta_steps(std::span<const std::byte> byt
     reader.get(step.packed_size);
     reader.get(step.packed_checksum);
     reader.get(step.checksum);
-    if (kind > 0xff) return at_byte(kBadDelta, "a step of an unknown kind", byte);
+    if (kind > 0xff) return at_byte(ErrorCode::kBadDelta, "a step of an unknown kind", byte);
     const Result<void> checked = check_step(step, header, copied_to, byte);
     if (!checked) return checked.error();
     if (step.kind == DeltaStepKind::kCopy) copied_to = step.base_offset + step.base_size;
@@ -220,7 +219,7 @@ Result<std::vector<DeltaStep>> decode_delta_steps(std::span<const std::byte> byt
     payload_end += step.packed_size;
   }
   if (made != header.result_size || payload_end != header.file_size) {
-    return at_byte(kBadDelta,
+    return at_byte(ErrorCode::kBadDelta,
                    "the steps make " + std::to_string(made) + " bytes from a delta of " +
                        std::to_string(payload_end) + ", expected " +
                        std::to_string(header.result_size) + " and " +

@@ -24,9 +24,6 @@ inline constexpr std::uint64_t kLargestRepack = std::uint64_t{2} << 20;  // unpa
 inline constexpr std::uint64_t kMostSteps = std::uint64_t{1} << 18;
 inline constexpr std::uint64_t kLargestResult = std::uint64_t{1} << 36;
 
-inline constexpr ErrorCode kWrongBase = ErrorCode::kMismatchedInputs;
-inline constexpr ErrorCode kBadDelta = ErrorCode::kBadLayer;
-
 // A map by what its header says: enough to know a base again.
 struct MapIdentity {
   std::uint64_t size = 0;
@@ -72,8 +69,8 @@ struct DeltaStep {
 // The file but for its payloads, sizes and checksums filled in from the steps.
 std::vector<std::byte> encode_delta_front(DeltaHeader header, std::span<const DeltaStep> steps);
 
-// `front` is the beginning of the file, at least the header where the file has one; `file_size` what
-// it really has. Errors: bad-magic, truncated-file, checksum-mismatch, future-version,
+// `front` is the beginning of the file, at least the header where the file has one; `file_size`
+// what it really has. Errors: bad-magic, truncated-file, checksum-mismatch, future-version,
 // unknown-required-feature, out-of-bounds, too-large.
 Result<DeltaHeader> decode_delta_header(std::span<const std::byte> front, std::uint64_t file_size);
 

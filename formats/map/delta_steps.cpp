@@ -20,7 +20,7 @@ Result<std::vector<std::byte>> repacked(const DeltaStep& step, std::uint32_t lev
   const std::uint64_t prefix_size = content_size(base);
   const std::uint64_t raw_size = content_size(payload);
   if (prefix_size > kLargestRepack || raw_size > kLargestRepack) {
-    return Error{kBadDelta, "a layer is too large to be packed anew", "", ""};
+    return Error{ErrorCode::kBadDelta, "a layer is too large to be packed anew", "", ""};
   }
   const Result<std::vector<std::byte>> prefix = unpack_delta(base, {}, prefix_size);
   if (!prefix) return prefix;
@@ -28,7 +28,7 @@ Result<std::vector<std::byte>> repacked(const DeltaStep& step, std::uint32_t lev
   if (!raw) return raw;
   std::vector<std::byte> bytes = pack_anew(*raw, level);
   if (bytes.size() > step.size) {
-    return Error{kBadDelta, "a layer packed anew is larger than it should be", "", ""};
+    return Error{ErrorCode::kBadDelta, "a layer packed anew is larger than it should be", "", ""};
   }
   bytes.resize(step.size);
   return bytes;

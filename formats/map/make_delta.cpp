@@ -43,8 +43,8 @@ void add_blocks(const Blocks& blocks, const std::string& owner,
 Parts parts_of(const MapContainer& map) {
   std::map<std::uint64_t, std::pair<std::string, const schema::Block*>> starts;
   for (const schema::Tile* tile : *map.directory->tiles()) {
-    add_blocks(*tile->layers(),
-               std::to_string(tile->x()) + "," + std::to_string(tile->y()) + "/", starts);
+    add_blocks(*tile->layers(), std::to_string(tile->x()) + "," + std::to_string(tile->y()) + "/",
+               starts);
   }
   add_blocks(*map.directory->sections(), "section/", starts);
   starts[0] = {"header", nullptr};
@@ -136,8 +136,7 @@ bool DeltaMaker::add_repack(const Part& part, const Part& old, std::size_t size_
   const Bytes new_frame = result_.subspan(part.offset, part.block->stored_size());
   const Bytes old_frame = base_.subspan(old.offset, old.block->stored_size());
   const Result<std::vector<std::byte>> raw = unpack_delta(new_frame, {}, part.block->raw_size());
-  const Result<std::vector<std::byte>> prefix =
-      unpack_delta(old_frame, {}, old.block->raw_size());
+  const Result<std::vector<std::byte>> prefix = unpack_delta(old_frame, {}, old.block->raw_size());
   if (!raw || !prefix) return false;
   const std::vector<std::byte> packed = pack_delta(*raw, *prefix);
   const bool pays = packed.size() + size_without / 16 < size_without;
@@ -222,8 +221,8 @@ Result<std::vector<std::byte>> make_delta(std::span<const std::byte> base,
   std::map<std::uint64_t, std::pair<Part, std::optional<Part>>> in_order;
   for (const auto& [name, part] : parts_of(*new_map)) {
     const auto old = old_parts.find(name);
-    in_order[part.offset] = {part, old == old_parts.end() ? std::nullopt
-                                                          : std::optional<Part>(old->second)};
+    in_order[part.offset] = {
+        part, old == old_parts.end() ? std::nullopt : std::optional<Part>(old->second)};
   }
   DeltaMaker maker(base, result, options);
   for (const auto& [offset, parts] : in_order) maker.add(parts.first, parts.second);

@@ -126,7 +126,8 @@ class DirectoryRepair {
   std::vector<std::byte> read_;
 };
 
-void repair_contents(std::span<std::byte> file, FileHeader& header) {
+void repair_contents(std::span<std::byte> file, const std::optional<Digest>& root,
+                     FileHeader& header) {
   const auto manifest = part(file, header.manifest_offset, header.manifest_size);
   const auto directory = part(file, header.directory_offset, header.directory_size);
   if (manifest) header.manifest_checksum = block_checksum(*manifest);
@@ -134,7 +135,7 @@ void repair_contents(std::span<std::byte> file, FileHeader& header) {
   DirectoryRepair repair(file, *directory);
   const schema::Directory* verified = repair.verified();
   if (manifest && verified != nullptr) {
-    header.root_digest = repair.repair(*verified, header, *manifest);
+    header.root_digest = root.value_or(repair.repair(*verified, header, *manifest));
     repair.repair_pages(*verified, header);
   }
   header.directory_checksum = block_checksum(*directory);
@@ -142,10 +143,10 @@ void repair_contents(std::span<std::byte> file, FileHeader& header) {
 
 }  // namespace
 
-void repair_map(std::span<std::byte> file) {
+void repair_map(std::span<std::byte> file, const std::optional<Digest>& root) {
   if (file.size() < kHeaderSize + kTrailerSize) return;
   FileHeader header = fields_of(file);
-  repair_contents(file, header);
+  repair_contents(file, root, header);
   const auto start = encode_header(header);
   const auto end = encode_trailer(header, start);
   std::copy(start.begin(), start.end(), file.begin());

@@ -398,7 +398,7 @@ class Attacks(Fleet):
         self.change_release(lambda text: text.replace(sha256(f"{self.made}/v3.slmap"),
                                                       sha256(f"{self.made}/v1.slmap")))
         done = self.assert_updates(2)
-        self.assertIn("the delta is for", done.stderr)
+        self.assertIn("SL2024 wrong-base", done.stderr)
 
     def test_another_file_in_the_place_of_the_delta(self):
         self.release(2, 2, base=1)

@@ -28,21 +28,16 @@ CompiledMap map_of(std::uint64_t release) {
   return map;
 }
 
-// The same map under a root digest that is not its own, header and trailer sealed anew.
+// The same map under a root digest that is not its own, all else sealed anew.
 std::vector<std::byte> under_root_of(std::vector<std::byte> file,
                                      std::span<const std::byte> other) {
-  Result<FileHeader> header = decode_header(file);
   const Result<FileHeader> wanted = decode_header(other);
-  if (!header || !wanted) return {};
-  header->root_digest = wanted->root_digest;
-  const auto start = encode_header(*header);
-  const auto end = encode_trailer(*header, start);
-  std::copy(start.begin(), start.end(), file.begin());
-  std::copy(end.begin(), end.end(), file.end() - kTrailerSize);
+  if (!wanted) return {};
+  repair_map(file, wanted->root_digest);
   return file;
 }
 
-// Every fourth number of 8 bytes in the directory that is `from` becomes `to`, all else is sealed
+// Every number of 8 bytes in the directory that is `from` becomes `to`, all else is sealed
 // anew: an entry of a block then says something else.
 std::vector<std::byte> with_number(std::vector<std::byte> file, std::uint64_t from,
                                    std::uint64_t to) {

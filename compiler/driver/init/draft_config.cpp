@@ -18,15 +18,14 @@ namespace fs = std::filesystem;
 constexpr std::size_t kFewestScans = 20;
 
 struct Drives {
-  std::vector<FoundDrive> drives;       // in the order of their roles
-  std::vector<FoundDrive> same_vehicle; // further sensors of the first drive
+  std::vector<FoundDrive> drives;        // in the order of their roles
+  std::vector<FoundDrive> same_vehicle;  // further sensors of the first drive
   std::vector<PassedOver> passed_over;
 };
 
 std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
@@ -59,11 +58,11 @@ void pass_over(const FoundDrive& drive, const std::string& reason, Drives& drive
 // The mapping drive first, then those that can be measured in its map.
 Drives assign_roles(std::vector<FoundDrive> found, const fs::path& folder) {
   Drives drives;
-  std::ranges::stable_partition(
-      found, [&](const FoundDrive& drive) { return is_called_map(drive, folder); });
+  std::stable_partition(found.begin(), found.end(),
+                        [&](const FoundDrive& drive) { return is_called_map(drive, folder); });
   // A few scans make no map where there is a drive beside them.
-  std::ranges::stable_partition(
-      found, [](const FoundDrive& drive) { return drive.scan_count >= kFewestScans; });
+  std::stable_partition(found.begin(), found.end(),
+                        [](const FoundDrive& drive) { return drive.scan_count >= kFewestScans; });
   for (FoundDrive& drive : found) {
     if (drives.drives.empty()) {
       drives.drives.push_back(std::move(drive));
@@ -76,8 +75,10 @@ Drives assign_roles(std::vector<FoundDrive> found, const fs::path& folder) {
     } else if (drive.scan_count < kFewestScans) {
       pass_over(drive, "too few scans for a drive of its own", drives);
     } else if (!may_meet(drive, mapping)) {
-      pass_over(drive, "by their poses it does not meet the mapping drive; give it a configuration "
-                "of its own", drives);
+      pass_over(drive,
+                "by their poses it does not meet the mapping drive; give it a configuration "
+                "of its own",
+                drives);
     } else if (drives.drives.size() == 3) {
       pass_over(drive, "three drives have their roles already", drives);
     } else {
@@ -196,8 +197,8 @@ void write_other_sensors(const Drives& drives, YamlText& yaml) {
   }
   const FoundDrive& first = drives.drives.front();
   for (const std::string& topic : first.other_topics) {
-    others.push_back("scans: " + YamlText::scalar(yaml.path(first.scans)) + ", topic: " +
-                     YamlText::scalar(topic));
+    others.push_back("scans: " + YamlText::scalar(yaml.path(first.scans)) +
+                     ", topic: " + YamlText::scalar(topic));
   }
   if (others.empty()) return;
   yaml.line("");
@@ -248,8 +249,9 @@ void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
         "This drive is too short to train an error model on (two blocks of 15 m): compile with "
         "--model FILE, a model trained elsewhere by `sightline train`.");
   } else {
-    yaml.comment("Below 1.2 km no risk of 5 % can be promised; the map says which promise was "
-                 "earned.");
+    yaml.comment(
+        "Below 1.2 km no risk of 5 % can be promised; the map says which promise was "
+        "earned.");
   }
 }
 
@@ -259,8 +261,8 @@ std::string summary_of(const FoundDrive& drive, const std::string& role) {
     if (guess.key == "sensor") sensor = guess.value;
     if (guess.key == "rings") sensor = guess.value + " rings";
   }
-  return role + ": " + drive.scans.string() + ", " + std::to_string(drive.scan_count) +
-         " scans, " + sensor + ", " +
+  return role + ": " + drive.scans.string() + ", " + std::to_string(drive.scan_count) + " scans, " +
+         sensor + ", " +
          (drive.poses.empty() ? "poses to be estimated"
                               : "poses " + fs::path(drive.poses).filename().string());
 }

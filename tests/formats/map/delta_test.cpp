@@ -92,8 +92,8 @@ TEST_F(Delta, OfEqualMapsHoldsNothing) {
 }
 
 TEST_F(Delta, SendsChangedLayersAlone) {
-  CompiledMap map = random_map({.seed = 4, .site_count = 400, .nd_count = 2000,
-                                .extent_m = 400.0, .model_size = 30000});
+  CompiledMap map = random_map(
+      {.seed = 4, .site_count = 400, .nd_count = 2000, .extent_m = 400.0, .model_size = 30000});
   const Bytes base = encode_map(map);
   for (std::size_t i = 0; i < 20; ++i) map.ndt.nds[i].point_count += 1;
   const Bytes result = encode_map(map);
@@ -169,12 +169,12 @@ TEST_F(Delta, OntoAWrongBaseIsRefused) {
   const Bytes base = encode_map(tiny_map());
   const Bytes result = encode_map(changed_map(tiny_map(), 1));
   const Bytes delta = make(base, result);
-  expect_refused(encode_map(random_map({.seed = 77})), delta, kWrongBase);
+  expect_refused(encode_map(random_map({.seed = 77})), delta, ErrorCode::kWrongBase);
   // The same map without what engineers need has the same root digest, but not the same bytes.
   CompiledMap stripped = tiny_map();
   stripped.factors = {};
   stripped.model.bytes.clear();
-  expect_refused(encode_map(stripped), delta, kWrongBase);
+  expect_refused(encode_map(stripped), delta, ErrorCode::kWrongBase);
 }
 
 TEST_F(Delta, OntoADamagedBaseIsRefused) {
@@ -231,8 +231,8 @@ TEST_F(Delta, WithBytesAppendedIsRefused) {
   expect_refused(base, delta, ErrorCode::kOutOfBounds);
 }
 
-// Header and steps of a delta, to be sealed again with right checksums: what somebody could make who
-// means harm.
+// Header and steps of a delta, to be sealed again with right checksums: what somebody could make
+// who means harm.
 struct Parts {
   DeltaHeader header;
   std::vector<DeltaStep> steps;
@@ -243,10 +243,10 @@ Parts take_apart(const Bytes& delta) {
   Parts parts;
   parts.header = *decode_delta_header(delta, delta.size());
   const std::size_t steps_size = parts.header.step_count * kDeltaStepSize;
-  parts.steps = *decode_delta_steps(
-      std::span(delta).subspan(kDeltaHeaderSize, steps_size), parts.header);
-  parts.payloads.assign(
-      delta.begin() + static_cast<std::ptrdiff_t>(kDeltaHeaderSize + steps_size), delta.end());
+  parts.steps =
+      *decode_delta_steps(std::span(delta).subspan(kDeltaHeaderSize, steps_size), parts.header);
+  parts.payloads.assign(delta.begin() + static_cast<std::ptrdiff_t>(kDeltaHeaderSize + steps_size),
+                        delta.end());
   return parts;
 }
 
@@ -265,10 +265,10 @@ TEST_F(Delta, WithABombInsideIsRefusedBeforeItGoesOff) {
   parts.payloads = bomb;
   parts.steps = {{DeltaStepKind::kPacked, 100, 0, 0, bomb.size(), xxh3(bomb), 1}};
   parts.header.result_size = 100;
-  expect_refused(base, put_together(parts), kBadDelta);
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
   // More than a step may make.
   parts.steps[0].size = parts.header.result_size = kLargestStep + 1;
-  expect_refused(base, put_together(parts), kBadDelta);
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
 }
 
 TEST_F(Delta, ThatWouldFillTheDiskIsRefusedBeforeItWrites) {
@@ -279,7 +279,7 @@ TEST_F(Delta, ThatWouldFillTheDiskIsRefusedBeforeItWrites) {
   // Zeros without end, packed small: within all bounds of the format, beyond those of the disk.
   const Bytes zeros(kLargestStep);
   const Bytes packed = pack_delta(zeros, {});
-  const DeltaStep step{DeltaStepKind::kPacked, kLargestStep, 0,           0,
+  const DeltaStep step{DeltaStepKind::kPacked, kLargestStep, 0,          0,
                        packed.size(),          xxh3(packed), xxh3(zeros)};
   parts.payloads.clear();
   parts.steps.clear();
@@ -298,7 +298,7 @@ TEST_F(Delta, ThatWouldFillTheDiskIsRefusedBeforeItWrites) {
   parts.steps = {copy, copy};
   parts.payloads.clear();
   parts.header.result_size = 2 * base.size();
-  expect_refused(base, put_together(parts), kBadDelta);
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
 }
 
 TEST_F(Delta, ThatAsksForBytesOutsideTheBaseIsRefused) {
@@ -307,11 +307,11 @@ TEST_F(Delta, ThatAsksForBytesOutsideTheBaseIsRefused) {
   parts.steps = {{DeltaStepKind::kCopy, 64, base.size() - 32, 64, 0, 0, 0}};
   parts.payloads.clear();
   parts.header.result_size = 64;
-  expect_refused(base, put_together(parts), kBadDelta);
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
   parts.steps[0].base_offset = ~std::uint64_t{0} - 31;  // the sum overflows
-  expect_refused(base, put_together(parts), kBadDelta);
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
   parts.steps[0].kind = static_cast<DeltaStepKind>(9);
-  expect_refused(base, put_together(parts), kBadDelta);
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
 }
 
 TEST_F(Delta, FromTheFutureIsRefusedByName) {
@@ -335,8 +335,8 @@ Bytes delta_to(const Bytes& base, const Bytes& result, const Digest& root) {
   parts.header.result_size = result.size();
   parts.header.result_root = root;
   parts.header.result_sha256 = sha256(result);
-  parts.steps = {{DeltaStepKind::kPlain, result.size(), 0, 0, result.size(), xxh3(result),
-                  xxh3(result)}};
+  parts.steps = {
+      {DeltaStepKind::kPlain, result.size(), 0, 0, result.size(), xxh3(result), xxh3(result)}};
   parts.payloads = result;
   return put_together(parts);
 }
