@@ -65,8 +65,8 @@ LimitPromise joined(const LimitPromise& map_only, const LimitPromise& history, b
   promise.block_count = std::min(map_only.block_count, history.block_count);
   promise.calibration_miss_share =
       std::max(map_only.calibration_miss_share, history.calibration_miss_share);
-  promise.statement = "with measured history: " + history.statement +
-                      "; elsewhere: " + map_only.statement;
+  promise.statement =
+      "with measured history: " + history.statement + "; elsewhere: " + map_only.statement;
   return promise;
 }
 
@@ -104,6 +104,19 @@ void withdraw_elsewhere(const PredictedError& predicted, const ErrorModel& model
       "train it on two or more";
 }
 
+// A promise is about places like those of the training; it says nothing where most sites are not.
+void withdraw_where_unlike(const Choice& choice, LimitPromise& promise) {
+  const auto unlike_count = std::ranges::count_if(
+      choice.flags, [](std::uint8_t flags) { return (flags & kExtrapolated) != 0; });
+  if (2 * unlike_count <= std::ssize(choice.flags) || !promise.is_earned) return;
+  promise.is_earned = false;
+  promise.statement =
+      "nothing is promised: " + std::to_string(unlike_count) + " of " +
+      std::to_string(choice.flags.size()) +
+      " sites are unlike all that the model learnt from; train it on places, and with "
+      "a sensor, like these";
+}
+
 Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Sites& sites,
                                  const PredictedError& predicted, const ErrorModel& model) {
   const auto history_count = std::ranges::count(predicted.has_history, std::uint8_t{1});
@@ -120,6 +133,7 @@ Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Sites
     Choice choice = choose_by_probability(
         predicted, limit, {promise.probability_threshold, promise.history_threshold});
     mark_extrapolated(predicted, options.extrapolated_takes_longest, choice);
+    withdraw_where_unlike(choice, promise);
     dilate(route, options.dilation_m, choice);
     if (limit > 0) cap_by_tighter(chosen.choices.back(), choice);
     chosen.promises.push_back(promise);

@@ -30,7 +30,7 @@ Result<Lesson> prepare_lesson(const PassContext& ctx, const DrivenPlaces& places
   if (options.block_m <= kShortestBlock_m) return lesson;
   wanted.block_m = kShortestBlock_m;
   Result<Lesson> short_lesson = make_lesson(wanted, places);
-  if (!short_lesson) return lesson;
+  if (!short_lesson) return short_lesson;
   const std::string wanted_m = format_double(options.block_m);
   options.block_m = short_lesson->folds.labelled_route_m / short_lesson->folds.block_count();
   options.buffer_m = std::min(options.buffer_m, options.block_m / 2.0);
@@ -173,8 +173,8 @@ Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainMo
   const std::vector<std::uint8_t> leave_none_out(lesson.sites.size(), 0);
   const TrainingSet all =
       labelled_rows(lesson, leave_none_out, static_cast<std::size_t>(options.most_rows));
-  return grow_forest(lesson.features, all,
-                     forest_options(options), mix(ctx.seed, kWholeForestKey), ctx.threads);
+  return grow_forest(lesson.features, all, forest_options(options), mix(ctx.seed, kWholeForestKey),
+                     ctx.threads);
 }
 
 Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
@@ -185,17 +185,15 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   PredictedError predicted;
   predicted.ranges_m = places.places.front().factors.ranges_m;
   predicted.limits_m = options.limits_m;
-  const OutOfFoldOptions out_of_fold_options{
-      forest_options(options), options.buffer_m,
-      static_cast<std::size_t>(options.most_rows)};
+  const OutOfFoldOptions out_of_fold_options{forest_options(options), options.buffer_m,
+                                             static_cast<std::size_t>(options.most_rows)};
   Result<OutOfFold> out_of_fold =
       predict_out_of_fold(ctx, out_of_fold_options, *lesson, std::move(predicted));
   if (!out_of_fold) return out_of_fold.error();
   Result<RegressionForest> forest = grow_whole_forest(ctx, options, *lesson);
   if (!forest) return forest.error();
   ErrorModel model;
-  model.card =
-      training_card(ctx, options, *lesson, places.places.front().drives.front().reference);
+  model.card = training_card(ctx, options, *lesson, places.places.front().drives.front().reference);
   model.features = feature_cards(*lesson, out_of_fold->importance);
   warn_of_constant_factors(ctx, model.features);
   model.ranges = range_cards(*lesson, out_of_fold->predicted);
@@ -243,7 +241,8 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places) {
   if (places.places.size() == 1) {
-    ctx.warn("the model learns from one place alone: where it annotates another, nothing is promised");
+    ctx.warn(
+        "the model learns from one place alone: where it annotates another, nothing is promised");
   }
   return train_on(ctx, wanted, places);
 }

@@ -125,6 +125,20 @@ TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
   EXPECT_TRUE(promise_of().is_earned);
 }
 
+TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
+  const ErrorModel model = honest_model(1, 60);
+  PassContext ctx;
+  PredictedError predicted = model.out_of_fold;
+  const auto promise_of = [&](std::size_t unlike_count) {
+    std::ranges::fill(predicted.extrapolated, std::uint8_t{0});
+    std::fill_n(predicted.extrapolated.begin(), unlike_count, std::uint8_t{1});
+    return choose_ranges(ctx, with("conformal"), sites_of(model), predicted, model)->promises[0];
+  };
+  EXPECT_TRUE(promise_of(1800).is_earned);
+  EXPECT_FALSE(promise_of(1801).is_earned);
+  EXPECT_NE(promise_of(1801).statement.find("1801 of 3600 sites are unlike"), std::string::npos);
+}
+
 TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
   ErrorModel model = honest_model(1, 60);
   for (double& error_m : model.measured_mean_m) error_m += 0.1;
