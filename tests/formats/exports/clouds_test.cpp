@@ -35,7 +35,9 @@ TEST(NdMesh, IsReadByPclAndLiesAtTwoStandardDeviations) {
   for (std::size_t i = 0; i < mesh.polygons.size(); ++i) {
     const auto& corners = mesh.polygons[i].vertices;
     ASSERT_EQ(corners.size(), 3u);
-    for (const auto corner : corners) EXPECT_EQ(corner / kEllipsoidVertices, i / kEllipsoidFaces);
+    for (const auto corner : corners) {
+      EXPECT_EQ(static_cast<std::size_t>(corner) / kEllipsoidVertices, i / kEllipsoidFaces);
+    }
   }
 }
 
