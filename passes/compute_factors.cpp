@@ -15,6 +15,8 @@
 #include "passes/factors/occupancy_ratio.h"
 #include "passes/factors/r_average.h"
 #include "passes/factors/score_entropy.h"
+#include "passes/factors/virtual_match.h"
+#include "passes/matching/scan_preparation.h"
 
 // Sites are taken in groups of consecutive ones. A group gathers the NDs within reach of any of its
 // sites and works out once what belongs to the ND alone: class, bin of the normal, and the grid of
@@ -27,44 +29,54 @@ namespace {
 // Enough for neighbours to share most of their NDs; few enough for the grids to stay in memory.
 constexpr std::size_t kSitesPerGroup = 64;
 
-constexpr std::size_t kFactorCount = 18;
+constexpr std::size_t kFactorCount = 20;
 constexpr std::array<std::string_view, kFactorCount> kFactorNames = {
     "feature_count", "d1_count", "d2_count",        "d3_count",       "d1_ratio",
     "d2_ratio",      "d3_ratio", "occupancy_ratio", "normal_entropy", "r_average",
     "score_entropy", "crlb_max", "crlb_min",        "crlb_heading",   "crlb_yaw",
-    "hz_lmin",       "flat_050", "virtual_points"};
+    "hz_lmin",       "flat_050", "virtual_points",  "virtual_error",  "rival_score"};
 
 // What all sites share.
 struct World {
   const NdtMap& map;
   const MatchGrid grid;
+  const Localizer localizer;
   const TileIndex index;
   const std::vector<double>& ranges_m;
 };
 
 // What one site sees.
 struct View {
-  Eigen::Vector3d p_map_m;
+  const Site& site;
   std::span<const float> depth_m;
   std::span<const Eigen::Vector3d> virtual_points_m;
 };
 
+VirtualMatch match_virtual_scan(const World& world, const View& view, double range_m,
+                                double loose_heading_deg) {
+  const std::vector<Eigen::Vector3d> points_m = crop(view.virtual_points_m, range_m);
+  return virtual_match(world.localizer, {view.site.p_map_m, view.site.T_map_vehicle.linear(),
+                                         points_m, loose_heading_deg});
+}
+
 // Fills [range][factor] of one site; returns how many virtual points lie in no valid ND.
 std::size_t compute_site(const World& world, const GroupNds& group, const View& view,
                          std::span<double> values) {
-  const Vicinity vicinity = vicinity_of(view.p_map_m, group.nds, group.all, world.ranges_m);
+  const Vicinity vicinity = vicinity_of(view.site.p_map_m, group.nds, group.all, world.ranges_m);
   const std::vector<double> counts = feature_count(vicinity);
   const std::vector<ByDimension> dimensions = dimension_counts(vicinity, group.dimension_class);
   const std::vector<double> occupancy = occupancy_ratio(view.depth_m, world.ranges_m);
   const std::vector<double> normals = normal_entropy(vicinity, group.normal_bin);
   const std::vector<double> distances_m = r_average(vicinity);
   const std::vector<ShiftGrid> scores = self_scores(vicinity, group.self_score);
-  const std::vector<ScanInformation> informations =
-      scan_information(view.p_map_m, view.virtual_points_m, world.map, world.grid, world.ranges_m);
+  const std::vector<ScanInformation> informations = scan_information(
+      view.site.p_map_m, view.virtual_points_m, world.map, world.grid, world.ranges_m);
   for (std::size_t range = 0; range < world.ranges_m.size(); ++range) {
     const auto& [d1, d2, d3] = dimensions[range];
     const auto [d1_ratio, d2_ratio, d3_ratio] = dimension_ratios(dimensions[range]);
     const Crlb bound = crlb(informations[range].pose);
+    const VirtualMatch match =
+        match_virtual_scan(world, view, world.ranges_m[range], bound.heading_deg);
     // In the order of kFactorNames.
     const std::array<double, kFactorCount> row = {
         counts[range],
@@ -84,7 +96,9 @@ std::size_t compute_site(const World& world, const GroupNds& group, const View& 
         bound.yaw_rad,
         hz_lmin(informations[range].planar_normals),
         flat_050(scores[range]),
-        static_cast<double>(informations[range].point_count)};
+        static_cast<double>(informations[range].point_count),
+        match.error_m,
+        match.rival_score};
     std::copy(row.begin(), row.end(), values.subspan(range * kFactorCount).begin());
   }
   return informations.back().unmatched_count;
@@ -149,7 +163,8 @@ Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOption
   const std::size_t site_count = sites.sites.size();
   const std::size_t row_size = table.ranges_m.size() * kFactorCount;
   table.values.resize(site_count * row_size);
-  const World world{map, make_match_grid(map), tile_index(map), options.ranges_m};
+  const World world{map, make_match_grid(map), make_localizer(map, localizer_named("searching")),
+                    tile_index(map), options.ranges_m};
   std::vector<std::size_t> unmatched(site_count);
   std::atomic<std::size_t> done = 0;
   // Groups one after another, so that one group's grids at a time are in memory.
@@ -160,7 +175,7 @@ Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOption
         gather_nds(map, world.index, world.grid, {members, longest_m}, ctx.threads);
     parallel_for(size, ctx.threads, [&](std::size_t i) {
       const std::size_t site = begin + i;
-      const View view{members[i].p_map_m, depth.image_of(site), scans.points_of(site)};
+      const View view{members[i], depth.image_of(site), scans.points_of(site)};
       unmatched[site] = compute_site(world, group, view,
                                      std::span(table.values).subspan(site * row_size, row_size));
       ctx.progress(++done, site_count);

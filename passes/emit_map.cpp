@@ -12,7 +12,7 @@ namespace {
 const std::vector<NamedVersion>& definitions() {
   static const std::vector<NamedVersion> kDefinitions = {{"choice-of-range", 2},
                                                          {"factors-of-the-paper", 1},
-                                                         {"factors-of-virtual-scan", 1},
+                                                         {"factors-of-virtual-scan", 2},
                                                          {"localizers", 2},
                                                          {"measured-error", 1},
                                                          {"ndt-map", 1},

@@ -21,7 +21,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEmitMapVersion = 5;
+inline constexpr std::uint32_t kEmitMapVersion = 6;
 
 struct EmitMapOptions {
   std::string map_id;                 // empty: made of the mapping drive's content

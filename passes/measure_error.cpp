@@ -239,7 +239,7 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
   const Trajectory in_map = rebase(trajectory, map.frame);
   const Localizer localizer =
       make_localizer(map, localizer_named(options.localizer, options.coarse_cells));
-  const std::vector<InitialOffset> offsets = initial_offsets(options);
+  const std::vector<InitialOffset> offsets = initial_offsets(options.starts);
   const Setup setup{options, localization_drive, in_map, localizer, offsets};
   const Result<std::vector<std::optional<std::size_t>>> scans = scans_of_sites(ctx, setup, sites);
   if (!scans) return scans.error();

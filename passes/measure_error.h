@@ -10,6 +10,7 @@
 #include "formats/ndt_map.h"
 #include "formats/sites.h"
 #include "formats/trajectory.h"
+#include "passes/matching/match_starts.h"
 
 namespace sightline {
 
@@ -18,25 +19,16 @@ inline constexpr std::uint32_t kMeasureErrorVersion = 5;
 struct MeasureErrorOptions {
   std::vector<double> ranges_m = {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};
   double leaf_m = 1.0;
-  int offset_count = 12;
-  double offset_radius_m = 1.0;
-  double offset_yaw_deg = 1.0;
-  double offset_z_m = 0.1;
+  StartPattern starts;
   std::string scans = "all";
   double site_radius_m = 1.0;  // the scan of a site lies no farther from it
   // full-range: the match at the sensor's full range, the paper's choice; known: the poses given
   std::string reference = "full-range";
-  std::string localizer = "searching";  // or annealed, plain; "Localizers" in schemas/definitions.md
+  std::string localizer =
+      "searching";  // or annealed, plain; "Localizers" in schemas/definitions.md
   int coarse_cells = 1;
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);
-
-// Where the matcher is started, relative to the reference ("Measured error" in
-// schemas/definitions.md, v1).
-std::vector<InitialOffset> initial_offsets(const MeasureErrorOptions& options);
-
-// T_reference_start.
-Pose start_pose(const InitialOffset& offset);
 
 // How far off the matcher ends when it localizes a drive at the sites of a map: at each site the
 // nearest scan is cropped at every range, subsampled, matched from every initial offset and

@@ -272,7 +272,7 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& optio
   const MeasureErrorOptions& matching = options.matching;
   const Localizer localizer =
       make_localizer(map, localizer_named(matching.localizer, matching.coarse_cells));
-  const std::vector<InitialOffset> offsets = initial_offsets(matching);
+  const std::vector<InitialOffset> offsets = initial_offsets(matching.starts);
   const Setup setup{options, drive, sites, ranges, localizer, offsets, scans};
   std::vector<Replay> replays = replays_of(ranges);
   KnownScan before;

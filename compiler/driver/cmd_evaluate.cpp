@@ -10,7 +10,7 @@
 #include "formats/drive_tracks.h"
 #include "formats/evaluation.h"
 #include "formats/map/map_reader.h"
-#include "formats/picture/calibration_picture.h"
+#include "formats/picture/calibration_chart.h"
 #include "passes/factors/factor_report.h"
 
 namespace sightline {
@@ -52,7 +52,7 @@ Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluatio
   const std::pair<std::string, std::string> files[] = {
       {flags.json, joined_tables(all, TableFormat::kJson)},
       {flags.csv, joined_tables(all, TableFormat::kCsv)},
-      {flags.svg, calibration_picture_svg(evaluation)}};
+      {flags.svg, chart_file_svg(calibration_chart(evaluation, {}))}};
   for (const auto& [file, text] : files) {
     if (file.empty()) continue;
     const Result<void> written = write_file_atomically(file, text, if_exists);

@@ -36,9 +36,9 @@ struct Case {
   std::string name;
   std::vector<const Check*> checks;
 
-  [[nodiscard]] bool fails() const {
-    return std::ranges::any_of(checks, [](const Check* check) {
-      return check->verdict == Verdict::kViolated && check->severity == Severity::kError;
+  [[nodiscard]] bool fails(Severity fails_at) const {
+    return std::ranges::any_of(checks, [&](const Check* check) {
+      return check->verdict == Verdict::kViolated && check->severity >= fails_at;
     });
   }
   // Nothing was judged, or all that was found is excepted.
@@ -59,10 +59,10 @@ std::vector<Case> cases_of(const GateReport& report) {
   return cases;
 }
 
-std::string to_xml(const Case& test) {
+std::string to_xml(const Case& test, Severity fails_at) {
   const std::string head =
       "    <testcase classname=\"sightline.gate\" name=\"" + escaped(test.name) + "\" time=\"0\"";
-  if (!test.fails()) {
+  if (!test.fails(fails_at)) {
     return head + (test.is_skipped() ? "><skipped/></testcase>\n" : "/>\n");
   }
   std::string first;
@@ -88,12 +88,12 @@ std::string properties_of(const GateReport& report) {
          property("old_root_digest", report.old_map->root_digest);
 }
 
-// What JUnit has no element for: warnings and notes.
+// What JUnit has no element for: what was found and does not fail the gate.
 std::string warnings_of(const GateReport& report) {
   std::string text;
   for (const Check& check : report.checks) {
     const bool is_failure =
-        check.verdict == Verdict::kViolated && check.severity == Severity::kError;
+        check.verdict == Verdict::kViolated && check.severity >= report.fails_at;
     if (check.verdict == Verdict::kMet || is_failure) continue;
     text += std::string(check.verdict == Verdict::kViolated ? severity_name(check.severity)
                                                             : verdict_name(check.verdict));
@@ -108,7 +108,8 @@ std::string warnings_of(const GateReport& report) {
 
 std::string to_junit(const GateReport& report) {
   const std::vector<Case> cases = cases_of(report);
-  const std::string failures = std::to_string(std::ranges::count_if(cases, &Case::fails));
+  const std::string failures = std::to_string(std::ranges::count_if(
+      cases, [&](const Case& test) { return test.fails(report.fails_at); }));
   const std::string skipped = std::to_string(std::ranges::count_if(cases, &Case::is_skipped));
   std::string xml =
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n"
@@ -117,7 +118,7 @@ std::string to_junit(const GateReport& report) {
       report.today + "T00:00:00\" tests=\"" + std::to_string(cases.size()) + "\" failures=\"" +
       failures + "\" errors=\"0\" skipped=\"" + skipped + "\">\n    <properties>\n" +
       properties_of(report) + "    </properties>\n";
-  for (const Case& test : cases) xml += to_xml(test);
+  for (const Case& test : cases) xml += to_xml(test, report.fails_at);
   return xml + "    <system-out>" + escaped(warnings_of(report)) +
          "</system-out>\n    <system-err></system-err>\n  </testsuite>\n</testsuites>\n";
 }

@@ -11,22 +11,12 @@ std::string map_line(const std::string& what, const GateMapCard& card) {
          std::to_string(card.release) + ")\n";
 }
 
-std::string where_of(const Check& check) {
-  if (!check.place) return "";
-  std::array<char, 120> text{};
-  const Eigen::Vector3d& p_m = check.place->middle_world_m;
-  std::snprintf(text.data(), text.size(), "\n    around (%.1f, %.1f, %.1f) m in the world", p_m.x(),
-                p_m.y(), p_m.z());
-  return text.data();
-}
-
 template <class Wanted>
 std::string lines_of(const GateReport& report, const Wanted& wanted) {
   std::string text;
   for (const Check& check : report.checks) {
     if (!wanted(check)) continue;
     text += "  [" + check.rule + "] " + check.message;
-    if (check.verdict == Verdict::kViolated) text += where_of(check);
     if (!check.exception.empty()) text += "\n    excepted: " + check.exception;
     text += "\n";
   }

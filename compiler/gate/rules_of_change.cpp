@@ -153,11 +153,13 @@ double mean_between(const std::vector<double>& values, const BadStretch& stretch
 Found tell_change(const GateInput& input, const ChangeRule& rule, const ChangeOfSites& change,
                   double limit_m, const BadStretch& stretch) {
   const RouteStretch place = stretch_between(input.map->sites, stretch.first, stretch.last);
+  const std::string_view unit = rule.is_in_limits ? "of the limit" : rule.unit;
   return {limit_m, place, stretch.worst,
           told(place) + ": " + rule.what + within(limit_m) + " was " +
               told(mean_between(change.before, stretch), rule.unit) + " and is " +
               told(mean_between(change.after, stretch), rule.unit) + " over the worst " +
-              format_double(input.change_stretch_m) + " m of route"};
+              format_double(input.change_stretch_m) + " m of route, " + told(stretch.worst, unit) +
+              (rule.sign > 0.0 ? " more" : " less")};
 }
 
 // Every stretch where the change is too large; where there is none, the worst one.

@@ -90,6 +90,24 @@ std::vector<Found> find_limits(const GateInput& input, const Threshold&) {
   return differences.found("what ranges are chosen for and from");
 }
 
+std::string told_model(const CompiledMap& map) {
+  return to_hex(map.model.digest).substr(0, 12);
+}
+
+// Whether a place is one that the model was trained on is part of what it predicts there.
+std::string told_out_of_fold(const CompiledMap& map) {
+  const auto count = std::ranges::count_if(map.predicted.out_of_fold, [](auto is) { return is != 0; });
+  return std::to_string(count) + " of " + std::to_string(map.predicted.out_of_fold.size());
+}
+
+std::vector<Found> find_model(const GateInput& input, const Threshold&) {
+  Differences differences;
+  differences.add("model", told_model(*input.old_map), told_model(*input.map));
+  differences.add("sites that it was trained on", told_out_of_fold(*input.old_map),
+                  told_out_of_fold(*input.map));
+  return differences.found("the error model");
+}
+
 std::vector<Found> find_sensor(const GateInput& input, const Threshold&) {
   const SensorProfile& now = input.map->sensor;
   const SensorProfile& old = input.old_map->sensor;
@@ -125,6 +143,9 @@ const GateRule kRules[] = {
      "Numbers of both maps were computed by different definitions", find_definitions},
     {"limits-change", kOldMap, kError, kAtMost, 0.0, "differences",
      "Limits, ranges or the rule of choice differ", find_limits},
+    {"model-change", kOldMap, kNote, kAtMost, 0.0, "differences",
+     "The error model differs, or what it was trained on: numbers may change where no street did",
+     find_model},
     {"sensor-change", kOldMap, kWarning, kAtMost, 0.0, "differences",
      "The localizing sensor differs", find_sensor},
     {"release-order", kOldMap, kError, kAtLeast, 0.0, "releases",

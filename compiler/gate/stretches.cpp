@@ -74,10 +74,12 @@ RouteStretch stretch_between(const Sites& sites, std::size_t first, std::size_t 
 }
 
 std::string told(const RouteStretch& stretch) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%ssites %u to %u (run %u, %.0f to %.0f m)",
+  const Eigen::Vector3d& p_m = stretch.middle_world_m;
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "%ssites %u to %u (run %u, %.0f to %.0f m, around (%.1f, %.1f, %.1f) m in the world)",
                 stretch.is_of_old ? "the old map's " : "", stretch.first_site, stretch.last_site,
-                stretch.run, stretch.first_s_m, stretch.last_s_m);
+                stretch.run, stretch.first_s_m, stretch.last_s_m, p_m.x(), p_m.y(), p_m.z());
   return text;
 }
 

@@ -58,12 +58,20 @@ Result<std::vector<Section>> sections_of(const ReportSources& sources) {
   return all;
 }
 
+// The drive that mapped is what people know a map by; its id is a digest unless they chose one.
+std::string title_of(const CompiledMap& map) {
+  const std::string& drive = map.measurement.mapping_drive;
+  return drive.empty() ? map.map_id : drive;
+}
+
 std::string header(const ReportSources& sources, const std::vector<Section>& all) {
+  const CompiledMap& map = *sources.map;
   std::string html = "<header>\n<p class=\"kind\">sightline map report</p>\n<h1>" +
-                     escaped(sources.map->map_id) + "</h1>\n" +
-                     paragraph(
-                         "How far a vehicle must look at each place of this map to know where "
-                         "it is, what that saves, and what it rests on.") +
+                     escaped(title_of(map)) + "</h1>\n" +
+                     paragraph("Map " + map.map_id + ", version " + map.version + ", release " +
+                               std::to_string(map.release) +
+                               ". How far a vehicle must look at each place of this map to know "
+                               "where it is, what that saves, and what it rests on.") +
                      "</header>\n<nav aria-label=\"Contents\"><ul>\n";
   for (const Section& section : all) {
     html += "<li><a href=\"#" + section.id + "\">" + escaped(section.title) + "</a></li>\n";
@@ -84,7 +92,7 @@ Result<std::string> report_html(const ReportSources& sources) {
       // Nothing is fetched, whatever a map's texts may hold.
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data: "
       "blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>" +
-      escaped(sources.map->map_id) + " – sightline report</title>\n<style>\n" +
+      escaped(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +
       std::string(page_style()) + range_colours_css(sources.map->ranges.ranges_m.size()) +
       std::string(library_style()) + "</style>\n</head>\n<body>\n" + header(sources, *all) +
       "<main>\n";

@@ -1,6 +1,7 @@
 #include <cstdlib>
 
 #include "compiler/report/sections.h"
+#include "formats/picture/calibration_chart.h"
 
 // What was promised, what came of it, and how well held-out places are predicted.
 
@@ -25,33 +26,12 @@ std::string promises_table(const CompiledMap& map) {
 }
 
 std::string calibration(const Evaluation& evaluation) {
-  Chart chart;
-  chart.title = "Promised against observed share within the limit";
-  chart.x_label = "predicted P(error within the limit) (%)";
-  chart.y_label = "observed share (%)";
-  chart.width_px = 480.0;
-  chart.height_px = 440.0;
-  chart.least_x = chart.least_y = 0.0;
-  chart.greatest_x = chart.greatest_y = 100.0;
-  chart.series.push_back({"as promised", kGrey, Mark::kLine, {0, 100}, {0, 100}, {}, 1.2, true});
-  const std::string colours[] = {kBlue, kOrange, kGreen};
-  for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
-    ChartSeries series = {"", colours[limit % 3], Mark::kLine, {}, {}, {}, 2.0, false};
-    for (const ReliabilityBin& bin : evaluation.reliability) {
-      if (bin.limit_m != evaluation.limits_m[limit]) continue;
-      series.x.push_back(100.0 * bin.promised);
-      series.y.push_back(100.0 * bin.observed);
-    }
-    chart.series.push_back(series);
-    series.name = limit_text(evaluation.limits_m[limit]);
-    series.mark = Mark::kPoints;
-    series.size_px = 4.0;
-    chart.series.push_back(series);
-  }
+  const Chart chart = calibration_chart(evaluation, {kGrey, {kBlue, kOrange, kGreen}});
   return html_figure(
       {"calibration", "Calibration.",
        "All pairs of judged site and range, in tenths of what the map predicts: on the "
-       "dashed line what is promised comes true, below it the map promises too much.",
+       "dashed line what is promised comes true, below it the map promises too much. The larger a "
+       "point, the more pairs are behind it.",
        chart_svg(chart), ""});
 }
 

@@ -10,18 +10,23 @@
 
 namespace {
 
-sightline::town::TownChange change_of(const std::vector<double>& stretch_m,
-                                      const std::vector<std::string>& kinds) {
+struct ChangeFlags {
+  std::vector<double> stretch_m = {0.0, 0.0};
+  std::vector<std::string> kinds = {"buildings", "wall", "cars", "noise"};
+  double noise_factor = sightline::town::TownChange{}.noise_factor;
+};
+
+sightline::town::TownChange change_of(const ChangeFlags& flags) {
   const auto has = [&](const char* kind) {
-    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+    return std::find(flags.kinds.begin(), flags.kinds.end(), kind) != flags.kinds.end();
   };
   sightline::town::TownChange change;
-  change.from_m = stretch_m[0];
-  change.to_m = stretch_m[1];
+  change.from_m = flags.stretch_m[0];
+  change.to_m = flags.stretch_m[1];
   change.rebuilds = has("buildings");
   change.removes_wall = has("wall");
   if (!has("cars")) change.added_cars = 0;
-  if (!has("noise")) change.noise_factor = 1.0;
+  change.noise_factor = has("noise") ? flags.noise_factor : 1.0;
   return change;
 }
 
@@ -31,8 +36,7 @@ int main(int argc, char** argv) {
   using namespace sightline;
   town::WriteTownOptions options;
   std::vector<double> origin_m = {0.0, 0.0};
-  std::vector<double> stretch_m = {0.0, 0.0};
-  std::vector<std::string> kinds = {"buildings", "wall", "cars", "noise"};
+  ChangeFlags change;
   CLI::App app("Makes a town from a seed, drives through it, and writes what a LiDAR records.");
   app.add_option("--seed", options.town.seed, "makes the town")->capture_default_str();
   app.add_option("--length-m", options.town.length_m, "length of the route, m")
@@ -47,16 +51,19 @@ int main(int argc, char** argv) {
   app.add_option("--origin-m", origin_m, "world coordinates x,y of the route's start, m")
       ->delimiter(',')
       ->expected(2);
-  app.add_option("--change", stretch_m,
+  app.add_option("--change", change.stretch_m,
                  "a stretch FROM,TO of the route, m, where the same town looks different: what a map "
                  "of the town without this option no longer shows")
       ->delimiter(',')
       ->expected(2);
-  app.add_option("--change-only", kinds,
+  app.add_option("--change-only", change.kinds,
                  "of these alone instead of all: buildings (other fronts and heights), wall (the "
-                 "longest house is gone), cars (ten more are parked), noise (1.5 times)")
+                 "longest house is gone), cars (ten more are parked), noise (of ranges)")
       ->delimiter(',')
       ->check(CLI::IsMember({"buildings", "wall", "cars", "noise"}));
+  app.add_option("--change-noise", change.noise_factor, "how many times as much noise that is")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 100.0));
   app.add_flag("--force", options.replaces, "replace an earlier town");
   app.add_option("--threads", options.threads, "0: all there are")->capture_default_str();
   try {
@@ -65,7 +72,7 @@ int main(int argc, char** argv) {
     const int status = app.exit(error);
     return status == 0 ? 0 : exit_status(ErrorCode::kBadArgument);
   }
-  options.town.change = change_of(stretch_m, kinds);
+  options.town.change = change_of(change);
   options.origin_world_m = Eigen::Vector2d(origin_m[0], origin_m[1]);
   const Result<void> written = town::write_town(options);
   if (!written) {

@@ -113,10 +113,11 @@ std::string draw_points(const ChartSeries& series, const Plot& plot) {
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     const double x_px = plot.at_x(series.x[i]);
     const double y_px = plot.at_y(series.y[i]);
-    text += "<circle cx=\"" + px(x_px) + "\" cy=\"" + px(y_px) + "\" r=\"" + px(series.size_px) +
+    const double radius_px = i < series.sizes_px.size() ? series.sizes_px[i] : series.size_px;
+    text += "<circle cx=\"" + px(x_px) + "\" cy=\"" + px(y_px) + "\" r=\"" + px(radius_px) +
             "\" style=\"fill:" + series.colour + "\"/>";
     if (i < series.labels.size()) {
-      text += "<text class=\"small\" x=\"" + px(x_px + series.size_px + 4.0) + "\" y=\"" +
+      text += "<text class=\"small\" x=\"" + px(x_px + radius_px + 4.0) + "\" y=\"" +
               px(y_px + 13.0) + "\">" + escaped(series.labels[i]) + "</text>";
     }
     text += "\n";
@@ -232,6 +233,16 @@ std::string chart_svg(const Chart& chart) {
          px(chart.height_px) + "\" font-size=\"12\" fill=\"currentColor\"><title>" +
          escaped(chart.title) + "</title>\n" + draw_bands(chart, plot) + draw_axes(chart, plot) +
          draw_series(chart, plot) + legend.svg + "</svg>\n";
+}
+
+std::string chart_file_svg(const Chart& chart) {
+  const std::string width = px(chart.width_px);
+  const std::string height = px(chart.height_px);
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
+         "\" font-family=\"sans-serif\">\n<style>.grid{fill:none;stroke:#dddddd}"
+         ".axis{fill:none;stroke:#555555}.small{font-size:11px}</style>\n"
+         "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n" +
+         chart_svg(chart) + "</svg>\n";
 }
 
 }  // namespace sightline

@@ -18,6 +18,7 @@ struct ChartSeries {
   std::vector<std::string> labels;  // of points, shown beside them; empty, or as many
   double size_px = 1.6;             // width of a line, radius of a point; bars share the space
   bool is_dashed = false;
+  std::vector<double> sizes_px = {};  // radius of each point; empty: size_px
 };
 
 // A stretch of the x axis that is shaded.
@@ -47,6 +48,9 @@ struct Chart {
 // and axes in the page's own colour. A line of more points than twice the pixels that it has keeps
 // the least and the greatest of each column of pixels, so that no peak is lost.
 std::string chart_svg(const Chart& chart);
+
+// The same as a file of its own: black on white.
+std::string chart_file_svg(const Chart& chart);
 
 // Text for HTML and SVG: & < > and " are written as entities.
 std::string escaped(const std::string& text);

@@ -84,11 +84,17 @@ TEST(GateOnTwoMaps, NamesWhatIsOfAnotherKind) {
   map.definitions = {{"ndt-map", 2}, {"sites", 1}, {"sights", 1}};
   map.sensor.max_range_m += 1.0;
   map.ranges.selection = Selection::kMean;
+  map.model.digest[0] = static_cast<std::uint8_t>(map.model.digest[0] + 1);
+  map.predicted.out_of_fold.assign(30, 1);
   const GateReport report = judged(map, &old_map);
   EXPECT_EQ(checks_of(report, "release-order").at(0).found, -1.0);
   EXPECT_EQ(checks_of(report, "definition-change").at(0).found, 2.0);
   EXPECT_THAT(checks_of(report, "definition-change")[0].message, HasSubstr("ndt-map v1 became v2"));
   EXPECT_EQ(checks_of(report, "sensor-change").at(0).found, 1.0);
+  const Check model = checks_of(report, "model-change").at(0);
+  EXPECT_EQ(model.found, 2.0);
+  EXPECT_EQ(model.severity, Severity::kNote);
+  EXPECT_THAT(model.message, HasSubstr("of 30 became 30 of 30"));
   EXPECT_EQ(checks_of(report, "limits-change").at(0).verdict, Verdict::kViolated);
 }
 

@@ -115,12 +115,21 @@ TEST(GateForms, JunitIsValidAndFailsTheSameRules) {
   EXPECT_THAT(xml, HasSubstr("a &lt;b&gt; &amp; &quot;c&quot; | d"));
 }
 
+TEST(GateForms, JunitFailsWhatTheGateFailsAt) {
+  GateReport report = full_report();
+  const std::string at_errors = to_junit(report);
+  EXPECT_THAT(at_errors, HasSubstr("name=\"sensor-change\" time=\"0\"/>"));
+  report.fails_at = Severity::kWarning;
+  EXPECT_THAT(to_junit(report), HasSubstr("name=\"sensor-change\" time=\"0\"><failure"));
+}
+
 TEST(GateForms, GithubAnnotationsAreOneLineEachAndEscaped) {
   const GateReport report = full_report();
   const std::string text = to_github(report);
   EXPECT_THAT(text, HasSubstr("::error file=maps/new town.slmap,title=stretch-range-rise::sites 60 "
-                              "to 89 (run 0, 60 to 89 m): the range within 0.1 m was 10.0 m and is "
-                              "50.0 m over the worst 20 m of route; allowed is at most 5.0 m\n"));
+                              "to 89 (run 0, 60 to 89 m, around (714.0, -64.0, 1.8) m in the world): "
+                              "the range within 0.1 m was 10.0 m and is 50.0 m over the worst 20 m "
+                              "of route, 40.0 m more; allowed is at most 5.0 m\n"));
   EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(text, '\n')),
             report.count(Verdict::kViolated) + 1);
   EXPECT_THAT(text, HasSubstr("::error title=sightline gate::failed, "));
@@ -134,7 +143,7 @@ TEST(GateForms, MarkdownHasARowForEveryCheck) {
   const std::string text = to_markdown(report);
   EXPECT_THAT(text, HasSubstr("### sightline gate: failed\n"));
   EXPECT_THAT(text, HasSubstr("| error | `stretch-range-rise` | 0.1 m | sites 60 to 89 | 40.0 m | "
-                              "5.0 m | sites 60 to 89 (run 0, 60 to 89 m): the range"));
+                              "5.0 m | sites 60 to 89 (run 0, 60 to 89 m, around "));
   EXPECT_THAT(text, HasSubstr("a &lt;b> & \"c\" \\| d"));
   std::size_t rows = 0;
   for (std::size_t at = text.find("| `"); at != std::string::npos; at = text.find("| `", at + 1)) {

@@ -47,7 +47,7 @@ TEST(GateOnOneMap, NamesTheWorstStretchWithItsNumbers) {
   EXPECT_EQ(worst[0].place->first_site, 100u);
   EXPECT_EQ(worst[0].place->last_site, 139u);
   EXPECT_EQ(worst[0].place->middle_world_m, Eigen::Vector3d(640.0 + 119.0, -64.0, 1.8));
-  EXPECT_THAT(worst[0].message, HasSubstr("sites 100 to 139 (run 0, 100 to 139 m)"));
+  EXPECT_THAT(worst[0].message, HasSubstr("sites 100 to 139 (run 0, 100 to 139 m, around "));
   EXPECT_FALSE(report.passes());
 }
 

@@ -191,11 +191,13 @@ TEST(ComputeFactors, EqualsAPlainImplementationOnADrawnTown) {
 }
 
 TEST(ComputeFactors, GivesTheSameBytesForTilesOf32And64AndAnyNumberOfThreads) {
-  const FactorInputs large = random_inputs(8, 150, 64.0);
-  const FactorInputs small = random_inputs(8, 150, 32.0);
-  const std::vector<std::byte> bytes = to_bytes(must_compute(large, 1));
-  EXPECT_EQ(bytes, to_bytes(must_compute(large, 3)));
-  EXPECT_EQ(bytes, to_bytes(must_compute(small, 1)));
+  const FactorInputs large = random_inputs(8, 70, 64.0);  // more than one group
+  const FactorInputs small = random_inputs(8, 70, 32.0);
+  ComputeFactorsOptions options;
+  options.ranges_m = {15.0, 50.0};
+  const std::vector<std::byte> bytes = to_bytes(must_compute(large, 1, options));
+  EXPECT_EQ(bytes, to_bytes(must_compute(large, 3, options)));
+  EXPECT_EQ(bytes, to_bytes(must_compute(small, 1, options)));
 }
 
 TEST(ComputeFactors, GivesASiteTheSameValuesWhoeverItsNeighboursAre) {

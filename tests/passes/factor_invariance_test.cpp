@@ -85,11 +85,13 @@ std::map<std::string, double> moved_by(const FactorTable& before, const FactorTa
 // planes into lines. Depth and counts of points hardly move; what looks at single cells does.
 // Directions turn with the world and have no size of their own.
 const std::map<std::string, double> kBounds = {
-    {"feature_count", 0.25},  {"d1_count", 1.0},  {"d2_count", 0.9},      {"d3_count", 0.9},
-    {"d1_ratio", 1.0},        {"d2_ratio", 0.9},  {"d3_ratio", 0.9},      {"occupancy_ratio", 0.05},
-    {"normal_entropy", 0.95}, {"r_average", 0.1}, {"score_entropy", 0.4}, {"crlb_max", 0.8},
-    {"crlb_min", 0.7},        {"crlb_yaw", 1.3},  {"hz_lmin", 1.6},       {"flat_050", 0.2},
-    {"virtual_points", 0.35}};
+    {"feature_count", 0.25}, {"d1_count", 1.0},         {"d2_count", 0.9},
+    {"d3_count", 0.9},       {"d1_ratio", 1.0},         {"d2_ratio", 0.9},
+    {"d3_ratio", 0.9},       {"occupancy_ratio", 0.05}, {"normal_entropy", 0.95},
+    {"r_average", 0.1},      {"score_entropy", 0.4},    {"crlb_max", 0.8},
+    {"crlb_min", 0.7},       {"crlb_yaw", 1.3},         {"hz_lmin", 1.6},
+    {"flat_050", 0.2},       {"virtual_points", 0.35},  {"virtual_error", 1.9},
+    {"rival_score", 0.1}};
 
 void expect_within_bounds(const ToyWorld& world, double turn_deg, const Eigen::Vector3d& by_m,
                           const FactorTable& before) {
@@ -104,10 +106,11 @@ TEST(FactorInvariance, HardlyMovesAnyFactorWhenTheWorldMovesByWholeCells) {
   const ToyWorld world = crossing();
   const FactorTable before = factors_of(world);
   const FactorTable after = factors_of(laid_elsewhere(world, 0.0, {128.0, -64.0, 0.0}));
-  // Not 0: other roundings turn the axes of round distributions.
+  // Not 0: other roundings turn the axes of round distributions, and a start between two optima may
+  // end in the other.
   for (const auto& [factor, moved] : moved_by(before, after)) {
     if (factor == "crlb_heading") continue;
-    EXPECT_LE(moved, 0.02) << factor;
+    EXPECT_LE(moved, factor == "virtual_error" ? 0.2 : 0.02) << factor;
   }
 }
 

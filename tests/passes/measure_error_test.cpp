@@ -57,7 +57,7 @@ World make_world() {
 // Starts within the basin of the room's thin walls.
 MeasureErrorOptions two_ranges() {
   MeasureErrorOptions options;
-  options.offset_radius_m = 0.25;
+  options.starts.radius_m = 0.25;
   options.ranges_m = {6.0, 12.0};
   return options;
 }
@@ -70,7 +70,7 @@ Result<MeasuredError> measure(const World& world, const MeasureErrorOptions& opt
 }
 
 TEST(MeasureError, StartsFromTheTwelveOffsetsOfTheDefinition) {
-  const std::vector<InitialOffset> offsets = initial_offsets(MeasureErrorOptions{});
+  const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
   ASSERT_EQ(offsets.size(), 12u);
   EXPECT_NEAR(offsets[0].x_m, std::sqrt(0.5 / 12.0), 1e-15);
   EXPECT_NEAR(offsets[0].y_m, 0.0, 1e-15);
@@ -124,12 +124,12 @@ TEST(MeasureError, KeepsTheOrderOfItsOwnStatistics) {
 TEST(MeasureError, WithoutPointsInRangeReportsTheOffsetsThemselves) {
   World world = make_world();
   MeasureErrorOptions options = two_ranges();
-  options.offset_radius_m = 1.0;
+  options.starts.radius_m = 1.0;
   options.ranges_m = {1.0};  // the sensor hangs higher than this over the floor
   const Result<MeasuredError> measured = measure(world, options);
   ASSERT_TRUE(measured.has_value());
   double expected_m = 0.0;
-  for (const InitialOffset& offset : initial_offsets(options)) {
+  for (const InitialOffset& offset : initial_offsets(options.starts)) {
     expected_m += std::hypot(offset.x_m, offset.y_m, offset.z_m) / 12.0;
   }
   EXPECT_EQ(measured->rows[4].point_count, 0u);

@@ -52,7 +52,7 @@ const Street& street() {
 TrackDriveOptions near_starts() {
   TrackDriveOptions options;
   options.matching.reference = "known";
-  options.matching.offset_radius_m = 0.3;
+  options.matching.starts.radius_m = 0.3;
   options.matching.leaf_m = 0.5;
   return options;
 }

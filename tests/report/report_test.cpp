@@ -66,6 +66,18 @@ TEST(Report, TextsOfAMapCannotBecomeMarkup) {
   EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(1)"));
 }
 
+TEST(Report, IsNamedAfterTheDriveElseAfterTheMap) {
+  MadeSources made = made_sources(5);
+  made.map.map_id = "0123abcd";
+  made.map.measurement.mapping_drive = "old town, noon";
+  std::string html = *report_html(made.sources());
+  EXPECT_THAT(html, HasSubstr("<title>old town, noon – sightline report</title>"));
+  EXPECT_THAT(html, HasSubstr("<h1>old town, noon</h1>\n<p>Map 0123abcd, version "));
+  made.map.measurement.mapping_drive.clear();
+  html = *report_html(made.sources());
+  EXPECT_THAT(html, HasSubstr("<title>0123abcd – sightline report</title>"));
+}
+
 TEST(Report, OfAMapAloneSaysWhatIsNotKnown) {
   const MadeSources made = made_sources(6);
   ReportSources alone;

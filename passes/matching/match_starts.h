@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/geometry.h"
+#include "formats/measured_error.h"
+
+namespace sightline {
+
+// Where the matcher is started, relative to the reference ("Measured error" in
+// schemas/definitions.md, v1): in a disc, each start turned and lifted a little.
+struct StartPattern {
+  int count = 12;
+  double radius_m = 1.0;
+  double yaw_deg = 1.0;  // the most
+  double z_m = 0.1;      // the most
+};
+std::vector<InitialOffset> initial_offsets(const StartPattern& pattern);
+
+// T_reference_start.
+Pose start_pose(const InitialOffset& offset);
+
+}  // namespace sightline
