@@ -5,12 +5,9 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validator.hpp>
 
 #include "compiler/base/atomic_file.h"
+#include "tests/support/json_schema.h"
 #include "tests/support/scratch_folder.h"
 
 namespace sightline {
@@ -45,11 +42,7 @@ nlohmann::json json_of(const YAML::Node& node) {
 bool is_valid(const nlohmann::json& document) {
   const nlohmann::json published =
       nlohmann::json::parse(*read_text_file(kRoot / "schemas/config.schema.json"));
-  valijson::Schema schema;
-  valijson::SchemaParser().populateSchema(valijson::adapters::NlohmannJsonAdapter(published),
-                                          schema);
-  valijson::Validator validator;
-  return validator.validate(schema, valijson::adapters::NlohmannJsonAdapter(document), nullptr);
+  return schema_faults(published, document).empty();
 }
 
 TEST(CompileConfig, IsDescribedByThePublishedSchema) {

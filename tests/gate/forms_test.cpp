@@ -2,16 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validation_results.hpp>
-#include <valijson/validator.hpp>
 
 #include "compiler/base/atomic_file.h"
 #include "compiler/gate/gate_text.h"
 #include "tests/gate/gate_on_map.h"
 #include "tests/gate/route_map.h"
+#include "tests/support/json_schema.h"
 #include "tests/support/scratch_folder.h"
 
 namespace sightline {
@@ -36,30 +32,12 @@ GateReport full_report() {
   return judged(after, &before, *settings);
 }
 
-std::string faults(const Json& schema_json, const Json& document) {
-  valijson::Schema schema;
-  valijson::SchemaParser parser(schema_json.contains("id") ? valijson::SchemaParser::kDraft4
-                                                           : valijson::SchemaParser::kDraft7);
-  parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(schema_json), schema);
-  valijson::Validator validator;
-  valijson::ValidationResults results;
-  if (validator.validate(schema, valijson::adapters::NlohmannJsonAdapter(document), &results)) {
-    return "";
-  }
-  std::string text;
-  for (const auto& result : results) {
-    for (const std::string& part : result.context) text += part;
-    text += ": " + result.description + "\n";
-  }
-  return text;
-}
-
 Json schema_of(const char* file) { return Json::parse(*read_text_file(kRoot / file)); }
 
 TEST(GateForms, JsonIsAsItsSchemaSaysAndHoldsEveryNumber) {
   const GateReport report = full_report();
   const Json json = Json::parse(to_json(report));
-  EXPECT_EQ(faults(schema_of("schemas/gate.schema.json"), json), "");
+  EXPECT_EQ(schema_faults(schema_of("schemas/gate.schema.json"), json), "");
   ASSERT_EQ(json["checks"].size(), report.checks.size());
   EXPECT_EQ(json["errors"], report.violations(Severity::kError));
   const auto rise = std::ranges::find_if(json["checks"], [](const Json& check) {
@@ -72,17 +50,17 @@ TEST(GateForms, JsonIsAsItsSchemaSaysAndHoldsEveryNumber) {
   EXPECT_EQ((*rise)["place"]["middle_world_m"], Json::array({714.0, -64.0, 1.8}));
   Json bad = json;
   bad["checks"][0]["verdict"] = "maybe";
-  EXPECT_NE(faults(schema_of("schemas/gate.schema.json"), bad), "");
+  EXPECT_NE(schema_faults(schema_of("schemas/gate.schema.json"), bad), "");
 }
 
 TEST(GateForms, SarifIsValidAndSuppressesWhatIsExcepted) {
   const Json schema = schema_of("tests/gate/schemas/sarif-2.1.0-rtm.5.json");
   const GateReport report = full_report();
   const Json json = Json::parse(to_sarif(report));
-  EXPECT_EQ(faults(schema, json), "");
+  EXPECT_EQ(schema_faults(schema, json), "");
   Json bad = json;
   bad["runs"][0]["results"][0]["level"] = "fatal";
-  EXPECT_NE(faults(schema, bad), "") << "the schema must be able to refuse";
+  EXPECT_NE(schema_faults(schema, bad), "") << "the schema must be able to refuse";
   std::size_t suppressed = 0;
   std::size_t open = 0;
   for (const Json& result : json["runs"][0]["results"]) {
@@ -170,14 +148,14 @@ TEST(GateRules, AreAsTheyAreDocumented) {
 TEST(GateRules, AreInTheSchemaOfTheSettings) {
   const Json schema = Json::parse(gate_settings_schema());
   for (const GateRule& rule : gate_rules()) {
-    EXPECT_EQ(faults(schema, {{"rules", {{std::string(rule.id), "note"}}}}), "") << rule.id;
+    EXPECT_EQ(schema_faults(schema, {{"rules", {{std::string(rule.id), "note"}}}}), "") << rule.id;
   }
   const Json settings = {
       {"rules", {{"mean-range", 30}, {"unmet-share", "off"}}},
       {"exceptions",
        {{{"rule", "*"}, {"reason", "r"}, {"until", "2026-01-01"}, {"circle", {1, 2, 3}}}}}};
-  EXPECT_EQ(faults(schema, settings), "");
-  EXPECT_NE(faults(schema, {{"rules", {{"mean-rang", 30}}}}), "");
+  EXPECT_EQ(schema_faults(schema, settings), "");
+  EXPECT_NE(schema_faults(schema, {{"rules", {{"mean-rang", 30}}}}), "");
 }
 
 }  // namespace

@@ -4,12 +4,9 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validator.hpp>
 
 #include "compiler/base/atomic_file.h"
+#include "tests/support/json_schema.h"
 
 namespace sightline {
 
@@ -19,16 +16,7 @@ std::string fault_of_evaluation(const std::string& json_text) {
   const std::filesystem::path file =
       std::filesystem::path(SIGHTLINE_ROOT) / "schemas/evaluation.schema.json";
   const nlohmann::json published = nlohmann::json::parse(*read_text_file(file));
-  valijson::Schema schema;
-  valijson::SchemaParser().populateSchema(valijson::adapters::NlohmannJsonAdapter(published),
-                                          schema);
-  valijson::ValidationResults faults;
-  if (valijson::Validator().validate(schema, valijson::adapters::NlohmannJsonAdapter(document),
-                                     &faults)) {
-    return "";
-  }
-  valijson::ValidationResults::Error first;
-  return faults.popError(first) ? first.description : "invalid";
+  return schema_faults(published, document);
 }
 
 // A schema that takes anything would prove nothing.

@@ -1,0 +1,246 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/point_types.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "compiler/base/atomic_file.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/system/program.h"
+
+// What `sightline export` writes of a compiled town, as GDAL, PCL and yaml-cpp read it, beside what
+// `sightline dump` prints of the same map.
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr const char* kConfig = R"(
+annotation: {ranges_m: [10, 30], split: auto}
+mapping: {scans: mapping/scans, poses: mapping/poses.tum}
+localization: {scans: drive_1/scans, poses: drive_1/poses.tum}
+measure-error: {offset_count: 3, reference: known}
+train-model: {trees: 20}
+)";
+
+// Rows of a CSV whose cells hold no comma, by the names of its columns; `# name: value` are facts.
+struct Csv {
+  std::map<std::string, double> facts;
+  std::vector<std::map<std::string, std::string>> rows;
+
+  [[nodiscard]] double number(std::size_t row, const std::string& column) const {
+    return std::stod(rows[row].at(column));
+  }
+};
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) {
+    std::erase(cell, '"');
+    cells.push_back(cell);
+  }
+  return cells;
+}
+
+Csv csv_of(const std::string& text) {
+  Csv csv;
+  std::vector<std::string> columns;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.starts_with("# ")) {
+      csv.facts[line.substr(2, colon - 2)] = std::strtod(line.c_str() + colon + 2, nullptr);
+    } else if (columns.empty()) {
+      columns = cells_of(line);
+    } else {
+      const std::vector<std::string> cells = cells_of(line);
+      std::map<std::string, std::string>& row = csv.rows.emplace_back();
+      for (std::size_t i = 0; i < std::min(cells.size(), columns.size()); ++i) {
+        row[columns[i]] = cells[i];
+      }
+    }
+  }
+  return csv;
+}
+
+// A street at Karlsruhe in UTM zone 32, compiled once.
+const fs::path& compiled_town() {
+  static const fs::path kTown = [] {
+    const fs::path town = scratch_folder() / "street";
+    const ProgramResult made =
+        run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 90 --drives 1 --origin-m " +
+                    "456500,5429500 --out " + town.string());
+    EXPECT_EQ(made.status, 0) << made.err;
+    EXPECT_TRUE(write_file_atomically(town / "town.yaml", kConfig, IfExists::kReplace));
+    const ProgramResult compiled =
+        run_sightline("compile " + (town / "town.yaml").string() + " -q -o " +
+                      (town / "town.slmap").string());
+    EXPECT_EQ(compiled.status, 0) << compiled.err;
+    return town;
+  }();
+  return kTown;
+}
+
+std::string map_file() { return (compiled_town() / "town.slmap").string(); }
+std::string config_file() { return (compiled_town() / "town.yaml").string(); }
+
+std::string dumped(const std::string& source, const std::string& what) {
+  const ProgramResult run = run_sightline("dump " + source + " -q --format csv --what " + what);
+  EXPECT_EQ(run.status, 0) << run.err;
+  return run.out;
+}
+
+void export_to(const fs::path& output, const std::string& source, const std::string& options) {
+  const ProgramResult run =
+      run_sightline("export " + source + " -q -o '" + output.string() + "' " + options);
+  ASSERT_EQ(run.status, 0) << run.err;
+}
+
+TEST(Exports, GdalReadsEverySiteOfTheGeoJsonWhereTheDumpPutsIt) {
+  if (run_command("command -v ogrinfo ogr2ogr").status != 0) {
+    GTEST_SKIP() << "there is no ogrinfo (Debian package gdal-bin)";
+  }
+  const fs::path file = fresh_folder() / "route.geojson";
+  export_to(file, map_file(), "--format geojson --world utm:32N");
+  const Csv sites = csv_of(dumped(map_file(), "sites"));
+  ASSERT_GT(sites.rows.size(), 80U);
+
+  const ProgramResult summary = run_command("ogrinfo -ro -al -so '" + file.string() + "'");
+  EXPECT_EQ(summary.status, 0) << summary.err;
+  // Each site, and the route as a line.
+  EXPECT_THAT(summary.out,
+              HasSubstr("Feature Count: " + std::to_string(sites.rows.size() + 1) + "\n"));
+  EXPECT_THAT(summary.out, HasSubstr("range_m_within_0.1_m: Real"));
+  EXPECT_EQ(summary.err, "") << "nothing to complain of";
+
+  // Back from longitude and latitude by GDAL and PROJ.
+  const ProgramResult back = run_command(
+      "ogr2ogr -f CSV /vsistdout/ -t_srs EPSG:32632 -lco GEOMETRY=AS_XYZ -where \"site IS NOT "
+      "NULL\" '" +
+      file.string() + "'");
+  ASSERT_EQ(back.status, 0) << back.err;
+  const Csv read = csv_of(back.out);
+  const Csv ranges = csv_of(dumped(map_file(), "ranges"));
+  ASSERT_EQ(read.rows.size(), sites.rows.size());
+  for (std::size_t i = 0; i < read.rows.size(); ++i) {
+    for (const std::string axis : {"x", "y"}) {
+      const std::string column = axis == "x" ? "X" : "Y";
+      EXPECT_NEAR(read.number(i, column),
+                  sites.number(i, "p_" + axis + "_m") + sites.facts.at("origin_world_" + axis + "_m"),
+                  0.001);
+    }
+    EXPECT_EQ(read.number(i, "site"), sites.number(i, "site"));
+    EXPECT_EQ(read.number(i, "range_m_within_0.1_m"), ranges.number(2 * i, "range_m"));
+    EXPECT_EQ(read.number(i, "range_m_within_0.25_m"), ranges.number(2 * i + 1, "range_m"));
+  }
+}
+
+TEST(Exports, EveryCsvTableIsThatOfTheDump) {
+  const fs::path folder = fresh_folder() / "tables";
+  export_to(folder, map_file(), "--format csv");
+  std::size_t tables = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    EXPECT_EQ(*read_text_file(entry.path()), dumped(map_file(), entry.path().stem())) << entry;
+    ++tables;
+  }
+  EXPECT_EQ(tables, 5U);  // nds, sites, factors, predicted, ranges
+}
+
+TEST(Exports, PclReadsTheMeansOfTheNds) {
+  const fs::path file = fresh_folder() / "means.pcd";
+  export_to(file, map_file(), "--format pcd");
+  const Csv nds = csv_of(dumped(map_file(), "nds"));
+  pcl::PointCloud<pcl::PointXYZI> cloud;
+  ASSERT_EQ(pcl::io::loadPCDFile(file.string(), cloud), 0);
+  ASSERT_EQ(cloud.size(), nds.rows.size());
+  ASSERT_GT(cloud.size(), 1000U);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    EXPECT_EQ(cloud[i].x, static_cast<float>(nds.number(i, "mean_x_m")));
+    EXPECT_EQ(cloud[i].y, static_cast<float>(nds.number(i, "mean_y_m")));
+    EXPECT_EQ(cloud[i].z, static_cast<float>(nds.number(i, "mean_z_m")));
+    EXPECT_EQ(cloud[i].intensity, static_cast<float>(nds.number(i, "point_count")));
+  }
+}
+
+// The vertices of an ellipsoid lie evenly around its mean, the outermost two standard deviations
+// along the longest axis.
+TEST(Exports, PclReadsAnEllipsoidAroundEveryNd) {
+  const fs::path file = fresh_folder() / "nds.ply";
+  export_to(file, map_file(), "--format ply");
+  const Csv nds = csv_of(dumped(map_file(), "nds"));
+  pcl::PolygonMesh mesh;
+  ASSERT_EQ(pcl::io::loadPLYFile(file.string(), mesh), 0);
+  pcl::PointCloud<pcl::PointXYZ> vertices;
+  pcl::fromPCLPointCloud2(mesh.cloud, vertices);
+  const std::size_t each = vertices.size() / nds.rows.size();
+  ASSERT_EQ(each * nds.rows.size(), vertices.size());
+  for (std::size_t i = 0; i < nds.rows.size(); ++i) {
+    const Eigen::Vector3d mean_m(nds.number(i, "mean_x_m"), nds.number(i, "mean_y_m"),
+                                 nds.number(i, "mean_z_m"));
+    Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();
+    double farthest_m = 0.0;
+    for (std::size_t k = 0; k < each; ++k) {
+      const Eigen::Vector3d p_m = vertices[i * each + k].getVector3fMap().cast<double>();
+      middle_m += p_m / static_cast<double>(each);
+      farthest_m = std::max(farthest_m, (p_m - mean_m).norm());
+    }
+    const double longest_m = 2.0 * std::sqrt(nds.number(i, "lambda_1_m2"));
+    EXPECT_LT((middle_m - mean_m).norm(), 1e-4);
+    EXPECT_LE(farthest_m, longest_m + 1e-4);
+    EXPECT_GE(farthest_m, 0.85 * longest_m);
+  }
+}
+
+TEST(Exports, PclReadsEveryStandingPointOfTheConfiguration) {
+  const fs::path file = fresh_folder() / "points.ply";
+  export_to(file, config_file(), "--format ply --leaf 0");
+  pcl::PCLPointCloud2 cloud;
+  ASSERT_EQ(pcl::io::loadPLYFile(file.string(), cloud), 0);
+  const Csv points = csv_of(dumped(config_file(), "points"));
+  EXPECT_EQ(static_cast<double>(cloud.width) * cloud.height, points.facts.at("standing_count"));
+}
+
+std::vector<std::array<float, 3>> sorted_points(const pcl::PointCloud<pcl::PointXYZI>& cloud) {
+  std::vector<std::array<float, 3>> points;
+  for (const pcl::PointXYZI& p : cloud) points.push_back({p.x, p.y, p.z});
+  std::ranges::sort(points);
+  return points;
+}
+
+TEST(Exports, AutowaresSquaresHoldThePointsOfThePcd) {
+  const fs::path folder = fresh_folder();
+  export_to(folder / "map", config_file(), "--format autoware --world utm:32N");
+  export_to(folder / "points.pcd", config_file(), "--format pcd");
+  pcl::PointCloud<pcl::PointXYZI> all;
+  ASSERT_EQ(pcl::io::loadPCDFile((folder / "points.pcd").string(), all), 0);
+
+  const YAML::Node projector = YAML::LoadFile(folder / "map" / "map_projector_info.yaml");
+  EXPECT_EQ(projector["projector_type"].as<std::string>(), "LocalCartesianUTM");
+  const YAML::Node metadata = YAML::LoadFile(folder / "map" / "pointcloud_map_metadata.yaml");
+  pcl::PointCloud<pcl::PointXYZI> joined;
+  for (const auto& entry : metadata) {
+    const auto name = entry.first.as<std::string>();
+    if (!name.ends_with(".pcd")) continue;
+    pcl::PointCloud<pcl::PointXYZI> square;
+    ASSERT_EQ(pcl::io::loadPCDFile((folder / "map" / "pointcloud_map.pcd" / name).string(), square), 0);
+    joined += square;
+  }
+  const double origin_z_m = csv_of(dumped(map_file(), "sites")).facts.at("origin_world_z_m");
+  ASSERT_EQ(origin_z_m, 0.0) << "the squares hold heights of the world";
+  EXPECT_GT(all.size(), 10'000U);
+  EXPECT_EQ(sorted_points(joined), sorted_points(all));
+}
+
+}  // namespace
+}  // namespace sightline
