@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "compiler/report/sections.h"
+#include "formats/quoted_text.h"
 
 namespace sightline {
 namespace {
@@ -40,7 +41,7 @@ std::string correlation_table(const FactorReport& report) {
   }
   html += "</tr></thead><tbody>\n";
   for (const std::size_t factor : order) {
-    html += "<tr><th scope=\"row\">" + escaped(report.factors[factor]) + "</th>";
+    html += "<tr><th scope=\"row\">" + xml_text(report.factors[factor]) + "</th>";
     for (const FactorsAtRange& range : report.ranges) {
       html += correlation_cell(range.rank_correlation[factor]);
     }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "formats/quoted_text.h"
+
 namespace sightline {
 namespace {
 
@@ -53,16 +55,16 @@ std::string colours_from(std::size_t count, double first, double last) {
 
 }  // namespace
 
-std::string paragraph(const std::string& text) { return "<p>" + escaped(text) + "</p>\n"; }
+std::string paragraph(const std::string& text) { return "<p>" + xml_text(text) + "</p>\n"; }
 
 std::string html_table(const TextGrid& grid, const std::string& caption) {
-  std::string html = "<div class=\"scroll\"><table><caption>" + escaped(caption) + "</caption>\n";
+  std::string html = "<div class=\"scroll\"><table><caption>" + xml_text(caption) + "</caption>\n";
   for (std::size_t row = 0; row < grid.size(); ++row) {
     html += row == 0 ? "<thead><tr>" : "<tr>";
     for (std::size_t column = 0; column < grid[row].size(); ++column) {
       const bool is_head = row == 0 || column == 0;
       html += is_head ? "<th scope=\"" + std::string(row == 0 ? "col" : "row") + "\">" : "<td>";
-      html += escaped(grid[row][column]) + (is_head ? "</th>" : "</td>");
+      html += xml_text(grid[row][column]) + (is_head ? "</th>" : "</td>");
     }
     html += row == 0 ? "</tr></thead><tbody>\n" : "</tr>\n";
   }
@@ -72,7 +74,7 @@ std::string html_table(const TextGrid& grid, const std::string& caption) {
 std::string fact_table(const std::vector<std::pair<std::string, std::string>>& facts) {
   std::string html = "<dl class=\"facts\">\n";
   for (const auto& [name, value] : facts) {
-    html += "<dt>" + escaped(name) + "</dt><dd>" + escaped(value) + "</dd>\n";
+    html += "<dt>" + xml_text(name) + "</dt><dd>" + xml_text(value) + "</dd>\n";
   }
   return html + "</dl>\n";
 }
@@ -83,7 +85,7 @@ std::string html_figure(const Figure& figure) {
   if (!figure.live.empty()) {
     html += "<div class=\"live\" data-drawing=\"" + figure.live + "\"></div>\n";
   }
-  return html + "<figcaption><b>" + escaped(figure.name) + "</b> " + escaped(figure.caption) +
+  return html + "<figcaption><b>" + xml_text(figure.name) + "</b> " + xml_text(figure.caption) +
          "</figcaption>\n</figure>\n";
 }
 

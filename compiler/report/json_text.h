@@ -33,9 +33,6 @@ inline std::string json_array(const std::vector<double>& values) {
   return json_array(texts);
 }
 
-// Quoted; what JSON does not take as it is is escaped, and so is "<", which could end a script.
-std::string json_text(std::string_view text);
-
 template <class T>
 constexpr const char* type_name() {
   if (sizeof(T) == 1) return "u8";

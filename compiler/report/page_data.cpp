@@ -1,6 +1,7 @@
 #include "compiler/report/page_data.h"
 
 #include "compiler/report/json_text.h"
+#include "formats/quoted_text.h"
 
 namespace sightline {
 
@@ -11,15 +12,16 @@ std::string page_data_json(const ReportSources& sources) {
     limits_m.push_back(promise.limit_m);
     thresholds.push_back(promise.probability_threshold);
   }
-  std::vector<JsonMember> members = {{"ranges_m", json_array(map.ranges.ranges_m)},
-                                     {"limits_m", json_array(limits_m)},
-                                     {"site_spacing_m", format_double(map.sites.spacing_m)},
-                                     {"selection", json_text(selection_name(map.ranges.selection))},
-                                     {"dilation_m", format_double(map.ranges.dilation_m)},
-                                     {"thresholds", json_array(thresholds)},
-                                     {"sites", sites_json(map)},
-                                     {"predicted", predicted_json(map)},
-                                     {"choice", choice_json(map)}};
+  std::vector<JsonMember> members = {
+      {"ranges_m", json_array(map.ranges.ranges_m)},
+      {"limits_m", json_array(limits_m)},
+      {"site_spacing_m", format_double(map.sites.spacing_m)},
+      {"selection", json_string(selection_name(map.ranges.selection))},
+      {"dilation_m", format_double(map.ranges.dilation_m)},
+      {"thresholds", json_array(thresholds)},
+      {"sites", sites_json(map)},
+      {"predicted", predicted_json(map)},
+      {"choice", choice_json(map)}};
   if (sources.evaluation) members.emplace_back("judged", judged_json(*sources.evaluation));
   if (!map.factors.factors.empty()) members.emplace_back("factors", factors_json(map));
   members.emplace_back("texts", texts_json(map));

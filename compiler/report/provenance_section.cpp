@@ -2,6 +2,7 @@
 
 #include "compiler/base/hash.h"
 #include "compiler/report/sections.h"
+#include "formats/quoted_text.h"
 
 // What the provenance file beside the map tells, and what the map says of itself.
 
@@ -59,8 +60,8 @@ std::string warnings_of(const Json& passes) {
   for (const Json& pass : passes) {
     const std::string warnings = list_of(pass, "warnings");
     if (warnings.empty()) continue;
-    html += "<dt>" + escaped(text_of(pass.value("name", Json("")))) + "</dt><dd>" +
-            escaped(warnings) + "</dd>\n";
+    html += "<dt>" + xml_text(text_of(pass.value("name", Json("")))) + "</dt><dd>" +
+            xml_text(warnings) + "</dd>\n";
   }
   return html.empty() ? "" : "<h3>Warnings</h3>\n<dl class=\"facts\">\n" + html + "</dl>\n";
 }

@@ -5,6 +5,7 @@
 #include "compiler/report/page_assets.h"
 #include "compiler/report/page_data.h"
 #include "compiler/report/sections.h"
+#include "formats/quoted_text.h"
 
 namespace sightline {
 namespace {
@@ -67,14 +68,14 @@ std::string title_of(const CompiledMap& map) {
 std::string header(const ReportSources& sources, const std::vector<Section>& all) {
   const CompiledMap& map = *sources.map;
   std::string html = "<header>\n<p class=\"kind\">sightline map report</p>\n<h1>" +
-                     escaped(title_of(map)) + "</h1>\n" +
+                     xml_text(title_of(map)) + "</h1>\n" +
                      paragraph("Map " + map.map_id + ", version " + map.version + ", release " +
                                std::to_string(map.release) +
                                ". How far a vehicle must look at each place of this map to know "
                                "where it is, what that saves, and what it rests on.") +
                      "</header>\n<nav aria-label=\"Contents\"><ul>\n";
   for (const Section& section : all) {
-    html += "<li><a href=\"#" + section.id + "\">" + escaped(section.title) + "</a></li>\n";
+    html += "<li><a href=\"#" + section.id + "\">" + xml_text(section.title) + "</a></li>\n";
   }
   return html + "</ul></nav>\n";
 }
@@ -92,12 +93,12 @@ Result<std::string> report_html(const ReportSources& sources) {
       // Nothing is fetched, whatever a map's texts may hold.
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data: "
       "blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>" +
-      escaped(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +
+      xml_text(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +
       std::string(page_style()) + range_colours_css(sources.map->ranges.ranges_m.size()) +
       std::string(library_style()) + "</style>\n</head>\n<body>\n" + header(sources, *all) +
       "<main>\n";
   for (const Section& section : *all) {
-    html += "<section id=\"" + section.id + "\">\n<h2>" + escaped(section.title) + "</h2>\n" +
+    html += "<section id=\"" + section.id + "\">\n<h2>" + xml_text(section.title) + "</h2>\n" +
             section.html + "</section>\n";
   }
   html += "</main>\n";

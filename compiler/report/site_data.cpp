@@ -5,6 +5,7 @@
 #include "compiler/report/page_data.h"
 #include "compiler/report/route.h"
 #include "formats/map/describe_site.h"
+#include "formats/quoted_text.h"
 
 namespace sightline {
 namespace {
@@ -64,11 +65,11 @@ std::string choice_json(const CompiledMap& map) {
 std::string judged_json(const Evaluation& evaluation) {
   std::vector<std::string> rules;
   for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
-    rules.push_back(json_text(rule_name(static_cast<Rule>(rule))));
+    rules.push_back(json_string(rule_name(static_cast<Rule>(rule))));
   }
   std::vector<std::uint32_t> sites;
   for (const JudgedSite& site : evaluation.sites) sites.push_back(site.site);
-  return json_object({{"drive", json_text(evaluation.drive)},
+  return json_object({{"drive", json_string(evaluation.drive)},
                       {"rules", json_array(rules)},
                       {"site", json_numbers(sites)},
                       {"error_m", json_numbers(as_floats(evaluation.error_m))},
@@ -78,7 +79,7 @@ std::string judged_json(const Evaluation& evaluation) {
 
 std::string factors_json(const CompiledMap& map) {
   std::vector<std::string> names;
-  for (const std::string& name : map.factors.factors) names.push_back(json_text(name));
+  for (const std::string& name : map.factors.factors) names.push_back(json_string(name));
   std::vector<float> values;
   values.reserve(map.factors.values.size());
   for (const double value : map.factors.values) values.push_back(four_digits(value));

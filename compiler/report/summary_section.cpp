@@ -1,12 +1,13 @@
 #include "compiler/report/route.h"
 #include "compiler/report/sections.h"
+#include "formats/quoted_text.h"
 
 namespace sightline {
 namespace {
 
 std::string tile(const std::string& value, const std::string& unit, const std::string& what) {
-  return "<div class=\"tile\"><div class=\"value\">" + escaped(value) + "<span class=\"unit\"> " +
-         escaped(unit) + "</span></div><div class=\"what\">" + escaped(what) + "</div></div>\n";
+  return "<div class=\"tile\"><div class=\"value\">" + xml_text(value) + "<span class=\"unit\"> " +
+         xml_text(unit) + "</span></div><div class=\"what\">" + xml_text(what) + "</div></div>\n";
 }
 
 std::string tiles_of_map(const CompiledMap& map) {

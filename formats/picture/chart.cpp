@@ -6,6 +6,7 @@
 
 #include "formats/picture/chart_axis.h"
 #include "formats/picture/chart_legend.h"
+#include "formats/quoted_text.h"
 
 namespace sightline {
 namespace {
@@ -52,8 +53,8 @@ std::string draw_axes(const Chart& chart, const Plot& plot) {
   return text + "<path class=\"axis\" d=\"M" + px(plot.left_px) + " " + px(plot.top_px) + "V" +
          px(plot.bottom_px) + "H" + px(plot.right_px) + "\"/><text text-anchor=\"middle\" x=\"" +
          px((plot.left_px + plot.right_px) / 2.0) + "\" y=\"" + px(chart.height_px - 8.0) + "\">" +
-         escaped(chart.x_label) + "</text><text text-anchor=\"middle\" transform=\"translate(14 " +
-         px(middle_px) + ") rotate(-90)\">" + escaped(chart.y_label) + "</text>\n";
+         xml_text(chart.x_label) + "</text><text text-anchor=\"middle\" transform=\"translate(14 " +
+         px(middle_px) + ") rotate(-90)\">" + xml_text(chart.y_label) + "</text>\n";
 }
 
 // The least and the greatest of each column of pixels, in the order in which they come.
@@ -118,7 +119,7 @@ std::string draw_points(const ChartSeries& series, const Plot& plot) {
             "\" style=\"fill:" + series.colour + "\"/>";
     if (i < series.labels.size()) {
       text += "<text class=\"small\" x=\"" + px(x_px + radius_px + 4.0) + "\" y=\"" +
-              px(y_px + 13.0) + "\">" + escaped(series.labels[i]) + "</text>";
+              px(y_px + 13.0) + "\">" + xml_text(series.labels[i]) + "</text>";
     }
     text += "\n";
   }
@@ -208,30 +209,12 @@ Plot plot_of(const Chart& chart, double legend_px) {
 
 }  // namespace
 
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    if (c == '&') {
-      safe += "&amp;";
-    } else if (c == '<') {
-      safe += "&lt;";
-    } else if (c == '>') {
-      safe += "&gt;";
-    } else if (c == '"') {
-      safe += "&quot;";
-    } else {
-      safe += c;
-    }
-  }
-  return safe;
-}
-
 std::string chart_svg(const Chart& chart) {
   const ChartLegend legend = legend_of(chart);
   const Plot plot = plot_of(chart, legend.height_px);
   return "<svg class=\"chart\" role=\"img\" viewBox=\"0 0 " + px(chart.width_px) + " " +
          px(chart.height_px) + "\" font-size=\"12\" fill=\"currentColor\"><title>" +
-         escaped(chart.title) + "</title>\n" + draw_bands(chart, plot) + draw_axes(chart, plot) +
+         xml_text(chart.title) + "</title>\n" + draw_bands(chart, plot) + draw_axes(chart, plot) +
          draw_series(chart, plot) + legend.svg + "</svg>\n";
 }
 

@@ -52,7 +52,4 @@ std::string chart_svg(const Chart& chart);
 // The same as a file of its own: black on white.
 std::string chart_file_svg(const Chart& chart);
 
-// Text for HTML and SVG: & < > and " are written as entities.
-std::string escaped(const std::string& text);
-
 }  // namespace sightline

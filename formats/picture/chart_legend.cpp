@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "formats/quoted_text.h"
 #include "formats/text_grid.h"
 
 namespace sightline {
@@ -63,7 +64,7 @@ std::string draw_legend(const std::vector<LegendEntry>& entries) {
               chart_stroke(entry.colour, 2.5, entry.is_dashed) + "/>";
     }
     text += "<text x=\"" + px(entry.left_px + kKey_px) + "\" y=\"" + px(y_px + 9.0) + "\">" +
-            escaped(entry.name) + "</text>\n";
+            xml_text(entry.name) + "</text>\n";
   }
   return text;
 }

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "compiler/report/json_text.h"
+#include "formats/quoted_text.h"
 #include "tests/report/unpacked.h"
 
 namespace sightline {
@@ -65,7 +66,7 @@ TEST(Packed, FourDigitsAreKeptAndNoMore) {
 
 TEST(JsonText, EscapesWhatCouldEndAScript) {
   const std::string text = "</script> \"a\\b\"\n\t\x01";
-  const std::string json = json_text(text);
+  const std::string json = json_string(text);
   EXPECT_EQ(json.find('<'), std::string::npos);
   EXPECT_EQ(nlohmann::json::parse(json).get<std::string>(), text);
 }
