@@ -28,8 +28,8 @@ constexpr double kChangeTo_m = 200.0;
 
 constexpr const char* kConfig = R"(
 annotation: {ranges_m: [10, 20, 30, 50], split: auto}
-mapping: {scans: mapping/scans, poses: mapping/poses.tum, sensor: generic-16}
-localization: {scans: drive_1/scans, poses: drive_1/poses.tum, sensor: generic-16}
+mapping: {name: town-mapping, scans: mapping/scans, poses: mapping/poses.tum, sensor: generic-16}
+localization: {name: town-drive-1, scans: drive_1/scans, poses: drive_1/poses.tum, sensor: generic-16}
 measure-error: {offset_count: 5, reference: known}
 train-model: {trees: 60}
 gate:
