@@ -229,7 +229,8 @@ std::string headline(const MapDiff& diff) {
   }
   if (count == 0) return "The maps differ, but not along the route.";
   return fixed(changed_m, 0) + " m of route changed, in " + std::to_string(count) +
-         (count == 1 ? " stretch." : " stretches.");
+         (count == 1 ? " stretch; " : " stretches; ") + std::to_string(diff.sites.size()) + " of " +
+         std::to_string(diff.after.site_count) + " sites tell a vehicle something else.";
 }
 
 std::vector<Section> sections_of(const MapDiff& diff) {

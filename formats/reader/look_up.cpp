@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string_view>
 
 #include "compiler/base/bytes.h"
@@ -78,9 +79,7 @@ Result<void> check_info(const LookUpInfo& info, const MapFront& front, std::uint
 }
 
 // The line "name version" names what this program knows.
-bool is_known(std::string_view line) {
-  return line == "ndt 1" || line == "range 1";
-}
+bool is_known(std::string_view line) { return line == "ndt 1" || line == "range 1"; }
 
 Result<void> check_required(std::string_view text, std::uint64_t byte) {
   static_assert(kNdtLayerVersion == 1 && kRangeLayerVersion == 1);
@@ -97,20 +96,70 @@ Result<void> check_required(std::string_view text, std::uint64_t byte) {
   return {};
 }
 
-std::int32_t cell_of(double coordinate_m, double cell_m) {
-  return static_cast<std::int32_t>(std::floor(coordinate_m / cell_m));
+// The cells of one axis by their distance from a coordinate: its own, the next on the nearer side,
+// the next on the other side, and so on.
+class CellsByDistance {
+ public:
+  CellsByDistance(double value_m, double cell_m)
+      : cell_(static_cast<std::int32_t>(std::floor(value_m / cell_m))), cell_m_(cell_m) {
+    below_m_ = value_m - cell_ * cell_m;
+    above_m_ = cell_m - below_m_;
+  }
+  // Of the step-th of them.
+  [[nodiscard]] std::int32_t cell(std::int32_t step) const {
+    const std::int32_t away = (step + 1) / 2;
+    return is_below(step) ? cell_ - away : cell_ + away;
+  }
+  // How far away its sites are at least; a millionth of a cell less than it seems, since the
+  // rounding of a quotient may put a site into the cell beside its own.
+  [[nodiscard]] double gap_m(std::int32_t step) const {
+    if (step == 0) return 0.0;
+    const double border_m = is_below(step) ? below_m_ : above_m_;
+    return std::max(0.0, border_m + ((step + 1) / 2 - 1 - 1e-6) * cell_m_);
+  }
+
+ private:
+  [[nodiscard]] bool is_below(std::int32_t step) const {
+    return (step % 2 == 1) == (below_m_ < above_m_);
+  }
+  std::int32_t cell_;
+  double cell_m_;
+  double below_m_;  // to the borders of the own cell
+  double above_m_;
+};
+
+struct RowAndDistance {
+  const std::byte* row = nullptr;
+  double distance2_m2 = std::numeric_limits<double>::infinity();
+};
+
+// The first of the nearest of `count` rows. Without a branch that hangs on a distance: a processor
+// that guesses it wrong waits for one row after the other, and most of a look-up's time is such
+// waiting.
+RowAndDistance nearest_row(const std::byte* rows, std::uint64_t count, std::uint64_t row_size,
+                           const std::array<double, 3>& p_m) {
+  RowAndDistance nearest;
+  for (std::uint64_t i = 0; i < count; ++i, rows += row_size) {
+    const double dx_m = load<double>(rows) - p_m[0];
+    const double dy_m = load<double>(rows + 8) - p_m[1];
+    const double dz_m = load<double>(rows + 16) - p_m[2];
+    const double distance2_m2 = dx_m * dx_m + dy_m * dy_m + dz_m * dz_m;
+    const bool is_nearer = distance2_m2 < nearest.distance2_m2;
+    nearest.distance2_m2 = is_nearer ? distance2_m2 : nearest.distance2_m2;
+    nearest.row = is_nearer ? rows : nearest.row;
+  }
+  return nearest;
 }
 
-// Distance from a coordinate to the interval of one cell along an axis.
-double gap_m(double value_m, std::int32_t cell, double cell_m) {
-  const double low_m = cell * cell_m;
-  return std::max({0.0, low_m - value_m, value_m - (low_m + cell_m)});
-}
-
-// Distance from a coordinate inside a cell to the nearer border along an axis.
-double margin_m(double value_m, std::int32_t cell, double cell_m) {
-  const double inside_m = value_m - cell * cell_m;
-  return std::min(inside_m, cell_m - inside_m);
+// Keeps the lower site of two that are equally near.
+void take_nearer(const RowAndDistance& found, LookUp::Nearest& nearest) {
+  if (found.row == nullptr || found.distance2_m2 > nearest.distance2_m2) return;
+  const auto site = load<std::uint32_t>(found.row + LookUpRowLayout::site);
+  const bool is_tie = nearest.row != nullptr && found.distance2_m2 == nearest.distance2_m2;
+  if (is_tie && site >= nearest.site) return;
+  nearest.distance2_m2 = found.distance2_m2;
+  nearest.row = found.row;
+  nearest.site = site;
 }
 
 }  // namespace
@@ -212,6 +261,12 @@ const std::byte* LookUp::page(std::uint64_t number, Nearest& nearest) const {
   return bytes;
 }
 
+void LookUp::prefetch_cell(std::int32_t x, std::int32_t y) const {
+  const std::uint64_t place = first_slot(x, y, slot_count_);
+  __builtin_prefetch(pages_ + place / kSlotsPerPage * kPageSize +
+                     place % kSlotsPerPage * sizeof(LookUpSlot));
+}
+
 // An empty slot where there is no such cell.
 LookUpSlot LookUp::find_cell(std::int32_t x, std::int32_t y, Nearest& nearest) const {
   std::uint64_t place = first_slot(x, y, slot_count_);
@@ -240,48 +295,32 @@ void LookUp::search_cell(std::int32_t x, std::int32_t y, const std::array<double
     if (rows == nullptr) return;
     const std::uint64_t page_end = std::min(end, (number + 1) * row_layout_.rows_per_page);
     rows += (row - number * row_layout_.rows_per_page) * row_layout_.size;
-    for (; row < page_end; ++row, rows += row_layout_.size) {
-      const double dx_m = load<double>(rows) - p_m[0];
-      const double dy_m = load<double>(rows + 8) - p_m[1];
-      const double dz_m = load<double>(rows + 16) - p_m[2];
-      const double distance2_m2 = dx_m * dx_m + dy_m * dy_m + dz_m * dz_m;
-      if (!(distance2_m2 <= nearest.distance2_m2)) continue;
-      const auto site = load<std::uint32_t>(rows + LookUpRowLayout::site);
-      if (distance2_m2 == nearest.distance2_m2 && nearest.row != nullptr && site >= nearest.site) {
-        continue;
-      }
-      nearest.distance2_m2 = distance2_m2;
-      nearest.row = rows;
-      nearest.site = site;
-    }
+    take_nearer(nearest_row(rows, page_end - row, row_layout_.size, p_m), nearest);
+    row = page_end;
   }
 }
 
 LookUp::Nearest LookUp::nearest(const std::array<double, 3>& p_m) const {
   Nearest nearest;
   nearest.distance2_m2 = reach_m_ * reach_m_;
-  // Beyond this no cell can be: keys are 32 bits wide.
-  constexpr double kFarthestCell = 0x1.0p30;
-  const double reach_m = kFarthestCell * cell_m_;
-  if (std::max(std::abs(p_m[0]), std::abs(p_m[1])) > reach_m) return nearest;
-  const std::int32_t x = cell_of(p_m[0], cell_m_);
-  const std::int32_t y = cell_of(p_m[1], cell_m_);
-  // The own cell first: what it finds spares most of the others.
-  search_cell(x, y, p_m, nearest);
-  // A micrometre more, for the rounding of sums.
-  const double within_m = std::sqrt(nearest.distance2_m2) + 1e-6;
-  if (std::min(margin_m(p_m[0], x, cell_m_), margin_m(p_m[1], y, cell_m_)) > within_m) {
-    return nearest;  // mostly
-  }
-  const std::int32_t x_end = cell_of(p_m[0] + within_m, cell_m_);
-  const std::int32_t y_end = cell_of(p_m[1] + within_m, cell_m_);
-  for (std::int32_t i = cell_of(p_m[0] - within_m, cell_m_); i <= x_end; ++i) {
-    for (std::int32_t j = cell_of(p_m[1] - within_m, cell_m_); j <= y_end; ++j) {
-      if ((i == x && j == y) || nearest.is_damaged) continue;
-      const double gap_x_m = gap_m(p_m[0], i, cell_m_);
-      const double gap_y_m = gap_m(p_m[1], j, cell_m_);
-      if (gap_x_m * gap_x_m + gap_y_m * gap_y_m > nearest.distance2_m2) continue;
-      search_cell(i, j, p_m, nearest);
+  // Keys are 32 bits wide: beyond this no cell can be.
+  const double farthest_m = 0x1.0p30 * cell_m_;
+  if (std::max(std::abs(p_m[0]), std::abs(p_m[1])) > farthest_m) return nearest;
+  const CellsByDistance xs(p_m[0], cell_m_);
+  const CellsByDistance ys(p_m[1], cell_m_);
+  // Near a border these are asked next; their memory comes while that of the own cell is waited
+  // for.
+  prefetch_cell(xs.cell(0), ys.cell(1));
+  prefetch_cell(xs.cell(1), ys.cell(0));
+  // The own cell comes first, and what it finds spares most of the others. Gaps are also compared
+  // unsquared, because no damaged reach may make this endless.
+  for (std::int32_t i = 0; xs.gap_m(i) <= reach_m_; ++i) {
+    const double gap2_m2 = xs.gap_m(i) * xs.gap_m(i);
+    if (gap2_m2 > nearest.distance2_m2) break;
+    for (std::int32_t j = 0; ys.gap_m(j) <= reach_m_; ++j) {
+      if (gap2_m2 + ys.gap_m(j) * ys.gap_m(j) > nearest.distance2_m2) break;
+      search_cell(xs.cell(i), ys.cell(j), p_m, nearest);
+      if (nearest.is_damaged) return nearest;
     }
   }
   return nearest;

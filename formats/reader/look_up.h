@@ -102,6 +102,7 @@ class LookUp {
  private:
   LookUp(const MapFront& front, const LookUpInfo& info, std::uint64_t offset);
   const std::byte* page(std::uint64_t number, Nearest& nearest) const;
+  void prefetch_cell(std::int32_t x, std::int32_t y) const;
   LookUpSlot find_cell(std::int32_t x, std::int32_t y, Nearest& nearest) const;
   void search_cell(std::int32_t x, std::int32_t y, const std::array<double, 3>& p_m,
                    Nearest& nearest) const;

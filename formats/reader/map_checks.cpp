@@ -1,6 +1,7 @@
 #include "formats/reader/map_checks.h"
 
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 #include "map_generated.h"
@@ -24,6 +25,13 @@ bool is_ascending_and_positive(const Numbers& values) {
     previous = value;
   }
   return true;
+}
+
+// The verifier of FlatBuffers looks at the alignment of a vector's length, not of its elements.
+template <class T>
+bool is_aligned(const flatbuffers::Vector<T>& vector) {
+  return vector.size() == 0 ||
+         reinterpret_cast<std::uintptr_t>(vector.Data()) % sizeof(double) == 0;
 }
 
 Result<void> check_promises(const schema::Manifest& manifest) {
@@ -154,6 +162,10 @@ std::string tile_place(std::int32_t x, std::int32_t y) {
 }
 
 Result<void> check_manifest(const schema::Manifest& manifest) {
+  if (!is_aligned(*manifest.ranges_m()) || !is_aligned(*manifest.sensor()->beam_elevations_deg()) ||
+      !is_aligned(*manifest.measurement()->offsets())) {
+    return bad_manifest("a vector of 64-bit numbers is misaligned");
+  }
   const schema::Vector3& origin_m = *manifest.origin_world_m();
   if (!std::isfinite(origin_m.x()) || !std::isfinite(origin_m.y()) ||
       !std::isfinite(origin_m.z())) {

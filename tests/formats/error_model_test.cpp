@@ -1,7 +1,9 @@
 #include "formats/error_model.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <cstring>
 #include <limits>
 
 #include "tests/support/artifact_checks.h"
@@ -34,7 +36,8 @@ TEST(ErrorModel, IsRefusedWithAnyBitFlipped) {
     for (int bit = 0; bit < 8; ++bit) {
       std::vector<std::byte> damaged = bytes;
       damaged[i] ^= std::byte(1 << bit);
-      ASSERT_FALSE(from_bytes<ErrorModel>(damaged).has_value()) << "bit " << bit << " of byte " << i;
+      ASSERT_FALSE(from_bytes<ErrorModel>(damaged).has_value())
+          << "bit " << bit << " of byte " << i;
     }
   }
 }
@@ -47,6 +50,39 @@ TEST(ErrorModel, RefusesTreesThatAskForMoreThanIsThere) {
   ErrorModel unknown = small_model();
   unknown.forest.trees[1].nodes[1].feature = 9;
   EXPECT_FALSE(from_bytes<ErrorModel>(to_bytes(unknown)).has_value());
+}
+
+long peak_kib() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+// Sealed with a right checksum: any eight bytes might be a count.
+TEST(ErrorModel, ThatPromisesMoreThanItHoldsIsRefusedBeforeItIsAllocated) {
+  using Traits = ArtifactTraits<ErrorModel>;
+  ByteWriter writer;
+  encode(small_model(), writer);
+  const std::vector<std::byte> payload = writer.take();
+  const long before_kib = peak_kib();
+  for (const std::uint64_t count :
+       {std::uint64_t{1} << 29, std::uint64_t{1} << 40, ~std::uint64_t{0}}) {
+    for (std::size_t i = 0; i + sizeof count <= payload.size(); ++i) {
+      std::vector<std::byte> damaged = payload;
+      std::memcpy(damaged.data() + i, &count, sizeof count);
+      const Result<ErrorModel> read =
+          from_bytes<ErrorModel>(seal(Traits::kName, Traits::kVersion, std::move(damaged)));
+      EXPECT_TRUE(!read || validate(*read)) << count << " at " << i;
+    }
+  }
+  // 2^29 of anything take more than this.
+  EXPECT_LT(peak_kib() - before_kib, 400L << 10);
+}
+
+TEST(ErrorModel, WithBytesAppendedIsRefused) {
+  std::vector<std::byte> bytes = to_bytes(small_model());
+  bytes.push_back(std::byte{0});
+  EXPECT_FALSE(from_bytes<ErrorModel>(bytes));
 }
 
 TEST(ErrorModel, ReadsBackEveryTree) {

@@ -1,11 +1,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "formats/map/container_writer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/map_layout.h"
 #include "formats/reader/reader.h"
+#include "map_generated.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/map/resealed.h"
 
@@ -176,6 +179,48 @@ TEST(MapContainer, WithAManifestThatIsNoFlatBufferIsRefused) {
   }
   std::ranges::fill(parts.manifest, std::byte{0xff});
   refusal(assemble(parts), ErrorCode::kBadManifest);
+}
+
+// The manifest with a vector of one of its tables once more at its end, where its elements lie at no
+// multiple of 8. A table is told by its first byte.
+std::vector<std::byte> with_misaligned(std::vector<std::byte> manifest, const void* table,
+                                       flatbuffers::voffset_t field, std::size_t element_size) {
+  const std::uint8_t* address = static_cast<const flatbuffers::Table*>(table)->GetAddressOf(field);
+  const std::uint8_t* vector = address + flatbuffers::ReadScalar<flatbuffers::uoffset_t>(address);
+  const auto count = flatbuffers::ReadScalar<flatbuffers::uoffset_t>(vector);
+  const auto* first = reinterpret_cast<const std::byte*>(vector);
+  const std::vector<std::byte> copy(first, first + sizeof count + count * element_size);
+  const auto at = static_cast<std::size_t>(reinterpret_cast<const std::byte*>(address) -
+                                           manifest.data());
+  manifest.resize((manifest.size() + 7) / 8 * 8);
+  const auto distance = static_cast<flatbuffers::uoffset_t>(manifest.size() - at);
+  std::memcpy(manifest.data() + at, &distance, sizeof distance);
+  manifest.insert(manifest.end(), copy.begin(), copy.end());
+  return manifest;
+}
+
+TEST(MapContainer, WithMisalignedNumbersInItsManifestIsRefused) {
+  const ContainerParts parts = parts_of(small_map());
+  ContainerParts damaged = parts;
+  const auto refuses = [&](auto table_of, flatbuffers::voffset_t field, std::size_t element_size) {
+    std::vector<std::byte> manifest = parts.manifest;
+    const void* table = table_of(*flatbuffers::GetRoot<schema::Manifest>(manifest.data()));
+    damaged.manifest = with_misaligned(std::move(manifest), table, field, element_size);
+    EXPECT_THAT(refusal(assemble(damaged), ErrorCode::kBadManifest), HasSubstr("misaligned"));
+  };
+  using schema::Manifest;
+  refuses([](const Manifest& manifest) { return &manifest; }, Manifest::VT_RANGES_M,
+          sizeof(double));
+  refuses([](const Manifest& manifest) { return manifest.sensor(); },
+          schema::Sensor::VT_BEAM_ELEVATIONS_DEG, sizeof(double));
+  refuses([](const Manifest& manifest) { return manifest.measurement(); },
+          schema::Measurement::VT_OFFSETS, sizeof(schema::Offset));
+}
+
+TEST(MapContainer, WithNoNumbersInAVectorOfItsManifestReads) {
+  CompiledMap map = small_map();  // where an empty vector lies does not matter
+  map.measurement.offsets.clear();
+  expect_reads(encode_map(map));
 }
 
 TEST(MapContainer, SentAsTextIsNoMap) {

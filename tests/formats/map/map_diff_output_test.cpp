@@ -58,7 +58,8 @@ std::vector<std::string> violations_of_schema(const Json& document) {
 
 TEST(MapDiffText, TellsTheStretchItsRangesAndWhatIsNewlyUnmet) {
   const std::string text = to_text(diff_of(street(false), street(true)));
-  EXPECT_THAT(text, HasSubstr("19 m of route changed, in 1 stretch."));
+  EXPECT_THAT(text, HasSubstr("19 m of route changed, in 1 stretch; 20 of 60 sites tell a vehicle "
+                              "something else."));
   EXPECT_THAT(text, HasSubstr("run 0, 20 - 39 m"));
   EXPECT_THAT(text, HasSubstr("10.0 -> 50.0 m, 5 newly unmet"));
   EXPECT_THAT(text, HasSubstr("20 sites look farther, 0 less far; 5 newly unmet, 0 no longer."));

@@ -6,10 +6,13 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstring>
 #include <thread>
 
 #include "compiler/base/random.h"
+#include "formats/map/container_writer.h"
 #include "formats/map/map_writer.h"
+#include "map_generated.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/map/resealed.h"
 #include "tests/formats/reader/allocation_count.h"
@@ -144,6 +147,36 @@ TEST(MapReader, FarFromAnySiteAnswersTheLongestRange) {
     EXPECT_EQ(answer->flags, kAnswerFar);
     EXPECT_EQ(answer->probability, 0.0);
     EXPECT_TRUE(std::isinf(answer->distance_m));
+  }
+}
+
+// A map with another reach, and the smallest cells that go with it.
+std::vector<std::byte> with_reach(const CompiledMap& map, double reach_m) {
+  ContainerParts parts = parts_of(map);
+  auto* manifest = flatbuffers::GetMutableRoot<flatbuffers::Table>(parts.manifest.data());
+  EXPECT_TRUE(manifest->SetField(schema::Manifest::VT_REACH_M, reach_m, 0.0));
+  EXPECT_TRUE(manifest->SetField(schema::Manifest::VT_TILE_M, std::max(64.0, reach_m), 0.0));
+  std::vector<std::byte> file = assemble(parts);
+  const FileHeader header = *decode_header(file);
+  const std::span<std::byte> info =
+      std::span(file).subspan(header.directory_offset - kPageSize, kPageSize);
+  std::uint64_t page_count = 0;
+  std::memcpy(&page_count, info.data() + 16, sizeof page_count);
+  const double cell_m = reach_m / 8.0;
+  std::memcpy(info.data() + 24, &cell_m, sizeof cell_m);
+  seal_page(info, page_count - 1, page_seed(header));
+  return file;
+}
+
+// Squares of such a reach overflow or vanish; the search for a site must still come to its end.
+TEST(MapReader, AnswersFromAMapWithAnAbsurdReach) {
+  for (const double reach_m : {1e-300, 1e-9, 1e200, 1e308}) {
+    const std::vector<std::byte> file = with_reach(random_map({.seed = 2}), reach_m);
+    const Result<MapReader> reader = MapReader::open(file);
+    ASSERT_TRUE(reader) << to_string(reader.error());
+    for (const double x_m : {0.0, 3.0, 1e5, 1e307}) {
+      EXPECT_TRUE(reader->observation_range({x_m, -x_m, 0.0}, 0.25)) << reach_m << " at " << x_m;
+    }
   }
 }
 
