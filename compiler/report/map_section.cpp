@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compiler/report/page_assets.h"
 #include "compiler/report/pictures.h"
 #include "compiler/report/sections.h"
 
@@ -106,9 +107,11 @@ Section map_section(const ReportSources& sources) {
   Figure figure = {"figure-11", "Figure 11.", "", "", "map"};
   figure.caption =
       "How far a vehicle must look at each place, from above (north up, map coordinates). Grey: "
-      "what "
-      "the mapping drive saw, the darker the higher over the road. Click the route, or use the "
-      "buttons, to see why a site looks as far as it does.";
+      "what the mapping drive saw, the darker the higher over the road.";
+  if (!page_script().empty()) {
+    figure.caption +=
+        " Click the route, or use the buttons, to see why a site looks as far as it does.";
+  }
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     figure.picture_html += "<h3>Limit " + limit_text(map.ranges.promises[limit].limit_m) +
                            "</h3>\n" + still_map(sources, limit) + legend(map);

@@ -25,15 +25,16 @@ train-model: {trees: 20}
 
 // Owns the scratch folder of this process.
 struct Scratch {
+  Scratch() { std::filesystem::create_directories(scratch_folder()); }
   ~Scratch() { std::filesystem::remove_all(scratch_folder()); }
 };
 
 }  // namespace
 
 ProgramResult run_command(const std::string& command) {
+  static const Scratch kOwner;
   const std::filesystem::path out = scratch_folder() / "stdout";
   const std::filesystem::path err = scratch_folder() / "stderr";
-  std::filesystem::create_directories(scratch_folder());
   const std::string redirected =
       "{ " + command + "; } >'" + out.string() + "' 2>'" + err.string() + "' </dev/null";
   const int status = std::system(redirected.c_str());
@@ -49,7 +50,6 @@ ProgramResult run_sightline(const std::string& arguments) {
 }
 
 const std::filesystem::path& small_town() {
-  static const Scratch kOwner;
   static const std::filesystem::path kTown = [] {
     const std::filesystem::path town = scratch_folder() / "town";
     const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) +

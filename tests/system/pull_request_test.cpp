@@ -1,0 +1,264 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "compiler/base/atomic_file.h"
+#include "formats/picture/chart.h"
+#include "tests/support/json_schema.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/system/program.h"
+
+// Pull requests against a released map: the same town recorded again, and recorded after something
+// made a stretch of it worse. A wall and cars are judged by one model of other towns, so that nothing
+// but the street differs; noise, which no factor of a map tells, by models of what was measured.
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+const fs::path kRoot = SIGHTLINE_ROOT;
+constexpr double kChangeFrom_m = 100.0;
+constexpr double kChangeTo_m = 200.0;
+
+constexpr const char* kConfig = R"(
+annotation: {ranges_m: [10, 20, 30, 50], split: auto}
+mapping: {name: town-mapping, scans: mapping/scans, poses: mapping/poses.tum, sensor: generic-16}
+localization: {name: town-drive-1, scans: drive_1/scans, poses: drive_1/poses.tum, sensor: generic-16}
+measure-error: {offset_count: 5, reference: known}
+train-model: {trees: 60}
+gate:
+  rules:
+    extrapolated-share: 0.5   # the model is of three streets
+)";
+
+fs::path town(const std::string& name, const std::string& options) {
+  const fs::path folder = scratch_folder() / name;
+  const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) + " --length-m 300 --drives 1 " +
+                                         options + " --out " + folder.string());
+  EXPECT_EQ(made.status, 0) << made.err;
+  EXPECT_TRUE(write_file_atomically(folder / "town.yaml", kConfig, IfExists::kReplace));
+  return folder;
+}
+
+// Trained on three other towns.
+const std::string& model() {
+  static const std::string kModel = [] {
+    std::string configs;
+    for (const char* seed : {"5", "6", "7"}) {
+      configs += (town(std::string("known_") + seed, std::string("--seed ") + seed) / "town.yaml ").string();
+    }
+    const std::string file = (scratch_folder() / "towns.slmodel").string();
+    const ProgramResult trained = run_sightline("train -q " + configs + " -o " + file);
+    EXPECT_EQ(trained.status, 0) << trained.err;
+    return file;
+  }();
+  return kModel;
+}
+
+// What examples/ci/run makes of a town in its folder map/, as a job of GitHub Actions.
+struct Pipeline {
+  fs::path out;
+  int status = 0;
+  std::string said;  // text and annotations of the gate, among others
+  std::string markdown, junit;
+  Json json, sarif;
+
+  [[nodiscard]] std::string map() const { return (out / "map.slmap").string(); }
+};
+
+std::string text_of(const fs::path& file) {
+  const Result<std::string> text = read_text_file(file);
+  EXPECT_TRUE(text.has_value()) << file;
+  return text ? *text : "";
+}
+
+struct Job {
+  fs::path folder;
+  std::string release;  // empty: the first map
+  std::string model;    // empty: each map trains its own
+  std::string steps = "compile gate";
+};
+
+Pipeline run_pipeline(const Job& job) {
+  Pipeline pipeline;
+  pipeline.out = job.folder / (job.model.empty() ? "map_alone" : "map");
+  const ProgramResult run = run_command(
+      "GITHUB_ACTIONS=true MAP_CONFIG=" + (job.folder / "town.yaml").string() +
+      " MAP_OUT=" + pipeline.out.string() + " MAP_CACHE=" + (job.folder / "cache").string() +
+      " MAP_RELEASE=" + job.release + " MAP_MODEL=" + job.model + " SIGHTLINE=" SIGHTLINE_PROGRAM " " +
+      (kRoot / "examples/ci/run").string() + " " + job.steps);
+  pipeline.status = run.status;
+  pipeline.said = run.out;
+  pipeline.markdown = text_of(pipeline.out / "gate.md");
+  pipeline.junit = text_of(pipeline.out / "gate.junit.xml");
+  pipeline.json = Json::parse(text_of(pipeline.out / "gate.json"));
+  pipeline.sarif = Json::parse(text_of(pipeline.out / "gate.sarif"));
+  return pipeline;
+}
+
+const fs::path& released_town() {
+  static const fs::path kTown = town("released", "--seed 3");
+  return kTown;
+}
+
+// The first map, which has nothing before it.
+std::string first_map(const std::string& model_file) {
+  const Pipeline first = run_pipeline({.folder = released_town(), .release = "", .model = model_file});
+  EXPECT_EQ(first.status, 0) << first.said;
+  return first.map();
+}
+
+const std::string& release() {
+  static const std::string kMap = first_map(model());
+  return kMap;
+}
+
+void expect_valid_forms(const Pipeline& judged) {
+  const auto schema = [](const char* file) { return Json::parse(text_of(kRoot / file)); };
+  EXPECT_EQ(schema_faults(schema("schemas/gate.schema.json"), judged.json), "");
+  EXPECT_EQ(schema_faults(schema("tests/gate/schemas/sarif-2.1.0-rtm.5.json"), judged.sarif), "");
+  const ProgramResult xml =
+      run_command("xmllint --noout --nonet --schema '" +
+                  (kRoot / "tests/gate/schemas/JUnit.xsd").string() + "' '" +
+                  (judged.out / "gate.junit.xml").string() + "'");
+  EXPECT_EQ(xml.status, 0) << xml.err;
+}
+
+std::vector<Json> violations(const Pipeline& judged, const std::string& severity) {
+  std::vector<Json> found;
+  for (const Json& check : judged.json.at("checks")) {
+    if (check.at("verdict") == "violated" && check.at("severity") == severity) found.push_back(check);
+  }
+  return found;
+}
+
+// Rule, place and numbers of one finding, in each form as it tells them.
+void expect_in_every_form(const Pipeline& judged, const Json& check) {
+  const std::string rule = check.at("rule");
+  const std::string message = check.at("message");
+  const Json& place = check.at("place");
+  const std::string sites = "sites " + place.at("first_site").dump() + " to " + place.at("last_site").dump();
+  EXPECT_THAT(message, HasSubstr(sites + " (run 0, "));
+  EXPECT_THAT(message, HasSubstr(" m in the world)"));
+  EXPECT_THAT(judged.said, HasSubstr("  [" + rule + "] " + message + "\n"));
+  EXPECT_THAT(judged.said, HasSubstr(",title=" + rule + "::"));
+  EXPECT_THAT(judged.said, HasSubstr("::" + sites));
+  EXPECT_THAT(judged.markdown, HasSubstr("| error | `" + rule + "` |"));
+  EXPECT_THAT(judged.markdown, HasSubstr("| " + sites + " |"));
+  EXPECT_THAT(judged.markdown, HasSubstr(message));
+  EXPECT_THAT(judged.junit, HasSubstr("<failure type=\"" + rule + "\""));
+  EXPECT_THAT(judged.junit, HasSubstr(escaped(message)));
+  const Json& results = judged.sarif.at("runs").at(0).at("results");
+  EXPECT_TRUE(std::ranges::any_of(results, [&](const Json& result) {
+    return result.at("ruleId") == rule && result.at("message").at("text") == message &&
+           result.at("level") == "error" && result.at("properties").at("found") == check.at("found") &&
+           result.at("properties").at("middle_world_m") == place.at("middle_world_m");
+  })) << message;
+}
+
+// Every place found lies in the stretch that changed, and the ranges told are those of the maps.
+void expect_found_in_the_change(const Json& check) {
+  const Json& place = check.at("place");
+  EXPECT_GE(place.at("first_s_m"), kChangeFrom_m) << check;
+  EXPECT_LE(place.at("last_s_m"), kChangeTo_m) << check;
+  EXPECT_GT(check.at("found"), check.at("allowed"));
+}
+
+// Chosen ranges, a site after the other.
+std::vector<double> ranges_within_10_cm(const std::string& map) {
+  const ProgramResult run = run_sightline("dump " + map + " --what ranges --format json");
+  EXPECT_EQ(run.status, 0) << run.err;
+  const Json table = Json::parse(run.out);
+  const Json& columns = table.at("columns");
+  const auto column = [&](const char* name) {
+    return static_cast<std::size_t>(std::ranges::find(columns, name) - columns.begin());
+  };
+  std::vector<double> ranges_m;
+  for (const Json& row : table.at("rows")) {
+    if (row.at(column("limit_m")) == 0.1) ranges_m.push_back(row.at(column("range_m")));
+  }
+  return ranges_m;
+}
+
+// The worst mean rise over 20 m that the place touches, from the numbers of the two maps alone.
+double worst_rise_m(const std::string& before, const std::string& after, const Json& place) {
+  const std::vector<double> before_m = ranges_within_10_cm(before);
+  const std::vector<double> after_m = ranges_within_10_cm(after);
+  EXPECT_EQ(before_m.size(), after_m.size());
+  double worst_m = 0.0;
+  for (std::size_t first = 0; first + 20 < after_m.size(); ++first) {
+    if (first > place.at("last_site") || first + 20 < place.at("first_site")) continue;
+    double sum_m = 0.0;
+    for (std::size_t site = first; site <= first + 20; ++site) sum_m += after_m[site] - before_m[site];
+    worst_m = std::max(worst_m, sum_m / 21.0);
+  }
+  return worst_m;
+}
+
+// Fails the gate by a longer range in the changed stretch and nowhere else.
+void expect_refused(const Job& job) {
+  const Pipeline judged = run_pipeline(job);
+  EXPECT_EQ(judged.status, 69) << judged.said;
+  EXPECT_EQ(judged.json.at("passed"), false);
+  EXPECT_THAT(judged.said, HasSubstr("\nfailed: "));
+  EXPECT_THAT(judged.said, HasSubstr("::error title=sightline gate::failed"));
+  EXPECT_THAT(judged.markdown, HasSubstr("### sightline gate: failed\n"));
+  expect_valid_forms(judged);
+  bool looks_farther = false;
+  for (const Json& check : violations(judged, "error")) {
+    if (check.at("place").is_null()) continue;
+    expect_found_in_the_change(check);
+    expect_in_every_form(judged, check);
+    if (check.at("rule") != "stretch-range-rise" || check.at("limit_m") != 0.1) continue;
+    looks_farther = true;
+    EXPECT_NEAR(check.at("found"), worst_rise_m(job.release, judged.map(), check.at("place")), 1e-9);
+  }
+  EXPECT_TRUE(looks_farther) << judged.said;
+}
+
+TEST(PullRequest, ThatChangesNothingPasses) {
+  const fs::path& before = released_town();
+  const fs::path again = scratch_folder() / "again";
+  fs::create_directories(again);
+  for (const char* part : {"mapping", "drive_1"}) {
+    fs::create_directory_symlink(before / part, again / part);
+  }
+  fs::copy_file(before / "town.yaml", again / "town.yaml");
+  const Pipeline judged = run_pipeline({again, release(), model(), "compile diff gate"});
+  EXPECT_EQ(judged.status, 0) << judged.said;
+  EXPECT_THAT(text_of(judged.out / "diff.md"), HasSubstr("The maps are the same."));
+  EXPECT_EQ(judged.json.at("passed"), true);
+  EXPECT_EQ(judged.json.at("map").at("root_digest"), judged.json.at("old_map").at("root_digest"));
+  EXPECT_TRUE(violations(judged, "error").empty());
+  EXPECT_THAT(judged.junit, HasSubstr(" failures=\"0\""));
+  expect_valid_forms(judged);
+}
+
+fs::path changed_town(const std::string& kind) {
+  return town(kind, "--seed 3 --change 100,200 --change-only " + kind);
+}
+
+TEST(PullRequest, ThatTakesAWallAwayIsRefused) {
+  const Job job = {changed_town("wall"), release(), model(), "all"};
+  expect_refused(job);
+  // The gate comes last: what a reviewer looks at is there all the same.
+  EXPECT_THAT(text_of(job.folder / "map" / "diff.md"), HasSubstr("| run 0,"));
+  EXPECT_THAT(text_of(job.folder / "map" / "report.html"), HasSubstr("<h1>"));
+}
+
+TEST(PullRequest, WithTenMoreParkedCarsIsRefused) {
+  expect_refused({changed_town("cars"), release(), model()});
+}
+
+TEST(PullRequest, WithNoisierScansIsRefused) {
+  expect_refused({changed_town("noise"), first_map(""), ""});
+}
+
+}  // namespace
+}  // namespace sightline
