@@ -1,30 +1,11 @@
 #include <algorithm>
 
 #include "compiler/gate/gate_text.h"
+#include "formats/quoted_text.h"
 #include "formats/table.h"
 
 namespace sightline {
 namespace {
-
-// Text of XML 1.0: markup escaped, control characters (of which it knows three) left out.
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    const bool is_known = c == '\t' || c == '\n' || c == '\r' || static_cast<unsigned char>(c) >= ' ';
-    if (c == '&') {
-      safe += "&amp;";
-    } else if (c == '<') {
-      safe += "&lt;";
-    } else if (c == '>') {
-      safe += "&gt;";
-    } else if (c == '"') {
-      safe += "&quot;";
-    } else if (is_known) {
-      safe += c;
-    }
-  }
-  return safe;
-}
 
 std::string name_of(const Check& check) {
   return check.limit_m ? check.rule + " within " + format_double(*check.limit_m) + " m"
@@ -61,7 +42,7 @@ std::vector<Case> cases_of(const GateReport& report) {
 
 std::string to_xml(const Case& test, Severity fails_at) {
   const std::string head =
-      "    <testcase classname=\"sightline.gate\" name=\"" + escaped(test.name) + "\" time=\"0\"";
+      "    <testcase classname=\"sightline.gate\" name=\"" + xml_text(test.name) + "\" time=\"0\"";
   if (!test.fails(fails_at)) {
     return head + (test.is_skipped() ? "><skipped/></testcase>\n" : "/>\n");
   }
@@ -72,12 +53,12 @@ std::string to_xml(const Case& test, Severity fails_at) {
     if (first.empty()) first = check->message;
     all += check->message + "\n";
   }
-  return head + "><failure type=\"" + escaped(test.checks.front()->rule) + "\" message=\"" +
-         escaped(first) + "\">" + escaped(all) + "</failure></testcase>\n";
+  return head + "><failure type=\"" + xml_text(test.checks.front()->rule) + "\" message=\"" +
+         xml_text(first) + "\">" + xml_text(all) + "</failure></testcase>\n";
 }
 
 std::string property(const std::string& name, const std::string& value) {
-  return "      <property name=\"" + name + "\" value=\"" + escaped(value) + "\"/>\n";
+  return "      <property name=\"" + name + "\" value=\"" + xml_text(value) + "\"/>\n";
 }
 
 std::string properties_of(const GateReport& report) {
@@ -108,8 +89,8 @@ std::string warnings_of(const GateReport& report) {
 
 std::string to_junit(const GateReport& report) {
   const std::vector<Case> cases = cases_of(report);
-  const std::string failures = std::to_string(std::ranges::count_if(
-      cases, [&](const Case& test) { return test.fails(report.fails_at); }));
+  const std::string failures = std::to_string(
+      std::ranges::count_if(cases, [&](const Case& test) { return test.fails(report.fails_at); }));
   const std::string skipped = std::to_string(std::ranges::count_if(cases, &Case::is_skipped));
   std::string xml =
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n"
@@ -119,7 +100,7 @@ std::string to_junit(const GateReport& report) {
       failures + "\" errors=\"0\" skipped=\"" + skipped + "\">\n    <properties>\n" +
       properties_of(report) + "    </properties>\n";
   for (const Case& test : cases) xml += to_xml(test, report.fails_at);
-  return xml + "    <system-out>" + escaped(warnings_of(report)) +
+  return xml + "    <system-out>" + xml_text(warnings_of(report)) +
          "</system-out>\n    <system-err></system-err>\n  </testsuite>\n</testsuites>\n";
 }
 
