@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "compiler/base/atomic_file.h"
-#include "formats/picture/chart.h"
+#include "formats/quoted_text.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/system/program.h"
@@ -153,7 +153,7 @@ void expect_in_every_form(const Pipeline& judged, const Json& check) {
   EXPECT_THAT(judged.markdown, HasSubstr("| " + sites + " |"));
   EXPECT_THAT(judged.markdown, HasSubstr(message));
   EXPECT_THAT(judged.junit, HasSubstr("<failure type=\"" + rule + "\""));
-  EXPECT_THAT(judged.junit, HasSubstr(escaped(message)));
+  EXPECT_THAT(judged.junit, HasSubstr(xml_text(message)));
   const Json& results = judged.sarif.at("runs").at(0).at("results");
   EXPECT_TRUE(std::ranges::any_of(results, [&](const Json& result) {
     return result.at("ruleId") == rule && result.at("message").at("text") == message &&
