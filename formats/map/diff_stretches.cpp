@@ -1,5 +1,8 @@
 #include "formats/map/diff_stretches.h"
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <set>
 
 namespace sightline {
@@ -21,6 +24,38 @@ std::vector<std::vector<std::uint32_t>> cut(const std::set<std::uint32_t>& sites
     previous = &row;
   }
   return pieces;
+}
+
+// Sites around which the place changed: within the window along the route, enough of the NDs did.
+std::set<std::uint32_t> sites_of_changed_places(const ComparedSites& compared, const NdsBySite& nds,
+                                                const MapDiffOptions& options) {
+  constexpr std::uint64_t kFewest = 5;  // fewer are a parked bicycle
+  const auto row_of = [&](std::uint32_t site) -> const SiteRow& {
+    return *compared.after.at(site).row;
+  };
+  std::set<std::uint32_t> found;
+  for (auto [site, own] : nds) {
+    const SiteRow& row = row_of(site);
+    NdCounts around;
+    const auto add_near = [&](NdsBySite::const_iterator other) {
+      const SiteRow& other_row = row_of(other->first);
+      if (other_row.run != row.run || std::abs(other_row.s_m - row.s_m) > options.window_m) {
+        return false;
+      }
+      around.added += other->second.changed();
+      around.stayed += other->second.stayed;
+      return true;
+    };
+    const auto here = nds.find(site);
+    for (auto other = here; other != nds.end() && add_near(other); ++other) {
+    }
+    for (auto other = here; other != nds.begin() && add_near(std::prev(other)); --other) {
+    }
+    const auto changed = static_cast<double>(around.added);
+    const auto all = static_cast<double>(around.added + around.stayed);
+    if (around.added >= kFewest && changed >= options.changed_share * all) found.insert(site);
+  }
+  return found;
 }
 
 Stretch begin_stretch(const SiteRow& first, const SiteRow& last) {
@@ -48,8 +83,8 @@ void add_answers(const std::vector<AnswerDiff>& answers, std::vector<StretchLimi
 // All sites from the first to the last one: those between them belong to the stretch too.
 Stretch stretch_after(const std::vector<std::uint32_t>& piece, const CompiledMap& after,
                       std::size_t limits, const ComparedSites& compared, const NdsBySite& nds) {
-  Stretch stretch = begin_stretch(*compared.after.at(piece.front()).row,
-                                  *compared.after.at(piece.back()).row);
+  Stretch stretch =
+      begin_stretch(*compared.after.at(piece.front()).row, *compared.after.at(piece.back()).row);
   stretch.limits.resize(limits);
   std::uint32_t known = 0;
   const auto end = compared.after.upper_bound(piece.back());
@@ -88,30 +123,34 @@ Stretch stretch_before(const std::vector<std::uint32_t>& piece, const CompiledMa
 
 }  // namespace
 
-std::vector<Stretch> stretches_of(const CompiledMap& before, const CompiledMap& after,
-                                  const ComparedSites& compared, const NdsBySite& nds,
-                                  const MapDiff& diff) {
+void find_stretches(const CompiledMap& before, const CompiledMap& after,
+                    const ComparedSites& compared, const NdsBySite& nds, MapDiff& diff) {
   std::set<std::uint32_t> marked;
   std::set<std::uint32_t> removed;
   for (const SiteDiff& site : diff.sites) {
     (site.change == SiteChange::kRemoved ? removed : marked).insert(site.site);
   }
-  for (const auto& [site, counts] : nds) marked.insert(site);
+  const std::set<std::uint32_t> places = sites_of_changed_places(compared, nds, diff.options);
+  marked.insert(places.begin(), places.end());
   const std::size_t limits = common_limits(before, after).size();
-  std::vector<Stretch> stretches;
   const auto row_after = [&](std::uint32_t site) -> const SiteRow& {
     return *compared.after.at(site).row;
   };
   for (const std::vector<std::uint32_t>& piece : cut(marked, diff.options, row_after)) {
-    stretches.push_back(stretch_after(piece, after, limits, compared, nds));
+    diff.stretches.push_back(stretch_after(piece, after, limits, compared, nds));
+    diff.stretches.back().has_changed_place =
+        std::ranges::any_of(piece, [&](std::uint32_t site) { return places.contains(site); });
+  }
+  diff.nds_scattered = diff.nds.size() - diff.nds_off_route;
+  for (const Stretch& stretch : diff.stretches) {
+    diff.nds_scattered -= stretch.nds_added + stretch.nds_removed + stretch.nds_moved;
   }
   const auto row_before = [&](std::uint32_t site) -> const SiteRow& {
     return *compared.only_before.at(site);
   };
   for (const std::vector<std::uint32_t>& piece : cut(removed, diff.options, row_before)) {
-    stretches.push_back(stretch_before(piece, before, limits, compared));
+    diff.stretches.push_back(stretch_before(piece, before, limits, compared));
   }
-  return stretches;
 }
 
 }  // namespace sightline

@@ -44,8 +44,8 @@ Result<TileNds> read_nds(MapSide& before, MapSide& after, const TilePair& pair,
   Result<std::vector<Nd>> nds = before.nds(*pair.before);
   if (!nds) return nds.error();
   tile.before = std::move(*nds);
-  const Eigen::Vector3d shift_m = before.card().ndt.frame.origin_world_m -
-                                  after.card().ndt.frame.origin_world_m;
+  const Eigen::Vector3d shift_m =
+      before.card().ndt.frame.origin_world_m - after.card().ndt.frame.origin_world_m;
   for (Nd& nd : tile.before) {
     nd.key = {nd.key.x + shift.cells.x, nd.key.y + shift.cells.y, nd.key.z + shift.cells.z};
     nd.mean_m += shift_m;
@@ -53,9 +53,23 @@ Result<TileNds> read_nds(MapSide& before, MapSide& after, const TilePair& pair,
   return tile;
 }
 
+// Farther than the tolerance, and outside the ellipsoid of one sigma of where it was.
+bool has_moved(const Nd& before, const Nd& after, double tolerance_m) {
+  const Eigen::Vector3d d_m = after.mean_m - before.mean_m;
+  if (!(d_m.norm() > tolerance_m)) return false;
+  const Eigen::Vector3d along_m = before.eigenvectors.transpose() * d_m;
+  const Eigen::Vector3d lambda_m2 = before.eigenvalues_m2.cwiseMax(tolerance_m * tolerance_m);
+  return along_m.cwiseAbs2().cwiseQuotient(lambda_m2).sum() > 1.0;
+}
+
+struct NdChanges {
+  std::vector<NdDiff> changed;
+  std::vector<Eigen::Vector3d> stayed_m;
+};
+
 // Both lists ascend by cell: one walk through both. Means stay in the new map's frame for now.
-std::vector<NdDiff> diff_nds(const TileNds& tile, double tolerance_m) {
-  std::vector<NdDiff> changes;
+NdChanges diff_nds(const TileNds& tile, double tolerance_m) {
+  NdChanges changes;
   auto before = tile.before.begin();
   auto after = tile.after.begin();
   while (before != tile.before.end() || after != tile.after.end()) {
@@ -64,12 +78,16 @@ std::vector<NdDiff> diff_nds(const TileNds& tile, double tolerance_m) {
     const bool is_new =
         before == tile.before.end() || (after != tile.after.end() && after->key < before->key);
     if (is_gone) {
-      changes.push_back({NdChange::kRemoved, (before++)->mean_m, 0.0});
+      changes.changed.push_back({NdChange::kRemoved, (before++)->mean_m, 0.0});
     } else if (is_new) {
-      changes.push_back({NdChange::kAdded, (after++)->mean_m, 0.0});
+      changes.changed.push_back({NdChange::kAdded, (after++)->mean_m, 0.0});
     } else {
-      const double moved_m = (after->mean_m - before->mean_m).norm();
-      if (moved_m > tolerance_m) changes.push_back({NdChange::kMoved, after->mean_m, moved_m});
+      if (has_moved(*before, *after, tolerance_m)) {
+        const double moved_m = (after->mean_m - before->mean_m).norm();
+        changes.changed.push_back({NdChange::kMoved, after->mean_m, moved_m});
+      } else {
+        changes.stayed_m.push_back(after->mean_m);
+      }
       ++before;
       ++after;
     }
@@ -103,8 +121,8 @@ Result<const SiteRow*> site_near(MapSide& after, const Eigen::Vector3d& mean_m,
   if (!nearest) return nearest.error();
   if (nearest->row == nullptr) return nullptr;
   const Eigen::Vector3d& p_m = nearest->row->p_m;
-  const std::optional<std::uint32_t> tile = find_tile(
-      after.container(), floor_to_int(p_m.x() / tile_m), floor_to_int(p_m.y() / tile_m));
+  const std::optional<std::uint32_t> tile =
+      find_tile(after.container(), floor_to_int(p_m.x() / tile_m), floor_to_int(p_m.y() / tile_m));
   if (!tile) return nullptr;
   const Result<void> added = add_unchanged(after, *tile, limits, compared);
   if (!added) return added.error();
@@ -134,7 +152,13 @@ Result<NdsBySite> compare_nds(MapSide& before, MapSide& after, const std::vector
       if (!rows) return rows.error();
       own = *rows;
     }
-    for (NdDiff& change : diff_nds(*tile, diff.options.tolerance_m)) {
+    NdChanges changes = diff_nds(*tile, diff.options.tolerance_m);
+    for (const Eigen::Vector3d& mean_m : changes.stayed_m) {
+      const Result<const SiteRow*> site = site_near(after, mean_m, *own, limits, compared);
+      if (!site) return site.error();
+      if (*site != nullptr) ++by_site[(*site)->site].stayed;
+    }
+    for (NdDiff& change : changes.changed) {
       const Result<const SiteRow*> site =
           site_near(after, change.mean_world_m, *own, limits, compared);
       if (!site) return site.error();
@@ -188,7 +212,7 @@ Result<MapDiff> diff_sides(MapSide& before, MapSide& after, const MapDiffOptions
     nds = std::move(*found);
   }
   count_sites(before.card(), after.card(), *compared, diff);
-  diff.stretches = stretches_of(before.card(), after.card(), *compared, nds, diff);
+  find_stretches(before.card(), after.card(), *compared, nds, diff);
   diff.bytes_read = before.bytes_read() + after.bytes_read();
   return diff;
 }
@@ -222,9 +246,11 @@ Result<MapDiff> diff_maps(std::span<const std::byte> before, std::span<const std
 
 Result<MapDiff> diff_maps(const std::filesystem::path& before, const std::filesystem::path& after,
                           const MapDiffOptions& options) {
-  const Result<MappedFile> old_file = MappedFile::open(before.string(), MappedFile::Use::kHereAndThere);
+  const Result<MappedFile> old_file =
+      MappedFile::open(before.string(), MappedFile::Use::kHereAndThere);
   if (!old_file) return old_file.error();
-  const Result<MappedFile> new_file = MappedFile::open(after.string(), MappedFile::Use::kHereAndThere);
+  const Result<MappedFile> new_file =
+      MappedFile::open(after.string(), MappedFile::Use::kHereAndThere);
   if (!new_file) return new_file.error();
   Result<MapSide> old_side = MapSide::open(old_file->bytes());
   if (!old_side) return of_file(old_side.error(), before);

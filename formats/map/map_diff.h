@@ -16,9 +16,15 @@
 namespace sightline {
 
 struct MapDiffOptions {
-  double tolerance_m = 0.10;  // an ND whose mean moved no farther stayed
-  double join_m = 25.0;       // two changes along a route no farther apart belong to one stretch
-  double longest_m = 100.0;   // of a stretch: a longer one is told in pieces
+  // An ND moved where its mean is farther than this from the old one, and outside the old one's
+  // ellipsoid of one sigma: along a wall the mean wanders with the points that happen to hit it.
+  double tolerance_m = 0.10;
+  // A place changed where at least this share of the NDs nearest to sites within window_m of it
+  // did. What one drive sees and the next does not is less.
+  double changed_share = 0.10;
+  double window_m = 5.0;
+  double join_m = 25.0;      // two changes along a route no farther apart belong to one stretch
+  double longest_m = 100.0;  // of a stretch: a longer one is told in pieces
 };
 
 // A property of the map as a whole: "frame.origin_world_m", "definitions.sites", "model.digest".
@@ -84,7 +90,8 @@ struct SiteDiff {
 // Of one limit in one of the lists, or in both.
 struct LimitDiff {
   double limit_m = 0.0;
-  std::optional<LimitQuality> before;  // over all sites of each map; none where it has no such limit
+  std::optional<LimitQuality>
+      before;  // over all sites of each map; none where it has no such limit
   std::optional<LimitQuality> after;
   // Sites of the new map beside what the old one says in the same place; where both have the limit.
   std::uint32_t rose = 0;
@@ -109,7 +116,8 @@ struct StretchLimit {  // of one common limit, over the stretch's sites
   double mean_range_after_m = 0.0;
 };
 struct Stretch {
-  bool is_of_old_map = false;  // route that the new map no longer has
+  bool is_of_old_map = false;      // route that the new map no longer has
+  bool has_changed_place = false;  // not its answers alone: see MapDiffOptions::changed_share
   std::uint32_t run = 0;
   double begin_s_m = 0.0;
   double end_s_m = 0.0;
@@ -154,9 +162,10 @@ struct MapDiff {
   std::vector<SiteDiff> sites;    // by site; those of the old map last
   std::uint32_t sites_added = 0;
   std::uint32_t sites_removed = 0;
-  std::vector<Stretch> stretches;       // by run and s; those of the old map last
-  std::uint64_t nds_off_route = 0;      // changed, in tiles without a site
-  std::uint64_t bytes_read = 0;         // of both files: their ends and the blocks that were read
+  std::vector<Stretch> stretches;   // by run and s; those of the old map last
+  std::uint64_t nds_off_route = 0;  // changed, in tiles without a site
+  std::uint64_t nds_scattered = 0;  // changed, along the route but in none of the stretches
+  std::uint64_t bytes_read = 0;     // of both files: their ends and the blocks that were read
 
   // Nothing differs but, perhaps, how blocks are packed.
   [[nodiscard]] bool is_same() const;
@@ -167,11 +176,10 @@ std::vector<double> common_limits_m(const MapDiff& diff);
 
 // Both maps are opened and checked as a vehicle would, and every block that is read has the
 // checksum it should; verify checks the rest. The old map's answer at a site of the new map is that
-// of its site nearest to it, at most its reach away, as a vehicle would look it up; of sites equally
-// near the one with the lower number. NDs are compared by their cell in the world; where the maps'
-// grids do not coincide that is said in the facts.
-// Errors: those of open_container(), bad-layer, checksum-mismatch, bad-order; of paths also
-// file-not-found, cannot-open, cannot-read.
+// of its site nearest to it, at most its reach away, as a vehicle would look it up; of sites
+// equally near the one with the lower number. NDs are compared by their cell in the world; where
+// the maps' grids do not coincide that is said in the facts. Errors: those of open_container(),
+// bad-layer, checksum-mismatch, bad-order; of paths also file-not-found, cannot-open, cannot-read.
 Result<MapDiff> diff_maps(const std::filesystem::path& before, const std::filesystem::path& after,
                           const MapDiffOptions& options);
 // The bytes of two files, at addresses that are multiples of 8.

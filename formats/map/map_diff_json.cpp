@@ -71,6 +71,7 @@ Json site_json(const SiteDiff& site, const std::vector<double>& limits_m) {
 
 Json stretch_json(const Stretch& stretch, const std::vector<double>& limits_m) {
   Json json = {{"is_of_old_map", stretch.is_of_old_map},
+               {"has_changed_place", stretch.has_changed_place},
                {"run", stretch.run},
                {"begin_s_m", stretch.begin_s_m},
                {"end_s_m", stretch.end_s_m},
@@ -151,7 +152,8 @@ std::string to_json(const MapDiff& diff) {
                  {"added", diff.nds_added},
                  {"removed", diff.nds_removed},
                  {"moved", diff.nds_moved},
-                 {"off_route", diff.nds_off_route}}},
+                 {"off_route", diff.nds_off_route},
+                 {"scattered", diff.nds_scattered}}},
                {"limits", Json::array()},
                {"stretches", Json::array()},
                {"sites", Json::array()}};
@@ -187,17 +189,16 @@ std::string to_geojson(const MapDiff& diff, const std::optional<UtmZone>& zone) 
                {"features", Json::array()}};
   Json& features = json["features"];
   for (const Stretch& stretch : diff.stretches) {
-    features.push_back(feature("stretch", geometry.line(stretch.line_world_m),
-                               stretch_json(stretch, limits_m)));
+    features.push_back(
+        feature("stretch", geometry.line(stretch.line_world_m), stretch_json(stretch, limits_m)));
   }
   for (const SiteDiff& site : diff.sites) {
-    features.push_back(
-        feature("site", geometry.point(site.p_world_m), site_json(site, limits_m)));
+    features.push_back(feature("site", geometry.point(site.p_world_m), site_json(site, limits_m)));
   }
   for (const NdDiff& nd : diff.nds) {
-    features.push_back(feature("nd", geometry.point(nd.mean_world_m),
-                               {{"change", kNdChanges[static_cast<std::size_t>(nd.change)]},
-                                {"moved_m", nd.moved_m}}));
+    features.push_back(feature(
+        "nd", geometry.point(nd.mean_world_m),
+        {{"change", kNdChanges[static_cast<std::size_t>(nd.change)]}, {"moved_m", nd.moved_m}}));
   }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -18,9 +18,6 @@ struct Section {
 
 constexpr std::size_t kMostStretches = 20;  // what a reviewer reads in a minute
 
-// Without a changed answer, fewer changed NDs than this are a parked bicycle, not a changed street.
-constexpr std::uint64_t kFewNds = 5;
-
 std::string signed_number(double value, int decimals) {
   return (value > 0.0 ? "+" : "") + fixed(value, decimals);
 }
@@ -58,15 +55,11 @@ std::uint64_t changed_nds(const Stretch& stretch) {
   return stretch.nds_added + stretch.nds_removed + stretch.nds_moved;
 }
 
-bool is_small(const Stretch& stretch) {
-  return changed_answers(stretch) == 0 && changed_nds(stretch) < kFewNds;
-}
-
 // Indices of the stretches to tell, along the route.
 std::vector<std::size_t> told_stretches(const MapDiff& diff) {
   std::vector<std::size_t> told;
   for (std::size_t i = 0; i < diff.stretches.size(); ++i) {
-    if (!is_small(diff.stretches[i])) told.push_back(i);
+    told.push_back(i);
   }
   const auto weight = [&](std::size_t i) {
     return 10 * std::uint64_t{changed_answers(diff.stretches[i])} + changed_nds(diff.stretches[i]);
@@ -83,8 +76,8 @@ std::vector<std::size_t> told_stretches(const MapDiff& diff) {
 std::string answer_text(const Stretch& stretch, const StretchLimit& limit) {
   if (stretch.is_of_old_map) return "no longer told";
   if (limit.mean_range_after_m == 0.0) return "new";
-  std::string text = fixed(limit.mean_range_before_m, 1) + " -> " +
-                     fixed(limit.mean_range_after_m, 1) + " m";
+  std::string text =
+      fixed(limit.mean_range_before_m, 1) + " -> " + fixed(limit.mean_range_after_m, 1) + " m";
   if (limit.newly_unmet > 0) text += ", " + std::to_string(limit.newly_unmet) + " newly unmet";
   if (limit.no_longer_unmet > 0) {
     text += ", " + std::to_string(limit.no_longer_unmet) + " no longer";
@@ -103,7 +96,9 @@ std::vector<std::string> stretch_row(const Stretch& stretch) {
       (stretch.is_of_old_map ? "old run " : "run ") + std::to_string(stretch.run) + ", " +
           fixed(stretch.begin_s_m, 0) + " - " + fixed(stretch.end_s_m, 0) + " m",
       fixed(middle_m.x(), 0) + ", " + fixed(middle_m.y(), 0),
-      counts(stretch.nds_added, stretch.nds_removed, stretch.nds_moved), sites_text(stretch)};
+      stretch.has_changed_place ? counts(stretch.nds_added, stretch.nds_removed, stretch.nds_moved)
+                                : "",
+      sites_text(stretch)};
   for (const StretchLimit& limit : stretch.limits) row.push_back(answer_text(stretch, limit));
   return row;
 }
@@ -116,15 +111,14 @@ Section stretches_section(const MapDiff& diff) {
   }
   const std::vector<std::size_t> told = told_stretches(diff);
   for (const std::size_t i : told) section.grid.push_back(stretch_row(diff.stretches[i]));
-  const auto small = static_cast<std::size_t>(
-      std::count_if(diff.stretches.begin(), diff.stretches.end(), is_small));
-  const std::size_t untold = diff.stretches.size() - told.size() - small;
+  const std::size_t untold = diff.stretches.size() - told.size();
   section.remark = "NDs: + new, - gone, ~ moved by more than " +
-                   format_double(diff.options.tolerance_m) + " m.";
+                   format_double(diff.options.tolerance_m) +
+                   " m; where none are told the place is the same and its ranges are not.";
   if (untold > 0) section.remark += " " + std::to_string(untold) + " lesser stretches not shown.";
-  if (small > 0) {
-    section.remark += " " + std::to_string(small) + " places with fewer than " +
-                      std::to_string(kFewNds) + " changed NDs and the same ranges not shown.";
+  if (diff.nds_scattered > 0) {
+    section.remark += " " + std::to_string(diff.nds_scattered) +
+                      " changed NDs scattered along the rest of the route.";
   }
   if (diff.nds_off_route > 0) {
     section.remark += " " + std::to_string(diff.nds_off_route) + " changed NDs far from the route.";
@@ -145,8 +139,7 @@ std::vector<std::string> quality_row(const char* name, const LimitDiff& limit, d
 
 Section limit_section(const LimitDiff& limit) {
   Section section{"Limit " + limit_name(limit.limit_m), {{"all sites", "before", "after", ""}}, ""};
-  section.grid.push_back(
-      quality_row("mean range (m)", limit, 1.0, &LimitQuality::mean_range_m));
+  section.grid.push_back(quality_row("mean range (m)", limit, 1.0, &LimitQuality::mean_range_m));
   section.grid.push_back(
       quality_row("coverage expected (%)", limit, 100.0, &LimitQuality::expected_coverage));
   section.grid.push_back(
@@ -198,9 +191,9 @@ Section size_section(const MapDiff& diff) {
   Section section{"Map " + after.map_id, {{"", "before", "after", ""}}, ""};
   section.grid.push_back({"root digest", shortened(to_hex(before.root_digest)),
                           shortened(to_hex(after.root_digest)), ""});
-  section.grid.push_back(
-      {"tiles", std::to_string(before.tile_count), std::to_string(after.tile_count),
-       counts(diff.tiles_added, diff.tiles_removed, diff.tiles_changed)});
+  section.grid.push_back({"tiles", std::to_string(before.tile_count),
+                          std::to_string(after.tile_count),
+                          counts(diff.tiles_added, diff.tiles_removed, diff.tiles_changed)});
   section.grid.push_back({"NDs", std::to_string(before.nd_count), std::to_string(after.nd_count),
                           diff.has_comparable_nds
                               ? counts(diff.nds_added, diff.nds_removed, diff.nds_moved)
@@ -213,24 +206,23 @@ Section size_section(const MapDiff& diff) {
                           std::to_string(after.file_size),
                           difference(before.file_size, after.file_size)});
   const double size = static_cast<double>(before.file_size + after.file_size);
-  section.remark = fixed(100.0 * static_cast<double>(diff.bytes_read) / size, 1) +
-                   " % of both files were read.";
+  section.remark =
+      fixed(100.0 * static_cast<double>(diff.bytes_read) / size, 1) + " % of both files were read.";
   return section;
 }
 
 std::string headline(const MapDiff& diff) {
   if (diff.is_same()) return "The maps are the same.";
+  if (diff.stretches.empty()) return "The maps differ, but not along the route.";
   double changed_m = 0.0;
-  std::size_t count = 0;
   for (const Stretch& stretch : diff.stretches) {
-    if (is_small(stretch)) continue;
-    changed_m += stretch.end_s_m - stretch.begin_s_m;
-    ++count;
+    const bool is_street = stretch.has_changed_place || stretch.is_of_old_map;
+    if (is_street) changed_m += stretch.end_s_m - stretch.begin_s_m;
   }
-  if (count == 0) return "The maps differ, but not along the route.";
-  return fixed(changed_m, 0) + " m of route changed, in " + std::to_string(count) +
-         (count == 1 ? " stretch; " : " stretches; ") + std::to_string(diff.sites.size()) + " of " +
-         std::to_string(diff.after.site_count) + " sites tell a vehicle something else.";
+  return (changed_m > 0.0 ? fixed(changed_m, 0) + " m of street changed; "
+                          : "No street changed; ") +
+         std::to_string(diff.sites.size()) + " of " + std::to_string(diff.after.site_count) +
+         " sites tell a vehicle something else.";
 }
 
 std::vector<Section> sections_of(const MapDiff& diff) {
