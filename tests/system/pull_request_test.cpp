@@ -12,8 +12,9 @@
 #include "tests/system/program.h"
 
 // Pull requests against a released map: the same town recorded again, and recorded after something
-// made a stretch of it worse. A wall and cars are judged by one model of other towns, so that nothing
-// but the street differs; noise, which no factor of a map tells, by models of what was measured.
+// made a stretch of it worse. A wall and cars are judged by one model of other towns, so that
+// nothing but the street differs; noise, which no factor of a map tells, by models of what was
+// measured.
 
 namespace sightline {
 namespace {
@@ -39,8 +40,9 @@ gate:
 
 fs::path town(const std::string& name, const std::string& options) {
   const fs::path folder = scratch_folder() / name;
-  const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) + " --length-m 300 --drives 1 " +
-                                         options + " --out " + folder.string());
+  const ProgramResult made =
+      run_command(std::string(SIGHTLINE_TOWN) + " --length-m 300 --drives 1 " + options +
+                  " --out " + folder.string());
   EXPECT_EQ(made.status, 0) << made.err;
   EXPECT_TRUE(write_file_atomically(folder / "town.yaml", kConfig, IfExists::kReplace));
   return folder;
@@ -51,7 +53,8 @@ const std::string& model() {
   static const std::string kModel = [] {
     std::string configs;
     for (const char* seed : {"5", "6", "7"}) {
-      configs += (town(std::string("known_") + seed, std::string("--seed ") + seed) / "town.yaml ").string();
+      configs += (town(std::string("known_") + seed, std::string("--seed ") + seed) / "town.yaml ")
+                     .string();
     }
     const std::string file = (scratch_folder() / "towns.slmodel").string();
     const ProgramResult trained = run_sightline("train -q " + configs + " -o " + file);
@@ -91,8 +94,8 @@ Pipeline run_pipeline(const Job& job) {
   const ProgramResult run = run_command(
       "GITHUB_ACTIONS=true MAP_CONFIG=" + (job.folder / "town.yaml").string() +
       " MAP_OUT=" + pipeline.out.string() + " MAP_CACHE=" + (job.folder / "cache").string() +
-      " MAP_RELEASE=" + job.release + " MAP_MODEL=" + job.model + " SIGHTLINE=" SIGHTLINE_PROGRAM " " +
-      (kRoot / "examples/ci/run").string() + " " + job.steps);
+      " MAP_RELEASE=" + job.release + " MAP_MODEL=" + job.model +
+      " SIGHTLINE=" SIGHTLINE_PROGRAM " " + (kRoot / "examples/ci/run").string() + " " + job.steps);
   pipeline.status = run.status;
   pipeline.said = run.out;
   pipeline.markdown = text_of(pipeline.out / "gate.md");
@@ -109,7 +112,8 @@ const fs::path& released_town() {
 
 // The first map, which has nothing before it.
 std::string first_map(const std::string& model_file) {
-  const Pipeline first = run_pipeline({.folder = released_town(), .release = "", .model = model_file});
+  const Pipeline first =
+      run_pipeline({.folder = released_town(), .release = "", .model = model_file});
   EXPECT_EQ(first.status, 0) << first.said;
   return first.map();
 }
@@ -123,17 +127,17 @@ void expect_valid_forms(const Pipeline& judged) {
   const auto schema = [](const char* file) { return Json::parse(text_of(kRoot / file)); };
   EXPECT_EQ(schema_faults(schema("schemas/gate.schema.json"), judged.json), "");
   EXPECT_EQ(schema_faults(schema("tests/gate/schemas/sarif-2.1.0-rtm.5.json"), judged.sarif), "");
-  const ProgramResult xml =
-      run_command("xmllint --noout --nonet --schema '" +
-                  (kRoot / "tests/gate/schemas/JUnit.xsd").string() + "' '" +
-                  (judged.out / "gate.junit.xml").string() + "'");
+  const ProgramResult xml = run_command("xmllint --noout --nonet --schema '" +
+                                        (kRoot / "tests/gate/schemas/JUnit.xsd").string() + "' '" +
+                                        (judged.out / "gate.junit.xml").string() + "'");
   EXPECT_EQ(xml.status, 0) << xml.err;
 }
 
 std::vector<Json> violations(const Pipeline& judged, const std::string& severity) {
   std::vector<Json> found;
   for (const Json& check : judged.json.at("checks")) {
-    if (check.at("verdict") == "violated" && check.at("severity") == severity) found.push_back(check);
+    if (check.at("verdict") == "violated" && check.at("severity") == severity)
+      found.push_back(check);
   }
   return found;
 }
@@ -143,7 +147,8 @@ void expect_in_every_form(const Pipeline& judged, const Json& check) {
   const std::string rule = check.at("rule");
   const std::string message = check.at("message");
   const Json& place = check.at("place");
-  const std::string sites = "sites " + place.at("first_site").dump() + " to " + place.at("last_site").dump();
+  const std::string sites =
+      "sites " + place.at("first_site").dump() + " to " + place.at("last_site").dump();
   EXPECT_THAT(message, HasSubstr(sites + " (run 0, "));
   EXPECT_THAT(message, HasSubstr(" m in the world)"));
   EXPECT_THAT(judged.said, HasSubstr("  [" + rule + "] " + message + "\n"));
@@ -157,17 +162,23 @@ void expect_in_every_form(const Pipeline& judged, const Json& check) {
   const Json& results = judged.sarif.at("runs").at(0).at("results");
   EXPECT_TRUE(std::ranges::any_of(results, [&](const Json& result) {
     return result.at("ruleId") == rule && result.at("message").at("text") == message &&
-           result.at("level") == "error" && result.at("properties").at("found") == check.at("found") &&
+           result.at("level") == "error" &&
+           result.at("properties").at("found") == check.at("found") &&
            result.at("properties").at("middle_world_m") == place.at("middle_world_m");
   })) << message;
 }
 
-// Every place found lies in the stretch that changed, and the ranges told are those of the maps.
-void expect_found_in_the_change(const Json& check) {
+bool meets_the_change(const Json& check) {
   const Json& place = check.at("place");
-  EXPECT_GE(place.at("first_s_m"), kChangeFrom_m) << check;
-  EXPECT_LE(place.at("last_s_m"), kChangeTo_m) << check;
-  EXPECT_GT(check.at("found"), check.at("allowed"));
+  return place.at("first_s_m") <= kChangeTo_m && place.at("last_s_m") >= kChangeFrom_m;
+}
+
+// From beside the change a vehicle still sees it, no farther than it sees at all.
+bool sees_the_change(const Json& check) {
+  constexpr double kSight_m = 50.0;
+  const Json& place = check.at("place");
+  return place.at("first_s_m") >= kChangeFrom_m - kSight_m &&
+         place.at("last_s_m") <= kChangeTo_m + kSight_m;
 }
 
 // Chosen ranges, a site after the other.
@@ -195,13 +206,14 @@ double worst_rise_m(const std::string& before, const std::string& after, const J
   for (std::size_t first = 0; first + 20 < after_m.size(); ++first) {
     if (first > place.at("last_site") || first + 20 < place.at("first_site")) continue;
     double sum_m = 0.0;
-    for (std::size_t site = first; site <= first + 20; ++site) sum_m += after_m[site] - before_m[site];
+    for (std::size_t site = first; site <= first + 20; ++site)
+      sum_m += after_m[site] - before_m[site];
     worst_m = std::max(worst_m, sum_m / 21.0);
   }
   return worst_m;
 }
 
-// Fails the gate by a longer range in the changed stretch and nowhere else.
+// Fails the gate by a longer range in the changed stretch, and nowhere that does not see it.
 void expect_refused(const Job& job) {
   const Pipeline judged = run_pipeline(job);
   EXPECT_EQ(judged.status, 69) << judged.said;
@@ -213,11 +225,13 @@ void expect_refused(const Job& job) {
   bool looks_farther = false;
   for (const Json& check : violations(judged, "error")) {
     if (check.at("place").is_null()) continue;
-    expect_found_in_the_change(check);
+    EXPECT_TRUE(sees_the_change(check)) << check;
+    EXPECT_GT(check.at("found"), check.at("allowed"));
     expect_in_every_form(judged, check);
     if (check.at("rule") != "stretch-range-rise" || check.at("limit_m") != 0.1) continue;
-    looks_farther = true;
-    EXPECT_NEAR(check.at("found"), worst_rise_m(job.release, judged.map(), check.at("place")), 1e-9);
+    looks_farther |= meets_the_change(check);
+    EXPECT_NEAR(check.at("found"), worst_rise_m(job.release, judged.map(), check.at("place")),
+                1e-9);
   }
   EXPECT_TRUE(looks_farther) << judged.said;
 }
@@ -240,13 +254,28 @@ TEST(PullRequest, ThatChangesNothingPasses) {
   expect_valid_forms(judged);
 }
 
-fs::path changed_town(const std::string& kind) {
-  return town(kind, "--seed 3 --change 100,200 --change-only " + kind);
+fs::path changed_town(const std::string& kind, const std::string& more = "") {
+  return town(kind, "--seed 3 --change 100,200 --change-only " + kind + more);
+}
+
+// The street that the diff calls changed: some, and none that does not see the change.
+void expect_diff_finds_the_change(const std::string& before, const std::string& after) {
+  const ProgramResult run = run_sightline("diff " + before + " " + after + " --format json");
+  EXPECT_EQ(run.status, 1) << run.err;
+  int found = 0;
+  for (const Json& stretch : Json::parse(run.out).at("stretches")) {
+    if (!stretch.at("has_changed_place")) continue;
+    ++found;
+    EXPECT_GE(stretch.at("begin_s_m"), kChangeFrom_m - 50.0) << stretch;
+    EXPECT_LE(stretch.at("end_s_m"), kChangeTo_m + 50.0) << stretch;
+  }
+  EXPECT_GE(found, 1);
 }
 
 TEST(PullRequest, ThatTakesAWallAwayIsRefused) {
   const Job job = {changed_town("wall"), release(), model(), "all"};
   expect_refused(job);
+  expect_diff_finds_the_change(job.release, (job.folder / "map" / "map.slmap").string());
   // The gate comes last: what a reviewer looks at is there all the same.
   EXPECT_THAT(text_of(job.folder / "map" / "diff.md"), HasSubstr("| run 0,"));
   EXPECT_THAT(text_of(job.folder / "map" / "report.html"), HasSubstr("<h1>"));
@@ -257,7 +286,7 @@ TEST(PullRequest, WithTenMoreParkedCarsIsRefused) {
 }
 
 TEST(PullRequest, WithNoisierScansIsRefused) {
-  expect_refused({changed_town("noise"), first_map(""), ""});
+  expect_refused({changed_town("noise", " --change-noise 10"), release(), model()});
 }
 
 }  // namespace
