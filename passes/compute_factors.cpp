@@ -20,8 +20,8 @@
 
 // Sites are taken in groups of consecutive ones. A group gathers the NDs within reach of any of its
 // sites and works out once what belongs to the ND alone: class, bin of the normal, and the grid of
-// self scores, which is by far the most work. Each site then sorts its NDs by distance and sums
-// over shells.
+// self scores. Each site then sorts its NDs by distance, sums over shells, and localizes its
+// virtual scan, which is most of the work.
 
 namespace sightline {
 namespace {

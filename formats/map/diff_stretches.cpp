@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <set>
 
 namespace sightline {
@@ -33,27 +32,25 @@ std::set<std::uint32_t> sites_of_changed_places(const ComparedSites& compared, c
   const auto row_of = [&](std::uint32_t site) -> const SiteRow& {
     return *compared.after.at(site).row;
   };
+  const auto is_near = [&](std::uint32_t site, std::uint32_t other) {
+    const SiteRow& a = row_of(site);
+    const SiteRow& b = row_of(other);
+    return a.run == b.run && std::abs(a.s_m - b.s_m) <= options.window_m;
+  };
   std::set<std::uint32_t> found;
-  for (auto [site, own] : nds) {
-    const SiteRow& row = row_of(site);
-    NdCounts around;
-    const auto add_near = [&](NdsBySite::const_iterator other) {
-      const SiteRow& other_row = row_of(other->first);
-      if (other_row.run != row.run || std::abs(other_row.s_m - row.s_m) > options.window_m) {
-        return false;
-      }
-      around.added += other->second.changed();
-      around.stayed += other->second.stayed;
-      return true;
-    };
-    const auto here = nds.find(site);
-    for (auto other = here; other != nds.end() && add_near(other); ++other) {
+  auto first = nds.begin();  // of the window, which moves along with the site
+  for (auto site = nds.begin(); site != nds.end(); ++site) {
+    while (!is_near(site->first, first->first)) ++first;
+    std::uint64_t changed = 0;
+    std::uint64_t stayed = 0;
+    for (auto other = first; other != nds.end() && is_near(site->first, other->first); ++other) {
+      changed += other->second.changed();
+      stayed += other->second.stayed;
     }
-    for (auto other = here; other != nds.begin() && add_near(std::prev(other)); --other) {
+    const auto all = static_cast<double>(changed + stayed);
+    if (changed >= kFewest && static_cast<double>(changed) >= options.changed_share * all) {
+      found.insert(site->first);
     }
-    const auto changed = static_cast<double>(around.added);
-    const auto all = static_cast<double>(around.added + around.stayed);
-    if (around.added >= kFewest && changed >= options.changed_share * all) found.insert(site);
   }
   return found;
 }

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 #include <tuple>
@@ -17,6 +20,8 @@ namespace {
 
 using testing::Contains;
 using testing::Field;
+using testing::IsEmpty;
+using testing::Not;
 using testing::SizeIs;
 
 MapDiff diff_of(const CompiledMap& before, const CompiledMap& after) {
@@ -39,13 +44,14 @@ std::tuple<int, double, double, double> nd_key(NdChange change, const Eigen::Vec
   return {static_cast<int>(change), rounded(mean_m.x()), rounded(mean_m.y()), rounded(mean_m.z())};
 }
 
-std::map<std::tuple<std::int64_t, std::int64_t, std::int64_t>, Eigen::Vector3d> nds_in_world(
-    const NdtMap& ndt) {
-  std::map<std::tuple<std::int64_t, std::int64_t, std::int64_t>, Eigen::Vector3d> nds;
+std::map<std::tuple<std::int64_t, std::int64_t, std::int64_t>, Nd> nds_in_world(const NdtMap& ndt) {
+  std::map<std::tuple<std::int64_t, std::int64_t, std::int64_t>, Nd> nds;
   for (const Nd& nd : ndt.nds) {
     const Eigen::Vector3d cells = ndt.frame.origin_world_m / ndt.cell_m;
-    nds[{nd.key.x + std::llround(cells.x()), nd.key.y + std::llround(cells.y()),
-         nd.key.z + std::llround(cells.z())}] = nd.mean_m + ndt.frame.origin_world_m;
+    Nd& in_world = nds[{nd.key.x + std::llround(cells.x()), nd.key.y + std::llround(cells.y()),
+                        nd.key.z + std::llround(cells.z())}];
+    in_world = nd;
+    in_world.mean_m += ndt.frame.origin_world_m;
   }
   return nds;
 }
@@ -64,18 +70,31 @@ std::optional<std::size_t> nearest(const CompiledMap& map, const Eigen::Vector3d
   return best;
 }
 
+// Farther than the tolerance, and than one sigma in the direction of the move.
+bool is_elsewhere(const Nd& before, const Nd& after) {
+  const double tolerance_m = MapDiffOptions().tolerance_m;
+  const Eigen::Vector3d d_m = after.mean_m - before.mean_m;
+  double sigmas2 = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double along_m = d_m.dot(before.eigenvectors.col(axis));
+    const double sigma_m = std::max(std::sqrt(before.eigenvalues_m2[axis]), tolerance_m);
+    sigmas2 += along_m * along_m / (sigma_m * sigma_m);
+  }
+  return d_m.norm() > tolerance_m && sigmas2 > 1.0;
+}
+
 void compare_nds(const CompiledMap& before, const CompiledMap& after, PlainDiff& plain) {
   const auto old_nds = nds_in_world(before.ndt);
   const auto new_nds = nds_in_world(after.ndt);
-  for (const auto& [cell, mean_m] : old_nds) {
-    if (!new_nds.contains(cell)) plain.nds.insert(nd_key(NdChange::kRemoved, mean_m));
+  for (const auto& [cell, nd] : old_nds) {
+    if (!new_nds.contains(cell)) plain.nds.insert(nd_key(NdChange::kRemoved, nd.mean_m));
   }
-  for (const auto& [cell, mean_m] : new_nds) {
+  for (const auto& [cell, nd] : new_nds) {
     const auto old_nd = old_nds.find(cell);
     if (old_nd == old_nds.end()) {
-      plain.nds.insert(nd_key(NdChange::kAdded, mean_m));
-    } else if ((old_nd->second - mean_m).norm() > MapDiffOptions().tolerance_m) {
-      plain.nds.insert(nd_key(NdChange::kMoved, mean_m));
+      plain.nds.insert(nd_key(NdChange::kAdded, nd.mean_m));
+    } else if (is_elsewhere(old_nd->second, nd)) {
+      plain.nds.insert(nd_key(NdChange::kMoved, nd.mean_m));
     }
   }
 }
@@ -86,8 +105,7 @@ PlainDiff plain_diff(const CompiledMap& before, const CompiledMap& after) {
   const std::size_t limits = after.ranges.promises.size();
   plain.limits.resize(limits);
   for (std::uint32_t site = 0; site < after.sites.sites.size(); ++site) {
-    const Eigen::Vector3d p_m =
-        after.sites.sites[site].p_map_m + after.ndt.frame.origin_world_m;
+    const Eigen::Vector3d p_m = after.sites.sites[site].p_map_m + after.ndt.frame.origin_world_m;
     const std::optional<std::size_t> was = nearest(before, p_m);
     if (!was) {
       plain.added.insert(site);
@@ -193,9 +211,56 @@ TEST(MapDiff, PutsEveryChangeIntoOneStretch) {
   }
 }
 
+CompiledMap without(CompiledMap map, const std::function<bool(const Nd&)>& is_gone) {
+  std::erase_if(map.ndt.nds, is_gone);
+  return map;
+}
+
+TEST(MapDiff, CallsAStreetChangedWhereManyOfItsNdsAreAndLeavesTheRestScattered) {
+  const CompiledMap map =
+      random_map({.seed = 9, .site_count = 200, .nd_count = 6000, .extent_m = 300.0});
+  const std::uint32_t site = 100;
+  const Eigen::Vector3d p_m = map.sites.sites[site].p_map_m;
+  const MapDiff razed =
+      diff_of(map, without(map, [&](const Nd& nd) { return (nd.mean_m - p_m).norm() < 60.0; }));
+  ASSERT_THAT(razed.stretches, Not(IsEmpty()));
+  EXPECT_TRUE(std::ranges::any_of(razed.stretches, [&](const Stretch& stretch) {
+    return stretch.has_changed_place && stretch.first_site <= site && stretch.last_site >= site;
+  }));
+  int number = 0;
+  const MapDiff worn = diff_of(map, without(map, [&](const Nd&) { return number++ % 50 == 0; }));
+  EXPECT_EQ(worn.nds.size(), 120u);
+  EXPECT_THAT(worn.stretches, IsEmpty());
+  EXPECT_EQ(worn.nds_scattered + worn.nds_off_route, 120u);
+}
+
+// A long flat ND in the middle of its cell, in the place of the first one.
+CompiledMap with_a_wall(CompiledMap map, const Eigen::Vector3d& moved_m) {
+  Nd& nd = map.ndt.nds[0];
+  const double cell_m = map.ndt.cell_m;
+  nd.mean_m = cell_m * (Eigen::Vector3d(nd.key.x, nd.key.y, nd.key.z).array() + 0.5).matrix();
+  nd.mean_m += moved_m;
+  nd.covariance_m2 = Eigen::Vector3d(0.25, 0.09, 0.0004).asDiagonal();
+  nd.eigenvalues_m2 = nd.covariance_m2.diagonal();
+  nd.eigenvectors = Eigen::Matrix3d::Identity();
+  return map;
+}
+
+TEST(MapDiff, CallsAnNdMovedOutOfItsWallButNotAlongIt) {
+  const CompiledMap map = random_map({.seed = 4});
+  const CompiledMap before = with_a_wall(map, Eigen::Vector3d::Zero());
+  const auto moved_by = [&](const Eigen::Vector3d& by_m) {
+    return diff_of(before, with_a_wall(map, by_m)).nds_moved;
+  };
+  EXPECT_EQ(moved_by({0.3, 0.0, 0.0}), 0u);
+  EXPECT_EQ(moved_by({0.0, 0.2, 0.0}), 0u);
+  EXPECT_EQ(moved_by({0.0, 0.0, 0.3}), 1u);
+  EXPECT_EQ(moved_by({0.0, 0.0, 0.09}), 0u) << "within the tolerance";
+}
+
 TEST(MapDiff, ReadsNoTileThatStayed) {
-  const CompiledMap map = random_map({.seed = 5, .site_count = 400, .nd_count = 800,
-                                      .extent_m = 400.0, .model_size = 100});
+  const CompiledMap map = random_map(
+      {.seed = 5, .site_count = 400, .nd_count = 800, .extent_m = 400.0, .model_size = 100});
   CompiledMap changed = map;
   const std::vector<std::byte> before = encode_map(map);
   changed.ranges.flags[0] ^= kExtrapolated;
