@@ -28,7 +28,7 @@ std::vector<std::vector<std::uint32_t>> cut(const std::set<std::uint32_t>& sites
 // Sites around which the place changed: within the window along the route, enough of the NDs did.
 std::set<std::uint32_t> sites_of_changed_places(const ComparedSites& compared, const NdsBySite& nds,
                                                 const MapDiffOptions& options) {
-  constexpr std::uint64_t kFewest = 5;  // fewer are a parked bicycle
+  constexpr std::uint64_t kFewest = 20;  // fewer are a parked car
   const auto row_of = [&](std::uint32_t site) -> const SiteRow& {
     return *compared.after.at(site).row;
   };

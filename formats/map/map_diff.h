@@ -21,7 +21,7 @@ struct MapDiffOptions {
   double tolerance_m = 0.10;
   // A place changed where at least this share of the NDs nearest to sites within window_m of it
   // did. What one drive sees and the next does not is less.
-  double changed_share = 0.10;
+  double changed_share = 0.05;
   double window_m = 5.0;
   double join_m = 25.0;      // two changes along a route no farther apart belong to one stretch
   double longest_m = 100.0;  // of a stretch: a longer one is told in pieces

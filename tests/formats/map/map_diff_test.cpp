@@ -218,7 +218,7 @@ CompiledMap without(CompiledMap map, const std::function<bool(const Nd&)>& is_go
 
 TEST(MapDiff, CallsAStreetChangedWhereManyOfItsNdsAreAndLeavesTheRestScattered) {
   const CompiledMap map =
-      random_map({.seed = 9, .site_count = 200, .nd_count = 6000, .extent_m = 300.0});
+      random_map({.seed = 9, .site_count = 200, .nd_count = 30000, .extent_m = 300.0});
   const std::uint32_t site = 100;
   const Eigen::Vector3d p_m = map.sites.sites[site].p_map_m;
   const MapDiff razed =
@@ -229,9 +229,9 @@ TEST(MapDiff, CallsAStreetChangedWhereManyOfItsNdsAreAndLeavesTheRestScattered) 
   }));
   int number = 0;
   const MapDiff worn = diff_of(map, without(map, [&](const Nd&) { return number++ % 50 == 0; }));
-  EXPECT_EQ(worn.nds.size(), 120u);
+  EXPECT_EQ(worn.nds.size(), 600u);
   EXPECT_THAT(worn.stretches, IsEmpty());
-  EXPECT_EQ(worn.nds_scattered + worn.nds_off_route, 120u);
+  EXPECT_EQ(worn.nds_scattered + worn.nds_off_route, 600u);
 }
 
 // A long flat ND in the middle of its cell, in the place of the first one.
