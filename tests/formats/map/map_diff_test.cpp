@@ -219,14 +219,11 @@ CompiledMap without(CompiledMap map, const std::function<bool(const Nd&)>& is_go
 TEST(MapDiff, CallsAStreetChangedWhereManyOfItsNdsAreAndLeavesTheRestScattered) {
   const CompiledMap map =
       random_map({.seed = 9, .site_count = 200, .nd_count = 30000, .extent_m = 300.0});
-  const std::uint32_t site = 100;
-  const Eigen::Vector3d p_m = map.sites.sites[site].p_map_m;
+  const Eigen::Vector3d p_m = map.sites.sites[100].p_map_m;
   const MapDiff razed =
       diff_of(map, without(map, [&](const Nd& nd) { return (nd.mean_m - p_m).norm() < 60.0; }));
   ASSERT_THAT(razed.stretches, Not(IsEmpty()));
-  EXPECT_TRUE(std::ranges::any_of(razed.stretches, [&](const Stretch& stretch) {
-    return stretch.has_changed_place && stretch.first_site <= site && stretch.last_site >= site;
-  }));
+  for (const Stretch& stretch : razed.stretches) EXPECT_TRUE(stretch.has_changed_place);
   int number = 0;
   const MapDiff worn = diff_of(map, without(map, [&](const Nd&) { return number++ % 50 == 0; }));
   EXPECT_EQ(worn.nds.size(), 600u);
