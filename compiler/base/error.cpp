@@ -135,4 +135,9 @@ std::string to_string(const Error& error) {
   return text + error.message;
 }
 
+Error in_file(Error error, const std::string& path) {
+  if (error.file.empty()) error.file = path;
+  return error;
+}
+
 }  // namespace sightline

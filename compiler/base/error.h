@@ -123,4 +123,7 @@ struct Error {
 // "SL2006 truncated-scan: drive/0001.pcd (byte 4096): message"
 std::string to_string(const Error& error);
 
+// The same error, told of a file where it names none yet.
+Error in_file(Error error, const std::string& path);
+
 }  // namespace sightline

@@ -129,11 +129,6 @@ double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {
   return elapsed_s * (1.0 - share) / share;
 }
 
-Error in_file(Error error, const std::string& path) {
-  if (error.file.empty()) error.file = path;
-  return error;
-}
-
 int report_error(const Error& error) {
   logger()->error("{}", to_string(error));
   return exit_status(error.code);

@@ -21,9 +21,6 @@ double seconds_left(double elapsed_s, std::size_t done, std::size_t total);
 // "SL2006 truncated-scan: ..." on stderr; returns the exit status that belongs to it.
 int report_error(const Error& error);
 
-// The same error, told of a file where it names none yet.
-Error in_file(Error error, const std::string& path);
-
 // A table of pass times and memory, for --time-passes.
 std::string time_table(const std::vector<StepReport>& reports);
 

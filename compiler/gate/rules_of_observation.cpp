@@ -55,35 +55,33 @@ std::vector<Found> find_worst_stretch(const GateInput& input, const Threshold&) 
   std::vector<Found> found;
   const Sites& sites = input.map->sites;
   for (const ObservedLimit& limit : input.observation->limits) {
-    const RouteStretch place = stretch_between(
-        sites, limit.worst_begin_site,
-        end_of(sites, limit.worst_begin_site, input.observation->stretch_m));
+    const RouteStretch place =
+        stretch_between(sites, limit.worst_begin_site,
+                        end_of(sites, limit.worst_begin_site, input.observation->stretch_m));
     found.push_back({limit.limit_m, place, limit.worst_coverage,
                      told(place) + ": the coverage" + within(limit.limit_m) + " on drive " +
-                         input.observation->drive + " was " +
-                         told(limit.worst_coverage, "share")});
+                         input.observation->drive + " was " + told(limit.worst_coverage, "share")});
+  }
+  return found;
+}
+
+std::vector<Found> found_ratios(const GateInput& input, double ObservedLimit::*ratio,
+                                const std::string& of_what) {
+  std::vector<Found> found;
+  for (const ObservedLimit& limit : input.observation->limits) {
+    found.push_back({limit.limit_m, std::nullopt, limit.*ratio,
+                     "matching" + within(limit.limit_m) + " took " +
+                         told(limit.*ratio, "of the longest") + " range's " + of_what});
   }
   return found;
 }
 
 std::vector<Found> find_time(const GateInput& input, const Threshold&) {
-  std::vector<Found> found;
-  for (const ObservedLimit& limit : input.observation->limits) {
-    found.push_back({limit.limit_m, std::nullopt, limit.time_ratio,
-                     "matching" + within(limit.limit_m) + " took " +
-                         told(limit.time_ratio, "of the longest") + " range's time"});
-  }
-  return found;
+  return found_ratios(input, &ObservedLimit::time_ratio, "time");
 }
 
 std::vector<Found> find_work(const GateInput& input, const Threshold&) {
-  std::vector<Found> found;
-  for (const ObservedLimit& limit : input.observation->limits) {
-    found.push_back({limit.limit_m, std::nullopt, limit.work_ratio,
-                     "matching" + within(limit.limit_m) + " took " +
-                         told(limit.work_ratio, "of the longest") + " range's work"});
-  }
-  return found;
+  return found_ratios(input, &ObservedLimit::work_ratio, "work");
 }
 
 using enum Severity;

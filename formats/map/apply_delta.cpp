@@ -26,16 +26,11 @@ Error failure(ErrorCode code, const fs::path& path, const char* what, int number
   return {code, std::string(what) + ": " + std::strerror(number), path.string(), ""};
 }
 
-Error of_file(Error error, const fs::path& path) {
-  if (error.file.empty()) error.file = path.string();
-  return error;
-}
-
 Result<void> check_base(const OpenedDelta& delta, const fs::path& map) {
   const Result<MappedFile> file = MappedFile::open(map.string());
   if (!file) return file.error();
   const Result<MapIdentity> found = identity_of(file->bytes());
-  if (!found) return of_file(found.error(), map);
+  if (!found) return in_file(found.error(), map.string());
   const MapIdentity& expected = delta.header.base;
   if (*found == expected) return {};
   const bool is_other_packing = found->root_digest == expected.root_digest;

@@ -8,11 +8,6 @@
 namespace sightline {
 namespace {
 
-Error of_file(Error error, const std::filesystem::path& path) {
-  if (error.file.empty()) error.file = path.string();
-  return error;
-}
-
 // The base's frame unpacked is the prefix; what comes out is packed as the map has it.
 Result<std::vector<std::byte>> repacked(const DeltaStep& step, std::uint32_t level,
                                         const std::vector<std::byte>& base,
@@ -59,12 +54,12 @@ Result<OpenedDelta> open_delta(const std::filesystem::path& path) {
       file->read(0, std::min<std::uint64_t>(file->size(), kDeltaHeaderSize));
   if (!front) return front.error();
   const Result<DeltaHeader> header = decode_delta_header(*front, file->size());
-  if (!header) return of_file(header.error(), path);
+  if (!header) return in_file(header.error(), path.string());
   const Result<std::vector<std::byte>> bytes =
       file->read(kDeltaHeaderSize, header->step_count * kDeltaStepSize);
   if (!bytes) return bytes.error();
   Result<std::vector<DeltaStep>> steps = decode_delta_steps(*bytes, *header);
-  if (!steps) return of_file(steps.error(), path);
+  if (!steps) return in_file(steps.error(), path.string());
   const bool packs_otherwise =
       header->zstd_version != 0 &&
       (header->zstd_version != zstd_version() || header->zstd_level != kRepackLevel);
@@ -82,7 +77,7 @@ Result<std::vector<std::byte>> make_step(const OpenedDelta& delta, const PieceRe
                                          const DeltaStep& step, std::uint64_t payload_offset) {
   Result<std::vector<std::byte>> bytes = bytes_of(delta, base, step, payload_offset);
   if (!bytes) {
-    Error error = of_file(bytes.error(), delta.file.path());
+    Error error = in_file(bytes.error(), delta.file.path().string());
     if (error.place.empty()) error.place = "byte " + std::to_string(payload_offset);
     return error;
   }

@@ -187,11 +187,6 @@ void count_tiles(const std::vector<TilePair>& tiles, MapDiff& diff) {
   }
 }
 
-Error of_file(Error error, const std::filesystem::path& path) {
-  if (error.file.empty()) error.file = path.string();
-  return error;
-}
-
 Result<MapDiff> diff_sides(MapSide& before, MapSide& after, const MapDiffOptions& options) {
   MapDiff diff;
   diff.options = options;
@@ -253,9 +248,9 @@ Result<MapDiff> diff_maps(const std::filesystem::path& before, const std::filesy
       MappedFile::open(after.string(), MappedFile::Use::kHereAndThere);
   if (!new_file) return new_file.error();
   Result<MapSide> old_side = MapSide::open(old_file->bytes());
-  if (!old_side) return of_file(old_side.error(), before);
+  if (!old_side) return in_file(old_side.error(), before.string());
   Result<MapSide> new_side = MapSide::open(new_file->bytes());
-  if (!new_side) return of_file(new_side.error(), after);
+  if (!new_side) return in_file(new_side.error(), after.string());
   return diff_sides(*old_side, *new_side, options);
 }
 

@@ -28,25 +28,6 @@ Error truncated(std::size_t found, const std::string& expected) {
           "byte " + std::to_string(found)};
 }
 
-FileHeader read_fields(std::span<const std::byte> file) {
-  ByteReader reader(file.subspan(kMagic.size(), kHeaderSize - kMagic.size()));
-  FileHeader header;
-  reader.get(header.major);
-  reader.get(header.minor);
-  (void)reader.get<std::uint32_t>();
-  reader.get(header.compatible_features);
-  reader.get(header.incompatible_features);
-  reader.get(header.file_size);
-  reader.get(header.manifest_offset);
-  reader.get(header.manifest_size);
-  reader.get(header.manifest_checksum);
-  reader.get(header.directory_offset);
-  reader.get(header.directory_size);
-  reader.get(header.directory_checksum);
-  for (std::uint8_t& byte : header.root_digest) reader.get(byte);
-  return header;
-}
-
 Result<void> check_start(std::span<const std::byte> file) {
   if (!file.empty() && !starts_with(file, kMagic)) {
     return Error{ErrorCode::kBadMagic,
@@ -84,6 +65,25 @@ Result<void> check_end(std::span<const std::byte> file, const FileHeader& header
 }
 
 }  // namespace
+
+FileHeader header_fields(std::span<const std::byte> file) {
+  ByteReader reader(file.subspan(kMagic.size(), kHeaderSize - kMagic.size()));
+  FileHeader header;
+  reader.get(header.major);
+  reader.get(header.minor);
+  (void)reader.get<std::uint32_t>();
+  reader.get(header.compatible_features);
+  reader.get(header.incompatible_features);
+  reader.get(header.file_size);
+  reader.get(header.manifest_offset);
+  reader.get(header.manifest_size);
+  reader.get(header.manifest_checksum);
+  reader.get(header.directory_offset);
+  reader.get(header.directory_size);
+  reader.get(header.directory_checksum);
+  for (std::uint8_t& byte : header.root_digest) reader.get(byte);
+  return header;
+}
 
 std::uint64_t block_checksum(std::span<const std::byte> bytes) {
   return XXH3_64bits(bytes.data(), bytes.size());
@@ -128,7 +128,7 @@ std::array<std::byte, kTrailerSize> encode_trailer(
 Result<FileHeader> decode_header_alone(std::span<const std::byte> file) {
   const Result<void> start = check_start(file);
   if (!start) return start.error();
-  return read_fields(file);
+  return header_fields(file);
 }
 
 Result<FileHeader> decode_header(std::span<const std::byte> file) {

@@ -69,6 +69,9 @@ std::array<std::byte, kHeaderSize> encode_header(const FileHeader& header);
 std::array<std::byte, kTrailerSize> encode_trailer(
     const FileHeader& header, const std::array<std::byte, kHeaderSize>& encoded_header);
 
+// What the first kHeaderSize bytes of a file say, whether or not it is a map: for who mends files.
+FileHeader header_fields(std::span<const std::byte> file);
+
 // Magic, checksum and trailer are checked, and that the file has the size it says; version and
 // features are not. Errors: truncated-file, bad-magic, checksum-mismatch, out-of-bounds.
 Result<FileHeader> decode_header(std::span<const std::byte> file);

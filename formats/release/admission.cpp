@@ -107,11 +107,6 @@ Result<void> check_facts(const ReleaseRecord& map, const ReleaseRecord& record) 
   return {};
 }
 
-Error with_file(Error error, const std::filesystem::path& path) {
-  error.file = path.string();
-  return error;
-}
-
 }  // namespace
 
 Result<void> check_signatures(std::string_view message, std::string_view signatures,
@@ -177,12 +172,13 @@ Result<void> check_file(const std::filesystem::path& path, const ReleasedFile& r
         path.string(), "byte " + std::to_string(released.size)};
   }
   if (size < released.size) {
-    return with_file(
-        not_as_released("the size", std::to_string(size), std::to_string(released.size)), path);
+    return in_file(not_as_released("the size", std::to_string(size), std::to_string(released.size)),
+                   path.string());
   }
   const Digest digest = sha256(file->bytes());
   if (digest != released.sha256) {
-    return with_file(not_as_released("the SHA-256", to_hex(digest), to_hex(released.sha256)), path);
+    return in_file(not_as_released("the SHA-256", to_hex(digest), to_hex(released.sha256)),
+                   path.string());
   }
   return {};
 }
@@ -195,7 +191,7 @@ Result<void> check_map(const std::filesystem::path& path, const ReleaseRecord& r
   const Result<ReleaseRecord> map = release_of_map(path);
   if (!map) return map.error();
   const Result<void> facts = check_facts(*map, record);
-  if (!facts) return with_file(facts.error(), path);
+  if (!facts) return in_file(facts.error(), path.string());
   return {};
 }
 

@@ -6,7 +6,6 @@
 #include <optional>
 #include <vector>
 
-#include "compiler/base/bytes.h"
 #include "formats/map/block_codec.h"
 #include "formats/map/map_digests.h"
 #include "formats/reader/look_up.h"
@@ -18,25 +17,6 @@ namespace {
 
 // A block that unpacks to more than this keeps its digest: a fuzzer has no time for it.
 constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 20;
-
-FileHeader fields_of(std::span<const std::byte> file) {
-  ByteReader reader(file.subspan(8));
-  FileHeader header;
-  reader.get(header.major);
-  reader.get(header.minor);
-  (void)reader.get<std::uint32_t>();
-  reader.get(header.compatible_features);
-  reader.get(header.incompatible_features);
-  reader.get(header.file_size);
-  reader.get(header.manifest_offset);
-  reader.get(header.manifest_size);
-  reader.get(header.manifest_checksum);
-  reader.get(header.directory_offset);
-  reader.get(header.directory_size);
-  reader.get(header.directory_checksum);
-  header.file_size = file.size();
-  return header;
-}
 
 std::optional<std::span<std::byte>> part(std::span<std::byte> file, std::uint64_t offset,
                                          std::uint64_t size) {
@@ -145,7 +125,8 @@ void repair_contents(std::span<std::byte> file, const std::optional<Digest>& roo
 
 void repair_map(std::span<std::byte> file, const std::optional<Digest>& root) {
   if (file.size() < kHeaderSize + kTrailerSize) return;
-  FileHeader header = fields_of(file);
+  FileHeader header = header_fields(file);
+  header.file_size = file.size();
   repair_contents(file, root, header);
   const auto start = encode_header(header);
   const auto end = encode_trailer(header, start);

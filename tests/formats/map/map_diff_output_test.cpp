@@ -2,17 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validation_results.hpp>
-#include <valijson/validator.hpp>
 
 #include "compiler/base/atomic_file.h"
 #include "formats/map/map_diff_json.h"
 #include "formats/map/map_diff_text.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/changed_map.h"
+#include "tests/support/json_schema.h"
 
 namespace sightline {
 namespace {
@@ -29,8 +25,8 @@ MapDiff diff_of(const CompiledMap& before, const CompiledMap& after) {
 
 // A street of 60 sites along x from (0, 0) of the map frame; at 20 to 39 m something changed.
 CompiledMap street(bool is_changed) {
-  CompiledMap map = random_map({.seed = 1, .site_count = 60, .nd_count = 0, .run_count = 1,
-                                .limits_m = {0.10}});
+  CompiledMap map =
+      random_map({.seed = 1, .site_count = 60, .nd_count = 0, .run_count = 1, .limits_m = {0.10}});
   for (std::size_t i = 0; i < 60; ++i) {
     const bool is_here = is_changed && i >= 20 && i < 40;
     map.sites.sites[i].p_map_m = {static_cast<double>(i), 0.0, 1.8};
@@ -41,19 +37,10 @@ CompiledMap street(bool is_changed) {
   return map;
 }
 
-std::vector<std::string> violations_of_schema(const Json& document) {
-  const Json published =
-      Json::parse(*read_text_file(std::string(SIGHTLINE_ROOT) + "/schemas/diff.schema.json"));
-  valijson::Schema schema;
-  valijson::SchemaParser().populateSchema(valijson::adapters::NlohmannJsonAdapter(published),
-                                          schema);
-  valijson::Validator validator;
-  valijson::ValidationResults results;
-  std::vector<std::string> violations;
-  validator.validate(schema, valijson::adapters::NlohmannJsonAdapter(document), &results);
-  valijson::ValidationResults::Error error;
-  while (results.popError(error)) violations.push_back(error.description);
-  return violations;
+std::string faults_of(const Json& document) {
+  return schema_faults(
+      Json::parse(*read_text_file(std::string(SIGHTLINE_ROOT) + "/schemas/diff.schema.json")),
+      document);
 }
 
 TEST(MapDiffText, TellsTheStretchItsRangesAndWhatIsNewlyUnmet) {
@@ -72,13 +59,12 @@ TEST(MapDiffText, OfEqualMapsSaysSo) {
 }
 
 TEST(MapDiffText, TellsTheLongestStretchesOnlyAndHowManyMoreThereAre) {
-  CompiledMap before = random_map({.seed = 2, .site_count = 900, .nd_count = 0, .run_count = 30,
-                                   .limits_m = {0.10}});
+  CompiledMap before = random_map(
+      {.seed = 2, .site_count = 900, .nd_count = 0, .run_count = 30, .limits_m = {0.10}});
   CompiledMap after = before;
   for (std::size_t i = 0; i < 900; ++i) {
-    before.sites.sites[i].p_map_m = after.sites.sites[i].p_map_m = {static_cast<double>(i % 30),
-                                                                    12.0 * static_cast<double>(i / 30),
-                                                                    0.0};
+    before.sites.sites[i].p_map_m = after.sites.sites[i].p_map_m = {
+        static_cast<double>(i % 30), 12.0 * static_cast<double>(i / 30), 0.0};
     before.ranges.range_index[i] = before.ranges.flags[i] = after.ranges.flags[i] = 0;
     after.ranges.range_index[i] = i % 30 < i / 30 ? 1 : 0;  // run k has k changed sites
   }
@@ -104,14 +90,14 @@ TEST(MapDiffJson, FollowsItsSchemaOverRandomMaps) {
     const CompiledMap map = random_map({.seed = seed});
     const MapDiff diff = diff_of(map, changed_map(map, seed, seed % 2 == 0));
     const Json json = Json::parse(to_json(diff));
-    EXPECT_THAT(violations_of_schema(json), testing::IsEmpty());
+    EXPECT_EQ(faults_of(json), "");
     EXPECT_EQ(json["sites"].size(), diff.sites.size());
     EXPECT_EQ(json["stretches"].size(), diff.stretches.size());
   }
   Json broken = Json::parse(to_json(diff_of(street(false), street(true))));
-  EXPECT_THAT(violations_of_schema(broken), testing::IsEmpty());
+  EXPECT_EQ(faults_of(broken), "");
   broken["stretches"][0].erase("begin_s_m");
-  EXPECT_THAT(violations_of_schema(broken), Not(testing::IsEmpty())) << "the schema sees nothing";
+  EXPECT_NE(faults_of(broken), "") << "the schema sees nothing";
 }
 
 TEST(MapDiffGeoJson, IsInLocalMetresAndSaysSoUnlessAZoneIsNamed) {
