@@ -12,7 +12,7 @@ namespace sightline {
 // A recording that something was made from, so that whoever holds recordings can tell whether they
 // are these.
 struct RecordingCard {
-  std::string role;  // the section of the configuration: "mapping", "mapping-2", "localization", ...
+  std::string role;  // section of the configuration: "mapping", "mapping-2", "localization", ...
   std::string name;
   Digest digest{};  // Recording::digest; schemas/model_format.md says how it is made
   friend bool operator==(const RecordingCard&, const RecordingCard&) = default;

@@ -23,8 +23,8 @@ struct Equations {
 
 void add_block(std::uint32_t row, std::uint32_t column, const Matrix6d& block, Equations& all);
 
-// Edges and priors at these poses, each weighted by its sigmas and by Huber's weight of its residual.
-// Where there are no priors the first pose is held.
+// Edges and priors at these poses, each weighted by its sigmas and by Huber's weight of its
+// residual. Where there are no priors the first pose is held.
 void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations& all);
 
 // The lower triangle.

@@ -245,15 +245,15 @@ void add_dump_command(CLI::App& app, int& status) {
       app.add_subcommand("dump", "Print every number of a map or of any step on the way to it");
   command->footer(
       "The target is a map (.slmap), a model (.slmodel), a configuration (.yaml: what is not in the "
-      "cache\nis computed) or a cached artifact (.sla). Numbers have full precision; units stand in the column "
-      "names.\n\n"
+      "cache\nis computed) or a cached artifact (.sla). Numbers have full precision; units stand "
+      "in the\ncolumn names.\n\n"
       "Examples:\n"
       "  sightline dump town.slmap --what ranges --format csv > ranges.csv\n"
       "  sightline dump town.yaml --what factors --site 40\n"
       "  sightline dump town.yaml --what depth --site 40 --format png > seen_from_40.png\n"
       "  sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg\n"
-      "  sightline dump city.slmodel --what recordings    # digests of what it was trained on\n"
-      "  sightline dump town.yaml --what recordings       # the same of a configuration: was it town?");
+      "  sightline dump city.slmodel --what recordings    # SHA-256 of what it was trained on\n"
+      "  sightline dump town.yaml --what recordings       # the same of recordings at hand");
   add_run_flags(*command, flags->run);
   CLI::Option* target = command->get_option("config");
   target->description(

@@ -59,7 +59,7 @@ void add_inspect_command(CLI::App& app, int& status) {
       "Examples:\n"
       "  sightline inspect town.slmap\n"
       "  sightline inspect town.slmap --site 40    # why is the range long here?\n"
-      "  sightline inspect city.slmodel            # what was it trained on, and what is it worth?");
+      "  sightline inspect city.slmodel            # what was it trained on?");
   command->add_option("file", flags->file, "The map (.slmap) or model (.slmodel)")->required();
   command->add_option("--site", flags->site, "Explain the choice at this site instead")
       ->check(CLI::Range(0, INT32_MAX));

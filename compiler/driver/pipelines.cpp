@@ -262,11 +262,7 @@ Result<ErrorModel> read_model(const std::filesystem::path& file) {
     if (!bytes) return bytes.error();
     model = from_bytes<ErrorModel>(*bytes);
   }
-  if (!model) {
-    Error error = model.error();
-    error.file = file.string();
-    return error;
-  }
+  if (!model) return in_file(model.error(), file.string());
   return model;
 }
 
