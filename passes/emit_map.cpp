@@ -14,7 +14,7 @@ const std::vector<NamedVersion>& definitions() {
                                                          {"factors-of-the-paper", 1},
                                                          {"factors-of-virtual-scan", 2},
                                                          {"localizers", 2},
-                                                         {"measured-error", 1},
+                                                         {"measured-error", 2},
                                                          {"ndt-map", 1},
                                                          {"sites", 1}};
   return kDefinitions;

@@ -33,7 +33,7 @@ struct EmitMapOptions {
   std::string localizer_used = "searching";  // by measure-error
   int coarse_cells_used = 1;
   double leaf_m = 1.0;
-  double support_margin_used = 0.1;  // by predict-error
+  double support_margin_used = 0.25;  // by predict-error
   bool extrapolated_longest_used = true;  // by choose-ranges
   bool has_factors = true;  // for engineers; no vehicle needs them
 };

@@ -48,8 +48,8 @@ std::optional<std::size_t> nearest_scan(const Setup& setup, const Eigen::Vector3
 }
 
 // As it is matched at a range.
-ScanForMatch prepared(const Scan& scan, double range_m, const Setup& setup) {
-  return make_scan_for_match(setup.localizer, scan, setup.drive.sensor,
+ScanForMatch prepared(const Setup& setup, ScanCutter& cutter, const Scan& scan, double range_m) {
+  return make_scan_for_match(setup.localizer, cutter, scan, setup.drive.sensor,
                              {range_m, setup.options.leaf_m});
 }
 
@@ -95,21 +95,23 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
   return row;
 }
 
-Pose reference_pose(const Setup& setup, const Scan& scan, const Pose& T_map_given) {
+Pose reference_pose(const Setup& setup, ScanCutter& cutter, const Scan& scan,
+                    const Pose& T_map_given) {
   if (setup.options.reference == "known") return T_map_given;
-  ScanForMatch full = prepared(scan, setup.drive.sensor.max_range_m, setup);
+  ScanForMatch full = prepared(setup, cutter, scan, setup.drive.sensor.max_range_m);
   return localize(setup.localizer, full, T_map_given).T_map_sensor;
 }
 
-Result<std::vector<ErrorRow>> measure_site(const Setup& setup, std::size_t scan_index) {
+Result<std::vector<ErrorRow>> measure_site(const Setup& setup, ScanCutter& cutter,
+                                           std::size_t scan_index) {
   const Result<Scan> scan = setup.drive.store->read(scan_index);
   if (!scan) return scan.error();
   const Pose T_map_reference =
-      reference_pose(setup, *scan, setup.trajectory.poses[scan_index].T_map_vehicle);
+      reference_pose(setup, cutter, *scan, setup.trajectory.poses[scan_index].T_map_vehicle);
   std::vector<ErrorRow> rows;
   for (const double range_m : setup.options.ranges_m) {
     const double begin_ms = thread_cpu_ms();
-    ScanForMatch cropped = prepared(*scan, range_m, setup);
+    ScanForMatch cropped = prepared(setup, cutter, *scan, range_m);
     const double preparation_ms = thread_cpu_ms() - begin_ms;
     rows.push_back(measure_row(setup, cropped, T_map_reference, preparation_ms));
   }
@@ -140,9 +142,10 @@ Result<std::vector<ErrorRow>> measure_part(const Setup& setup,
                                            std::span<const std::optional<std::size_t>> scans,
                                            const std::function<void()>& site_done) {
   std::vector<ErrorRow> rows;
+  ScanCutter cutter;
   for (const std::optional<std::size_t>& scan : scans) {
     Result<std::vector<ErrorRow>> measured =
-        scan ? measure_site(setup, *scan) : std::vector<ErrorRow>(setup.options.ranges_m.size());
+        scan ? measure_site(setup, cutter, *scan) : std::vector<ErrorRow>(setup.options.ranges_m.size());
     if (!measured) return measured;
     rows.insert(rows.end(), measured->begin(), measured->end());
     site_done();

@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kMeasureErrorVersion = 5;
+inline constexpr std::uint32_t kMeasureErrorVersion = 6;
 
 struct MeasureErrorOptions {
   std::vector<double> ranges_m = {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};
@@ -32,7 +32,7 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 
 // How far off the matcher ends when it localizes a drive at the sites of a map: at each site the
 // nearest scan is cropped at every range, subsampled, matched from every initial offset and
-// compared with the reference, as defined in schemas/definitions.md ("Measured error", v1).
+// compared with the reference, as defined in schemas/definitions.md ("Measured error", v2).
 // `trajectory` is that of `localization_drive`, in any frame of the same world. Sites without a
 // scan near are counted in a warning and keep rows of zeros. Errors: mismatched-inputs (trajectory
 // and drive, or map and sites, do not belong together), empty-map, no-overlap (no site has a scan

@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kPredictErrorVersion = 2;
 
 struct PredictErrorOptions {
   // A feature counts as known up to this share of the training's spread outside its extremes.
-  double support_margin = 0.1;
+  double support_margin = 0.25;
   // auto: what a localization drive measured here is told to a model made elsewhere. never: not.
   std::string history = "auto";
 };

@@ -47,6 +47,7 @@ struct Replay {
   Pose T_before_last = Pose::Identity();  // the motion that led there, in the vehicle's frame
   std::int64_t last_step_ns = 0;          // how long it took
   std::vector<TrackStep> steps;
+  ScanCutter cutter;
 };
 
 // A motion that goes on evenly for another time.
@@ -109,8 +110,8 @@ void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
   step.range_m = replay.rule.is_static() ? replay.rule.static_range_m
                                          : range_at(setup, replay.limit, T_map_start);
   const double begin_ms = thread_cpu_ms();
-  ScanForMatch scan = make_scan_for_match(setup.localizer, now.scan, setup.drive.sensor,
-                                          {step.range_m, setup.options.matching.leaf_m});
+  ScanForMatch scan = make_scan_for_match(setup.localizer, replay.cutter, now.scan,
+                                          setup.drive.sensor, {step.range_m, setup.options.matching.leaf_m});
   const MatchResult found = localize(setup.localizer, scan, T_map_start);
   step.time_ms = thread_cpu_ms() - begin_ms;
   step.work = static_cast<double>(found.work);
@@ -156,8 +157,9 @@ Result<KnownScan> known_scan(const Setup& setup, const Trajectory& in_map, std::
   KnownScan known;
   known.T_map_reference = in_map.poses[index].T_map_vehicle;
   if (setup.options.matching.reference != "known") {
+    ScanCutter cutter;
     ScanForMatch full =
-        make_scan_for_match(setup.localizer, *scan, setup.drive.sensor,
+        make_scan_for_match(setup.localizer, cutter, *scan, setup.drive.sensor,
                             {setup.drive.sensor.max_range_m, setup.options.matching.leaf_m});
     known.T_map_reference = localize(setup.localizer, full, known.T_map_reference).T_map_sensor;
   }

@@ -10,14 +10,13 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <vector>
+#include <utility>
 
 #include "compiler/base/portable_math.h"
 #include "formats/foreign/point_cloud_file.h"
 #include "formats/map/map_reader.h"
 #include "formats/reader/reader.h"
 #include "passes/matching/localizer.h"
-#include "passes/matching/scan_preparation.h"
 
 namespace {
 
@@ -58,14 +57,6 @@ void print(const RangeAnswer& range, const MatchResult& result, std::size_t poin
   std::printf("\n");
 }
 
-// Cropped and thinned in the sensor's frame, told in the vehicle's.
-std::vector<Eigen::Vector3d> prepared(const PointCloudFile& cloud, double range_m,
-                                      const Pose& T_vehicle_lidar) {
-  std::vector<Eigen::Vector3d> points_m = voxel_subsample(crop(cloud.points_m, range_m), kLeaf_m);
-  for (Eigen::Vector3d& point_m : points_m) point_m = T_vehicle_lidar * point_m;
-  return points_m;
-}
-
 int localize_scan(const char* map_path, const char* scan_path, const Pose& T_world_guess,
                   double limit_m) {
   const Result<CompiledMap> map = read_map(map_path);
@@ -77,19 +68,20 @@ int localize_scan(const char* map_path, const char* scan_path, const Pose& T_wor
   const Result<RangeAnswer> range =
       reader->observation_range({sensor_m.x(), sensor_m.y(), sensor_m.z()}, limit_m);
   if (!range) return refuse(range.error());
-  const Result<PointCloudFile> cloud = read_point_cloud(scan_path);
+  Result<PointCloudFile> cloud = read_point_cloud(scan_path);
   if (!cloud) return refuse(cloud.error());
 
   const Localizer localizer = make_localizer(
       map->ndt,
       localizer_named(map->measurement.localizer, static_cast<int>(map->measurement.coarse_cells)));
-  const std::vector<Eigen::Vector3d> points_m = prepared(*cloud, range->range_m, T_vehicle_lidar);
-  ScanForMatch scan = make_scan_for_match(localizer, points_m);
+  ScanCutter cutter;  // a vehicle keeps it from scan to scan
+  ScanForMatch scan = make_scan_for_match(localizer, cutter, {.points_m = std::move(cloud->points_m)},
+                                          map->sensor, {range->range_m, kLeaf_m});
   // The matcher works in the map's frame, near its origin.
   const MapFrame world;
   const MatchResult result =
       localize(localizer, scan, rebase(T_world_guess, world, map->ndt.frame));
-  print(*range, result, points_m.size(), rebase(result.T_map_sensor, map->ndt.frame, world));
+  print(*range, result, scan.points_m.size(), rebase(result.T_map_sensor, map->ndt.frame, world));
   return result.stop == MatchStop::kNoPoints || result.stop == MatchStop::kNoOverlap ? 1 : 0;
 }
 

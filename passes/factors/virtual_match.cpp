@@ -50,13 +50,12 @@ double rival_score(const Localizer& localizer, const VirtualPlace& place, ScanFo
   constexpr int kNearest = 2;  // steps
   constexpr int kFarthest = 10;
   const SinCos heading = portable_sin_cos(place.loose_heading_deg * std::numbers::pi / 180.0);
-  forget_cells(scan);
   const auto score_at = [&](int steps) {
     Pose T_map_scan = Pose::Identity();
     T_map_scan.translation() =
         place.p_map_m + steps * kStep_m * Eigen::Vector3d(heading.cos, heading.sin, 0.0);
-    return kernel_score(localizer.levels.front().grid, scan, T_map_scan, MatchKernel::kFastest)
-        .score;
+    return kernel_score_alone(localizer.levels.front().grid, scan, scan.points_m.size(), T_map_scan,
+                              MatchKernel::kFastest);
   };
   const double here = score_at(0);
   if (!(here > 0.0)) return 1.0;

@@ -20,16 +20,17 @@ std::atomic<MatchKernel> g_replacement = MatchKernel::kFastest;
 
 using Totals = std::array<double, kKernelSums>;
 
-KernelFunction function_of(MatchKernel kernel) {
-  switch (kernel) {
+KernelVersion version_of(MatchKernel kernel) {
+  SIGHTLINE_CHECK(is_supported(kernel));
+  switch (kernel == MatchKernel::kFastest ? fastest_kernel() : kernel) {
 #ifdef SIGHTLINE_X86_KERNELS
     case MatchKernel::kAvx2:
-      return run_kernel_avx2;
+      return kernel_avx2();
     case MatchKernel::kAvx512:
-      return run_kernel_avx512;
+      return kernel_avx512();
 #endif
     default:
-      return run_kernel_portable;
+      return kernel_portable();
   }
 }
 
@@ -69,15 +70,13 @@ void point_to_chunk(ScanForMatch& scan, std::size_t first, std::size_t end, Kern
   input.count = std::min(kChunk, end - first);
 }
 
-void add_lanes(const KernelSums& sums, Totals& totals) {
-  for (std::size_t s = 0; s < kKernelSums; ++s) {
-    double lanes[kKernelBatch];
-    for (std::size_t i = 0; i < kKernelBatch; ++i) lanes[i] = static_cast<double>(sums.lanes[s][i]);
-    for (std::size_t half = kKernelBatch / 2; half > 0; half /= 2) {
-      for (std::size_t i = 0; i < half; ++i) lanes[i] += lanes[i + half];
-    }
-    totals[s] += lanes[0];
+double sum_of(const float (&of_lane)[kKernelBatch]) {
+  double lanes[kKernelBatch];
+  for (std::size_t i = 0; i < kKernelBatch; ++i) lanes[i] = static_cast<double>(of_lane[i]);
+  for (std::size_t half = kKernelBatch / 2; half > 0; half /= 2) {
+    for (std::size_t i = 0; i < half; ++i) lanes[i] += lanes[i + half];
   }
+  return lanes[0];
 }
 
 // The kernel's sums are over d1, and its information was times d2.
@@ -101,6 +100,32 @@ MatchScore to_score(const Totals& totals, double d1) {
   }
   fill_symmetric(3);
   return score;
+}
+
+// No cell is known yet.
+void forget_cells(ScanForMatch& scan) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) {
+    std::ranges::fill(*axis, kUnknown);
+  }
+  std::ranges::fill(scan.record, 0);
+}
+
+// Calls run(input) for a chunk after the other of the first `count` points.
+template <class Run>
+void for_chunks(const MatchGrid& grid, ScanForMatch& scan, std::size_t count,
+                const Pose& T_map_sensor, const Run& run) {
+  SIGHTLINE_CHECK(count == scan.points_m.size() ||
+                  (count < scan.points_m.size() && count % kKernelBatch == 0));
+  if (scan.cells_digest != grid.cells_digest) {
+    forget_cells(scan);
+    scan.cells_digest = grid.cells_digest;
+  }
+  KernelInput input = make_input(grid, T_map_sensor);
+  for (std::size_t first = 0; first < count; first += kChunk) {
+    point_to_chunk(scan, first, count, input);
+    run(input);
+  }
 }
 
 }  // namespace
@@ -159,37 +184,38 @@ ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m,
   return scan;
 }
 
-void forget_cells(ScanForMatch& scan) {
-  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) {
-    std::ranges::fill(*axis, kUnknown);
-  }
-  std::ranges::fill(scan.record, 0);
-}
-
 MatchScore kernel_score(const MatchGrid& grid, ScanForMatch& scan, std::size_t count,
                         const Pose& T_map_sensor, MatchKernel kernel) {
-  SIGHTLINE_CHECK(count == scan.points_m.size() ||
-                  (count < scan.points_m.size() && count % kKernelBatch == 0));
   if (kernel == MatchKernel::kExact) {
     return match_score(grid, std::span(scan.points_m).first(count), T_map_sensor);
   }
-  SIGHTLINE_CHECK(is_supported(kernel));
-  const KernelFunction run =
-      function_of(kernel == MatchKernel::kFastest ? fastest_kernel() : kernel);
-  KernelInput input = make_input(grid, T_map_sensor);
+  const KernelVersion version = version_of(kernel);
   Totals totals{};
   KernelSums sums;
-  for (std::size_t first = 0; first < count; first += kChunk) {
-    point_to_chunk(scan, first, count, input);
-    run(input, sums);
-    add_lanes(sums, totals);
-  }
+  for_chunks(grid, scan, count, T_map_sensor, [&](const KernelInput& input) {
+    version.all(input, sums);
+    for (std::size_t s = 0; s < kKernelSums; ++s) totals[s] += sum_of(sums.lanes[s]);
+  });
   MatchScore score = to_score(totals, grid.gauss.d1);
   for (std::size_t i = 0; i < count; ++i) {
     score.scored_points += scan.record[i] != 0 ? 1 : 0;
   }
   return score;
+}
+
+double kernel_score_alone(const MatchGrid& grid, ScanForMatch& scan, std::size_t count,
+                          const Pose& T_map_sensor, MatchKernel kernel) {
+  if (kernel == MatchKernel::kExact) {
+    return kernel_score(grid, scan, count, T_map_sensor, kernel).score;
+  }
+  const KernelVersion version = version_of(kernel);
+  double total = 0.0;
+  KernelSums sums;
+  for_chunks(grid, scan, count, T_map_sensor, [&](const KernelInput& input) {
+    version.score(input, sums);
+    total += sum_of(sums.lanes[0]);
+  });
+  return -grid.gauss.d1 * total;
 }
 
 }  // namespace sightline

@@ -10,7 +10,6 @@
 
 #include "compiler/base/check.h"
 #include "passes/matching/coarse_map.h"
-#include "passes/matching/scan_preparation.h"
 
 // Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A level that
 // only shows the way may end far from its optimum and needs few points; what it costs is small
@@ -83,7 +82,6 @@ struct Search {
 
 MatchResult climb(std::span<const MatchLevel> levels, const Pose& T_map_start, Search& search,
                   ScanForMatch& scan) {
-  forget_cells(scan);
   const MatchResult result = match(levels, scan, T_map_start, search.options);
   search.iterations += result.iterations;
   search.work += result.work;
@@ -106,9 +104,8 @@ std::optional<Pose> other_optimum(const MatchResult& lead, const Eigen::Vector2d
   };
   for (int probe = -kProbes; probe <= kProbes; ++probe) {
     scores[static_cast<std::size_t>(probe + kProbes)] =
-        kernel_score(*search.levels[0].grid, scan, scan.thin_count, pose_of(probe),
-                     search.options.kernel)
-            .score;
+        kernel_score_alone(*search.levels[0].grid, scan, scan.thin_count, pose_of(probe),
+                           search.options.kernel);
     ++search.iterations;
     search.work += scan.thin_count;
   }
@@ -191,10 +188,10 @@ ScanForMatch make_scan_for_match(const Localizer& localizer,
   return make_scan_for_match(points_m, stride);
 }
 
-ScanForMatch make_scan_for_match(const Localizer& localizer, const Scan& scan,
+ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter, const Scan& scan,
                                  const SensorProfile& sensor, const ScanCut& cut) {
   std::vector<Eigen::Vector3d> points_m =
-      voxel_subsample(crop(scan.points_m, cut.range_m), cut.leaf_m);
+      cutter.cut(scan.points_m, cut, return_stride(cut, sensor.azimuth_step_deg));
   for (Eigen::Vector3d& point_m : points_m) point_m = sensor.T_vehicle_lidar * point_m;
   return make_scan_for_match(localizer, points_m);
 }

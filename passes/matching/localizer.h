@@ -7,6 +7,7 @@
 #include "formats/drive.h"
 #include "formats/ndt_map.h"
 #include "passes/matching/matcher.h"
+#include "passes/matching/scan_cutter.h"
 
 namespace sightline {
 
@@ -42,15 +43,9 @@ Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
 ScanForMatch make_scan_for_match(const Localizer& localizer,
                                  std::span<const Eigen::Vector3d> points_m);
 
-// How a vehicle's scan becomes the points that are matched.
-struct ScanCut {
-  double range_m = 0.0;  // 3D slant range from the sensor
-  double leaf_m = 1.0;   // voxel grid in the sensor's frame
-};
-
-// The points of a whole scan, cropped and subsampled in the sensor's frame, then told in the
-// vehicle's, since it is the vehicle's pose that is looked for.
-ScanForMatch make_scan_for_match(const Localizer& localizer, const Scan& scan,
+// The points of a whole scan, cut in the sensor's frame with the stride that suits the sensor, then
+// told in the vehicle's, since it is the vehicle's pose that is looked for.
+ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter, const Scan& scan,
                                  const SensorProfile& sensor, const ScanCut& cut);
 
 // The pose of `scan`, made for this localizer, in the map. The limits on steps in `options` are

@@ -2,7 +2,9 @@
 
 #include <Eigen/LU>
 #include <bit>
+#include <span>
 
+#include "compiler/base/hash.h"
 #include "compiler/base/portable_math.h"
 
 namespace sightline {
@@ -131,6 +133,7 @@ MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
     grid.records.push_back(make_record(grid, grid.cells[i], grid.neighbourhoods[i]));
   }
+  grid.cells_digest = xxh3(std::as_bytes(std::span(grid.cells)));
   return grid;
 }
 

@@ -41,6 +41,7 @@ struct MatchGrid {
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
   std::vector<std::int32_t> slots;    // open addressing by hash: index into `cells` or kNone
   std::vector<KernelRecord> records;  // of `cells`, in float, after one without any ND
+  std::uint64_t cells_digest = 0;     // of `cells`: grids of one digest number the same cells alike
 };
 
 // Costs time and memory in proportion to the number of NDs.

@@ -46,11 +46,15 @@ struct alignas(64) KernelSums {
   float lanes[kKernelSums][kKernelBatch];
 };
 
-using KernelFunction = void (*)(const KernelInput& input, KernelSums& sums);
-void run_kernel_portable(const KernelInput& input, KernelSums& sums);
+// `score` computes the sum of terms alone, to the same bits, and leaves the others as they are.
+struct KernelVersion {
+  void (*all)(const KernelInput& input, KernelSums& sums);
+  void (*score)(const KernelInput& input, KernelSums& sums);
+};
+KernelVersion kernel_portable();
 #ifdef SIGHTLINE_X86_KERNELS
-void run_kernel_avx2(const KernelInput& input, KernelSums& sums);
-void run_kernel_avx512(const KernelInput& input, KernelSums& sums);
+KernelVersion kernel_avx2();
+KernelVersion kernel_avx512();
 #endif
 
 }  // namespace sightline

@@ -115,6 +115,6 @@ struct Avx2 {
 
 }  // namespace
 
-void run_kernel_avx2(const KernelInput& input, KernelSums& sums) { run_kernel<Avx2>(input, sums); }
+KernelVersion kernel_avx2() { return {run_kernel<Avx2>, run_score<Avx2>}; }
 
 }  // namespace sightline

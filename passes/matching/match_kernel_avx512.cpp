@@ -76,8 +76,6 @@ struct Avx512 {
 
 }  // namespace
 
-void run_kernel_avx512(const KernelInput& input, KernelSums& sums) {
-  run_kernel<Avx512>(input, sums);
-}
+KernelVersion kernel_avx512() { return {run_kernel<Avx512>, run_score<Avx512>}; }
 
 }  // namespace sightline

@@ -74,24 +74,42 @@ typename B::Floats gauss(typename B::Floats m2) {
   return B::mul(series, B::as_exponent(biased));
 }
 
-// All eight terms of the points in lanes a and b of the batch.
+// What the eight terms of two points are made of.
 template <class B>
-void score_pair(const KernelRecord& of_a, const KernelRecord& of_b, const BatchPoints& points,
-                std::size_t a, std::size_t b, typename B::Floats (&terms)[kTerms]) {
+struct PairTerms {
+  typename B::Floats information[6];
+  typename B::Floats push[3];  // information times the distance from the mean
+  typename B::Floats term;
+};
+
+// Of the points in lanes a and b of the batch, whose records are `of_a` and `of_b`. Inline, so that what
+// a pair is made of stays in registers.
+template <class B>
+[[gnu::always_inline]] inline void compute_pair(const KernelRecord& of_a, const KernelRecord& of_b, const BatchPoints& points,
+                  std::size_t a, std::size_t b, PairTerms<B>& pair) {
   using F = typename B::Floats;
   F d[3];
   for (int i = 0; i < 3; ++i) {
     d[i] = B::sub(B::spread(points.offset_m[i] + a, points.offset_m[i] + b),
                   B::pair(of_a.mean_m[i], of_b.mean_m[i]));
   }
-  F c[6];
+  F(&c)[6] = pair.information;
   for (int i = 0; i < 6; ++i)
     c[i] = B::pair(of_a.information_per_m2[i], of_b.information_per_m2[i]);
-  const F qx = B::fma(c[0], d[0], B::fma(c[1], d[1], B::mul(c[2], d[2])));
-  const F qy = B::fma(c[1], d[0], B::fma(c[3], d[1], B::mul(c[4], d[2])));
-  const F qz = B::fma(c[2], d[0], B::fma(c[4], d[1], B::mul(c[5], d[2])));
-  const F m2 = B::fma(d[0], qx, B::fma(d[1], qy, B::mul(d[2], qz)));
-  const F e = gauss<B>(m2);
+  F(&q)[3] = pair.push;
+  q[0] = B::fma(c[0], d[0], B::fma(c[1], d[1], B::mul(c[2], d[2])));
+  q[1] = B::fma(c[1], d[0], B::fma(c[3], d[1], B::mul(c[4], d[2])));
+  q[2] = B::fma(c[2], d[0], B::fma(c[4], d[1], B::mul(c[5], d[2])));
+  pair.term = gauss<B>(B::fma(d[0], q[0], B::fma(d[1], q[1], B::mul(d[2], q[2]))));
+}
+
+// The terms with their derivatives by the points' positions.
+template <class B>
+[[gnu::always_inline]] inline void derive_pair(const PairTerms<B>& pair, typename B::Floats (&terms)[kTerms]) {
+  using F = typename B::Floats;
+  const F(&c)[6] = pair.information;
+  const F qx = pair.push[0], qy = pair.push[1], qz = pair.push[2];
+  const F e = pair.term;
   const F fx = B::mul(e, qx);
   const F fy = B::mul(e, qy);
   const F fz = B::mul(e, qz);
@@ -159,23 +177,53 @@ inline void fetch_ahead(const KernelInput& in, std::size_t first) {
 }
 
 template <class B>
+void locate_batch(const KernelInput& in, std::size_t first, BatchPoints& points) {
+  locate<B>(in, first, 0, points);
+  locate<B>(in, first + 8, 8, points);
+  fetch_ahead(in, first + kKernelBatch);
+}
+
+// Calls use(number, pair) for the eight pairs of a batch.
+template <class B, class Use>
+void for_pairs(const KernelInput& in, std::size_t first, const BatchPoints& points,
+               const Use& use) {
+  const std::int32_t* record = in.record + first;
+  for (std::size_t number = 0; number < 8; ++number) {
+    // Points 0-3 with 4-7, then 8-11 with 12-15: so the sums come out in the order of points.
+    const std::size_t a = number + (number & 4);
+    PairTerms<B> pair;
+    compute_pair<B>(in.records[record[a]], in.records[record[a + 4]], points, a, a + 4, pair);
+    use(number, pair);
+  }
+}
+
+template <class B>
+void run_score(const KernelInput& in, KernelSums& sums) {
+  using F = typename B::Floats;
+  B::store(sums.lanes[0], B::floats(0.0f));
+  for (std::size_t first = 0; first < in.count; first += kKernelBatch) {
+    BatchPoints points;
+    locate_batch<B>(in, first, points);
+    F terms[8];
+    for_pairs<B>(in, first, points,
+                 [&](std::size_t number, const PairTerms<B>& pair) { terms[number] = pair.term; });
+    add_to<B>(sums.lanes[0], B::sum(terms));
+  }
+}
+
+template <class B>
 void run_kernel(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   for (int s = 0; s < kKernelSums; ++s) B::store(sums.lanes[s], B::floats(0.0f));
   for (std::size_t first = 0; first < in.count; first += kKernelBatch) {
     BatchPoints points;
-    locate<B>(in, first, 0, points);
-    locate<B>(in, first + 8, 8, points);
-    fetch_ahead(in, first + kKernelBatch);
+    locate_batch<B>(in, first, points);
     F terms[kTerms][8];
-    for (std::size_t pair = 0; pair < 8; ++pair) {
-      // Points 0-3 with 4-7, then 8-11 with 12-15: so the sums come out in the order of points.
-      const std::size_t a = pair + (pair & 4);
-      const std::int32_t* record = in.record + first;
+    for_pairs<B>(in, first, points, [&](std::size_t number, const PairTerms<B>& pair) {
       F of_pair[kTerms];
-      score_pair<B>(in.records[record[a]], in.records[record[a + 4]], points, a, a + 4, of_pair);
-      for (int t = 0; t < kTerms; ++t) terms[t][pair] = of_pair[t];
-    }
+      derive_pair<B>(pair, of_pair);
+      for (int t = 0; t < kTerms; ++t) terms[t][number] = of_pair[t];
+    });
     F totals[kTerms];
     totals[1] = B::largest(terms[1]);
     totals[0] = B::sum(terms[0]);

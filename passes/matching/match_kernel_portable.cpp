@@ -120,8 +120,6 @@ struct Portable {
 
 }  // namespace
 
-void run_kernel_portable(const KernelInput& input, KernelSums& sums) {
-  run_kernel<Portable>(input, sums);
-}
+KernelVersion kernel_portable() { return {run_kernel<Portable>, run_score<Portable>}; }
 
 }  // namespace sightline

@@ -148,7 +148,6 @@ MatchResult match(std::span<const MatchLevel> levels, ScanForMatch& scan, const 
   if (scan.points_m.empty()) return result;
   result.stop = MatchStop::kNoOverlap;
   for (const MatchLevel& level : levels) {
-    if (levels.size() > 1) forget_cells(scan);
     climb(level, scan, options, result);
   }
   return result;

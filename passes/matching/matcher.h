@@ -11,7 +11,7 @@
 
 namespace sightline {
 
-// The localizer of "Measured error" in schemas/definitions.md, v1.
+// The plain localizer of "Measured error" in schemas/definitions.md.
 struct MatchOptions {
   double max_step_m = 0.2;  // a longer step is shortened as a whole
   double max_step_rad = 0.02;

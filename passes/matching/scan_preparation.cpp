@@ -267,7 +267,10 @@ std::vector<Eigen::Vector3d> voxel_subsample(std::span<const Eigen::Vector3d> po
   if (points_m.empty()) return {};
   const VoxelBox box = box_of(points_m, leaf_m);
   if (points_m.size() <= kFewPoints && cell_count(box) <= kMostTableCells) {
-    return centroids_by_table(points_m, leaf_m, box);
+    VoxelTable voxels;
+    voxels.begin(box);
+    voxels.add(points_m, leaf_m);
+    return voxels.take_centroids_m();
   }
   if (points_m.size() > kFewPoints) {
     std::optional<std::vector<Eigen::Vector3d>> centroids_m = subsample_by_hash(points_m, leaf_m);

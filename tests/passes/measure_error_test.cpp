@@ -28,6 +28,7 @@ World make_world() {
   world.map = ndt_from_points(room_points(1, 30000, 0.02), MapFrame{}, BuildNdtOptions{}, 1);
   world.drive.name = "second";
   world.drive.sensor.T_vehicle_lidar.translation().z() = 0.5;
+  world.drive.sensor.azimuth_step_deg = 1.5;  // about 4000 returns of 16 beams
   std::vector<Scan> scans;
   for (int i = 0; i < 9; ++i) {
     Pose T_map_vehicle = Pose(Eigen::Translation3d(i - 4.0, 0.1, 0.0));

@@ -127,9 +127,9 @@ TEST(PredictError, FlagsFactorsBeyondWhatTrainingSaw) {
   const FeatureCard& feature = model.features[2];
   const double spread = feature.support_max[1] - feature.support_min[1];
   double& value = drive.factors.values[(8 * 3 + 1) * 3 + 2];  // site 8, 20 m, the third factor
-  value = feature.support_max[1] + 0.09 * spread;
+  value = feature.support_max[1] + 0.24 * spread;
   EXPECT_EQ(predict(model, drive)->extrapolated[8], 0);
-  value = feature.support_max[1] + 0.11 * spread;
+  value = feature.support_max[1] + 0.26 * spread;
   EXPECT_EQ(predict(model, drive)->extrapolated[8], 1);
   EXPECT_EQ(predict(model, drive)->extrapolated[9], 0);
 }

@@ -114,7 +114,9 @@ inline TestDrive drive_through(const BoxWorld& world, const std::vector<Pose>& T
   std::vector<Scan> scans;
   for (const Pose& pose : T_map_vehicle)
     scans.push_back(scan_world(world, pose * T_vehicle_lidar, azimuth_step_deg));
-  return drive_of(std::move(scans), T_map_vehicle);
+  TestDrive result = drive_of(std::move(scans), T_map_vehicle);
+  result.drive.sensor.azimuth_step_deg = azimuth_step_deg;
+  return result;
 }
 
 inline Pose pose_at(double x_m, double y_m, double yaw_rad) {

@@ -83,6 +83,44 @@ TEST(KernelScore, RemembersCellsWithoutChangingTheResult) {
   }
 }
 
+TEST(KernelScore, RemembersCellsFromGridToGridOfTheSameCellsAlone) {
+  // Sharp and blurred NDs of one map number its cells alike; another map, and other cells, do not.
+  const NdtMap room = simple_map(room_points(31, 15000, 0.03), 2.0);
+  const NdtMap part = simple_map(room_points(31, 4000, 0.03), 2.0);
+  const MatchGrid grids[] = {
+      make_match_grid(room),
+      make_match_grid(room, [](const Nd&) -> Eigen::Matrix3d { return Eigen::Matrix3d::Identity(); }),
+      make_match_grid(part), room_grid(1.0), make_match_grid(NdtMap{})};
+  EXPECT_EQ(grids[0].cells_digest, grids[1].cells_digest);
+  EXPECT_NE(grids[0].cells_digest, grids[2].cells_digest);
+  Random random(12);
+  const std::vector<Eigen::Vector3d> points_m = room_points(3, 500, 0.02);
+  ScanForMatch used = make_scan_for_match(points_m);
+  for (int trial = 0; trial < 60; ++trial) {
+    const MatchGrid& grid = grids[random.below(std::size(grids))];
+    const Pose pose = random_pose(random, 1.0, 0.2);
+    ScanForMatch fresh = make_scan_for_match(points_m);
+    EXPECT_EQ(bits_of(kernel_score(grid, used, pose, MatchKernel::kFastest)),
+              bits_of(kernel_score(grid, fresh, pose, MatchKernel::kFastest)));
+  }
+}
+
+TEST(KernelScore, AloneIsTheSameNumberInEveryVersion) {
+  const MatchGrid grid = room_grid(2.0);
+  Random random(13);
+  for (const std::size_t count : {1u, 16u, 100u, 1024u, 3001u}) {
+    ScanForMatch scan = make_scan_for_match(room_points(count, count, 0.05));
+    const Pose pose = random_pose(random, 0.5, 0.1);
+    for (const MatchKernel kernel : {MatchKernel::kPortable, MatchKernel::kAvx2,
+                                     MatchKernel::kAvx512, MatchKernel::kExact}) {
+      if (!is_supported(kernel)) continue;
+      EXPECT_EQ(kernel_score_alone(grid, scan, count, pose, kernel),
+                kernel_score(grid, scan, count, pose, kernel).score)
+          << "version " << static_cast<int>(kernel) << ", " << count << " points";
+    }
+  }
+}
+
 TEST(KernelScore, StaysFiniteHoweverFarOrSharp) {
   NdtMap map = simple_map(room_points(31, 5000, 1e-7), 2.0);
   for (Nd& nd : map.nds) nd.eigenvalues_m2 *= 1e-6;

@@ -1,0 +1,96 @@
+#include "passes/matching/scan_cutter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "passes/matching/scan_preparation.h"
+#include "tests/passes/matching/random_scene.h"
+
+namespace sightline {
+namespace {
+
+std::vector<Eigen::Vector3d> random_returns(Random& random, std::size_t count, double reach_m) {
+  std::vector<Eigen::Vector3d> points_m;
+  for (std::size_t i = 0; i < count; ++i) {
+    points_m.push_back(random_vector(random, -reach_m, reach_m));
+  }
+  return points_m;
+}
+
+// Number floor(n stride), n = 0, 1, ..
+std::vector<Eigen::Vector3d> every(double stride, const std::vector<Eigen::Vector3d>& points_m) {
+  std::vector<Eigen::Vector3d> some_m;
+  for (double n = 0.0; std::floor(n * stride) < static_cast<double>(points_m.size()); n += 1.0) {
+    some_m.push_back(points_m[static_cast<std::size_t>(std::floor(n * stride))]);
+  }
+  return some_m;
+}
+
+TEST(ScanCutter, TakesEverySecondReturnWithinTheRangeAndAveragesItsVoxel) {
+  const std::vector<Eigen::Vector3d> points_m = {{0.25, 0.5, 0.5}, {0.3, 0.5, 0.5}, {0.75, 0.5, 0.5},
+                                                 {1.5, 0.5, 0.5},  {3.5, 0.5, 0.5}, {-0.5, 0.0, 0.0},
+                                                 {0.0, 0.0, -3.0}};
+  const std::vector<Eigen::Vector3d> expected_m = {{0.0, 0.0, -3.0}, {0.5, 0.5, 0.5}};
+  ScanCutter cutter;
+  EXPECT_EQ(cutter.cut(points_m, {3.0, 1.0}, 2.0), expected_m);
+}
+
+TEST(ScanCutter, IsCropAndSubsampleOfTheReturnsItTakes) {
+  Random random(41);
+  ScanCutter cutter;  // one for all: nothing of a scan may be left in the next
+  for (int trial = 0; trial < 60; ++trial) {
+    const std::size_t count = random.below(4000);
+    const std::vector<Eigen::Vector3d> points_m = random_returns(random, count, 30.0);
+    // The last range with the smallest voxels has more cells than a table holds.
+    const ScanCut cut{random.uniform(1.0, 60.0), trial % 3 == 0 ? 0.4 : 1.0};
+    for (const double stride : {1.0, 1.6180339887498949, 2.0, 5.6180339887498949}) {
+      EXPECT_EQ(cutter.cut(points_m, cut, stride),
+                voxel_subsample(crop(every(stride, points_m), cut.range_m), cut.leaf_m))
+          << count << " points, range " << cut.range_m << ", stride " << stride;
+    }
+  }
+}
+
+TEST(ScanCutter, OfNothingIsNothing) {
+  ScanCutter cutter;
+  EXPECT_TRUE(cutter.cut({}, {10.0, 1.0}, 2.618).empty());
+}
+
+TEST(ReturnStride, LeavesReturnsAQuarterOfAVoxelApartAtMost) {
+  for (const double step_deg : {0.1, 0.2, 0.4}) {
+    for (double range_m = 2.0; range_m < 120.0; range_m += 0.5) {
+      for (const double leaf_m : {0.5, 1.0, 2.0}) {
+        const double stride = return_stride({range_m, leaf_m}, step_deg);
+        const double spacing_m = range_m * step_deg * std::acos(-1.0) / 180.0;
+        ASSERT_GE(stride, 1.0);
+        if (stride == 1.0) continue;
+        EXPECT_LE(stride * spacing_m, 0.25 * leaf_m * (1.0 + 1e-12));
+        EXPECT_NEAR(stride - std::floor(stride), 0.6180339887498949, 1e-9);
+      }
+    }
+  }
+  EXPECT_EQ(return_stride({50.0, 1.0}, 0.2), 1.0);
+  EXPECT_NEAR(return_stride({10.0, 1.0}, 0.2), 6.618, 1e-3);
+}
+
+// Sensors tell their rings in turn: whatever their number, each must keep its share.
+TEST(ReturnStride, MeetsAllRingsAlike) {
+  for (const std::size_t ring_count : {16u, 32u, 40u, 64u, 128u}) {
+    for (double range_m = 5.0; range_m <= 50.0; range_m += 5.0) {
+      const double stride = return_stride({range_m, 1.0}, 0.2);
+      std::vector<double> of_ring(ring_count, 0.0);
+      const double turns = 1800.0;
+      for (double n = 0.0; n * stride < turns * static_cast<double>(ring_count); n += 1.0) {
+        of_ring[static_cast<std::size_t>(n * stride) % ring_count] += 1.0;
+      }
+      for (const double count : of_ring) {
+        // A stride of a whole number would meet some of 16 rings twice as often, others never.
+        EXPECT_NEAR(count * stride / turns, 1.0, 0.1) << ring_count << " rings at " << range_m;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sightline
