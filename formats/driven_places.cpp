@@ -28,6 +28,7 @@ Result<void> validate_place(const DrivenPlace& place) {
   if (place.drives.empty()) return mismatched(place, "no drive was measured there");
   Result<void> valid = validate(place.sites);
   if (valid) valid = validate(place.factors);
+  if (valid) valid = validate(place.recordings);
   for (const MeasuredError& drive : place.drives) {
     if (valid) valid = validate_drive(place, drive);
   }
@@ -76,12 +77,13 @@ void encode(const DrivenPlaces& places, ByteWriter& writer) {
     encode(place.factors, writer);
     writer.put<std::uint64_t>(place.drives.size());
     for (const MeasuredError& drive : place.drives) encode(drive, writer);
+    encode(place.recordings, writer);
   }
 }
 
 void decode(ByteReader& reader, DrivenPlaces& places) {
-  // A place holds a name, sites, factors and drives, each with counts of eight bytes.
-  constexpr std::size_t kBytesPerPlace = 4 * sizeof(std::uint64_t);
+  // A place holds a name, sites, factors, drives and recordings, each with counts of eight bytes.
+  constexpr std::size_t kBytesPerPlace = 5 * sizeof(std::uint64_t);
   constexpr std::size_t kBytesPerDrive = 4 * sizeof(std::uint64_t);
   places.places.resize(reader.get_count(kBytesPerPlace));
   for (DrivenPlace& place : places.places) {
@@ -90,6 +92,7 @@ void decode(ByteReader& reader, DrivenPlaces& places) {
     decode(reader, place.factors);
     place.drives.resize(reader.get_count(kBytesPerDrive));
     for (MeasuredError& drive : place.drives) decode(reader, drive);
+    decode(reader, place.recordings);
   }
 }
 

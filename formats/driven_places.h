@@ -7,6 +7,7 @@
 #include "formats/artifact.h"
 #include "formats/factor_table.h"
 #include "formats/measured_error.h"
+#include "formats/recording_cards.h"
 #include "formats/sites.h"
 
 namespace sightline {
@@ -18,6 +19,7 @@ struct DrivenPlace {
   Sites sites;
   FactorTable factors;
   std::vector<MeasuredError> drives;  // at least one; of these sites, at the factors' ranges
+  RecordingCards recordings;          // that map and errors were made from
 };
 
 // All that an error model is trained on.
@@ -28,7 +30,7 @@ struct DrivenPlaces {
 template <>
 struct ArtifactTraits<DrivenPlaces> {
   static constexpr std::string_view kName = "driven-places";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 // Every part is valid in itself and belongs to its place. Errors: mismatched-inputs where sites,

@@ -8,6 +8,7 @@
 #include "formats/artifact.h"
 #include "formats/measured_error.h"
 #include "formats/predicted_error.h"
+#include "formats/recording_cards.h"
 #include "formats/regression_forest.h"
 #include "formats/street_type.h"
 
@@ -19,6 +20,7 @@ struct PlaceCard {
   std::vector<std::string> drives;  // whose errors were learnt there
   double labelled_route_m = 0.0;    // of the place, however many drives measured it
   std::uint32_t block_count = 0;
+  RecordingCards recordings;  // that its map and its errors were made from
 };
 
 // How the model was trained, and on how much.
@@ -108,15 +110,17 @@ struct ErrorModel {
 template <>
 struct ArtifactTraits<ErrorModel> {
   static constexpr std::string_view kName = "error-model";
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
 };
 
 Result<void> validate(const ErrorModel& model);
 // Facts: the model card. Rows: out-of-fold prediction beside the label, per site and range.
 Table dump(const ErrorModel& model);
-// The card's tables (ranges; features with support) and every node of every tree.
+// The card's tables (ranges; features with support; recordings) and every node of every tree.
 std::vector<Table> tables(const ErrorModel& model);
-// For people: places, quality of prediction per range, importances.
+// Role, name and digest of every recording that the model was trained on, by place.
+Table recordings_table(const ErrorModel& model);
+// For people: places, recordings, quality of prediction per range, importances.
 std::string to_text(const ErrorModel& model);
 void encode(const ErrorModel& model, ByteWriter& writer);
 void decode(ByteReader& reader, ErrorModel& model);

@@ -48,6 +48,12 @@ void append_card(const ErrorModel& model, Table& table) {
   for (const FeatureCard& feature : model.features) {
     table.facts.emplace_back("importance_" + feature.name + "_m", feature.importance_m);
   }
+  for (const PlaceCard& place : card.places) {
+    for (const RecordingCard& recording : place.recordings.cards) {
+      table.facts.emplace_back("sha256_of_" + recording.role + "_of_" + place.name,
+                               to_hex(recording.digest));
+    }
+  }
 }
 
 Table ranges_table(const ErrorModel& model) {
@@ -130,6 +136,17 @@ std::string card_text(const ErrorModel& model) {
   return text;
 }
 
+std::string recordings_text(const ErrorModel& model) {
+  const Table table = recordings_table(model);
+  TextGrid grid = {table.columns};
+  for (const std::vector<Cell>& row : table.rows) {
+    std::vector<std::string> line;
+    for (const Cell& cell : row) line.push_back(std::get<std::string>(cell));
+    grid.push_back(std::move(line));
+  }
+  return "Recordings that it was trained on\n" + aligned(grid);
+}
+
 std::string fit_text(const ErrorModel& model) {
   TextGrid grid = {{"range (m)"}, {"measured error (cm)"}, {"R^2"}, {"RMSE (cm)"}};
   if (model.card.knows_history) {
@@ -177,6 +194,16 @@ std::string importance_text(const ErrorModel& model) {
 
 }  // namespace
 
+Table recordings_table(const ErrorModel& model) {
+  Table table{"error-model-recordings", {"place", "role", "name", "sha256"}, {}, {}};
+  for (const PlaceCard& place : model.card.places) {
+    for (const RecordingCard& card : place.recordings.cards) {
+      table.rows.push_back({place.name, card.role, card.name, to_hex(card.digest)});
+    }
+  }
+  return table;
+}
+
 Table dump(const ErrorModel& model) {
   Table table = dump(model.out_of_fold);
   table.name = "error-model";
@@ -195,11 +222,11 @@ Table dump(const ErrorModel& model) {
 
 std::vector<Table> tables(const ErrorModel& model) {
   return {ranges_table(model), features_table(model), nodes_table(model), leaves_table(model),
-          streets_table(model)};
+          streets_table(model), recordings_table(model)};
 }
 
 std::string to_text(const ErrorModel& model) {
-  return card_text(model) + "\n" + fit_text(model) + "\n" +
+  return card_text(model) + "\n" + recordings_text(model) + "\n" + fit_text(model) + "\n" +
          (model.streets.empty() ? "" : street_text(model) + "\n") + importance_text(model);
 }
 

@@ -12,6 +12,7 @@
 
 #include "compiler/base/parallel.h"
 #include "formats/ndt_map.h"
+#include "passes/estimate_trajectory_equations.h"
 #include "passes/estimate_trajectory_odometry.h"
 #include "passes/estimate_trajectory_planes.h"
 
@@ -25,9 +26,6 @@ constexpr int kMostRounds = 6;
 // Another round would move nothing that matters.
 constexpr double kStopStep_m = 0.001;
 constexpr double kStopStep_rad = 1e-5;
-// Holds the first pose where no prior does.
-constexpr double kFixed_m = 1e-4;
-constexpr double kFixed_rad = 1e-6;
 // Scans whose points are kept at hand.
 constexpr std::size_t kCachedScans = 600;
 // Tiles whose equations are made side by side.
@@ -38,12 +36,6 @@ constexpr std::size_t kCovarianceStep = 8;
 constexpr double kDependentPlanes = 25.0;
 
 using Points = std::vector<Eigen::Vector3f>;
-using BlockKey = std::pair<std::uint32_t, std::uint32_t>;  // row >= column
-
-struct Equations {
-  std::map<BlockKey, Matrix6d> blocks;
-  Eigen::VectorXd gradient;
-};
 
 // The latest scans that were asked for.
 class ScanCache {
@@ -107,11 +99,6 @@ std::map<TileKey, std::vector<std::uint32_t>> keys_of_tiles(const std::vector<Po
   return tiles;
 }
 
-void add_block(std::uint32_t row, std::uint32_t column, const Matrix6d& block, Equations& all) {
-  const auto [place, is_new] = all.blocks.try_emplace({row, column}, block);
-  if (!is_new) place->second += block;
-}
-
 void add_tile(const PlaneEquations& tile, const std::vector<std::uint32_t>& keys, Equations& all) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(6 * i);
@@ -151,88 +138,7 @@ Result<void> add_planes(PassContext& ctx, const std::vector<Pose>& poses, ScanCa
   return {};
 }
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return matrix;
-}
-
-Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn(rotation);
-  return turn.angle() * turn.axis();
-}
-
-// Huber's weight of a residual that is as long as so many sigmas.
-double huber(double sigmas) { return sigmas > 1.0 ? 1.0 / sigmas : 1.0; }
-
-// Residuals in map axes: where `to` is, less where `from` puts it.
-void add_edge(const GraphEdge& edge, bool is_doubted, const std::vector<Pose>& poses,
-              Equations& all) {
-  const Pose& from = poses[edge.from];
-  const Pose expected = from * edge.T_from_to;
-  const Pose& to = poses[edge.to];
-  Vector6d residual;
-  residual << to.translation() - expected.translation(),
-      rotation_vector(to.linear() * expected.linear().transpose());
-  Vector6d information;
-  information.head<3>().setConstant(1.0 / (edge.sigma_m * edge.sigma_m));
-  information.tail<3>().setConstant(1.0 / (edge.sigma_rad * edge.sigma_rad));
-  if (is_doubted) {
-    information *= huber(std::sqrt(residual.dot(information.cwiseProduct(residual))));
-  }
-  Matrix6d by_from = -Matrix6d::Identity();
-  by_from.block<3, 3>(0, 3) = cross_matrix(expected.translation() - from.translation());
-  const Matrix6d weighted = by_from.transpose() * information.asDiagonal();
-  const Matrix6d own = information.asDiagonal();
-  add_block(edge.from, edge.from, weighted * by_from, all);
-  add_block(edge.to, edge.to, own, all);
-  if (edge.from < edge.to) {
-    add_block(edge.to, edge.from, own * by_from, all);
-  } else {
-    add_block(edge.from, edge.to, weighted, all);
-  }
-  all.gradient.segment<6>(6 * static_cast<Eigen::Index>(edge.from)) += weighted * residual;
-  all.gradient.segment<6>(6 * static_cast<Eigen::Index>(edge.to)) += own * residual;
-}
-
-void add_prior(const GraphPrior& prior, const std::vector<Pose>& poses, Equations& all) {
-  const Pose& pose = poses[prior.pose];
-  Vector6d residual;
-  residual << pose.translation() - prior.T_map_pose.translation(),
-      rotation_vector(pose.linear() * prior.T_map_pose.linear().transpose());
-  Vector6d information;
-  information.head<3>().setConstant(1.0 / (prior.sigma_m * prior.sigma_m));
-  information.tail<3>().setConstant(1.0 / (prior.sigma_rad * prior.sigma_rad));
-  information *= huber(std::sqrt(residual.dot(information.cwiseProduct(residual))));
-  const Matrix6d own = information.asDiagonal();
-  add_block(prior.pose, prior.pose, own, all);
-  all.gradient.segment<6>(6 * static_cast<Eigen::Index>(prior.pose)) += own * residual;
-}
-
-void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations& all) {
-  for (const GraphEdge& edge : graph.odometry) add_edge(edge, true, poses, all);
-  for (const GraphEdge& edge : graph.loops) add_edge(edge, true, poses, all);
-  for (const GraphPrior& prior : graph.priors) add_prior(prior, poses, all);
-  if (graph.priors.empty()) add_prior({0, poses[0], kFixed_m, kFixed_rad}, poses, all);
-}
-
 using Solver = Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>;
-
-Eigen::SparseMatrix<double> matrix_of(const Equations& all) {
-  std::vector<Eigen::Triplet<double>> triplets;
-  triplets.reserve(36 * all.blocks.size());
-  for (const auto& [key, block] : all.blocks) {
-    for (int i = 0; i < 6; ++i) {
-      for (int j = 0; j < 6; ++j) {
-        triplets.emplace_back(static_cast<int>(6 * key.first) + i,
-                              static_cast<int>(6 * key.second) + j, block(i, j));
-      }
-    }
-  }
-  Eigen::SparseMatrix<double> matrix(all.gradient.size(), all.gradient.size());
-  matrix.setFromTriplets(triplets.begin(), triplets.end());
-  return matrix;
-}
 
 // The covariance of some keys, the others interpolated.
 std::vector<Matrix6d> covariances(const Solver& solver, std::size_t count) {

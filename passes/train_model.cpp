@@ -248,9 +248,8 @@ Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted
 }
 
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const Sites& sites, const FactorTable& factors,
-                                    const MeasuredError& measured) {
-  return train_on(ctx, wanted, {{{measured.drive, sites, factors, {measured}}}});
+                                    const DrivenPlace& here) {
+  return train_on(ctx, wanted, {{here}});
 }
 
 }  // namespace sightline

@@ -9,13 +9,10 @@
 #include "compiler/pipeline/pass_context.h"
 #include "formats/driven_places.h"
 #include "formats/error_model.h"
-#include "formats/factor_table.h"
-#include "formats/measured_error.h"
-#include "formats/sites.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kTrainModelVersion = 3;
+inline constexpr std::uint32_t kTrainModelVersion = 4;
 
 struct TrainModelOptions {
   std::string features = "all";  // or "paper": its eleven factors alone
@@ -46,9 +43,8 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places);
 
-// The same from one place that was driven once.
+// The same from the one place that the model is for, without a warning that it knows no other.
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const Sites& sites, const FactorTable& factors,
-                                    const MeasuredError& measured);
+                                    const DrivenPlace& here);
 
 }  // namespace sightline

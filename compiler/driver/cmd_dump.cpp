@@ -10,13 +10,14 @@
 #include "compiler/driver/dump_picture.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
+#include "compiler/driver/table_rows.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline {
 namespace {
 
 struct DumpFlags {
-  RunFlags run;  // config_file is the target: a configuration, a map or a cached artifact
+  RunFlags run;  // config_file is the target: a configuration, a map, a model or an artifact
   std::string what;
   std::string format = "text";
   int site = -1;
@@ -41,6 +42,7 @@ const std::vector<Dumpable> kDumpables = {{"nds", "ndt-map"},
                                           {"points", "surface-points"},
                                           {"surface", "surface"},
                                           {"model", "error-model"},
+                                          {"recordings", "recording-cards"},
                                           {"evaluation", "evaluation"}};
 
 std::vector<std::string> dumpable_names() {
@@ -58,6 +60,15 @@ Result<Table> table_of_map(const DumpFlags& flags) {
   error.file = flags.run.config_file;
   error.message += "; everything else can be dumped from the configuration that compiled it";
   return error;
+}
+
+Result<Table> table_of_model(const DumpFlags& flags) {
+  const Result<ErrorModel> model = read_model(flags.run.config_file);
+  if (!model) return model.error();
+  if (flags.what == "model") return dump(*model);
+  if (flags.what == "recordings") return recordings_table(*model);
+  return Error{ErrorCode::kBadArgument, "--what: a model holds the tables model and recordings",
+               flags.run.config_file, ""};
 }
 
 // Runs the compile (from the cache where it can) up to the pass that makes the artifact.
@@ -82,7 +93,22 @@ std::string artifact_of(const std::string& what) {
   return std::ranges::find(kDumpables, what, &Dumpable::what)->artifact;
 }
 
+// Of every recording that the configuration names; reads files and runs no pass.
+Result<Table> recordings_of_config(const DumpFlags& flags) {
+  const Result<CompileConfig> config =
+      load_compile_config(flags.run.config_file, flags.run.overrides);
+  if (!config) return config.error();
+  ArtifactSet artifacts;
+  Result<void> provided = provide_drives(*config, artifacts);
+  if (provided && !config->evaluation.scans.empty()) {
+    provided = provide_evaluation(*config, artifacts);
+  }
+  if (!provided) return provided.error();
+  return dump(recording_cards(*config, artifacts));
+}
+
 Result<Table> table_of_config(const DumpFlags& flags) {
+  if (flags.what == "recordings") return recordings_of_config(flags);
   const std::string artifact = artifact_of(flags.what);
   const Result<ArtifactSet> artifacts = artifacts_up_to(artifact, flags);
   if (!artifacts) return artifacts.error();
@@ -143,25 +169,12 @@ Result<Table> table_of_artifact(const DumpFlags& flags) {
                flags.run.config_file, ""};
 }
 
-// Keeps the rows of one site, where the table has a column of that name.
-Result<void> keep_site(int site, Table& table) {
-  const auto column = std::ranges::find(table.columns, "site");
-  if (column == table.columns.end()) {
-    return Error{ErrorCode::kBadArgument, "--site: table '" + table.name + "' has no sites", "",
-                 ""};
-  }
-  const auto index = static_cast<std::size_t>(column - table.columns.begin());
-  std::erase_if(table.rows, [&](const std::vector<Cell>& row) {
-    return row[index] != Cell(static_cast<std::int64_t>(site));
-  });
-  return {};
-}
-
-enum class Target { kConfig, kMap, kArtifact };
+enum class Target { kConfig, kMap, kModel, kArtifact };
 
 Target target_of(const DumpFlags& flags) {
   const std::filesystem::path extension = std::filesystem::path(flags.run.config_file).extension();
   if (extension == ".sla") return Target::kArtifact;
+  if (extension == ".slmodel") return Target::kModel;
   return extension == ".slmap" ? Target::kMap : Target::kConfig;
 }
 
@@ -175,7 +188,9 @@ Result<void> dump_picture(const DumpFlags& flags) {
     if (!box) return box.error();
     wish.box = *box;
   }
-  if (target_of(flags) == Target::kArtifact ||
+  const bool is_drawable =
+      target_of(flags) == Target::kMap || target_of(flags) == Target::kConfig;
+  if (!is_drawable ||
       (wish.what != "depth" && wish.what != "nds" && wish.what != "points")) {
     return Error{ErrorCode::kBadArgument,
                  "--format: only depth, nds and points of a configuration or a map can be drawn",
@@ -196,31 +211,18 @@ Result<Table> table_of(const DumpFlags& flags) {
       return table_of_artifact(flags);
     case Target::kMap:
       return table_of_map(flags);
+    case Target::kModel:
+      return table_of_model(flags);
     case Target::kConfig:
       return table_of_config(flags);
   }
   SIGHTLINE_CHECK(false);
 }
 
-// Keeps the NDs in a box.
-Result<void> keep_box(const std::string& text, Table& table) {
-  const Result<MapBox> box = parse_box(text);
-  if (!box) return box.error();
-  const auto x = std::ranges::find(table.columns, "mean_x_m") - table.columns.begin();
-  if (x == static_cast<long>(table.columns.size())) {
-    return Error{ErrorCode::kBadArgument, "--box: only nds lie in boxes", "", ""};
-  }
-  const auto column = static_cast<std::size_t>(x);
-  std::erase_if(table.rows, [&](const std::vector<Cell>& row) {
-    return !box->contains({std::get<double>(row[column]), std::get<double>(row[column + 1]), 0.0});
-  });
-  return {};
-}
-
 Result<void> run_dump(const DumpFlags& flags) {
   if (target_of(flags) != Target::kArtifact && flags.what.empty()) {
-    return Error{ErrorCode::kBadArgument, "--what is required for a map or a configuration", "",
-                 ""};
+    return Error{ErrorCode::kBadArgument,
+                 "--what is required for a map, a model or a configuration", "", ""};
   }
   if (flags.format == "png" || flags.format == "svg") return dump_picture(flags);
   const Result<TableFormat> format = parse_table_format(flags.format);
@@ -242,17 +244,20 @@ void add_dump_command(CLI::App& app, int& status) {
   CLI::App* command =
       app.add_subcommand("dump", "Print every number of a map or of any step on the way to it");
   command->footer(
-      "The target is a map (.slmap), a configuration (.yaml: what is not in the cache is computed) "
-      "or a\ncached artifact (.sla). Numbers have full precision; units stand in the column "
-      "names.\n\n"
+      "The target is a map (.slmap), a model (.slmodel), a configuration (.yaml: what is not in the "
+      "cache\nis computed) or a cached artifact (.sla). Numbers have full precision; units stand "
+      "in the\ncolumn names.\n\n"
       "Examples:\n"
       "  sightline dump town.slmap --what ranges --format csv > ranges.csv\n"
       "  sightline dump town.yaml --what factors --site 40\n"
       "  sightline dump town.yaml --what depth --site 40 --format png > seen_from_40.png\n"
-      "  sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg");
+      "  sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg\n"
+      "  sightline dump city.slmodel --what recordings    # SHA-256 of what it was trained on\n"
+      "  sightline dump town.yaml --what recordings       # the same of recordings at hand");
   add_run_flags(*command, flags->run);
   CLI::Option* target = command->get_option("config");
-  target->description("A map (.slmap), a configuration (.yaml) or a cached artifact (.sla)");
+  target->description(
+      "A map (.slmap), a model (.slmodel), a configuration (.yaml) or a cached artifact (.sla)");
   command->add_option("--what", flags->what, "The table to print")
       ->check(CLI::IsMember(dumpable_names()));
   command

@@ -1,8 +1,10 @@
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
+#include "compiler/driver/pipelines.h"
 #include "formats/map/describe.h"
 #include "formats/map/describe_site.h"
 #include "formats/map/map_reader.h"
@@ -11,12 +13,23 @@ namespace sightline {
 namespace {
 
 struct InspectFlags {
-  std::string map;
+  std::string file;
   int site = -1;  // below 0: the map as a whole
 };
 
-Result<void> inspect(const InspectFlags& flags) {
-  const Result<CompiledMap> map = read_map(flags.map);
+Result<void> inspect_model(const InspectFlags& flags) {
+  if (flags.site >= 0) {
+    return Error{ErrorCode::kBadArgument, "--site: a model annotates no sites, a map does",
+                 flags.file, ""};
+  }
+  const Result<ErrorModel> model = read_model(flags.file);
+  if (!model) return model.error();
+  std::fputs(describe(*model).c_str(), stdout);
+  return {};
+}
+
+Result<void> inspect_map(const InspectFlags& flags) {
+  const Result<CompiledMap> map = read_map(flags.file);
   if (!map) return map.error();
   if (flags.site >= 0) {
     const Result<std::string> text = describe_site(*map, static_cast<std::size_t>(flags.site));
@@ -24,11 +37,16 @@ Result<void> inspect(const InspectFlags& flags) {
     std::fputs(text->c_str(), stdout);
     return {};
   }
-  const Result<MapSummary> summary = verify_map(flags.map);
+  const Result<MapSummary> summary = verify_map(flags.file);
   if (!summary) return summary.error();
   std::fputs(describe(*map).c_str(), stdout);
   std::fputs(describe(*summary).c_str(), stdout);
   return {};
+}
+
+Result<void> inspect(const InspectFlags& flags) {
+  const bool is_model = std::filesystem::path(flags.file).extension() == ".slmodel";
+  return is_model ? inspect_model(flags) : inspect_map(flags);
 }
 
 }  // namespace
@@ -36,12 +54,13 @@ Result<void> inspect(const InspectFlags& flags) {
 void add_inspect_command(CLI::App& app, int& status) {
   const auto flags = std::make_shared<InspectFlags>();
   CLI::App* command = app.add_subcommand(
-      "inspect", "Say in words what a map holds: sites, ranges, promises, model card");
+      "inspect", "Say in words what a map or a model holds: sites, ranges, promises, model card");
   command->footer(
       "Examples:\n"
       "  sightline inspect town.slmap\n"
-      "  sightline inspect town.slmap --site 40    # why is the range long here?");
-  command->add_option("map", flags->map, "The map (.slmap)")->required();
+      "  sightline inspect town.slmap --site 40    # why is the range long here?\n"
+      "  sightline inspect city.slmodel            # what was it trained on?");
+  command->add_option("file", flags->file, "The map (.slmap) or model (.slmodel)")->required();
   command->add_option("--site", flags->site, "Explain the choice at this site instead")
       ->check(CLI::Range(0, INT32_MAX));
   command->callback([flags, &status] {

@@ -7,6 +7,7 @@
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
 #include "compiler/driver/pipelines.h"
+#include "compiler/driver/place_names.h"
 #include "compiler/driver/run_flags.h"
 #include "formats/driven_places.h"
 
@@ -21,7 +22,7 @@ struct TrainFlags {
   bool is_forced = false;
 };
 
-// A place, and a key that names everything its numbers were made of.
+// A place, still without a name, and a key that names everything its numbers were made of.
 struct MeasuredPlace {
   DrivenPlace place;
   Digest key{};
@@ -58,9 +59,10 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig
       run_steps(measure_pipeline(config, flags.with_evaluation), run, config, artifacts);
   if (!reports) return reports.error();
   MeasuredPlace measured;
-  measured.place = {file, artifacts.get<Sites>("sites"),
-                    artifacts.get<FactorTable>("factor-table"), {}};
+  measured.place = {"", artifacts.get<Sites>("sites"), artifacts.get<FactorTable>("factor-table"),
+                    {}, recording_cards(config, artifacts)};
   DigestBuilder key;
+  key.add(sha256(to_bytes(measured.place.recordings)));
   for (const char* name : {"sites", "factor-table"}) key.add(artifacts.entry(name).key);
   std::vector<std::string> drives = {"measured-error"};
   if (flags.with_evaluation) drives.emplace_back("evaluation/measured-error");
@@ -72,12 +74,12 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig
   return measured;
 }
 
-Result<void> train(const TrainFlags& flags) {
-  const Result<void> free = check_output(flags);
-  if (!free) return free;
+// Provides "driven-places". Returns the first configuration, which says how to learn from them.
+Result<CompileConfig> provide_places(const TrainFlags& flags, ArtifactSet& artifacts) {
   DrivenPlaces places;
   DigestBuilder key;
   CompileConfig first_config;
+  const std::vector<std::string> names = place_names(flags.configs);
   for (const std::string& file : flags.configs) {
     const Result<CompileConfig> config = load_config(flags, file);
     if (!config) return config.error();
@@ -85,15 +87,25 @@ Result<void> train(const TrainFlags& flags) {
     if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", file.c_str());
     Result<MeasuredPlace> measured = measure_place(flags, *config, file);
     if (!measured) return measured.error();
-    places.places.push_back(std::move(measured->place));
+    measured->place.name = names[places.places.size()];
+    key.add(measured->place.name);
     key.add(measured->key);
+    places.places.push_back(std::move(measured->place));
   }
-  ArtifactSet artifacts;
   artifacts.provide("driven-places", std::move(places), key.finish());
+  return first_config;
+}
+
+Result<void> train(const TrainFlags& flags) {
+  const Result<void> free = check_output(flags);
+  if (!free) return free;
+  ArtifactSet artifacts;
+  const Result<CompileConfig> config = provide_places(flags, artifacts);
+  if (!config) return config.error();
   RunFlags run = flags.run;
   run.config_file = flags.configs.front();
   const Result<std::vector<StepReport>> reports =
-      run_steps(train_pipeline(first_config.train_model), run, first_config, artifacts);
+      run_steps(train_pipeline(config->train_model), run, *config, artifacts);
   if (!reports) return reports.error();
   const ErrorModel& model = artifacts.get<ErrorModel>("error-model");
   const Result<void> written =
@@ -102,7 +114,7 @@ Result<void> train(const TrainFlags& flags) {
   if (!written) return written;
   if (flags.run.is_quiet) return {};
   std::string text = to_text(model) + "\nWhat it promises in places like these\n";
-  for (const std::string& promise : promises_of(first_config.choose_ranges, model)) {
+  for (const std::string& promise : promises_of(config->choose_ranges, model)) {
     text += promise + "\n";
   }
   std::fputs(text.c_str(), stdout);
@@ -125,7 +137,8 @@ void add_train_command(CLI::App& app, int& status) {
       "Examples:\n"
       "  sightline train north.yaml south.yaml old-town.yaml -o city.slmodel\n"
       "  sightline train town-*/town.yaml -o towns.slmodel --with-evaluation\n"
-      "  sightline compile street.yaml -o street.slmap --model city.slmodel");
+      "  sightline compile street.yaml -o street.slmap --model city.slmodel\n"
+      "  sightline inspect city.slmodel    # the model card again");
   command->add_option("configs", flags->configs, "YAML configurations, one for each place")
       ->required();
   add_flags_of_every_run(*command, flags->run);

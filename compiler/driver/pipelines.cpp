@@ -17,7 +17,15 @@ EstimateTrajectoryOptions own_poses(EstimateTrajectoryOptions options) {
   return options;
 }
 
-// The pass takes its many inputs as one struct; the runner reads them off this signature.
+// The next two passes take their many inputs as one struct; the runner reads them off these
+// signatures.
+Result<ErrorModel> train_model_step(PassContext& ctx, const TrainModelOptions& options,
+                                    const Sites& sites, const FactorTable& factors,
+                                    const MeasuredError& measured,
+                                    const RecordingCards& recordings) {
+  return train_model_here(ctx, options, {measured.drive, sites, factors, {measured}, recordings});
+}
+
 Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
                                   const Drive& mapping, const Drive& localization,
                                   const NdtMap& ndt, const Sites& sites,
@@ -38,6 +46,12 @@ Result<void> provide_drive(const std::string& name, const RecordingOptions& opti
   artifacts.provide(name + "/sensor", recording->sensor, sha256(to_bytes(recording->sensor)));
   artifacts.provide(name + "/recording", std::move(*recording), digest);
   return {};
+}
+
+void provide_recording_cards(const CompileConfig& config, ArtifactSet& artifacts) {
+  RecordingCards recordings = recording_cards(config, artifacts);
+  const Digest digest = sha256(to_bytes(recordings));
+  artifacts.provide("recording-cards", std::move(recordings), digest);
 }
 
 // What a drive and its trajectory are called.
@@ -129,8 +143,8 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
   add(make_step("measure-error", kMeasureErrorVersion, &measure_error, c.measure_error,
                 {undistorted, trajectory, "ndt-map", "sites"}, "measured-error"));
   if (model == ModelSource::kTrained) {
-    add(make_step("train-model", kTrainModelVersion, &train_model_here, c.train_model,
-                  {"sites", "factor-table", "measured-error"}, "error-model"));
+    add(make_step("train-model", kTrainModelVersion, &train_model_step, c.train_model,
+                  {"sites", "factor-table", "measured-error", "recording-cards"}, "error-model"));
   }
   if (model == ModelSource::kGiven && c.predict_error.history == "auto") {
     add(make_step("predict-error", kPredictErrorVersion, &predict_error_with_history,
@@ -211,13 +225,33 @@ Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts)
         provide_drive(other_sensor_section(i), config.other_sensors[i], artifacts);
     if (!other) return other;
   }
-  if (!config.is_split()) return provide_drive("localization", config.localization, artifacts);
-  // One recording is both: what localizes is the mapping drive's own sensor.
-  artifacts.put("localization/sensor", artifacts.entry("mapping/sensor"));
-  return {};
+  Result<void> localization;
+  if (config.is_split()) {
+    // One recording is both: what localizes is the mapping drive's own sensor.
+    artifacts.put("localization/sensor", artifacts.entry("mapping/sensor"));
+  } else {
+    localization = provide_drive("localization", config.localization, artifacts);
+  }
+  if (localization) provide_recording_cards(config, artifacts);
+  return localization;
 }
 
-Result<void> provide_model(const std::filesystem::path& file, ArtifactSet& artifacts) {
+RecordingCards recording_cards(const CompileConfig& config, const ArtifactSet& artifacts) {
+  std::vector<std::string> roles = {"mapping"};
+  for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
+    roles.push_back(other_sensor_section(i));
+  }
+  roles.insert(roles.end(), {"localization", "evaluation"});
+  RecordingCards recordings;
+  for (const std::string& role : roles) {
+    if (!artifacts.has(role + "/recording")) continue;
+    const auto& recording = artifacts.get<Recording>(role + "/recording");
+    recordings.cards.push_back({role, recording.name, recording.digest});
+  }
+  return recordings;
+}
+
+Result<ErrorModel> read_model(const std::filesystem::path& file) {
   Result<ErrorModel> model = Error{ErrorCode::kCannotRead, "no model", file.string(), ""};
   if (file.extension() == ".slmap") {
     const Result<CompiledMap> map = read_map(file);
@@ -228,11 +262,13 @@ Result<void> provide_model(const std::filesystem::path& file, ArtifactSet& artif
     if (!bytes) return bytes.error();
     model = from_bytes<ErrorModel>(*bytes);
   }
-  if (!model) {
-    Error error = model.error();
-    error.file = file.string();
-    return error;
-  }
+  if (!model) return in_file(model.error(), file.string());
+  return model;
+}
+
+Result<void> provide_model(const std::filesystem::path& file, ArtifactSet& artifacts) {
+  Result<ErrorModel> model = read_model(file);
+  if (!model) return model.error();
   const Digest digest = sha256(to_bytes(*model));
   artifacts.provide("error-model", std::move(*model), digest);
   return {};

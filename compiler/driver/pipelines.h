@@ -13,8 +13,8 @@ namespace sightline {
 enum class ModelSource { kTrained, kGiven };
 
 // From drives to a finished map. Artifacts taken from outside: "mapping/recording",
-// "localization/sensor", and "localization/recording" where a second drive is named. The last two
-// made are "evaluation" and "compiled-map".
+// "localization/sensor", "recording-cards", and "localization/recording" where a second drive is
+// named. The last two made are "evaluation" and "compiled-map".
 std::vector<PassStep> compile_pipeline(const CompileConfig& config,
                                        ModelSource model = ModelSource::kTrained);
 
@@ -30,12 +30,17 @@ std::vector<PassStep> measure_pipeline(const CompileConfig& config, bool also_ev
 // From "driven-places" to "error-model".
 std::vector<PassStep> train_pipeline(const TrainModelOptions& options);
 
-// Opens the recordings that a compile takes and provides them and their sensors. Errors: those of
-// open_recording.
+// Opens the recordings that a compile takes and provides them, their sensors and cards. Errors:
+// those of open_recording.
 Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts);
 
-// Provides the error model of a finished map (.slmap) or of a model file. Errors: those
-// of read_map, model_of and from_bytes.
+// Cards of the recordings that were provided, in the order of the configuration's sections.
+RecordingCards recording_cards(const CompileConfig& config, const ArtifactSet& artifacts);
+
+// The error model of a finished map (.slmap) or of a model file. Errors: those of read_map, model_of
+// and from_bytes.
+Result<ErrorModel> read_model(const std::filesystem::path& file);
+// Provides it.
 Result<void> provide_model(const std::filesystem::path& file, ArtifactSet& artifacts);
 
 // Opens the recording that judges a map and provides it.

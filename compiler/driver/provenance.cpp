@@ -8,6 +8,8 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "formats/recording_cards.h"
+
 namespace sightline {
 namespace {
 
@@ -67,8 +69,10 @@ std::string provenance_json(CompileConfig config, const std::vector<std::string>
                {"inputs", Json::object()},
                {"configuration", config_json(config)},
                {"passes", Json::array()}};
-  for (const char* input : {"mapping/recording", "localization/recording"}) {
-    if (artifacts.has(input)) json["inputs"][input] = to_hex(artifacts.entry(input).key);
+  if (artifacts.has("recording-cards")) {
+    for (const RecordingCard& card : artifacts.get<RecordingCards>("recording-cards").cards) {
+      json["inputs"][card.role + "/recording"] = to_hex(card.digest);
+    }
   }
   for (const StepReport& report : reports) json["passes"].push_back(pass_json(report));
   return json.dump(2) + "\n";

@@ -23,7 +23,7 @@ std::vector<GateRule> join() {
   std::vector<GateRule> all;
   for (const std::span<const GateRule> part :
        {rules_of_map(), rules_of_poses(), rules_of_observation(), rules_of_identity(),
-        rules_of_change(), std::span<const GateRule>(kRulesOfExceptions)}) {
+        rules_of_stretches(), rules_of_change(), std::span<const GateRule>(kRulesOfExceptions)}) {
     all.insert(all.end(), part.begin(), part.end());
   }
   return all;

@@ -79,6 +79,7 @@ std::span<const GateRule> rules_of_map();
 std::span<const GateRule> rules_of_poses();
 std::span<const GateRule> rules_of_observation();
 std::span<const GateRule> rules_of_identity();
+std::span<const GateRule> rules_of_stretches();
 std::span<const GateRule> rules_of_change();
 
 }  // namespace sightline

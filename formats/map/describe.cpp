@@ -181,6 +181,12 @@ std::string describe(const CompiledMap& map) {
   return text;
 }
 
+std::string describe(const ErrorModel& model) {
+  const ModelRecord record = record_of(model);
+  return "error model\n" + field("sha256", to_hex(record.digest)) +
+         field("encoding", std::to_string(record.encoding_version)) + "\n" + to_text(model);
+}
+
 std::string describe(const MapSummary& summary) {
   std::string text = "file\n" + field("format", summary.format) +
                      field("root digest", to_hex(summary.root_digest)) +

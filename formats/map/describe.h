@@ -14,4 +14,7 @@ std::string describe(const CompiledMap& map);
 // For people: format, sizes and digests of the file.
 std::string describe(const MapSummary& summary);
 
+// For people: the digest by which maps name this model, and its card.
+std::string describe(const ErrorModel& model);
+
 }  // namespace sightline

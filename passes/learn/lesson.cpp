@@ -101,6 +101,7 @@ Result<void> append_blocks(const LessonOptions& options, const DrivenPlaces& pla
     std::vector<std::uint8_t> has_label(place.sites.sites.size(), 0);
     PlaceCard card;
     card.name = place.name;
+    card.recordings = place.recordings;
     for (const MeasuredError& drive : place.drives) {
       card.drives.push_back(drive.drive);
       for (std::size_t i = 0; i < has_label.size(); ++i) {

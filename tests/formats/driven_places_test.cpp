@@ -38,6 +38,9 @@ TEST(DrivenPlaces, RefusePartsThatDoNotBelongTogether) {
   places = places_driven_twice(2, kTiny);
   places.places[0].sites.sites.pop_back();
   EXPECT_EQ(code_of(places), ErrorCode::kMismatchedInputs);
+  places = places_driven_twice(2, kTiny);
+  places.places[1].recordings.cards.clear();
+  EXPECT_EQ(code_of(places), ErrorCode::kInvalidArtifact);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -79,6 +80,30 @@ TEST(ErrorModel, ThatPromisesMoreThanItHoldsIsRefusedBeforeItIsAllocated) {
   EXPECT_LT(peak_kib() - before_kib, 400L << 10);
 }
 
+TEST(ErrorModel, OfAnotherVersionIsRefusedAndSaysWhich) {
+  ByteWriter writer;
+  encode(small_model(), writer);
+  const auto of_version = [&](std::uint32_t version) {
+    return from_bytes<ErrorModel>(seal("error-model", version, writer.bytes())).error();
+  };
+  EXPECT_EQ(of_version(3).code, ErrorCode::kOldVersion);
+  EXPECT_EQ(of_version(3).message, "a error-model of version 3, this program reads version 4");
+  EXPECT_EQ(of_version(5).code, ErrorCode::kFutureVersion);
+}
+
+TEST(ErrorModel, NamesEveryRecordingInTextTableAndFacts) {
+  const ErrorModel model = small_model();
+  const std::string digest = to_hex(sha256("by hand"));
+  EXPECT_NE(to_text(model).find("handmade  localization  by hand  " + digest), std::string::npos)
+      << to_text(model);
+  const Table table = recordings_table(model);
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(table.rows[1], (std::vector<Cell>{"handmade", "localization", "by hand", digest}));
+  const std::pair<std::string, Cell> fact("sha256_of_localization_of_handmade", digest);
+  const Table card = dump(model);
+  EXPECT_NE(std::ranges::find(card.facts, fact), card.facts.end());
+}
+
 TEST(ErrorModel, WithBytesAppendedIsRefused) {
   std::vector<std::byte> bytes = to_bytes(small_model());
   bytes.push_back(std::byte{0});
@@ -147,6 +172,11 @@ TEST(ErrorModel, RefusesACardThatDoesNotFit) {
   ErrorModel no_block = small_model();
   no_block.sites[1].block = 2;
   EXPECT_EQ(code_of(no_block), ErrorCode::kInvalidArtifact);
+  ErrorModel unknown_data = small_model();
+  unknown_data.card.places[0].recordings.cards[1].digest = {};
+  EXPECT_EQ(code_of(unknown_data), ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(validate(unknown_data).error().place,
+            "model card, place 'handmade', recording 'localization'");
   ErrorModel inverted = small_model();
   inverted.features[0].support_min[1] = 1.0;
   EXPECT_EQ(code_of(inverted), ErrorCode::kInvalidArtifact);

@@ -17,7 +17,7 @@ ErrorModel model_of(const SyntheticDrive& drive) {
   TrainModelOptions options;
   options.trees = 20;
   PassContext ctx;
-  Result<ErrorModel> model = train_model_here(ctx, options, drive.sites, drive.factors, drive.measured);
+  Result<ErrorModel> model = train_model_here(ctx, options, place_of(drive));
   EXPECT_TRUE(model.has_value()) << to_string(model.error());
   return std::move(*model);
 }

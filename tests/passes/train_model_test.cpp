@@ -23,7 +23,7 @@ Result<ErrorModel> train(const SyntheticDrive& drive, const TrainModelOptions& o
                          int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
-  return train_model_here(ctx, options, drive.sites, drive.factors, drive.measured);
+  return train_model_here(ctx, options, place_of(drive));
 }
 
 TEST(TrainModel, LearnsFromEverySiteWithAScanAtEveryRange) {
@@ -74,6 +74,9 @@ TEST(TrainModel, LearnsFromManyPlacesAndJudgesEachByTheOthers) {
   EXPECT_EQ(model->card.hold_out, "places");
   ASSERT_EQ(model->card.places.size(), 3u);
   EXPECT_EQ(model->card.places[2].drives, (std::vector<std::string>{"synthetic", "again"}));
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(model->card.places[i].recordings, places.places[i].recordings);
+  }
   EXPECT_EQ(model->card.block_count, 9u);
   EXPECT_TRUE(model->card.knows_history);
   EXPECT_EQ(model->sites.size(), 3u * 4u * 200u);
@@ -172,7 +175,7 @@ TEST(TrainModel, NamesFactorsThatNeverVary) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  ASSERT_TRUE(train_model_here(ctx, quick(), drive.sites, drive.factors, drive.measured).has_value());
+  ASSERT_TRUE(train_model_here(ctx, quick(), place_of(drive)).has_value());
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("feature_count"), std::string::npos);
 }
@@ -193,7 +196,7 @@ TEST(TrainModel, JudgesAShortDriveOnShorterBlocksAndSaysSo) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const Result<ErrorModel> model =
-      train_model_here(ctx, quick(), drive.sites, drive.factors, drive.measured);
+      train_model_here(ctx, quick(), place_of(drive));
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   EXPECT_GE(model->card.block_count, 2u);
   EXPECT_GE(model->card.block_m, 15.0);
@@ -208,7 +211,7 @@ TEST(TrainModel, LearnsNothingFromADirection) {
   drive.factors.factors[0] = "crlb_heading";
   PassContext ctx;
   const Result<ErrorModel> model =
-      train_model_here(ctx, quick(), drive.sites, drive.factors, drive.measured);
+      train_model_here(ctx, quick(), place_of(drive));
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   for (const FeatureCard& feature : model->features) EXPECT_NE(feature.name, "crlb_heading");
 }
@@ -243,6 +246,20 @@ TEST(TrainModel, RefusesNumbersThatAreNone) {
   model = train(drive);
   ASSERT_FALSE(model.has_value());
   EXPECT_EQ(model.error().code, ErrorCode::kInvalidArtifact);
+}
+
+TEST(TrainModel, NamesOtherRecordingsAndLearnsTheSame) {
+  PassContext ctx;
+  DrivenPlaces places = places_driven_twice(2, kSmall);
+  const Result<ErrorModel> model = train_model(ctx, quick(), places);
+  places.places[1].recordings.cards[0].digest[31] ^= 1;
+  Result<ErrorModel> other = train_model(ctx, quick(), places);
+  ASSERT_TRUE(model.has_value() && other.has_value());
+  EXPECT_NE(to_bytes(*other), to_bytes(*model));
+  other->card.places[1].recordings.cards[0].digest[31] ^= 1;
+  EXPECT_EQ(to_bytes(*other), to_bytes(*model));
+  places.places[1].recordings.cards.clear();
+  EXPECT_EQ(train_model(ctx, quick(), places).error().code, ErrorCode::kInvalidArtifact);
 }
 
 TEST(TrainModel, RefusesInputsOfDifferentMaps) {

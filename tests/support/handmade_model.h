@@ -23,7 +23,12 @@ inline ErrorModel handmade_model(const std::vector<HandmadeSite>& sites,
                                  std::uint32_t block_count) {
   ErrorModel model;
   model.card.feature_set = "all";
-  model.card.places = {{"handmade", {"by hand"}, static_cast<double>(sites.size()), block_count}};
+  model.card.places = {{"handmade",
+                        {"by hand"},
+                        static_cast<double>(sites.size()),
+                        block_count,
+                        {{{"mapping", "by foot", sha256("by foot")},
+                          {"localization", "by hand", sha256("by hand")}}}}};
   model.card.hold_out = "blocks";
   model.card.tree_count = 1;
   model.card.least_leaf_rows = 1;

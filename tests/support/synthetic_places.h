@@ -9,6 +9,19 @@
 
 namespace sightline {
 
+// Cards of recordings that nobody made; other seeds, other digests.
+inline RecordingCards synthetic_recordings(std::uint64_t seed) {
+  const std::string name = std::to_string(seed);
+  return {{{"mapping", "mapping", sha256("mapping " + name)},
+           {"localization", "synthetic", sha256("synthetic " + name)}}};
+}
+
+// A synthetic drive as the one that a place was driven.
+inline DrivenPlace place_of(const SyntheticDrive& drive) {
+  return {drive.measured.drive, drive.sites, drive.factors, {drive.measured},
+          synthetic_recordings(0)};
+}
+
 // A synthetic place (tests/support/synthetic_drive.h) that was driven twice: the second drive finds
 // what the first found, but for noise of its own.
 inline DrivenPlace place_driven_twice(std::uint64_t seed, const SyntheticOptions& options) {
@@ -17,8 +30,10 @@ inline DrivenPlace place_driven_twice(std::uint64_t seed, const SyntheticOptions
   again.drive = "again";
   Random random(mix(seed, 77));
   for (ErrorRow& row : again.rows) row.mean_m *= std::exp(0.1 * random.normal());
+  RecordingCards recordings = synthetic_recordings(seed);
+  recordings.cards.push_back({"evaluation", "again", sha256("again " + std::to_string(seed))});
   return {"place " + std::to_string(seed), std::move(drive.sites), std::move(drive.factors),
-          {std::move(drive.measured), std::move(again)}};
+          {std::move(drive.measured), std::move(again)}, std::move(recordings)};
 }
 
 inline DrivenPlaces places_driven_twice(std::size_t count, const SyntheticOptions& options) {

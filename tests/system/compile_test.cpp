@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include "compiler/base/atomic_file.h"
@@ -126,6 +127,27 @@ TEST(Inspect, SaysSitesRangesPromiseAndModel) {
   for (const char* word : {"sites", "0.1 m", "0.25 m", "coverage", "tree_count", "R^2 at 10 m"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << " in\n" << run.out;
   }
+}
+
+TEST(Train, ItsModelNamesTheRecordingsItWasTrainedOn) {
+  const std::string model = (fresh_folder() / "town.slmodel").string();
+  const ProgramResult trained =
+      run_sightline("train " + config() + " -q --with-evaluation -o " + model);
+  ASSERT_EQ(trained.status, 0) << trained.err;
+  const auto recordings = [](const std::string& target) {
+    const ProgramResult run = run_sightline("dump " + target + " --what recordings --format csv");
+    EXPECT_EQ(run.status, 0) << run.err;
+    return run.out;
+  };
+  std::istringstream rows(recordings(config()));
+  std::string row;
+  ASSERT_TRUE(std::getline(rows, row));
+  std::string expected = "place," + row + "\n";
+  while (std::getline(rows, row)) expected += "town.yaml," + row + "\n";
+  EXPECT_EQ(std::ranges::count(expected, '\n'), 4) << "three drives below a heading";
+  EXPECT_EQ(recordings(model), expected);
+  const ProgramResult inspected = run_sightline("inspect " + model);
+  EXPECT_NE(inspected.out.find("Recordings that it was trained on"), std::string::npos);
 }
 
 TEST(Compile, PrintsAndStopsAfterAPassWithoutAMap) {
