@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <span>
 #include <vector>
 
@@ -16,9 +15,10 @@ struct ScanCut {
 };
 
 // A sensor turns by the same angle between two returns wherever they lie, so near ones are denser than
-// any voxel needs. The stride that leaves returns of one ring about a quarter of a voxel apart at the
-// range: 1, or a whole number plus (sqrt(5) - 1) / 2. Returns come ring by ring in turn, and a step
-// that is near no fraction meets all rings alike.
+// any voxel needs. The longest stride that leaves neighbours on a ring a quarter of a voxel apart at
+// the range, or nearer ("Measured error" in schemas/definitions.md): a whole number plus
+// (sqrt(5) - 1) / 2, or else 1. Returns come ring by ring in turn, and a step that is near no fraction
+// meets all rings alike.
 double return_stride(const ScanCut& cut, double azimuth_step_deg);
 
 // Cuts one scan after another and keeps its memory from one to the next. One thread at a time.
