@@ -11,9 +11,10 @@ namespace {
 // Versions of the definitions in schemas/definitions.md by which a map's numbers were computed.
 const std::vector<NamedVersion>& definitions() {
   static const std::vector<NamedVersion> kDefinitions = {{"choice-of-range", 2},
+                                                         {"factor-of-mapping-drive", 1},
                                                          {"factors-of-the-paper", 1},
                                                          {"factors-of-virtual-scan", 2},
-                                                         {"localizers", 2},
+                                                         {"localizers", 3},
                                                          {"measured-error", 2},
                                                          {"ndt-map", 1},
                                                          {"sites", 1}};

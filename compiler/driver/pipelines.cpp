@@ -5,6 +5,7 @@
 
 #include "compiler/base/atomic_file.h"
 #include "formats/map/map_reader.h"
+#include "passes/add_mapping_error.h"
 #include "passes/complete_trajectory.h"
 #include "passes/join_sensors.h"
 
@@ -14,6 +15,12 @@ namespace {
 // What a second drive knows of itself, however the first one's poses came about.
 EstimateTrajectoryOptions own_poses(EstimateTrajectoryOptions options) {
   options.mode = "auto";
+  return options;
+}
+
+// The scans that made a map have the poses that they made it with.
+MeasureErrorOptions of_mapping_drive(MeasureErrorOptions options) {
+  options.reference = "known";
   return options;
 }
 
@@ -113,19 +120,29 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
   add(make_step("cast-scans", kCastScansVersion, &cast_scans, c.cast_scans,
                 {"surface", "sites", "localization/sensor"}, "virtual-scans"));
   add(make_step("compute-factors", kComputeFactorsVersion, &compute_factors, c.compute_factors,
-                {"ndt-map", "sites", "depth-images", "virtual-scans"}, "factor-table"));
+                {"ndt-map", "sites", "depth-images", "virtual-scans"}, "map-factors"));
   // From here on the map is done; what follows asks how well a vehicle localizes in it, by its
   // first sensor.
   std::string drive = "mapping/drive";
   std::string trajectory = "mapping/trajectory";
   std::string undistorted = "mapping/undistorted";
+  if (mapping.drive != drive) {
+    undistorted = "mapping/first-undistorted";
+    add(make_step("undistort-scans:first", kUndistortScansVersion, &undistort_scans,
+                  c.undistort_scans, {drive, trajectory}, undistorted));
+  }
   if (c.is_split()) {
-    if (mapping.drive != drive) {
-      undistorted = "mapping/first-undistorted";
-      add(make_step("undistort-scans:first", kUndistortScansVersion, &undistort_scans,
-                    c.undistort_scans, {drive, trajectory}, undistorted));
-    }
+    add(make_step("add-mapping-error", kAddMappingErrorVersion, &add_no_mapping_error,
+                  AddMappingErrorOptions{}, {"map-factors"}, "factor-table"));
   } else {
+    add(make_step("measure-error:mapping", kMeasureErrorVersion, &measure_error,
+                  of_mapping_drive(c.measure_error),
+                  {undistorted, trajectory, "ndt-map", "sites"}, "mapping/measured-error"));
+    add(make_step("add-mapping-error", kAddMappingErrorVersion, &add_mapping_error,
+                  AddMappingErrorOptions{},
+                  {"map-factors", "mapping/measured-error", "mapping/sensor",
+                   "localization/sensor"},
+                  "factor-table"));
     drive = "localization/drive";
     trajectory = "localization/trajectory";
     undistorted = "localization/undistorted";

@@ -180,6 +180,7 @@ ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m,
     scan.x_m[i] = scan.points_m[i].x();
     scan.y_m[i] = scan.points_m[i].y();
     scan.z_m[i] = scan.points_m[i].z();
+    scan.farthest_m = std::max(scan.farthest_m, scan.points_m[i].norm());
   }
   return scan;
 }

@@ -29,6 +29,7 @@ void replace_fastest_kernel(MatchKernel kernel);
 struct ScanForMatch {
   std::vector<Eigen::Vector3d> points_m;
   std::size_t thin_count = 0;         // so many leading points are spread over the whole scan
+  double farthest_m = 0.0;            // distance of the farthest point
   std::vector<double> x_m, y_m, z_m;  // padded with zeros to whole batches
   std::vector<double> cell_x, cell_y, cell_z;
   std::vector<std::int32_t> record;

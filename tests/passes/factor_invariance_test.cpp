@@ -91,7 +91,7 @@ const std::map<std::string, double> kBounds = {
     {"r_average", 0.1},      {"score_entropy", 0.4},    {"crlb_max", 0.8},
     {"crlb_min", 0.7},       {"crlb_yaw", 1.3},         {"hz_lmin", 1.6},
     {"flat_050", 0.2},       {"virtual_points", 0.35},  {"virtual_error", 1.9},
-    {"rival_score", 0.1}};
+    {"rival_score", 0.15}};
 
 void expect_within_bounds(const ToyWorld& world, double turn_deg, const Eigen::Vector3d& by_m,
                           const FactorTable& before) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 
@@ -89,6 +90,38 @@ TEST(Compile, StoppedByASignalKeepsWhatIsDoneAndLeavesNothingHalfWritten) {
   ASSERT_EQ(resumed.status, 0) << resumed.err;
   EXPECT_NE(resumed.err.find("kept  estimate-trajectory: unchanged"), std::string::npos);
   EXPECT_TRUE(bytes_of(folder / "map.slmap") == bytes_of(compiled_map()));
+}
+
+// A column of what `dump` tells of the small town, in the order of its rows.
+std::vector<double> dumped(const std::string& what, const std::string& column,
+                           const std::string& flags = "") {
+  const ProgramResult run =
+      run_sightline("dump " + config() + " --what " + what + " --format json " + flags);
+  EXPECT_EQ(run.status, 0) << run.err;
+  const nlohmann::json table = nlohmann::json::parse(run.out);
+  const std::vector<std::string> columns = table.at("columns");
+  const auto index =
+      static_cast<std::size_t>(std::ranges::find(columns, column) - columns.begin());
+  std::vector<double> values;
+  for (const nlohmann::json& row : table.at("rows")) values.push_back(row.at(index));
+  return values;
+}
+
+TEST(Compile, MappingErrorIsWhatTheMapsOwnScansFindWhenTheyAreLocalized) {
+  compiled_map();
+  const std::vector<double> mapping_error_m = dumped("factors", "mapping_error");
+  const std::string folder = small_town().string() + "/mapping";
+  EXPECT_EQ(mapping_error_m, dumped("measured", "mean_m",
+                                    "--set localization.scans=" + folder + "/scans --set "
+                                    "localization.poses=" + folder + "/poses.tum"));
+  EXPECT_NE(mapping_error_m, dumped("factors", "virtual_error"));
+}
+
+TEST(Compile, WhereOneDriveIsSplitTheVirtualScanStandsInForMappingError) {
+  const std::string split = "--set localization.scans= --set localization.poses=";
+  const std::vector<double> mapping_error_m = dumped("factors", "mapping_error", split);
+  EXPECT_FALSE(mapping_error_m.empty());
+  EXPECT_EQ(mapping_error_m, dumped("factors", "virtual_error", split));
 }
 
 TEST(Compile, OnAFullDiskLeavesNoMap) {
