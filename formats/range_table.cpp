@@ -38,7 +38,7 @@ Result<void> validate_shape(const RangeTable& table) {
     return invalid("", "choices do not fill " + std::to_string(table.site_count) + " sites x " +
                            std::to_string(table.promises.size()) + " limits");
   }
-  if (table.selection != Selection::kMean && table.selection != Selection::kProbability) {
+  if (table.selection > Selection::kWorth) {
     return invalid("", "found an unknown selection");
   }
   if (!std::isfinite(table.dilation_m) || table.dilation_m < 0.0) {
@@ -92,7 +92,15 @@ void append_facts(const RangeTable& table, Table& out) {
 }  // namespace
 
 std::string_view selection_name(Selection selection) {
-  return selection == Selection::kMean ? "mean" : "probability";
+  switch (selection) {
+    case Selection::kMean:
+      return "mean";
+    case Selection::kProbability:
+      return "probability";
+    case Selection::kWorth:
+      return "worth";
+  }
+  return "unknown";
 }
 
 Result<void> validate(const RangeTable& table) {

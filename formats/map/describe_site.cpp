@@ -8,6 +8,8 @@
 #include <numbers>
 #include <optional>
 
+#include "formats/range_rule.h"
+
 namespace sightline {
 namespace {
 
@@ -45,19 +47,6 @@ std::string describe_prediction(const CompiledMap& map, std::size_t site) {
   return text + "\n";
 }
 
-// The shortest range that the rule takes at this site alone.
-std::optional<std::size_t> own_range(const CompiledMap& map, std::size_t site, std::size_t limit) {
-  const LimitPromise& promise = map.ranges.promises[limit];
-  for (std::size_t range = 0; range < map.ranges.ranges_m.size(); ++range) {
-    const bool is_met =
-        map.ranges.selection == Selection::kMean
-            ? map.predicted.mean(site, range) <= promise.limit_m
-            : map.predicted.probability(site, range, limit) >= promise.probability_threshold;
-    if (is_met) return range;
-  }
-  return std::nullopt;
-}
-
 std::size_t chosen_range(const CompiledMap& map, std::size_t site, std::size_t limit) {
   return map.ranges.range_index[site * map.ranges.promises.size() + limit];
 }
@@ -86,27 +75,37 @@ std::optional<std::size_t> nearest_along(const CompiledMap& map, std::size_t sit
   return std::nullopt;
 }
 
-std::string what_is_needed(const CompiledMap& map, std::size_t limit) {
-  if (map.ranges.selection == Selection::kMean) return "a predicted error within the limit";
-  return formatted("p* = %.3f", map.ranges.promises[limit].probability_threshold);
+// What the site's own predictions ask for.
+std::string describe_own(const CompiledMap& map, std::size_t site, std::size_t limit) {
+  const LimitPromise& promise = map.ranges.promises[limit];
+  const double p = map.predicted.has_history[site] == 1 ? promise.history_threshold
+                                                        : promise.probability_threshold;
+  const std::optional<std::size_t> own = own_range(map.ranges, map.predicted, site, limit);
+  if (map.ranges.selection == Selection::kWorth) {
+    return own ? formatted("    by p* = %.3f looking farther than ", p) +
+                     at_range(map.ranges.ranges_m[*own]) + " is not worth its way\n"
+               : "    no range is more likely within the limit than not\n";
+  }
+  const std::string needed = map.ranges.selection == Selection::kMean
+                                 ? "a predicted error within the limit"
+                                 : formatted("p* = %.3f", p);
+  return own ? "    " + needed + " is first met at " + at_range(map.ranges.ranges_m[*own]) + "\n"
+             : "    no range meets " + needed + "\n";
 }
 
 // The range that this site would have alone, and what made another of it.
 std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_t limit) {
   const std::uint8_t flags = map.ranges.flags[site * map.ranges.promises.size() + limit];
-  const std::string needed = what_is_needed(map, limit);
-  const std::optional<std::size_t> own = own_range(map, site, limit);
+  const std::optional<std::size_t> own = own_range(map.ranges, map.predicted, site, limit);
   const std::size_t chosen = chosen_range(map, site, limit);
-  std::string text =
-      own ? "    " + needed + " is first met at " + at_range(map.ranges.ranges_m[*own]) + "\n"
-          : "    no range meets " + needed + "\n";
+  std::string text = describe_own(map, site, limit);
   if ((flags & kUnmet) != 0) text += "    unmet: the longest range, and it is not good enough\n";
   if ((flags & kExtrapolated) != 0) {
     text += "    extrapolated: the place is unlike those that the model was trained on\n";
   }
   if (!own || *own == chosen || (flags & (kUnmet | kExtrapolated)) != 0) return text;
   const auto asks_for_more = [&](std::size_t other) {
-    return own_range(map, other, limit).value_or(chosen) >= chosen;
+    return own_range(map.ranges, map.predicted, other, limit).value_or(chosen) >= chosen;
   };
   const std::optional<std::size_t> other =
       nearest_along(map, site, map.ranges.dilation_m, asks_for_more);

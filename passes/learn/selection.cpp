@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
+
+#include "compiler/base/check.h"
+#include "formats/range_rule.h"
 
 namespace sightline {
 namespace {
@@ -10,16 +14,15 @@ namespace {
 // Positions come from sums of steps of a metre: exactly 3 m apart may read 3.0000000001.
 constexpr double kPositionTolerance_m = 1e-6;
 
-Choice choose_first(const PredictedError& predicted,
-                    const std::function<bool(std::size_t site, std::size_t range)>& is_enough) {
-  const std::size_t range_count = predicted.ranges_m.size();
+Choice choose_each(
+    const PredictedError& predicted,
+    const std::function<std::optional<std::size_t>(std::size_t site)>& range_of) {
+  const std::size_t longest = predicted.ranges_m.size() - 1;
   Choice choice;
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
-    std::size_t range = 0;
-    while (range < range_count && !is_enough(site, range)) ++range;
-    const bool is_unmet = range == range_count;
-    choice.range_index.push_back(static_cast<std::uint8_t>(is_unmet ? range_count - 1 : range));
-    choice.flags.push_back(is_unmet ? kUnmet : std::uint8_t{0});
+    const std::optional<std::size_t> range = range_of(site);
+    choice.range_index.push_back(static_cast<std::uint8_t>(range.value_or(longest)));
+    choice.flags.push_back(range ? std::uint8_t{0} : kUnmet);
   }
   return choice;
 }
@@ -39,17 +42,17 @@ std::vector<RoutePoint> route_of(const std::vector<TrainedSite>& sites) {
 }
 
 Choice choose_by_mean(const PredictedError& predicted, double limit_m) {
-  return choose_first(predicted, [&](std::size_t site, std::size_t range) {
-    return predicted.mean(site, range) <= limit_m;
-  });
+  return choose_each(predicted,
+                     [&](std::size_t site) { return range_by_mean(predicted, site, limit_m); });
 }
 
-Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
-                             const Thresholds& thresholds) {
-  return choose_first(predicted, [&](std::size_t site, std::size_t range) {
-    const double threshold =
-        predicted.has_history[site] == 1 ? thresholds.history : thresholds.map_only;
-    return predicted.probability(site, range, limit) >= threshold;
+Choice choose_by_thresholds(Selection rule, const PredictedError& predicted, std::size_t limit,
+                            const Thresholds& thresholds) {
+  SIGHTLINE_CHECK(rule != Selection::kMean);
+  const auto range_by = rule == Selection::kWorth ? &range_by_worth : &range_by_probability;
+  return choose_each(predicted, [&](std::size_t site) {
+    const double p = predicted.has_history[site] == 1 ? thresholds.history : thresholds.map_only;
+    return range_by(predicted, site, limit, p);
   });
 }
 

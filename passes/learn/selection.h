@@ -27,8 +27,7 @@ struct Choice {
   std::vector<std::uint8_t> flags;        // [site]: kUnmet, kExtrapolated
 };
 
-// The paper's rule: the shortest range whose predicted mean error is within the limit. Where there
-// is none: the longest, and kUnmet.
+// Each site by a rule of formats/range_rule.h; where it finds no range: the longest, and kUnmet.
 Choice choose_by_mean(const PredictedError& predicted, double limit_m);
 
 // p*: sites with measured history are judged by a threshold of their own, since the model knows
@@ -38,10 +37,9 @@ struct Thresholds {
   double history = 0.0;
 };
 
-// The shortest range with P(error <= limit) >= the site's threshold. Where there is none: the
-// longest, and kUnmet.
-Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
-                             const Thresholds& thresholds);
+// By probability, or by worth.
+Choice choose_by_thresholds(Selection rule, const PredictedError& predicted, std::size_t limit,
+                            const Thresholds& thresholds);
 
 // Flags extrapolated sites; `takes_longest` also gives them the longest range.
 void mark_extrapolated(const PredictedError& predicted, bool takes_longest, Choice& choice);
