@@ -38,7 +38,7 @@ Result<void> validate_shape(const RangeTable& table) {
     return invalid("", "choices do not fill " + std::to_string(table.site_count) + " sites x " +
                            std::to_string(table.promises.size()) + " limits");
   }
-  if (table.selection > Selection::kWorth) {
+  if (table.selection != Selection::kMean && table.selection != Selection::kProbability) {
     return invalid("", "found an unknown selection");
   }
   if (!std::isfinite(table.dilation_m) || table.dilation_m < 0.0) {
@@ -92,15 +92,7 @@ void append_facts(const RangeTable& table, Table& out) {
 }  // namespace
 
 std::string_view selection_name(Selection selection) {
-  switch (selection) {
-    case Selection::kMean:
-      return "mean";
-    case Selection::kProbability:
-      return "probability";
-    case Selection::kWorth:
-      return "worth";
-  }
-  return "unknown";
+  return selection == Selection::kMean ? "mean" : "probability";
 }
 
 Result<void> validate(const RangeTable& table) {

@@ -9,9 +9,9 @@
 
 namespace sightline {
 
-enum class Selection : std::uint8_t { kMean, kProbability, kWorth };
+enum class Selection : std::uint8_t { kMean, kProbability };
 
-std::string_view selection_name(Selection selection);  // "mean", "probability", "worth"
+std::string_view selection_name(Selection selection);  // "mean", "probability"
 
 // Flags of a chosen range, as stored in the map.
 inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: the longest was taken
@@ -34,7 +34,7 @@ struct LimitPromise {
 // How far to look at every site.
 struct RangeTable {
   std::vector<double> ranges_m;  // the choice, ascending
-  Selection selection = Selection::kWorth;
+  Selection selection = Selection::kProbability;
   double dilation_m = 0.0;
   std::vector<LimitPromise> promises;  // one per limit, ascending limit_m
   std::uint32_t site_count = 0;

@@ -40,11 +40,6 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
   return {};
 }
 
-Selection rule_of(const ChooseRangesOptions& options) {
-  if (options.selection == "mean") return Selection::kMean;
-  return options.selection == "probability" ? Selection::kProbability : Selection::kWorth;
-}
-
 struct Chosen {
   std::vector<LimitPromise> promises;
   std::vector<Choice> choices;  // [limit], of the map's sites
@@ -80,7 +75,7 @@ class Calibrator {
  public:
   Calibrator(const ErrorModel& model, const ChooseRangesOptions& options)
       : model_(model),
-        options_{rule_of(options), options.risk_control, options.alpha, options.delta, options.probability_threshold,
+        options_{options.risk_control, options.alpha, options.delta, options.probability_threshold,
                  options.dilation_m} {}
 
   LimitPromise next(CaseKind kind, std::size_t limit) {
@@ -122,7 +117,7 @@ void withdraw_where_unlike(const Choice& choice, LimitPromise& promise) {
       "a sensor, like these";
 }
 
-Chosen choose_all_by_thresholds(const ChooseRangesOptions& options, const Sites& sites,
+Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Sites& sites,
                                  const PredictedError& predicted, const ErrorModel& model) {
   const auto history_count = std::ranges::count(predicted.has_history, std::uint8_t{1});
   const bool everywhere = history_count == std::ssize(predicted.has_history);
@@ -135,9 +130,8 @@ Chosen choose_all_by_thresholds(const ChooseRangesOptions& options, const Sites&
       promise = joined(promise, calibrator.next(CaseKind::kHistory, limit), everywhere);
     }
     withdraw_elsewhere(predicted, model, promise);
-    Choice choice =
-        choose_by_thresholds(rule_of(options), predicted, limit,
-                             {promise.probability_threshold, promise.history_threshold});
+    Choice choice = choose_by_probability(
+        predicted, limit, {promise.probability_threshold, promise.history_threshold});
     mark_extrapolated(predicted, options.extrapolated_takes_longest, choice);
     withdraw_where_unlike(choice, promise);
     dilate(route, options.dilation_m, choice);
@@ -181,16 +175,15 @@ void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
 std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
   return {
       choice("selection", options.selection,
-             "rule: by what a longer range is worth, by the probability asked for, both with a "
-             "promise; or by mean as the paper does",
-             {"worth", "probability", "mean"}),
-      choice("risk_control", options.risk_control, "what sets p*, how much is asked for",
+             "rule: by probability with a promise, or by mean as the paper does",
+             {"probability", "mean"}),
+      choice("risk_control", options.risk_control, "what sets the probability that is asked for",
              {"conformal", "learn-then-test", "empirical", "fixed"}),
       number("alpha", options.alpha, "share of misses that is allowed", 0.0001, 0.5),
       number("delta", options.delta, "learn-then-test: how often the promise itself may fail",
              0.0001, 0.5),
       number("probability_threshold", options.probability_threshold,
-             "p* where risk_control is fixed", 0.0, 1.0),
+             "the probability asked for where risk_control is fixed", 0.0, 1.0),
       number("dilation_m", options.dilation_m,
              "a site looks as far as any neighbour within this, m", 0.0, 100.0),
       flag("extrapolated_takes_longest", options.extrapolated_takes_longest,
@@ -215,11 +208,11 @@ Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& op
                                  const ErrorModel& model) {
   const Result<void> checked = check_inputs(sites, predicted, model);
   if (!checked) return checked.error();
-  const bool is_mean = rule_of(options) == Selection::kMean;
+  const bool is_mean = options.selection == "mean";
   RangeTable table =
       to_table(predicted, is_mean ? choose_all_by_mean(options, predicted, model)
-                                  : choose_all_by_thresholds(options, sites, predicted, model));
-  table.selection = rule_of(options);
+                                  : choose_all_by_probability(options, sites, predicted, model));
+  table.selection = is_mean ? Selection::kMean : Selection::kProbability;
   table.dilation_m = is_mean ? 0.0 : options.dilation_m;
   warn_of_flags(ctx, table);
   return table;

@@ -14,10 +14,10 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kChooseRangesVersion = 5;
+inline constexpr std::uint32_t kChooseRangesVersion = 4;
 
 struct ChooseRangesOptions {
-  std::string selection = "worth";         // or "probability", or "mean", the paper's rule
+  std::string selection = "probability";   // or "mean", the paper's rule
   std::string risk_control = "conformal";  // or "learn-then-test", "empirical", "fixed"
   double alpha = 0.05;                     // share of misses that is allowed
   double delta = 0.1;                      // learn-then-test: how often the promise may fail
@@ -29,11 +29,10 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 
 // How far to look at every site, for each limit of the model (schemas/definitions.md, "Error model
 // and choice of range"). `mean`: the shortest range whose predicted mean error is within the limit.
-// `probability`: the shortest with P(error <= limit) >= p*. `worth`: as far as p* says that a metre
-// more is worth what it buys in P. Both then take the longest among the neighbours of the run within
-// dilation_m. p* is set per limit, and apart for sites with measured history, by controlling the
-// share of misses of this very rule, dilation included, on the model's out-of-fold predictions of
-// the sites it has labels for; a site that misses does so whether it was flagged or not. A promise that too few or too small
+// `probability`: the shortest with P(error <= limit) >= p*, then the longest among the neighbours
+// of the run within dilation_m. p* is set per limit, and apart for sites with measured history, by controlling the share of misses of this very
+// rule, dilation included, on the model's out-of-fold predictions of the sites it has labels for; a
+// site that misses does so whether it was flagged or not. A promise that too few or too small
 // blocks cannot earn is not made: p* is then the least at which the misses seen stay within alpha,
 // and the statement says what is missing. A looser limit never looks further than a tighter one. No
 // range good enough: the longest, flagged kUnmet. Extrapolated sites are flagged, and take the

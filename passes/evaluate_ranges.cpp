@@ -63,8 +63,7 @@ Choice choose_with_dilation(const Court& court, std::size_t limit) {
   const Thresholds thresholds =
       has_own ? Thresholds{promise.probability_threshold, promise.history_threshold}
               : Thresholds{given, given};
-  Choice choice =
-      choose_by_thresholds(Selection::kProbability, court.predicted, limit, thresholds);
+  Choice choice = choose_by_probability(court.predicted, limit, thresholds);
   dilate(route_of(court.sites), has_own ? court.ranges.dilation_m : court.options.dilation_m,
          choice);
   return choice;

@@ -69,7 +69,7 @@ Result<void> compare_flags(const PredictedError& stored, const PredictedError& a
 ChooseRangesOptions choice_options(const CompiledMap& map) {
   const LimitPromise& promise = map.ranges.promises.front();
   ChooseRangesOptions options;
-  options.selection = selection_name(map.ranges.selection);
+  options.selection = map.ranges.selection == Selection::kMean ? "mean" : "probability";
   options.dilation_m = map.ranges.dilation_m;
   options.risk_control = promise.method;
   options.alpha = promise.alpha;

@@ -10,8 +10,7 @@ std::string page_data_json(const ReportSources& sources) {
   std::vector<double> limits_m, thresholds;
   for (const LimitPromise& promise : map.ranges.promises) {
     limits_m.push_back(promise.limit_m);
-    const bool is_asked = map.ranges.selection == Selection::kProbability;
-    thresholds.push_back(is_asked ? promise.probability_threshold : 0.0);
+    thresholds.push_back(promise.probability_threshold);
   }
   std::vector<JsonMember> members = {
       {"ranges_m", json_array(map.ranges.ranges_m)},

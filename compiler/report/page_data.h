@@ -11,8 +11,7 @@
 // elements' little-endian bytes by planes (packed.h); types are u8, u16, u32, f32, f64. Arrays of
 // several indices are told as [slowest]...[fastest].
 //
-//   ranges_m, limits_m, site_spacing_m, selection, dilation_m: of the map; thresholds: of P, 0 where
-//              the rule has none
+//   ranges_m, limits_m, site_spacing_m, selection, dilation_m, thresholds: of the map
 //   sites      count; x_m, y_m, z_m, s_m, heading_rad (f64), run (u32); route_m: way from the first
 //              site with all runs laid end to end
 //   predicted  mean_m [site][range], probability [site][range][limit] (f32); extrapolated [site]

@@ -81,11 +81,6 @@ std::string describe_own(const CompiledMap& map, std::size_t site, std::size_t l
   const double p = map.predicted.has_history[site] == 1 ? promise.history_threshold
                                                         : promise.probability_threshold;
   const std::optional<std::size_t> own = own_range(map.ranges, map.predicted, site, limit);
-  if (map.ranges.selection == Selection::kWorth) {
-    return own ? formatted("    by p* = %.3f looking farther than ", p) +
-                     at_range(map.ranges.ranges_m[*own]) + " is not worth its way\n"
-               : "    no range is more likely within the limit than not\n";
-  }
   const std::string needed = map.ranges.selection == Selection::kMean
                                  ? "a predicted error within the limit"
                                  : formatted("p* = %.3f", p);

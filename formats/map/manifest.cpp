@@ -13,8 +13,7 @@ static_assert(static_cast<int>(schema::Reference::KnownPose) ==
                   static_cast<int>(ErrorReference::kFullRangeMatch));
 static_assert(static_cast<int>(schema::Rule::Mean) == static_cast<int>(Selection::kMean) &&
               static_cast<int>(schema::Rule::Probability) ==
-                  static_cast<int>(Selection::kProbability) &&
-              static_cast<int>(schema::Rule::Worth) == static_cast<int>(Selection::kWorth));
+                  static_cast<int>(Selection::kProbability));
 
 schema::Rigid to_schema(const Pose& pose) {
   std::array<double, 12> values{};

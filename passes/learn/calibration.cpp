@@ -33,10 +33,9 @@ std::string kilometres(double length_m) {
 }
 
 Choice choose_out_of_fold(const ErrorModel& model, std::size_t limit, double threshold,
-                          const CalibrationOptions& options, const Choice* tighter) {
-  Choice choice =
-      choose_by_thresholds(options.rule, model.out_of_fold, limit, {threshold, threshold});
-  dilate(route_of(model.sites), options.dilation_m, choice);
+                          double dilation_m, const Choice* tighter) {
+  Choice choice = choose_by_probability(model.out_of_fold, limit, {threshold, threshold});
+  dilate(route_of(model.sites), dilation_m, choice);
   if (tighter != nullptr) cap_by_tighter(*tighter, choice);
   return choice;
 }
@@ -89,7 +88,7 @@ Misses misses_of_rule(const Witnesses& witnesses, std::size_t limit,
     misses.thresholds.push_back(threshold);
     misses.in_block.push_back(missed_cases(
         witnesses, limit_m,
-        choose_out_of_fold(model, limit, threshold, options, tighter)));
+        choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
   };
   if (options.risk_control == "fixed") {
     try_threshold(options.fixed_threshold);
@@ -196,7 +195,7 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
                           ? earned_statement(promise)
                           : unearned_statement(promise, witnesses, decision.needed_blocks);
   calibration.choice =
-      choose_out_of_fold(model, limit, decision.threshold, options, tighter);
+      choose_out_of_fold(model, limit, decision.threshold, options.dilation_m, tighter);
   return calibration;
 }
 

@@ -11,7 +11,6 @@
 namespace sightline {
 
 struct CalibrationOptions {
-  Selection rule = Selection::kWorth;  // or kProbability
   std::string risk_control;  // "conformal", "learn-then-test", "empirical", "fixed"
   double alpha = 0.05;
   double delta = 0.1;
@@ -28,8 +27,8 @@ struct Calibration {
 // Which of the model's cases set a threshold: it is applied to sites of the same kind.
 enum class CaseKind : std::uint8_t { kMapOnly, kHistory };
 
-// Sets p* of one limit for one kind of case by applying the rule, with dilation and with `tighter`
-// (the choice for the next tighter limit; null for the tightest) as cap, to the model's out-of-fold
+// Sets p* of one limit for one kind of case by applying the probability rule, with dilation and with `tighter` (the
+// choice for the next tighter limit; null for the tightest) as cap, to the model's out-of-fold
 // predictions, and counting misses block by block. Thresholds tried: 0.005, 0.010, ..., 1.
 Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
                                   CaseKind kind, const CalibrationOptions& options,

@@ -5,7 +5,6 @@
 #include <functional>
 #include <optional>
 
-#include "compiler/base/check.h"
 #include "formats/range_rule.h"
 
 namespace sightline {
@@ -46,13 +45,11 @@ Choice choose_by_mean(const PredictedError& predicted, double limit_m) {
                      [&](std::size_t site) { return range_by_mean(predicted, site, limit_m); });
 }
 
-Choice choose_by_thresholds(Selection rule, const PredictedError& predicted, std::size_t limit,
-                            const Thresholds& thresholds) {
-  SIGHTLINE_CHECK(rule != Selection::kMean);
-  const auto range_by = rule == Selection::kWorth ? &range_by_worth : &range_by_probability;
+Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
+                             const Thresholds& thresholds) {
   return choose_each(predicted, [&](std::size_t site) {
     const double p = predicted.has_history[site] == 1 ? thresholds.history : thresholds.map_only;
-    return range_by(predicted, site, limit, p);
+    return range_by_probability(predicted, site, limit, p);
   });
 }
 

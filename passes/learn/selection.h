@@ -37,9 +37,8 @@ struct Thresholds {
   double history = 0.0;
 };
 
-// By probability, or by worth.
-Choice choose_by_thresholds(Selection rule, const PredictedError& predicted, std::size_t limit,
-                            const Thresholds& thresholds);
+Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
+                             const Thresholds& thresholds);
 
 // Flags extrapolated sites; `takes_longest` also gives them the longest range.
 void mark_extrapolated(const PredictedError& predicted, bool takes_longest, Choice& choice);

@@ -43,7 +43,6 @@ Trial four_sites() {
   }
   trial.ranges.promises.resize(1);
   trial.ranges.promises[0].limit_m = 0.1;
-  trial.ranges.selection = Selection::kProbability;
   trial.ranges.promises[0].probability_threshold = 0.8;
   trial.ranges.site_count = 4;
   trial.ranges.range_index = {0, 1, 2, 2};

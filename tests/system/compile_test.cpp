@@ -59,7 +59,7 @@ TEST(Compile, RunsNothingTwiceAndOnlyWhatAChangeReaches) {
       run_sightline(again + (folder / "b.slmap").string() + " --set choose-ranges.selection=mean");
   ASSERT_EQ(changed.status, 0) << changed.err;
   EXPECT_NE(changed.err.find("kept  predict-error: unchanged"), std::string::npos);
-  EXPECT_NE(changed.err.find("ran   choose-ranges: option selection was worth, is mean"),
+  EXPECT_NE(changed.err.find("ran   choose-ranges: option selection was probability, is mean"),
             std::string::npos)
       << changed.err;
 }

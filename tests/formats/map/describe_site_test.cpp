@@ -21,7 +21,6 @@ CompiledMap short_route() {
   map.ranges.site_count = map.predicted.site_count = map.factors.site_count = 10;
   map.ranges.promises.resize(1);
   map.ranges.promises[0].limit_m = 0.1;
-  map.ranges.selection = Selection::kProbability;
   map.ranges.promises[0].probability_threshold = 0.8;
   map.predicted.limits_m = {0.1};
   map.predicted.has_history.assign(10, 0);
@@ -73,17 +72,12 @@ TEST(DescribeSite, SaysSoWhereNoRangeIsGoodEnough) {
   EXPECT_THAT(text, HasSubstr("extrapolated"));
 }
 
-TEST(DescribeSite, SaysHowFarLookingIsWorthItsWay) {
+TEST(DescribeSite, AsksASiteWithHistoryForItsOwnProbability) {
   CompiledMap map = short_route();
-  map.ranges.selection = Selection::kWorth;
-  map.ranges.promises[0].history_threshold = 0.6;
-  EXPECT_THAT(*describe_site(map, 0),
-              HasSubstr("by p* = 0.800 looking farther than 10 m is not worth its way"));
+  map.ranges.promises[0].history_threshold = 0.5;
   map.predicted.has_history[4] = 1;
-  EXPECT_THAT(*describe_site(map, 4),
-              HasSubstr("by p* = 0.600 looking farther than 20 m is not worth its way"));
-  map.predicted.within_probability[8] = map.predicted.within_probability[9] = 0.4;
-  EXPECT_THAT(*describe_site(map, 4), HasSubstr("no range is more likely within the limit than not"));
+  EXPECT_THAT(*describe_site(map, 4), HasSubstr("p* = 0.500 is first met at 10 m"));
+  EXPECT_THAT(*describe_site(map, 6), HasSubstr("p* = 0.800 is first met at 10 m"));
 }
 
 TEST(DescribeSite, ExplainsAnyMapWithAndWithoutFactors) {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "compiler/base/random.h"
 
 namespace sightline {
@@ -33,29 +31,15 @@ std::vector<RoutePoint> straight_route(std::size_t count) {
   return route;
 }
 
-Choice by_probability(const PredictedError& predicted, std::size_t limit,
-                      const Thresholds& thresholds) {
-  return choose_by_thresholds(Selection::kProbability, predicted, limit, thresholds);
-}
-
-PredictedError random_predictions(std::uint64_t seed, std::size_t count) {
-  Random random(seed);
-  std::vector<std::vector<double>> probabilities;
-  for (std::size_t i = 0; i < count; ++i) {
-    probabilities.push_back({random.uniform(), random.uniform(), random.uniform()});
-  }
-  return predictions(probabilities);
-}
-
 TEST(Selection, TakesTheShortestRangeThatIsProbableEnough) {
   const PredictedError predicted = predictions({{0.5, 0.8, 0.9}, {0.9, 0.1, 0.9}});
-  const Choice choice = by_probability(predicted, 0, {0.8, 0.8});
+  const Choice choice = choose_by_probability(predicted, 0, {0.8, 0.8});
   EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{1, 0}));
   EXPECT_EQ(choice.flags, (std::vector<std::uint8_t>{0, 0}));
 }
 
 TEST(Selection, TakesTheLongestWhereNoneIsGoodEnoughAndSaysSo) {
-  const Choice choice = by_probability(predictions({{0.5, 0.6, 0.4}}), 0, {0.8, 0.8});
+  const Choice choice = choose_by_probability(predictions({{0.5, 0.6, 0.4}}), 0, {0.8, 0.8});
   EXPECT_EQ(choice.range_index[0], 2);
   EXPECT_EQ(choice.flags[0], kUnmet);
 }
@@ -70,7 +54,7 @@ TEST(Selection, ByMeanCountsALimitThatIsMetExactly) {
 TEST(Selection, SendsExtrapolatedSitesAsFarAsThereIs) {
   PredictedError predicted = predictions({{0.9, 0.9, 0.9}, {0.9, 0.9, 0.9}});
   predicted.extrapolated[1] = 1;
-  Choice choice = by_probability(predicted, 0, {0.8, 0.8});
+  Choice choice = choose_by_probability(predicted, 0, {0.8, 0.8});
   Choice trusting = choice;
   mark_extrapolated(predicted, true, choice);
   EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{0, 2}));
@@ -129,64 +113,21 @@ TEST(Selection, ALooserLimitNeverLooksFurtherThanATighter) {
   EXPECT_EQ(looser.flags, (std::vector<std::uint8_t>{0, kUnmet, 0}));
 }
 
-TEST(Selection, ByWorthLooksFartherAsLongAsAMetreMoreBuysEnough) {
-  // At p* = 0.5 ten of thirty metres are worth a third more of probability.
-  const PredictedError predicted =
-      predictions({{0.5, 0.8, 0.9}, {0.5, 0.9, 1.0}, {0.1, 0.5, 0.9}, {0.9, 0.1, 0.95}});
-  const Choice choice = choose_by_thresholds(Selection::kWorth, predicted, 0, {0.5, 0.5});
-  EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{0, 1, 2, 0}));
-  EXPECT_EQ(choice.flags, (std::vector<std::uint8_t>{0, 0, 0, 0}));
-}
-
-TEST(Selection, ByWorthLooksAsFarAsThereIsWhereNoRangeIsMoreLikelyThanNot) {
-  const PredictedError predicted = predictions({{0.1, 0.2, 0.49}, {0.1, 0.5, 0.3}});
-  const Choice choice = choose_by_thresholds(Selection::kWorth, predicted, 0, {0.1, 0.1});
-  EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{2, 0}));
-  EXPECT_EQ(choice.flags, (std::vector<std::uint8_t>{kUnmet, 0}));
-}
-
-TEST(Selection, ByWorthTakesTheShortestOfWhatCostsLeastByBruteForce) {
-  const PredictedError predicted = random_predictions(2, 500);
-  for (const double p : {0.0, 0.3, 0.6, 0.9, 1.0}) {
-    const Choice choice = choose_by_thresholds(Selection::kWorth, predicted, 0, {p, p});
-    for (std::size_t site = 0; site < 500; ++site) {
-      const auto cost = [&](std::size_t range) {
-        double within = 0.0;
-        for (std::size_t r = 0; r <= range; ++r) {
-          within = std::max(within, predicted.probability(site, r, 0));
-        }
-        return p * (1.0 - within) + (1.0 - p) * predicted.ranges_m[range] / 30.0;
-      };
-      if ((choice.flags[site] & kUnmet) != 0) continue;
-      const std::size_t own = choice.range_index[site];
-      for (std::size_t range = 0; range < 3; ++range) {
-        EXPECT_TRUE(range < own ? cost(range) > cost(own) : cost(range) >= cost(own));
-      }
-    }
-  }
-}
-
-TEST(Selection, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
-  PredictedError predicted = predictions({{0.7, 0.8, 0.9}, {0.7, 0.8, 0.9}});
-  predicted.has_history[1] = 1;
-  for (const Selection rule : {Selection::kProbability, Selection::kWorth}) {
-    const Choice choice = choose_by_thresholds(rule, predicted, 0, {0.9, 0.7});
-    EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{2, 0}));
-  }
-}
-
 TEST(Selection, AStricterThresholdNeverLooksLessFar) {
-  const PredictedError predicted = random_predictions(1, 200);
-  for (const Selection rule : {Selection::kProbability, Selection::kWorth}) {
-    Choice before = choose_by_thresholds(rule, predicted, 0, {0.0, 0.0});
-    for (double threshold = 0.05; threshold <= 1.0; threshold += 0.05) {
-      Choice choice = choose_by_thresholds(rule, predicted, 0, {threshold, threshold});
-      dilate(straight_route(200), 3.0, choice);
-      for (std::size_t i = 0; i < 200; ++i) {
-        EXPECT_GE(choice.range_index[i], before.range_index[i]);
-      }
-      before = choice;
+  Random random(1);
+  std::vector<std::vector<double>> probabilities;
+  for (int i = 0; i < 200; ++i) {
+    probabilities.push_back({random.uniform(), random.uniform(), random.uniform()});
+  }
+  const PredictedError predicted = predictions(probabilities);
+  Choice before = choose_by_probability(predicted, 0, {0.0, 0.0});
+  for (double threshold = 0.05; threshold <= 1.0; threshold += 0.05) {
+    Choice choice = choose_by_probability(predicted, 0, {threshold, threshold});
+    dilate(straight_route(200), 3.0, choice);
+    for (std::size_t i = 0; i < 200; ++i) {
+      EXPECT_GE(choice.range_index[i], before.range_index[i]);
     }
+    before = choice;
   }
 }
 
