@@ -182,7 +182,8 @@ Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
     return localizer;
   }
   const InformationOfNd sharp = information(kSharpFloor, 0.0);
-  add(make_match_grid(widest, information(0.01, kBlurTimesCell_m2 / widest.cell_m)), leading_level(0.02));
+  const InformationOfNd blurred = information(0.01, kBlurTimesCell_m2 / widest.cell_m);
+  add(make_match_grid(widest, blurred), leading_level(0.02));
   if (has_coarse) add(make_match_grid(coarse, sharp), leading_level(0.01));
   add(make_match_grid(map, sharp), MatchLevel{});
   return localizer;

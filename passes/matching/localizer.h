@@ -49,7 +49,8 @@ ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter,
                                  const SensorProfile& sensor, const ScanCut& cut);
 
 // The pose of `scan`, made for this localizer, in the map. The limits on steps in `options` are
-// those of the last level. Never fails: `stop` says what happened. Allocates nothing.
+// those of the last level; an annealed one stops turning where no point moves farther than
+// stop_step_m, whatever stop_step_rad is. Never fails: `stop` says what happened. Allocates nothing.
 MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
                      const MatchOptions& options = {});
 
