@@ -27,8 +27,8 @@ Result<FactorTable> add_mapping_error(PassContext& ctx, const AddMappingErrorOpt
                                       const SensorProfile& mapping_sensor,
                                       const SensorProfile& localizing_sensor);
 
-// The same where one drive both makes the map and is localized in it: what its scans tell of each
-// other is no more than what is to be learnt, so `virtual_error` stands in everywhere.
+// The same where a model is to learn from a drive that both makes the map and is localized in it:
+// its halves know too much of each other, so `virtual_error` stands in everywhere.
 Result<FactorTable> add_no_mapping_error(PassContext& ctx, const AddMappingErrorOptions& options,
                                          const FactorTable& map_factors);
 

@@ -18,8 +18,10 @@ EstimateTrajectoryOptions own_poses(EstimateTrajectoryOptions options) {
   return options;
 }
 
-// The scans that made a map have the poses that they made it with.
-MeasureErrorOptions of_mapping_drive(MeasureErrorOptions options) {
+// The scans that made a map, localized in it: they have the poses that they made it with.
+MeasureErrorOptions of_mapping_scans(const CompileConfig& config) {
+  MeasureErrorOptions options = config.measure_error;
+  options.scans = config.remove_moving.scans;
   options.reference = "known";
   return options;
 }
@@ -131,18 +133,21 @@ std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model
     add(make_step("undistort-scans:first", kUndistortScansVersion, &undistort_scans,
                   c.undistort_scans, {drive, trajectory}, undistorted));
   }
-  if (c.is_split()) {
+  if (c.is_split() && model == ModelSource::kTrained) {
+    // A model that learnt one half of a drive from the other would believe it too much elsewhere.
     add(make_step("add-mapping-error", kAddMappingErrorVersion, &add_no_mapping_error,
                   AddMappingErrorOptions{}, {"map-factors"}, "factor-table"));
   } else {
     add(make_step("measure-error:mapping", kMeasureErrorVersion, &measure_error,
-                  of_mapping_drive(c.measure_error),
-                  {undistorted, trajectory, "ndt-map", "sites"}, "mapping/measured-error"));
+                  of_mapping_scans(c), {undistorted, trajectory, "ndt-map", "sites"},
+                  "mapping/measured-error"));
     add(make_step("add-mapping-error", kAddMappingErrorVersion, &add_mapping_error,
                   AddMappingErrorOptions{},
                   {"map-factors", "mapping/measured-error", "mapping/sensor",
                    "localization/sensor"},
                   "factor-table"));
+  }
+  if (!c.is_split()) {
     drive = "localization/drive";
     trajectory = "localization/trajectory";
     undistorted = "localization/undistorted";
@@ -216,7 +221,7 @@ std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
 }
 
 std::vector<PassStep> measure_pipeline(const CompileConfig& c, bool also_evaluation) {
-  std::vector<PassStep> steps = compile_pipeline(c, ModelSource::kGiven);
+  std::vector<PassStep> steps = compile_pipeline(c, ModelSource::kTrained);
   const auto is_last = [](const PassStep& step) { return step.name == "measure-error"; };
   steps.erase(std::ranges::find_if(steps, is_last) + 1, steps.end());
   if (!also_evaluation) return steps;

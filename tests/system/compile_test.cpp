@@ -92,11 +92,11 @@ TEST(Compile, StoppedByASignalKeepsWhatIsDoneAndLeavesNothingHalfWritten) {
   EXPECT_TRUE(bytes_of(folder / "map.slmap") == bytes_of(compiled_map()));
 }
 
-// A column of what `dump` tells of the small town, in the order of its rows.
-std::vector<double> dumped(const std::string& what, const std::string& column,
-                           const std::string& flags = "") {
+// A column of what `dump` tells of a map or of a configuration, in the order of its rows.
+std::vector<double> dumped(const std::string& target_and_flags, const std::string& what,
+                           const std::string& column) {
   const ProgramResult run =
-      run_sightline("dump " + config() + " --what " + what + " --format json " + flags);
+      run_sightline("dump " + target_and_flags + " --what " + what + " --format json");
   EXPECT_EQ(run.status, 0) << run.err;
   const nlohmann::json table = nlohmann::json::parse(run.out);
   const std::vector<std::string> columns = table.at("columns");
@@ -109,19 +109,25 @@ std::vector<double> dumped(const std::string& what, const std::string& column,
 
 TEST(Compile, MappingErrorIsWhatTheMapsOwnScansFindWhenTheyAreLocalized) {
   compiled_map();
-  const std::vector<double> mapping_error_m = dumped("factors", "mapping_error");
+  const std::vector<double> mapping_error_m = dumped(config(), "factors", "mapping_error");
   const std::string folder = small_town().string() + "/mapping";
-  EXPECT_EQ(mapping_error_m, dumped("measured", "mean_m",
-                                    "--set localization.scans=" + folder + "/scans --set "
-                                    "localization.poses=" + folder + "/poses.tum"));
-  EXPECT_NE(mapping_error_m, dumped("factors", "virtual_error"));
+  EXPECT_EQ(mapping_error_m, dumped(config() + " --set localization.scans=" + folder +
+                                        "/scans --set localization.poses=" + folder + "/poses.tum",
+                                    "measured", "mean_m"));
+  EXPECT_NE(mapping_error_m, dumped(config(), "factors", "virtual_error"));
 }
 
-TEST(Compile, WhereOneDriveIsSplitTheVirtualScanStandsInForMappingError) {
-  const std::string split = "--set localization.scans= --set localization.poses=";
-  const std::vector<double> mapping_error_m = dumped("factors", "mapping_error", split);
-  EXPECT_FALSE(mapping_error_m.empty());
-  EXPECT_EQ(mapping_error_m, dumped("factors", "virtual_error", split));
+TEST(Compile, AModelThatLearnsFromASplitDriveIsToldNoMappingErrorOneMadeElsewhereIs) {
+  const std::string split = config() + " --set localization.scans= --set localization.poses=";
+  const std::vector<double> learnt_m = dumped(split, "factors", "mapping_error");
+  EXPECT_FALSE(learnt_m.empty());
+  EXPECT_EQ(learnt_m, dumped(split, "factors", "virtual_error"));
+  const std::string map = (fresh_folder() / "split.slmap").string();
+  const ProgramResult run =
+      run_sightline("compile " + split + " -q --model " + compiled_map().string() + " -o " + map);
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(dumped(map, "factors", "mapping_error"), dumped(map, "factors", "virtual_error"));
+  EXPECT_EQ(run_sightline("verify --deep " + map).status, 0);
 }
 
 TEST(Compile, OnAFullDiskLeavesNoMap) {
