@@ -88,6 +88,11 @@ const SensorProfile& Drive::sensor_of(const ScanInfo& scan) const {
   return other_sensors[scan.sensor_index - 1];
 }
 
+std::string_view scan_selection_name(ScanSelection selection) {
+  constexpr std::string_view kNames[] = {"all", "even", "odd"};
+  return kNames[static_cast<std::size_t>(selection)];
+}
+
 bool is_selected(const ScanInfo& scan, ScanSelection selection) {
   switch (selection) {
     case ScanSelection::kAll:

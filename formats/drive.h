@@ -68,7 +68,8 @@ struct ArtifactTraits<Drive> {
 };
 
 // Which scans of a recording a pass uses, by recording_index.
-enum class ScanSelection { kAll, kEven, kOdd };
+enum class ScanSelection : std::uint8_t { kAll, kEven, kOdd };
+std::string_view scan_selection_name(ScanSelection selection);  // all, even, odd
 bool is_selected(const ScanInfo& scan, ScanSelection selection);
 
 Result<void> validate(const Drive& drive);  // says nothing about the store

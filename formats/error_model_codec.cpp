@@ -133,7 +133,7 @@ void encode(const ErrorModel& model, ByteWriter& writer) {
     writer.put(site.factor_digest);
     writer.put(site.street);
   }
-  encode(model.out_of_fold, writer);
+  encode_predictions(model.out_of_fold, writer);
   writer.put_array(model.measured_mean_m);
 }
 
@@ -160,7 +160,7 @@ void decode(ByteReader& reader, ErrorModel& model) {
   decode_streets(reader, model.streets);
   decode(reader, model.forest);
   decode_sites(reader, model.sites);
-  decode(reader, model.out_of_fold);
+  decode_predictions(reader, model.out_of_fold);
   reader.get_array(model.measured_mean_m);
 }
 

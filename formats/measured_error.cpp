@@ -113,6 +113,10 @@ Table dump(const MeasuredError& measured) {
   Table table;
   table.name = "measured";
   table.facts.emplace_back("drive", measured.drive);
+  table.facts.emplace_back("scans", std::string(scan_selection_name(measured.matching.scans)));
+  table.facts.emplace_back("localizer", measured.matching.localizer);
+  table.facts.emplace_back("coarse_cells", std::int64_t{measured.matching.coarse_cells});
+  table.facts.emplace_back("leaf_m", measured.matching.leaf_m);
   table.facts.emplace_back("reference", to_text(measured.reference));
   table.facts.emplace_back("offset_count", static_cast<std::int64_t>(measured.offsets.size()));
   for (std::size_t k = 0; k < measured.offsets.size(); ++k) {
@@ -138,6 +142,10 @@ Table dump(const MeasuredError& measured) {
 
 void encode(const MeasuredError& measured, ByteWriter& writer) {
   writer.put_string(measured.drive);
+  writer.put(measured.matching.scans);
+  writer.put_string(measured.matching.localizer);
+  writer.put(measured.matching.coarse_cells);
+  writer.put(measured.matching.leaf_m);
   writer.put(measured.reference);
   writer.put_array(measured.ranges_m);
   writer.put<std::uint64_t>(measured.offsets.size());
@@ -157,6 +165,10 @@ void encode(const MeasuredError& measured, ByteWriter& writer) {
 
 void decode(ByteReader& reader, MeasuredError& measured) {
   reader.get_string(measured.drive);
+  reader.get(measured.matching.scans);
+  reader.get_string(measured.matching.localizer);
+  reader.get(measured.matching.coarse_cells);
+  reader.get(measured.matching.leaf_m);
   reader.get(measured.reference);
   reader.get_array(measured.ranges_m);
   measured.offsets.resize(reader.get_count(kBytesPerOffset));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/drive.h"
 
 namespace sightline {
 
@@ -40,9 +41,18 @@ struct ErrorRow {
   double max_time_ms = 0.0;
 };
 
+// How the scans of a drive were matched.
+struct MatchingCard {
+  ScanSelection scans = ScanSelection::kAll;  // of the recording
+  std::string localizer = "searching";  // "Localizers" in schemas/definitions.md
+  std::uint32_t coarse_cells = 1;       // of its first level
+  double leaf_m = 1.0;                  // voxel grid to which scans were thinned
+};
+
 // Localization error of one drive at the sites of a map.
 struct MeasuredError {
   std::string drive;
+  MatchingCard matching;
   ErrorReference reference = ErrorReference::kKnownPose;
   std::vector<double> ranges_m;
   std::vector<InitialOffset> offsets;
@@ -58,7 +68,7 @@ struct MeasuredError {
 template <>
 struct ArtifactTraits<MeasuredError> {
   static constexpr std::string_view kName = "measured-error";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 Result<void> validate(const MeasuredError& measured);

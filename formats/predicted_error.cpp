@@ -96,7 +96,7 @@ Table dump(const PredictedError& predicted) {
   return table;
 }
 
-void encode(const PredictedError& predicted, ByteWriter& writer) {
+void encode_predictions(const PredictedError& predicted, ByteWriter& writer) {
   writer.put_array(predicted.ranges_m);
   writer.put_array(predicted.limits_m);
   writer.put(predicted.site_count);
@@ -107,7 +107,7 @@ void encode(const PredictedError& predicted, ByteWriter& writer) {
   writer.put_array(predicted.has_history);
 }
 
-void decode(ByteReader& reader, PredictedError& predicted) {
+void decode_predictions(ByteReader& reader, PredictedError& predicted) {
   reader.get_array(predicted.ranges_m);
   reader.get_array(predicted.limits_m);
   reader.get(predicted.site_count);
@@ -116,6 +116,16 @@ void decode(ByteReader& reader, PredictedError& predicted) {
   reader.get_array(predicted.extrapolated);
   reader.get_array(predicted.out_of_fold);
   reader.get_array(predicted.has_history);
+}
+
+void encode(const PredictedError& predicted, ByteWriter& writer) {
+  encode_predictions(predicted, writer);
+  writer.put(predicted.support_margin);
+}
+
+void decode(ByteReader& reader, PredictedError& predicted) {
+  decode_predictions(reader, predicted);
+  reader.get(predicted.support_margin);
 }
 
 }  // namespace sightline

@@ -12,6 +12,7 @@ struct PredictedError {
   std::vector<double> ranges_m;  // ascending
   std::vector<double> limits_m;  // ascending
   std::uint32_t site_count = 0;
+  double support_margin = 0.25;  // by which `extrapolated` was judged (PredictErrorOptions)
   std::vector<double> mean_m;              // [site][range]: predicted mean error
   std::vector<double> within_probability;  // [site][range][limit]: P(error <= limit)
   std::vector<std::uint8_t> extrapolated;  // [site]: 1 where factors lie outside what the model saw
@@ -31,12 +32,16 @@ struct PredictedError {
 template <>
 struct ArtifactTraits<PredictedError> {
   static constexpr std::string_view kName = "predicted-error";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 Result<void> validate(const PredictedError& predicted);
 Table dump(const PredictedError& predicted);
 void encode(const PredictedError& predicted, ByteWriter& writer);
 void decode(ByteReader& reader, PredictedError& predicted);
+
+// The predictions without support_margin, as a model keeps its own.
+void encode_predictions(const PredictedError& predicted, ByteWriter& writer);
+void decode_predictions(ByteReader& reader, PredictedError& predicted);
 
 }  // namespace sightline

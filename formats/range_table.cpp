@@ -91,6 +91,16 @@ void append_facts(const RangeTable& table, Table& out) {
 
 }  // namespace
 
+const std::vector<std::string>& risk_control_names() {
+  static const std::vector<std::string> kNames = {"conformal", "learn-then-test", "empirical",
+                                                  "fixed"};
+  return kNames;
+}
+
+const std::string& risk_control_name(RiskControl control) {
+  return risk_control_names().at(static_cast<std::size_t>(control));
+}
+
 std::string_view selection_name(Selection selection) {
   return selection == Selection::kMean ? "mean" : "probability";
 }
@@ -129,6 +139,7 @@ void encode(const RangeTable& table, ByteWriter& writer) {
   writer.put_array(table.ranges_m);
   writer.put(table.selection);
   writer.put(table.dilation_m);
+  writer.put<std::uint8_t>(table.extrapolated_takes_longest ? 1 : 0);
   writer.put<std::uint64_t>(table.promises.size());
   for (const LimitPromise& promise : table.promises) {
     writer.put(promise.limit_m);
@@ -152,6 +163,7 @@ void decode(ByteReader& reader, RangeTable& table) {
   reader.get_array(table.ranges_m);
   reader.get(table.selection);
   reader.get(table.dilation_m);
+  table.extrapolated_takes_longest = reader.get<std::uint8_t>() != 0;
   table.promises.resize(reader.get_count(kBytesPerPromise));
   for (LimitPromise& promise : table.promises) {
     reader.get(promise.limit_m);

@@ -13,6 +13,13 @@ enum class Selection : std::uint8_t { kMean, kProbability };
 
 std::string_view selection_name(Selection selection);  // "mean", "probability"
 
+// What sets the probability that is asked for (schemas/definitions.md, "Choice of range").
+enum class RiskControl : std::uint8_t { kConformal, kLearnThenTest, kEmpirical, kFixed };
+
+// "conformal", "learn-then-test", "empirical", "fixed".
+const std::vector<std::string>& risk_control_names();
+const std::string& risk_control_name(RiskControl control);
+
 // Flags of a chosen range, as stored in the map.
 inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: the longest was taken
 inline constexpr std::uint8_t kExtrapolated = 2;  // outside the model's support
@@ -36,6 +43,7 @@ struct RangeTable {
   std::vector<double> ranges_m;  // the choice, ascending
   Selection selection = Selection::kProbability;
   double dilation_m = 0.0;
+  bool extrapolated_takes_longest = true;  // a site unlike the training looks as far as can be
   std::vector<LimitPromise> promises;  // one per limit, ascending limit_m
   std::uint32_t site_count = 0;
   std::vector<std::uint8_t> range_index;  // [site][limit], into ranges_m; a looser limit never
@@ -50,7 +58,7 @@ struct RangeTable {
 template <>
 struct ArtifactTraits<RangeTable> {
   static constexpr std::string_view kName = "range-table";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 Result<void> validate(const RangeTable& table);

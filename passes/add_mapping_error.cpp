@@ -38,9 +38,7 @@ Result<FactorTable> with_column(
 
 }  // namespace
 
-std::vector<OptionField> option_fields(AddMappingErrorOptions&) { return {}; }
-
-Result<FactorTable> add_mapping_error(PassContext& ctx, const AddMappingErrorOptions& options,
+Result<FactorTable> add_mapping_error(PassContext& ctx, const NoOptions& options,
                                       const FactorTable& map_factors, const MeasuredError& measured,
                                       const SensorProfile& mapping_sensor,
                                       const SensorProfile& localizing_sensor) {
@@ -63,7 +61,7 @@ Result<FactorTable> add_mapping_error(PassContext& ctx, const AddMappingErrorOpt
                      });
 }
 
-Result<FactorTable> add_no_mapping_error(PassContext&, const AddMappingErrorOptions&,
+Result<FactorTable> add_no_mapping_error(PassContext&, const NoOptions&,
                                          const FactorTable& map_factors) {
   return with_column(map_factors, [](std::size_t, std::size_t) { return std::nullopt; });
 }

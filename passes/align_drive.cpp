@@ -234,7 +234,7 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
                                const Drive& drive, const Trajectory& own, const NdtMap& map,
                                const Sites& sites) {
   const bool is_given = own.source == PoseSource::kGiven;
-  if (options.mode == "given" || (options.mode == "auto" && is_given)) return own;
+  if (options.mode == AlignMode::kGiven || (options.mode == AlignMode::kAuto && is_given)) return own;
   const Result<void> belongs = check_trajectory_of_drive(drive, own);
   if (!belongs) return belongs.error();
   if (map.nds.empty()) return Error{ErrorCode::kEmptyMap, "the map has no ND to match", "", ""};

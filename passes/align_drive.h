@@ -4,21 +4,20 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/ndt_map.h"
 #include "formats/sites.h"
 #include "formats/trajectory.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kAlignDriveVersion = 1;
+enum class AlignMode { kAuto, kGiven, kAlign };
 
 struct AlignDriveOptions {
   // auto: given poses are in the map's world and stay; estimated and refined ones are aligned.
   // given: nothing is aligned. align: everything is.
-  std::string mode = "auto";
+  AlignMode mode = AlignMode::kAuto;
   double candidate_step_m = 2.0;  // places of the route from which scans are looked for
 };
 std::vector<OptionField> option_fields(AlignDriveOptions& options);
@@ -33,5 +32,7 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
                                const Drive& drive, const Trajectory& own, const NdtMap& map,
                                const Sites& sites);
+inline constexpr Pass kAlignDrive{"align-drive", 1, "aligned", "A second drive in the map of the first",
+                                  &align_drive};
 
 }  // namespace sightline

@@ -226,7 +226,7 @@ void warn_of_invalid_cells(const PassContext& ctx, const NdtMap& map, int min_po
 std::vector<OptionField> option_fields(BuildNdtOptions& options) {
   return {
       number("cell_m", options.cell_m, "edge of an NDT cell, m", 0.1, 100.0),
-      number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0, 10000.0),
+      shared(number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0, 10000.0)),
       integer("min_points", options.min_points, "points that a valid cell needs", 3, 1000000)};
 }
 

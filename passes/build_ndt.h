@@ -3,14 +3,11 @@
 #include <span>
 #include <vector>
 
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/ndt_map.h"
 #include "formats/surface_points.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kBuildNdtVersion = 1;
 
 struct BuildNdtOptions {
   double cell_m = 2.0;
@@ -25,6 +22,7 @@ std::vector<OptionField> option_fields(BuildNdtOptions& options);
 // invalid-artifact (a point that is not finite or lies beyond the grid).
 Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                          const SurfacePoints& points);
+inline constexpr Pass kBuildNdt{"build-ndt", 1, "nds", "The NDT map", &build_ndt};
 
 // The same from plain points, for passes that match scans while the map grows. The points must be
 // finite and within 2^30 cells of the origin, the options a tiling. The order of points decides the

@@ -36,7 +36,7 @@ SurfacePatch patch_of(const Nd& nd, double cell_m) {
 std::vector<OptionField> option_fields(BuildSurfaceOptions& options) {
   return {
       number("cell_m", options.cell_m, "edge of a surface cell, m", 0.05, 10.0),
-      number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0, 10000.0),
+      shared(number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0, 10000.0)),
       integer("min_points", options.min_points, "points that a patch needs", 3, 1000000)};
 }
 

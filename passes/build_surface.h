@@ -2,14 +2,11 @@
 
 #include <vector>
 
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/surface.h"
 #include "formats/surface_points.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kBuildSurfaceVersion = 2;
 
 struct BuildSurfaceOptions {
   double cell_m = 0.5;
@@ -25,5 +22,7 @@ std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
 // invalid-artifact (a point that the grid cannot hold).
 Result<Surface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
                               const SurfacePoints& points);
+inline constexpr Pass kBuildSurface{"build-surface", 2, "surface", "The surface that rays hit",
+                                    &build_surface};
 
 }  // namespace sightline

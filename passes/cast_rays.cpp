@@ -72,7 +72,7 @@ std::vector<OptionField> option_fields(CastRaysOptions& options) {
       number("elevation_step_deg", options.elevation_step_deg, "elevation between rows", 0.01,
              90.0),
       number("near_m", options.near_m, "nothing nearer is hit, m", 0.0, 100.0),
-      number("longest_range_m", options.longest_range_m, "nothing further is hit, m", 1.0, 1000.0)};
+      shared(number("longest_range_m", options.longest_range_m, "nothing further is hit, m", 1.0, 1000.0))};
 }
 
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,

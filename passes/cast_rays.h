@@ -2,15 +2,12 @@
 
 #include <vector>
 
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/depth_images.h"
 #include "formats/sites.h"
 #include "formats/surface.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kCastRaysVersion = 2;
 
 // The localizing sensor's field, in cells of one ray each.
 struct CastRaysOptions {
@@ -29,5 +26,6 @@ std::vector<OptionField> option_fields(CastRaysOptions& options);
 // elevations beyond the poles).
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
                               const Surface& surface, const Sites& sites);
+inline constexpr Pass kCastRays{"cast-rays", 2, "depth", "Depth images", &cast_rays};
 
 }  // namespace sightline

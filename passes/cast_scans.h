@@ -2,16 +2,13 @@
 
 #include <vector>
 
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/sensor_profile.h"
 #include "formats/sites.h"
 #include "formats/surface.h"
 #include "formats/virtual_scans.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kCastScansVersion = 2;
 
 struct CastScansOptions {
   double near_m = 0.5;
@@ -27,5 +24,6 @@ std::vector<OptionField> option_fields(CastScansOptions& options);
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
                                 const Surface& surface, const Sites& sites,
                                 const SensorProfile& sensor);
+inline constexpr Pass kCastScans{"cast-scans", 2, "virtual-scans", "Virtual scans", &cast_scans};
 
 }  // namespace sightline

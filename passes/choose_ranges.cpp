@@ -176,9 +176,9 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
   return {
       choice("selection", options.selection,
              "rule: by probability with a promise, or by mean as the paper does",
-             {"probability", "mean"}),
+             {"mean", "probability"}),
       choice("risk_control", options.risk_control, "what sets the probability that is asked for",
-             {"conformal", "learn-then-test", "empirical", "fixed"}),
+             risk_control_names()),
       number("alpha", options.alpha, "share of misses that is allowed", 0.0001, 0.5),
       number("delta", options.delta, "learn-then-test: how often the promise itself may fail",
              0.0001, 0.5),
@@ -192,7 +192,7 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
 
 std::vector<std::string> promises_of(const ChooseRangesOptions& options, const ErrorModel& model) {
   std::vector<std::string> statements;
-  if (options.selection == "mean") return statements;
+  if (options.selection == Selection::kMean) return statements;
   Calibrator calibrator(model, options);
   for (std::size_t limit = 0; limit < model.out_of_fold.limits_m.size(); ++limit) {
     statements.push_back("map only: " + calibrator.next(CaseKind::kMapOnly, limit).statement);
@@ -208,12 +208,13 @@ Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& op
                                  const ErrorModel& model) {
   const Result<void> checked = check_inputs(sites, predicted, model);
   if (!checked) return checked.error();
-  const bool is_mean = options.selection == "mean";
+  const bool is_mean = options.selection == Selection::kMean;
   RangeTable table =
       to_table(predicted, is_mean ? choose_all_by_mean(options, predicted, model)
                                   : choose_all_by_probability(options, sites, predicted, model));
-  table.selection = is_mean ? Selection::kMean : Selection::kProbability;
+  table.selection = options.selection;
   table.dilation_m = is_mean ? 0.0 : options.dilation_m;
+  table.extrapolated_takes_longest = options.extrapolated_takes_longest;
   warn_of_flags(ctx, table);
   return table;
 }

@@ -5,20 +5,17 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/error_model.h"
 #include "formats/predicted_error.h"
 #include "formats/range_table.h"
 #include "formats/sites.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kChooseRangesVersion = 4;
-
 struct ChooseRangesOptions {
-  std::string selection = "probability";   // or "mean", the paper's rule
-  std::string risk_control = "conformal";  // or "learn-then-test", "empirical", "fixed"
+  Selection selection = Selection::kProbability;  // kMean: the paper's rule
+  RiskControl risk_control = RiskControl::kConformal;
   double alpha = 0.05;                     // share of misses that is allowed
   double delta = 0.1;                      // learn-then-test: how often the promise may fail
   double probability_threshold = 0.8;      // p* of "fixed"
@@ -41,6 +38,8 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model);
+inline constexpr Pass kChooseRanges{"choose-ranges", 4, "ranges", "How far to look",
+                                    &choose_ranges};
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;
 // nothing under the mean rule.

@@ -69,7 +69,7 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
                            const Trajectory& trajectory) {
   const Result<void> matches = check_trajectory_of_drive(drive, trajectory);
   if (!matches) return matches.error();
-  const ScanSelection selection = scan_selection(options.scans);
+  const ScanSelection selection = options.scans;
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (is_selected(drive.scans[i], selection)) poses.push_back(trajectory.poses[i].T_map_vehicle);

@@ -5,20 +5,17 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/sites.h"
 #include "formats/trajectory.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kChooseSitesVersion = 1;
 
 struct ChooseSitesOptions {
   double spacing_m = 1.0;
   double largest_gap_m = 5.0;
-  std::string scans = "all";  // whose poses make the route: all, even, odd
+  ScanSelection scans = ScanSelection::kAll;  // whose poses make the route: all, even, odd
 };
 std::vector<OptionField> option_fields(ChooseSitesOptions& options);
 
@@ -31,5 +28,6 @@ std::vector<OptionField> option_fields(ChooseSitesOptions& options);
 // chosen).
 Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, const Drive& drive,
                            const Trajectory& trajectory);
+inline constexpr Pass kChooseSites{"choose-sites", 1, "sites", "Places to annotate", &choose_sites};
 
 }  // namespace sightline

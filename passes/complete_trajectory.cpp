@@ -27,9 +27,7 @@ Result<void> check_first_sensor(const Drive& drive, const Trajectory& trajectory
 
 }  // namespace
 
-std::vector<OptionField> option_fields(CompleteTrajectoryOptions&) { return {}; }
-
-Result<Trajectory> complete_trajectory(PassContext&, const CompleteTrajectoryOptions&,
+Result<Trajectory> complete_trajectory(PassContext&, const NoOptions&,
                                        const Drive& drive, const Trajectory& first_sensor) {
   const Result<void> matches = check_first_sensor(drive, first_sensor);
   if (!matches) return matches.error();

@@ -145,7 +145,7 @@ void warn_of_unmatched(const PassContext& ctx, std::span<const std::size_t> unma
 }  // namespace
 
 std::vector<OptionField> option_fields(ComputeFactorsOptions& options) {
-  return {numbers("ranges_m", options.ranges_m, "observation ranges, m", 1.0, 1000.0)};
+  return {shared(numbers("ranges_m", options.ranges_m, "observation ranges, m", 1.0, 1000.0))};
 }
 
 Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOptions& options,
@@ -163,7 +163,7 @@ Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOption
   const std::size_t site_count = sites.sites.size();
   const std::size_t row_size = table.ranges_m.size() * kFactorCount;
   table.values.resize(site_count * row_size);
-  const World world{map, make_match_grid(map), make_localizer(map, localizer_named("searching")),
+  const World world{map, make_match_grid(map), make_localizer(map, localizer_options(LocalizerKind::kSearching)),
                     tile_index(map), options.ranges_m};
   std::vector<std::size_t> unmatched(site_count);
   std::atomic<std::size_t> done = 0;

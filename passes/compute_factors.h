@@ -2,17 +2,14 @@
 
 #include <vector>
 
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/depth_images.h"
 #include "formats/factor_table.h"
 #include "formats/ndt_map.h"
 #include "formats/sites.h"
 #include "formats/virtual_scans.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kComputeFactorsVersion = 3;
 
 struct ComputeFactorsOptions {
   std::vector<double> ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
@@ -32,5 +29,7 @@ std::vector<OptionField> option_fields(ComputeFactorsOptions& options);
 Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOptions& options,
                                     const NdtMap& map, const Sites& sites, const DepthImages& depth,
                                     const VirtualScans& scans);
+inline constexpr Pass kComputeFactors{"compute-factors", 3, "map-factors", "Map factors",
+                                      &compute_factors};
 
 }  // namespace sightline

@@ -65,14 +65,14 @@ Result<void> check_measured(const EmitMapInputs& inputs) {
 MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
   MeasurementCard card;
   card.mapping_drive = inputs.mapping.name;
-  card.mapping_scans = options.mapping_scans;
+  card.mapping_scans = scan_selection_name(options.mapping_scans);
   card.localization_drive = inputs.localization.name;
-  card.localization_scans = options.localization_scans;
+  card.localization_scans = scan_selection_name(inputs.measured.matching.scans);
   card.reference = inputs.measured.reference;
   card.offsets = inputs.measured.offsets;
-  card.localizer = options.localizer_used;
-  card.coarse_cells = static_cast<std::uint32_t>(options.coarse_cells_used);
-  card.leaf_m = options.leaf_m;
+  card.localizer = inputs.measured.matching.localizer;
+  card.coarse_cells = inputs.measured.matching.coarse_cells;
+  card.leaf_m = inputs.measured.matching.leaf_m;
   card.measured_site_count = static_cast<std::uint32_t>(std::ranges::count_if(
       inputs.measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; }));
   return card;
@@ -92,18 +92,8 @@ std::vector<OptionField> option_fields(EmitMapOptions& options) {
           integer("release", options.release, "counter that only ever grows", 1, 2'000'000'000),
           number("reach_m", options.reach_m,
                  "a site farther away than this says nothing about a position, m", 0.1, 1000.0),
-          choice("mapping_scans", options.mapping_scans, "scans that made the map",
-                 {"all", "even", "odd"}),
-          choice("localization_scans", options.localization_scans,
-                 "scans that were matched against it", {"all", "even", "odd"}),
-          choice("localizer_used", options.localizer_used, "how they were matched",
-                 {"plain", "annealed", "searching"}),
-          integer("coarse_cells_used", options.coarse_cells_used, "the same", 1, 16),
-          number("leaf_m", options.leaf_m, "voxel to which they were thinned, m", 0.05, 10.0),
-          number("support_margin_used", options.support_margin_used,
-                 "predict-error's support_margin", 0.0, 10.0),
-          flag("extrapolated_longest_used", options.extrapolated_longest_used,
-               "choose-ranges' extrapolated_takes_longest"),
+          shared(choice("mapping_scans", options.mapping_scans, "scans that made the map",
+                        {"all", "even", "odd"})),
           flag("has_factors", options.has_factors,
                "keep the map factors, which inspect --site explains a choice with")};
 }
@@ -129,8 +119,6 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   map.measurement = card_of(options, inputs);
   map.definitions = definitions();
   map.model = record_of(inputs.model);
-  map.support_margin = options.support_margin_used;
-  map.extrapolated_takes_longest = options.extrapolated_longest_used;
   if (options.has_factors) map.factors = factors_of(inputs);
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
   if (inputs.mapping_trajectory != nullptr) {
@@ -148,6 +136,18 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
              std::to_string(map.sites.sites.size()) + " sites");
   }
   return map;
+}
+
+Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
+                                  const Drive& mapping, const Drive& localization,
+                                  const NdtMap& ndt, const Sites& sites,
+                                  const PredictedError& predicted, const RangeTable& ranges,
+                                  const MeasuredError& measured, const ErrorModel& model,
+                                  const FactorTable& factors, const Sharpness& sharpness,
+                                  const Trajectory& mapping_trajectory) {
+  return emit_map(ctx, options,
+                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors,
+                   &sharpness, &mapping_trajectory});
 }
 
 }  // namespace sightline

@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/error_model.h"
 #include "formats/factor_table.h"
@@ -18,23 +16,16 @@
 #include "formats/sharpness.h"
 #include "formats/sites.h"
 #include "formats/trajectory.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kEmitMapVersion = 6;
 
 struct EmitMapOptions {
   std::string map_id;                 // empty: made of the mapping drive's content
   std::string version = "1";          // for people
   int release = 1;                    // only ever grows
   double reach_m = 10.0;              // a site farther away than this says nothing about a position
-  std::string mapping_scans = "all";  // what the other passes were told: all, even, odd
-  std::string localization_scans = "all";
-  std::string localizer_used = "searching";  // by measure-error
-  int coarse_cells_used = 1;
-  double leaf_m = 1.0;
-  double support_margin_used = 0.25;  // by predict-error
-  bool extrapolated_longest_used = true;  // by choose-ranges
+  ScanSelection mapping_scans = ScanSelection::kAll;  // that made the map
   bool has_factors = true;  // for engineers; no vehicle needs them
 };
 std::vector<OptionField> option_fields(EmitMapOptions& options);
@@ -61,5 +52,15 @@ struct EmitMapInputs {
 // empty or not printable).
 Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
                              const EmitMapInputs& inputs);
+
+// The same as a pass.
+Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
+                                  const Drive& mapping, const Drive& localization,
+                                  const NdtMap& ndt, const Sites& sites,
+                                  const PredictedError& predicted, const RangeTable& ranges,
+                                  const MeasuredError& measured, const ErrorModel& model,
+                                  const FactorTable& factors, const Sharpness& sharpness,
+                                  const Trajectory& mapping_trajectory);
+inline constexpr Pass kEmitMap{"emit-map", 6, "map", "The map file", &emit_map_step};
 
 }  // namespace sightline

@@ -216,11 +216,11 @@ Result<bool> check_given(PassContext& ctx, const EstimateTrajectoryOptions& opti
   for (std::size_t i = 0; i < std::min(found.size(), kMostTold); ++i) {
     text += (i == 0 ? ": " : "; ") + to_text(found[i], drive);
   }
-  if (options.bad_poses == "refuse") {
+  if (options.bad_poses == BadPoses::kRefuse) {
     return Error{ErrorCode::kMismatchedInputs, text, drive.scans[found[0].first].source,
                  "scan " + std::to_string(drive.scans[found[0].first].recording_index)};
   }
-  ctx.warn(text + (options.bad_poses == "repair" ? ". They are refined"
+  ctx.warn(text + (options.bad_poses == BadPoses::kRepair ? ". They are refined"
                                                  : ". They are used all the same; "
                                                    "estimate-trajectory.bad_poses=repair refines "
                                                    "them"));
@@ -230,10 +230,10 @@ Result<bool> check_given(PassContext& ctx, const EstimateTrajectoryOptions& opti
 Result<Trajectory> checked_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                       const Drive& drive) {
   Result<Trajectory> given = given_trajectory(drive);
-  if (!given || options.bad_poses == "ignore" || drive.scans.size() < 2) return given;
+  if (!given || options.bad_poses == BadPoses::kIgnore || drive.scans.size() < 2) return given;
   const Result<bool> is_bad = check_given(ctx, options, drive);
   if (!is_bad) return is_bad.error();
-  if (*is_bad && options.bad_poses == "repair") {
+  if (*is_bad && options.bad_poses == BadPoses::kRepair) {
     return matched_trajectory(ctx, options, drive, true);
   }
   return given;
@@ -265,14 +265,14 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
                                        const Drive& drive) {
   const bool some_given = std::ranges::any_of(
       drive.scans, [](const ScanInfo& scan) { return scan.T_world_vehicle.has_value(); });
-  if (options.mode == "given" || (options.mode == "auto" && drive.has_poses())) {
+  if (options.mode == PoseMode::kGiven || (options.mode == PoseMode::kAuto && drive.has_poses())) {
     return checked_trajectory(ctx, options, drive);
   }
-  if (options.mode == "refine" && !some_given) {
+  if (options.mode == PoseMode::kRefine && !some_given) {
     return Error{ErrorCode::kNoPoses, "the recording gives no poses to refine", "",
                  "drive " + drive.name};
   }
-  return matched_trajectory(ctx, options, drive, some_given && options.mode != "estimate");
+  return matched_trajectory(ctx, options, drive, some_given && options.mode != PoseMode::kEstimate);
 }
 
 }  // namespace sightline

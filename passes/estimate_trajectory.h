@@ -5,22 +5,22 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/trajectory.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEstimateTrajectoryVersion = 4;
+enum class PoseMode { kAuto, kGiven, kRefine, kEstimate };
+enum class BadPoses { kIgnore, kWarn, kRepair, kRefuse };
 
 struct EstimateTrajectoryOptions {
   // auto: given poses as they are where every scan has one, refined where some have, estimated
   // where none has. given, refine and estimate say it outright.
-  std::string mode = "auto";
-  // What happens where given poses move otherwise than the scans show: nothing is compared, it is
-  // told, poses are refined as well, or they are refused.
-  std::string bad_poses = "warn";
+  PoseMode mode = PoseMode::kAuto;
+  // What happens where given poses move otherwise than the scans show: nothing is compared, a
+  // warning says so, poses are refined as well, or they are refused.
+  BadPoses bad_poses = BadPoses::kWarn;
   double prior_sigma_m = 0.5;  // refine: how far a given pose is to be believed
   double prior_sigma_deg = 2.0;
   double prior_correlation_m = 100.0;  // given poses share their error over this much of the way
@@ -41,5 +41,7 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
 // reading a scan says.
 Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                        const Drive& drive);
+inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 4, "trajectory", "Where the vehicle was",
+                                          &estimate_trajectory};
 
 }  // namespace sightline

@@ -4,18 +4,15 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/evaluation.h"
 #include "formats/factor_table.h"
 #include "formats/measured_error.h"
 #include "formats/predicted_error.h"
 #include "formats/range_table.h"
 #include "formats/sites.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kEvaluateRangesVersion = 2;
 
 struct EvaluateRangesOptions {
   double stretch_m = 100.0;  // of route, for the worst stretch
@@ -37,5 +34,7 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
                                    const Sites& sites, const PredictedError& predicted,
                                    const RangeTable& ranges, const FactorTable& factors,
                                    const MeasuredError& judged);
+inline constexpr Pass kEvaluateRanges{"evaluate-ranges", 2, "evaluation", "Judging the choice",
+                                      &evaluate_ranges};
 
 }  // namespace sightline

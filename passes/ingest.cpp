@@ -157,7 +157,7 @@ std::vector<ScanInfo> describe(const Recording& recording, const std::vector<Sca
 }  // namespace
 
 std::vector<OptionField> option_fields(IngestOptions& options) {
-  return {number("tile_m", options.tile_m, "edge of a map tile, m", 1.0, 4096.0)};
+  return {shared(number("tile_m", options.tile_m, "edge of a map tile, m", 1.0, 4096.0))};
 }
 
 std::vector<OptionField> option_fields(RecordingOptions& options) {

@@ -2,14 +2,11 @@
 
 #include <vector>
 
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/foreign/recording.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kIngestVersion = 2;
 
 struct IngestOptions {
   double tile_m = 64.0;  // the map frame's origin is a multiple of it
@@ -28,5 +25,6 @@ std::vector<OptionField> option_fields(RecordingOptions& options);
 // drive-too-short (no scans), time-runs-backwards, and those of read_recorded_scan for the first
 // scan that cannot be read.
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording);
+inline constexpr Pass kIngest{"ingest", 2, "drive", "Reading drives", &ingest};
 
 }  // namespace sightline

@@ -66,9 +66,7 @@ Error no_common_time(const Drive& drive, const Drive& other) {
 
 }  // namespace
 
-std::vector<OptionField> option_fields(JoinSensorsOptions&) { return {}; }
-
-Result<Drive> join_sensors(PassContext& ctx, const JoinSensorsOptions&, const Drive& drive,
+Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& drive,
                            const Drive& other) {
   const std::vector<std::int64_t> stamps_ns = stamps_of_first_sensor(drive);
   std::vector<std::pair<ScanInfo, Origin>> scans;

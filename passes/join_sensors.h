@@ -2,16 +2,10 @@
 
 #include <vector>
 
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kJoinSensorsVersion = 1;
-
-struct JoinSensorsOptions {};
-std::vector<OptionField> option_fields(JoinSensorsOptions& options);
 
 // One drive of all sensors on a vehicle: the scans of `other`, a drive of one sensor, among those
 // of `drive` in order of time, told apart by sensor_index; each keeps its sensor's place in the
@@ -22,7 +16,9 @@ std::vector<OptionField> option_fields(JoinSensorsOptions& options);
 // gap of more than 1 s between two of these, have no place on its trajectory: they are left out,
 // and a warning counts them. Error: mismatched-inputs where that leaves none (two clocks, or two
 // drives).
-Result<Drive> join_sensors(PassContext& ctx, const JoinSensorsOptions& options, const Drive& drive,
+Result<Drive> join_sensors(PassContext& ctx, const NoOptions& options, const Drive& drive,
                            const Drive& other);
+inline constexpr Pass kJoinSensors{"join-sensors", 1, "joined-drive", "Scans of several sensors in one drive",
+                                   &join_sensors};
 
 }  // namespace sightline

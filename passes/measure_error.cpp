@@ -32,7 +32,7 @@ struct Setup {
 
 // Position of the nearest selected scan within the radius, the first on a tie.
 std::optional<std::size_t> nearest_scan(const Setup& setup, const Eigen::Vector3d& place_map_m) {
-  const ScanSelection selection = scan_selection(setup.options.scans);
+  const ScanSelection selection = setup.options.scans;
   std::optional<std::size_t> nearest;
   double least_m = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < setup.drive.scans.size(); ++i) {
@@ -97,7 +97,7 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
 
 Pose reference_pose(const Setup& setup, ScanCutter& cutter, const Scan& scan,
                     const Pose& T_map_given) {
-  if (setup.options.reference == "known") return T_map_given;
+  if (setup.options.reference == ErrorReference::kKnownPose) return T_map_given;
   ScanForMatch full = prepared(setup, cutter, scan, setup.drive.sensor.max_range_m);
   return localize(setup.localizer, full, T_map_given).T_map_sensor;
 }
@@ -241,15 +241,16 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
   if (!checked) return checked.error();
   const Trajectory in_map = rebase(trajectory, map.frame);
   const Localizer localizer =
-      make_localizer(map, localizer_named(options.localizer, options.coarse_cells));
+      make_localizer(map, localizer_options(options.localizer, options.coarse_cells));
   const std::vector<InitialOffset> offsets = initial_offsets(options.starts);
   const Setup setup{options, localization_drive, in_map, localizer, offsets};
   const Result<std::vector<std::optional<std::size_t>>> scans = scans_of_sites(ctx, setup, sites);
   if (!scans) return scans.error();
   MeasuredError measured;
   measured.drive = localization_drive.name;
-  measured.reference =
-      options.reference == "known" ? ErrorReference::kKnownPose : ErrorReference::kFullRangeMatch;
+  measured.matching = {options.scans, std::string(localizer_name(options.localizer)),
+                       static_cast<std::uint32_t>(options.coarse_cells), options.leaf_m};
+  measured.reference = options.reference;
   measured.ranges_m = options.ranges_m;
   measured.offsets = offsets;
   for (const std::optional<std::size_t>& scan : *scans) {

@@ -3,29 +3,26 @@
 #include <string>
 #include <vector>
 
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/measured_error.h"
 #include "formats/ndt_map.h"
 #include "formats/sites.h"
 #include "formats/trajectory.h"
+#include "passes/matching/localizer.h"
 #include "passes/matching/match_starts.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kMeasureErrorVersion = 7;
 
 struct MeasureErrorOptions {
   std::vector<double> ranges_m = {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};
   double leaf_m = 1.0;
   StartPattern starts;
-  std::string scans = "all";
+  ScanSelection scans = ScanSelection::kAll;
   double site_radius_m = 1.0;  // the scan of a site lies no farther from it
   // full-range: the match at the sensor's full range, the paper's choice; known: the poses given
-  std::string reference = "full-range";
-  std::string localizer =
-      "searching";  // or annealed, plain; "Localizers" in schemas/definitions.md
+  ErrorReference reference = ErrorReference::kFullRangeMatch;
+  LocalizerKind localizer = LocalizerKind::kSearching;  // "Localizers" in schemas/definitions.md
   int coarse_cells = 1;
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);
@@ -40,5 +37,7 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
                                     const Drive& localization_drive, const Trajectory& trajectory,
                                     const NdtMap& map, const Sites& sites);
+inline constexpr Pass kMeasureError{"measure-error", 7, "measured", "Localization error of a drive",
+                                    &measure_error};
 
 }  // namespace sightline

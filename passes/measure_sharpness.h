@@ -4,15 +4,12 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/sharpness.h"
 #include "formats/trajectory.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kMeasureSharpnessVersion = 1;
 
 struct MeasureSharpnessOptions {
   double radius_m = 0.5;     // around a point, for entropy
@@ -28,6 +25,8 @@ std::vector<OptionField> option_fields(MeasureSharpnessOptions& options);
 // what reading a scan says.
 Result<Sharpness> measure_sharpness(PassContext& ctx, const MeasureSharpnessOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
+inline constexpr Pass kMeasureSharpness{"measure-sharpness", 1, "sharpness", "How sharp the map is",
+                                        &measure_sharpness};
 
 // Of points that are laid already; their order decides nothing but last bits, threads nothing.
 SharpnessFigures sharpness_of(const std::vector<Eigen::Vector3d>& points_m,

@@ -111,6 +111,7 @@ PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
   PredictedError predicted;
   predicted.ranges_m = model.out_of_fold.ranges_m;
   predicted.limits_m = model.out_of_fold.limits_m;
+  predicted.support_margin = margin;
   predicted.site_count = static_cast<std::uint32_t>(features.row_count / model.ranges.size());
   ForestPrediction prediction =
       PreparedForest(model.forest, predicted.limits_m).predict(features, rows, ctx.threads);

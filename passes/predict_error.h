@@ -4,23 +4,22 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/error_model.h"
 #include "formats/factor_table.h"
 #include "formats/measured_error.h"
 #include "formats/predicted_error.h"
 #include "formats/sites.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kPredictErrorVersion = 2;
+enum class HistoryUse { kAuto, kNever };
 
 struct PredictErrorOptions {
   // A feature counts as known up to this share of the training's spread outside its extremes.
   double support_margin = 0.25;
-  // auto: what a localization drive measured here is told to a model made elsewhere. never: not.
-  std::string history = "auto";
+  // auto: what a localization drive measured here is history to a model made elsewhere.
+  HistoryUse history = HistoryUse::kAuto;
 };
 std::vector<OptionField> option_fields(PredictErrorOptions& options);
 
@@ -35,6 +34,8 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options);
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
                                      const FactorTable& factors);
+inline constexpr Pass kPredictError{"predict-error", 2, "predicted", "What the model says of each site",
+                                    &predict_error};
 
 // The same where an earlier drive was measured on this map: what it found within 6 m of a site is
 // among the site's features (schemas/definitions.md, "Measured history"). A model that was never
@@ -44,5 +45,7 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const ErrorModel& model, const Sites& sites,
                                                   const FactorTable& factors,
                                                   const MeasuredError& history);
+inline constexpr Pass kPredictErrorWithHistory =
+    variant_of(kPredictError, &predict_error_with_history);
 
 }  // namespace sightline

@@ -25,7 +25,7 @@ bool is_same(double a, double b) {
 Result<PredictedError> predicted_again(PassContext& ctx, const CompiledMap& map,
                                        const ErrorModel& model) {
   PredictErrorOptions options;
-  options.support_margin = map.support_margin;
+  options.support_margin = map.predicted.support_margin;
   const std::optional<MeasuredError> told = measured_of_columns(map.factors);
   return told ? predict_error_with_history(ctx, options, model, map.sites, map.factors, *told)
               : predict_error(ctx, options, model, map.sites, map.factors);
@@ -69,13 +69,17 @@ Result<void> compare_flags(const PredictedError& stored, const PredictedError& a
 ChooseRangesOptions choice_options(const CompiledMap& map) {
   const LimitPromise& promise = map.ranges.promises.front();
   ChooseRangesOptions options;
-  options.selection = map.ranges.selection == Selection::kMean ? "mean" : "probability";
+  options.selection = map.ranges.selection;
   options.dilation_m = map.ranges.dilation_m;
-  options.risk_control = promise.method;
+  // Under the mean rule nothing is controlled, and the method is called "mean".
+  const auto control = std::ranges::find(risk_control_names(), promise.method);
+  if (control != risk_control_names().end()) {
+    options.risk_control = static_cast<RiskControl>(control - risk_control_names().begin());
+  }
   options.alpha = promise.alpha;
   options.delta = promise.delta;
   options.probability_threshold = promise.probability_threshold;  // of "fixed"
-  options.extrapolated_takes_longest = map.extrapolated_takes_longest;
+  options.extrapolated_takes_longest = map.ranges.extrapolated_takes_longest;
   return options;
 }
 

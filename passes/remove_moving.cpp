@@ -12,7 +12,7 @@ namespace {
 
 Result<std::vector<PlacedScan>> place_scans(const RemoveMovingOptions& options, const Drive& drive,
                                             const Trajectory& trajectory) {
-  const ScanSelection selection = scan_selection(options.scans);
+  const ScanSelection selection = options.scans;
   std::vector<PlacedScan> scans;
   for (std::uint32_t i = 0; i < drive.scans.size(); ++i) {
     if (!is_selected(drive.scans[i], selection)) continue;

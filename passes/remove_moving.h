@@ -5,21 +5,18 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/surface_points.h"
 #include "formats/trajectory.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kRemoveMovingVersion = 2;
 
 struct RemoveMovingOptions {
   bool enabled = true;          // false: every return within the sensor's range is kept
   double voxel_m = 0.2;         // edge of the voxels that stand or move as a whole
   double carve_range_m = 60.0;  // a ray tells nothing farther from the sensor than this
-  std::string scans = "all";    // all, even, odd
+  ScanSelection scans = ScanSelection::kAll;    // all, even, odd
 };
 std::vector<OptionField> option_fields(RemoveMovingOptions& options);
 
@@ -34,5 +31,7 @@ std::vector<OptionField> option_fields(RemoveMovingOptions& options);
 // range), and what reading a scan says.
 Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
+inline constexpr Pass kRemoveMoving{"remove-moving", 2, "points", "What moved leaves the map",
+                                    &remove_moving};
 
 }  // namespace sightline

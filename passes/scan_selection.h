@@ -1,24 +1,14 @@
 #pragma once
 
-#include <string>
-#include <string_view>
-
-#include "compiler/pipeline/options.h"
 #include "formats/drive.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
 
-// The option "scans" that several passes share: which scans of the recording they use.
-inline OptionField scans_option(std::string& value) {
-  return choice("scans", value, "scans to use, by 0-based index in the recording",
-                {"all", "even", "odd"});
-}
-
-// The selection that a value of that option names.
-inline ScanSelection scan_selection(std::string_view value) {
-  if (value == "even") return ScanSelection::kEven;
-  if (value == "odd") return ScanSelection::kOdd;
-  return ScanSelection::kAll;
+// The option "scans" of several passes, which the plan sets: which scans of the recording they use.
+inline OptionField scans_option(ScanSelection& value) {
+  return shared(choice("scans", value, "scans to use, by 0-based index in the recording",
+                       {"all", "even", "odd"}));
 }
 
 }  // namespace sightline

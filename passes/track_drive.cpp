@@ -138,7 +138,7 @@ bool is_near_a_site(const Sites& sites, const Eigen::Vector3d& p_map_m, double r
 // Those selected whose given pose lies within reach of a site.
 std::vector<std::size_t> scans_on_map(const TrackDriveOptions& options, const Drive& drive,
                                       const Trajectory& in_map, const Sites& sites) {
-  const ScanSelection selection = scan_selection(options.matching.scans);
+  const ScanSelection selection = options.matching.scans;
   std::vector<std::size_t> scans;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (!is_selected(drive.scans[i], selection)) continue;
@@ -156,7 +156,7 @@ Result<KnownScan> known_scan(const Setup& setup, const Trajectory& in_map, std::
   if (!scan) return scan.error();
   KnownScan known;
   known.T_map_reference = in_map.poses[index].T_map_vehicle;
-  if (setup.options.matching.reference != "known") {
+  if (setup.options.matching.reference != ErrorReference::kKnownPose) {
     ScanCutter cutter;
     ScanForMatch full =
         make_scan_for_match(setup.localizer, cutter, *scan, setup.drive.sensor,
@@ -164,7 +164,7 @@ Result<KnownScan> known_scan(const Setup& setup, const Trajectory& in_map, std::
     known.T_map_reference = localize(setup.localizer, full, known.T_map_reference).T_map_sensor;
   }
   known.scan = std::move(*scan);
-  const bool is_even_step = setup.options.matching.scans == "all";
+  const bool is_even_step = setup.options.matching.scans == ScanSelection::kAll;
   const std::size_t next = is_even_step ? 1 : 2;  // in the recording
   known.follows = position > 0 && index - setup.scans[position - 1] <= next &&
                   step_ns(setup, position) <= kLongestStep_ns;
@@ -228,8 +228,7 @@ DriveTracks to_tracks(const Setup& setup, const Trajectory& in_map,
                       const std::vector<Replay>& replays) {
   DriveTracks tracks;
   tracks.drive = setup.drive.name;
-  tracks.reference = setup.options.matching.reference == "known" ? ErrorReference::kKnownPose
-                                                                 : ErrorReference::kFullRangeMatch;
+  tracks.reference = setup.options.matching.reference;
   tracks.lost_beyond_m = setup.options.lost_beyond_m;
   for (const LimitPromise& promise : setup.ranges.promises) {
     tracks.limits_m.push_back(promise.limit_m);
@@ -252,9 +251,12 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options) {
   std::vector<OptionField> fields = {
       number("lost_beyond_m", options.lost_beyond_m,
              "continuous localization: an error above this ends a track, m", 0.01, 100.0),
-      number("reach_m", options.reach_m, "a site farther away than this says nothing, m", 0.1,
-             1000.0)};
-  for (OptionField& field : option_fields(options.matching)) fields.push_back(std::move(field));
+      shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m", 0.1,
+             1000.0))};
+  // How scans are matched is measure-error's to say.
+  for (OptionField& field : option_fields(options.matching)) {
+    fields.push_back(shared(std::move(field)));
+  }
   return fields;
 }
 
@@ -273,7 +275,7 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& optio
   }
   const MeasureErrorOptions& matching = options.matching;
   const Localizer localizer =
-      make_localizer(map, localizer_named(matching.localizer, matching.coarse_cells));
+      make_localizer(map, localizer_options(matching.localizer, matching.coarse_cells));
   const std::vector<InitialOffset> offsets = initial_offsets(matching.starts);
   const Setup setup{options, drive, sites, ranges, localizer, offsets, scans};
   std::vector<Replay> replays = replays_of(ranges);

@@ -4,8 +4,6 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/drive_tracks.h"
 #include "formats/ndt_map.h"
@@ -13,10 +11,9 @@
 #include "formats/sites.h"
 #include "formats/trajectory.h"
 #include "passes/measure_error.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kTrackDriveVersion = 3;
 
 struct TrackDriveOptions {
   double lost_beyond_m = 1.0;  // an error above this ends a track
@@ -32,5 +29,7 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options);
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
                                 const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
                                 const Sites& sites, const RangeTable& ranges);
+inline constexpr Pass kTrackDrive{"track-drive", 3, "tracks", "Replaying a drive as a vehicle localizes",
+                                  &track_drive};
 
 }  // namespace sightline

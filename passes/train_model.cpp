@@ -149,7 +149,7 @@ TrainingCard training_card(const PassContext& ctx, const TrainModelOptions& opti
   TrainingCard card;
   card.places = lesson.places;
   card.reference = reference;
-  card.feature_set = options.features;
+  card.feature_set = options.features == FeatureSet::kPaper ? "paper" : "all";
   card.hold_out = lesson.holds_out_places ? "places" : "blocks";
   card.seed = ctx.seed;
   card.tree_count = static_cast<std::uint32_t>(options.trees);
@@ -214,7 +214,7 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
   return {
       choice("features", options.features,
              "factors to learn from: the paper's eleven, or all there are", {"paper", "all"}),
-      numbers("limits_m", options.limits_m, "accuracies that vehicles need, m", 0.001, 100.0),
+      shared(numbers("limits_m", options.limits_m, "accuracies that vehicles need, m", 0.001, 100.0)),
       integer("trees", options.trees, "trees of the forest", 1, 10000),
       integer("least_leaf_rows", options.least_leaf_rows, "training rows in a leaf, at least", 1,
               1000),
@@ -248,8 +248,10 @@ Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted
 }
 
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const DrivenPlace& here) {
-  return train_on(ctx, wanted, {{here}});
+                                    const Sites& sites, const FactorTable& factors,
+                                    const MeasuredError& measured,
+                                    const RecordingCards& recordings) {
+  return train_on(ctx, wanted, {{{measured.drive, sites, factors, {measured}, recordings}}});
 }
 
 }  // namespace sightline

@@ -5,17 +5,15 @@
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/driven_places.h"
 #include "formats/error_model.h"
+#include "passes/learn/lesson.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
 
-inline constexpr std::uint32_t kTrainModelVersion = 4;
-
 struct TrainModelOptions {
-  std::string features = "all";  // or "paper": its eleven factors alone
+  FeatureSet features = FeatureSet::kAll;
   std::vector<double> limits_m = {0.10, 0.25};
   int trees = 200;
   int least_leaf_rows = 5;
@@ -25,7 +23,7 @@ struct TrainModelOptions {
   double buffer_m = 25.0;
   int folds = 5;
   // auto: whole places are held out where there are at least three, blocks of route elsewhere.
-  std::string hold_out = "auto";
+  HoldOut hold_out = HoldOut::kAuto;
   int most_rows = 100000;  // that one forest learns from
 };
 std::vector<OptionField> option_fields(TrainModelOptions& options);
@@ -42,9 +40,13 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // where not even two blocks of 15 m fit, or the buffer leaves a fold nothing to learn from.
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places);
+inline constexpr Pass kTrainModel{"train-model", 4, "model", "The error model", &train_model};
 
 // The same from the one place that the model is for, without a warning that it knows no other.
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const DrivenPlace& here);
+                                    const Sites& sites, const FactorTable& factors,
+                                    const MeasuredError& measured,
+                                    const RecordingCards& recordings);
+inline constexpr Pass kTrainModelHere = variant_of(kTrainModel, &train_model_here);
 
 }  // namespace sightline

@@ -2,14 +2,11 @@
 
 #include <vector>
 
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/drive.h"
 #include "formats/trajectory.h"
+#include "passes/pass/pass.h"
 
 namespace sightline {
-
-inline constexpr std::uint32_t kUndistortScansVersion = 1;
 
 struct UndistortScansOptions {
   bool enabled = true;
@@ -28,5 +25,7 @@ std::vector<OptionField> option_fields(UndistortScansOptions& options);
 // scan).
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
                               const Drive& drive, const Trajectory& trajectory);
+inline constexpr Pass kUndistortScans{"undistort-scans", 1, "undistorted", "Motion during a scan",
+                                      &undistort_scans};
 
 }  // namespace sightline

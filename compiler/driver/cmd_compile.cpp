@@ -39,16 +39,26 @@ Result<void> check_output(const CompileFlags& flags) {
   return {};
 }
 
-Result<void> write_outputs(const CompileFlags& flags, const CompileConfig& config,
-                           const ArtifactSet& artifacts, const std::vector<StepReport>& reports) {
+Result<void> write_outputs(const CompileFlags& flags, const CompiledMap& map,
+                           const std::string& provenance) {
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  const std::vector<std::byte> map = encode_map(artifacts.get<CompiledMap>("compiled-map"));
-  const Result<void> written = write_file_atomically(flags.output, map, if_exists);
+  const Result<void> written = write_file_atomically(flags.output, encode_map(map), if_exists);
   if (!written) return written;
   // A stale provenance beside a new map would be worse than replacing one.
-  return write_file_atomically(flags.output + ".provenance.json",
-                               provenance_json(config, command_line(), artifacts, reports),
-                               IfExists::kReplace);
+  return write_file_atomically(flags.output + ".provenance.json", provenance, IfExists::kReplace);
+}
+
+// What the compile found, as text.
+Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& artifacts) {
+  std::string text = to_text(artifacts.get(made.evaluation)) + "\nWhat the map promises\n";
+  for (const LimitPromise& promise : artifacts.get(made.ranges).promises) {
+    text += promise.statement + "\n";
+  }
+  text += "\n" + to_text(artifacts.get(made.sharpness)) + "\n";
+  const Result<FactorReport> report =
+      factor_report(artifacts.get(made.factors), artifacts.get(made.measured));
+  if (!report) return report.error();
+  return text + "\n" + to_text(*report);
 }
 
 // Files, one a line.
@@ -71,7 +81,7 @@ Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& confi
                                IfExists::kReplace);
 }
 
-Result<void> compile(const CompileFlags& flags) {
+Result<void> run_compile(const CompileFlags& flags) {
   const Result<CompileConfig> config =
       load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config.error();
@@ -80,34 +90,28 @@ Result<void> compile(const CompileFlags& flags) {
   if (!free) return free;
   const Result<void> depends = write_depfile(flags, *config);
   if (!depends) return depends;
+  const bool is_given = !flags.model.empty();
+  const CompilePlan compile =
+      compile_plan(*config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
   ArtifactSet artifacts;
-  const Result<void> provided = provide_drives(*config, artifacts);
+  const Result<void> provided = provide_drives(compile, artifacts);
   if (!provided) return provided;
-  ModelSource source = ModelSource::kTrained;
-  if (!flags.model.empty()) {
-    const Result<void> given = provide_model(flags.model, artifacts);
-    if (!given) return given;
-    source = ModelSource::kGiven;
+  if (is_given) {
+    Result<ErrorModel> model = read_model(flags.model);
+    if (!model) return model.error();
+    artifacts.provide(compile.given_model, std::move(*model));
   }
   const Result<std::vector<StepReport>> reports =
-      run_steps(compile_pipeline(*config, source), flags.run, *config, artifacts);
+      run_steps(compile.plan, {}, flags.run, *config, artifacts);
   if (!reports) return reports.error();
-  if (!artifacts.has("compiled-map")) return {};  // --stop-after
-  const Result<void> written = write_outputs(flags, *config, artifacts, *reports);
-  if (!written) return written;
-  if (!flags.run.is_quiet) {
-    std::fputs(to_text(artifacts.get<Evaluation>("evaluation")).c_str(), stdout);
-    std::string promises = "\nWhat the map promises\n";
-    for (const LimitPromise& promise : artifacts.get<RangeTable>("range-table").promises) {
-      promises += promise.statement + "\n";
-    }
-    std::fputs(promises.c_str(), stdout);
-    std::fputs(("\n" + to_text(artifacts.get<Sharpness>("sharpness")) + "\n").c_str(), stdout);
-    const Result<FactorReport> report = factor_report(
-        artifacts.get<FactorTable>("factor-table"), artifacts.get<MeasuredError>("measured-error"));
-    if (!report) return report.error();
-    std::fputs(("\n" + to_text(*report)).c_str(), stdout);
-  }
+  if (!artifacts.has(compile.map)) return {};  // --stop-after
+  const Result<void> written = write_outputs(
+      flags, artifacts.get(compile.map),
+      provenance_json(*config, command_line(), artifacts.get(compile.cards), *reports));
+  if (!written || flags.run.is_quiet) return written;
+  const Result<std::string> summary = summary_text(compile, artifacts);
+  if (!summary) return summary.error();
+  std::fputs(summary->c_str(), stdout);
   return {};
 }
 
@@ -150,7 +154,7 @@ void add_compile_command(CLI::App& app, int& status) {
                       "Also write what the map depends on to this file, as Make and Ninja read it");
   command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
   command->callback([flags, &status] {
-    const Result<void> compiled = compile(*flags);
+    const Result<void> compiled = run_compile(*flags);
     status = compiled ? 0 : report_error(compiled.error());
   });
 }

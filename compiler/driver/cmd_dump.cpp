@@ -24,30 +24,18 @@ struct DumpFlags {
   std::string box;  // empty: everything
 };
 
-// What a table is called on the command line, and the artifact that holds it.
-struct Dumpable {
-  std::string what;
-  std::string artifact;
-};
+// The plan of a compile in which every pass runs.
+Plan complete_plan() {
+  CompileConfig config;
+  config.localization.scans = "any";
+  return compile_plan(config).plan;
+}
 
-const std::vector<Dumpable> kDumpables = {{"nds", "ndt-map"},
-                                          {"sites", "sites"},
-                                          {"factors", "factor-table"},
-                                          {"measured", "measured-error"},
-                                          {"predicted", "predicted-error"},
-                                          {"ranges", "range-table"},
-                                          {"trajectory", "mapping/trajectory"},
-                                          {"depth", "depth-images"},
-                                          {"drive", "mapping/drive"},
-                                          {"points", "surface-points"},
-                                          {"surface", "surface"},
-                                          {"model", "error-model"},
-                                          {"recordings", "recording-cards"},
-                                          {"evaluation", "evaluation"}};
-
+// What --what may name: every artifact of a compile, and the recordings it reads.
 std::vector<std::string> dumpable_names() {
-  std::vector<std::string> names;
-  for (const Dumpable& dumpable : kDumpables) names.push_back(dumpable.what);
+  const Plan plan = complete_plan();
+  std::vector<std::string> names = {"recordings"};
+  for (const AnyWire wire : plan.made()) names.push_back(plan.artifact(wire).name);
   return names;
 }
 
@@ -71,26 +59,25 @@ Result<Table> table_of_model(const DumpFlags& flags) {
                flags.run.config_file, ""};
 }
 
-// Runs the compile (from the cache where it can) up to the pass that makes the artifact.
-Result<ArtifactSet> artifacts_up_to(const std::string& artifact, const DumpFlags& flags) {
+// The plan of a compile, and the wanted artifacts of it.
+struct Made {
+  CompilePlan compile;
+  ArtifactSet artifacts;
+};
+
+// Runs what `wanted` needs, from the cache where it can.
+Result<Made> make(const DumpFlags& flags,
+                  const std::function<std::vector<AnyWire>(const CompilePlan&)>& wanted) {
   const Result<CompileConfig> config =
       load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config.error();
-  const std::vector<PassStep> steps = compile_pipeline(*config);
-  const auto step = std::ranges::find(steps, artifact, &PassStep::output);
-  SIGHTLINE_CHECK(step != steps.end());
-  RunFlags run = flags.run;
-  run.stop_after = step->name;
-  ArtifactSet artifacts;
-  const Result<void> provided = provide_drives(*config, artifacts);
+  Made made{compile_plan(*config), {}};
+  const Result<void> provided = provide_drives(made.compile, made.artifacts);
   if (!provided) return provided.error();
-  const Result<std::vector<StepReport>> reports = run_steps(steps, run, *config, artifacts);
+  const Result<std::vector<StepReport>> reports = run_steps(
+      made.compile.plan, wanted(made.compile), flags.run, *config, made.artifacts);
   if (!reports) return reports.error();
-  return artifacts;
-}
-
-std::string artifact_of(const std::string& what) {
-  return std::ranges::find(kDumpables, what, &Dumpable::what)->artifact;
+  return made;
 }
 
 // Of every recording that the configuration names; reads files and runs no pass.
@@ -98,46 +85,44 @@ Result<Table> recordings_of_config(const DumpFlags& flags) {
   const Result<CompileConfig> config =
       load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config.error();
+  CompilePlan compile = compile_plan(*config);
+  if (!config->evaluation.scans.empty()) measure_evaluation_drive(*config, compile);
   ArtifactSet artifacts;
-  Result<void> provided = provide_drives(*config, artifacts);
-  if (provided && !config->evaluation.scans.empty()) {
-    provided = provide_evaluation(*config, artifacts);
-  }
+  const Result<void> provided = provide_drives(compile, artifacts);
   if (!provided) return provided.error();
-  return dump(recording_cards(*config, artifacts));
+  return dump(artifacts.get(compile.cards));
 }
 
 Result<Table> table_of_config(const DumpFlags& flags) {
   if (flags.what == "recordings") return recordings_of_config(flags);
-  const std::string artifact = artifact_of(flags.what);
-  const Result<ArtifactSet> artifacts = artifacts_up_to(artifact, flags);
-  if (!artifacts) return artifacts.error();
-  const ArtifactSet::Entry& entry = artifacts->entry(artifact);
+  AnyWire wanted;
+  const Result<Made> made = make(flags, [&](const CompilePlan& compile) {
+    wanted = compile.plan.find(flags.what);
+    return std::vector<AnyWire>{wanted};
+  });
+  if (!made) return made.error();
+  const ArtifactSet::Entry& entry = made->artifacts.entry(wanted);
   return entry.type->print(entry.value.get());
 }
 
-Result<PictureSources> points_of_config(const DumpFlags& flags) {
-  const Result<ArtifactSet> artifacts = artifacts_up_to("surface-points", flags);
-  if (!artifacts) return artifacts.error();
-  PictureSources sources;
-  sources.points =
-      std::make_shared<const SurfacePoints>(artifacts->get<SurfacePoints>("surface-points"));
-  return sources;
-}
-
 Result<PictureSources> sources_of_config(const DumpFlags& flags) {
-  if (flags.what == "points") return points_of_config(flags);
-  const bool is_depth = flags.what == "depth";
-  // Sites are made after NDs and before depth images.
-  const Result<ArtifactSet> artifacts = artifacts_up_to(is_depth ? "depth-images" : "sites", flags);
-  if (!artifacts) return artifacts.error();
+  const Result<Made> made = make(flags, [&](const CompilePlan& compile) {
+    if (flags.what == "points") return std::vector<AnyWire>{compile.points};
+    if (flags.what == "depth") return std::vector<AnyWire>{compile.depth, compile.ndt};
+    return std::vector<AnyWire>{compile.ndt, compile.sites};
+  });
+  if (!made) return made.error();
+  const auto& [compile, artifacts] = *made;
   PictureSources sources;
-  if (is_depth) {
-    sources.depth =
-        std::make_shared<const DepthImages>(artifacts->get<DepthImages>("depth-images"));
+  if (flags.what == "points") {
+    sources.points = std::make_shared<const SurfacePoints>(artifacts.get(compile.points));
+    return sources;
   }
-  sources.ndt = std::make_shared<const NdtMap>(artifacts->get<NdtMap>("ndt-map"));
-  sources.sites = artifacts->get<Sites>("sites");
+  if (flags.what == "depth") {
+    sources.depth = std::make_shared<const DepthImages>(artifacts.get(compile.depth));
+  }
+  sources.ndt = std::make_shared<const NdtMap>(artifacts.get(compile.ndt));
+  sources.sites = artifacts.get(compile.sites);
   return sources;
 }
 
@@ -154,12 +139,12 @@ Result<PictureSources> sources_of_map(const DumpFlags& flags) {
 Result<Table> table_of_artifact(const DumpFlags& flags) {
   const Result<std::vector<std::byte>> bytes = read_file(flags.run.config_file);
   if (!bytes) return bytes.error();
-  CompileConfig config;
-  config.localization.scans = "any";
-  for (const PassStep& step : compile_pipeline(config)) {
-    if (!step.output_type->read) continue;
-    const Result<std::shared_ptr<const void>> artifact = step.output_type->read(*bytes);
-    if (artifact) return step.output_type->print(artifact->get());
+  const Plan plan = complete_plan();
+  for (const AnyWire wire : plan.made()) {
+    const ArtifactType& type = *plan.artifact(wire).type;
+    if (!type.read) continue;
+    const Result<std::shared_ptr<const void>> artifact = type.read(*bytes);
+    if (artifact) return type.print(artifact->get());
     if (artifact.error().code == ErrorCode::kBadLayer) continue;  // another type's
     Error error = artifact.error();
     error.file = flags.run.config_file;

@@ -4,7 +4,6 @@
 #include "compiler/base/atomic_file.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
-#include "compiler/driver/judged_map.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
 #include "formats/drive_tracks.h"
@@ -25,14 +24,13 @@ struct EvaluateFlags {
   bool is_forced = false;
 };
 
-Result<CompileConfig> evaluation_config(const EvaluateFlags& flags, const CompiledMap& map) {
+Result<CompileConfig> evaluation_config(const EvaluateFlags& flags) {
   Result<CompileConfig> config = load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config;
   if (config->evaluation.scans.empty()) {
     return Error{ErrorCode::kMissingKey, "evaluation.scans: no drive to judge the map by is named",
                  flags.run.config_file, ""};
   }
-  aim_at_map(map, *config);
   return config;
 }
 
@@ -62,15 +60,16 @@ Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluatio
 }
 
 // Prints what was found and gathers the same as tables.
-Result<std::vector<Table>> report(const CompiledMap& map, const ArtifactSet& artifacts) {
-  const Evaluation& evaluation = artifacts.get<Evaluation>("evaluation");
-  const DriveTracks& tracks = artifacts.get<DriveTracks>("drive-tracks");
+Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& made,
+                                  const ArtifactSet& artifacts) {
+  const Evaluation& evaluation = artifacts.get(made.evaluation);
+  const DriveTracks& tracks = artifacts.get(made.tracks);
   std::vector<Table> all = tables(evaluation);
   for (Table& table : tables(tracks)) all.push_back(std::move(table));
   std::fputs((to_text(evaluation) + "\n" + to_text(tracks)).c_str(), stdout);
   if (map.factors.factors.empty()) return all;
   const Result<FactorReport> factors =
-      factor_report(map.factors, artifacts.get<MeasuredError>("measured-error"));
+      factor_report(map.factors, artifacts.get(made.measured));
   if (!factors) return factors.error();
   std::fputs(("\n" + to_text(*factors)).c_str(), stdout);
   for (Table& table : tables(*factors)) all.push_back(std::move(table));
@@ -80,19 +79,20 @@ Result<std::vector<Table>> report(const CompiledMap& map, const ArtifactSet& art
 Result<void> evaluate(const EvaluateFlags& flags) {
   Result<CompiledMap> map = read_map(flags.map);
   if (!map) return map.error();
-  const Result<CompileConfig> config = evaluation_config(flags, *map);
+  const Result<CompileConfig> config = evaluation_config(flags);
   if (!config) return config.error();
+  const EvaluatePlan plan = evaluate_plan(*config, *map);
   ArtifactSet artifacts;
-  const Result<void> provided = provide_evaluation(*config, artifacts);
+  const Result<void> provided = provide_drive(plan.recording, artifacts);
   if (!provided) return provided;
-  provide_map(*map, artifacts);
+  provide_map(*map, plan, artifacts);
   const Result<std::vector<StepReport>> reports =
-      run_steps(evaluate_pipeline(*config), flags.run, *config, artifacts);
+      run_steps(plan.plan, {}, flags.run, *config, artifacts);
   if (!reports) return reports.error();
-  if (!artifacts.has("drive-tracks")) return {};  // --stop-after
-  const Result<std::vector<Table>> all = report(*map, artifacts);
+  if (!artifacts.has(plan.tracks)) return {};  // --stop-after
+  const Result<std::vector<Table>> all = report(*map, plan, artifacts);
   if (!all) return all.error();
-  return write_files(flags, artifacts.get<Evaluation>("evaluation"), *all);
+  return write_files(flags, artifacts.get(plan.evaluation), *all);
 }
 
 }  // namespace

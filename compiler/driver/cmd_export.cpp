@@ -37,15 +37,14 @@ Result<std::vector<Eigen::Vector3d>> points_of(const ExportFlags& flags, MapFram
   const Result<CompileConfig> config =
       load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config.error();
-  RunFlags run = flags.run;
-  run.stop_after = "remove-moving";
+  const CompilePlan compile = compile_plan(*config);
   ArtifactSet artifacts;
-  const Result<void> provided = provide_drives(*config, artifacts);
+  const Result<void> provided = provide_drives(compile, artifacts);
   if (!provided) return provided.error();
   const Result<std::vector<StepReport>> reports =
-      run_steps(compile_pipeline(*config), run, *config, artifacts);
+      run_steps(compile.plan, {compile.points}, flags.run, *config, artifacts);
   if (!reports) return reports.error();
-  const SurfacePoints& surface = artifacts.get<SurfacePoints>("surface-points");
+  const SurfacePoints& surface = artifacts.get(compile.points);
   frame = surface.frame;
   return thinned_points(surface, flags.leaf_m);
 }

@@ -22,16 +22,15 @@ CompileConfig complete_config() {
   return config;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 void print_passes() {
-  for (const PassStep& step : compile_pipeline(complete_config())) {
-    std::printf("%s (version %u)\n  %s -> %s\n", step.name.c_str(), step.version,
-                joined(step.inputs).c_str(), step.output.c_str());
+  const Plan plan = compile_plan(complete_config()).plan;
+  for (const PassStep& step : plan.steps()) {
+    std::string inputs;
+    for (const std::size_t input : step.inputs) {
+      inputs += (inputs.empty() ? "" : ", ") + plan.artifact({input}).name;
+    }
+    std::printf("%s (version %u)\n  %s -> %s\n", step.name.c_str(), step.version, inputs.c_str(),
+                plan.artifact({step.output}).name.c_str());
     for (const auto& [name, value] : step.options) {
       std::printf("    %s = %s\n", name.c_str(), value.c_str());
     }
@@ -41,9 +40,9 @@ void print_passes() {
 int run_passes(const PassesFlags& flags) {
   CompileConfig config;
   if (flags.print_schema) {
-    std::fputs(to_json_schema(sections(config)).c_str(), stdout);
+    std::fputs(to_json_schema(published_sections(config)).c_str(), stdout);
   } else if (flags.print_config) {
-    std::fputs(to_yaml(sections(config)).c_str(), stdout);
+    std::fputs(to_yaml(published_sections(config)).c_str(), stdout);
   } else {
     print_passes();
   }

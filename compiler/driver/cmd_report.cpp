@@ -2,12 +2,10 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <set>
 
 #include "compiler/base/atomic_file.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
-#include "compiler/driver/judged_map.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
 #include "compiler/report/report.h"
@@ -24,31 +22,26 @@ struct ReportFlags {
   bool is_forced = false;
 };
 
-// Those of the steps that `wanted` artifacts need and that `artifacts` does not hold already.
-std::vector<PassStep> steps_to(std::set<std::string> wanted, const std::vector<PassStep>& steps,
-                               const ArtifactSet& artifacts) {
-  std::vector<PassStep> needed;
-  for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
-    if (!wanted.contains(step->output) || artifacts.has(step->output)) continue;
-    wanted.insert(step->inputs.begin(), step->inputs.end());
-    needed.insert(needed.begin(), *step);
-  }
-  return needed;
-}
+// A plan and what was made by it.
+template <class AnyPlan>
+struct Made {
+  AnyPlan plan;
+  ArtifactSet artifacts;
+};
 
 // What the compile made on its way to the map, from the cache where it can.
-Result<ArtifactSet> made_on_the_way(const ReportFlags& flags, const CompileConfig& config) {
-  ArtifactSet artifacts;
-  const Result<void> provided = provide_drives(config, artifacts);
+Result<Made<CompilePlan>> made_on_the_way(const ReportFlags& flags, const CompileConfig& config) {
+  Made<CompilePlan> made{compile_plan(config, ModelSource::kGiven), {}};
+  const CompilePlan& plan = made.plan;
+  const Result<void> provided = provide_drives(plan, made.artifacts);
   if (!provided) return provided.error();
-  std::set<std::string> wanted = {
-      "mapping/trajectory", "surface-points", "ndt-map", "surface", "sites", "depth-images"};
-  if (config.evaluation.scans.empty()) wanted.insert("measured-error");
-  const std::vector<PassStep> steps =
-      steps_to(wanted, compile_pipeline(config, ModelSource::kGiven), artifacts);
-  const Result<std::vector<StepReport>> reports = run_steps(steps, flags.run, config, artifacts);
+  std::vector<AnyWire> wanted = {plan.trajectory, plan.points, plan.ndt,
+                                 plan.surface,    plan.sites,  plan.depth};
+  if (config.evaluation.scans.empty()) wanted.push_back(plan.measured);
+  const Result<std::vector<StepReport>> reports =
+      run_steps(plan.plan, wanted, flags.run, config, made.artifacts);
   if (!reports) return reports.error();
-  return artifacts;
+  return made;
 }
 
 template <class X>
@@ -66,9 +59,10 @@ bool are_same(const NdtMap& a, const NdtMap& b) {
 }
 
 Result<void> check_same_map(const ReportFlags& flags, const CompiledMap& map,
-                            const ArtifactSet& artifacts) {
-  const bool is_same = are_same(map.ndt, artifacts.get<NdtMap>("ndt-map")) &&
-                       digest_of(map.sites) == digest_of(artifacts.get<Sites>("sites"));
+                            const Made<CompilePlan>& made) {
+  const bool is_same =
+      are_same(map.ndt, made.artifacts.get(made.plan.ndt)) &&
+      digest_of(map.sites) == digest_of(made.artifacts.get(made.plan.sites));
   if (is_same) return {};
   return Error{
       ErrorCode::kMismatchedInputs,
@@ -78,23 +72,23 @@ Result<void> check_same_map(const ReportFlags& flags, const CompiledMap& map,
 }
 
 // Judged by the evaluation drive where the configuration names one, else by the localization drive.
-Result<ArtifactSet> judge(const ReportFlags& flags, CompileConfig config, const CompiledMap& map,
-                          const ArtifactSet& made) {
-  ArtifactSet artifacts;
-  provide_map(map, artifacts);
-  std::set<std::string> wanted = {"evaluation"};
+Result<Made<EvaluatePlan>> judge(const ReportFlags& flags, const CompileConfig& config,
+                                 const CompiledMap& map, const Made<CompilePlan>& compiled) {
+  Made<EvaluatePlan> judged{evaluate_plan(config, map), {}};
+  const EvaluatePlan& plan = judged.plan;
+  provide_map(map, plan, judged.artifacts);
+  std::vector<AnyWire> wanted = {plan.evaluation};
   if (config.evaluation.scans.empty()) {
-    artifacts.put("measured-error", made.entry("measured-error"));
+    judged.artifacts.share(plan.measured, compiled.artifacts, compiled.plan.measured);
   } else {
-    const Result<void> provided = provide_evaluation(config, artifacts);
+    const Result<void> provided = provide_drive(plan.recording, judged.artifacts);
     if (!provided) return provided.error();
-    aim_at_map(map, config);
-    wanted.insert("drive-tracks");
+    wanted.push_back(plan.tracks);
   }
-  const Result<std::vector<StepReport>> reports = run_steps(
-      steps_to(wanted, evaluate_pipeline(config), artifacts), flags.run, config, artifacts);
+  const Result<std::vector<StepReport>> reports =
+      run_steps(plan.plan, wanted, flags.run, config, judged.artifacts);
   if (!reports) return reports.error();
-  return artifacts;
+  return judged;
 }
 
 // The text beside the map; empty where there is none.
@@ -118,7 +112,7 @@ Result<void> write_report(const ReportFlags& flags) {
   const Result<CompileConfig> config =
       load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config.error();
-  const Result<ArtifactSet> made = made_on_the_way(flags, *config);
+  const Result<Made<CompilePlan>> made = made_on_the_way(flags, *config);
   if (!made) return made.error();
   const Result<void> is_same = check_same_map(flags, *map, *made);
   if (!is_same) return is_same;
@@ -128,20 +122,22 @@ Result<void> write_report(const ReportFlags& flags) {
     if (!found) return found.error();
     diff = std::move(*found);
   }
-  const Result<ArtifactSet> judged = judge(flags, *config, *map, *made);
+  const Result<Made<EvaluatePlan>> judged = judge(flags, *config, *map, *made);
   if (!judged) return judged.error();
   ReportSources sources;
   sources.map = &*map;
   sources.summary = *summary;
   sources.map_file = std::filesystem::path(flags.map).filename();
   sources.provenance = *provenance;
-  sources.measured = &judged->get<MeasuredError>("measured-error");
-  sources.evaluation = &judged->get<Evaluation>("evaluation");
-  if (judged->has("drive-tracks")) sources.tracks = &judged->get<DriveTracks>("drive-tracks");
-  sources.trajectory = &made->get<Trajectory>("mapping/trajectory");
-  sources.points = &made->get<SurfacePoints>("surface-points");
-  sources.surface = &made->get<Surface>("surface");
-  sources.depth = &made->get<DepthImages>("depth-images");
+  sources.measured = &judged->artifacts.get(judged->plan.measured);
+  sources.evaluation = &judged->artifacts.get(judged->plan.evaluation);
+  if (judged->artifacts.has(judged->plan.tracks)) {
+    sources.tracks = &judged->artifacts.get(judged->plan.tracks);
+  }
+  sources.trajectory = &made->artifacts.get(made->plan.trajectory);
+  sources.points = &made->artifacts.get(made->plan.points);
+  sources.surface = &made->artifacts.get(made->plan.surface);
+  sources.depth = &made->artifacts.get(made->plan.depth);
   sources.diff = diff ? &*diff : nullptr;
   const Result<std::string> html = report_html(sources);
   if (!html) return html.error();

@@ -10,6 +10,7 @@
 #include "compiler/driver/place_names.h"
 #include "compiler/driver/run_flags.h"
 #include "formats/driven_places.h"
+#include "passes/choose_ranges.h"
 
 namespace sightline {
 namespace {
@@ -51,70 +52,80 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig
                                     const std::string& file) {
   RunFlags run = flags.run;
   run.config_file = file;
+  CompilePlan compile = compile_plan(config);
+  std::vector<Wire<MeasuredError>> drives = {compile.measured};
+  if (flags.with_evaluation) drives.push_back(measure_evaluation_drive(config, compile));
   ArtifactSet artifacts;
-  Result<void> provided = provide_drives(config, artifacts);
-  if (provided && flags.with_evaluation) provided = provide_evaluation(config, artifacts);
+  const Result<void> provided = provide_drives(compile, artifacts);
   if (!provided) return provided.error();
+  std::vector<AnyWire> wanted = {compile.sites, compile.factors};
+  wanted.insert(wanted.end(), drives.begin(), drives.end());
   const Result<std::vector<StepReport>> reports =
-      run_steps(measure_pipeline(config, flags.with_evaluation), run, config, artifacts);
+      run_steps(compile.plan, wanted, run, config, artifacts);
   if (!reports) return reports.error();
   MeasuredPlace measured;
-  measured.place = {"", artifacts.get<Sites>("sites"), artifacts.get<FactorTable>("factor-table"),
-                    {}, recording_cards(config, artifacts)};
+  measured.place = {"", artifacts.get(compile.sites), artifacts.get(compile.factors), {},
+                    recording_cards(compile, artifacts)};
+  for (const Wire<MeasuredError> drive : drives) {
+    measured.place.drives.push_back(artifacts.get(drive));
+  }
   DigestBuilder key;
   key.add(sha256(to_bytes(measured.place.recordings)));
-  for (const char* name : {"sites", "factor-table"}) key.add(artifacts.entry(name).key);
-  std::vector<std::string> drives = {"measured-error"};
-  if (flags.with_evaluation) drives.emplace_back("evaluation/measured-error");
-  for (const std::string& name : drives) {
-    measured.place.drives.push_back(artifacts.get<MeasuredError>(name));
-    key.add(artifacts.entry(name).key);
-  }
+  for (const AnyWire wire : wanted) key.add(artifacts.entry(wire).key);
   measured.key = key.finish();
   return measured;
 }
 
-// Provides "driven-places". Returns the first configuration, which says how to learn from them.
-Result<CompileConfig> provide_places(const TrainFlags& flags, ArtifactSet& artifacts) {
+// All places, a key that names everything they were made of, and the first configuration, which
+// says how to learn from them.
+struct TrainingPlaces {
   DrivenPlaces places;
-  DigestBuilder key;
+  Digest key{};
   CompileConfig first_config;
+};
+
+Result<TrainingPlaces> measure_places(const TrainFlags& flags) {
+  TrainingPlaces training;
+  std::vector<DrivenPlace>& places = training.places.places;
+  DigestBuilder key;
   const std::vector<std::string> names = place_names(flags.configs);
   for (const std::string& file : flags.configs) {
     const Result<CompileConfig> config = load_config(flags, file);
     if (!config) return config.error();
-    if (places.places.empty()) first_config = *config;
+    if (places.empty()) training.first_config = *config;
     if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", file.c_str());
     Result<MeasuredPlace> measured = measure_place(flags, *config, file);
     if (!measured) return measured.error();
-    measured->place.name = names[places.places.size()];
+    measured->place.name = names[places.size()];
     key.add(measured->place.name);
     key.add(measured->key);
-    places.places.push_back(std::move(measured->place));
+    places.push_back(std::move(measured->place));
   }
-  artifacts.provide("driven-places", std::move(places), key.finish());
-  return first_config;
+  training.key = key.finish();
+  return training;
 }
 
 Result<void> train(const TrainFlags& flags) {
   const Result<void> free = check_output(flags);
   if (!free) return free;
+  Result<TrainingPlaces> training = measure_places(flags);
+  if (!training) return training.error();
+  const CompileConfig& config = training->first_config;
+  const TrainPlan plan = train_plan(config);
   ArtifactSet artifacts;
-  const Result<CompileConfig> config = provide_places(flags, artifacts);
-  if (!config) return config.error();
+  artifacts.provide(plan.places, std::move(training->places), training->key);
   RunFlags run = flags.run;
   run.config_file = flags.configs.front();
-  const Result<std::vector<StepReport>> reports =
-      run_steps(train_pipeline(config->train_model), run, *config, artifacts);
+  const Result<std::vector<StepReport>> reports = run_steps(plan.plan, {}, run, config, artifacts);
   if (!reports) return reports.error();
-  const ErrorModel& model = artifacts.get<ErrorModel>("error-model");
+  const ErrorModel& model = artifacts.get(plan.model);
   const Result<void> written =
       write_file_atomically(flags.output, to_bytes(model),
                             flags.is_forced ? IfExists::kReplace : IfExists::kRefuse);
   if (!written) return written;
   if (flags.run.is_quiet) return {};
   std::string text = to_text(model) + "\nWhat it promises in places like these\n";
-  for (const std::string& promise : promises_of(config->choose_ranges, model)) {
+  for (const std::string& promise : promises_of(config.passes.options(kChooseRanges), model)) {
     text += promise + "\n";
   }
   std::fputs(text.c_str(), stdout);

@@ -3,24 +3,11 @@
 #include <algorithm>
 
 #include "compiler/gate/settings.h"
+#include "formats/table.h"
+#include "passes/ingest.h"
 
 namespace sightline {
 namespace {
-
-// Set through AnnotationOptions, so that passes cannot disagree.
-const std::vector<std::string> kShared = {
-    "ranges_m",      "limits_m",           "tile_m",         "longest_range_m",  "leaf_m", "scans",
-    "mapping_scans", "localization_scans", "localizer_used", "coarse_cells_used",
-    "support_margin_used", "extrapolated_longest_used"};
-
-template <class Options>
-ConfigSection pass_section(std::string name, std::string help, Options& options) {
-  ConfigSection section{std::move(name), std::move(help), option_fields(options)};
-  std::erase_if(section.fields, [](const OptionField& field) {
-    return std::ranges::find(kShared, field.name) != kShared.end();
-  });
-  return section;
-}
 
 // Another sensor of the mapping drive: the keys of a drive but for those of its poses.
 ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
@@ -34,66 +21,12 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
   return section;
 }
 
-// How scans are matched is told in the section measure-error, how far a site speaks by the map.
-ConfigSection track_section(TrackDriveOptions& options) {
-  ConfigSection section{"track-drive", "Replaying a drive as a vehicle localizes",
-                        option_fields(options)};
-  std::erase_if(section.fields,
-                [](const OptionField& field) { return field.name != "lost_beyond_m"; });
-  return section;
-}
-
-// Copies a value into the field of that name, where the pass has one.
-template <class Options>
-Result<void> share(const std::string& name, const std::string& value, Options& options) {
-  for (OptionField& field : option_fields(options)) {
-    if (field.name != name) continue;
-    const Result<void> set = set_from_text(field, value);
-    if (!set) return set;
-  }
-  return {};
-}
-
-Result<void> share_with_all(const std::string& name, const std::string& value,
-                            CompileConfig& config) {
-  Result<void> result;
-  const auto to = [&](auto& options) {
-    if (result) result = share(name, value, options);
-  };
-  to(config.ingest);
-  to(config.build_ndt);
-  to(config.build_surface);
-  to(config.cast_rays);
-  to(config.cast_scans);
-  to(config.compute_factors);
-  to(config.measure_error);
-  to(config.train_model);
-  to(config.predict_error);
-  to(config.choose_ranges);
-  to(config.evaluate_ranges);
-  to(config.emit_map);
-  return result;
-}
-
-Result<void> spread_shared(CompileConfig& config) {
-  for (const OptionField& field : option_fields(config.annotation)) {
-    if (std::ranges::find(kShared, field.name) == kShared.end()) continue;
-    const Result<void> shared = share_with_all(field.name, to_text(field), config);
-    if (!shared) return shared;
-  }
-  const double longest_m = config.annotation.ranges_m.back();
-  config.cast_rays.longest_range_m = longest_m;
-  config.cast_scans.longest_range_m = longest_m;
-  const std::string mapping_scans = config.is_split() ? "even" : "all";
-  config.remove_moving.scans = config.choose_sites.scans = mapping_scans;
-  config.measure_error.scans = config.is_split() ? "odd" : "all";
-  config.emit_map.mapping_scans = mapping_scans;
-  config.emit_map.localization_scans = config.measure_error.scans;
-  config.emit_map.localizer_used = config.measure_error.localizer;
-  config.emit_map.coarse_cells_used = config.measure_error.coarse_cells;
-  config.emit_map.support_margin_used = config.predict_error.support_margin;
-  config.emit_map.extrapolated_longest_used = config.choose_ranges.extrapolated_takes_longest;
-  return {};
+// What all passes share, from the section annotation.
+std::map<std::string, std::string> shared_values(AnnotationOptions annotation) {
+  std::map<std::string, std::string> values;
+  for (const OptionField& field : option_fields(annotation)) values[field.name] = to_text(field);
+  values["longest_range_m"] = format_double(annotation.ranges_m.back());
+  return values;
 }
 
 void resolve(const std::filesystem::path& folder, RecordingOptions& recording) {
@@ -108,7 +41,7 @@ Result<void> check(const CompileConfig& config, const std::filesystem::path& fil
                  file.string(), ""};
   }
   const bool has_drive = !config.localization.scans.empty();
-  if (config.annotation.split == "even-odd" && has_drive) {
+  if (config.annotation.split == Split::kEvenOdd && has_drive) {
     return Error{ErrorCode::kBadValue,
                  "annotation.split is even-odd and a localization drive is named: choose one",
                  file.string(), ""};
@@ -137,64 +70,61 @@ std::string other_sensor_section(std::size_t index) {
   return "mapping-" + std::to_string(index + 2);
 }
 
-std::vector<ConfigSection> sections(CompileConfig& config) {
+std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   std::vector<ConfigSection> all = {
       {"annotation", "What is annotated, and what all passes share",
        option_fields(config.annotation)},
-      {"mapping", "The drive that makes the map", option_fields(config.mapping)},
-      {"localization", "A second drive that is matched against the map to measure error",
-       option_fields(config.localization)},
-      {"evaluation", "An independent drive that judges the finished map (sightline evaluate)",
-       option_fields(config.evaluation)},
-      pass_section("ingest", "Reading drives", config.ingest),
-      pass_section("estimate-trajectory", "Where the vehicle was", config.estimate_trajectory),
-      pass_section("align-drive", "A second drive in the map of the first", config.align_drive),
-      pass_section("measure-sharpness", "How sharp the map is", config.measure_sharpness),
-      pass_section("undistort-scans", "Motion during a scan", config.undistort_scans),
-      pass_section("remove-moving", "What moved leaves the map", config.remove_moving),
-      pass_section("build-ndt", "The NDT map", config.build_ndt),
-      pass_section("build-surface", "The surface that rays hit", config.build_surface),
-      pass_section("choose-sites", "Places to annotate", config.choose_sites),
-      pass_section("cast-rays", "Depth images", config.cast_rays),
-      pass_section("cast-scans", "Virtual scans", config.cast_scans),
-      pass_section("compute-factors", "Map factors", config.compute_factors),
-      pass_section("measure-error", "Localization error of a drive", config.measure_error),
-      pass_section("train-model", "The error model", config.train_model),
-      pass_section("predict-error", "What the model says of each site", config.predict_error),
-      pass_section("choose-ranges", "How far to look", config.choose_ranges),
-      pass_section("evaluate-ranges", "Judging the choice", config.evaluate_ranges),
-      track_section(config.track_drive),
-      pass_section("emit-map", "The map file", config.emit_map),
-  };
-  all.push_back({"gate", "What a map must hold to pass (sightline gate)", {}, gate_settings_schema()});
-  for (std::size_t i = config.other_sensors.size(); i-- > 0;) {
-    all.insert(all.begin() + 2, sensor_section(i, config.other_sensors[i]));
+      {"mapping", "The drive that makes the map", option_fields(config.mapping)}};
+  for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
+    all.push_back(sensor_section(i, config.other_sensors[i]));
   }
+  all.push_back({"localization",
+                 "A second drive that is matched against the map to measure error",
+                 option_fields(config.localization)});
+  all.push_back({"evaluation",
+                 "An independent drive that judges the finished map (sightline evaluate)",
+                 option_fields(config.evaluation)});
   return all;
 }
 
-Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
-                                          const std::vector<std::string>& overrides) {
-  CompileConfig config;
-  std::vector<ConfigSection> all = sections(config);
-  const Result<void> read = read_yaml(file, all);
-  if (!read) return read.error();
+ConfigSection gate_section() {
+  return {"gate", "What a map must hold to pass (sightline gate)", {}, gate_settings_schema()};
+}
+
+Result<void> read_compile_config(const std::filesystem::path& file,
+                                 const std::vector<std::string>& overrides,
+                                 std::vector<ConfigSection> sections, CompileConfig& config) {
+  const Result<void> read = read_yaml(file, sections);
+  if (!read) return read;
   for (RecordingOptions* recording : {&config.mapping, &config.localization, &config.evaluation}) {
     resolve(file.parent_path(), *recording);
   }
   for (RecordingOptions& sensor : config.other_sensors) resolve(file.parent_path(), sensor);
   for (const std::string& assignment : overrides) {
-    const Result<void> set = set_override(assignment, all);
-    if (!set) return set.error();
+    const Result<void> set = set_override(assignment, sections);
+    if (!set) return set;
   }
   const Result<void> checked = check(config, file);
-  if (!checked) return checked.error();
-  // Judged later, but a mistake in it is told before hours of work.
+  if (!checked) return checked;
+  // Judged later, but a mistake in it is reported before hours of work.
   const Result<GateSettings> gate = read_gate_settings(file);
   if (!gate) return gate.error();
-  const Result<void> spread = spread_shared(config);
-  if (!spread) return spread.error();
-  return config;
+  config.passes = settings_of(sections);
+  config.passes.shared = shared_values(config.annotation);
+  return {};
+}
+
+std::vector<EffectiveValue> effective_values(CompileConfig config) {
+  std::vector<EffectiveValue> values;
+  for (const ConfigSection& section : drive_sections(config)) {
+    for (const OptionField& field : section.fields) {
+      values.push_back({section.name, field.name, to_text(field)});
+    }
+  }
+  for (const auto& [section, fields] : config.passes.own) {
+    for (const auto& [key, value] : fields) values.push_back({section, key, value});
+  }
+  return values;
 }
 
 }  // namespace sightline

@@ -6,28 +6,12 @@
 #include <vector>
 
 #include "compiler/driver/config_file.h"
+#include "compiler/pipeline/settings.h"
 #include "formats/foreign/recording.h"
-#include "passes/align_drive.h"
-#include "passes/build_ndt.h"
-#include "passes/build_surface.h"
-#include "passes/cast_rays.h"
-#include "passes/cast_scans.h"
-#include "passes/choose_ranges.h"
-#include "passes/choose_sites.h"
-#include "passes/compute_factors.h"
-#include "passes/emit_map.h"
-#include "passes/estimate_trajectory.h"
-#include "passes/evaluate_ranges.h"
-#include "passes/ingest.h"
-#include "passes/measure_error.h"
-#include "passes/measure_sharpness.h"
-#include "passes/predict_error.h"
-#include "passes/remove_moving.h"
-#include "passes/track_drive.h"
-#include "passes/train_model.h"
-#include "passes/undistort_scans.h"
 
 namespace sightline {
+
+enum class Split { kAuto, kEvenOdd };
 
 // What several passes must agree on; each of them takes it from here.
 struct AnnotationOptions {
@@ -38,7 +22,7 @@ struct AnnotationOptions {
   int seed = 1;
   // even-odd: one recording is both drives; even scans map, odd scans localize. auto: even-odd
   // where no localization drive is named.
-  std::string split = "auto";
+  Split split = Split::kAuto;
 };
 std::vector<OptionField> option_fields(AnnotationOptions& options);
 
@@ -50,25 +34,7 @@ struct CompileConfig {
   std::array<RecordingOptions, 3> other_sensors;
   RecordingOptions localization;  // no scans: see AnnotationOptions::split
   RecordingOptions evaluation;    // an independent drive, for `evaluate`
-  IngestOptions ingest;
-  EstimateTrajectoryOptions estimate_trajectory;
-  AlignDriveOptions align_drive;
-  MeasureSharpnessOptions measure_sharpness;
-  UndistortScansOptions undistort_scans;
-  RemoveMovingOptions remove_moving;
-  BuildNdtOptions build_ndt;
-  BuildSurfaceOptions build_surface;
-  ChooseSitesOptions choose_sites;
-  CastRaysOptions cast_rays;
-  CastScansOptions cast_scans;
-  ComputeFactorsOptions compute_factors;
-  MeasureErrorOptions measure_error;
-  TrainModelOptions train_model;
-  PredictErrorOptions predict_error;
-  ChooseRangesOptions choose_ranges;
-  EvaluateRangesOptions evaluate_ranges;
-  TrackDriveOptions track_drive;
-  EmitMapOptions emit_map;
+  PassSettings passes;  // options of passes, with what they share
 
   [[nodiscard]] bool is_split() const { return localization.scans.empty(); }
 };
@@ -76,14 +42,26 @@ struct CompileConfig {
 // "mapping-2" of the first of other_sensors, and so on.
 std::string other_sensor_section(std::size_t index);
 
-// Sections in the order of the file. Fields that AnnotationOptions sets for all passes are left out
-// of the sections of passes.
-std::vector<ConfigSection> sections(CompileConfig& config);
+// The sections of the file that speak of drives and of what passes share, in its order.
+std::vector<ConfigSection> drive_sections(CompileConfig& config);
+// What `sightline gate` reads of the same file.
+ConfigSection gate_section();
 
-// Reads the file, then the overrides ("section.key=value"); paths become relative to the file's
-// folder; what passes share is spread to them. Errors: those of read_yaml and set_override,
-// missing-key (no mapping drive), bad-value (a split beside a localization drive).
-Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
-                                          const std::vector<std::string>& overrides);
+// Reads the file into `config` and `sections`, which are all that it may name (the drives' sections
+// point into `config`, those of passes hold their options), then the overrides
+// ("section.key=value"). Paths become relative to the file's folder; options of passes become
+// `config.passes`. Errors: those of read_yaml and set_override, missing-key (no mapping drive),
+// bad-value (a split beside a localization drive).
+Result<void> read_compile_config(const std::filesystem::path& file,
+                                 const std::vector<std::string>& overrides,
+                                 std::vector<ConfigSection> sections, CompileConfig& config);
+
+// Every value that `config` sets, as texts, by section and key.
+struct EffectiveValue {
+  std::string section;
+  std::string key;
+  std::string value;
+};
+std::vector<EffectiveValue> effective_values(CompileConfig config);
 
 }  // namespace sightline

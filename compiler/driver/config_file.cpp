@@ -103,6 +103,7 @@ Json json_value(const OptionField& field) {
   if (int* const* value = std::get_if<int*>(&field.value)) return **value;
   if (double* const* value = std::get_if<double*>(&field.value)) return **value;
   if (std::string* const* value = std::get_if<std::string*>(&field.value)) return **value;
+  if (std::holds_alternative<EnumValue>(field.value)) return to_text(field);
   return *std::get<std::vector<double>*>(field.value);
 }
 
@@ -118,7 +119,8 @@ Json field_schema(const OptionField& field) {
     schema = number_schema(field, "integer");
   } else if (std::holds_alternative<double*>(field.value)) {
     schema = number_schema(field, "number");
-  } else if (std::holds_alternative<std::string*>(field.value)) {
+  } else if (std::holds_alternative<std::string*>(field.value) ||
+             std::holds_alternative<EnumValue>(field.value)) {
     schema["type"] = "string";
     if (!field.choices.empty()) schema["enum"] = field.choices;
   } else {
@@ -130,6 +132,25 @@ Json field_schema(const OptionField& field) {
 }
 
 }  // namespace
+
+std::vector<ConfigSection> sections_of(const Plan& plan) {
+  std::vector<ConfigSection> sections;
+  for (const PassSection& pass : plan.sections()) {
+    sections.push_back({pass.name, pass.help, pass.fields, {}, pass.options});
+  }
+  return sections;
+}
+
+PassSettings settings_of(const std::vector<ConfigSection>& sections) {
+  PassSettings settings;
+  for (const ConfigSection& section : sections) {
+    if (!section.options) continue;
+    for (const OptionField& field : section.fields) {
+      settings.own[section.name][field.name] = to_text(field);
+    }
+  }
+  return settings;
+}
 
 Result<void> read_yaml(const std::filesystem::path& file, std::vector<ConfigSection>& sections) {
   const Result<YAML::Node> root = parse(file);

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
+#include "compiler/pipeline/plan.h"
 
 // The configuration as sections of described fields: reading YAML, single overrides, the published
 // JSON Schema and the effective configuration all work from the same description.
@@ -20,7 +21,14 @@ struct ConfigSection {
   std::vector<OptionField> fields;
   // JSON Schema of a section that is no list of fields; read_yaml passes it over: another reader's.
   std::string schema = {};
+  std::shared_ptr<void> options = {};  // what the fields point into, where nobody else holds it
 };
+
+// The sections of the passes in a plan, with their defaults.
+std::vector<ConfigSection> sections_of(const Plan& plan);
+
+// What sections of passes hold now.
+PassSettings settings_of(const std::vector<ConfigSection>& sections);
 
 // Sets every field that the YAML file names. An unknown section or key is unknown-key with the
 // nearest known one; errors carry the file and "line N".

@@ -6,269 +6,302 @@
 #include "compiler/base/atomic_file.h"
 #include "formats/map/map_reader.h"
 #include "passes/add_mapping_error.h"
+#include "passes/align_drive.h"
+#include "passes/build_ndt.h"
+#include "passes/build_surface.h"
+#include "passes/cast_rays.h"
+#include "passes/cast_scans.h"
+#include "passes/choose_ranges.h"
+#include "passes/choose_sites.h"
 #include "passes/complete_trajectory.h"
+#include "passes/compute_factors.h"
+#include "passes/emit_map.h"
+#include "passes/estimate_trajectory.h"
+#include "passes/evaluate_ranges.h"
+#include "passes/ingest.h"
 #include "passes/join_sensors.h"
+#include "passes/measure_error.h"
+#include "passes/measure_sharpness.h"
+#include "passes/predict_error.h"
+#include "passes/remove_moving.h"
+#include "passes/track_drive.h"
+#include "passes/train_model.h"
+#include "passes/undistort_scans.h"
 
 namespace sightline {
 namespace {
 
-// What a second drive knows of itself, however the first one's poses came about.
-EstimateTrajectoryOptions own_poses(EstimateTrajectoryOptions options) {
-  options.mode = "auto";
-  return options;
+// Which scans of the mapping drive make the map, and which are localized in it.
+struct ScanShares {
+  ScanSelection mapping = ScanSelection::kAll;
+  ScanSelection localization = ScanSelection::kAll;
+};
+
+ScanShares scan_shares(const CompileConfig& config) {
+  return config.is_split() ? ScanShares{ScanSelection::kEven, ScanSelection::kOdd} : ScanShares{};
 }
 
-// The scans that made a map, localized in it: they have the poses that they made it with.
-MeasureErrorOptions of_mapping_scans(const CompileConfig& config) {
-  MeasureErrorOptions options = config.measure_error;
-  options.scans = config.remove_moving.scans;
-  options.reference = "known";
-  return options;
+RecordingInput add_recording(Plan& plan, const std::string& role, const RecordingOptions& options) {
+  return {role, options, plan.input<Recording>(role + "/recording"),
+          plan.input<SensorProfile>(role + "/sensor")};
 }
 
-// The next two passes take their many inputs as one struct; the runner reads them off these
-// signatures.
-Result<ErrorModel> train_model_step(PassContext& ctx, const TrainModelOptions& options,
-                                    const Sites& sites, const FactorTable& factors,
-                                    const MeasuredError& measured,
-                                    const RecordingCards& recordings) {
-  return train_model_here(ctx, options, {measured.drive, sites, factors, {measured}, recordings});
-}
-
-Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
-                                  const Drive& mapping, const Drive& localization,
-                                  const NdtMap& ndt, const Sites& sites,
-                                  const PredictedError& predicted, const RangeTable& ranges,
-                                  const MeasuredError& measured, const ErrorModel& model,
-                                  const FactorTable& factors, const Sharpness& sharpness,
-                                  const Trajectory& trajectory) {
-  return emit_map(ctx, options,
-                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors,
-                   &sharpness, &trajectory});
-}
-
-Result<void> provide_drive(const std::string& name, const RecordingOptions& options,
-                           ArtifactSet& artifacts) {
-  Result<Recording> recording = open_recording(options, /*threads=*/0);
-  if (!recording) return recording.error();
-  const Digest digest = recording->digest;
-  artifacts.provide(name + "/sensor", recording->sensor, sha256(to_bytes(recording->sensor)));
-  artifacts.provide(name + "/recording", std::move(*recording), digest);
-  return {};
-}
-
-void provide_recording_cards(const CompileConfig& config, ArtifactSet& artifacts) {
-  RecordingCards recordings = recording_cards(config, artifacts);
-  const Digest digest = sha256(to_bytes(recordings));
-  artifacts.provide("recording-cards", std::move(recordings), digest);
-}
-
-// What a drive and its trajectory are called.
-struct DriveNames {
-  std::string drive;
-  std::string trajectory;
+// What makes the map: the scans of all sensors on the vehicle, and a pose for each.
+struct MappingDrive {
+  Wire<Drive> drive;
+  Wire<Trajectory> trajectory;
 };
 
 // Joins the scans of the vehicle's other sensors to those of the first, one sensor after the other.
-DriveNames add_other_sensors(const CompileConfig& c, std::vector<PassStep>& steps) {
-  DriveNames joined{"mapping/drive", "mapping/trajectory"};
-  for (std::size_t i = 0; i < c.other_sensors.size(); ++i) {
-    if (c.other_sensors[i].scans.empty()) continue;
-    const std::string sensor = other_sensor_section(i);
-    steps.push_back(make_step("ingest:" + sensor, kIngestVersion, &ingest, c.ingest,
-                              {sensor + "/recording"}, sensor + "/drive"));
-    const std::string drive = "mapping/joined-with-" + sensor;
-    steps.push_back(make_step("join-sensors:" + sensor, kJoinSensorsVersion, &join_sensors,
-                              JoinSensorsOptions{}, {joined.drive, sensor + "/drive"}, drive));
-    joined.drive = drive;
+MappingDrive with_other_sensors(const CompileConfig& config, const MappingDrive& first,
+                                CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  MappingDrive joined = first;
+  for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
+    if (config.other_sensors[i].scans.empty()) continue;
+    const std::string role = other_sensor_section(i);
+    compile.recordings.push_back(add_recording(plan, role, config.other_sensors[i]));
+    const Wire<Drive> other = plan.run_as(role, kIngest, plan.options(kIngest),
+                                          compile.recordings.back().recording);
+    joined.drive = plan.run_as(role, kJoinSensors, {}, joined.drive, other);
   }
-  if (joined.drive == "mapping/drive") return joined;
-  joined.trajectory = "mapping/joined-trajectory";
-  steps.push_back(make_step("complete-trajectory", kCompleteTrajectoryVersion, &complete_trajectory,
-                            CompleteTrajectoryOptions{}, {joined.drive, "mapping/trajectory"},
-                            joined.trajectory));
+  if (joined.drive != first.drive) {
+    joined.trajectory = plan.run(kCompleteTrajectory, joined.drive, first.trajectory);
+  }
   return joined;
+}
+
+// The steps of a drive that is localized in a map.
+LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> ndt,
+                         Wire<Sites> sites) {
+  const std::string& role = input.role;
+  // What a second drive knows of itself, however the first one's poses came about.
+  EstimateTrajectoryOptions own_poses = plan.options(kEstimateTrajectory);
+  own_poses.mode = EstimateTrajectoryOptions{}.mode;
+  LocalizedDrive localized;
+  localized.drive = plan.run_as(role, kIngest, plan.options(kIngest), input.recording);
+  const Wire<Trajectory> own = plan.run_as(role, kEstimateTrajectory, own_poses, localized.drive);
+  localized.trajectory = plan.run_as(role, kAlignDrive, plan.options(kAlignDrive), localized.drive,
+                                     own, ndt, sites);
+  // From here on the drive is expressed in the frame of the map.
+  localized.undistorted = plan.run_as(role, kUndistortScans, plan.options(kUndistortScans),
+                                      localized.drive, localized.trajectory);
+  return localized;
+}
+
+// The map: NDs, surface, sites and the paper's factors.
+Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mapping,
+                          Wire<SensorProfile> localizing_sensor, CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  RemoveMovingOptions moving = plan.options(kRemoveMoving);
+  ChooseSitesOptions route = plan.options(kChooseSites);
+  moving.scans = route.scans = scan_shares(config).mapping;
+  compile.undistorted = plan.run(kUndistortScans, mapping.drive, mapping.trajectory);
+  // From here on a scan is as if it had been measured at once.
+  compile.points = plan.run_as("", kRemoveMoving, moving, compile.undistorted,
+                               mapping.trajectory);
+  // From here on all that is left stood still.
+  compile.ndt = plan.run(kBuildNdt, compile.points);
+  compile.surface = plan.run(kBuildSurface, compile.points);
+  compile.sharpness = plan.run(kMeasureSharpness, compile.drive, compile.trajectory);
+  compile.sites = plan.run_as("", kChooseSites, route, compile.drive, compile.trajectory);
+  compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
+  const Wire<VirtualScans> virtual_scans =
+      plan.run(kCastScans, compile.surface, compile.sites, localizing_sensor);
+  return plan.run(kComputeFactors, compile.ndt, compile.sites, compile.depth, virtual_scans);
+}
+
+// The scans that made the map, localized in it: they have the poses that they made it with.
+Wire<FactorTable> add_mapping_error_steps(const CompileConfig& config,
+                                          const LocalizedDrive& mapping,
+                                          Wire<FactorTable> map_factors,
+                                          Wire<SensorProfile> localizing_sensor,
+                                          CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  MeasureErrorOptions options = plan.options(kMeasureError);
+  options.scans = scan_shares(config).mapping;
+  options.reference = ErrorReference::kKnownPose;
+  const Wire<MeasuredError> measured =
+      plan.run_as("mapping", kMeasureError, options, mapping.undistorted, mapping.trajectory,
+                  compile.ndt, compile.sites);
+  return plan.run(kAddMappingError, map_factors, measured, compile.recordings.front().sensor,
+                  localizing_sensor);
+}
+
+// The model that annotates the map, and what it says of each site.
+void add_choice(const CompileConfig& config, CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  const bool is_given = compile.given_model.is_connected();
+  compile.model = is_given ? compile.given_model
+                           : plan.run(kTrainModelHere, compile.sites, compile.factors,
+                                      compile.measured, compile.cards);
+  const bool has_history = is_given && config.passes.options(kPredictError).history == HistoryUse::kAuto;
+  compile.predicted = has_history
+                          ? plan.run(kPredictErrorWithHistory, compile.model, compile.sites,
+                                     compile.factors, compile.measured)
+                          : plan.run(kPredictError, compile.model, compile.sites, compile.factors);
+  // From here on every site's prediction comes from trees that never saw its place.
+  compile.ranges = plan.run(kChooseRanges, compile.sites, compile.predicted, compile.model);
+  compile.evaluation = plan.run(kEvaluateRanges, compile.sites, compile.predicted, compile.ranges,
+                                compile.factors, compile.measured);
 }
 
 }  // namespace
 
-std::vector<PassStep> compile_pipeline(const CompileConfig& c, ModelSource model) {
-  std::vector<PassStep> steps;
-  const auto add = [&](PassStep step) { steps.push_back(std::move(step)); };
+CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
+  CompilePlan compile{.plan = Plan(config.passes)};
+  Plan& plan = compile.plan;
+  compile.cards = plan.input<RecordingCards>("recordings");
+  if (model == ModelSource::kGiven) compile.given_model = plan.input<ErrorModel>("given-model");
+  compile.recordings.push_back(add_recording(plan, "mapping", config.mapping));
+  const RecordingInput first = compile.recordings.front();
 
-  add(make_step("ingest", kIngestVersion, &ingest, c.ingest, {"mapping/recording"},
-                "mapping/drive"));
+  compile.drive = plan.run(kIngest, first.recording);
   // From here on points are finite, times rise, and a frame near the drive is chosen.
-  add(make_step("estimate-trajectory", kEstimateTrajectoryVersion, &estimate_trajectory,
-                c.estimate_trajectory, {"mapping/drive"}, "mapping/trajectory"));
-  const DriveNames mapping = add_other_sensors(c, steps);
+  compile.trajectory = plan.run(kEstimateTrajectory, compile.drive);
+  const MappingDrive mapping =
+      with_other_sensors(config, {compile.drive, compile.trajectory}, compile);
   // From here on every mapping scan, of any sensor, has a pose in the map frame.
-  add(make_step("undistort-scans", kUndistortScansVersion, &undistort_scans, c.undistort_scans,
-                {mapping.drive, mapping.trajectory}, "mapping/undistorted"));
-  // From here on a scan is as if it had been measured at once.
-  add(make_step("remove-moving", kRemoveMovingVersion, &remove_moving, c.remove_moving,
-                {"mapping/undistorted", mapping.trajectory}, "surface-points"));
-  // From here on all that is left stood still.
-  add(make_step("build-ndt", kBuildNdtVersion, &build_ndt, c.build_ndt, {"surface-points"},
-                "ndt-map"));
-  add(make_step("build-surface", kBuildSurfaceVersion, &build_surface, c.build_surface,
-                {"surface-points"}, "surface"));
-  add(make_step("measure-sharpness", kMeasureSharpnessVersion, &measure_sharpness,
-                c.measure_sharpness, {"mapping/drive", "mapping/trajectory"}, "sharpness"));
-  add(make_step("choose-sites", kChooseSitesVersion, &choose_sites, c.choose_sites,
-                {"mapping/drive", "mapping/trajectory"}, "sites"));
-  add(make_step("cast-rays", kCastRaysVersion, &cast_rays, c.cast_rays, {"surface", "sites"},
-                "depth-images"));
-  add(make_step("cast-scans", kCastScansVersion, &cast_scans, c.cast_scans,
-                {"surface", "sites", "localization/sensor"}, "virtual-scans"));
-  add(make_step("compute-factors", kComputeFactorsVersion, &compute_factors, c.compute_factors,
-                {"ndt-map", "sites", "depth-images", "virtual-scans"}, "map-factors"));
+  Wire<SensorProfile> localizing_sensor = first.sensor;
+  if (!config.is_split()) {
+    compile.recordings.push_back(add_recording(plan, "localization", config.localization));
+    localizing_sensor = compile.recordings.back().sensor;
+  }
+  const Wire<FactorTable> map_factors = add_map(config, mapping, localizing_sensor, compile);
   // From here on the map is done; what follows asks how well a vehicle localizes in it, by its
   // first sensor.
-  std::string drive = "mapping/drive";
-  std::string trajectory = "mapping/trajectory";
-  std::string undistorted = "mapping/undistorted";
-  if (mapping.drive != drive) {
-    undistorted = "mapping/first-undistorted";
-    add(make_step("undistort-scans:first", kUndistortScansVersion, &undistort_scans,
-                  c.undistort_scans, {drive, trajectory}, undistorted));
+  LocalizedDrive localized{compile.drive, compile.trajectory, compile.undistorted};
+  if (mapping.drive != compile.drive) {
+    localized.undistorted = plan.run_as("first-sensor", kUndistortScans,
+                                        plan.options(kUndistortScans), compile.drive,
+                                        compile.trajectory);
   }
-  if (c.is_split() && model == ModelSource::kTrained) {
+  if (config.is_split() && model == ModelSource::kTrained) {
     // A model that learnt one half of a drive from the other would believe it too much elsewhere.
-    add(make_step("add-mapping-error", kAddMappingErrorVersion, &add_no_mapping_error,
-                  AddMappingErrorOptions{}, {"map-factors"}, "factor-table"));
+    compile.factors = plan.run(kAddNoMappingError, map_factors);
   } else {
-    add(make_step("measure-error:mapping", kMeasureErrorVersion, &measure_error,
-                  of_mapping_scans(c), {undistorted, trajectory, "ndt-map", "sites"},
-                  "mapping/measured-error"));
-    add(make_step("add-mapping-error", kAddMappingErrorVersion, &add_mapping_error,
-                  AddMappingErrorOptions{},
-                  {"map-factors", "mapping/measured-error", "mapping/sensor",
-                   "localization/sensor"},
-                  "factor-table"));
+    compile.factors =
+        add_mapping_error_steps(config, localized, map_factors, localizing_sensor, compile);
   }
-  if (!c.is_split()) {
-    drive = "localization/drive";
-    trajectory = "localization/trajectory";
-    undistorted = "localization/undistorted";
-    add(make_step("ingest:localization", kIngestVersion, &ingest, c.ingest,
-                  {"localization/recording"}, drive));
-    add(make_step("estimate-trajectory:localization", kEstimateTrajectoryVersion,
-                  &estimate_trajectory, own_poses(c.estimate_trajectory), {drive},
-                  "localization/own-trajectory"));
-    add(make_step("align-drive", kAlignDriveVersion, &align_drive, c.align_drive,
-                  {drive, "localization/own-trajectory", "ndt-map", "sites"}, trajectory));
-    // From here on both drives are told in the same frame.
-    add(make_step("undistort-scans:localization", kUndistortScansVersion, &undistort_scans,
-                  c.undistort_scans, {drive, trajectory}, undistorted));
+  if (!config.is_split()) {
+    localized = add_drive(plan, compile.recordings.back(), compile.ndt, compile.sites);
   }
-  add(make_step("measure-error", kMeasureErrorVersion, &measure_error, c.measure_error,
-                {undistorted, trajectory, "ndt-map", "sites"}, "measured-error"));
-  if (model == ModelSource::kTrained) {
-    add(make_step("train-model", kTrainModelVersion, &train_model_step, c.train_model,
-                  {"sites", "factor-table", "measured-error", "recording-cards"}, "error-model"));
-  }
-  if (model == ModelSource::kGiven && c.predict_error.history == "auto") {
-    add(make_step("predict-error", kPredictErrorVersion, &predict_error_with_history,
-                  c.predict_error, {"error-model", "sites", "factor-table", "measured-error"},
-                  "predicted-error"));
-  } else {
-    add(make_step("predict-error", kPredictErrorVersion, &predict_error, c.predict_error,
-                  {"error-model", "sites", "factor-table"}, "predicted-error"));
-  }
-  // From here on every site's prediction comes from trees that never saw its place.
-  add(make_step("choose-ranges", kChooseRangesVersion, &choose_ranges, c.choose_ranges,
-                {"sites", "predicted-error", "error-model"}, "range-table"));
-  add(make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
-                {"sites", "predicted-error", "range-table", "factor-table", "measured-error"},
-                "evaluation"));
-  add(make_step("emit-map", kEmitMapVersion, &emit_map_step, c.emit_map,
-                {"mapping/drive", drive, "ndt-map", "sites", "predicted-error", "range-table",
-                 "measured-error", "error-model", "factor-table", "sharpness",
-                 "mapping/trajectory"},
-                "compiled-map"));
-  return steps;
+  MeasureErrorOptions measuring = plan.options(kMeasureError);
+  measuring.scans = scan_shares(config).localization;
+  compile.measured = plan.run_as("", kMeasureError, measuring, localized.undistorted,
+                                 localized.trajectory, compile.ndt, compile.sites);
+  add_choice(config, compile);
+  EmitMapOptions emitting = plan.options(kEmitMap);
+  emitting.mapping_scans = scan_shares(config).mapping;
+  compile.map = plan.run_as("", kEmitMap, emitting, compile.drive, localized.drive, compile.ndt,
+                            compile.sites, compile.predicted, compile.ranges, compile.measured,
+                            compile.model, compile.factors, compile.sharpness, compile.trajectory);
+  return compile;
 }
 
-std::vector<PassStep> evaluate_pipeline(const CompileConfig& c) {
-  std::vector<PassStep> steps;
-  steps.push_back(make_step("ingest:evaluation", kIngestVersion, &ingest, c.ingest,
-                            {"evaluation/recording"}, "evaluation/drive"));
-  steps.push_back(make_step("estimate-trajectory:evaluation", kEstimateTrajectoryVersion,
-                            &estimate_trajectory, own_poses(c.estimate_trajectory),
-                            {"evaluation/drive"}, "evaluation/own-trajectory"));
-  steps.push_back(make_step(
-      "align-drive:evaluation", kAlignDriveVersion, &align_drive, c.align_drive,
-      {"evaluation/drive", "evaluation/own-trajectory", "ndt-map", "sites"},
-      "evaluation/trajectory"));
-  steps.push_back(make_step("undistort-scans:evaluation", kUndistortScansVersion, &undistort_scans,
-                            c.undistort_scans, {"evaluation/drive", "evaluation/trajectory"},
-                            "evaluation/undistorted"));
-  steps.push_back(make_step(
-      "measure-error:evaluation", kMeasureErrorVersion, &measure_error, c.measure_error,
-      {"evaluation/undistorted", "evaluation/trajectory", "ndt-map", "sites"}, "measured-error"));
-  steps.push_back(
-      make_step("evaluate-ranges", kEvaluateRangesVersion, &evaluate_ranges, c.evaluate_ranges,
-                {"sites", "predicted-error", "range-table", "factor-table", "measured-error"},
-                "evaluation"));
-  TrackDriveOptions tracking = c.track_drive;
-  tracking.matching = c.measure_error;
-  steps.push_back(make_step(
-      "track-drive", kTrackDriveVersion, &track_drive, tracking,
-      {"evaluation/undistorted", "evaluation/trajectory", "ndt-map", "sites", "range-table"},
-      "drive-tracks"));
-  return steps;
+Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  compile.recordings.push_back(add_recording(plan, "evaluation", config.evaluation));
+  const LocalizedDrive drive =
+      add_drive(plan, compile.recordings.back(), compile.ndt, compile.sites);
+  MeasureErrorOptions measuring = plan.options(kMeasureError);
+  measuring.scans = scan_shares(config).localization;
+  return plan.run_as("evaluation", kMeasureError, measuring, drive.undistorted, drive.trajectory,
+                     compile.ndt, compile.sites);
 }
 
-std::vector<PassStep> measure_pipeline(const CompileConfig& c, bool also_evaluation) {
-  std::vector<PassStep> steps = compile_pipeline(c, ModelSource::kTrained);
-  const auto is_last = [](const PassStep& step) { return step.name == "measure-error"; };
-  steps.erase(std::ranges::find_if(steps, is_last) + 1, steps.end());
-  if (!also_evaluation) return steps;
-  for (PassStep& step : evaluate_pipeline(c)) {
-    if (step.output == "evaluation") break;
-    if (step.output == "measured-error") step.output = "evaluation/measured-error";
-    steps.push_back(std::move(step));
-  }
-  return steps;
+EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) {
+  EvaluatePlan evaluate{.plan = Plan(config.passes)};
+  Plan& plan = evaluate.plan;
+  evaluate.ndt = plan.input<NdtMap>("map/nds");
+  evaluate.sites = plan.input<Sites>("map/sites");
+  evaluate.predicted = plan.input<PredictedError>("map/predicted");
+  evaluate.ranges = plan.input<RangeTable>("map/ranges");
+  evaluate.factors = plan.input<FactorTable>("map/factors");
+  evaluate.recording = add_recording(plan, "evaluation", config.evaluation);
+  const LocalizedDrive drive =
+      add_drive(plan, evaluate.recording, evaluate.ndt, evaluate.sites);
+  MeasureErrorOptions measuring = plan.options(kMeasureError);
+  measuring.ranges_m = map.predicted.ranges_m;
+  const bool is_same_recording =
+      config.is_split() && config.evaluation.scans == config.mapping.scans;
+  measuring.scans = is_same_recording ? ScanSelection::kOdd : ScanSelection::kAll;
+  evaluate.measured = plan.run_as("evaluation", kMeasureError, measuring, drive.undistorted,
+                                  drive.trajectory, evaluate.ndt, evaluate.sites);
+  evaluate.evaluation = plan.run(kEvaluateRanges, evaluate.sites, evaluate.predicted,
+                                 evaluate.ranges, evaluate.factors, evaluate.measured);
+  TrackDriveOptions tracking = plan.options(kTrackDrive);
+  tracking.reach_m = map.reach_m;
+  tracking.matching = measuring;
+  evaluate.tracks = plan.run_as("", kTrackDrive, tracking, drive.undistorted, drive.trajectory,
+                                evaluate.ndt, evaluate.sites, evaluate.ranges);
+  return evaluate;
 }
 
-std::vector<PassStep> train_pipeline(const TrainModelOptions& options) {
-  return {make_step("train-model", kTrainModelVersion, &train_model, options, {"driven-places"},
-                    "error-model")};
+TrainPlan train_plan(const CompileConfig& config) {
+  TrainPlan train{.plan = Plan(config.passes)};
+  train.places = train.plan.input<DrivenPlaces>("places");
+  train.model = train.plan.run(kTrainModel, train.places);
+  return train;
 }
 
-Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts) {
-  const Result<void> mapping = provide_drive("mapping", config.mapping, artifacts);
-  if (!mapping) return mapping;
-  for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
-    if (config.other_sensors[i].scans.empty()) continue;
-    const Result<void> other =
-        provide_drive(other_sensor_section(i), config.other_sensors[i], artifacts);
-    if (!other) return other;
+std::vector<ConfigSection> published_sections(CompileConfig& config) {
+  // With every pass that a compile or an evaluation may run.
+  CompileConfig complete;
+  complete.localization.scans = "any";
+  complete.other_sensors.front().scans = "any";
+  std::vector<ConfigSection> sections = drive_sections(config);
+  for (const Plan& plan :
+       {compile_plan(complete).plan, evaluate_plan(complete, CompiledMap{}).plan}) {
+    for (ConfigSection& pass : sections_of(plan)) {
+      if (std::ranges::find(sections, pass.name, &ConfigSection::name) != sections.end()) continue;
+      sections.push_back(std::move(pass));
+    }
   }
-  Result<void> localization;
-  if (config.is_split()) {
-    // One recording is both: what localizes is the mapping drive's own sensor.
-    artifacts.put("localization/sensor", artifacts.entry("mapping/sensor"));
-  } else {
-    localization = provide_drive("localization", config.localization, artifacts);
-  }
-  if (localization) provide_recording_cards(config, artifacts);
-  return localization;
+  sections.push_back(gate_section());
+  return sections;
 }
 
-RecordingCards recording_cards(const CompileConfig& config, const ArtifactSet& artifacts) {
-  std::vector<std::string> roles = {"mapping"};
-  for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
-    roles.push_back(other_sensor_section(i));
+Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
+                                          const std::vector<std::string>& overrides) {
+  CompileConfig config;
+  const Result<void> read = read_compile_config(file, overrides, published_sections(config), config);
+  if (!read) return read.error();
+  return config;
+}
+
+Result<void> provide_drive(const RecordingInput& input, ArtifactSet& artifacts) {
+  Result<Recording> recording = open_recording(input.options, /*threads=*/0);
+  if (!recording) return recording.error();
+  const Digest digest = recording->digest;
+  artifacts.provide(input.sensor, recording->sensor);
+  artifacts.provide(input.recording, std::move(*recording), digest);
+  return {};
+}
+
+Result<void> provide_drives(const CompilePlan& compile, ArtifactSet& artifacts) {
+  for (const RecordingInput& input : compile.recordings) {
+    const Result<void> provided = provide_drive(input, artifacts);
+    if (!provided) return provided;
   }
-  roles.insert(roles.end(), {"localization", "evaluation"});
+  artifacts.provide(compile.cards, recording_cards(compile, artifacts));
+  return {};
+}
+
+void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactSet& artifacts) {
+  artifacts.provide(evaluate.ndt, map.ndt);
+  artifacts.provide(evaluate.sites, map.sites);
+  artifacts.provide(evaluate.predicted, map.predicted);
+  artifacts.provide(evaluate.ranges, map.ranges);
+  artifacts.provide(evaluate.factors, map.factors);
+}
+
+RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& artifacts) {
   RecordingCards recordings;
-  for (const std::string& role : roles) {
-    if (!artifacts.has(role + "/recording")) continue;
-    const auto& recording = artifacts.get<Recording>(role + "/recording");
-    recordings.cards.push_back({role, recording.name, recording.digest});
+  for (const RecordingInput& input : compile.recordings) {
+    if (!artifacts.has(input.recording)) continue;
+    const Recording& recording = artifacts.get(input.recording);
+    recordings.cards.push_back({input.role, recording.name, recording.digest});
   }
   return recordings;
 }
@@ -286,18 +319,6 @@ Result<ErrorModel> read_model(const std::filesystem::path& file) {
   }
   if (!model) return in_file(model.error(), file.string());
   return model;
-}
-
-Result<void> provide_model(const std::filesystem::path& file, ArtifactSet& artifacts) {
-  Result<ErrorModel> model = read_model(file);
-  if (!model) return model.error();
-  const Digest digest = sha256(to_bytes(*model));
-  artifacts.provide("error-model", std::move(*model), digest);
-  return {};
-}
-
-Result<void> provide_evaluation(const CompileConfig& config, ArtifactSet& artifacts) {
-  return provide_drive("evaluation", config.evaluation, artifacts);
 }
 
 }  // namespace sightline

@@ -1,49 +1,121 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "compiler/driver/compile_config.h"
-#include "compiler/pipeline/runner.h"
+#include "compiler/pipeline/artifact_set.h"
+#include "formats/depth_images.h"
+#include "formats/drive_tracks.h"
+#include "formats/driven_places.h"
+#include "formats/evaluation.h"
+#include "formats/map/compiled_map.h"
+#include "formats/sharpness.h"
+#include "formats/surface.h"
+
+// The passes of each verb, in their order. Every struct is a plan with the wires that its user
+// provides or looks at.
 
 namespace sightline {
 
 // Where the error model comes from: learnt from this compile's own localization drive, or made
-// elsewhere and provided as "error-model".
+// elsewhere and provided.
 enum class ModelSource { kTrained, kGiven };
 
-// From drives to a finished map. Artifacts taken from outside: "mapping/recording",
-// "localization/sensor", "recording-cards", and "localization/recording" where a second drive is
-// named. The last two made are "evaluation" and "compiled-map".
-std::vector<PassStep> compile_pipeline(const CompileConfig& config,
-                                       ModelSource model = ModelSource::kTrained);
+// One recording that a plan takes from outside.
+struct RecordingInput {
+  std::string role;  // section of the configuration: "mapping", "mapping-2", "localization", ...
+  RecordingOptions options;
+  Wire<Recording> recording;
+  Wire<SensorProfile> sensor;
+};
 
-// Judges a finished map by an independent drive. Artifacts taken from outside:
-// "evaluation/recording", and from the map "ndt-map", "sites", "predicted-error", "range-table",
-// "factor-table". The last two made are "evaluation" and "drive-tracks".
-std::vector<PassStep> evaluate_pipeline(const CompileConfig& config);
+// A drive that is localized in a map.
+struct LocalizedDrive {
+  Wire<Drive> drive;
+  Wire<Trajectory> trajectory;  // in the map's frame
+  Wire<Drive> undistorted;
+};
 
-// What a model learns of one place: the steps of a compile up to "measured-error", and then, where
-// asked, those that measure the evaluation drive on the same map, as "evaluation/measured-error".
-std::vector<PassStep> measure_pipeline(const CompileConfig& config, bool also_evaluation);
+// From drives to a finished map.
+struct CompilePlan {
+  Plan plan;
+  // From outside; a split recording localizes by its own sensor, which is not provided again.
+  std::vector<RecordingInput> recordings;
+  Wire<RecordingCards> cards;
+  Wire<ErrorModel> given_model;  // connected where the model is given
+  // Made.
+  Wire<Drive> drive;  // of the first sensor
+  Wire<Trajectory> trajectory;
+  Wire<Drive> undistorted;  // of all sensors
+  Wire<SurfacePoints> points;
+  Wire<NdtMap> ndt;
+  Wire<Surface> surface;
+  Wire<Sites> sites;
+  Wire<DepthImages> depth;
+  Wire<FactorTable> factors;
+  Wire<MeasuredError> measured;
+  Wire<ErrorModel> model;  // given or trained
+  Wire<PredictedError> predicted;
+  Wire<RangeTable> ranges;
+  Wire<Sharpness> sharpness;
+  Wire<Evaluation> evaluation;
+  Wire<CompiledMap> map;
+};
+CompilePlan compile_plan(const CompileConfig& config, ModelSource model = ModelSource::kTrained);
 
-// From "driven-places" to "error-model".
-std::vector<PassStep> train_pipeline(const TrainModelOptions& options);
+// Adds the steps that measure the evaluation drive on the map of the plan.
+Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, CompilePlan& compile);
 
-// Opens the recordings that a compile takes and provides them, their sensors and cards. Errors:
-// those of open_recording.
-Result<void> provide_drives(const CompileConfig& config, ArtifactSet& artifacts);
+// Judges a finished map by an independent drive, at the map's own ranges. Where that drive is the
+// recording that also made the map, it is judged on the scans that the map did not use.
+struct EvaluatePlan {
+  Plan plan;
+  // From outside.
+  RecordingInput recording;
+  Wire<NdtMap> ndt;
+  Wire<Sites> sites;
+  Wire<PredictedError> predicted;
+  Wire<RangeTable> ranges;
+  Wire<FactorTable> factors;
+  // Made, but for `measured` where it is provided.
+  Wire<MeasuredError> measured;
+  Wire<Evaluation> evaluation;
+  Wire<DriveTracks> tracks;
+};
+EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map);
 
-// Cards of the recordings that were provided, in the order of the configuration's sections.
-RecordingCards recording_cards(const CompileConfig& config, const ArtifactSet& artifacts);
+// From the places of a training to its error model.
+struct TrainPlan {
+  Plan plan;
+  Wire<DrivenPlaces> places;  // from outside
+  Wire<ErrorModel> model;
+};
+TrainPlan train_plan(const CompileConfig& config);
+
+// Every section of the configuration, of drives and of passes, with its defaults.
+std::vector<ConfigSection> published_sections(CompileConfig& config);
+
+// Reads a configuration and overrides ("section.key=value") of it. Errors: those of
+// read_compile_config.
+Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
+                                          const std::vector<std::string>& overrides);
+
+// Opens the recordings of a plan and provides them, their sensors and cards. Errors: those of
+// open_recording.
+Result<void> provide_drives(const CompilePlan& compile, ArtifactSet& artifacts);
+Result<void> provide_drive(const RecordingInput& input, ArtifactSet& artifacts);
+
+// Provides what a map holds.
+void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactSet& artifacts);
+
+// Cards of the recordings of a plan that were provided, in the order of the configuration's
+// sections.
+RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& artifacts);
 
 // The error model of a finished map (.slmap) or of a model file. Errors: those of read_map, model_of
 // and from_bytes.
 Result<ErrorModel> read_model(const std::filesystem::path& file);
-// Provides it.
-Result<void> provide_model(const std::filesystem::path& file, ArtifactSet& artifacts);
-
-// Opens the recording that judges a map and provides it.
-Result<void> provide_evaluation(const CompileConfig& config, ArtifactSet& artifacts);
 
 }  // namespace sightline

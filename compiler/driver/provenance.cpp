@@ -8,8 +8,6 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "formats/recording_cards.h"
-
 namespace sightline {
 namespace {
 
@@ -37,12 +35,10 @@ Json pass_json(const StepReport& report) {
           {"warnings", report.warnings}};
 }
 
-Json config_json(CompileConfig& config) {
+Json config_json(const CompileConfig& config) {
   Json json = Json::object();
-  for (const ConfigSection& section : sections(config)) {
-    for (const OptionField& field : section.fields) {
-      json[section.name][field.name] = to_text(field);
-    }
+  for (const EffectiveValue& value : effective_values(config)) {
+    json[value.section][value.key] = value.value;
   }
   return json;
 }
@@ -60,8 +56,10 @@ std::vector<std::string> command_line() {
   return words;
 }
 
-std::string provenance_json(CompileConfig config, const std::vector<std::string>& command_line,
-                            const ArtifactSet& artifacts, const std::vector<StepReport>& reports) {
+std::string provenance_json(const CompileConfig& config,
+                            const std::vector<std::string>& command_line,
+                            const RecordingCards& recordings,
+                            const std::vector<StepReport>& reports) {
   Json json = {{"program", "sightline " SIGHTLINE_VERSION},
                {"time_utc", utc_now()},
                {"host", host_name()},
@@ -69,10 +67,8 @@ std::string provenance_json(CompileConfig config, const std::vector<std::string>
                {"inputs", Json::object()},
                {"configuration", config_json(config)},
                {"passes", Json::array()}};
-  if (artifacts.has("recording-cards")) {
-    for (const RecordingCard& card : artifacts.get<RecordingCards>("recording-cards").cards) {
-      json["inputs"][card.role + "/recording"] = to_hex(card.digest);
-    }
+  for (const RecordingCard& card : recordings.cards) {
+    json["inputs"][card.role + "/recording"] = to_hex(card.digest);
   }
   for (const StepReport& report : reports) json["passes"].push_back(pass_json(report));
   return json.dump(2) + "\n";

@@ -91,16 +91,17 @@ RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
   return options;
 }
 
-Result<std::vector<StepReport>> run_steps(const std::vector<PassStep>& steps, const RunFlags& flags,
-                                          const CompileConfig& config, ArtifactSet& artifacts) {
+Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,
+                                          const RunFlags& flags, const CompileConfig& config,
+                                          ArtifactSet& artifacts) {
   const Result<void> kernel = choose_kernel(flags.kernel);
   if (!kernel) return kernel.error();
   const Result<RunObserver> observer = observer_of(flags);
   if (!observer) return observer.error();
   explain_interruption();
   std::vector<StepReport> reports;
-  const Result<void> run = run_pipeline(steps, run_options(flags, config),
-                                        *observer, artifacts, reports);
+  const Result<void> run = run_plan(plan, wanted, run_options(flags, config), *observer,
+                                    artifacts, reports);
   if (flags.explain) std::fputs(explanation(reports).c_str(), stderr);
   if (flags.time_passes) std::fputs(time_table(reports).c_str(), stderr);
   if (!run) return run.error();

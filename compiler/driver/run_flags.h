@@ -31,8 +31,10 @@ void add_flags_of_every_run(CLI::App& command, RunFlags& flags);
 
 RunOptions run_options(const RunFlags& flags, const CompileConfig& config);
 
-// Runs the steps with progress on stderr, then prints --explain and --time-passes there.
-Result<std::vector<StepReport>> run_steps(const std::vector<PassStep>& steps, const RunFlags& flags,
-                                          const CompileConfig& config, ArtifactSet& artifacts);
+// Runs the steps that make what is wanted (nothing: all) with progress on stderr, then prints
+// --explain and --time-passes there.
+Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,
+                                          const RunFlags& flags, const CompileConfig& config,
+                                          ArtifactSet& artifacts);
 
 }  // namespace sightline

@@ -61,15 +61,25 @@ Result<void> set_double(const OptionField& field, double& value, std::string_vie
   return {};
 }
 
+Error unknown_choice(const OptionField& field, std::string_view text) {
+  std::string expected = "one of";
+  for (const std::string& known : field.choices) expected += " " + known;
+  const std::string near = nearest_name(text, field.choices);
+  if (!near.empty()) expected += "; did you mean " + near + "?";
+  return bad_value(field, text, expected);
+}
+
 Result<void> set_string(const OptionField& field, std::string& value, std::string_view text) {
-  if (!field.choices.empty() && std::ranges::find(field.choices, text) == field.choices.end()) {
-    std::string expected = "one of";
-    for (const std::string& known : field.choices) expected += " " + known;
-    const std::string near = nearest_name(text, field.choices);
-    if (!near.empty()) expected += "; did you mean " + near + "?";
-    return bad_value(field, text, expected);
-  }
+  const bool is_known = std::ranges::find(field.choices, text) != field.choices.end();
+  if (!field.choices.empty() && !is_known) return unknown_choice(field, text);
   value = text;
+  return {};
+}
+
+Result<void> set_enum(const OptionField& field, const EnumValue& value, std::string_view text) {
+  const auto found = std::ranges::find(field.choices, text);
+  if (found == field.choices.end()) return unknown_choice(field, text);
+  value.set(static_cast<std::size_t>(found - field.choices.begin()));
   return {};
 }
 
@@ -108,6 +118,11 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 }  // namespace
+
+OptionField shared(OptionField field) {
+  field.is_shared = true;
+  return field;
+}
 
 OptionField flag(std::string name, bool& value, std::string help) {
   return {std::move(name), &value, std::move(help), 0.0, 0.0, {}};
@@ -153,6 +168,9 @@ Result<void> set_from_text(OptionField& field, std::string_view value) {
   if (std::string* const* target = std::get_if<std::string*>(&field.value)) {
     return set_string(field, **target, value);
   }
+  if (const EnumValue* target = std::get_if<EnumValue>(&field.value)) {
+    return set_enum(field, *target, value);
+  }
   return set_list(field, *std::get<std::vector<double>*>(field.value), value);
 }
 
@@ -161,6 +179,9 @@ std::string to_text(const OptionField& field) {
   if (int* const* value = std::get_if<int*>(&field.value)) return std::to_string(**value);
   if (double* const* value = std::get_if<double*>(&field.value)) return format_double(**value);
   if (std::string* const* value = std::get_if<std::string*>(&field.value)) return **value;
+  if (const EnumValue* value = std::get_if<EnumValue>(&field.value)) {
+    return field.choices.at(value->get());
+  }
   std::string text;
   for (const double number : *std::get<std::vector<double>*>(field.value)) {
     text += (text.empty() ? "" : ", ") + format_double(number);

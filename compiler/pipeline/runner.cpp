@@ -7,6 +7,7 @@
 #include <fstream>
 #include <mutex>
 #include <new>
+#include <set>
 
 #include "compiler/pipeline/cache.h"
 
@@ -40,15 +41,17 @@ double peak_memory_mib() {
 }
 
 // All that decides a step's output, as lines that a person can compare.
-std::string key_record(const PassStep& step, const RunOptions& options,
+std::string key_record(const Plan& plan, const PassStep& step, const RunOptions& options,
                        const ArtifactSet& artifacts) {
+  const ArtifactType& output = *plan.artifact({step.output}).type;
   std::string record = "pass version = " + std::to_string(step.version) + "\n";
-  record += "encoding version of " + std::string(step.output_type->name) + " = " +
-            std::to_string(step.output_type->version) + "\n";
+  record += "encoding version of " + std::string(output.name) + " = " +
+            std::to_string(output.version) + "\n";
   record += "seed = " + std::to_string(options.seed) + "\n";
   for (const auto& [name, value] : step.options) record += "option " + name + " = " + value + "\n";
-  for (const std::string& input : step.inputs) {
-    record += "input " + input + " = " + to_hex(artifacts.entry(input).key) + "\n";
+  for (const std::size_t input : step.inputs) {
+    record += "input " + plan.artifact({input}).name + " = " +
+              to_hex(artifacts.entry({input}).key) + "\n";
   }
   return record;
 }
@@ -104,8 +107,10 @@ Error named(Error error, const std::string& pass) {
 
 class Runner {
  public:
-  Runner(const RunOptions& options, const RunObserver& observer, ArtifactSet& artifacts)
-      : options_(options),
+  Runner(const Plan& plan, const RunOptions& options, const RunObserver& observer,
+         ArtifactSet& artifacts)
+      : plan_(plan),
+        options_(options),
         observer_(observer),
         artifacts_(artifacts),
         cache_(options.cache_directory) {}
@@ -115,7 +120,7 @@ class Runner {
     report.name = step.name;
     const Stamp begin{.cpu_s = process_cpu_s()};
     reset_peak_memory();
-    const std::string record = key_record(step, options_, artifacts_);
+    const std::string record = key_record(plan_, step, options_, artifacts_);
     const Digest key = key_of(step, record);
     std::shared_ptr<const void> output = from_cache(step, key, report);
     report.from_cache = output != nullptr;
@@ -127,7 +132,7 @@ class Runner {
     }
     const Result<void> recorded = cache_.store_record(step.name, record);
     if (!recorded) return recorded.error();
-    artifacts_.put(step.output, {step.output_type, output, key});
+    artifacts_.put({step.output}, {&output_type(step), output, key});
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin.wall;
     report.wall_s = wall.count();
     report.cpu_s = process_cpu_s() - begin.cpu_s;
@@ -136,22 +141,22 @@ class Runner {
   }
 
  private:
+  [[nodiscard]] const ArtifactType& output_type(const PassStep& step) const {
+    return *plan_.artifact({step.output}).type;
+  }
+
   std::vector<std::shared_ptr<const void>> inputs_of(const PassStep& step) const {
     std::vector<std::shared_ptr<const void>> inputs;
-    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
-      const ArtifactSet::Entry& entry = artifacts_.entry(step.inputs[i]);
-      SIGHTLINE_CHECK(entry.type == step.input_types[i]);
-      inputs.push_back(entry.value);
-    }
+    for (const std::size_t input : step.inputs) inputs.push_back(artifacts_.entry({input}).value);
     return inputs;
   }
 
   std::shared_ptr<const void> from_cache(const PassStep& step, const Digest& key,
                                          StepReport& report) const {
-    if (!step.output_type->read) return nullptr;
+    if (!output_type(step).read) return nullptr;
     const std::optional<std::vector<std::byte>> bytes = cache_.load(step.name, key);
     if (!bytes) return nullptr;
-    Result<std::shared_ptr<const void>> artifact = step.output_type->read(*bytes);
+    Result<std::shared_ptr<const void>> artifact = output_type(step).read(*bytes);
     if (artifact && step.reattach) return step.reattach(*artifact, inputs_of(step));
     if (artifact) return *artifact;
     note(step, report, "a damaged cache file is not used: " + to_string(artifact.error()));
@@ -176,11 +181,11 @@ class Runner {
     };
     Result<std::shared_ptr<const void>> output = step.run(ctx, inputs);
     if (!output) return output;
-    const Result<void> valid = step.output_type->check(output->get());
+    const Result<void> valid = output_type(step).check(output->get());
     if (!valid) return valid.error();
-    if (cache_.is_enabled() && step.output_type->write) {
+    if (cache_.is_enabled() && output_type(step).write) {
       const Result<void> stored =
-          cache_.store(step.name, key, step.output_type->write(output->get()));
+          cache_.store(step.name, key, output_type(step).write(output->get()));
       if (!stored) return stored.error();
       cache_.remove_parts(step.name, key);
     }
@@ -192,15 +197,16 @@ class Runner {
     if (observer_.warning) observer_.warning(step.name, message);
   }
 
+  const Plan& plan_;
   const RunOptions& options_;
   const RunObserver& observer_;
   ArtifactSet& artifacts_;
   ArtifactCache cache_;
 };
 
-Result<void> check_names(const std::vector<PassStep>& steps, const RunOptions& options) {
+Result<void> check_names(const Plan& plan, const RunOptions& options) {
   std::vector<std::string> known;
-  for (const PassStep& step : steps) known.push_back(step.name);
+  for (const PassStep& step : plan.steps()) known.push_back(step.name);
   std::vector<std::string> asked = options.print_after;
   if (!options.stop_after.empty()) asked.push_back(options.stop_after);
   for (const std::string& name : asked) {
@@ -215,16 +221,43 @@ Result<void> check_names(const std::vector<PassStep>& steps, const RunOptions& o
   return {};
 }
 
+// A plan that is run without what it takes from outside is our own mistake: found before hours of
+// work, not after them.
+void check_inputs(const Plan& plan, const std::vector<std::size_t>& steps,
+                  const ArtifactSet& artifacts) {
+  std::set<std::size_t> made;
+  for (const std::size_t index : steps) {
+    for (const std::size_t input : plan.steps()[index].inputs) {
+      SIGHTLINE_CHECK(made.contains(input) || artifacts.has({input}));
+    }
+    made.insert(plan.steps()[index].output);
+  }
+}
+
+void print_if_asked(const Plan& plan, const PassStep& step, const RunOptions& options,
+                    const RunObserver& observer, const ArtifactSet& artifacts) {
+  if (!observer.printed || std::ranges::find(options.print_after, step.name) ==
+                               options.print_after.end()) {
+    return;
+  }
+  const AnyWire output{step.output};
+  observer.printed(step.name,
+                   plan.artifact(output).type->print(artifacts.entry(output).value.get()));
+}
+
 }  // namespace
 
-Result<void> run_pipeline(const std::vector<PassStep>& steps, const RunOptions& options,
-                          const RunObserver& observer, ArtifactSet& artifacts,
-                          std::vector<StepReport>& reports) {
-  const Result<void> names = check_names(steps, options);
+Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
+                      const RunOptions& options, const RunObserver& observer,
+                      ArtifactSet& artifacts, std::vector<StepReport>& reports) {
+  const Result<void> names = check_names(plan, options);
   if (!names) return names;
-  Runner runner(options, observer, artifacts);
+  const std::vector<std::size_t> steps =
+      steps_for(plan, wanted, [&](AnyWire wire) { return artifacts.has(wire); });
+  check_inputs(plan, steps, artifacts);
+  Runner runner(plan, options, observer, artifacts);
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    const PassStep& step = steps[i];
+    const PassStep& step = plan.steps()[steps[i]];
     if (observer.started) observer.started(i, steps.size(), step.name);
     Result<StepReport> report = Error{ErrorCode::kOutOfMemory, "not enough memory", "", ""};
     try {
@@ -235,11 +268,7 @@ Result<void> run_pipeline(const std::vector<PassStep>& steps, const RunOptions& 
     if (!report) return report.error();
     reports.push_back(*report);
     if (observer.finished) observer.finished(*report);
-    if (observer.printed &&
-        std::ranges::find(options.print_after, step.name) != options.print_after.end()) {
-      const ArtifactSet::Entry& made = artifacts.entry(step.output);
-      observer.printed(step.name, made.type->print(made.value.get()));
-    }
+    print_if_asked(plan, step, options, observer, artifacts);
     if (step.name == options.stop_after) break;
   }
   return {};

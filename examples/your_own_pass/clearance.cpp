@@ -28,29 +28,6 @@ double clearance_m(const std::vector<Eigen::Vector3d>& walls_m, const Site& site
 
 }  // namespace
 
-Result<void> validate(const ClearanceTable& table) {
-  for (std::size_t site = 0; site < table.clearance_m.size(); ++site) {
-    if (table.clearance_m[site] >= 0.0) continue;
-    return Error{ErrorCode::kInvalidArtifact, "a clearance is negative or not a number", "",
-                 "site " + std::to_string(site)};
-  }
-  return {};
-}
-
-Table dump(const ClearanceTable& table) {
-  Table printed{"clearance", {"site", "clearance_m"}, {}, {}};
-  for (std::size_t site = 0; site < table.clearance_m.size(); ++site) {
-    printed.rows.push_back({static_cast<std::int64_t>(site), table.clearance_m[site]});
-  }
-  return printed;
-}
-
-void encode(const ClearanceTable& table, ByteWriter& writer) {
-  writer.put_array(table.clearance_m);
-}
-
-void decode(ByteReader& reader, ClearanceTable& table) { reader.get_array(table.clearance_m); }
-
 std::vector<OptionField> option_fields(MeasureClearanceOptions& options) {
   return {number("reach_m", options.reach_m, "how far to look for walls, m", 1.0, 100.0),
           number("lowest_m", options.lowest_m, "lowest wall that counts, m above the sensor", -10.0,
@@ -59,8 +36,8 @@ std::vector<OptionField> option_fields(MeasureClearanceOptions& options) {
                  -10.0, 50.0)};
 }
 
-Result<ClearanceTable> measure_clearance(PassContext& ctx, const MeasureClearanceOptions& options,
-                                         const NdtMap& map, const Sites& sites) {
+Result<SiteColumn> measure_clearance(PassContext& ctx, const MeasureClearanceOptions& options,
+                                     const NdtMap& map, const Sites& sites) {
   if (!(map.frame == sites.frame)) {
     return Error{ErrorCode::kMismatchedInputs, "sites and NDT map are in different frames", "", ""};
   }
@@ -68,11 +45,11 @@ Result<ClearanceTable> measure_clearance(PassContext& ctx, const MeasureClearanc
   for (const Nd& nd : map.nds) {
     if (is_wall(nd)) walls_m.push_back(nd.mean_m);
   }
-  ClearanceTable table;
-  table.clearance_m = parallel_map<double>(sites.sites.size(), ctx.threads, [&](std::size_t i) {
+  SiteColumn column{"clearance_m", {}};
+  column.values = parallel_map<double>(sites.sites.size(), ctx.threads, [&](std::size_t i) {
     return clearance_m(walls_m, sites.sites[i], options);
   });
-  return table;
+  return column;
 }
 
 }  // namespace sightline

@@ -154,17 +154,6 @@ Result<void> for_each_row(const FileBytes& file, Body body) {
 
 }  // namespace
 
-Result<PoseFormat> parse_pose_format(std::string_view name) {
-  if (name == "auto") return PoseFormat::kAuto;
-  if (name == "kitti") return PoseFormat::kKitti;
-  if (name == "tum") return PoseFormat::kTum;
-  if (name == "apollo") return PoseFormat::kApollo;
-  return Error{
-      ErrorCode::kUnknownName,
-      "unknown pose format '" + std::string(name) + "', expected auto, kitti, tum or apollo", "",
-      ""};
-}
-
 Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseFormat format) {
   const Result<std::vector<std::byte>> bytes = read_file(path);
   if (!bytes) return bytes.error();

@@ -28,9 +28,6 @@ enum class PoseFormat {
   kApollo,  // 9: id t x y z qx qy qz qw
 };
 
-// "auto", "kitti", "tum", "apollo"; anything else is unknown-name.
-Result<PoseFormat> parse_pose_format(std::string_view name);
-
 // Reads poses, one a line; blank lines and lines that begin with # are skipped, columns may be
 // apart by blanks, tabs or commas. Rotations that are off by rounding (norm of a quaternion or
 // products of the matrix's rows within 1e-3) are made exact; times are taken from their decimal

@@ -46,11 +46,8 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
   }
   if (options.height_m != 0.0) profile->height_m = options.height_m;
   profile->T_vehicle_lidar = mounting(options);
-  if (options.poses_of != "vehicle" && options.poses_of != "sensor") {
-    return Error{ErrorCode::kUnknownName,
-                 "poses_of is '" + options.poses_of + "', expected vehicle or sensor", "", ""};
-  }
-  if (options.poses_of == "sensor" && !profile->T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
+  const bool are_of_sensor = options.poses_of == PosesOf::kSensor;
+  if (are_of_sensor && !profile->T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
     return Error{ErrorCode::kBadValue,
                  "the poses are the sensor's own, so its place in the vehicle (lidar_x_m, ...) has "
                  "no meaning",

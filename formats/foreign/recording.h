@@ -11,9 +11,12 @@
 #include "compiler/base/result.h"
 #include "formats/drive.h"
 #include "formats/foreign/point_cloud_file.h"
+#include "formats/foreign/pose_file.h"
 #include "formats/foreign/scan_container.h"
 
 namespace sightline {
+
+enum class PosesOf { kVehicle, kSensor };
 
 struct RecordingOptions {
   std::string name;                  // of the drive; empty: the last part of `scans`
@@ -21,8 +24,8 @@ struct RecordingOptions {
   std::string topic;                 // of a bag's scans; empty: its only one
   std::string poses;                 // pose file or bag; empty: there are none
   std::string poses_topic;           // of a bag's poses; empty: its only one
-  std::string pose_format = "auto";  // or kitti, tum, apollo
-  std::string poses_of = "vehicle";  // or sensor: then the mounting below does not apply
+  PoseFormat pose_format = PoseFormat::kAuto;  // or kitti, tum, apollo
+  PosesOf poses_of = PosesOf::kVehicle;  // kSensor: the mounting below does not apply
   std::string stamps;                // file with one time a line; empty: see open_recording
   double rate_hz = 10.0;             // scans a second, where nothing tells their times
   std::string sensor = "generic-16";  // name of a built-in profile

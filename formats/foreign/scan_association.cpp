@@ -176,9 +176,7 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
 
 Result<std::vector<PoseRow>> poses_from_file(const RecordingOptions& options, const Files& files,
                                              const Stamps& stamps_ns, Recording& recording) {
-  const Result<PoseFormat> format = parse_pose_format(options.pose_format);
-  if (!format) return format.error();
-  const Result<std::vector<PoseRow>> rows = read_poses(options.poses, *format);
+  const Result<std::vector<PoseRow>> rows = read_poses(options.poses, options.pose_format);
   if (!rows) return rows.error();
   if (!rows->empty() && rows->front().id) return poses_by_id(options.poses, files, *rows);
   if (!rows->empty() && rows->front().stamp_ns && !stamps_ns.empty()) {

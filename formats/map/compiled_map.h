@@ -91,9 +91,6 @@ struct CompiledMap {
   std::vector<LimitQuality> quality;  // one per limit
   std::optional<Sharpness> sharpness;  // none in maps made before it was measured
   std::optional<TrajectoryQuality> trajectory;  // none in maps made before it was kept
-  // What else predictions and choices depend on, so that they can be made again from the map.
-  double support_margin = 0.25;
-  bool extrapolated_takes_longest = true;
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
 };
 

@@ -90,7 +90,7 @@ Misses misses_of_rule(const Witnesses& witnesses, std::size_t limit,
         witnesses, limit_m,
         choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
   };
-  if (options.risk_control == "fixed") {
+  if (options.risk_control == RiskControl::kFixed) {
     try_threshold(options.fixed_threshold);
     return misses;
   }
@@ -102,8 +102,8 @@ Misses misses_of_rule(const Witnesses& witnesses, std::size_t limit,
 
 RiskDecision decide(const Misses& misses, const CalibrationOptions& options) {
   const RiskOptions risk{options.alpha, options.delta};
-  if (options.risk_control == "conformal") return decide_conformally(misses, risk);
-  if (options.risk_control == "learn-then-test") return decide_by_testing(misses, risk);
+  if (options.risk_control == RiskControl::kConformal) return decide_conformally(misses, risk);
+  if (options.risk_control == RiskControl::kLearnThenTest) return decide_by_testing(misses, risk);
   return decide_empirically(misses, options.alpha);
 }
 
@@ -119,7 +119,7 @@ std::string observed(const LimitPromise& promise) {
 std::string earned_statement(const LimitPromise& promise) {
   const std::string limit = format_double(promise.limit_m) + " m";
   const std::string share = percent(promise.alpha);
-  if (promise.method == "conformal") {
+  if (promise.method == risk_control_name(RiskControl::kConformal)) {
     return "at most " + share + " of places like these are expected to miss " + limit +
            " (conformal risk control; " + observed(promise) + ")";
   }
@@ -141,10 +141,10 @@ double least_error_m(const Witnesses& witnesses) {
 std::string unearned_statement(const LimitPromise& promise, const Witnesses& witnesses,
                                std::uint32_t needed_blocks) {
   const TrainingCard& card = witnesses.model.card;
-  if (promise.method == "fixed") {
+  if (promise.method == risk_control_name(RiskControl::kFixed)) {
     return "nothing is promised: the threshold was given; " + observed(promise);
   }
-  if (promise.method == "empirical") {
+  if (promise.method == risk_control_name(RiskControl::kEmpirical)) {
     return "nothing is promised: the threshold fits what was seen; " + observed(promise);
   }
   const double least_m = least_error_m(witnesses);
@@ -185,12 +185,12 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
   promise.limit_m = model.out_of_fold.limits_m[limit];
   (kind == CaseKind::kHistory ? promise.history_threshold : promise.probability_threshold) =
       decision.threshold;
-  promise.alpha = options.risk_control == "fixed" ? 0.0 : options.alpha;
-  promise.delta = options.risk_control == "learn-then-test" ? options.delta : 0.0;
+  promise.alpha = options.risk_control == RiskControl::kFixed ? 0.0 : options.alpha;
+  promise.delta = options.risk_control == RiskControl::kLearnThenTest ? options.delta : 0.0;
   promise.block_count = static_cast<std::uint32_t>(misses.sites_in_block.size());
   promise.is_earned = decision.is_earned;
   promise.calibration_miss_share = decision.miss_share;
-  promise.method = options.risk_control;
+  promise.method = risk_control_name(options.risk_control);
   promise.statement = decision.is_earned
                           ? earned_statement(promise)
                           : unearned_statement(promise, witnesses, decision.needed_blocks);

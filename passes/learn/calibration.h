@@ -11,7 +11,7 @@
 namespace sightline {
 
 struct CalibrationOptions {
-  std::string risk_control;  // "conformal", "learn-then-test", "empirical", "fixed"
+  RiskControl risk_control = RiskControl::kConformal;
   double alpha = 0.05;
   double delta = 0.1;
   double fixed_threshold = 0.8;

@@ -34,7 +34,7 @@ std::vector<Case> cases_of(const DrivenPlaces& places) {
 // What "all" means: every factor but a direction, which turns with the map's axes and tells a place
 // nothing of its own.
 std::vector<std::string> chosen_factors(const LessonOptions& options, const DrivenPlaces& places) {
-  if (options.features == "paper") return paper_factors();
+  if (options.features == FeatureSet::kPaper) return paper_factors();
   std::vector<std::string> names = places.places.front().factors.factors;
   std::erase_if(names, [](const std::string& name) { return name.ends_with("_heading"); });
   return names;
@@ -140,8 +140,8 @@ Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& pla
   lesson.range_count = places.places.front().factors.ranges_m.size();
   lesson.knows_history = std::ranges::any_of(
       places.places, [](const DrivenPlace& place) { return place.drives.size() > 1; });
-  lesson.holds_out_places = options.hold_out == "places" ||
-                            (options.hold_out == "auto" && places.places.size() >= 3);
+  lesson.holds_out_places = options.hold_out == HoldOut::kPlaces ||
+                            (options.hold_out == HoldOut::kAuto && places.places.size() >= 3);
   std::vector<FeatureRows> factors;
   for (const DrivenPlace& place : places.places) {
     Result<FeatureRows> rows = gather_features(place.factors, chosen_factors(options, places));

@@ -18,11 +18,15 @@
 
 namespace sightline {
 
+enum class FeatureSet { kPaper, kAll };  // the paper's eleven factors, or all there are
+// What is held out together: blocks of route or whole places; kAuto: places where there are three.
+enum class HoldOut { kAuto, kBlocks, kPlaces };
+
 struct LessonOptions {
-  std::string features = "all";   // or "paper": its eleven factors alone
+  FeatureSet features = FeatureSet::kAll;
   double block_m = 60.0;          // route held out together, at least
   int fold_count = 5;             // at most
-  std::string hold_out = "auto";  // blocks, places; auto: places where there are at least three
+  HoldOut hold_out = HoldOut::kAuto;
 };
 
 struct Lesson {

@@ -155,13 +155,23 @@ void stop_where_points_rest(const ScanForMatch& scan, std::span<MatchLevel> leve
 
 }  // namespace
 
-LocalizerOptions localizer_named(std::string_view name, int coarse_cells) {
+std::string_view localizer_name(LocalizerKind kind) {
+  constexpr std::string_view kNames[] = {"plain", "annealed", "searching"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+LocalizerOptions localizer_options(LocalizerKind kind, int coarse_cells) {
   constexpr double kSearch_m = 1.25;  // starts of "Measured error" are at most a metre off
-  const bool is_annealed = name != "plain";
-  const bool is_searching = is_annealed && name != "annealed";
-  return {.is_annealed = is_annealed,
-          .search_m = is_searching ? kSearch_m : 0.0,
+  return {.is_annealed = kind != LocalizerKind::kPlain,
+          .search_m = kind == LocalizerKind::kSearching ? kSearch_m : 0.0,
           .coarse_cells = coarse_cells};
+}
+
+LocalizerOptions localizer_named(std::string_view name, int coarse_cells) {
+  for (const LocalizerKind kind : {LocalizerKind::kPlain, LocalizerKind::kAnnealed}) {
+    if (name == localizer_name(kind)) return localizer_options(kind, coarse_cells);
+  }
+  return localizer_options(LocalizerKind::kSearching, coarse_cells);
 }
 
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {

@@ -24,8 +24,11 @@ struct LocalizerOptions {
   int coarse_cells = 1;
 };
 
-// By the name of "Localizers" in schemas/definitions.md: plain, annealed or searching. Anything else
-// is taken for searching, the default.
+// The localizers of schemas/definitions.md: plain, annealed, searching.
+enum class LocalizerKind { kPlain, kAnnealed, kSearching };
+std::string_view localizer_name(LocalizerKind kind);
+LocalizerOptions localizer_options(LocalizerKind kind, int coarse_cells = 1);
+// By that name, as a map stores it. Any other name is taken for searching, the default.
 LocalizerOptions localizer_named(std::string_view name, int coarse_cells = 1);
 
 // A map made ready for a localizer. Costs time and memory in proportion to the number of NDs.

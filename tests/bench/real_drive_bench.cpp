@@ -70,7 +70,7 @@ int run(const RecordingOptions& options) {
   const Result<Drive> drive = ingest(ctx, {}, *recording);
   if (!drive) return report(drive.error());
   EstimateTrajectoryOptions estimate;
-  estimate.mode = "estimate";
+  estimate.mode = PoseMode::kEstimate;
   const auto from = std::chrono::steady_clock::now();
   const Result<Trajectory> found = estimate_trajectory(ctx, estimate, *drive);
   if (!found) return report(found.error());
@@ -81,7 +81,7 @@ int run(const RecordingOptions& options) {
   std::printf("%zu scans, estimated in %.1f s\n", drive->scans.size(), wall_s);
   print("estimated", *drive, *found, sharpness->of_map);
   if (!drive->has_poses()) return 0;
-  estimate.mode = "given";
+  estimate.mode = PoseMode::kGiven;
   const Result<Trajectory> given = estimate_trajectory(ctx, estimate, *drive);
   if (!given) return report(given.error());
   const Result<Sharpness> with_given = measure_sharpness(ctx, {}, *drive, *given);
@@ -94,7 +94,7 @@ int run(const RecordingOptions& options) {
 
 int main(int argc, char** argv) {
   RecordingOptions options;
-  options.poses_of = "sensor";
+  options.poses_of = PosesOf::kSensor;
   CLI::App app("Estimates where a recorded drive went and judges that by the scans alone.");
   app.add_option("--scans", options.scans)->required();
   app.add_option("--poses", options.poses);

@@ -5,9 +5,9 @@
 #include <fstream>
 #include <numbers>
 
-#include "compiler/driver/compile_config.h"
 #include "compiler/driver/init/draft_config.h"
 #include "compiler/driver/init/guess_sensor.h"
+#include "compiler/driver/pipelines.h"
 #include "formats/foreign/pose_file.h"
 #include "tests/formats/foreign/bag_files.h"
 #include "tests/support/box_world.h"
@@ -148,7 +148,7 @@ TEST_F(Init, GivesThreeDrivesTheirRolesAndTheirPoses) {
   const CompileConfig config = draft();
   EXPECT_EQ(config.mapping.scans, path("mapping/scans"));
   EXPECT_EQ(config.mapping.poses, path("mapping/poses.tum"));
-  EXPECT_EQ(config.mapping.poses_of, "sensor");
+  EXPECT_EQ(config.mapping.poses_of, PosesOf::kSensor);
   EXPECT_EQ(config.mapping.sensor, "vlp-16");
   EXPECT_NEAR(config.mapping.height_m, kHeight_m, 0.05);
   EXPECT_EQ(config.localization.scans, path("2024-01/scans"));
@@ -160,7 +160,7 @@ TEST_F(Init, GivesThreeDrivesTheirRolesAndTheirPoses) {
 TEST_F(Init, SplitsASingleDriveAndLeavesItsPosesToTheCompiler) {
   write_scans(folder_, {});
   const CompileConfig config = draft();
-  EXPECT_EQ(config.annotation.split, "even-odd");
+  EXPECT_EQ(config.annotation.split, Split::kEvenOdd);
   EXPECT_TRUE(fs::equivalent(config.mapping.scans, folder_));
   EXPECT_EQ(config.mapping.poses, "");
   EXPECT_TRUE(config.localization.scans.empty());
@@ -186,7 +186,7 @@ TEST_F(Init, SaysHowTheSensorIsTurnedInTheFrameOfThePoses) {
     write_scans(folder_ / "scans", way);
     write_poses(folder_ / "poses.tum", way);
     const CompileConfig config = draft();
-    EXPECT_EQ(config.mapping.poses_of, "vehicle");
+    EXPECT_EQ(config.mapping.poses_of, PosesOf::kVehicle);
     EXPECT_EQ(config.mapping.lidar_yaw_deg, turned_deg);
     EXPECT_TRUE(open_recording(config.mapping).has_value());
   }

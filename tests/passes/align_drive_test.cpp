@@ -84,7 +84,7 @@ TEST(AlignDrive, LeavesGivenPosesUnlessItIsToldOtherwise) {
   ASSERT_TRUE(kept.has_value());
   EXPECT_EQ(to_bytes(*kept), to_bytes(given));
   AlignDriveOptions options;
-  options.mode = "align";
+  options.mode = AlignMode::kAlign;
   const Result<Trajectory> aligned =
       align_drive(ctx, options, drive.drive, given, place.map, place.sites);
   ASSERT_TRUE(aligned.has_value()) << to_string(aligned.error());

@@ -42,7 +42,7 @@ Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& op
   return choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model);
 }
 
-ChooseRangesOptions with(const std::string& risk_control, double alpha = 0.05) {
+ChooseRangesOptions with(RiskControl risk_control, double alpha = 0.05) {
   ChooseRangesOptions options;
   options.risk_control = risk_control;
   options.alpha = alpha;
@@ -56,7 +56,7 @@ std::vector<double> chosen_m(const RangeTable& table, std::size_t limit) {
 }
 
 TEST(ChooseRanges, TakesTheShortestProbableRangeAndDilates) {
-  ChooseRangesOptions options = with("fixed");
+  ChooseRangesOptions options = with(RiskControl::kFixed);
   options.dilation_m = 1.0;
   const Result<RangeTable> table = choose(five_sites(), options);
   ASSERT_TRUE(table.has_value()) << to_string(table.error());
@@ -70,7 +70,7 @@ TEST(ChooseRanges, TakesTheShortestProbableRangeAndDilates) {
 
 TEST(ChooseRanges, ByMeanDoesAsThePaperDoes) {
   ChooseRangesOptions options;
-  options.selection = "mean";
+  options.selection = Selection::kMean;
   const Result<RangeTable> table = choose(five_sites(), options);
   ASSERT_TRUE(table.has_value());
   EXPECT_EQ(chosen_m(*table, 0), (std::vector<double>{10, 10, 20, 10, 30}));
@@ -87,7 +87,7 @@ TEST(ChooseRanges, FallsBackToTheLongestRangeAndSaysSo) {
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const ErrorModel model = five_sites();
   ASSERT_TRUE(
-      choose_ranges(ctx, with("fixed"), sites_of(model), model.out_of_fold, model).has_value());
+      choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model), model.out_of_fold, model).has_value());
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_EQ(warnings[0],
             "no range is good enough for 0.1 m at 1 of 5 sites: they look as far as there is, and "
@@ -95,7 +95,7 @@ TEST(ChooseRanges, FallsBackToTheLongestRangeAndSaysSo) {
 }
 
 TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
-  for (const char* risk_control : {"conformal", "learn-then-test"}) {
+  for (const RiskControl risk_control : {RiskControl::kConformal, RiskControl::kLearnThenTest}) {
     const Result<RangeTable> table = choose(honest_model(1, 18), with(risk_control));
     ASSERT_TRUE(table.has_value());
     EXPECT_FALSE(table->promises[0].is_earned);
@@ -104,7 +104,7 @@ TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
               std::string::npos)
         << table->promises[0].statement;
   }
-  EXPECT_NE(choose(honest_model(1, 18), with("conformal"))
+  EXPECT_NE(choose(honest_model(1, 18), with(RiskControl::kConformal))
                 ->promises[0]
                 .statement.find("19 can, 0.1 km more"),
             std::string::npos);
@@ -112,12 +112,12 @@ TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
 
 TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
   ErrorModel model = honest_model(1, 60);
-  ASSERT_TRUE(choose(model, with("conformal"))->promises[0].is_earned) << "its own sites";
+  ASSERT_TRUE(choose(model, with(RiskControl::kConformal))->promises[0].is_earned) << "its own sites";
   PassContext ctx;
   PredictedError elsewhere = model.out_of_fold;
   std::ranges::fill(elsewhere.out_of_fold, std::uint8_t{0});
   const auto promise_of = [&] {
-    return choose_ranges(ctx, with("conformal"), sites_of(model), elsewhere, model)->promises[0];
+    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), elsewhere, model)->promises[0];
   };
   EXPECT_FALSE(promise_of().is_earned);
   EXPECT_NE(promise_of().statement.find("one place alone"), std::string::npos);
@@ -132,7 +132,7 @@ TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
   const auto promise_of = [&](std::size_t unlike_count) {
     std::ranges::fill(predicted.extrapolated, std::uint8_t{0});
     std::fill_n(predicted.extrapolated.begin(), unlike_count, std::uint8_t{1});
-    return choose_ranges(ctx, with("conformal"), sites_of(model), predicted, model)->promises[0];
+    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), predicted, model)->promises[0];
   };
   EXPECT_TRUE(promise_of(1800).is_earned);
   EXPECT_FALSE(promise_of(1801).is_earned);
@@ -142,7 +142,7 @@ TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
 TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
   ErrorModel model = honest_model(1, 60);
   for (double& error_m : model.measured_mean_m) error_m += 0.1;
-  const Result<RangeTable> table = choose(model, with("conformal"));
+  const Result<RangeTable> table = choose(model, with(RiskControl::kConformal));
   ASSERT_TRUE(table.has_value());
   EXPECT_FALSE(table->promises[0].is_earned);
   EXPECT_NE(table->promises[0].statement.find("no range reached 0.1 m anywhere, the least error"),
@@ -151,18 +151,18 @@ TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
 }
 
 TEST(ChooseRanges, SaysWhatAModelPromisesBeforeThereIsAMap) {
-  const std::vector<std::string> enough = promises_of(with("conformal"), honest_model(1, 60));
+  const std::vector<std::string> enough = promises_of(with(RiskControl::kConformal), honest_model(1, 60));
   ASSERT_EQ(enough.size(), 2u) << "a limit each";
   EXPECT_NE(enough[0].find("at most 5 % of places"), std::string::npos) << enough[0];
-  const std::vector<std::string> too_few = promises_of(with("conformal"), honest_model(1, 18));
+  const std::vector<std::string> too_few = promises_of(with(RiskControl::kConformal), honest_model(1, 18));
   EXPECT_NE(too_few[0].find("km more of measured route"), std::string::npos) << too_few[0];
 }
 
 TEST(ChooseRanges, NeverPromisesFromBlocksThatSeeTheSameWalls) {
   ErrorModel model = honest_model(1, 60);
-  EXPECT_TRUE(choose(model, with("conformal"))->promises[0].is_earned);
+  EXPECT_TRUE(choose(model, with(RiskControl::kConformal))->promises[0].is_earned);
   model.card.block_m = 20.0;
-  const Result<RangeTable> table = choose(model, with("conformal"));
+  const Result<RangeTable> table = choose(model, with(RiskControl::kConformal));
   EXPECT_FALSE(table->promises[0].is_earned);
   EXPECT_NE(table->promises[0].statement.find("see the same walls"), std::string::npos);
 }
@@ -170,7 +170,7 @@ TEST(ChooseRanges, NeverPromisesFromBlocksThatSeeTheSameWalls) {
 TEST(ChooseRanges, KeepsMissesWithinWhatItCalibrated) {
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     const ErrorModel model = honest_model(seed, 48);
-    for (const char* risk_control : {"conformal", "learn-then-test", "empirical"}) {
+    for (const RiskControl risk_control : {RiskControl::kConformal, RiskControl::kLearnThenTest, RiskControl::kEmpirical}) {
       const Result<RangeTable> table = choose(model, with(risk_control));
       ASSERT_TRUE(table.has_value());
       for (std::size_t limit = 0; limit < 2; ++limit) {
@@ -190,12 +190,12 @@ TEST(ChooseRanges, KeepsMissesWithinWhatItCalibrated) {
 // Of the tightest limit; a looser one may trade what the tighter no longer asks for.
 TEST(ChooseRanges, ALargerAlphaNeverLooksFurther) {
   const ErrorModel model = honest_model(3, 48);
-  for (const char* risk_control : {"conformal", "learn-then-test", "empirical"}) {
+  for (const RiskControl risk_control : {RiskControl::kConformal, RiskControl::kLearnThenTest, RiskControl::kEmpirical}) {
     std::vector<double> before_m(model.sites.size(), 50.0);
     for (const double alpha : {0.1, 0.2, 0.4}) {
       const Result<RangeTable> table = choose(model, with(risk_control, alpha));
       ASSERT_TRUE(table.has_value());
-      EXPECT_EQ(table->promises[0].is_earned, std::string(risk_control) != "empirical");
+      EXPECT_EQ(table->promises[0].is_earned, risk_control != RiskControl::kEmpirical);
       const std::vector<double> now_m = chosen_m(*table, 0);
       for (std::size_t i = 0; i < now_m.size(); ++i) EXPECT_LE(now_m[i], before_m[i]);
       before_m = now_m;
@@ -205,7 +205,7 @@ TEST(ChooseRanges, ALargerAlphaNeverLooksFurther) {
 
 TEST(ChooseRanges, ALooserLimitNeverLooksFurther) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    for (const char* risk_control : {"conformal", "empirical", "fixed"}) {
+    for (const RiskControl risk_control : {RiskControl::kConformal, RiskControl::kEmpirical, RiskControl::kFixed}) {
       const Result<RangeTable> table = choose(honest_model(seed, 20), with(risk_control));
       ASSERT_TRUE(table.has_value());
       for (std::size_t i = 0; i < table->site_count; ++i) {
@@ -219,7 +219,7 @@ TEST(ChooseRanges, SendsExtrapolatedSitesAsFarAsThereIsUnlessToldOtherwise) {
   const ErrorModel model = five_sites();
   PredictedError predicted = model.out_of_fold;
   predicted.extrapolated[0] = 1;
-  ChooseRangesOptions options = with("fixed");
+  ChooseRangesOptions options = with(RiskControl::kFixed);
   options.dilation_m = 0.0;
   PassContext ctx;
   const Result<RangeTable> careful = choose_ranges(ctx, options, sites_of(model), predicted, model);
@@ -248,7 +248,7 @@ TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
     model.out_of_fold.has_history[i] = 1;
     model.sites[i].run = 1;
   }
-  const Result<RangeTable> table = choose(model, with("empirical"));
+  const Result<RangeTable> table = choose(model, with(RiskControl::kEmpirical));
   ASSERT_TRUE(table.has_value()) << to_string(table.error());
   const LimitPromise& promise = table->promises[0];
   EXPECT_GT(promise.probability_threshold, 0.85);

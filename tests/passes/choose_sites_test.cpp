@@ -125,9 +125,9 @@ TEST(ChooseSites, UseTheScansThatAreAskedFor) {
   Journey journey;
   for (int i = 0; i < 6; ++i) journey.add(i, i % 2 == 0 ? 0.0 : 3.0, 0.0);
   ChooseSitesOptions options;
-  options.scans = "even";
+  options.scans = ScanSelection::kEven;
   for (const Site& site : sites_of(journey, options).sites) EXPECT_EQ(site.p_map_m.y(), 0.0);
-  options.scans = "odd";
+  options.scans = ScanSelection::kOdd;
   for (const Site& site : sites_of(journey, options).sites) EXPECT_EQ(site.p_map_m.y(), 3.0);
 }
 
@@ -211,7 +211,7 @@ TEST(ChooseSites, RefuseADriveWithoutTheScansAskedFor) {
   Journey journey;
   journey.add(0.0, 0.0, 0.0);
   ChooseSitesOptions options;
-  options.scans = "odd";
+  options.scans = ScanSelection::kOdd;
   PassContext ctx;
   const Result<Sites> sites = choose_sites(ctx, options, journey.drive, journey.trajectory);
   ASSERT_FALSE(sites.has_value());

@@ -55,7 +55,7 @@ TEST(EmitMap, CarriesWhatThePassesBeforeItMade) {
   EmitMapOptions options;
   options.version = "2026.2";
   options.release = 9;
-  options.mapping_scans = "even";
+  options.mapping_scans = ScanSelection::kEven;
   const Result<CompiledMap> map = workshop.emit(options);
   ASSERT_TRUE(map) << to_string(map.error());
   EXPECT_EQ(map->version, "2026.2");

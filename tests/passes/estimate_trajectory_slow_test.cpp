@@ -99,7 +99,7 @@ TEST(EstimateTrajectorySlow, NoticesThatTheFirstPosesOfAWellKnownRecordingAreWro
   RecordingOptions options;
   options.scans = folder / "data";
   options.poses = folder / "KITTI_00_gt_velodyne_frame.txt";
-  options.poses_of = "sensor";
+  options.poses_of = PosesOf::kSensor;
   options.sensor = "hdl-64e";
   const Result<Recording> recording = open_recording(options, 2);
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
@@ -110,7 +110,7 @@ TEST(EstimateTrajectorySlow, NoticesThatTheFirstPosesOfAWellKnownRecordingAreWro
   const Result<Drive> drive = ingest(ctx, {}, *recording);
   ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
   EstimateTrajectoryOptions repair;
-  repair.bad_poses = "repair";
+  repair.bad_poses = BadPoses::kRepair;
   const Result<Trajectory> trajectory = estimate_trajectory(ctx, repair, *drive);
   ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
   EXPECT_NE(warnings.find("given poses and scans disagree on 1 stretches"), std::string::npos)

@@ -11,7 +11,7 @@
 namespace sightline {
 namespace {
 
-Result<Trajectory> run(const Drive& drive, const std::string& mode, int threads = 1) {
+Result<Trajectory> run(const Drive& drive, PoseMode mode, int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
   EstimateTrajectoryOptions options;
@@ -19,7 +19,7 @@ Result<Trajectory> run(const Drive& drive, const std::string& mode, int threads 
   return estimate_trajectory(ctx, options, drive);
 }
 
-ErrorCode error_of(const Drive& drive, const std::string& mode) {
+ErrorCode error_of(const Drive& drive, PoseMode mode) {
   const Result<Trajectory> trajectory = run(drive, mode);
   return trajectory ? ErrorCode{} : trajectory.error().code;
 }
@@ -54,7 +54,7 @@ TEST(EstimateTrajectory, TakesGivenPosesInTheDrivesFrame) {
   test.drive.frame.origin_world_m = {64.0, 0.0, -64.0};
   test.drive.scans[0].T_world_vehicle = pose_at(65.0, 2.0, 0.0);
   test.drive.scans[1].T_world_vehicle = pose_at(66.0, 2.0, 0.5);
-  const Result<Trajectory> trajectory = run(test.drive, "auto");
+  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kAuto);
   ASSERT_TRUE(trajectory.has_value());
   EXPECT_EQ(trajectory->source, PoseSource::kGiven);
   EXPECT_EQ(trajectory->poses[0].T_map_vehicle.translation(), Eigen::Vector3d(1.0, 2.0, 64.0));
@@ -68,7 +68,7 @@ TEST(EstimateTrajectory, FollowsStreetsWithoutPoses) {
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     const double step_m = 0.8 + 0.3 * static_cast<double>(seed);
     const TestDrive test = street_drive(seed, 8, step_m);
-    const Result<Trajectory> trajectory = run(test.drive, "auto");
+    const Result<Trajectory> trajectory = run(test.drive, PoseMode::kAuto);
     ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
     EXPECT_EQ(trajectory->source, PoseSource::kEstimated);
     EXPECT_EQ(trajectory->odometry_edges, 7u);
@@ -86,7 +86,7 @@ TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
     given.translation() *= 0.86 / 0.69;
     test.drive.scans[i].T_world_vehicle = given;
   }
-  const Result<Trajectory> trajectory = run(test.drive, "refine");
+  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kRefine);
   ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
   EXPECT_EQ(trajectory->source, PoseSource::kRefined);
   EXPECT_EQ(trajectory->prior_edges, 7u);
@@ -110,12 +110,12 @@ TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowe
   EXPECT_EQ(trajectory->source, PoseSource::kGiven);
   EXPECT_NE(warning.find("scans 0 to 6: given poses move 5.1"), std::string::npos) << warning;
   EXPECT_NE(warning.find("the scans show 4.1"), std::string::npos) << warning;
-  options.bad_poses = "repair";
+  options.bad_poses = BadPoses::kRepair;
   trajectory = estimate_trajectory(ctx, options, test.drive);
   ASSERT_TRUE(trajectory.has_value());
   EXPECT_EQ(trajectory->source, PoseSource::kRefined);
   EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
-  options.bad_poses = "refuse";
+  options.bad_poses = BadPoses::kRefuse;
   trajectory = estimate_trajectory(ctx, options, test.drive);
   ASSERT_FALSE(trajectory.has_value());
   EXPECT_EQ(trajectory.error().code, ErrorCode::kMismatchedInputs);
@@ -138,7 +138,7 @@ TEST(EstimateTrajectory, BridgesAStretchWithoutGivenPosesAndSaysHowWellPosesAreK
   for (const std::size_t i : {0U, 1U, 2U, 7U, 8U}) {
     test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
   }
-  const Result<Trajectory> trajectory = run(test.drive, "auto");
+  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kAuto);
   ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
   EXPECT_EQ(trajectory->source, PoseSource::kRefined);
   EXPECT_EQ(trajectory->prior_edges, 5u);
@@ -165,7 +165,7 @@ TEST(EstimateTrajectory, TakesScansOfSeveralSensors) {
     for (Eigen::Vector3d& point_m : scans[i].points_m) point_m = T_other_first * point_m;
   }
   test.drive.store = memory_scan_store(scans);
-  const Result<Trajectory> trajectory = run(test.drive, "estimate");
+  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kEstimate);
   ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
   EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
 }
@@ -176,8 +176,8 @@ TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
   for (std::size_t i = 0; i < 4; ++i) scans.push_back(*test.drive.store->read(i));
   scans[2].points_m.assign(1, Eigen::Vector3d(40.0, 40.0, 40.0));
   test.drive.store = memory_scan_store(scans);
-  EXPECT_EQ(error_of(test.drive, "estimate"), ErrorCode::kTrajectoryLost);
-  EXPECT_EQ(run(test.drive, "estimate").error().place, "scan 2");
+  EXPECT_EQ(error_of(test.drive, PoseMode::kEstimate), ErrorCode::kTrajectoryLost);
+  EXPECT_EQ(run(test.drive, PoseMode::kEstimate).error().place, "scan 2");
   for (std::size_t i = 0; i < 4; ++i) {
     test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
   }
@@ -185,7 +185,7 @@ TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warning = message; };
   EstimateTrajectoryOptions options;
-  options.mode = "refine";
+  options.mode = PoseMode::kRefine;
   const Result<Trajectory> trajectory = estimate_trajectory(ctx, options, test.drive);
   ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
   EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.3);
@@ -194,19 +194,19 @@ TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
 
 TEST(EstimateTrajectory, GivesTheSameBytesForAnyNumberOfThreads) {
   const TestDrive test = street_drive(5, 4, 0.8);
-  const Result<Trajectory> one = run(test.drive, "estimate", 1);
-  const Result<Trajectory> two = run(test.drive, "estimate", 2);
+  const Result<Trajectory> one = run(test.drive, PoseMode::kEstimate, 1);
+  const Result<Trajectory> two = run(test.drive, PoseMode::kEstimate, 2);
   ASSERT_TRUE(one.has_value() && two.has_value());
   EXPECT_EQ(to_bytes(*one), to_bytes(*two));
 }
 
 TEST(EstimateTrajectory, RefusesBadInput) {
   const TestDrive test = street_drive(6, 2, 1.0);
-  EXPECT_EQ(error_of(test.drive, "given"), ErrorCode::kNoPoses);
-  EXPECT_EQ(run(test.drive, "given").error().place, "scan 0");
-  EXPECT_EQ(error_of(test.drive, "refine"), ErrorCode::kNoPoses);
+  EXPECT_EQ(error_of(test.drive, PoseMode::kGiven), ErrorCode::kNoPoses);
+  EXPECT_EQ(run(test.drive, PoseMode::kGiven).error().place, "scan 0");
+  EXPECT_EQ(error_of(test.drive, PoseMode::kRefine), ErrorCode::kNoPoses);
   TestDrive one_scan = street_drive(6, 1, 1.0);
-  EXPECT_EQ(error_of(one_scan.drive, "estimate"), ErrorCode::kDriveTooShort);
+  EXPECT_EQ(error_of(one_scan.drive, PoseMode::kEstimate), ErrorCode::kDriveTooShort);
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ TEST(MeasureError, FindsSmallErrorsWhereTheWholeRoomIsSeen) {
 
 TEST(MeasureError, KeepsTheOrderOfItsOwnStatistics) {
   MeasureErrorOptions options = two_ranges();
-  options.localizer = "plain";  // each of its evaluations is of all points
+  options.localizer = LocalizerKind::kPlain;  // each of its evaluations is of all points
   const Result<MeasuredError> measured = measure(make_world(), options);
   ASSERT_TRUE(measured.has_value());
   for (const ErrorRow& row : measured->rows) {
@@ -168,7 +168,7 @@ TEST(MeasureError, TakesTheMatchAtFullRangeAsReferenceWhenAsked) {
   World world = make_world();
   MeasureErrorOptions options = two_ranges();
   options.ranges_m = {100.0};
-  options.reference = "full-range";
+  options.reference = ErrorReference::kFullRangeMatch;
   const Result<MeasuredError> measured = measure(world, options);
   ASSERT_TRUE(measured.has_value());
   EXPECT_EQ(measured->reference, ErrorReference::kFullRangeMatch);
@@ -200,7 +200,7 @@ TEST(MeasureError, UsesOnlyTheSelectedScans) {
     world.trajectory.poses[i].recording_index = static_cast<std::uint32_t>(i);
   }
   MeasureErrorOptions options = two_ranges();
-  options.scans = "odd";
+  options.scans = ScanSelection::kOdd;
   options.site_radius_m = 1.5;
   const Result<MeasuredError> measured = measure(world, options);
   ASSERT_TRUE(measured.has_value());
@@ -231,7 +231,7 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
     return to_bytes(measured);
   };
   MeasureErrorOptions options = two_ranges();
-  options.reference = "known";
+  options.reference = ErrorReference::kKnownPose;
   options.ranges_m = {6.0};
   const std::vector<std::byte> expected = bytes_of(*measure(world, options));
   std::map<std::size_t, std::vector<std::byte>> parts;
@@ -266,10 +266,10 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
 TEST(MeasureError, TheAnnealedLocalizerEndsNearerFromTheSameStarts) {
   const World world = make_world();
   MeasureErrorOptions options = two_ranges();
-  options.reference = "known";
-  options.localizer = "plain";
+  options.reference = ErrorReference::kKnownPose;
+  options.localizer = LocalizerKind::kPlain;
   const Result<MeasuredError> plain = measure(world, options);
-  options.localizer = "annealed";
+  options.localizer = LocalizerKind::kAnnealed;
   const Result<MeasuredError> annealed = measure(world, options);
   ASSERT_TRUE(plain.has_value() && annealed.has_value());
   double plain_m = 0.0;

@@ -6,6 +6,7 @@
 
 #include "passes/train_model.h"
 #include "tests/support/synthetic_places.h"
+#include "tests/support/train_on_place.h"
 
 namespace sightline {
 namespace {
@@ -17,7 +18,7 @@ ErrorModel model_of(const SyntheticDrive& drive) {
   TrainModelOptions options;
   options.trees = 20;
   PassContext ctx;
-  Result<ErrorModel> model = train_model_here(ctx, options, place_of(drive));
+  Result<ErrorModel> model = train_on_place(ctx, options, place_of(drive));
   EXPECT_TRUE(model.has_value()) << to_string(model.error());
   return std::move(*model);
 }

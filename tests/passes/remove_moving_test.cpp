@@ -82,7 +82,7 @@ TEST(RemoveMoving, UsesTheScansThatAreAskedForAndCountsWhatIsOutOfRange) {
   TestDrive test = crossing(1, 4);
   test.drive.sensor.max_range_m = 6.0;  // the wall behind is farther
   RemoveMovingOptions options;
-  options.scans = "odd";
+  options.scans = ScanSelection::kOdd;
   const SurfacePoints points = remove(test, options);
   EXPECT_EQ(points.standing_count, 2u);
   EXPECT_EQ(points.out_of_range_count, 2u);
@@ -232,7 +232,7 @@ TEST(RemoveMoving, RefusesBadInput) {
   other.truth.poses.pop_back();
   EXPECT_EQ(error_of(other), ErrorCode::kMismatchedInputs);
   RemoveMovingOptions odd;
-  odd.scans = "odd";
+  odd.scans = ScanSelection::kOdd;
   EXPECT_EQ(error_of(crossing(1, 0), odd), ErrorCode::kDriveTooShort);
   TestDrive far = crossing(1, 1);
   far.drive.sensor.max_range_m = 1.5;

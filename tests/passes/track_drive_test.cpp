@@ -51,7 +51,7 @@ const Street& street() {
 // Starts a hand's breadth off: what a street of few boxes bears.
 TrackDriveOptions near_starts() {
   TrackDriveOptions options;
-  options.matching.reference = "known";
+  options.matching.reference = ErrorReference::kKnownPose;
   options.matching.starts.radius_m = 0.3;
   options.matching.leaf_m = 0.5;
   return options;

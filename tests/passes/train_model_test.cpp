@@ -6,6 +6,7 @@
 
 #include "passes/learn/feature_rows.h"
 #include "tests/support/synthetic_places.h"
+#include "tests/support/train_on_place.h"
 
 namespace sightline {
 namespace {
@@ -23,7 +24,7 @@ Result<ErrorModel> train(const SyntheticDrive& drive, const TrainModelOptions& o
                          int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
-  return train_model_here(ctx, options, place_of(drive));
+  return train_on_place(ctx, options, place_of(drive));
 }
 
 TEST(TrainModel, LearnsFromEverySiteWithAScanAtEveryRange) {
@@ -131,7 +132,7 @@ TEST(TrainModel, LearnsFromThePapersFactorsAloneWhereAsked) {
   SyntheticOptions synthetic = kSmall;
   synthetic.has_paper_factors = true;
   TrainModelOptions options = quick();
-  options.features = "paper";
+  options.features = FeatureSet::kPaper;
   const Result<ErrorModel> model = train(synthetic_drive(1, synthetic), options);
   ASSERT_TRUE(model.has_value());
   ASSERT_EQ(model->features.size(), 12u);
@@ -175,7 +176,7 @@ TEST(TrainModel, NamesFactorsThatNeverVary) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  ASSERT_TRUE(train_model_here(ctx, quick(), place_of(drive)).has_value());
+  ASSERT_TRUE(train_on_place(ctx, quick(), place_of(drive)).has_value());
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("feature_count"), std::string::npos);
 }
@@ -196,7 +197,7 @@ TEST(TrainModel, JudgesAShortDriveOnShorterBlocksAndSaysSo) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const Result<ErrorModel> model =
-      train_model_here(ctx, quick(), place_of(drive));
+      train_on_place(ctx, quick(), place_of(drive));
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   EXPECT_GE(model->card.block_count, 2u);
   EXPECT_GE(model->card.block_m, 15.0);
@@ -211,7 +212,7 @@ TEST(TrainModel, LearnsNothingFromADirection) {
   drive.factors.factors[0] = "crlb_heading";
   PassContext ctx;
   const Result<ErrorModel> model =
-      train_model_here(ctx, quick(), place_of(drive));
+      train_on_place(ctx, quick(), place_of(drive));
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   for (const FeatureCard& feature : model->features) EXPECT_NE(feature.name, "crlb_heading");
 }
@@ -270,7 +271,7 @@ TEST(TrainModel, RefusesInputsOfDifferentMaps) {
   drive.factors.ranges_m[1] = 25.0;
   EXPECT_EQ(train(drive).error().code, ErrorCode::kMismatchedInputs);
   TrainModelOptions paper = quick();
-  paper.features = "paper";
+  paper.features = FeatureSet::kPaper;
   EXPECT_EQ(train(synthetic_drive(1, kSmall), paper).error().code, ErrorCode::kMismatchedInputs);
 }
 

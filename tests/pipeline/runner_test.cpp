@@ -50,6 +50,9 @@ Result<Number> add(PassContext& /*ctx*/, const ScaleOptions& /*options*/, const 
   return Number{a.value + b.value};
 }
 
+constexpr Pass kScale{"scale", 1, "scaled", "A number times another", &scale};
+constexpr Pass kAdd{"add", 1, "sum", "The sum of two numbers", &add};
+
 class Runner : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -62,18 +65,22 @@ class Runner : public ::testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(options_.cache_directory); }
 
-  Result<void> run(int factor, std::int64_t source = 3) {
-    ScaleOptions scale_options;
-    scale_options.factor = factor;
-    const std::vector<PassStep> steps = {
-        make_step("scale", 1, &scale, scale_options, {"source"}, "scaled"),
-        make_step("add", 1, &add, ScaleOptions{}, {"source", "scaled"}, "sum")};
+  // source -> scale -> scaled; source, scaled -> add -> sum
+  Result<void> run(int factor, std::int64_t source = 3, bool wants_all = true) {
+    Plan plan;
+    const Wire<Number> source_wire = plan.input<Number>("source");
+    scaled_ = plan.run_as("", kScale, ScaleOptions{factor}, source_wire);
+    sum_ = plan.run(kAdd, source_wire, scaled_);
     artifacts_ = {};
-    artifacts_.provide("source", Number{source}, sha256(std::to_string(source)));
+    artifacts_.provide(source_wire, Number{source}, sha256(std::to_string(source)));
     reports_.clear();
-    return run_pipeline(steps, options_, observer_, artifacts_, reports_);
+    std::vector<AnyWire> wanted;
+    if (!wants_all) wanted = {scaled_};
+    return run_plan(plan, wanted, options_, observer_, artifacts_, reports_);
   }
 
+  Wire<Number> scaled_;
+  Wire<Number> sum_;
   RunOptions options_;
   RunObserver observer_;
   ArtifactSet artifacts_;
@@ -82,8 +89,8 @@ class Runner : public ::testing::Test {
 
 TEST_F(Runner, RunsEachStepOnItsInputs) {
   ASSERT_TRUE(run(2));
-  EXPECT_EQ(artifacts_.get<Number>("scaled").value, 6);
-  EXPECT_EQ(artifacts_.get<Number>("sum").value, 9);
+  EXPECT_EQ(artifacts_.get(scaled_).value, 6);
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
   EXPECT_EQ(reports_.at(0).reason, "never ran here");
   EXPECT_EQ(reports_.at(0).warnings, std::vector<std::string>{"scaled once"});
   EXPECT_GT(reports_.at(0).peak_memory_mib, 0.0);
@@ -94,7 +101,7 @@ TEST_F(Runner, DoesNothingTwice) {
   ASSERT_TRUE(run(2));
   EXPECT_EQ(g_calls, 2);
   EXPECT_TRUE(reports_.at(1).from_cache);
-  EXPECT_EQ(artifacts_.get<Number>("sum").value, 9);
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
 }
 
 TEST_F(Runner, RunsAgainWhatAChangeReachesAndSaysWhy) {
@@ -105,7 +112,7 @@ TEST_F(Runner, RunsAgainWhatAChangeReachesAndSaysWhy) {
   EXPECT_EQ(reports_.at(1).reason, "input scaled changed");
   ASSERT_TRUE(run(5, 4));
   EXPECT_EQ(reports_.at(0).reason, "input source changed");
-  EXPECT_EQ(artifacts_.get<Number>("sum").value, 24);
+  EXPECT_EQ(artifacts_.get(sum_).value, 24);
 }
 
 TEST_F(Runner, GoesOnFromWhereAFailedRunStopped) {
@@ -123,7 +130,7 @@ TEST_F(Runner, NamesThePassWhoseOutputIsInvalidAndKeepsNothingOfIt) {
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().code, ErrorCode::kInvalidArtifact);
   EXPECT_EQ(failed.error().place, "pass scale");
-  EXPECT_FALSE(artifacts_.has("scaled"));
+  EXPECT_FALSE(artifacts_.has(scaled_));
   ASSERT_FALSE(run(500));
   EXPECT_EQ(g_calls, 2);
 }
@@ -140,7 +147,7 @@ TEST_F(Runner, MakesADamagedCacheFileAnewAndSaysSo) {
   EXPECT_EQ(g_calls, 4);
   ASSERT_FALSE(reports_.at(0).warnings.empty());
   EXPECT_NE(reports_.at(0).warnings.at(0).find("checksum-mismatch"), std::string::npos);
-  EXPECT_EQ(artifacts_.get<Number>("sum").value, 9);
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
 }
 
 TEST_F(Runner, RemovesUnfinishedFilesOfAnInterruptedRun) {
@@ -160,7 +167,14 @@ TEST_F(Runner, StopsAndPrintsWhereItIsAsked) {
   options_.stop_after = "scale";
   ASSERT_TRUE(run(2));
   EXPECT_EQ(printed, std::vector<std::string>{"scale:value\n6\n"});
-  EXPECT_FALSE(artifacts_.has("sum"));
+  EXPECT_FALSE(artifacts_.has(sum_));
+}
+
+TEST_F(Runner, RunsOnlyWhatTheWantedArtifactNeeds) {
+  ASSERT_TRUE(run(2, 3, /*wants_all=*/false));
+  EXPECT_TRUE(artifacts_.has(scaled_));
+  EXPECT_FALSE(artifacts_.has(sum_));
+  EXPECT_EQ(g_calls, 1);
 }
 
 TEST_F(Runner, RefusesThePassThatDoesNotExistBeforeAnythingRuns) {

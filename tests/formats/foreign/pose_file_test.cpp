@@ -131,7 +131,6 @@ TEST(PoseFile, RefusesWhatIsNoPoseAndNamesTheLine) {
             ErrorCode::kMalformedPose);
   EXPECT_EQ(read_poses(folder / "none.txt", PoseFormat::kAuto).error().code,
             ErrorCode::kFileNotFound);
-  EXPECT_EQ(parse_pose_format("euroc").error().code, ErrorCode::kUnknownName);
 }
 
 TEST(PoseFile, ReadsStampsAndRefusesThoseThatRunBackwards) {

@@ -49,7 +49,7 @@ TEST_F(RealFiles, MulranTakesTheFirstRowsOfItsWholeRunAndSaysSo) {
   options.scans = (folder / "Scans").string();
   options.poses = (folder / "optimized_poses.txt").string();
   options.stamps = (folder / "times.txt").string();
-  options.poses_of = "sensor";
+  options.poses_of = PosesOf::kSensor;
   options.sensor = "os1-64";
   const Result<Recording> recording = open_recording(options, 2);
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
@@ -72,7 +72,7 @@ TEST_F(RealFiles, ApolloKeepsTheMillimetresOfUtm) {
   const std::filesystem::path folder = data_ / "apollo_sunnyvale_ndt" / "test_data" / "pcds";
   options.scans = folder.string();
   options.poses = (folder / "poses.txt").string();
-  options.poses_of = "sensor";
+  options.poses_of = PosesOf::kSensor;
   const Result<Recording> recording = open_recording(options, 2);
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
   ASSERT_EQ(recording->scans.size(), 2U);
@@ -90,7 +90,7 @@ TEST_F(RealFiles, Kitti00TakesItsPosesByFrame) {
   RecordingOptions options;
   options.scans = (data_ / "kitti00_head" / "data").string();
   options.poses = (data_ / "kitti00_head" / "KITTI_00_gt_velodyne_frame.txt").string();
-  options.poses_of = "sensor";
+  options.poses_of = PosesOf::kSensor;
   options.sensor = "hdl-64e";
   const Result<Recording> recording = open_recording(options, 2);
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());

@@ -129,7 +129,7 @@ TEST_F(RecordingTest, RefusesOptionsThatContradictThemselves) {
   made.sensor = "vlp-61";
   EXPECT_EQ(refusal(made), ErrorCode::kUnknownName);
   made = options();
-  made.poses_of = "sensor";
+  made.poses_of = PosesOf::kSensor;
   made.lidar_z_m = 1.8;
   EXPECT_EQ(refusal(made), ErrorCode::kBadValue);
   made = options();

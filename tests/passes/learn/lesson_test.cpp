@@ -61,7 +61,7 @@ TEST(Lesson, HoldsOutWholePlacesWhereThereAreThree) {
   }
   EXPECT_FALSE(make_lesson({}, places_driven_twice(2, kSmall))->holds_out_places);
   LessonOptions blocks;
-  blocks.hold_out = "blocks";
+  blocks.hold_out = HoldOut::kBlocks;
   EXPECT_FALSE(make_lesson(blocks, places_driven_twice(3, kSmall))->holds_out_places);
 }
 

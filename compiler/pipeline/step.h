@@ -11,11 +11,10 @@
 #include <vector>
 
 #include "compiler/base/hash.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
 #include "formats/artifact.h"
+#include "passes/pass/pass.h"
 
-// How a pass, which is a plain function, becomes a step of a pipeline. Types are read off its
+// How a pass, which is a plain function, becomes a step of a plan. Types are read off its
 // signature; what they mean to the runner is here.
 
 namespace sightline {
@@ -60,15 +59,13 @@ const ArtifactType& artifact_type() {
   return kType;
 }
 
-// One step of a pipeline: a pass with its options, and the names of what it takes and makes.
+// One step of a plan: a pass with its options, and which of the plan's artifacts it takes and makes.
 struct PassStep {
-  std::string name;  // unique in the pipeline: "build-ndt", "ingest:localization"
+  std::string name;  // unique in the plan: "build-ndt", "ingest:localization"
   std::uint32_t version = 1;
   std::vector<std::pair<std::string, std::string>> options;  // as texts, in the order of the fields
-  std::vector<std::string> inputs;
-  std::vector<const ArtifactType*> input_types;
-  std::string output;
-  const ArtifactType* output_type = nullptr;
+  std::vector<std::size_t> inputs;  // indices of artifacts of the plan
+  std::size_t output = 0;
   std::function<Result<std::shared_ptr<const void>>(
       PassContext&, const std::vector<std::shared_ptr<const void>>&)>
       run;
@@ -112,23 +109,15 @@ std::shared_ptr<const void> call_reattach(const void* loaded,
 
 }  // namespace pipeline_detail
 
-// The step that runs `pass`. `inputs` names as many artifacts as the signature takes.
+// A step that runs `pass`; the plan names it and connects it.
 template <class Output, class Options, class... Inputs>
-PassStep make_step(std::string name, std::uint32_t version,
-                   Result<Output> (*pass)(PassContext&, const Options&, const Inputs&...),
-                   const Options& options, std::vector<std::string> inputs, std::string output) {
-  SIGHTLINE_CHECK(inputs.size() == sizeof...(Inputs));
+PassStep make_step(const Pass<Output, Options, Inputs...>& pass, const Options& options) {
   PassStep step;
-  step.name = std::move(name);
-  step.version = version;
+  step.version = pass.version;
   step.options = pipeline_detail::option_texts(options);
-  step.inputs = std::move(inputs);
-  step.input_types = {&artifact_type<Inputs>()...};
-  step.output = std::move(output);
-  step.output_type = &artifact_type<Output>();
-  step.run = [pass, options](PassContext& ctx,
-                             const std::vector<std::shared_ptr<const void>>& artifacts) {
-    return pipeline_detail::call<Output, Options, Inputs...>(pass, ctx, options, artifacts,
+  step.run = [run = pass.run, options](PassContext& ctx,
+                                       const std::vector<std::shared_ptr<const void>>& artifacts) {
+    return pipeline_detail::call<Output, Options, Inputs...>(run, ctx, options, artifacts,
                                                              std::index_sequence_for<Inputs...>{});
   };
   if constexpr (requires(Output& made, const Inputs&... taken) { reattach(made, taken...); }) {

@@ -1,0 +1,136 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/pipeline/settings.h"
+#include "compiler/pipeline/step.h"
+
+// A plan says which passes run on which artifacts. Artifacts are handed on as typed wires, so that
+// a pass that is given another artifact than its signature takes does not compile:
+//
+//   Plan plan(settings);
+//   const Wire<SurfacePoints> points = plan.input<SurfacePoints>("points");
+//   const Wire<NdtMap> ndt = plan.run(kBuildNdt, points);
+
+namespace sightline {
+
+inline constexpr std::size_t kNotConnected = static_cast<std::size_t>(-1);
+
+// An artifact of a plan, of whatever type.
+struct AnyWire {
+  std::size_t index = kNotConnected;
+  friend bool operator==(const AnyWire&, const AnyWire&) = default;
+};
+
+// An artifact of type X. Only a plan makes wires that are connected.
+template <class X>
+class Wire {
+ public:
+  Wire() = default;
+  [[nodiscard]] bool is_connected() const { return index_ != kNotConnected; }
+  [[nodiscard]] AnyWire any() const { return {index_}; }
+  operator AnyWire() const { return any(); }
+  friend bool operator==(const Wire&, const Wire&) = default;
+
+ private:
+  friend class Plan;
+  explicit Wire(std::size_t index) : index_(index) {}
+  std::size_t index_ = kNotConnected;
+};
+
+// What is known of an artifact before it is made.
+struct PlannedArtifact {
+  std::string name;  // unique in the plan, as `dump --what` takes it: "nds", "mapping/measured"
+  const ArtifactType* type = nullptr;
+};
+
+// The options of one pass that a configuration may set. The fields point into `options`.
+struct PassSection {
+  std::string name;
+  std::string help;
+  std::shared_ptr<void> options;
+  std::vector<OptionField> fields;  // without those that all passes share
+};
+
+class Plan {
+ public:
+  explicit Plan(PassSettings settings = {}) : settings_(std::move(settings)) {}
+
+  // An artifact that is provided from outside before the plan runs.
+  template <class X>
+  Wire<X> input(std::string name) {
+    return Wire<X>(add_artifact(std::move(name), artifact_type<X>()));
+  }
+
+  // The options that the settings give to a pass.
+  template <class Output, class Options, class... Inputs>
+  [[nodiscard]] Options options(const Pass<Output, Options, Inputs...>& pass) const {
+    return settings_.options(pass);
+  }
+
+  // A step that runs `pass` with the options of the settings.
+  template <class Output, class Options, class... Inputs>
+  Wire<Output> run(const Pass<Output, Options, Inputs...>& pass,
+                   Wire<std::type_identity_t<Inputs>>... inputs) {
+    return run_as("", pass, options(pass), inputs...);
+  }
+
+  // A step "pass:label" that makes the artifact "label/table", with options of its own.
+  template <class Output, class Options, class... Inputs>
+  Wire<Output> run_as(std::string_view label, const Pass<Output, Options, Inputs...>& pass,
+                      const std::type_identity_t<Options>& options,
+                      Wire<std::type_identity_t<Inputs>>... inputs) {
+    add_section<Options>(pass.name, pass.help);
+    PassStep step = make_step(pass, options);
+    step.name = label.empty() ? std::string(pass.name)
+                              : std::string(pass.name) + ":" + std::string(label);
+    step.inputs = {inputs.any().index...};
+    const std::string name = label.empty() ? std::string(pass.table)
+                                           : std::string(label) + "/" + std::string(pass.table);
+    step.output = add_artifact(name, artifact_type<Output>());
+    const std::size_t output = step.output;
+    add_step(std::move(step));
+    return Wire<Output>(output);
+  }
+
+  [[nodiscard]] const std::vector<PassStep>& steps() const { return steps_; }
+  [[nodiscard]] const PlannedArtifact& artifact(AnyWire wire) const {
+    return artifacts_[wire.index];
+  }
+  // Artifacts that steps make, in running order.
+  [[nodiscard]] std::vector<AnyWire> made() const;
+  // The artifact of that name that a step makes; not connected where there is none.
+  [[nodiscard]] AnyWire find(std::string_view name) const;
+  // Sections of the passes that have options of their own, in running order, each once. The values
+  // are the defaults.
+  [[nodiscard]] const std::vector<PassSection>& sections() const { return sections_; }
+
+ private:
+  template <class Options>
+  void add_section(std::string_view name, std::string_view help) {
+    for (const PassSection& section : sections_) {
+      if (section.name == name) return;
+    }
+    const std::shared_ptr<Options> options = std::make_shared<Options>();
+    PassSection section{std::string(name), std::string(help), options, option_fields(*options)};
+    std::erase_if(section.fields, [](const OptionField& field) { return field.is_shared; });
+    if (!section.fields.empty()) sections_.push_back(std::move(section));
+  }
+  std::size_t add_artifact(std::string name, const ArtifactType& type);
+  void add_step(PassStep step);
+
+  PassSettings settings_;
+  std::vector<PlannedArtifact> artifacts_;
+  std::vector<PassStep> steps_;
+  std::vector<PassSection> sections_;
+};
+
+// Indices of the steps that make `wanted` where the artifacts for which `is_there` holds are there
+// already, in running order. Nothing wanted: all that is not there.
+std::vector<std::size_t> steps_for(const Plan& plan, const std::vector<AnyWire>& wanted,
+                                   const std::function<bool(AnyWire)>& is_there);
+
+}  // namespace sightline

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "formats/driven_places.h"
+#include "passes/train_model.h"
+
+namespace sightline {
+
+// A model of one place that was driven once.
+inline Result<ErrorModel> train_on_place(PassContext& ctx, const TrainModelOptions& options,
+                                         const DrivenPlace& place) {
+  return train_model_here(ctx, options, place.sites, place.factors, place.drives.front(),
+                          place.recordings);
+}
+
+}  // namespace sightline
