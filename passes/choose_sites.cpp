@@ -77,7 +77,10 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
   if (poses.empty()) {
     return Error{ErrorCode::kDriveTooShort,
                  "none of the drive's " + std::to_string(drive.scans.size()) + " scans is " +
-                     (options.scans == "all" ? "there" : options.scans) + ", expected at least one",
+                     (selection == ScanSelection::kAll
+                          ? "there"
+                          : std::string(scan_selection_name(selection))) +
+                     ", expected at least one",
                  "", "pass choose-sites"};
   }
   Sites sites;

@@ -149,7 +149,8 @@ void add_choice(const CompileConfig& config, CompilePlan& compile) {
 }  // namespace
 
 CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
-  CompilePlan compile{.plan = Plan(config.passes)};
+  CompilePlan compile;
+  compile.plan = Plan(config.passes);
   Plan& plan = compile.plan;
   compile.cards = plan.input<RecordingCards>("recordings");
   if (model == ModelSource::kGiven) compile.given_model = plan.input<ErrorModel>("given-model");
@@ -211,7 +212,8 @@ Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, Compil
 }
 
 EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) {
-  EvaluatePlan evaluate{.plan = Plan(config.passes)};
+  EvaluatePlan evaluate;
+  evaluate.plan = Plan(config.passes);
   Plan& plan = evaluate.plan;
   evaluate.ndt = plan.input<NdtMap>("map/nds");
   evaluate.sites = plan.input<Sites>("map/sites");
@@ -239,7 +241,8 @@ EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) 
 }
 
 TrainPlan train_plan(const CompileConfig& config) {
-  TrainPlan train{.plan = Plan(config.passes)};
+  TrainPlan train;
+  train.plan = Plan(config.passes);
   train.places = train.plan.input<DrivenPlaces>("places");
   train.model = train.plan.run(kTrainModel, train.places);
   return train;

@@ -13,6 +13,7 @@
 #include "formats/map/compiled_map.h"
 #include "formats/sharpness.h"
 #include "formats/surface.h"
+#include "formats/surface_points.h"
 
 // The passes of each verb, in their order. Every struct is a plan with the wires that its user
 // provides or looks at.

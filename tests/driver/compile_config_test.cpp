@@ -33,7 +33,8 @@ Result<CompileConfig> load(const std::string& yaml,
 // What a step of the compile runs with.
 std::string option_of(const CompileConfig& config, const std::string& step,
                       const std::string& option) {
-  for (const PassStep& planned : compile_plan(config).plan.steps()) {
+  const CompilePlan compile = compile_plan(config);
+  for (const PassStep& planned : compile.plan.steps()) {
     if (planned.name != step) continue;
     for (const auto& [name, value] : planned.options) {
       if (name == option) return value;
