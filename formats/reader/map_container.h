@@ -36,9 +36,11 @@ struct MapContainer {
 
 // `file` must start at an address that is a multiple of 8. Reads the header, the trailer and the
 // manifest, and nothing else but where an unknown required feature must be named.
+// `program` is the format of who reads; another one is for tests.
 // Errors: those of decode_header; future-version, old-version, unknown-required-feature (naming
 // it), out-of-bounds, checksum-mismatch, bad-manifest, bad-order.
-Result<MapFront> open_front(std::span<const std::byte> file);
+Result<MapFront> open_front(std::span<const std::byte> file,
+                            FormatVersion program = kFormatVersion);
 
 // The same of a file that may have lost its end or its trailer.
 Result<MapFront> open_front_alone(std::span<const std::byte> file);
