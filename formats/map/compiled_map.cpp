@@ -62,7 +62,8 @@ Result<void> validate_bounds(const CompiledMap& map) {
     return invalid("found a reach of " + format_double(map.reach_m) +
                    " m, expected above 0 and at most a tile");
   }
-  // Beyond this a site has no cell of 32 bits in the section "look-up", whose cells have 16 m at least.
+  // Beyond this a site has no cell of 32 bits in the section "look-up", whose cells have 16 m at
+  // least.
   constexpr double kFarthestSite_m = 0x1.0p34;
   for (const Site& site : map.sites.sites) {
     if (site.p_map_m.head<2>().cwiseAbs().maxCoeff() < kFarthestSite_m) continue;

@@ -131,7 +131,8 @@ Result<void> check_blocks(const MapContainer& container, const Blocks& blocks,
   for (const schema::Block* block : blocks) {
     const std::string_view name = block->name()->string_view();
     const std::string place = owner + std::string(name);
-    if (!is_in_order(previous, name)) return Error{ErrorCode::kBadOrder, "names must ascend", "", place};
+    if (!is_in_order(previous, name))
+      return Error{ErrorCode::kBadOrder, "names must ascend", "", place};
     previous = name;
     const std::uint64_t limit = container.header.directory_offset;
     if (block->offset() % kAlignment != 0 || block->offset() < end ||

@@ -74,8 +74,7 @@ Error other_version(std::span<const std::byte> file, const FileHeader& header,
   }
   return {is_later ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
           "written by " + writer + ", format " + to_string(header.version) +
-              ", this program reads " + to_string(program) +
-              ": compile again or use that version",
+              ", this program reads " + to_string(program) + ": compile again or use that version",
           "", "byte 8"};
 }
 

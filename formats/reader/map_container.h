@@ -6,33 +6,9 @@
 #include <string_view>
 
 #include "compiler/base/result.h"
-#include "formats/reader/map_layout.h"
+#include "formats/reader/opened_map.h"
 
 namespace sightline {
-
-namespace schema {  // generated from schemas/map.fbs
-struct Block;
-struct Directory;
-struct Manifest;
-struct Tile;
-}  // namespace schema
-
-// A compiled map whose header, trailer and manifest have been checked. Refers into the bytes it was
-// opened on.
-struct MapFront {
-  std::span<const std::byte> file;
-  FileHeader header;
-  const schema::Manifest* manifest = nullptr;
-};
-
-// The same with its directory. Layers and sections have only been located: stored_bytes() checks
-// one.
-struct MapContainer {
-  std::span<const std::byte> file;
-  FileHeader header;
-  const schema::Manifest* manifest = nullptr;
-  const schema::Directory* directory = nullptr;
-};
 
 // `file` must start at an address that is a multiple of 8. Reads the header, the trailer and the
 // manifest, and nothing else but where an unknown required feature must be named.
