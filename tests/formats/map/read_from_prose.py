@@ -8,12 +8,13 @@ import json
 import math
 import pathlib
 import random
+import struct
 import subprocess
 import sys
 import tempfile
 
 sys.path.insert(0, sys.argv[2])
-from sightline_map import FAR, MapError, SightlineMap  # noqa: E402
+from sightline_map import FAR, MapError, SightlineMap, xxh3  # noqa: E402
 
 
 def check_sites(dump, opened, sites):
@@ -125,6 +126,21 @@ def check_damage(file, folder):
         assert error.name == "truncated-file"
 
 
+def check_versions(file, folder):
+    """Every minor of the reader's own major is read, another major is refused by name."""
+    for major, minor, name in ((1, 7, None), (2, 0, "future-version"), (0, 9, "old-version")):
+        other = bytearray(file)
+        struct.pack_into("<HH", other, 8, major, minor)
+        struct.pack_into("<Q", other, 120, xxh3(bytes(other[:120])))
+        other[-24:-16] = other[120:128]
+        (folder / "other.slmap").write_bytes(other)
+        try:
+            SightlineMap(folder / "other.slmap")
+            assert name is None
+        except MapError as error:
+            assert error.name == name and f"format {major}.{minor}, this program reads 1.0" in str(error)
+
+
 def main():
     random.seed(1)
     nds = near = 0
@@ -142,6 +158,7 @@ def main():
             nds += check_nds(load("nds"), opened)
             near += check_look_up(opened)
             check_damage((folder / "map.slmap").read_bytes(), folder)
+            check_versions((folder / "map.slmap").read_bytes(), folder)
             print(f"seed {seed}: {len(sites)} sites agree")
     print(f"{nds} NDs agree, {near} places near a site")
     assert nds > 0 and near > 100
