@@ -1,6 +1,10 @@
 #!/usr/bin/env bash
-# Rewrites what is generated and kept; review the result as a diff.
+# Rewrites what is generated and kept: the published schema, and the golden texts of tests/golden.
+# Says what changed of the golden texts and why; review all of it as a diff.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-tests/support/setup sightline
+tests/support/setup sightline golden_test
 build/compiler/driver/sightline passes --schema > schemas/config.schema.json
+towns=build/tests/golden/towns
+build/tests/golden/golden_test --write-towns "$towns"
+build/tests/golden/golden_test --towns "$towns" --update

@@ -3,7 +3,7 @@
 
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
-#include "formats/map/map_diff.h"
+#include "formats/map/diff_maps.h"
 #include "formats/map/map_diff_json.h"
 #include "formats/map/map_diff_text.h"
 

@@ -9,6 +9,7 @@
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
 #include "compiler/report/report.h"
+#include "formats/map/diff_maps.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline {

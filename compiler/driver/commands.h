@@ -20,7 +20,6 @@ void add_gate_command(CLI::App& app, int& status);
 void add_delta_command(CLI::App& app, int& status);
 void add_apply_command(CLI::App& app, int& status);
 void add_strip_command(CLI::App& app, int& status);
-void add_migrate_command(CLI::App& app, int& status);
 void add_recover_command(CLI::App& app, int& status);
 void add_key_command(CLI::App& app, int& status);
 void add_root_command(CLI::App& app, int& status);

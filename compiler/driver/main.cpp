@@ -28,7 +28,6 @@ int main(int argc, char** argv) {
   sightline::add_delta_command(app, status);
   sightline::add_apply_command(app, status);
   sightline::add_strip_command(app, status);
-  sightline::add_migrate_command(app, status);
   sightline::add_recover_command(app, status);
   sightline::add_key_command(app, status);
   sightline::add_root_command(app, status);

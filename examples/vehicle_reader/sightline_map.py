@@ -230,7 +230,8 @@ class SightlineMap:
         self.ranges_m = manifest.numbers(14, "d")
         self.limits_m = [promise.number(0, "d") for promise in manifest.tables(17)]
         self._directory = None
-        self._look_up = LookUp(self) if self.compatible & LOOK_UP else None
+        demand(self.compatible & LOOK_UP, "bad-layer", "there is no section look-up")
+        self._look_up = LookUp(self)
 
     def _read_header(self):
         data = self.data
@@ -244,7 +245,8 @@ class SightlineMap:
         demand(file_size == len(data), "out-of-bounds", f"{len(data)} bytes of {file_size}")
         trailer = struct.pack("<3Q", file_size, u64(data, 120), 0) + data[:8][::-1]
         demand(data[-32:] == trailer, "checksum-mismatch", "trailer")
-        demand(self.major == 1, "future-version", f"format {self.major}.{self.minor}, this reads 1.x")
+        demand(self.major == 1, "future-version" if self.major > 1 else "old-version",
+               f"format {self.major}.{self.minor}, this program reads 1.0: compile again or use that version")
         demand(incompatible == 0, "unknown-required-feature", f"bits {incompatible:x}")
         self.manifest_place = (m_offset, m_size, m_sum)
         self.directory_place = (d_offset, d_size, d_sum)
@@ -357,7 +359,7 @@ class SightlineMap:
                "a position must be finite, and a limit finite and above 0")
         limit = sum(each <= limit_m for each in self.limits_m) - 1
         flags = TIGHTER_LIMIT if limit < 0 else 0
-        row = self._look_up.nearest(p_m) if self._look_up else self._nearest_of_all(p_m)
+        row = self._look_up.nearest(p_m)
         if row is None:
             return Answer(self.ranges_m[-1], 0.0, math.inf, math.inf, flags | FAR, None)
         distance_m, site, longest_error_m, choices = row
@@ -367,19 +369,6 @@ class SightlineMap:
         demand(index < len(self.ranges_m), "bad-layer", f"site {site}")
         return Answer(self.ranges_m[index], probability, mean_error_m, distance_m,
                       flags | site_flags, site)
-
-    def _nearest_of_all(self, p_m):
-        """The definition: no index, every site of the range layers."""
-        best = None
-        limits = len(self.limits_m)
-        for number, site in sorted(self.sites().items()):
-            distance_m = math.dist(p_m, [site[f"p_{axis}_m"][0] for axis in "xyz"])
-            if distance_m > self.reach_m or (best and distance_m >= best[0]):
-                continue
-            choices = [(index, site["range_flags"][i], site["probability"][index * limits + i],
-                        site["mean_error_m"][index]) for i, index in enumerate(site["range_index"])]
-            best = (distance_m, number, site["mean_error_m"][-1], choices)
-        return best
 
 
 class LookUp:

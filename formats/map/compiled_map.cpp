@@ -62,6 +62,13 @@ Result<void> validate_bounds(const CompiledMap& map) {
     return invalid("found a reach of " + format_double(map.reach_m) +
                    " m, expected above 0 and at most a tile");
   }
+  // Beyond this a site has no cell of 32 bits in the section "look-up", whose cells have 16 m at
+  // least.
+  constexpr double kFarthestSite_m = 0x1.0p34;
+  for (const Site& site : map.sites.sites) {
+    if (site.p_map_m.head<2>().cwiseAbs().maxCoeff() < kFarthestSite_m) continue;
+    return invalid("a site lies more than 17 million km from the frame's origin");
+  }
   // Beyond this the offset of a mean from the centre of its cell overflows.
   constexpr double kLargestCell_m = 200.0;
   if (map.ndt.cell_m > kLargestCell_m) return invalid("cells of more than 200 m");

@@ -93,7 +93,6 @@ struct ContainerWriter::State {
   std::vector<flatbuffers::Offset<schema::Tile>> tiles;
   std::vector<BlockName> required_sections;
   std::vector<BlockOffset> sections;
-  std::string last_section;
   BlockKinds required_kinds;
   std::optional<LookUpBuilder> look_up;
   Result<void> status;  // of the first write, which the constructor did
@@ -129,9 +128,10 @@ Result<BlockOffset> ContainerWriter::State::append_block(const PackedBlock& bloc
                                    block.stored_checksum);
 }
 
-// The last section, or it could not be found without the directory.
+// The last section, whatever the names of others: else it could not be found without the
+// directory. Parts that no look-up can be made of are no map; readers say why.
 Result<void> ContainerWriter::State::append_look_up() {
-  if (!look_up || last_section >= kLookUpSection) return {};
+  if (!look_up) return {};
   const std::vector<std::byte> section = look_up->finish(header, required_kinds);
   if (section.empty()) return {};
   const Result<BlockOffset> block =
@@ -224,7 +224,6 @@ Result<void> ContainerWriter::add_section(const PackedBlock& section) {
   if (!block) return block.error();
   if (section.is_required) state.required_sections.push_back(name_of(section));
   state.sections.push_back(*block);
-  state.last_section = section.name;
   return {};
 }
 

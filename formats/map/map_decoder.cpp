@@ -38,10 +38,6 @@ std::uint64_t offset_of(const MapContainer& container, const PackedBlock& block)
   return static_cast<std::uint64_t>(block.stored.data() - container.file.data());
 }
 
-bool has_look_up_feature(const FileHeader& header) {
-  return (header.compatible_features >> kLookUpFeatureBit & 1) != 0;
-}
-
 }  // namespace
 
 MapDecoder::MapDecoder(const MapContainer& container, KeepNds keep_nds)
@@ -162,17 +158,16 @@ Result<void> MapDecoder::visit_tile(const schema::Tile& tile) {
 Result<void> MapDecoder::check_look_up() const {
   const schema::Block* section = find_section(container_, kLookUpSection);
   const FileHeader& header = container_.header;
-  if (section == nullptr || section->version() != kLookUpSectionVersion) {
-    if (!has_look_up_feature(header)) return {};
-    return Error{ErrorCode::kBadLayer, "there is no section look-up, which the header promises", "",
-                 "byte 16"};
+  if (section == nullptr || section->version() != kLookUpSectionVersion || !has_look_up(header)) {
+    return Error{ErrorCode::kBadLayer,
+                 "there is no section look-up, which every map has, or the header does not name it",
+                 "", "byte 16"};
   }
   const PackedBlock block = packed_block(container_, *section);
   const std::string place =
       "section " + block.name + ", " + byte_place(offset_of(container_, block));
-  if (has_look_up_feature(header) &&
-      section->offset() + section->stored_size() != header.directory_offset) {
-    return Error{ErrorCode::kBadLayer, "it is not the last block", "", place};
+  if (section->offset() + section->stored_size() != header.directory_offset) {
+    return Error{ErrorCode::kBadLayer, "it does not end where the directory begins", "", place};
   }
   const std::vector<std::byte> expected = look_up_->finish(header, required_kinds_);
   if (std::ranges::equal(block.stored, expected)) return {};

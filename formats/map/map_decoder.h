@@ -8,7 +8,7 @@
 
 #include "formats/map/compiled_map.h"
 #include "formats/map/look_up_writer.h"
-#include "formats/map/map_reader.h"
+#include "formats/map/map_summary.h"
 #include "formats/map/packed_block.h"
 #include "formats/reader/map_container.h"
 

@@ -23,7 +23,7 @@ std::vector<double> aligned_copy(std::span<const std::byte> file) {
 MapSummary summary_of(const MapContainer& container, const CompiledMap& map) {
   const FileHeader& header = container.header;
   MapSummary summary;
-  summary.format = std::to_string(header.major) + "." + std::to_string(header.minor);
+  summary.format = to_string(header.version);
   summary.writer = map.writer;
   summary.map_id = map.map_id;
   summary.version = map.version;

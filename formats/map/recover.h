@@ -17,7 +17,7 @@ struct Recovered {
 
 // What a damaged or truncated file still holds: each tile whose required layers all match their
 // checksums and digests, the error model and the factors where all of them do. The tiles are those of
-// the directory, or where that is lost, those that tell their own contents (format 1.1).
+// the directory, or where that is lost, those that tell their own contents.
 // Where sites are lost the rest are numbered anew, a run ends at each gap, what was measured is no
 // longer told, and the version says "recovered": it is another map, with another root digest.
 // Header and manifest must be whole. `file` starts at a multiple of 8.

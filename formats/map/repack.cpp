@@ -66,48 +66,6 @@ bool is_for_engineers(const PackedBlock& block) {
   return !block.is_required && std::ranges::find(kNames, block.name) != kNames.end();
 }
 
-struct FormatVersion {
-  int major = 0;
-  int minor = 0;
-  auto operator<=>(const FormatVersion&) const = default;
-};
-
-std::string to_text(FormatVersion version) {
-  return std::to_string(version.major) + "." + std::to_string(version.minor);
-}
-
-// One step of `migrate`; the steps lead from each version to the next.
-struct MigrationStep {
-  FormatVersion from;
-  FormatVersion to;
-  const char* what;
-  Result<std::vector<std::byte>> (*apply)(const MapContainer& container);
-};
-
-// The writer adds what is derived.
-Result<std::vector<std::byte>> add_derived(const MapContainer& container) {
-  return repack(container, [](const PackedBlock&) { return true; });
-}
-
-constexpr std::array<MigrationStep, 1> kSteps = {{
-    {{1, 0}, {1, 1}, "tiles tell their contents and sites can be looked up by place", &add_derived},
-}};
-
-constexpr FormatVersion kCurrent{kFormatMajor, kFormatMinor};
-static_assert(kSteps.back().to.major == kFormatMajor && kSteps.back().to.minor == kFormatMinor);
-
-FormatVersion version_of(const MapContainer& container) {
-  return {container.header.major, container.header.minor};
-}
-
-Error newer_version(const MapContainer& container) {
-  return {ErrorCode::kFutureVersion,
-          "written by " + container.manifest->writer()->str() + ", format " +
-              to_text(version_of(container)) + ", this program migrates " +
-              to_text(kSteps.front().from) + " to " + to_text(kCurrent),
-          "", "byte 8"};
-}
-
 }  // namespace
 
 Result<Repacked> strip_map(std::span<const std::byte> file) {
@@ -128,24 +86,6 @@ Result<Repacked> strip_map(std::span<const std::byte> file) {
     result.told.push_back("dropped " + name + ", " + std::to_string(bytes) + " bytes");
   }
   if (dropped.empty()) result.told.emplace_back("there was nothing to drop");
-  return result;
-}
-
-Result<Repacked> migrate_map(std::span<const std::byte> file) {
-  const Result<MapSummary> whole = verify_map(file);
-  if (!whole) return whole.error();
-  Repacked result{{file.begin(), file.end()}, {}};
-  for (const MigrationStep& step : kSteps) {
-    const Result<MapContainer> container = open_container(result.file);
-    if (!container) return container.error();
-    if (version_of(*container) > kCurrent) return newer_version(*container);
-    if (version_of(*container) != step.from) continue;
-    Result<std::vector<std::byte>> next = step.apply(*container);
-    if (!next) return next.error();
-    result.file = std::move(*next);
-    result.told.push_back(to_text(step.from) + " to " + to_text(step.to) + ": " + step.what);
-  }
-  if (result.told.empty()) result.told.push_back("it is of format " + to_text(kCurrent) + " already");
   return result;
 }
 

@@ -7,7 +7,7 @@
 
 #include "compiler/base/result.h"
 
-// Copies of a map whose blocks stay packed as they are, so that no digest but those of what is left
+// A copy of a map whose blocks stay packed as they are, so that no digest but those of what is left
 // out changes, and no signature either.
 
 namespace sightline {
@@ -22,9 +22,5 @@ struct Repacked {
 // first: damage is not copied. `file` starts at a multiple of 8.
 // Errors: those of verify_map().
 Result<Repacked> strip_map(std::span<const std::byte> file);
-
-// The map in the format that this program writes, step by step from the one it has. A map that
-// needs no step is given back as it is. Errors: those of verify_map(); future-version.
-Result<Repacked> migrate_map(std::span<const std::byte> file);
 
 }  // namespace sightline

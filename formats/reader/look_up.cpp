@@ -215,6 +215,10 @@ LookUp::LookUp(const MapFront& front, const LookUpInfo& info, std::uint64_t offs
       is_checked_(std::make_unique<std::atomic<std::uint8_t>[]>(info.page_count)) {}
 
 Result<LookUp> LookUp::open(const MapFront& front) {
+  if (!has_look_up(front.header)) {
+    return Error{ErrorCode::kBadLayer, "the header names no section look-up, which every map has",
+                 "", "byte 16"};
+  }
   const std::uint64_t end = front.header.directory_offset;
   if (end > front.file.size() || end < kHeaderSize + kPageSize || end % kAlignment != 0) {
     return bad_section(ErrorCode::kOutOfBounds, "there is no room for it", end);

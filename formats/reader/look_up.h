@@ -9,7 +9,7 @@
 #include <string>
 
 #include "compiler/base/result.h"
-#include "formats/reader/map_container.h"
+#include "formats/reader/opened_map.h"
 
 // The section "look-up" of a compiled map (schemas/map_format.md): sites by place, in pages that
 // check themselves, so that one look-up touches a few pages of a file of any size.

@@ -118,6 +118,12 @@ Result<void> check_size(const schema::Block& block, const std::string& place) {
   return {};
 }
 
+// Names ascend. The section "look-up" comes after all others, whatever their names: it ends where
+// the directory begins.
+bool is_in_order(std::string_view before, std::string_view after) {
+  return std::pair(before == kLookUpSection, before) < std::pair(after == kLookUpSection, after);
+}
+
 // Walks through all blocks in their order; `end` is the first byte after the last one.
 Result<void> check_blocks(const MapContainer& container, const Blocks& blocks,
                           const std::string& owner, std::uint64_t& end) {
@@ -125,7 +131,8 @@ Result<void> check_blocks(const MapContainer& container, const Blocks& blocks,
   for (const schema::Block* block : blocks) {
     const std::string_view name = block->name()->string_view();
     const std::string place = owner + std::string(name);
-    if (name <= previous) return Error{ErrorCode::kBadOrder, "names must ascend", "", place};
+    if (!is_in_order(previous, name))
+      return Error{ErrorCode::kBadOrder, "names must ascend", "", place};
     previous = name;
     const std::uint64_t limit = container.header.directory_offset;
     if (block->offset() % kAlignment != 0 || block->offset() < end ||

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "compiler/base/result.h"
-#include "formats/reader/map_container.h"
+#include "formats/reader/opened_map.h"
 
 // What must hold of a manifest and a directory before anything in them is used. FlatBuffers'
 // verifier has shown by then that no reference leaves its buffer, and nothing more.

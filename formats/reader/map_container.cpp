@@ -55,19 +55,26 @@ Result<const schema::Directory*> read_directory(std::span<const std::byte> file,
                                         header.directory_checksum, "directory");
 }
 
-// Another major version may lay out everything after the header differently, so who wrote it is
-// told only where it can still be read.
-Error other_version(std::span<const std::byte> file, const FileHeader& header) {
-  const bool is_later = header.major > kFormatMajor;
+// A name for people: printable, and no longer than one is.
+bool is_name(std::string_view text) {
+  constexpr std::size_t kLongestName = 100;
+  return !text.empty() && text.size() <= kLongestName &&
+         std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+// Another major version may lay out everything after the header differently, so the message names
+// who wrote the file only where that can still be read.
+Error other_version(std::span<const std::byte> file, const FileHeader& header,
+                    FormatVersion program) {
+  const bool is_later = header.version > program;
+  std::string writer = is_later ? "a later program" : "an earlier program";
   const Result<const schema::Manifest*> manifest = open_manifest(file, header);
-  const std::string writer = manifest   ? (*manifest)->writer()->str()
-                             : is_later ? "a later program"
-                                        : "an earlier program";
+  if (manifest && is_name((*manifest)->writer()->string_view())) {
+    writer = (*manifest)->writer()->str();
+  }
   return {is_later ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
-          "written by " + writer + ", format " + std::to_string(header.major) + "." +
-              std::to_string(header.minor) + ", this program reads 1.0 to " +
-              std::to_string(kFormatMajor) + ".x; run migrate of " +
-              (is_later ? "that program or update this one" : "a program that reads it"),
+          "written by " + writer + ", format " + to_string(header.version) +
+              ", this program reads " + to_string(program) + ": compile again or use that version",
           "", "byte 8"};
 }
 
@@ -87,9 +94,10 @@ const schema::Block* find_block(const Blocks& blocks, std::string_view name) {
   return nullptr;
 }
 
-Result<MapFront> front_behind(const FileHeader& header, std::span<const std::byte> file) {
+Result<MapFront> front_behind(const FileHeader& header, std::span<const std::byte> file,
+                              FormatVersion program) {
   SIGHTLINE_CHECK(reinterpret_cast<std::uintptr_t>(file.data()) % 8 == 0);
-  if (header.major != kFormatMajor) return other_version(file, header);
+  if (!can_read(program, header.version)) return other_version(file, header, program);
   const Result<void> features = check_required_features(file, header);
   if (!features) return features.error();
   const Result<const schema::Manifest*> manifest = open_manifest(file, header);
@@ -101,16 +109,16 @@ Result<MapFront> front_behind(const FileHeader& header, std::span<const std::byt
 
 }  // namespace
 
-Result<MapFront> open_front(std::span<const std::byte> file) {
+Result<MapFront> open_front(std::span<const std::byte> file, FormatVersion program) {
   const Result<FileHeader> header = decode_header(file);
   if (!header) return header.error();
-  return front_behind(*header, file);
+  return front_behind(*header, file, program);
 }
 
 Result<MapFront> open_front_alone(std::span<const std::byte> file) {
   const Result<FileHeader> header = decode_header_alone(file);
   if (!header) return header.error();
-  return front_behind(*header, file);
+  return front_behind(*header, file, kFormatVersion);
 }
 
 Result<MapContainer> open_directory(const MapFront& front) {

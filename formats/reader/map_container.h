@@ -6,39 +6,17 @@
 #include <string_view>
 
 #include "compiler/base/result.h"
-#include "formats/reader/map_layout.h"
+#include "formats/reader/opened_map.h"
 
 namespace sightline {
 
-namespace schema {  // generated from schemas/map.fbs
-struct Block;
-struct Directory;
-struct Manifest;
-struct Tile;
-}  // namespace schema
-
-// A compiled map whose header, trailer and manifest have been checked. Refers into the bytes it was
-// opened on.
-struct MapFront {
-  std::span<const std::byte> file;
-  FileHeader header;
-  const schema::Manifest* manifest = nullptr;
-};
-
-// The same with its directory. Layers and sections have only been located: stored_bytes() checks
-// one.
-struct MapContainer {
-  std::span<const std::byte> file;
-  FileHeader header;
-  const schema::Manifest* manifest = nullptr;
-  const schema::Directory* directory = nullptr;
-};
-
 // `file` must start at an address that is a multiple of 8. Reads the header, the trailer and the
 // manifest, and nothing else but where an unknown required feature must be named.
+// `program` is the format of who reads; another one is for tests.
 // Errors: those of decode_header; future-version, old-version, unknown-required-feature (naming
 // it), out-of-bounds, checksum-mismatch, bad-manifest, bad-order.
-Result<MapFront> open_front(std::span<const std::byte> file);
+Result<MapFront> open_front(std::span<const std::byte> file,
+                            FormatVersion program = kFormatVersion);
 
 // The same of a file that may have lost its end or its trailer.
 Result<MapFront> open_front_alone(std::span<const std::byte> file);

@@ -66,11 +66,15 @@ Result<void> check_end(std::span<const std::byte> file, const FileHeader& header
 
 }  // namespace
 
+std::string to_string(FormatVersion version) {
+  return std::to_string(version.major) + "." + std::to_string(version.minor);
+}
+
 FileHeader header_fields(std::span<const std::byte> file) {
   ByteReader reader(file.subspan(kMagic.size(), kHeaderSize - kMagic.size()));
   FileHeader header;
-  reader.get(header.major);
-  reader.get(header.minor);
+  reader.get(header.version.major);
+  reader.get(header.version.minor);
   (void)reader.get<std::uint32_t>();
   reader.get(header.compatible_features);
   reader.get(header.incompatible_features);
@@ -92,8 +96,8 @@ std::uint64_t block_checksum(std::span<const std::byte> bytes) {
 std::array<std::byte, kHeaderSize> encode_header(const FileHeader& header) {
   ByteWriter writer;
   writer.append(kMagic.data(), kMagic.size());
-  writer.put(header.major);
-  writer.put(header.minor);
+  writer.put(header.version.major);
+  writer.put(header.version.minor);
   writer.put<std::uint32_t>(kHeaderSize);
   writer.put(header.compatible_features);
   writer.put(header.incompatible_features);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -13,8 +15,21 @@
 
 namespace sightline {
 
-inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 1;
+struct FormatVersion {
+  std::uint16_t major = 0;
+  std::uint16_t minor = 0;
+  auto operator<=>(const FormatVersion&) const = default;
+};
+inline constexpr FormatVersion kFormatVersion{1, 0};
+
+// A program reads every minor of its own major version: a later one adds only what may be skipped,
+// an earlier one lacks only what may be absent.
+constexpr bool can_read(FormatVersion program, FormatVersion file) {
+  return file.major == program.major;
+}
+
+// "1.0"
+std::string to_string(FormatVersion version);
 
 inline constexpr std::size_t kHeaderSize = 128;
 inline constexpr std::size_t kTrailerSize = 32;
@@ -33,7 +48,7 @@ inline constexpr std::string_view kRangeLayer = "range";
 inline constexpr std::string_view kModelSection = "error-model";
 inline constexpr std::uint32_t kNdtLayerVersion = 1;
 inline constexpr std::uint32_t kRangeLayerVersion = 1;
-// Since 1.1, both optional and derived: made anew by who writes a file, part of no digest.
+// Derived from the others: made anew by who writes a file, part of no digest.
 inline constexpr std::string_view kContentsLayer = "contents";
 inline constexpr std::string_view kLookUpSection = "look-up";
 inline constexpr std::uint32_t kContentsLayerVersion = 1;
@@ -42,16 +57,15 @@ constexpr bool is_derived(std::string_view block_name) {
   return block_name == kContentsLayer || block_name == kLookUpSection;
 }
 
-// The compatible feature "look-up": that section is the last block and ends where the directory
-// begins, so that a vehicle finds it without reading the directory.
+// The compatible feature "look-up", which every map has: that section is the last block and ends
+// where the directory begins, so that a vehicle finds it without reading the directory.
 inline constexpr std::uint8_t kLookUpFeatureBit = 0;
 
 // A mean is stored relative to the centre of its cell, in this unit: 60 nm.
 inline constexpr double kMeanUnit_m = 0x1.0p-24;
 
 struct FileHeader {
-  std::uint16_t major = kFormatMajor;
-  std::uint16_t minor = kFormatMinor;
+  FormatVersion version = kFormatVersion;
   std::uint64_t compatible_features = 0;    // may be ignored by who does not know them
   std::uint64_t incompatible_features = 0;  // must be refused by who does not know them
   std::uint64_t file_size = 0;
@@ -63,6 +77,10 @@ struct FileHeader {
   std::uint64_t directory_checksum = 0;  // XXH3
   std::array<std::uint8_t, 32> root_digest{};
 };
+
+constexpr bool has_look_up(const FileHeader& header) {
+  return (header.compatible_features >> kLookUpFeatureBit & 1) != 0;
+}
 
 // Field by field, little-endian; the checksum at the end is filled in.
 std::array<std::byte, kHeaderSize> encode_header(const FileHeader& header);

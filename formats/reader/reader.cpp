@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "formats/reader/look_up.h"
-#include "formats/reader/tile_search.h"
 #include "map_generated.h"
 
 namespace sightline {
@@ -46,25 +44,10 @@ RangeAnswer default_answer(std::span<const double> ranges_m, std::uint32_t flags
   return answer;
 }
 
-bool has_look_up(const FileHeader& header) {
-  return (header.compatible_features >> kLookUpFeatureBit & 1) != 0;
-}
-
-Result<MapIndex> open_index(const MapFront& front) {
-  if (has_look_up(front.header)) {
-    Result<LookUp> look_up = LookUp::open(front);
-    if (!look_up) return look_up.error();
-    return MapIndex(std::move(*look_up));
-  }
-  const Result<MapContainer> container = open_container(front.file);
-  if (!container) return container.error();
-  return MapIndex(TileSearch(*container));
-}
-
 }  // namespace
 
-MapReader::MapReader(MappedFile file, const MapFront& front, MapIndex index)
-    : file_(std::move(file)), index_(std::move(index)) {
+MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up)
+    : file_(std::move(file)), look_up_(std::move(look_up)) {
   const schema::Manifest& manifest = *front.manifest;
   ranges_m_.assign(manifest.ranges_m()->begin(), manifest.ranges_m()->end());
   for (const schema::Promise* promise : *manifest.promises()) {
@@ -85,9 +68,9 @@ MapReader::MapReader(MappedFile file, const MapFront& front, MapIndex index)
 Result<MapReader> MapReader::open(MappedFile file, std::span<const std::byte> bytes) {
   const Result<MapFront> front = open_front(bytes);
   if (!front) return front.error();
-  Result<MapIndex> index = open_index(*front);
-  if (!index) return index.error();
-  return MapReader(std::move(file), *front, std::move(*index));
+  Result<LookUp> look_up = LookUp::open(*front);
+  if (!look_up) return look_up.error();
+  return MapReader(std::move(file), *front, std::move(*look_up));
 }
 
 Result<MapReader> MapReader::open(std::span<const std::byte> bytes) {
@@ -112,16 +95,16 @@ std::optional<std::size_t> MapReader::limit_for(double limit_m) const {
   return static_cast<std::size_t>(above - limits_m_.begin()) - 1;
 }
 
-Result<RangeAnswer> MapReader::answer(const LookUp& look_up, const std::array<double, 3>& p_m,
+Result<RangeAnswer> MapReader::answer(const std::array<double, 3>& p_m,
                                       std::optional<std::size_t> limit) const {
-  const LookUp::Nearest nearest = look_up.nearest(p_m);
-  if (nearest.is_damaged) return look_up.damage(nearest);
+  const LookUp::Nearest nearest = look_up_.nearest(p_m);
+  if (nearest.is_damaged) return look_up_.damage(nearest);
   RangeAnswer answer = default_answer(ranges_m_, limit ? 0 : kAnswerTighterLimit);
   if (nearest.row == nullptr) {
     answer.flags |= kAnswerFar;
     return answer;
   }
-  const LookUpRowLayout& layout = look_up.row_layout();
+  const LookUpRowLayout& layout = look_up_.row_layout();
   answer.site = nearest.site;
   answer.distance_m = std::sqrt(nearest.distance2_m2);
   if (!limit) {
@@ -137,35 +120,6 @@ Result<RangeAnswer> MapReader::answer(const LookUp& look_up, const std::array<do
   return believable(answer, info_.site_count);
 }
 
-Result<RangeAnswer> MapReader::answer(const TileSearch& tiles, const std::array<double, 3>& p_m,
-                                      std::optional<std::size_t> limit) const {
-  const Result<StoredSite> nearest = tiles.nearest(p_m);
-  if (!nearest) return nearest.error();
-  RangeAnswer answer = default_answer(ranges_m_, limit ? 0 : kAnswerTighterLimit);
-  if (nearest->layer == nullptr) {
-    answer.flags |= kAnswerFar;
-    return answer;
-  }
-  answer.site = nearest->site;
-  answer.distance_m = std::sqrt(nearest->distance2_m2);
-  const std::size_t ranges = ranges_m_.size();
-  const std::size_t limits = limits_m_.size();
-  const RangeLayout layout(nearest->row_count, ranges, limits);
-  std::size_t range = ranges - 1;
-  if (limit) {
-    const std::uint64_t choice = nearest->row * limits + *limit;
-    range = load<std::uint8_t>(nearest->layer + layout.range_index, choice);
-    if (range >= ranges) return unknown_range(nearest->site);
-    answer.flags |= load<std::uint8_t>(nearest->layer + layout.range_flags, choice);
-    answer.probability = load<double>(nearest->layer + layout.probability,
-                                      (nearest->row * ranges + range) * limits + *limit);
-  }
-  answer.range_m = ranges_m_[range];
-  answer.mean_error_m =
-      load<double>(nearest->layer + layout.mean_error, nearest->row * ranges + range);
-  return believable(answer, info_.site_count);
-}
-
 Result<RangeAnswer> MapReader::observation_range(const std::array<double, 3>& position_world_m,
                                                  double limit_m) const {
   if (!is_finite(position_world_m) || !std::isfinite(limit_m) || limit_m <= 0.0) {
@@ -174,9 +128,7 @@ Result<RangeAnswer> MapReader::observation_range(const std::array<double, 3>& po
   }
   std::array<double, 3> p_m{};
   for (std::size_t i = 0; i < 3; ++i) p_m[i] = position_world_m[i] - info_.origin_world_m[i];
-  const std::optional<std::size_t> limit = limit_for(limit_m);
-  if (const auto* look_up = std::get_if<LookUp>(&index_)) return answer(*look_up, p_m, limit);
-  return answer(std::get<TileSearch>(index_), p_m, limit);
+  return answer(p_m, limit_for(limit_m));
 }
 
 }  // namespace sightline

@@ -8,14 +8,12 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "compiler/base/result.h"
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/mapped_file.h"
-#include "formats/reader/tile_search.h"
 
 // How far to look, for a vehicle: opens a compiled map and answers from it.
 
@@ -50,19 +48,15 @@ struct MapInfo {  // refers into the map
   std::span<const double> limits_m;  // ascending
 };
 
-// How the nearest site is found: by the section made for it, or in the tiles of an older map.
-using MapIndex = std::variant<LookUp, TileSearch>;
-
 // A map open for looking up. Safe to use from several threads at once. After open() a look-up
-// allocates nothing (but to tell of a failure) and touches a few pages of 4 KiB (in a map of format 1.0 the tiles within
-// reach of the position); each is checked against its checksum before its first use.
+// allocates nothing (but to tell of a failure) and touches a few pages of 4 KiB; each is checked
+// against its checksum before its first use.
 class MapReader {
  public:
-  // Maps the file into memory and checks header, manifest and the head of its section "look-up";
-  // of a map of format 1.0, header, manifest and directory. The file must not be written to while
-  // it is open; replacing it by rename is fine. Whether all of a file is whole is verify_map()'s
-  // question, asked once when it arrives.
-  // Errors: file-not-found, cannot-open, cannot-read, and those of open_container() and
+  // Maps the file into memory and checks header, manifest and the head of its section "look-up".
+  // The file must not be written to while it is open; replacing it by rename is fine. Whether all
+  // of a file is whole is verify_map()'s question, asked once when it arrives.
+  // Errors: file-not-found, cannot-open, cannot-read, and those of open_front() and
   // LookUp::open().
   static Result<MapReader> open(const std::string& path);
   // The same on bytes that outlive the reader and start at a multiple of 8.
@@ -81,17 +75,14 @@ class MapReader {
   [[nodiscard]] const MapInfo& info() const { return info_; }
 
  private:
-  MapReader(MappedFile file, const MapFront& front, MapIndex index);
+  MapReader(MappedFile file, const MapFront& front, LookUp look_up);
   static Result<MapReader> open(MappedFile file, std::span<const std::byte> bytes);
   [[nodiscard]] std::optional<std::size_t> limit_for(double limit_m) const;
-  [[nodiscard]] Result<RangeAnswer> answer(const LookUp& look_up, const std::array<double, 3>& p_m,
-                                           std::optional<std::size_t> limit) const;
-  [[nodiscard]] Result<RangeAnswer> answer(const TileSearch& tiles,
-                                           const std::array<double, 3>& p_m,
+  [[nodiscard]] Result<RangeAnswer> answer(const std::array<double, 3>& p_m,
                                            std::optional<std::size_t> limit) const;
 
   MappedFile file_;
-  MapIndex index_;
+  LookUp look_up_;
   MapInfo info_;
   std::vector<double> limits_m_;
   std::vector<double> ranges_m_;

@@ -68,7 +68,8 @@ Result<void> check_identity(std::string_view text, const ReleaseRecord& record,
 
 Result<void> check_fit(const ReleaseRecord& record, const VehicleFacts& vehicle) {
   const auto needed = std::pair(record.minimum_major, record.minimum_minor);
-  if (needed > std::pair(std::uint32_t{kFormatMajor}, std::uint32_t{kFormatMinor})) {
+  if (needed >
+      std::pair(std::uint32_t{kFormatVersion.major}, std::uint32_t{kFormatVersion.minor})) {
     return Error{ErrorCode::kFutureVersion,
                  "the release needs a reader of format " + std::to_string(needed.first) + "." +
                      std::to_string(needed.second),

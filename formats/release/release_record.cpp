@@ -126,7 +126,7 @@ Result<ReleaseRecord> release_of_map(const std::filesystem::path& path) {
   record.map_id = map.map_id;
   record.version = map.version;
   record.map_release = map.release;
-  record.minimum_major = container->header.major;
+  record.minimum_major = container->header.version.major;
   record.sensor = sensor_digest(map.sensor);
   record.root_digest = container->header.root_digest;
   record.map = {path.filename().string(), file->bytes().size(), sha256(file->bytes())};

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "compiler/base/atomic_file.h"
+#include "formats/map/diff_maps.h"
 #include "formats/map/map_diff_json.h"
 #include "formats/map/map_diff_text.h"
 #include "formats/map/map_writer.h"

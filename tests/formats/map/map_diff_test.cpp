@@ -1,4 +1,4 @@
-#include "formats/map/map_diff.h"
+#include "formats/map/diff_maps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -8,12 +8,13 @@ import json
 import math
 import pathlib
 import random
+import struct
 import subprocess
 import sys
 import tempfile
 
 sys.path.insert(0, sys.argv[2])
-from sightline_map import FAR, MapError, SightlineMap  # noqa: E402
+from sightline_map import FAR, MapError, SightlineMap, xxh3  # noqa: E402
 
 
 def check_sites(dump, opened, sites):
@@ -68,18 +69,34 @@ def check_nds(dump, opened):
     return count
 
 
+class EverySite:
+    """The definition of a look-up: no index, every site of the range layers."""
+
+    def __init__(self, opened):
+        self.reach_m, self.limits, self.sites = opened.reach_m, len(opened.limits_m), opened.sites()
+
+    def nearest(self, p_m):
+        best = None
+        for number, site in sorted(self.sites.items()):
+            distance_m = math.dist(p_m, [site[f"p_{axis}_m"][0] for axis in "xyz"])
+            if distance_m > self.reach_m or (best and distance_m >= best[0]):
+                continue
+            choices = [(index, site["range_flags"][i], site["probability"][index * self.limits + i],
+                        site["mean_error_m"][index]) for i, index in enumerate(site["range_index"])]
+            best = (distance_m, number, site["mean_error_m"][-1], choices)
+        return best
+
+
 def check_look_up(opened):
     """The section says what a search through every site says."""
     near = 0
-    sites = opened.sites()
-    opened.sites = lambda: sites
-    look_up = opened._look_up
+    look_up, every_site = opened._look_up, EverySite(opened)
     for _ in range(200):
         position = [o + random.uniform(-110, 110) for o in opened.origin_world_m[:2]]
         position.append(opened.origin_world_m[2] + random.uniform(-3, 3))
         limit_m = random.uniform(0.05, 0.4)
         answer = opened.observation_range(position, limit_m)
-        opened._look_up = None
+        opened._look_up = every_site
         assert opened.observation_range(position, limit_m) == answer
         opened._look_up = look_up
         near += not answer.flags & FAR
@@ -109,6 +126,21 @@ def check_damage(file, folder):
         assert error.name == "truncated-file"
 
 
+def check_versions(file, folder):
+    """Every minor of the reader's own major is read, another major is refused by name."""
+    for major, minor, name in ((1, 7, None), (2, 0, "future-version"), (0, 9, "old-version")):
+        other = bytearray(file)
+        struct.pack_into("<HH", other, 8, major, minor)
+        struct.pack_into("<Q", other, 120, xxh3(bytes(other[:120])))
+        other[-24:-16] = other[120:128]
+        (folder / "other.slmap").write_bytes(other)
+        try:
+            SightlineMap(folder / "other.slmap")
+            assert name is None
+        except MapError as error:
+            assert error.name == name and f"format {major}.{minor}, this program reads 1.0" in str(error)
+
+
 def main():
     random.seed(1)
     nds = near = 0
@@ -126,6 +158,7 @@ def main():
             nds += check_nds(load("nds"), opened)
             near += check_look_up(opened)
             check_damage((folder / "map.slmap").read_bytes(), folder)
+            check_versions((folder / "map.slmap").read_bytes(), folder)
             print(f"seed {seed}: {len(sites)} sites agree")
     print(f"{nds} NDs agree, {near} places near a site")
     assert nds > 0 and near > 100

@@ -3,18 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "compiler/base/atomic_file.h"
 #include "formats/map/container_writer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
-#include "formats/reader/reader.h"
 #include "tests/formats/map/random_map.h"
-#include "tests/formats/map/resealed.h"
 
 namespace sightline {
 namespace {
-
-using testing::HasSubstr;
 
 std::vector<std::string> block_names(const MapSummary& summary) {
   std::vector<std::string> names;
@@ -73,40 +68,6 @@ TEST(StripMap, CopiesNoDamage) {
   const Result<Repacked> stripped = strip_map(file);
   ASSERT_FALSE(stripped);
   EXPECT_EQ(error_class(stripped.error().code), ErrorClass::kCorrupt);
-}
-
-TEST(MigrateMap, TakesTheOldestFormatToThatOfTodayAndKeepsTheRootDigest) {
-  const Result<std::vector<std::byte>> old =
-      read_file(std::string(SIGHTLINE_COMPAT) + "/map_1_0.slmap");
-  ASSERT_TRUE(old);
-  const Result<Repacked> migrated = migrate_map(*old);
-  ASSERT_TRUE(migrated) << to_string(migrated.error());
-  const Result<MapSummary> before = verify_map(*old);
-  const Result<MapSummary> after = verify_map(migrated->file);
-  ASSERT_TRUE(after) << to_string(after.error());
-  EXPECT_EQ(before->format, "1.0");
-  EXPECT_EQ(after->format, "1.1");
-  EXPECT_EQ(after->root_digest, before->root_digest);
-  ASSERT_EQ(migrated->told.size(), 1u);
-  EXPECT_THAT(migrated->told[0], HasSubstr("1.0 to 1.1: "));
-}
-
-TEST(MigrateMap, OfTodaysFormatGivesTheSameBytes) {
-  const std::vector<std::byte> file = encode_map(random_map({.seed = 5}));
-  const Result<Repacked> migrated = migrate_map(file);
-  ASSERT_TRUE(migrated);
-  EXPECT_EQ(migrated->file, file);
-  EXPECT_THAT(migrated->told, testing::ElementsAre("it is of format 1.1 already"));
-}
-
-TEST(MigrateMap, OfALaterMinorVersionSaysWhoWroteIt) {
-  const std::vector<std::byte> file = with_header(
-      encode_map(random_map({.seed = 6})), [](FileHeader& header) { header.minor = 7; });
-  const Result<Repacked> migrated = migrate_map(file);
-  ASSERT_FALSE(migrated);
-  EXPECT_EQ(migrated.error().code, ErrorCode::kFutureVersion);
-  EXPECT_THAT(migrated.error().message,
-              HasSubstr("written by sightline test, format 1.7, this program migrates 1.0 to 1.1"));
 }
 
 }  // namespace

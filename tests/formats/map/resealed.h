@@ -20,12 +20,4 @@ inline std::vector<std::byte> with_header(std::vector<std::byte> file,
   return file;
 }
 
-// As format 1.0 had it: a vehicle finds sites through the directory.
-inline std::vector<std::byte> without_look_up(std::vector<std::byte> file) {
-  return with_header(std::move(file), [](FileHeader& header) {
-    header.minor = 0;
-    header.compatible_features = 0;
-  });
-}
-
 }  // namespace sightline

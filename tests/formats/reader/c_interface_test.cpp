@@ -10,6 +10,7 @@
 #include "formats/map/map_writer.h"
 #include "formats/reader/reader.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/formats/map/resealed.h"
 #include "tests/support/scratch_folder.h"
 
 namespace sightline {
@@ -67,6 +68,22 @@ TEST(CInterface, TellsWhyAMapCannotBeOpened) {
   EXPECT_EQ(std::string(message).rfind("SL2001 file-not-found: /nowhere.slmap", 0), 0u);
   EXPECT_STREQ(sightline_error_name(2001), "file-not-found");
   EXPECT_STREQ(sightline_error_name(1), "unknown");
+}
+
+TEST(CInterface, TellsWhoWroteAMapOfAnotherMajorVersion) {
+  const std::vector<std::byte> file =
+      with_header(encode_map(random_map({.seed = 4})), [](FileHeader& header) {
+        header.version = {2, 0};
+      });
+  const std::string path = written_map(file, "c_version.slmap");
+  sightline_map* map = nullptr;
+  char message[400];
+  EXPECT_EQ(sightline_open(path.c_str(), &map, message, sizeof message), 3001);
+  EXPECT_EQ(map, nullptr);
+  EXPECT_NE(std::string(message).find("written by sightline test, format 2.0, this program reads "
+                                      "1.0: compile again or use that version"),
+            std::string::npos)
+      << message;
 }
 
 TEST(CInterface, AnswersTheLongestRangeAlsoOnFailure) {

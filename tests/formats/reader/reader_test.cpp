@@ -74,7 +74,6 @@ void expect_equal(const RangeAnswer& found, const RangeAnswer& expected) {
   }
 }
 
-// With the section made for it, and as a map of format 1.0 is read.
 TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
   std::size_t found_count = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -86,21 +85,17 @@ TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
                                   .limits_m = {0.10, 0.20, 0.30}});
     map.reach_m = seed % 3 == 0 ? 16.0 : 6.0;
     const std::vector<std::byte> file = encode_map(map);
-    const std::vector<std::byte> file_1_0 = without_look_up(file);
     const Result<MapReader> reader = MapReader::open(file);
-    const Result<MapReader> reader_1_0 = MapReader::open(file_1_0);
-    ASSERT_TRUE(reader && reader_1_0);
+    ASSERT_TRUE(reader) << to_string(reader.error());
     for (int i = 0; i < 300; ++i) {
       const Position position =
           world(map, {random.uniform(-120.0, 120.0), random.uniform(-120.0, 120.0),
                       random.uniform(-3.0, 3.0)});
       const double limit_m = random.uniform(0.05, 0.4);
       const RangeAnswer expected = brute_force(map, position, limit_m);
-      for (const Result<MapReader>* each : {&reader, &reader_1_0}) {
-        const Result<RangeAnswer> found = (*each)->observation_range(position, limit_m);
-        ASSERT_TRUE(found) << to_string(found.error());
-        expect_equal(*found, expected);
-      }
+      const Result<RangeAnswer> found = reader->observation_range(position, limit_m);
+      ASSERT_TRUE(found) << to_string(found.error());
+      expect_equal(*found, expected);
       if (expected.site != kNoSite) ++found_count;
     }
   }
@@ -192,32 +187,13 @@ TEST(MapReader, RefusesWhatIsNoPositionOrLimit) {
   EXPECT_FALSE(reader->observation_range({0.0, NAN, 0.0}, 0.1));
 }
 
-TEST(MapReader, OfAMapOfFormat1_0ChecksATileOnlyWhenItIsUsed) {
-  CompiledMap map = random_map({.seed = 4, .site_count = 2, .nd_count = 0, .run_count = 1});
-  map.sites.sites[0].p_map_m = {10.0, 10.0, 0.0};
-  map.sites.sites[1].p_map_m = {1000.0, 10.0, 0.0};
-  std::vector<std::byte> file = without_look_up(encode_map(map));
-  {
-    const Result<MapReader> whole = MapReader::open(file);
-    ASSERT_TRUE(whole);
-    EXPECT_TRUE(whole->observation_range(world(map, {1000.0, 10.0, 0.0}), 0.1));
-  }
-  {
-    const MapContainer container = *open_container(file);
-    const std::uint32_t tile = *find_tile(container, 15, 0);
-    const std::byte* site_id =
-        located_bytes(container, *find_layer(container, tile, kRangeLayer)).data();
-    file[static_cast<std::size_t>(site_id - file.data())] = std::byte{0};
-  }
+TEST(MapReader, RefusesAFileThatNamesNoLookUp) {
+  const std::vector<std::byte> file =
+      with_header(encode_map(random_map({.seed = 4})),
+                  [](FileHeader& header) { header.compatible_features = 0; });
   const Result<MapReader> reader = MapReader::open(file);
-  ASSERT_TRUE(reader) << to_string(reader.error());
-  EXPECT_TRUE(reader->observation_range(world(map, {10.0, 10.0, 0.0}), 0.1));
-  for (int i = 0; i < 2; ++i) {  // and it stays refused
-    const Result<RangeAnswer> answer =
-        reader->observation_range(world(map, {1000.0, 10.0, 0.0}), 0.1);
-    ASSERT_FALSE(answer);
-    EXPECT_EQ(answer.error().code, ErrorCode::kChecksumMismatch);
-  }
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.error().code, ErrorCode::kBadLayer);
 }
 
 TEST(MapReader, ChecksAPageOnlyWhenItIsUsed) {

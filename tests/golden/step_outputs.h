@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "compiler/base/hash.h"
+#include "compiler/base/result.h"
+#include "formats/table.h"
+
+// What the golden test sees of a pipeline. Which steps there are, in which order, and what they
+// take and make comes from the pipeline; step_outputs.cpp alone knows how a pipeline is put
+// together.
+
+namespace sightline::golden {
+
+// One finished step.
+struct StepOutput {
+  std::string step;              // "build-ndt", "ingest:localization"
+  std::string version_constant;  // "kBuildNdtVersion"; empty: nothing has a version
+  std::uint32_t version = 0;
+  std::string artifact;             // what it made: "ndt-map"
+  std::string encoding;             // type and version of the encoding: "ndt-map 2"
+  std::vector<std::string> inputs;  // artifacts that it took
+  Digest digest{};                  // of the whole artifact
+  Table table;                      // all of its rows
+};
+
+// One pipeline that ran on one town.
+struct RunOutput {
+  std::string name;  // of the folder with its golden files: "town16"
+  std::vector<StepOutput> steps;
+};
+
+// Compiles what the configuration says, without a cache, on so many threads (0: all there are).
+// First comes a step "inputs", the digests of what is taken from outside; last "map-file", the
+// map's own bytes. Where the configuration names an evaluation drive a second run follows, in which
+// that drive judges the map: NAME-evaluate. Errors: those of the configuration, the recordings and
+// the passes.
+Result<std::vector<RunOutput>> run_town(const std::string& name,
+                                        const std::filesystem::path& config_file, int threads);
+
+}  // namespace sightline::golden
