@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "compiler/base/parallel.h"
+#include "formats/foreign/open_recording.h"
 #include "formats/foreign/pose_file.h"
 
 namespace sightline {

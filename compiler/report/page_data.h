@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "compiler/report/report.h"
+#include "compiler/report/report_sources.h"
 
 // The numbers of a page: one JSON object in <script type="application/json" id="data">. "<" is
 // written \u003c. Lengths are m and angles rad in the map frame unless a name says otherwise.

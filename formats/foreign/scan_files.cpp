@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string>
 
-#include "formats/foreign/point_cloud_file.h"
 #include "formats/foreign/pose_file.h"
+#include "formats/foreign/read_point_cloud.h"
+#include "formats/foreign/scan_endings.h"
 #include "formats/foreign/text_lines.h"
 
 namespace sightline {
@@ -124,13 +124,6 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
     if (!refused) return refused.error();
   }
   return files;
-}
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
 }
 
 std::optional<std::int64_t> scan_number(const std::filesystem::path& file) {

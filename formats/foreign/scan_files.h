@@ -19,9 +19,6 @@ bool natural_less(std::string_view a, std::string_view b);
 // Errors: file-not-found, cannot-open, empty-directory, mixed-formats, unsupported-format.
 Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem::path& folder);
 
-// ".pcd" of "a/B.PCD".
-std::string lower_extension(const std::filesystem::path& path);
-
 // The last run of digits in a scan's name ("scan_000012.pcd": 12), or nothing.
 std::optional<std::int64_t> scan_number(const std::filesystem::path& file);
 

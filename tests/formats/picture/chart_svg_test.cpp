@@ -1,4 +1,4 @@
-#include "formats/picture/chart.h"
+#include "formats/picture/chart_svg.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

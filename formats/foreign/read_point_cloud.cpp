@@ -1,11 +1,11 @@
-#include "formats/foreign/point_cloud_file.h"
+#include "formats/foreign/read_point_cloud.h"
 
 #include <string>
 
 #include "compiler/base/atomic_file.h"
 #include "formats/foreign/cloud_parsers.h"
 #include "formats/foreign/gzip.h"
-#include "formats/foreign/scan_files.h"
+#include "formats/foreign/scan_endings.h"
 
 namespace sightline {
 namespace {
