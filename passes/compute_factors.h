@@ -4,6 +4,7 @@
 
 #include "compiler/pipeline/options.h"
 #include "compiler/pipeline/pass_context.h"
+#include "formats/default_ranges.h"
 #include "formats/depth_images.h"
 #include "formats/factor_table.h"
 #include "formats/ndt_map.h"
@@ -15,7 +16,7 @@ namespace sightline {
 inline constexpr std::uint32_t kComputeFactorsVersion = 3;
 
 struct ComputeFactorsOptions {
-  std::vector<double> ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
+  std::vector<double> ranges_m = default_ranges_m();
 };
 std::vector<OptionField> option_fields(ComputeFactorsOptions& options);
 

@@ -5,6 +5,7 @@
 
 #include "compiler/pipeline/options.h"
 #include "compiler/pipeline/pass_context.h"
+#include "formats/default_ranges.h"
 #include "formats/drive.h"
 #include "formats/measured_error.h"
 #include "formats/ndt_map.h"
@@ -17,7 +18,7 @@ namespace sightline {
 inline constexpr std::uint32_t kMeasureErrorVersion = 7;
 
 struct MeasureErrorOptions {
-  std::vector<double> ranges_m = {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};
+  std::vector<double> ranges_m = default_ranges_m();
   double leaf_m = 1.0;
   StartPattern starts;
   std::string scans = "all";

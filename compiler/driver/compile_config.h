@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "compiler/driver/config_file.h"
+#include "formats/default_ranges.h"
 #include "formats/foreign/recording.h"
 #include "passes/align_drive.h"
 #include "passes/build_ndt.h"
@@ -31,7 +32,7 @@ namespace sightline {
 
 // What several passes must agree on; each of them takes it from here.
 struct AnnotationOptions {
-  std::vector<double> ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
+  std::vector<double> ranges_m = default_ranges_m();
   std::vector<double> limits_m = {0.10, 0.25};
   double leaf_m = 1.0;
   double tile_m = 64.0;

@@ -4,11 +4,18 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "compiler/base/result.h"
 #include "formats/foreign/point_cloud_file.h"
 
 namespace sightline {
+
+// Whether files of this ending ("." and small letters) are read: those below, and .gz of them.
+bool is_scan_ending(std::string_view extension);
+
+// ".pcd, .ply, .las or .bin", for messages.
+std::string scan_endings_text();
 
 // Reads PCD (ascii, binary, binary_compressed; versions up to 0.7; any order of fields, any field
 // types, extra fields), PLY (ascii, binary of both byte orders), LAS (1.0 to 1.4, point formats 0

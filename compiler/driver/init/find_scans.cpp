@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "formats/foreign/open_scan_container.h"
-#include "formats/foreign/scan_endings.h"
+#include "formats/foreign/lower_extension.h"
 #include "formats/foreign/scan_files.h"
 
 namespace sightline {

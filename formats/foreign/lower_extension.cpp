@@ -1,4 +1,4 @@
-#include "formats/foreign/scan_endings.h"
+#include "formats/foreign/lower_extension.h"
 
 #include <algorithm>
 #include <cctype>
