@@ -1,6 +1,6 @@
 #include "compiler/report/page_data.h"
 
-#include "compiler/report/json_numbers.h"
+#include <nlohmann/json.hpp>
 
 namespace sightline {
 namespace {
