@@ -81,12 +81,6 @@ Result<void> validate_streets(const Evaluation& evaluation) {
 
 }  // namespace
 
-std::string_view rule_name(Rule rule) {
-  constexpr std::string_view kNames[kRuleCount] = {
-      "map", "mean", "probability", "static-equal-coverage", "static-longest", "oracle"};
-  return kNames[static_cast<std::size_t>(rule)];
-}
-
 Result<void> validate(const Evaluation& evaluation) {
   Result<void> valid = validate_shape(evaluation);
   if (valid) valid = validate_rules(evaluation);

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "compiler/base/bytes.h"
-#include "formats/evaluation.h"
+#include "formats/evaluation_scores.h"
+#include "formats/table.h"
 
 // The numbers of an evaluation's rows, told once for checking, printing and encoding.
 

@@ -1,29 +1,41 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <string_view>
 
 #include "compiler/base/result.h"
 
-// Where on the Earth a recording in UTM coordinates lies.
+// Where on the Earth a recording's coordinates lie.
 
 namespace sightline {
 
-struct UtmZone {
-  int number = 0;  // 1 to 60
-  bool is_south = false;
+// How the world coordinates of a recording lie on Earth, which no map knows and its user names.
+enum class WorldKind {
+  kLocal,  // nowhere: an origin and axes of its own
+  kUtm,    // easting and northing of a UTM zone of WGS 84; z above the ellipsoid or the geoid
+  kEnu,    // east, north, up at a point of WGS 84
 };
 
-// "33N", "19S" (the hemisphere, no latitude band). Error: bad-argument.
-Result<UtmZone> parse_utm_zone(std::string_view text);
-
-struct LongitudeLatitude {  // degrees, WGS 84
+struct World {
+  WorldKind kind = WorldKind::kLocal;
+  int utm_zone = 0;  // 1 to 60
+  bool is_north = true;
+  double latitude_deg = 0.0;  // of an ENU origin
   double longitude_deg = 0.0;
-  double latitude_deg = 0.0;
+  double altitude_m = 0.0;
 };
 
-// Off by less than 1 mm within 1000 km of the zone's middle meridian: C. F. F. Karney, Transverse
-// Mercator with an accuracy of a few nanometers (2011), equations 15 and 35 with the series of
-// order 4 in the flattening.
-LongitudeLatitude from_utm(const UtmZone& zone, double easting_m, double northing_m);
+struct Geodetic {
+  double latitude_deg = 0.0;
+  double longitude_deg = 0.0;
+  double altitude_m = 0.0;
+};
+
+// "local", "utm:32N", "enu:48.98,8.39,116.4" (latitude, longitude, altitude). Error: bad-argument.
+Result<World> parse_world(std::string_view text);
+
+// Of a point in world coordinates; the world must not be local. Error: bad-argument where the point
+// is none of the zone.
+Result<Geodetic> to_geodetic(const World& world, const Eigen::Vector3d& p_world_m);
 
 }  // namespace sightline

@@ -10,9 +10,6 @@ namespace sightline {
 // A field of CSV (RFC 4180): in quotes where a comma, quote or line end would otherwise break it.
 std::string csv_field(std::string_view text);
 
-// A JSON string with its quotes. "<" is escaped too, since it could end the script of a page.
-std::string json_string(std::string_view text);
-
 // The inside of an element or attribute of XML or HTML. Control characters that XML 1.0 does not
 // know are dropped.
 std::string xml_text(std::string_view text);

@@ -1,13 +1,16 @@
 #include "formats/table.h"
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "formats/quoted_text.h"
+#include "formats/text_grid.h"
 
 namespace sightline {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 std::string plain(const Cell& cell) {
   if (const auto* number = std::get_if<std::int64_t>(&cell)) return std::to_string(*number);
@@ -15,12 +18,13 @@ std::string plain(const Cell& cell) {
   return std::get<std::string>(cell);
 }
 
-std::string json_value(const Cell& cell) {
-  if (const auto* text = std::get_if<std::string>(&cell)) return json_string(*text);
-  if (const auto* number = std::get_if<double>(&cell); number && !std::isfinite(*number)) {
-    return "null";
-  }
-  return plain(cell);
+// A name need not be UTF-8; what is none of it is replaced.
+std::string json_text(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Json json_value(const Cell& cell) {
+  return std::visit([](const auto& value) { return Json(value); }, cell);  // not finite: null
 }
 
 template <class T, class Format>
@@ -43,14 +47,16 @@ std::string to_csv(const Table& table) {
   return text;
 }
 
+// One line a row: a table may be larger than a tree of JSON values should be.
 std::string to_json(const Table& table) {
-  std::string text = "{\"name\": " + json_string(table.name) + ", \"facts\": {";
-  text += joined(table.facts, ", ", [](const std::pair<std::string, Cell>& fact) {
-    return json_string(fact.first) + ": " + json_value(fact.second);
-  });
-  text += "},\n \"columns\": [" + joined(table.columns, ", ", json_string) + "],\n \"rows\": [";
+  Json facts = Json::object();
+  for (const auto& [name, value] : table.facts) facts[name] = json_value(value);
+  std::string text = "{\"name\": " + json_text(table.name) + ", \"facts\": " + json_text(facts);
+  text += ",\n \"columns\": " + json_text(table.columns) + ",\n \"rows\": [";
   text += joined(table.rows, ",", [](const std::vector<Cell>& row) {
-    return "\n  [" + joined(row, ", ", json_value) + "]";
+    Json cells = Json::array();
+    for (const Cell& cell : row) cells.push_back(json_value(cell));
+    return "\n  " + json_text(cells);
   });
   return text + "]}\n";
 }
@@ -58,25 +64,12 @@ std::string to_json(const Table& table) {
 std::string to_aligned_text(const Table& table) {
   std::string text;
   for (const auto& [name, value] : table.facts) text += name + ": " + plain(value) + "\n";
-  std::vector<std::vector<std::string>> lines = {table.columns};
+  TextGrid grid = {table.columns};
   for (const std::vector<Cell>& row : table.rows) {
-    std::vector<std::string>& line = lines.emplace_back();
+    std::vector<std::string>& line = grid.emplace_back();
     for (const Cell& cell : row) line.push_back(plain(cell));
   }
-  std::vector<std::size_t> widths(table.columns.size(), 0);
-  for (const std::vector<std::string>& line : lines) {
-    for (std::size_t i = 0; i < line.size() && i < widths.size(); ++i) {
-      widths[i] = std::max(widths[i], line[i].size());
-    }
-  }
-  for (const std::vector<std::string>& line : lines) {
-    for (std::size_t i = 0; i < line.size() && i < widths.size(); ++i) {
-      if (i > 0) text += "  ";
-      text += std::string(widths[i] - line[i].size(), ' ') + line[i];
-    }
-    text += "\n";
-  }
-  return text;
+  return text + aligned(grid, FirstColumn::kRight);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 namespace sightline {
 
-std::string aligned(const TextGrid& grid) {
+std::string aligned(const TextGrid& grid, FirstColumn first) {
   std::vector<std::size_t> widths;
   for (const std::vector<std::string>& row : grid) {
     widths.resize(std::max(widths.size(), row.size()), 0);
@@ -16,7 +16,7 @@ std::string aligned(const TextGrid& grid) {
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::string space(widths[i] - row[i].size(), ' ');
       if (i > 0) text += "  ";
-      text += i == 0 ? row[i] + space : space + row[i];
+      text += i == 0 && first == FirstColumn::kLeft ? row[i] + space : space + row[i];
     }
     text += "\n";
   }

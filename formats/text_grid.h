@@ -9,8 +9,11 @@ namespace sightline {
 
 using TextGrid = std::vector<std::vector<std::string>>;  // [row][column]; rows may be short
 
-// The first column to the left, the others to the right, two spaces between, one line a row.
-std::string aligned(const TextGrid& grid);
+enum class FirstColumn { kLeft, kRight };
+
+// The first column to the left (unless said), the others to the right, two spaces between, one line
+// a row.
+std::string aligned(const TextGrid& grid, FirstColumn first = FirstColumn::kLeft);
 
 std::string fixed(double value, int decimals);
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "formats/default_ranges.h"
 #include "formats/depth_images.h"
 #include "formats/factor_table.h"
 #include "formats/ndt_map.h"
@@ -12,7 +13,7 @@
 namespace sightline {
 
 struct ComputeFactorsOptions {
-  std::vector<double> ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
+  std::vector<double> ranges_m = default_ranges_m();
 };
 std::vector<OptionField> option_fields(ComputeFactorsOptions& options);
 

@@ -56,15 +56,16 @@ Choice choose_as_map(const Court& court, std::size_t limit) {
   return choice;
 }
 
-Choice choose_with_dilation(const Court& court, std::size_t limit) {
+Choice choose_with_dilation(const Court& court, const EvaluateRangesOptions& options,
+                            std::size_t limit) {
   const bool has_own = court.ranges.selection == Selection::kProbability;
   const LimitPromise& promise = court.ranges.promises[limit];
-  const double given = court.options.probability_threshold;
+  const double given = options.probability_threshold;
   const Thresholds thresholds =
       has_own ? Thresholds{promise.probability_threshold, promise.history_threshold}
               : Thresholds{given, given};
   Choice choice = choose_by_probability(court.predicted, limit, thresholds);
-  dilate(route_of(court.sites), has_own ? court.ranges.dilation_m : court.options.dilation_m,
+  dilate(route_of(court.sites), has_own ? court.ranges.dilation_m : options.dilation_m,
          choice);
   return choice;
 }
@@ -100,10 +101,10 @@ Choice choose_static_covering(const Court& court, std::size_t limit, double cove
 }
 
 // In the order of Rule. `tighter`: the same for the next tighter limit; empty for the tightest.
-std::vector<Choice> choices_at(const Court& court, std::size_t limit,
+std::vector<Choice> choices_at(const Court& court, const EvaluateRangesOptions& options, std::size_t limit,
                                const std::vector<Choice>& tighter) {
   const Choice as_map = choose_as_map(court, limit);
-  Choice probability = choose_with_dilation(court, limit);
+  Choice probability = choose_with_dilation(court, options, limit);
   if (!tighter.empty()) {
     cap_by_tighter(tighter[static_cast<std::size_t>(Rule::kProbability)], probability);
   }
@@ -150,7 +151,7 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
                      std::to_string(sites.sites.size()),
                  "", ""};
   }
-  Court court{options, sites, predicted, ranges, judged, street_types(factors), {}};
+  Court court{options.stretch_m, sites, predicted, ranges, judged, street_types(factors), {}};
   court.streets.resize(sites.sites.size(), StreetType::kUnknown);  // a map stripped of factors
   for (std::size_t site = 0; site < judged.scan_of_site.size(); ++site) {
     if (judged.scan_of_site[site] >= 0) court.judged_sites.push_back(site);
@@ -169,7 +170,7 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
   }
   std::vector<Choice> choices;
   for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
-    choices = choices_at(court, limit, choices);
+    choices = choices_at(court, options, limit, choices);
     for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
       evaluation.rules.push_back(
           score_choice(court, court.limit_m(limit), static_cast<Rule>(rule), choices[rule]));

@@ -69,7 +69,7 @@ std::vector<JudgedRun> judged_runs(const Court& court) {
 void score_worst_stretch(const Court& court, const std::vector<double>& met, RuleScore& score) {
   const std::vector<JudgedRun> runs = judged_runs(court);
   const std::size_t longest = std::ranges::max(runs, {}, &JudgedRun::size).size();
-  const double sites_in_stretch = std::round(court.options.stretch_m / court.sites.spacing_m);
+  const double sites_in_stretch = std::round(court.stretch_m / court.sites.spacing_m);
   const std::size_t length =
       std::clamp<std::size_t>(static_cast<std::size_t>(sites_in_stretch), 1, longest);
   double least = static_cast<double>(length) + 1.0;

@@ -8,7 +8,7 @@
 #include "formats/predicted_error.h"
 #include "formats/range_table.h"
 #include "formats/sites.h"
-#include "passes/evaluate_ranges.h"
+#include "formats/street_type.h"
 #include "passes/learn/selection.h"
 
 // Figures of evaluate-ranges, each worked out from what was measured.
@@ -17,7 +17,7 @@ namespace sightline {
 
 // What all scores are worked out from.
 struct Court {
-  const EvaluateRangesOptions& options;
+  double stretch_m = 0.0;  // of route, of the worst stretch
   const Sites& sites;
   const PredictedError& predicted;
   const RangeTable& ranges;

@@ -6,7 +6,9 @@
 #include <optional>
 
 #include "compiler/base/parallel.h"
+#include "formats/foreign/open_recording.h"
 #include "formats/foreign/pose_file.h"
+#include "formats/foreign/read_point_cloud.h"
 
 namespace sightline {
 namespace {
@@ -163,10 +165,9 @@ std::vector<OptionField> option_fields(IngestOptions& options) {
 std::vector<OptionField> option_fields(RecordingOptions& options) {
   return {
       text("name", options.name, "name of the drive; empty: the folder's"),
-      text(
-          "scans", options.scans,
-          "folder with one PCD, PLY, LAS or .bin (KITTI, nuScenes) file per scan; or a ROS bag, or "
-          "a Velodyne pcap"),
+      text("scans", options.scans,
+           "folder with one file per scan (" + scan_endings_text() +
+               "); or a ROS bag, or a Velodyne pcap"),
       text("topic", options.topic, "of a bag's sensor_msgs/PointCloud2; empty: its only one"),
       text("poses", options.poses,
            "pose file or ROS bag; empty: the compiler estimates the trajectory"),

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/default_ranges.h"
 #include "formats/drive.h"
 #include "formats/measured_error.h"
 #include "formats/ndt_map.h"
@@ -15,7 +16,7 @@
 namespace sightline {
 
 struct MeasureErrorOptions {
-  std::vector<double> ranges_m = {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};
+  std::vector<double> ranges_m = default_ranges_m();
   double leaf_m = 1.0;
   StartPattern starts;
   ScanSelection scans = ScanSelection::kAll;

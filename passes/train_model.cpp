@@ -171,7 +171,7 @@ ForestOptions forest_options(const TrainModelOptions& options) {
 Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainModelOptions& options,
                                            const Lesson& lesson) {
   const std::vector<std::uint8_t> leave_none_out(lesson.sites.size(), 0);
-  const TrainingSet all =
+  const LabelledRows all =
       labelled_rows(lesson, leave_none_out, static_cast<std::size_t>(options.most_rows));
   return grow_forest(lesson.features, all, forest_options(options), mix(ctx.seed, kWholeForestKey),
                      ctx.threads);

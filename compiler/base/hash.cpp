@@ -14,17 +14,27 @@ EVP_MD_CTX* context(void* state) { return static_cast<EVP_MD_CTX*>(state); }
 
 }  // namespace
 
-DigestBuilder::DigestBuilder() : state_(EVP_MD_CTX_new()) {
+Sha256Stream::Sha256Stream() : state_(EVP_MD_CTX_new()) {
   SIGHTLINE_CHECK(state_ != nullptr);
   SIGHTLINE_CHECK(EVP_DigestInit_ex(context(state_), EVP_sha256(), nullptr) == 1);
 }
 
-DigestBuilder::~DigestBuilder() { EVP_MD_CTX_free(context(state_)); }
+Sha256Stream::~Sha256Stream() { EVP_MD_CTX_free(context(state_)); }
+
+void Sha256Stream::add(std::span<const std::byte> bytes) {
+  SIGHTLINE_CHECK(EVP_DigestUpdate(context(state_), bytes.data(), bytes.size()) == 1);
+}
+
+Digest Sha256Stream::finish() {
+  Digest digest{};
+  SIGHTLINE_CHECK(EVP_DigestFinal_ex(context(state_), digest.data(), nullptr) == 1);
+  return digest;
+}
 
 void DigestBuilder::add(std::span<const std::byte> part) {
   const std::uint64_t size = part.size();
-  SIGHTLINE_CHECK(EVP_DigestUpdate(context(state_), &size, sizeof size) == 1);
-  SIGHTLINE_CHECK(EVP_DigestUpdate(context(state_), part.data(), part.size()) == 1);
+  stream_.add(std::as_bytes(std::span(&size, 1)));
+  stream_.add(part);
 }
 
 void DigestBuilder::add(std::string_view part) {
@@ -33,17 +43,10 @@ void DigestBuilder::add(std::string_view part) {
 
 void DigestBuilder::add(const Digest& part) { add(std::as_bytes(std::span(part))); }
 
-Digest DigestBuilder::finish() {
-  Digest digest{};
-  SIGHTLINE_CHECK(EVP_DigestFinal_ex(context(state_), digest.data(), nullptr) == 1);
-  return digest;
-}
-
 Digest sha256(std::span<const std::byte> bytes) {
-  Digest digest{};
-  SIGHTLINE_CHECK(
-      EVP_Digest(bytes.data(), bytes.size(), digest.data(), nullptr, EVP_sha256(), nullptr) == 1);
-  return digest;
+  Sha256Stream stream;
+  stream.add(bytes);
+  return stream.finish();
 }
 
 Digest sha256(std::string_view text) {

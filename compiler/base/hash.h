@@ -19,21 +19,31 @@ std::string to_hex(const Digest& digest);
 // XXH3, 64 bits, seed 0: detects damage, is no proof against intent.
 std::uint64_t xxh3(std::span<const std::byte> bytes);
 
-// SHA-256 of parts of which each is preceded by its length, so that no two lists of parts collide.
-class DigestBuilder {
+// SHA-256 of bytes that come piece by piece: the same as sha256() of all of them.
+class Sha256Stream {
  public:
-  DigestBuilder();
-  ~DigestBuilder();
-  DigestBuilder(const DigestBuilder&) = delete;
-  DigestBuilder& operator=(const DigestBuilder&) = delete;
+  Sha256Stream();
+  ~Sha256Stream();
+  Sha256Stream(const Sha256Stream&) = delete;
+  Sha256Stream& operator=(const Sha256Stream&) = delete;
 
-  void add(std::string_view part);
-  void add(std::span<const std::byte> part);
-  void add(const Digest& part);
+  void add(std::span<const std::byte> bytes);
   Digest finish();
 
  private:
   void* state_;  // EVP_MD_CTX
+};
+
+// SHA-256 of parts of which each is preceded by its length, so that no two lists of parts collide.
+class DigestBuilder {
+ public:
+  void add(std::string_view part);
+  void add(std::span<const std::byte> part);
+  void add(const Digest& part);
+  Digest finish() { return stream_.finish(); }
+
+ private:
+  Sha256Stream stream_;
 };
 
 }  // namespace sightline

@@ -61,3 +61,30 @@ class [[nodiscard]] Result<void> {
 };
 
 }  // namespace sightline
+
+// Passes an error on: ends the function (which returns an Error or a Result of anything) with the
+// error of an expression that is one, and goes on otherwise.
+//
+//   SIGHTLINE_TRY(write_header(out));
+//   SIGHTLINE_ASSIGN(const Header header, read_header(in));
+//   SIGHTLINE_ASSIGN(body, read_body(in, header));
+//
+// SIGHTLINE_ASSIGN goes on with the value, moved into what its first argument declares or names; a
+// type with a comma in it needs an alias there. Each evaluates its expression once, and neither may
+// stand within the expression of another.
+#define SIGHTLINE_TRY(...) \
+  SIGHTLINE_TRY_AS(SIGHTLINE_JOIN(sightline_result_, __LINE__), (__VA_ARGS__))
+#define SIGHTLINE_ASSIGN(target, ...) \
+  SIGHTLINE_ASSIGN_AS(SIGHTLINE_JOIN(sightline_result_, __LINE__), target, (__VA_ARGS__))
+
+// What they are made of.
+#define SIGHTLINE_JOIN_NOW(a, b) a##b
+#define SIGHTLINE_JOIN(a, b) SIGHTLINE_JOIN_NOW(a, b)
+#define SIGHTLINE_TRY_AS(result, expression)                             \
+  do {                                                                   \
+    if (const auto& result = expression; !result) return result.error(); \
+  } while (false)
+#define SIGHTLINE_ASSIGN_AS(result, target, expression) \
+  auto result = expression;                             \
+  if (!result) return result.error();                   \
+  target = *std::move(result)

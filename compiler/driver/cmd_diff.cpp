@@ -19,27 +19,28 @@ struct DiffFlags {
   std::string before;
   std::string after;
   std::string format = "text";
-  std::string utm_zone;
+  std::string world = "local";
   MapDiffOptions options;
   bool is_quiet = false;
 };
 
+Result<std::string> text_of(const MapDiff& diff, const std::string& format, const World& world) {
+  if (format == "json") return to_json(diff);
+  if (format == "markdown") return to_markdown(diff);
+  if (format == "geojson") return to_geojson(diff, world);
+  return to_text(diff);
+}
+
 Result<bool> diff(const DiffFlags& flags) {
-  std::optional<UtmZone> zone;
-  if (!flags.utm_zone.empty()) {
-    const Result<UtmZone> parsed = parse_utm_zone(flags.utm_zone);
-    if (!parsed) return parsed.error();
-    zone = *parsed;
-  }
+  const Result<World> world = parse_world(flags.world);
+  if (!world) return world.error();
   const Result<MapDiff> found = diff_maps(std::filesystem::path(flags.before),
                                           std::filesystem::path(flags.after), flags.options);
   if (!found) return found.error();
   if (!flags.is_quiet) {
-    const std::string text = flags.format == "json"       ? to_json(*found)
-                             : flags.format == "markdown" ? to_markdown(*found)
-                             : flags.format == "geojson"  ? to_geojson(*found, zone)
-                                                          : to_text(*found);
-    std::fputs(text.c_str(), stdout);
+    const Result<std::string> text = text_of(*found, flags.format, *world);
+    if (!text) return text.error();
+    std::fputs(text->c_str(), stdout);
   }
   return found->is_same();
 }
@@ -58,7 +59,7 @@ void add_diff_command(CLI::App& app, int& status) {
       "  sightline diff old.slmap new.slmap\n"
       "  sightline diff old.slmap new.slmap -q || echo changed\n"
       "  sightline diff old.slmap new.slmap --format markdown >> \"$GITHUB_STEP_SUMMARY\"\n"
-      "  sightline diff old.slmap new.slmap --format geojson --utm 33N > changed.geojson");
+      "  sightline diff old.slmap new.slmap --format geojson --world utm:33N > changed.geojson");
   command->add_option("before", flags->before, "The old map (.slmap)")->required();
   command->add_option("after", flags->after, "The new map (.slmap)")->required();
   command->add_option("--format", flags->format, "text, json (schemas/diff.schema.json), markdown "
@@ -78,9 +79,11 @@ void add_diff_command(CLI::App& app, int& status) {
                       "A longer stretch is told in pieces, m")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--utm", flags->utm_zone,
-                      "UTM zone of the maps' world, such as 33N: geojson then has longitude and "
-                      "latitude");
+  command
+      ->add_option("--world", flags->world,
+                   "Where the maps' coordinates lie, for geojson: local, utm:ZONE (utm:32N) or "
+                   "enu:LATITUDE,LONGITUDE,ALTITUDE")
+      ->capture_default_str();
   command->callback([flags, &status] {
     const Result<bool> is_same = diff(*flags);
     if (!is_same) report_error(is_same.error());

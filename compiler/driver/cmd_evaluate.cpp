@@ -10,6 +10,7 @@
 #include "formats/evaluation.h"
 #include "formats/map/map_reader.h"
 #include "formats/picture/calibration_chart.h"
+#include "formats/picture/chart_svg.h"
 #include "passes/factors/factor_report.h"
 
 namespace sightline {

@@ -7,6 +7,7 @@
 
 #include "compiler/driver/config_file.h"
 #include "compiler/pipeline/settings.h"
+#include "formats/default_ranges.h"
 #include "formats/foreign/recording.h"
 
 namespace sightline {
@@ -15,7 +16,7 @@ enum class Split { kAuto, kEvenOdd };
 
 // What several passes must agree on; each of them takes it from here.
 struct AnnotationOptions {
-  std::vector<double> ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
+  std::vector<double> ranges_m = default_ranges_m();
   std::vector<double> limits_m = {0.10, 0.25};
   double leaf_m = 1.0;
   double tile_m = 64.0;

@@ -1,4 +1,5 @@
 #include "compiler/driver/input_files.h"
+#include "formats/foreign/open_recording.h"
 
 #include <algorithm>
 

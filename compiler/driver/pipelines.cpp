@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "compiler/base/atomic_file.h"
+#include "formats/foreign/open_recording.h"
 #include "formats/map/map_reader.h"
 #include "passes/add_mapping_error.h"
 #include "passes/align_drive.h"

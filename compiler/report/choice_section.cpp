@@ -2,6 +2,7 @@
 
 #include "compiler/report/along.h"
 #include "compiler/report/sections.h"
+#include "formats/picture/chart_svg.h"
 
 // What the paper's section V shows: the ranges that the map names, and how they fare.
 

@@ -2,9 +2,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "compiler/report/json_text.h"
+#include "compiler/report/json_numbers.h"
 #include "compiler/report/page_data.h"
 #include "formats/picture/png.h"
+#include "formats/release/base64.h"
 
 namespace sightline {
 namespace {
@@ -33,7 +34,7 @@ std::string image_of(const DepthImages& images, std::size_t site) {
   }
   const Result<std::vector<std::byte>> file = encode_png(raster);
   SIGHTLINE_CHECK(file.has_value());
-  return "\"" + base64(*file) + "\"";
+  return base64_of(*file);
 }
 
 // Every how many sites one image is shown.
@@ -51,7 +52,7 @@ std::size_t stride_of(const DepthImages& images) {
 
 }  // namespace
 
-std::string depth_json(const DepthImages& images) {
+PageJson depth_json(const DepthImages& images) {
   const std::size_t stride = stride_of(images);
   std::vector<std::uint32_t> sites;
   std::vector<std::string> texts;
@@ -60,13 +61,13 @@ std::string depth_json(const DepthImages& images) {
     texts.push_back(image_of(images, site));
   }
   const double to_rad = std::numbers::pi / 180.0;
-  return json_object({{"site", json_numbers(sites)},
-                      {"columns", std::to_string(images.azimuth_count)},
-                      {"rows", std::to_string(images.elevation_count)},
-                      {"first_elevation_rad", format_double(images.first_elevation_deg * to_rad)},
-                      {"elevation_step_rad", format_double(images.elevation_step_deg * to_rad)},
-                      {"longest_m", format_double(images.longest_range_m)},
-                      {"images", json_array(texts)}});
+  return {{"site", json_numbers(sites)},
+          {"columns", images.azimuth_count},
+          {"rows", images.elevation_count},
+          {"first_elevation_rad", images.first_elevation_deg * to_rad},
+          {"elevation_step_rad", images.elevation_step_deg * to_rad},
+          {"longest_m", images.longest_range_m},
+          {"images", texts}};
 }
 
 }  // namespace sightline

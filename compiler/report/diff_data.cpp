@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "compiler/report/json_text.h"
+#include "compiler/report/json_numbers.h"
 #include "compiler/report/page_data.h"
 
 namespace sightline {
@@ -13,7 +13,7 @@ std::uint16_t decimetres(double range_m) {
   return static_cast<std::uint16_t>(std::lround(10.0 * range_m));
 }
 
-std::string sites_of(const MapDiff& diff) {
+PageJson sites_of(const MapDiff& diff) {
   std::vector<std::uint32_t> site;
   std::vector<std::uint16_t> before, after;
   std::vector<std::uint8_t> change;
@@ -27,13 +27,13 @@ std::string sites_of(const MapDiff& diff) {
       after.push_back(has_answer ? decimetres(each.answers[limit].range_after_m) : 0);
     }
   }
-  return json_object({{"site", json_numbers(site)},
-                      {"change", json_numbers(change)},
-                      {"before_dm", json_numbers(before)},
-                      {"after_dm", json_numbers(after)}});
+  return {{"site", json_numbers(site)},
+          {"change", json_numbers(change)},
+          {"before_dm", json_numbers(before)},
+          {"after_dm", json_numbers(after)}};
 }
 
-std::string nds_of(const MapDiff& diff, const MapFrame& frame) {
+PageJson nds_of(const MapDiff& diff, const MapFrame& frame) {
   std::vector<float> x_m, y_m;
   std::vector<std::uint8_t> change;
   const std::size_t stride = diff.nds.size() / kMostNds + 1;
@@ -43,18 +43,17 @@ std::string nds_of(const MapDiff& diff, const MapFrame& frame) {
     y_m.push_back(static_cast<float>(mean_m.y()));
     change.push_back(static_cast<std::uint8_t>(diff.nds[i].change));
   }
-  return json_object({{"stride", std::to_string(stride)},
-                      {"x_m", json_numbers(x_m)},
-                      {"y_m", json_numbers(y_m)},
-                      {"change", json_numbers(change)}});
+  return {{"stride", stride},
+          {"x_m", json_numbers(x_m)},
+          {"y_m", json_numbers(y_m)},
+          {"change", json_numbers(change)}};
 }
 
 }  // namespace
 
-std::string diff_json(const MapDiff& diff, const MapFrame& frame) {
-  return json_object({{"limits_m", json_array(common_limits_m(diff))},
-                      {"sites", sites_of(diff)},
-                      {"nds", nds_of(diff, frame)}});
+PageJson diff_json(const MapDiff& diff, const MapFrame& frame) {
+  return {
+      {"limits_m", common_limits_m(diff)}, {"sites", sites_of(diff)}, {"nds", nds_of(diff, frame)}};
 }
 
 }  // namespace sightline

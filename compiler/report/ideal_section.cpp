@@ -1,5 +1,6 @@
 #include "compiler/report/along.h"
 #include "compiler/report/sections.h"
+#include "formats/picture/chart_svg.h"
 
 // What the paper's section III shows: the range that is enough, were the error known beforehand.
 

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "compiler/report/sections.h"
+#include "formats/picture/chart_svg.h"
 
 // How the map was made: the trajectory, how sharp the map is, and what was taken out.
 

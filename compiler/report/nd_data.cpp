@@ -4,9 +4,8 @@
 #include <limits>
 #include <numbers>
 
-#include "compiler/report/json_text.h"
+#include "compiler/report/json_numbers.h"
 #include "compiler/report/page_data.h"
-#include "compiler/report/tiles.h"
 
 namespace sightline {
 namespace {
@@ -58,9 +57,9 @@ void append(const Nd& nd, const Eigen::Vector3d& corner_m, double tile_m, NdColu
 
 }  // namespace
 
-std::string nds_json(const NdtMap& map) {
+PageJson nds_json(const NdtMap& map) {
   const double lowest_m = lowest_z_m(map);
-  std::vector<std::string> tiles;
+  PageJson tiles = PageJson::array();
   for (std::size_t begin = 0; begin < map.nds.size();) {
     const TileKey key = tile_of(map.nds[begin].key, map.cell_m, map.tile_m);
     const Eigen::Vector3d corner_m(key.x * map.tile_m, key.y * map.tile_m, lowest_m);
@@ -70,20 +69,18 @@ std::string nds_json(const NdtMap& map) {
          ++end) {
       append(map.nds[end], corner_m, map.tile_m, columns);
     }
-    std::vector<JsonMember> tile = tile_members(key);
-    tile.insert(tile.end(), {{"count", std::to_string(end - begin)},
-                             {"place_m", json_numbers(columns.place)},
-                             {"height", json_numbers(columns.height)},
-                             {"radius", json_numbers(columns.radius)},
-                             {"turn", json_numbers(columns.turn)},
-                             {"kind", json_numbers(columns.kind)}});
-    tiles.push_back(json_object(tile));
+    tiles.push_back({{"x", key.x},
+                     {"y", key.y},
+                     {"count", end - begin},
+                     {"place_m", json_numbers(columns.place)},
+                     {"height", json_numbers(columns.height)},
+                     {"radius", json_numbers(columns.radius)},
+                     {"turn", json_numbers(columns.turn)},
+                     {"kind", json_numbers(columns.kind)}});
     begin = end;
   }
-  return json_object({{"cell_m", format_double(map.cell_m)},
-                      {"tile_m", format_double(map.tile_m)},
-                      {"lowest_z_m", format_double(lowest_m)},
-                      {"tiles", json_array(tiles)}});
+  return {
+      {"cell_m", map.cell_m}, {"tile_m", map.tile_m}, {"lowest_z_m", lowest_m}, {"tiles", tiles}};
 }
 
 }  // namespace sightline

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "compiler/base/check.h"
+#include "formats/release/base64.h"
 
 namespace sightline {
 namespace {
@@ -24,24 +25,6 @@ std::vector<std::byte> by_planes(std::span<const std::byte> bytes, std::size_t e
 
 }  // namespace
 
-std::string base64(std::span<const std::byte> bytes) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t triple = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      triple = triple << 8U | (k < left ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= left ? kDigits[triple >> (18U - 6U * k) & 63U] : '=';
-    }
-  }
-  return text;
-}
-
 std::string packed(std::span<const std::byte> bytes, std::size_t element_size) {
   const std::vector<std::byte> planes = by_planes(bytes, element_size);
   uLongf size = compressBound(static_cast<uLong>(planes.size()));
@@ -51,7 +34,7 @@ std::string packed(std::span<const std::byte> bytes, std::size_t element_size) {
                                static_cast<uLong>(planes.size()), Z_BEST_COMPRESSION);
   SIGHTLINE_CHECK(status == Z_OK);
   stream.resize(size);
-  return base64(stream);
+  return base64_of(stream);
 }
 
 float four_digits(double value) {

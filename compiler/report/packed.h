@@ -10,8 +10,6 @@
 
 namespace sightline {
 
-std::string base64(std::span<const std::byte> bytes);
-
 // Base64 of a zlib stream (RFC 1950) of the bytes by planes: the first byte of every element, then
 // the second of every element, and so on, which packs numbers better. Elements of 1 byte lie as
 // they are.

@@ -1,9 +1,24 @@
 #include "compiler/report/page_data.h"
 
-#include "compiler/report/json_text.h"
-#include "formats/quoted_text.h"
+#include <nlohmann/json.hpp>
 
 namespace sightline {
+namespace {
+
+// JSON that may stand in a page: "<" could end the script that it is in. Names need not be UTF-8.
+std::string page_text(const PageJson& json) {
+  std::string text;
+  for (const char c : json.dump(-1, ' ', false, PageJson::error_handler_t::replace)) {
+    if (c == '<') {
+      text += "\\u003c";
+    } else {
+      text += c;
+    }
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string page_data_json(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
@@ -12,29 +27,28 @@ std::string page_data_json(const ReportSources& sources) {
     limits_m.push_back(promise.limit_m);
     thresholds.push_back(promise.probability_threshold);
   }
-  std::vector<JsonMember> members = {
-      {"ranges_m", json_array(map.ranges.ranges_m)},
-      {"limits_m", json_array(limits_m)},
-      {"site_spacing_m", format_double(map.sites.spacing_m)},
-      {"selection", json_string(selection_name(map.ranges.selection))},
-      {"dilation_m", format_double(map.ranges.dilation_m)},
-      {"thresholds", json_array(thresholds)},
-      {"sites", sites_json(map)},
-      {"predicted", predicted_json(map)},
-      {"choice", choice_json(map)}};
-  if (sources.evaluation) members.emplace_back("judged", judged_json(*sources.evaluation));
-  if (!map.factors.factors.empty()) members.emplace_back("factors", factors_json(map));
-  members.emplace_back("texts", texts_json(map));
-  if (sources.depth) members.emplace_back("depth", depth_json(*sources.depth));
-  members.emplace_back("nds", nds_json(map.ndt));
+  PageJson json = {{"ranges_m", map.ranges.ranges_m},
+                   {"limits_m", limits_m},
+                   {"site_spacing_m", map.sites.spacing_m},
+                   {"selection", selection_name(map.ranges.selection)},
+                   {"dilation_m", map.ranges.dilation_m},
+                   {"thresholds", thresholds},
+                   {"sites", sites_json(map)},
+                   {"predicted", predicted_json(map)},
+                   {"choice", choice_json(map)}};
+  if (sources.evaluation) json["judged"] = judged_json(*sources.evaluation);
+  if (!map.factors.factors.empty()) json["factors"] = factors_json(map);
+  json["texts"] = texts_json(map);
+  if (sources.depth) json["depth"] = depth_json(*sources.depth);
+  json["nds"] = nds_json(map.ndt);
   if (sources.surface) {
-    members.emplace_back("relief", relief_json(*sources.surface, map.sites, map.sensor.height_m));
+    json["relief"] = relief_json(*sources.surface, map.sites, map.sensor.height_m);
   }
   if (sources.points && sources.points->voxel_m > 0.0) {
-    members.emplace_back("moved", moved_json(*sources.points, map.ndt.tile_m));
+    json["moved"] = moved_json(*sources.points, map.ndt.tile_m);
   }
-  if (sources.diff) members.emplace_back("diff", diff_json(*sources.diff, map.ndt.frame));
-  return json_object(members);
+  if (sources.diff) json["diff"] = diff_json(*sources.diff, map.ndt.frame);
+  return page_text(json);
 }
 
 }  // namespace sightline

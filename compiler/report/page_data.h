@@ -1,8 +1,9 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "compiler/report/report.h"
+#include "compiler/report/report_sources.h"
 
 // The numbers of a page: one JSON object in <script type="application/json" id="data">. "<" is
 // written \u003c. Lengths are m and angles rad in the map frame unless a name says otherwise.
@@ -48,19 +49,21 @@
 
 namespace sightline {
 
+using PageJson = nlohmann::ordered_json;
+
 std::string page_data_json(const ReportSources& sources);
 
-// The parts, each one JSON value.
-std::string sites_json(const CompiledMap& map);
-std::string predicted_json(const CompiledMap& map);
-std::string choice_json(const CompiledMap& map);
-std::string judged_json(const Evaluation& evaluation);
-std::string factors_json(const CompiledMap& map);
-std::string texts_json(const CompiledMap& map);
-std::string depth_json(const DepthImages& images);
-std::string nds_json(const NdtMap& map);
-std::string relief_json(const Surface& surface, const Sites& sites, double sensor_height_m);
-std::string moved_json(const SurfacePoints& points, double tile_m);
-std::string diff_json(const MapDiff& diff, const MapFrame& frame);
+// The parts.
+PageJson sites_json(const CompiledMap& map);
+PageJson predicted_json(const CompiledMap& map);
+PageJson choice_json(const CompiledMap& map);
+PageJson judged_json(const Evaluation& evaluation);
+PageJson factors_json(const CompiledMap& map);
+PageJson texts_json(const CompiledMap& map);
+PageJson depth_json(const DepthImages& images);
+PageJson nds_json(const NdtMap& map);
+PageJson relief_json(const Surface& surface, const Sites& sites, double sensor_height_m);
+PageJson moved_json(const SurfacePoints& points, double tile_m);
+PageJson diff_json(const MapDiff& diff, const MapFrame& frame);
 
 }  // namespace sightline

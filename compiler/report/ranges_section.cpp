@@ -1,5 +1,6 @@
 #include "compiler/report/along.h"
 #include "compiler/report/sections.h"
+#include "formats/picture/chart_svg.h"
 
 // What the paper's section II shows: error and matching time for every static range.
 

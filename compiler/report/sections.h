@@ -1,7 +1,7 @@
 #pragma once
 
 #include "compiler/report/html.h"
-#include "compiler/report/report.h"
+#include "compiler/report/report_sources.h"
 #include "passes/factors/factor_report.h"
 
 // The sections of the page, in their order. Each is plain HTML with pictures as SVG; where its

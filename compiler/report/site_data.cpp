@@ -1,11 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/report/json_text.h"
+#include "compiler/report/json_numbers.h"
 #include "compiler/report/page_data.h"
 #include "compiler/report/route.h"
 #include "formats/map/describe_site.h"
-#include "formats/quoted_text.h"
 
 namespace sightline {
 namespace {
@@ -29,7 +28,7 @@ std::vector<double> route_of_sites_m(const Sites& sites) {
   return route_m;
 }
 
-std::string sites_json(const CompiledMap& map) {
+PageJson sites_json(const CompiledMap& map) {
   std::vector<double> x_m, y_m, z_m, s_m, heading_rad;
   std::vector<std::uint32_t> run;
   for (const Site& site : map.sites.sites) {
@@ -41,56 +40,51 @@ std::string sites_json(const CompiledMap& map) {
     heading_rad.push_back(std::atan2(ahead.y(), ahead.x()));
     run.push_back(site.run);
   }
-  return json_object({{"count", std::to_string(map.sites.sites.size())},
-                      {"x_m", json_numbers(x_m)},
-                      {"y_m", json_numbers(y_m)},
-                      {"z_m", json_numbers(z_m)},
-                      {"s_m", json_numbers(s_m)},
-                      {"heading_rad", json_numbers(heading_rad)},
-                      {"run", json_numbers(run)},
-                      {"route_m", json_numbers(route_of_sites_m(map.sites))}});
+  return {
+      {"count", map.sites.sites.size()}, {"x_m", json_numbers(x_m)},
+      {"y_m", json_numbers(y_m)},        {"z_m", json_numbers(z_m)},
+      {"s_m", json_numbers(s_m)},        {"heading_rad", json_numbers(heading_rad)},
+      {"run", json_numbers(run)},        {"route_m", json_numbers(route_of_sites_m(map.sites))}};
 }
 
-std::string predicted_json(const CompiledMap& map) {
-  return json_object({{"mean_m", json_numbers(as_floats(map.predicted.mean_m))},
-                      {"probability", json_numbers(as_floats(map.predicted.within_probability))},
-                      {"extrapolated", json_numbers(map.predicted.extrapolated)}});
+PageJson predicted_json(const CompiledMap& map) {
+  return {{"mean_m", json_numbers(as_floats(map.predicted.mean_m))},
+          {"probability", json_numbers(as_floats(map.predicted.within_probability))},
+          {"extrapolated", json_numbers(map.predicted.extrapolated)}};
 }
 
-std::string choice_json(const CompiledMap& map) {
-  return json_object({{"range_index", json_numbers(map.ranges.range_index)},
-                      {"flags", json_numbers(map.ranges.flags)}});
+PageJson choice_json(const CompiledMap& map) {
+  return {{"range_index", json_numbers(map.ranges.range_index)},
+          {"flags", json_numbers(map.ranges.flags)}};
 }
 
-std::string judged_json(const Evaluation& evaluation) {
-  std::vector<std::string> rules;
+PageJson judged_json(const Evaluation& evaluation) {
+  std::vector<std::string_view> rules;
   for (std::size_t rule = 0; rule < kRuleCount; ++rule) {
-    rules.push_back(json_string(rule_name(static_cast<Rule>(rule))));
+    rules.push_back(rule_name(static_cast<Rule>(rule)));
   }
   std::vector<std::uint32_t> sites;
   for (const JudgedSite& site : evaluation.sites) sites.push_back(site.site);
-  return json_object({{"drive", json_string(evaluation.drive)},
-                      {"rules", json_array(rules)},
-                      {"site", json_numbers(sites)},
-                      {"error_m", json_numbers(as_floats(evaluation.error_m))},
-                      {"time_ms", json_numbers(as_floats(evaluation.time_ms))},
-                      {"chosen", json_numbers(evaluation.chosen_range_index)}});
+  return {{"drive", evaluation.drive},
+          {"rules", rules},
+          {"site", json_numbers(sites)},
+          {"error_m", json_numbers(as_floats(evaluation.error_m))},
+          {"time_ms", json_numbers(as_floats(evaluation.time_ms))},
+          {"chosen", json_numbers(evaluation.chosen_range_index)}};
 }
 
-std::string factors_json(const CompiledMap& map) {
-  std::vector<std::string> names;
-  for (const std::string& name : map.factors.factors) names.push_back(json_string(name));
+PageJson factors_json(const CompiledMap& map) {
   std::vector<float> values;
   values.reserve(map.factors.values.size());
   for (const double value : map.factors.values) values.push_back(four_digits(value));
   const RouteFactors route = route_factors(map.factors);
-  return json_object({{"names", json_array(names)},
-                      {"values", json_numbers(values)},
-                      {"median", json_numbers(route.median)},
-                      {"deviation", json_numbers(route.deviation)}});
+  return {{"names", map.factors.factors},
+          {"values", json_numbers(values)},
+          {"median", json_numbers(route.median)},
+          {"deviation", json_numbers(route.deviation)}};
 }
 
-std::string texts_json(const CompiledMap& map) {
+PageJson texts_json(const CompiledMap& map) {
   const RouteFactors route = route_factors(map.factors);
   std::vector<std::string> blocks;
   for (std::size_t begin = 0; begin < map.sites.sites.size(); begin += kSitesPerBlock) {
@@ -101,10 +95,9 @@ std::string texts_json(const CompiledMap& map) {
       SIGHTLINE_CHECK(text.has_value());
       block += *text + '\0';
     }
-    blocks.push_back("\"" + packed(block) + "\"");
+    blocks.push_back(packed(block));
   }
-  return json_object(
-      {{"sites_per_block", std::to_string(kSitesPerBlock)}, {"blocks", json_array(blocks)}});
+  return {{"sites_per_block", kSitesPerBlock}, {"blocks", blocks}};
 }
 
 }  // namespace sightline

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <map>
 
-#include "compiler/report/json_text.h"
+#include "compiler/report/json_numbers.h"
 #include "compiler/report/page_data.h"
 #include "compiler/report/pictures.h"
-#include "compiler/report/tiles.h"
 #include "formats/picture/png.h"
 #include "formats/picture/relief.h"
+#include "formats/release/base64.h"
 
 namespace sightline {
 namespace {
@@ -15,27 +15,31 @@ constexpr double kTilePixel_m = 0.25;
 constexpr double kOverviewSide_px = 4096.0;
 constexpr double kOverviewFinest_m = 0.5;
 
+// The tile over which a point lies.
+TileKey tile_at(const Eigen::Vector3d& point_m, double tile_m) {
+  return {floor_to_int(point_m.x() / tile_m), floor_to_int(point_m.y() / tile_m)};
+}
+
 // Never fails: no raster here is without pixels.
 std::string png_base64(const GreyRaster& raster) {
   const Result<std::vector<std::byte>> file = encode_png(raster);
   SIGHTLINE_CHECK(file.has_value());
-  return base64(*file);
+  return base64_of(*file);
 }
 
-std::vector<std::string> relief_tiles(const Surface& surface, const RoadHeight& road) {
+PageJson relief_tiles(const Surface& surface, const RoadHeight& road) {
   std::map<TileKey, std::vector<std::size_t>> patches;
   for (std::size_t i = 0; i < surface.patches.size(); ++i) {
     patches[tile_at(surface.patches[i].centre_m, surface.tile_m)].push_back(i);
   }
-  std::vector<std::string> tiles;
+  PageJson tiles = PageJson::array();
   for (const auto& [key, indices] : patches) {
     const MapBox box = {key.x * surface.tile_m, key.y * surface.tile_m,
                         (key.x + 1) * surface.tile_m, (key.y + 1) * surface.tile_m};
-    std::vector<JsonMember> tile = tile_members(key);
-    tile.emplace_back(
-        "image",
-        "\"" + png_base64(relief_picture(surface, indices, road, box, kTilePixel_m)) + "\"");
-    tiles.push_back(json_object(tile));
+    tiles.push_back(
+        {{"x", key.x},
+         {"y", key.y},
+         {"image", png_base64(relief_picture(surface, indices, road, box, kTilePixel_m))}});
   }
   return tiles;
 }
@@ -60,24 +64,22 @@ std::optional<Overview> relief_overview(const Surface& surface, const Sites& sit
   return overview;
 }
 
-std::string relief_json(const Surface& surface, const Sites& sites, double sensor_height_m) {
+PageJson relief_json(const Surface& surface, const Sites& sites, double sensor_height_m) {
   const std::optional<Overview> overview = relief_overview(surface, sites, sensor_height_m);
   const RoadHeight road(sites, sensor_height_m);
-  std::vector<JsonMember> members = {{"lowest_m", format_double(kReliefLowest_m)},
-                                     {"step_m", format_double(kReliefStep_m)}};
+  PageJson json = {{"lowest_m", kReliefLowest_m}, {"step_m", kReliefStep_m}};
   if (overview) {
-    members.emplace_back("overview",
-                         json_object({{"low_x_m", format_double(overview->box.low_x_m)},
-                                      {"high_y_m", format_double(overview->box.high_y_m)},
-                                      {"pixel_m", format_double(overview->pixel_m)},
-                                      {"image", "\"" + overview->png_base64 + "\""}}));
+    json["overview"] = {{"low_x_m", overview->box.low_x_m},
+                        {"high_y_m", overview->box.high_y_m},
+                        {"pixel_m", overview->pixel_m},
+                        {"image", overview->png_base64}};
   }
-  members.emplace_back("tile_m", format_double(surface.tile_m));
-  members.emplace_back("tiles", json_array(relief_tiles(surface, road)));
-  return json_object(members);
+  json["tile_m"] = surface.tile_m;
+  json["tiles"] = relief_tiles(surface, road);
+  return json;
 }
 
-std::string moved_json(const SurfacePoints& points, double tile_m) {
+PageJson moved_json(const SurfacePoints& points, double tile_m) {
   // Columns of voxels by tile; voxels lie ascending, so those of a column follow each other only
   // by accident.
   std::map<TileKey, std::map<std::pair<std::uint16_t, std::uint16_t>, std::uint8_t>> tiles;
@@ -91,7 +93,7 @@ std::string moved_json(const SurfacePoints& points, double tile_m) {
     std::uint8_t& height = tiles[tile][{steps(centre_m.x(), tile.x), steps(centre_m.y(), tile.y)}];
     if (height < 255) ++height;
   }
-  std::vector<std::string> texts;
+  PageJson made = PageJson::array();
   for (const auto& [key, columns] : tiles) {
     std::vector<std::uint16_t> cell;
     std::vector<std::uint8_t> height;
@@ -99,15 +101,13 @@ std::string moved_json(const SurfacePoints& points, double tile_m) {
       cell.insert(cell.end(), {at.first, at.second});
       height.push_back(voxels);
     }
-    std::vector<JsonMember> tile = tile_members(key);
-    tile.insert(tile.end(), {{"count", std::to_string(height.size())},
-                             {"cell", json_numbers(cell)},
-                             {"height", json_numbers(height)}});
-    texts.push_back(json_object(tile));
+    made.push_back({{"x", key.x},
+                    {"y", key.y},
+                    {"count", height.size()},
+                    {"cell", json_numbers(cell)},
+                    {"height", json_numbers(height)}});
   }
-  return json_object({{"voxel_m", format_double(points.voxel_m)},
-                      {"tile_m", format_double(tile_m)},
-                      {"tiles", json_array(texts)}});
+  return {{"voxel_m", points.voxel_m}, {"tile_m", tile_m}, {"tiles", made}};
 }
 
 }  // namespace sightline

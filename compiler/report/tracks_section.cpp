@@ -1,4 +1,5 @@
 #include "compiler/report/sections.h"
+#include "formats/picture/chart_svg.h"
 
 // The judging drive replayed as a vehicle lives it.
 

@@ -2,6 +2,7 @@
 
 #include "compiler/report/sections.h"
 #include "formats/picture/calibration_chart.h"
+#include "formats/picture/chart_svg.h"
 
 // What was promised, what came of it, and how well held-out places are predicted.
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "compiler/base/random.h"
+#include "examples/town/make_plan.h"
 
 namespace sightline::town {
 namespace {

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "compiler/base/portable_math.h"
-#include "formats/foreign/point_cloud_file.h"
+#include "formats/foreign/read_point_cloud.h"
 #include "formats/map/map_reader.h"
 #include "formats/reader/reader.h"
 #include "passes/matching/localizer.h"

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/exports/world.h"
 #include "formats/foreign/pcd_writer.h"
+#include "formats/geodesy.h"
 #include "formats/geometry.h"
 
 namespace sightline {

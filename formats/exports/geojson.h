@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "formats/exports/world.h"
+#include "formats/geodesy.h"
 #include "formats/map/compiled_map.h"
 
 namespace sightline {

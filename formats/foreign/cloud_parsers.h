@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 
+#include "compiler/base/result.h"
 #include "formats/foreign/point_cloud_file.h"
 
 // What the parsers of formats/foreign share; not for other folders.

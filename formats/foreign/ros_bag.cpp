@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "formats/foreign/ros_messages.h"
-#include "formats/foreign/scan_container.h"
 
 // All that knows librosbag-storage.
 

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "formats/foreign/pose_file.h"
+#include "formats/foreign/scan_container.h"
 
 namespace sightline {
 
@@ -25,5 +27,9 @@ Result<std::vector<BagTopic>> list_bag_topics(const std::filesystem::path& path)
 // bad-value, time-runs-backwards, and those of parse_pose_message.
 Result<std::vector<PoseRow>> read_bag_poses(const std::filesystem::path& path,
                                             const std::string& topic);
+
+// The scans of one topic (sensor_msgs/PointCloud2) of a ROS 1 bag; errors of open_scan_container.
+Result<std::shared_ptr<const ScanContainer>> open_bag(const std::filesystem::path& path,
+                                                      const std::string& topic);
 
 }  // namespace sightline

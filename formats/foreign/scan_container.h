@@ -2,8 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -39,21 +37,5 @@ class ScanContainer {
   std::vector<ContainedScan> scans_;  // in the order of the file
   std::vector<std::string> warnings_;
 };
-
-// Whether open_scan_container is the one to ask: a ROS 1 bag or a pcap, by its first bytes.
-bool is_scan_container(const std::filesystem::path& path);
-
-// Opens a ROS 1 bag (sensor_msgs/PointCloud2 of `topic`; empty: the only such topic) or a pcap of a
-// Velodyne VLP-16 or HDL-32E (whole revolutions; `topic` must be empty).
-// Errors: cannot-open, cannot-read, malformed-header, truncated-scan, unsupported-format,
-// unknown-name (a topic that is not there), bad-value (several topics to choose from),
-// time-runs-backwards, drive-too-short.
-Result<std::shared_ptr<const ScanContainer>> open_scan_container(const std::filesystem::path& path,
-                                                                 const std::string& topic);
-
-// Its two kinds.
-Result<std::shared_ptr<const ScanContainer>> open_bag(const std::filesystem::path& path,
-                                                      const std::string& topic);
-Result<std::shared_ptr<const ScanContainer>> open_velodyne_pcap(const std::filesystem::path& path);
 
 }  // namespace sightline

@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string>
 
-#include "formats/foreign/point_cloud_file.h"
+#include "formats/foreign/lower_extension.h"
 #include "formats/foreign/pose_file.h"
+#include "formats/foreign/read_point_cloud.h"
 #include "formats/foreign/text_lines.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::array<std::string_view, 5> kReadable = {".pcd", ".ply", ".bin", ".las", ".gz"};
 // Other point clouds: named, so that a folder of them is not called empty.
 constexpr std::array<std::string_view, 10> kForeign = {".laz",  ".e57", ".pcap", ".pcapng", ".bag",
                                                        ".mcap", ".npy", ".npz",  ".xyz",    ".vtk"};
@@ -53,7 +52,7 @@ Result<Candidates> list_candidates(const std::filesystem::path& folder) {
     std::error_code ignored;
     if (entry->is_directory(ignored)) {
       candidates.folders.push_back(path);
-    } else if (!is_hidden && (std::ranges::find(kReadable, extension) != kReadable.end() ||
+    } else if (!is_hidden && (is_scan_ending(extension) ||
                               std::ranges::find(kForeign, extension) != kForeign.end())) {
       candidates.files.push_back(path);
     }
@@ -106,7 +105,7 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
   const std::vector<std::filesystem::path>& files = candidates->files;
   if (files.empty()) {
     return Error{ErrorCode::kEmptyDirectory,
-                 "the folder holds no scans (.pcd, .ply, .las or .bin)" +
+                 "the folder holds no scans (" + scan_endings_text() + ")" +
                      hint_of_folders(candidates->folders),
                  folder.string(), ""};
   }
@@ -119,18 +118,11 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
                    folder.string(), ""};
     }
   }
-  if (std::ranges::find(kReadable, extension) == kReadable.end()) {
+  if (!is_scan_ending(extension)) {
     const Result<PointCloudFile> refused = read_point_cloud(files.front());
     if (!refused) return refused.error();
   }
   return files;
-}
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
 }
 
 std::optional<std::int64_t> scan_number(const std::filesystem::path& file) {

@@ -1,3 +1,5 @@
+#include "formats/foreign/velodyne_pcap.h"
+
 #include <utility>
 
 #include "formats/foreign/pcap_reader.h"

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <string>
 
-#include "compiler/base/hash_stream.h"
+#include "compiler/base/hash.h"
 #include "formats/map/delta_steps.h"
 #include "formats/map/make_delta.h"
 #include "formats/map/map_digest_check.h"

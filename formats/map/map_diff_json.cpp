@@ -98,34 +98,49 @@ Json stretch_json(const Stretch& stretch, const std::vector<double>& limits_m) {
   return json;
 }
 
-// Places as a GeoJSON geometry wants them.
-class Geometry {
- public:
-  explicit Geometry(const std::optional<UtmZone>& zone) : zone_(zone) {}
+// A place as GeoJSON wants it.
+Result<Json> geo_position(const World& world, const Eigen::Vector3d& p_m) {
+  if (world.kind == WorldKind::kLocal) return position_json(p_m);
+  const Result<Geodetic> p = to_geodetic(world, p_m);
+  if (!p) return p.error();
+  return Json{p->longitude_deg, p->latitude_deg, p->altitude_m};
+}
 
-  [[nodiscard]] Json position(const Eigen::Vector3d& p_m) const {
-    if (!zone_) return position_json(p_m);
-    const LongitudeLatitude p = from_utm(*zone_, p_m.x(), p_m.y());
-    return {p.longitude_deg, p.latitude_deg, p_m.z()};
+// A line through places, or a point where there is one.
+Result<Json> geometry_of(const World& world, const std::vector<Eigen::Vector3d>& line_m) {
+  Json positions = Json::array();
+  for (const Eigen::Vector3d& p_m : line_m) {
+    Result<Json> position = geo_position(world, p_m);
+    if (!position) return position;
+    positions.push_back(std::move(*position));
   }
-  [[nodiscard]] Json point(const Eigen::Vector3d& p_m) const {
-    return {{"type", "Point"}, {"coordinates", position(p_m)}};
-  }
-  [[nodiscard]] Json line(const std::vector<Eigen::Vector3d>& line_m) const {
-    if (line_m.size() == 1) return point(line_m[0]);
-    Json positions = Json::array();
-    for (const Eigen::Vector3d& p_m : line_m) positions.push_back(position(p_m));
-    return {{"type", "LineString"}, {"coordinates", positions}};
-  }
+  if (line_m.size() == 1) return Json{{"type", "Point"}, {"coordinates", positions[0]}};
+  return Json{{"type", "LineString"}, {"coordinates", positions}};
+}
 
- private:
-  std::optional<UtmZone> zone_;
+// A part of a diff, its places in world coordinates.
+struct Feature {
+  const char* kind = "";
+  std::vector<Eigen::Vector3d> line_m;
+  Json properties;
 };
 
-Json feature(const char* kind, Json geometry, Json properties) {
-  Json named = {{"kind", kind}};
-  named.update(properties);
-  return {{"type", "Feature"}, {"geometry", std::move(geometry)}, {"properties", named}};
+std::vector<Feature> features_of(const MapDiff& diff) {
+  const std::vector<double> limits_m = common_limits_m(diff);
+  std::vector<Feature> features;
+  for (const Stretch& stretch : diff.stretches) {
+    features.push_back({"stretch", stretch.line_world_m, stretch_json(stretch, limits_m)});
+  }
+  for (const SiteDiff& site : diff.sites) {
+    features.push_back({"site", {site.p_world_m}, site_json(site, limits_m)});
+  }
+  for (const NdDiff& nd : diff.nds) {
+    features.push_back(
+        {"nd",
+         {nd.mean_world_m},
+         {{"change", kNdChanges[static_cast<std::size_t>(nd.change)]}, {"moved_m", nd.moved_m}}});
+  }
+  return features;
 }
 
 }  // namespace
@@ -179,26 +194,21 @@ std::string to_json(const MapDiff& diff) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string to_geojson(const MapDiff& diff, const std::optional<UtmZone>& zone) {
-  const std::vector<double> limits_m = common_limits_m(diff);
-  const Geometry geometry(zone);
+Result<std::string> to_geojson(const MapDiff& diff, const World& world) {
   Json json = {{"type", "FeatureCollection"},
                {"coordinate_frame",
-                zone ? "WGS 84: longitude, latitude (degrees), height of the recording (m)"
-                     : "metres x, y, z of the recording's own world, not longitude and latitude"},
+                world.kind == WorldKind::kLocal
+                    ? "metres x, y, z of the recording's own world, not longitude and latitude"
+                    : "WGS 84: longitude, latitude (degrees), height of the recording (m)"},
                {"features", Json::array()}};
-  Json& features = json["features"];
-  for (const Stretch& stretch : diff.stretches) {
-    features.push_back(
-        feature("stretch", geometry.line(stretch.line_world_m), stretch_json(stretch, limits_m)));
-  }
-  for (const SiteDiff& site : diff.sites) {
-    features.push_back(feature("site", geometry.point(site.p_world_m), site_json(site, limits_m)));
-  }
-  for (const NdDiff& nd : diff.nds) {
-    features.push_back(feature(
-        "nd", geometry.point(nd.mean_world_m),
-        {{"change", kNdChanges[static_cast<std::size_t>(nd.change)]}, {"moved_m", nd.moved_m}}));
+  for (const Feature& feature : features_of(diff)) {
+    Result<Json> geometry = geometry_of(world, feature.line_m);
+    if (!geometry) return geometry.error();
+    Json properties = {{"kind", feature.kind}};
+    properties.update(feature.properties);
+    json["features"].push_back({{"type", "Feature"},
+                                {"geometry", std::move(*geometry)},
+                                {"properties", std::move(properties)}});
   }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

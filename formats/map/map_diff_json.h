@@ -1,8 +1,8 @@
 #pragma once
 
-#include <optional>
 #include <string>
 
+#include "compiler/base/result.h"
 #include "formats/geodesy.h"
 #include "formats/map/map_diff.h"
 
@@ -13,8 +13,8 @@ std::string to_json(const MapDiff& diff);
 
 // For a geographic information system: every stretch as a line (a point where it has one site),
 // every changed site and ND as a point, told apart by the property "kind". Longitude, latitude and
-// height where the world is a UTM zone; else metres of the recording's own world, which the member
-// "coordinate_frame" says.
-std::string to_geojson(const MapDiff& diff, const std::optional<UtmZone>& zone);
+// height where the world lies on Earth; else metres of the recording's own world, which the member
+// "coordinate_frame" says. Error: bad-argument where a point is none of the world.
+Result<std::string> to_geojson(const MapDiff& diff, const World& world);
 
 }  // namespace sightline

@@ -44,12 +44,4 @@ struct Chart {
   double height_px = 300.0;
 };
 
-// The chart as an SVG element that may stand in a page: axes with ticks and units, a legend, text
-// and axes in the page's own colour. A line of more points than twice the pixels that it has keeps
-// the least and the greatest of each column of pixels, so that no peak is lost.
-std::string chart_svg(const Chart& chart);
-
-// The same as a file of its own: black on white.
-std::string chart_file_svg(const Chart& chart);
-
 }  // namespace sightline

@@ -12,6 +12,10 @@ std::string base64_of(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
+std::string base64_of(std::span<const std::byte> bytes) {
+  return base64_of(std::span(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()));
+}
+
 std::optional<std::vector<std::uint8_t>> bytes_of_base64(std::string_view text, std::size_t size) {
   std::vector<std::uint8_t> bytes(size);
   std::size_t found = 0;

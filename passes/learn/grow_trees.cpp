@@ -88,7 +88,7 @@ Samples drawn(const Samples& samples, std::size_t most, std::uint64_t seed) {
 
 }  // namespace
 
-Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const TrainingSet& training,
+Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const LabelledRows& training,
                                           const ForestOptions& options, std::uint64_t seed,
                                           int threads) {
   SIGHTLINE_CHECK(!training.rows.empty() && training.rows.size() == training.labels.size());
@@ -108,7 +108,7 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Tra
   }
 }
 
-Result<RegressionForest> grow_forest(const FeatureRows& features, const TrainingSet& training,
+Result<RegressionForest> grow_forest(const FeatureRows& features, const LabelledRows& training,
                                      const ForestOptions& options, std::uint64_t seed,
                                      int threads) {
   if (training.rows.size() > kMostTreeLabels / static_cast<std::size_t>(options.tree_count)) {
@@ -121,7 +121,7 @@ Result<RegressionForest> grow_forest(const FeatureRows& features, const Training
   const Result<std::vector<GrownTree>> grown =
       grow_trees(features, training, options, seed, threads);
   if (!grown) return grown.error();
-  const TrainingSet sorted = sorted_by_label(training);
+  const LabelledRows sorted = sorted_by_label(training);
   RegressionForest forest;
   forest.feature_count = static_cast<std::uint32_t>(features.names.size());
   forest.labels = sorted.labels;

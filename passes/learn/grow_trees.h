@@ -6,6 +6,7 @@
 #include "compiler/base/result.h"
 #include "formats/regression_forest.h"
 #include "passes/learn/feature_rows.h"
+#include "passes/learn/labelled_rows.h"
 
 namespace sightline {
 
@@ -14,12 +15,6 @@ struct ForestOptions {
   int least_leaf_rows = 5;
   double feature_share = 0.4;  // of the features, tried at each split
   int tree_rows = 8000;       // of more training rows, a tree grows on as many drawn for it
-};
-
-// Which rows to learn, and what: labels[i] belongs to features.row(rows[i]).
-struct TrainingSet {
-  std::vector<std::uint32_t> rows;
-  std::vector<double> labels;
 };
 
 // A tree as it was grown on a bootstrap sample: a child always comes after its parent, and
@@ -33,12 +28,12 @@ struct GrownTree {
 // choice of features at each split. Time is bounded: where rows are many, a tree sees some of them;
 // together the trees see all. Tree i depends on the set, the options and mix(seed, i) alone.
 // At most `threads` trees are grown at a time. Error: out-of-memory.
-Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const TrainingSet& training,
+Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const LabelledRows& training,
                                           const ForestOptions& options, std::uint64_t seed,
                                           int threads);
 
 // Grown and labelled (passes/learn/labelled_tree.h): what prediction needs.
-Result<RegressionForest> grow_forest(const FeatureRows& features, const TrainingSet& training,
+Result<RegressionForest> grow_forest(const FeatureRows& features, const LabelledRows& training,
                                      const ForestOptions& options, std::uint64_t seed, int threads);
 
 }  // namespace sightline

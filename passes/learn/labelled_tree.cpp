@@ -73,14 +73,14 @@ std::vector<TreeNode> renumbered(const std::vector<TreeNode>& grown,
 
 }  // namespace
 
-TrainingSet sorted_by_label(const TrainingSet& training) {
+LabelledRows sorted_by_label(const LabelledRows& training) {
   std::vector<std::size_t> order(training.rows.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return std::tie(training.labels[a], training.rows[a]) <
            std::tie(training.labels[b], training.rows[b]);
   });
-  TrainingSet sorted;
+  LabelledRows sorted;
   for (const std::size_t i : order) {
     sorted.rows.push_back(training.rows[i]);
     sorted.labels.push_back(training.labels[i]);

@@ -5,12 +5,12 @@
 
 #include "formats/regression_forest.h"
 #include "passes/learn/feature_rows.h"
-#include "passes/learn/grow_trees.h"
+#include "passes/learn/labelled_rows.h"
 
 namespace sightline {
 
 // The same rows and labels, ascending by label, then by row.
-TrainingSet sorted_by_label(const TrainingSet& training);
+LabelledRows sorted_by_label(const LabelledRows& training);
 
 // Drops all training rows down a grown tree and keeps where each fell, as in quantile regression
 // forests (Meinshausen 2006). A split of which one side got fewer rows than `least_leaf_rows` is

@@ -156,7 +156,7 @@ Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& pla
   return lesson;
 }
 
-TrainingSet labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out,
+LabelledRows labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out,
                           std::size_t most_rows) {
   std::vector<std::size_t> sites;
   for (std::size_t site = 0; site < lesson.sites.size(); ++site) {
@@ -164,7 +164,7 @@ TrainingSet labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>&
   }
   const std::size_t row_count = sites.size() * lesson.range_count;
   const std::size_t stride = std::max<std::size_t>(1, (row_count + most_rows - 1) / most_rows);
-  TrainingSet training;
+  LabelledRows training;
   for (std::size_t i = 0; i < sites.size(); i += stride) {
     for (std::size_t range = 0; range < lesson.range_count; ++range) {
       const std::size_t row = sites[i] * lesson.range_count + range;

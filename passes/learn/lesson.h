@@ -45,7 +45,7 @@ Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& pla
 
 // The labelled rows of the sites where `leave_out` is 0. Where they are more than `most_rows`,
 // every second, third, ... site of them alone: neighbours tell nearly the same.
-TrainingSet labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out,
-                          std::size_t most_rows);
+LabelledRows labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out,
+                           std::size_t most_rows);
 
 }  // namespace sightline

@@ -143,7 +143,7 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
   OutOfFold result{sized_for(lesson.sites, std::move(predicted)), {}};
   FoldSums sums{result.predicted, std::vector<double>(1 + lesson.features.names.size(), 0.0)};
   for (std::uint32_t fold = 0; fold < lesson.folds.fold_count; ++fold) {
-    const TrainingSet training =
+    const LabelledRows training =
         labelled_rows(lesson, sites_near_fold(lesson.sites, lesson.folds, fold, options.buffer_m),
                       options.most_rows);
     if (training.rows.empty()) {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "compiler/base/random.h"
-#include "formats/foreign/point_cloud_file.h"
+#include "formats/foreign/read_point_cloud.h"
 
 namespace sightline {
 namespace {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "formats/foreign/open_recording.h"
 #include "passes/build_ndt.h"
 #include "passes/estimate_trajectory.h"
 #include "passes/ingest.h"

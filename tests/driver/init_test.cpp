@@ -8,6 +8,7 @@
 #include "compiler/driver/init/draft_config.h"
 #include "compiler/driver/init/guess_sensor.h"
 #include "compiler/driver/pipelines.h"
+#include "formats/foreign/open_recording.h"
 #include "formats/foreign/pose_file.h"
 #include "tests/formats/foreign/bag_files.h"
 #include "tests/support/box_world.h"

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "compiler/base/atomic_file.h"
-#include "formats/foreign/point_cloud_file.h"
+#include "formats/foreign/read_point_cloud.h"
 
 namespace sightline::town {
 namespace {

@@ -1,4 +1,5 @@
 #include "examples/town/town.h"
+#include "examples/town/make_plan.h"
 
 #include <gtest/gtest.h>
 

@@ -6,37 +6,67 @@ namespace sightline {
 namespace {
 
 // Worked out with PROJ 9.1: cs2cs -f %.9f EPSG:32631 EPSG:4326 and so on.
-TEST(FromUtm, AgreesWithProj) {
+TEST(Utm, AgreesWithProj) {
   struct Known {
-    UtmZone zone;
+    const char* world;
     double easting_m, northing_m, longitude_deg, latitude_deg;
   };
   const Known known[] = {
-      {{31, false}, 448020.0, 5411968.0, 2.291335628, 48.858498351},
-      {{33, false}, 166021.5, 0.0, 12.000000511, 0.000000000},
-      {{33, false}, 833978.5, 6000000.0, 20.102016420, 54.039805371},
-      {{19, true}, 345678.25, 6298765.5, -70.660173798, -33.439415030},
-      {{60, true}, 500000.0, 5000000.0, 177.000000000, -45.153477183},
-      {{1, false}, 300000.0, 9000000.0, 171.620893119, 80.884593944},
+      {"utm:31N", 448020.0, 5411968.0, 2.291335628, 48.858498351},
+      {"utm:33N", 166021.5, 0.0, 12.000000511, 0.000000000},
+      {"utm:33N", 833978.5, 6000000.0, 20.102016420, 54.039805371},
+      {"utm:19S", 345678.25, 6298765.5, -70.660173798, -33.439415030},
+      {"utm:60S", 500000.0, 5000000.0, 177.000000000, -45.153477183},
+      {"utm:1N", 300000.0, 9000000.0, 171.620893119, 80.884593944},
+      {"utm:32N", 456500.0, 5429500.0, 8.405068475, 49.016855311},  // Karlsruhe's castle
   };
   for (const Known& k : known) {
-    const LongitudeLatitude p = from_utm(k.zone, k.easting_m, k.northing_m);
-    EXPECT_NEAR(p.longitude_deg, k.longitude_deg, 1e-8);  // 1 mm
-    EXPECT_NEAR(p.latitude_deg, k.latitude_deg, 1e-8);
+    const Result<Geodetic> p =
+        to_geodetic(*parse_world(k.world), {k.easting_m, k.northing_m, 115.0});
+    ASSERT_TRUE(p) << k.world;
+    EXPECT_NEAR(p->longitude_deg, k.longitude_deg, 1e-9) << k.world;  // the digits given
+    EXPECT_NEAR(p->latitude_deg, k.latitude_deg, 1e-9) << k.world;
+    EXPECT_EQ(p->altitude_m, 115.0);
   }
 }
 
-TEST(UtmZone, IsANumberAndAHemisphere) {
-  const Result<UtmZone> zone = parse_utm_zone("33N");
-  ASSERT_TRUE(zone);
-  EXPECT_EQ(zone->number, 33);
-  EXPECT_FALSE(zone->is_south);
-  EXPECT_TRUE(parse_utm_zone("1s")->is_south);
-  for (const char* wrong : {"", "33", "N", "0N", "61N", "33X", "33NN", "-3N", "3 N"}) {
-    const Result<UtmZone> refused = parse_utm_zone(wrong);
-    ASSERT_FALSE(refused) << wrong;
-    EXPECT_EQ(refused.error().code, ErrorCode::kBadArgument);
+TEST(Utm, RefusesAPointThatIsNotOfTheZone) {
+  const Result<Geodetic> p = to_geodetic(*parse_world("utm:32N"), {2.0e6, 0.0, 0.0});
+  ASSERT_FALSE(p);
+  EXPECT_EQ(p.error().code, ErrorCode::kBadArgument);
+}
+
+TEST(Enu, IsATangentPlaneAtItsOrigin) {
+  const World enu = *parse_world("enu:49,8.4,100");
+  const Result<Geodetic> north = to_geodetic(enu, {0.0, 1000.0, 0.0});
+  ASSERT_TRUE(north);
+  EXPECT_NEAR(north->latitude_deg, 49.0 + 1000.0 / 111'209.0, 2e-5);
+  EXPECT_NEAR(north->longitude_deg, 8.4, 1e-12);
+  EXPECT_NEAR(north->altitude_m, 100.0784, 1e-3);  // Earth curves away below a tangent
+}
+
+TEST(World, IsRead) {
+  EXPECT_EQ(parse_world("local")->kind, WorldKind::kLocal);
+  const World south = *parse_world("utm:19S");
+  EXPECT_EQ(south.kind, WorldKind::kUtm);
+  EXPECT_EQ(south.utm_zone, 19);
+  EXPECT_FALSE(south.is_north);
+}
+
+TEST(World, RefusesWhatIsNone) {
+  for (const char* text : {"", "utm", "utm:", "utm:0N", "utm:61N", "utm:32", "utm:32X", "utm:33NN",
+                           "utm:-3N", "enu:1,2", "enu:91,0,0", "enu:1,2,3,4", "mars"}) {
+    const Result<World> world = parse_world(text);
+    ASSERT_FALSE(world) << text;
+    EXPECT_EQ(world.error().code, ErrorCode::kBadArgument);
+    EXPECT_EQ(world.error().message.find("write utm:"), std::string::npos) << text;
   }
+}
+
+TEST(World, TellsHowABareZoneIsWritten) {
+  const Result<World> world = parse_world("33N");
+  ASSERT_FALSE(world);
+  EXPECT_NE(world.error().message.find("write utm:33N"), std::string::npos);
 }
 
 }  // namespace

@@ -11,12 +11,6 @@ TEST(QuotedText, PutsFieldsInQuotesOnlyWhereTheyWouldBreakTheLine) {
   EXPECT_EQ(csv_field("a \"b\"\n"), "\"a \"\"b\"\"\n\"");
 }
 
-TEST(QuotedText, MakesJsonThatNeitherEndsAStringNorAScript) {
-  EXPECT_EQ(json_string("a\"b\\c"), R"("a\"b\\c")");
-  EXPECT_EQ(json_string("\n</script>"), R"("\u000a\u003c/script>")");
-  EXPECT_EQ(json_string("Straße"), "\"Straße\"");
-}
-
 TEST(QuotedText, MakesXmlThatEveryReaderTakes) {
   EXPECT_EQ(xml_text("<a href=\"b\">&"), "&lt;a href=&quot;b&quot;&gt;&amp;");
   EXPECT_EQ(xml_text(std::string("a\0b\x1b[0m\tc\n", 10)), "ab[0m\tc\n");

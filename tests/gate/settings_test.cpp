@@ -54,7 +54,7 @@ TEST(GateSettings, RefuseWhatTheyDoNotKnowAndSayWhere) {
   const Refusal refusals[] = {
       {"rules:\n  expected-coverag: 1", ErrorCode::kUnknownKey, "'expected-coverage'", "line 2"},
       {"strech_m: 1", ErrorCode::kUnknownKey, "'stretch_m'", "line 1"},
-      {"stretch_m: -1", ErrorCode::kBadValue, "above 0", "line 1"},
+      {"stretch_m: -1", ErrorCode::kBadValue, "expected a number", "line 1"},
       {"rules: {unmet-share: sometimes}", ErrorCode::kBadValue, "sometimes", "line 1"},
       {"rules: {unmet-share: {allowed: much}}", ErrorCode::kBadValue, "number", "line 1"},
       {"rules: {unmet-share: .nan}", ErrorCode::kBadValue, "severity", "line 1"},

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <numbers>
 
-#include "formats/foreign/point_cloud_file.h"
-#include "formats/foreign/recording.h"
+#include "formats/foreign/open_recording.h"
+#include "formats/foreign/read_point_cloud.h"
 #include "passes/estimate_trajectory.h"
 #include "passes/ingest.h"
 #include "tests/support/box_world.h"

@@ -1,6 +1,7 @@
 #include "passes/ingest.h"
 
 #include "compiler/base/random.h"
+#include "formats/foreign/open_recording.h"
 #include "formats/foreign/pcd_writer.h"
 #include "formats/foreign/pose_file.h"
 #include "tests/formats/foreign/foreign_files.h"

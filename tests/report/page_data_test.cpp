@@ -55,6 +55,14 @@ TEST(PageData, HoldsTheNumbersOfMapAndEvaluation) {
   }
 }
 
+TEST(PageData, NoNameEndsTheScriptThatItIsIn) {
+  MadeSources made = made_sources(1);
+  made.evaluation.drive = "</script> \"a\\b\"\n\t\x01 \xff";  // the last is no UTF-8
+  const std::string text = page_data_json(made.sources());
+  EXPECT_EQ(text.find('<'), std::string::npos);
+  EXPECT_EQ(Json::parse(text)["judged"]["drive"], "</script> \"a\\b\"\n\t\x01 \ufffd");
+}
+
 TEST(PageData, HoldsSitesAndTheirTexts) {
   const MadeSources made = made_sources(2);
   const Json data = data_of(made);
@@ -138,9 +146,9 @@ TEST(PageData, ManyDepthImagesAreThinnedOut) {
   for (std::size_t i = 0; i < images.cells_per_site() * images.site_count; ++i) {
     images.distance_m.push_back(static_cast<float>(random.uniform(0.0, 50.0)));
   }
-  const std::string json = depth_json(images);
-  EXPECT_LT(json.size(), 7'000'000U);
-  const std::vector<std::uint32_t> sites = unpacked<std::uint32_t>(Json::parse(json)["site"]);
+  const PageJson json = depth_json(images);
+  EXPECT_LT(json.dump().size(), 7'000'000U);
+  const std::vector<std::uint32_t> sites = unpacked<std::uint32_t>(json["site"]);
   EXPECT_GT(sites.size(), 1000U);
   EXPECT_EQ(sites[0], 0U);
   EXPECT_EQ(sites[2] - sites[1], sites[1] - sites[0]);

@@ -92,16 +92,14 @@ def check_stills(browser):
 
 
 def check_drawn(browser):
-    """Every figure that the scripts draw has more than paper on its canvases."""
-    for i in range(browser.value_of('document.querySelectorAll(".live").length')):
-        place = f'document.querySelectorAll(".live")[{i}]'
-        browser.value_of(f'{place}.parentElement.scrollIntoView({{behavior: "instant"}})')
-        browser.wait_for(f'{place}.querySelector("canvas") !== null')
+    """The map and what is shown of a site have more than paper on their canvases."""
+    browser.value_of('document.querySelector(".is-live").scrollIntoView({behavior: "instant"})')
+    browser.wait_for('document.querySelector(".is-live > .live canvas") !== null')
     browser.wait_for('!document.querySelector(".leaflet-tile:not(.leaflet-tile-loaded)")')
     colours = browser.value_of("""[...document.querySelectorAll(".chart-live canvas, canvas.depth")].map((canvas) => {
         const pixels = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
         return new Set(pixels).size; })""")
-    assert len(colours) >= 9 and min(colours) > 10, colours
+    assert len(colours) >= 3 and min(colours) > 10, colours
     layers = browser.value_of("""[...document.querySelectorAll(".leaflet-layer")].map((layer) =>
         [...layer.querySelectorAll("canvas")].reduce((sum, canvas) => sum + new Uint32Array(canvas.getContext("2d")
             .getImageData(0, 0, canvas.width, canvas.height).data.buffer).filter((pixel) => pixel !== 0).length, 0))""")
@@ -132,6 +130,31 @@ def check_answers(browser):
         choice.dispatchEvent(new Event("change")); })()""")
 
 
+def check_figures(browser):
+    """Every figure along the route says what is pointed at, shows a site on a click, and can be widened."""
+    count = browser.value_of('document.querySelectorAll(".is-answering").length')
+    assert count >= 5, count
+    for i in range(count):
+        figure = f'document.querySelectorAll(".is-answering")[{i}]'
+        browser.value_of(f'{figure}.scrollIntoView({{behavior: "instant", block: "center"}})')
+        place = browser.value_of(f"""(() => {{ const box = {figure}.querySelector("svg").getBoundingClientRect();
+            return {{x: box.x + 0.6 * box.width, y: box.y + 0.5 * box.height}}; }})()""")
+        browser.click(place["x"], place["y"])
+        reading = browser.value_of(f'{figure}.querySelector(".reading").textContent')
+        assert re.match(r"site \d+, [\d.]+ m: ", reading), reading
+        site = re.match(r"site (\d+),", reading)[1]
+        browser.wait_for(f'document.getElementById("site-title").textContent === "Site {site}"')
+        at = browser.value_of(f"""(() => {{ const line = {figure}.querySelector("svg path.shown").getBoundingClientRect();
+            return line.x; }})()""")
+        assert abs(at - place["x"]) < 8, (at, place)
+        width = f'{figure}.querySelector("svg").getBoundingClientRect().width'
+        narrow = browser.value_of(width)
+        browser.value_of(f'{figure}.querySelector(\'button[title="Look closer"]\').click()')
+        assert browser.value_of(width) > 1.5 * narrow
+        browser.value_of(f'{figure}.querySelector(\'button[title="Show more of the route"]\').click()')
+        assert abs(browser.value_of(width) - narrow) < 1
+
+
 def check_page(page, is_dark):
     with Browser("chromium", 1280, 900, is_dark) as browser:
         browser.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=-1, uploadThroughput=-1)
@@ -142,6 +165,7 @@ def check_page(page, is_dark):
         if has_scripts:
             check_drawn(browser)
             check_answers(browser)
+            check_figures(browser)
         else:
             print("built without npm: the page has its still pictures alone")
         browser.wait_for('!document.querySelector(".leaflet-tile:not(.leaflet-tile-loaded)")')

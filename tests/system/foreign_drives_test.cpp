@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <numbers>
 
+#include "formats/foreign/open_recording.h"
 #include "formats/foreign/pcd_writer.h"
 #include "formats/foreign/pose_file.h"
-#include "formats/foreign/recording.h"
 #include "formats/foreign/ros_messages.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"

@@ -8,6 +8,7 @@
 
 #include "compiler/driver/init/look_at_drive.h"
 #include "compiler/driver/init/yaml_text.h"
+#include "formats/foreign/read_point_cloud.h"
 
 namespace sightline {
 namespace {
@@ -115,7 +116,7 @@ Result<Drives> look_at_all(const fs::path& folder) {
 Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passed_over) {
   constexpr std::size_t kMost = 5;
   std::string message =
-      "no drive was found: a folder of .pcd, .ply, .las or .bin files, a ROS bag or a pcap";
+      "no drive was found: a folder of " + scan_endings_text() + " files, a ROS bag or a pcap";
   for (std::size_t i = 0; i < std::min(kMost, passed_over.size()); ++i) {
     message += "; " + passed_over[i].path.string() + ": " + passed_over[i].reason;
   }

@@ -6,7 +6,8 @@
 #include <optional>
 #include <sstream>
 
-#include "formats/foreign/scan_container.h"
+#include "formats/foreign/open_scan_container.h"
+#include "formats/foreign/lower_extension.h"
 #include "formats/foreign/scan_files.h"
 
 namespace sightline {

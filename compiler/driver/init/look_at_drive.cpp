@@ -7,6 +7,7 @@
 
 #include "compiler/driver/init/guess_sensor.h"
 #include "compiler/driver/init/pose_overlap.h"
+#include "formats/foreign/open_recording.h"
 #include "formats/foreign/ros_bag.h"
 #include "formats/foreign/ros_messages.h"
 #include "formats/table.h"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/cell_index.h"
+#include "formats/foreign/open_recording.h"
 
 namespace sightline {
 namespace {

@@ -1,143 +1,131 @@
-// The figures along the route, of the sites that a drive judged.
+// The figures along the route answer. The page's pictures are the only ones; here the site that is pointed at and
+// the site that is shown get a line each, and the numbers at a place stand below.
 
-import { drawChart, drawVertical } from "./charts.js";
-import { css } from "./colours.js";
 import { chosenByRule, rangeCount } from "./data.js";
-import { selection, select } from "./selection.js";
+import { onSelect, select, selection } from "./selection.js";
 
-const limitText = (limit_m) => `${+(100 * limit_m).toPrecision(6)} cm`;
-const limitColours = ["blue", "orange", "green"];
-
-// Indices of judged sites with null where the drive has a gap.
-function routeOrder(page) {
-  const order = [];
-  page.judged.site.forEach((site, i) => {
-    const before = page.judged.site[i - 1];
-    if (i > 0 && (before + 1 !== site || page.sites.run[before] !== page.sites.run[site])) order.push(null);
-    order.push(i);
-  });
-  return order;
-}
-
-function alongRoute(page) {
-  const order = routeOrder(page);
-  const xs = order.map((i, at) => page.sites.route_m[page.judged.site[i ?? order[at + 1]]] - (i === null ? 0.01 : 0));
-  const values = (valueOf) => order.map((i) => (i === null ? null : valueOf(i)));
-  return { order, xs, values };
-}
-
-function routeChart(page, parent, along, spec) {
-  drawChart(parent, {
-    xLabel: "way along the route (m)", isRoute: true, xs: along.xs,
-    overlay: (u) => { if (selection.site !== null) drawVertical(u, page.sites.route_m[selection.site], css("ink"), [4, 4]); },
-    pick: (index) => { const i = along.order[index]; if (i !== null) select(page.judged.site[i]); },
-    ...spec,
-  });
-}
-
-function help(parent) {
-  const words = document.createElement("p");
-  words.className = "chart-help";
-  words.textContent = "Drag to look closer, double-click to see all, click to show the site; with the keyboard: left, right, Enter.";
-  parent.append(words);
-}
-
+const closest = 1;
+const farthest = 32;  // times as wide as the page
 const timeOf = (page, i, range) => page.judged.time_ms[i * rangeCount(page) + range];
 const errorOf = (page, i, range) => page.judged.error_m[i * rangeCount(page) + range];
+const ms = (value) => `${value.toFixed(2)} ms`;
+const cm = (value_m) => `${(100 * value_m).toFixed(1)} cm`;
+const limitText = (limit_m) => `${+(100 * limit_m).toPrecision(6)} cm`;
 
-function errorAlong(page, parent) {
-  const along = alongRoute(page);
-  routeChart(page, parent, along, {
-    title: "Localization error along the route for every range", yLabel: "localization error (cm)", height: 340,
-    lines: page.ranges_m.map((range_m, range) => ({
-      label: `${range_m} m`, colour: () => css(`range-${range}`), width: 1.2,
-      ys: along.values((i) => 100 * errorOf(page, i, range)),
-    })),
-  });
-  help(parent);
-}
-
-function idealRange(page, parent) {
-  const along = alongRoute(page);
-  routeChart(page, parent, along, {
-    title: "Shortest range that meets each limit", yLabel: "observation range (m)", height: 260,
-    lines: page.limits_m.map((limit_m, limit) => ({
-      label: limitText(limit_m), colour: () => css(limitColours[limit % 3]), isStepped: true, decimals: 0,
-      dash: limit === 1 ? [6, 4] : undefined,
-      ys: along.values((i) => page.ranges_m[chosenByRule(page, "oracle", limit, i)]),
-    })),
-  });
-}
-
-function timeLine(page, along, rule, limit, label, colour) {
-  return { label, colour: () => css(colour), decimals: 2,
-    ys: along.values((i) => timeOf(page, i, chosenByRule(page, rule, limit, i))) };
-}
-
-const longestText = (page) => `static ${page.ranges_m.at(-1)} m`;
-
-function idealTime(page, parent) {
-  const along = alongRoute(page);
-  routeChart(page, parent, along, {
-    title: "Matching time, static and ideal", yLabel: "matching time (ms)", height: 300,
-    lines: [timeLine(page, along, "static-longest", 0, longestText(page), "grey"),
-      ...page.limits_m.map((limit_m, limit) =>
-        timeLine(page, along, "oracle", limit, `dynamic, ${limitText(limit_m)}`, limitColours[limit % 3]))],
-  });
-}
-
-// Stretches of the route where the map's range missed the limit.
-function misses(page, limit) {
-  const half = page.site_spacing_m / 2;
-  const bands = [];
-  page.judged.site.forEach((site, i) => {
-    if (errorOf(page, i, chosenByRule(page, "map", limit, i)) <= page.limits_m[limit]) return;
-    const from = page.sites.route_m[site] - half;
-    if (bands.length > 0 && from - bands.at(-1)[1] < half / 2) bands.at(-1)[1] = from + 2 * half;
-    else bands.push([from, from + 2 * half]);
-  });
-  return bands;
-}
-
-function choice(page, parent, limit) {
-  const along = alongRoute(page);
-  const limitWords = limitText(page.limits_m[limit]);
-  routeChart(page, parent, along, {
-    title: "Matching time, static and with this map", yLabel: "matching time (ms)", height: 240,
-    lines: [timeLine(page, along, "static-longest", 0, longestText(page), "grey"),
-      timeLine(page, along, "map", limit, `this map, ${limitWords}`, "blue")],
-  });
-  routeChart(page, parent, along, {
-    title: "Selected ranges", yLabel: "selected range (m)", height: 240, bands: misses(page, limit),
-    lines: [{ label: `selected range (bars: error above ${limitWords})`, colour: () => css("blue"), isStepped: true, decimals: 0,
-      ys: along.values((i) => page.ranges_m[chosenByRule(page, "map", limit, i)]) }],
-  });
-  help(parent);
-}
-
-const drawings = {
-  "error-along": errorAlong, "ideal-range": idealRange, "ideal-time": idealTime,
+// What each figure says of the i-th judged site.
+const readings = {
+  "error-along": (page, i) => page.ranges_m.map((range_m, range) => `${range_m} m: ${cm(errorOf(page, i, range))}`),
+  "ideal-range": (page, i) => page.limits_m.map((limit_m, limit) =>
+    `within ${limitText(limit_m)}: ${page.ranges_m[chosenByRule(page, "oracle", limit, i)]} m`),
+  "ideal-time": (page, i) => [`static: ${ms(timeOf(page, i, rangeCount(page) - 1))}`, ...page.limits_m.map((limit_m, limit) =>
+    `dynamic, ${limitText(limit_m)}: ${ms(timeOf(page, i, chosenByRule(page, "oracle", limit, i)))}`)],
 };
 
-// Draws a figure when it comes near the window.
-function drawWhenNear(figure, draw) {
-  const place = figure.querySelector(".live");
-  const observer = new IntersectionObserver((entries) => {
-    if (!entries.some((entry) => entry.isIntersecting)) return;
-    observer.disconnect();
-    figure.classList.add("is-live");
-    draw(place);
-  }, { rootMargin: "600px" });
-  observer.observe(figure);
+function choiceReading(page, i, limit) {
+  const range = chosenByRule(page, "map", limit, i);
+  return [`static: ${ms(timeOf(page, i, rangeCount(page) - 1))}`, `this map: ${ms(timeOf(page, i, range))}`,
+    `${page.ranges_m[range]} m`, `error ${cm(errorOf(page, i, range))}`];
 }
 
-export function drawFigures(page) {
+function readingOf(name) {
+  const limit = /^choice-(\d+)$/.exec(name);
+  return limit ? (page, i) => choiceReading(page, i, Number(limit[1])) : readings[name];
+}
+
+// The judged site nearest to a way along the route.
+function judgedAt(page, route_m) {
+  const distance = (i) => Math.abs(page.sites.route_m[page.judged.site[i]] - route_m);
+  let nearest = 0;
+  for (let i = 1; i < page.judged.site.length; ++i) if (distance(i) < distance(nearest)) nearest = i;
+  return nearest;
+}
+
+// One picture: where its numbers lie, and two upright lines in it.
+function pictureOf(svg) {
+  const [left, right, top, bottom, from_m, to_m] = svg.dataset.plot.split(" ").map(Number);
+  const lineOf = (name) => {
+    const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
+    line.setAttribute("class", name);
+    svg.append(line);
+    return line;
+  };
+  const lines = { pointed: lineOf("pointed"), shown: lineOf("shown") };
+  return {
+    svg,
+    mark(name, route_m) {
+      const x = left + ((route_m - from_m) / (to_m - from_m)) * (right - left);
+      lines[name].setAttribute("d", route_m === null ? "" : `M${x.toFixed(1)} ${top}V${bottom}`);
+    },
+    routeAt(clientX) {
+      const box = svg.getBoundingClientRect();
+      const x = ((clientX - box.left) / box.width) * svg.viewBox.baseVal.width;
+      return from_m + ((x - left) / (right - left)) * (to_m - from_m);
+    },
+    // As wide as `times` pages and as high as before; words keep their shape.
+    widen(times) {
+      svg.style.height = times === closest ? "" : `${svg.getBoundingClientRect().height}px`;
+      svg.style.width = svg.style.maxWidth = times === closest ? "" : `${100 * times}%`;
+      svg.setAttribute("preserveAspectRatio", times === closest ? "xMidYMid" : "none");
+      svg.style.setProperty("--narrow", 1 / times);
+    },
+  };
+}
+
+function button(words, label, act) {
+  const made = Object.assign(document.createElement("button"), { type: "button", textContent: words, title: label });
+  made.setAttribute("aria-label", label);
+  made.addEventListener("click", act);
+  return made;
+}
+
+function answer(page, figure, reading) {
+  const still = figure.querySelector(".still");
+  const pictures = [...still.querySelectorAll("svg[data-plot]")].map(pictureOf);
+  const words = Object.assign(document.createElement("span"), { className: "reading" });
+  const help = "Point to read, click to show the site; with the keyboard: left, right, Enter.";
+  let at = null;
+  let times = closest;
+  const markAll = (name, route_m) => pictures.forEach((picture) => picture.mark(name, route_m));
+  const point = (i) => {
+    at = i;
+    markAll("pointed", i === null ? null : page.sites.route_m[page.judged.site[i]]);
+    words.textContent = i === null ? help : `site ${page.judged.site[i]}, ${page.sites.route_m[page.judged.site[i]].toFixed(1)} m: ${reading(page, i).join(" · ")}`;
+  };
+  const widen = (by) => {
+    times = Math.min(Math.max(times * by, closest), farthest);
+    pictures.forEach((picture) => picture.widen(times));
+    still.classList.toggle("is-wide", times > closest);
+  };
+  for (const picture of pictures) {
+    picture.svg.addEventListener("mousemove", (event) => point(judgedAt(page, picture.routeAt(event.clientX))));
+    picture.svg.addEventListener("mouseleave", () => point(null));
+    picture.svg.addEventListener("click", (event) => {
+      point(judgedAt(page, picture.routeAt(event.clientX)));
+      select(page.judged.site[at]);
+    });
+  }
+  still.tabIndex = 0;
+  still.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (step !== undefined) {
+      const next = (at ?? 0) + step * (event.shiftKey ? 20 : 1);
+      point(Math.min(Math.max(next, 0), page.judged.site.length - 1));
+      event.preventDefault();
+    } else if (event.key === "Enter" && at !== null) {
+      select(page.judged.site[at]);
+    }
+  });
+  figure.querySelector(".live").append(button("−", "Show more of the route", () => widen(0.5)),
+    button("+", "Look closer", () => widen(2)), words);
+  figure.classList.add("is-answering");
+  point(null);
+  onSelect(() => markAll("shown", page.sites.route_m[selection.site]));
+}
+
+export function letFiguresAnswer(page) {
   if (!page.judged) return;
   for (const place of document.querySelectorAll(".live[data-drawing]")) {
-    const name = place.dataset.drawing;
-    const figure = place.closest("figure");
-    if (drawings[name]) drawWhenNear(figure, (parent) => drawings[name](page, parent));
-    const limit = /^choice-(\d+)$/.exec(name);
-    if (limit) drawWhenNear(figure, (parent) => choice(page, parent, Number(limit[1])));
+    const reading = readingOf(place.dataset.drawing);
+    if (reading) answer(page, place.closest("figure"), reading);
   }
 }

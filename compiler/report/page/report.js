@@ -3,11 +3,10 @@
 import "leaflet/dist/leaflet.css";
 import "uplot/dist/uPlot.min.css";
 import "./live.css";
-import { redrawCharts } from "./charts.js";
 import { readPage } from "./data.js";
-import { drawFigures } from "./figures.js";
+import { letFiguresAnswer } from "./figures.js";
 import { drawMap } from "./map_view.js";
-import { followLinks, onSelect, select, siteOfAddress } from "./selection.js";
+import { followLinks, select, siteOfAddress } from "./selection.js";
 import { drawSitePanel } from "./site_panel.js";
 
 // The site whose range errs most on the drive that judged, else the one in the middle.
@@ -31,8 +30,7 @@ async function start() {
   const place = figure.querySelector(".live");
   const map = drawMap(page, place);
   drawSitePanel(page, place);
-  drawFigures(page);
-  onSelect(redrawCharts);
+  letFiguresAnswer(page);
   followLinks();
   select(siteOfAddress(page.sites.count) ?? firstSite(page), true);
   // For tests and for people at the console.

@@ -43,28 +43,5 @@ TEST(GeoJson, AgreesWithTheDumpAtEverySite) {
   EXPECT_EQ(lines, 2u);
 }
 
-// Karlsruhe's castle by UTM; the numbers are PROJ's (gdaltransform).
-TEST(GeoJson, GivesLongitudeAndLatitudeWhereTheWorldIsKnown) {
-  const Result<Geodetic> utm = to_geodetic(*parse_world("utm:32N"), {456500.0, 5429500.0, 115.0});
-  ASSERT_TRUE(utm);
-  EXPECT_NEAR(utm->latitude_deg, 49.0168553108853, 1e-9);
-  EXPECT_NEAR(utm->longitude_deg, 8.40506847535713, 1e-9);
-  const World enu = *parse_world("enu:49,8.4,100");
-  const Result<Geodetic> north = to_geodetic(enu, {0.0, 1000.0, 0.0});
-  ASSERT_TRUE(north);
-  EXPECT_NEAR(north->latitude_deg, 49.0 + 1000.0 / 111'209.0, 2e-5);
-  EXPECT_NEAR(north->longitude_deg, 8.4, 1e-12);
-  EXPECT_NEAR(north->altitude_m, 100.0784, 1e-3);  // Earth curves away below a tangent
-}
-
-TEST(World, RefusesWhatIsNone) {
-  for (const char* text : {"", "utm", "utm:61N", "utm:32", "utm:32X", "enu:1,2", "enu:91,0,0",
-                           "enu:1,2,3,4", "mars"}) {
-    const Result<World> world = parse_world(text);
-    ASSERT_FALSE(world) << text;
-    EXPECT_EQ(world.error().code, ErrorCode::kBadArgument);
-  }
-}
-
 }  // namespace
 }  // namespace sightline

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "compiler/base/atomic_file.h"
-#include "formats/foreign/point_cloud_file.h"
+#include "formats/foreign/read_point_cloud.h"
 
 // What the tests of foreign formats share.
 

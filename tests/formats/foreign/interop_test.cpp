@@ -1,8 +1,9 @@
 #include <cstdlib>
 #include <set>
 
+#include "formats/foreign/open_scan_container.h"
+#include "formats/foreign/read_point_cloud.h"
 #include "formats/foreign/recording.h"
-#include "formats/foreign/scan_container.h"
 #include "formats/foreign/text_lines.h"
 #include "tests/formats/foreign/foreign_files.h"
 

@@ -8,6 +8,7 @@
 #include "compiler/base/random.h"
 #include "formats/foreign/pcd_unpack.h"
 #include "formats/foreign/pcd_writer.h"
+#include "formats/foreign/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
 
 namespace sightline {

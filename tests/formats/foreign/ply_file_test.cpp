@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "compiler/base/random.h"
+#include "formats/foreign/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
 
 namespace sightline {

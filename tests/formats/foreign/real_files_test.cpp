@@ -1,6 +1,7 @@
 #include <cstdlib>
 
-#include "formats/foreign/recording.h"
+#include "formats/foreign/open_recording.h"
+#include "formats/foreign/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
 
 // Files that other people's programs wrote. They are not part of the project: SIGHTLINE_DATA names

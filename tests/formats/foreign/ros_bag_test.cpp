@@ -1,6 +1,6 @@
 #include "formats/foreign/ros_bag.h"
 
-#include "formats/foreign/recording.h"
+#include "formats/foreign/open_recording.h"
 #include "formats/foreign/ros_messages.h"
 #include "tests/formats/foreign/bag_files.h"
 

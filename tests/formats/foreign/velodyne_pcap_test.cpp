@@ -1,7 +1,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/foreign/recording.h"
+#include "formats/foreign/open_recording.h"
 #include "formats/foreign/velodyne_packet.h"
 #include "tests/formats/foreign/foreign_files.h"
 

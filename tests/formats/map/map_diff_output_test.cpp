@@ -109,16 +109,29 @@ TEST(MapDiffGeoJson, IsInLocalMetresAndSaysSoUnlessAZoneIsNamed) {
     map->sites.frame = map->ndt.frame;
   }
   const MapDiff diff = diff_of(before, after);
-  const Json local = Json::parse(to_geojson(diff, std::nullopt));
+  const Json local = Json::parse(*to_geojson(diff, World{}));
   EXPECT_THAT(local["coordinate_frame"].get<std::string>(), HasSubstr("not longitude"));
   ASSERT_EQ(local["features"].size(), 21u);
   EXPECT_EQ(local["features"][0]["geometry"]["type"], "LineString");
   EXPECT_EQ(local["features"][0]["properties"]["kind"], "stretch");
   EXPECT_EQ(local["features"][0]["geometry"]["coordinates"][0][0], 448020.0);
   // The Eiffel Tower is at 2.2945 E, 48.8584 N, a few hundred metres from there.
-  const Json earth = Json::parse(to_geojson(diff, UtmZone{31, false}));
+  const Json earth = Json::parse(*to_geojson(diff, *parse_world("utm:31N")));
   EXPECT_NEAR(earth["features"][0]["geometry"]["coordinates"][0][0].get<double>(), 2.29, 0.01);
   EXPECT_NEAR(earth["features"][0]["geometry"]["coordinates"][0][1].get<double>(), 48.858, 0.01);
+  EXPECT_EQ(earth["features"][0]["geometry"]["coordinates"][0][2], 0.0);
+}
+
+TEST(MapDiffGeoJson, RefusesAPlaceThatIsNotOfTheZone) {
+  CompiledMap before = street(false);
+  CompiledMap after = street(true);
+  for (CompiledMap* map : {&before, &after}) {
+    map->ndt.frame.origin_world_m = {64.0e5, 0.0, 0.0};  // 6400 km east of the zone's middle
+    map->sites.frame = map->ndt.frame;
+  }
+  const Result<std::string> json = to_geojson(diff_of(before, after), *parse_world("utm:31N"));
+  ASSERT_FALSE(json);
+  EXPECT_EQ(json.error().code, ErrorCode::kBadArgument);
 }
 
 }  // namespace

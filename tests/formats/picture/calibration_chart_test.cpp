@@ -1,4 +1,5 @@
 #include "formats/picture/calibration_chart.h"
+#include "formats/picture/chart_svg.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -15,7 +15,7 @@ namespace {
 
 struct Problem {
   FeatureRows features;
-  TrainingSet training;
+  LabelledRows training;
 };
 
 Problem random_problem(std::uint64_t seed, std::size_t row_count, std::size_t feature_count) {
@@ -88,7 +88,7 @@ TEST(Forest, KeepsEachLabelInOneLeafOfEachTreeAndEnoughInEach) {
     ASSERT_TRUE(forest.has_value());
     const Result<void> valid = validate(*forest);
     ASSERT_TRUE(valid.has_value()) << to_string(valid.error());
-    const TrainingSet sorted = sorted_by_label(problem.training);
+    const LabelledRows sorted = sorted_by_label(problem.training);
     for (const RegressionTree& tree : forest->trees) {
       std::map<std::uint32_t, int> rows_in_leaf;
       for (const std::uint32_t leaf : tree.leaf_of_label) ++rows_in_leaf[leaf];

@@ -79,7 +79,7 @@ TEST(Lesson, ThinsByWholeSites) {
   ASSERT_TRUE(lesson.has_value());
   const std::vector<std::uint8_t> none(lesson->sites.size(), 0);
   EXPECT_EQ(labelled_rows(*lesson, none, 100000).rows.size(), 4u * 130u * 2u);
-  const TrainingSet thin = labelled_rows(*lesson, none, 300);
+  const LabelledRows thin = labelled_rows(*lesson, none, 300);
   EXPECT_LE(thin.rows.size(), 300u);
   EXPECT_GE(thin.rows.size(), 200u);
   for (std::size_t i = 0; i < thin.rows.size(); i += 2) {

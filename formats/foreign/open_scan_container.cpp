@@ -1,10 +1,11 @@
-#include "formats/foreign/scan_container.h"
+#include "formats/foreign/open_scan_container.h"
 
 #include <array>
 #include <fstream>
 
 #include "formats/foreign/pcap_reader.h"
 #include "formats/foreign/ros_bag.h"
+#include "formats/foreign/velodyne_pcap.h"
 
 namespace sightline {
 namespace {

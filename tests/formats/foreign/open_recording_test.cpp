@@ -1,7 +1,7 @@
-#include "formats/foreign/recording.h"
 
 #include <numbers>
 
+#include "formats/foreign/open_recording.h"
 #include "formats/foreign/pcd_writer.h"
 #include "formats/foreign/pose_file.h"
 #include "tests/formats/foreign/foreign_files.h"

@@ -1,11 +1,13 @@
-#include "formats/foreign/point_cloud_file.h"
+#include "formats/foreign/read_point_cloud.h"
 
+#include <algorithm>
+#include <array>
 #include <string>
 
 #include "compiler/base/atomic_file.h"
 #include "formats/foreign/cloud_parsers.h"
 #include "formats/foreign/gzip.h"
-#include "formats/foreign/scan_files.h"
+#include "formats/foreign/lower_extension.h"
 
 namespace sightline {
 namespace {
@@ -73,6 +75,27 @@ constexpr StrangeName kStrangeNames[] = {
     {".asc", kColumns},  {".pts", kColumns},  {".json", "JSON is not read; save the points as PCD"},
 };
 
+// The formats that are read. All texts that name them are made from these endings.
+struct CloudKind {
+  std::string_view ending;
+  std::array<std::string_view, 2> signatures;  // the file begins with one of them; empty: none
+  bool is_known_by_ending;                     // where the file begins with no signature
+  Result<PointCloudFile> (*parse)(const FileBytes& file);
+};
+
+constexpr CloudKind kKinds[] = {
+    {".pcd", {"# .PCD"}, true, parse_pcd},
+    {".ply", {"ply\n", "ply\r\n"}, true, parse_ply},
+    {".las", {"LASF"}, false, parse_las},
+    {".bin", {}, true, parse_float_bin},
+};
+
+bool begins_as(const CloudKind& kind, std::string_view text) {
+  return std::ranges::any_of(kind.signatures, [&](std::string_view signature) {
+    return !signature.empty() && text.starts_with(signature);
+  });
+}
+
 Result<void> refuse_strangers(const FileBytes& file) {
   const std::string_view text = file.text();
   for (const Stranger& stranger : kStrangers) {
@@ -84,25 +107,27 @@ Result<void> refuse_strangers(const FileBytes& file) {
 }
 
 Result<PointCloudFile> parse_by_kind(const FileBytes& file, const std::string& extension) {
-  const std::string_view text = file.text();
-  if (text.starts_with("LASF")) return parse_las(file);
-  if (text.starts_with("ply\n") || text.starts_with("ply\r\n")) return parse_ply(file);
-  if (text.starts_with("# .PCD") || extension == ".pcd") return parse_pcd(file);
-  if (extension == ".ply") return parse_ply(file);
-  if (extension == ".bin") return parse_float_bin(file);
+  for (const CloudKind& kind : kKinds) {
+    if (begins_as(kind, file.text())) return kind.parse(file);
+  }
+  for (const CloudKind& kind : kKinds) {
+    if (kind.is_known_by_ending && extension == kind.ending) return kind.parse(file);
+  }
   for (const StrangeName& strange : kStrangeNames) {
     if (extension != strange.extension) continue;
     return file.error(ErrorCode::kUnsupportedFormat, std::string(strange.what), at_byte(0));
   }
   return file.error(ErrorCode::kUnsupportedFormat,
-                    "found neither PCD, PLY, LAS nor .bin by name or content; convert the scan to "
-                    "one of them",
+                    "not known by name or content as " + scan_endings_text() +
+                        "; convert the scan to one of them",
                     at_byte(0));
 }
 
+constexpr std::string_view kGzipEnding = ".gz";
+
 // "drive/0.bin" of "drive/0.bin.gz".
 std::filesystem::path without_gz(std::filesystem::path path) {
-  if (lower_extension(path) == ".gz") path.replace_extension();
+  if (lower_extension(path) == kGzipEnding) path.replace_extension();
   return path;
 }
 
@@ -116,6 +141,21 @@ Result<PointCloudFile> parse_unpacked(const FileBytes& file) {
 }
 
 }  // namespace
+
+bool is_scan_ending(std::string_view extension) {
+  return extension == kGzipEnding || std::ranges::any_of(kKinds, [&](const CloudKind& kind) {
+           return extension == kind.ending;
+         });
+}
+
+std::string scan_endings_text() {
+  std::string text(kKinds[0].ending);
+  for (std::size_t i = 1; i < std::size(kKinds); ++i) {
+    text += i + 1 < std::size(kKinds) ? ", " : " or ";
+    text += kKinds[i].ending;
+  }
+  return text;
+}
 
 Result<PointCloudFile> with_returns(PointCloudFile cloud, const std::string& file,
                                     const std::string& place) {

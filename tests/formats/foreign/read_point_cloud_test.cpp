@@ -1,9 +1,9 @@
-#include "formats/foreign/point_cloud_file.h"
 
 #include <zlib.h>
 
 #include <limits>
 
+#include "formats/foreign/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
 
 namespace sightline {

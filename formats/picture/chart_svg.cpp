@@ -1,4 +1,4 @@
-#include "formats/picture/chart.h"
+#include "formats/picture/chart_svg.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,7 @@
 #include "formats/picture/chart_axis.h"
 #include "formats/picture/chart_legend.h"
 #include "formats/quoted_text.h"
+#include "formats/table.h"
 
 namespace sightline {
 namespace {
@@ -207,14 +208,24 @@ Plot plot_of(const Chart& chart, double legend_px) {
   return plot;
 }
 
+// For scripts: left, right, top and bottom of the plot, then the numbers at its left and right.
+std::string plot_text(const Plot& plot) {
+  std::string text;
+  for (const double edge_px : {plot.left_px, plot.right_px, plot.top_px, plot.bottom_px}) {
+    text += px(edge_px) + " ";
+  }
+  return text + format_double(plot.x.span.from) + " " + format_double(plot.x.span.to);
+}
+
 }  // namespace
 
 std::string chart_svg(const Chart& chart) {
   const ChartLegend legend = legend_of(chart);
   const Plot plot = plot_of(chart, legend.height_px);
   return "<svg class=\"chart\" role=\"img\" viewBox=\"0 0 " + px(chart.width_px) + " " +
-         px(chart.height_px) + "\" font-size=\"12\" fill=\"currentColor\"><title>" +
-         xml_text(chart.title) + "</title>\n" + draw_bands(chart, plot) + draw_axes(chart, plot) +
+         px(chart.height_px) + "\" data-plot=\"" + plot_text(plot) +
+         "\" font-size=\"12\" fill=\"currentColor\"><title>" + xml_text(chart.title) +
+         "</title>\n" + draw_bands(chart, plot) + draw_axes(chart, plot) +
          draw_series(chart, plot) + legend.svg + "</svg>\n";
 }
 

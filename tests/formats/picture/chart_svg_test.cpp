@@ -1,4 +1,4 @@
-#include "formats/picture/chart.h"
+#include "formats/picture/chart_svg.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -60,6 +60,8 @@ TEST(Chart, NamesAxesAndSeries) {
 // Three points across a plot from 62 to 746 px.
 TEST(Chart, PointsStandWhereTheyShould) {
   EXPECT_THAT(chart_svg(line_of({1.0, 4.0, 2.0})), HasSubstr("d=\"M62.0 254.0L404.0 30.0L746.0"));
+  EXPECT_THAT(chart_svg(line_of({1.0, 4.0, 2.0})),
+              HasSubstr("data-plot=\"62.0 746.0 30.0 254.0 0 2\""));
 }
 
 TEST(Chart, ANumberThatIsNoneBreaksTheLine) {

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/base/result.h"
+
+namespace sightline {
+
+// A YAML document as plain values, each with the line that it stands in.
+struct YamlNode {
+  enum class Kind { kNull, kScalar, kList, kMap };
+
+  Kind kind = Kind::kNull;
+  int line = 1;
+  std::string scalar;            // as written, without quotes
+  std::vector<YamlNode> keys;    // of a map, in the order of the file
+  std::vector<YamlNode> values;  // of a map, one per key; or of a list
+
+  // The value of a key, or nullptr; the last where a key comes twice.
+  [[nodiscard]] const YamlNode* find(std::string_view key) const;
+  [[nodiscard]] std::string place() const { return "line " + std::to_string(line); }
+};
+
+// Error: malformed-text with its line, also for documents that are nested or repeat themselves
+// beyond all use.
+Result<YamlNode> parse_yaml(const std::string& text);
+
+}  // namespace sightline

@@ -1,0 +1,55 @@
+#include "compiler/pipeline/option_yaml.h"
+
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+TEST(YamlTree, KeepsWhatIsWrittenAndItsLine) {
+  const Result<YamlNode> root = parse_yaml("a: 1\nb:\n  - 'two'\n  - {c: }\n");
+  ASSERT_TRUE(root) << to_string(root.error());
+  EXPECT_EQ(root->find("a")->scalar, "1");
+  const YamlNode* list = root->find("b");
+  ASSERT_EQ(list->values.size(), 2U);
+  EXPECT_EQ(list->values[0].scalar, "two");
+  EXPECT_EQ(list->values[0].place(), "line 3");
+  EXPECT_EQ(list->values[1].find("c")->kind, YamlNode::Kind::kNull);
+  EXPECT_EQ(root->find("c"), nullptr);
+  EXPECT_EQ(parse_yaml("")->kind, YamlNode::Kind::kNull);
+}
+
+// Ten lines that stand for ten thousand million.
+TEST(YamlTree, RefusesTextsThatRepeatThemselvesBeyondAllUse) {
+  std::string text = "l0: &l0 [x, x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 10; ++i) {
+    const std::string name = "l" + std::to_string(i);
+    const std::string before = ", *l" + std::to_string(i - 1);
+    text += name + ": &" + name + " [x";
+    for (int k = 0; k < 10; ++k) text += before;
+    text += "]\n";
+  }
+  const Result<YamlNode> refused = parse_yaml(text);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kMalformedText);
+  EXPECT_EQ(parse_yaml(std::string(100, '[') + std::string(100, ']')).error().code,
+            ErrorCode::kMalformedText);
+}
+
+TEST(OptionYaml, SetsFieldsAndLeavesOtherKeysToItsCaller) {
+  double cell_m = 1.0;
+  std::vector<OptionField> fields = {number("cell_m", cell_m, "edge, m", 0.1, 10.0)};
+  ASSERT_TRUE(set_fields(*parse_yaml("{cell_m: 2.5, rules: [1]}"), "here", fields, {"rules"}));
+  EXPECT_EQ(cell_m, 2.5);
+  ASSERT_TRUE(set_fields(*parse_yaml(""), "here", fields));
+  EXPECT_EQ(cell_m, 2.5);
+  const Result<void> unknown = set_fields(*parse_yaml("\ncel_m: 1"), "here", fields, {"rules"});
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().code, ErrorCode::kUnknownKey);
+  EXPECT_EQ(unknown.error().message, "unknown key 'cel_m' in here; did you mean 'cell_m'?");
+  EXPECT_EQ(unknown.error().place, "line 2");
+  EXPECT_EQ(set_fields(*parse_yaml("cell_m: 20"), "here", fields).error().place, "line 1");
+  EXPECT_EQ(cell_m, 2.5);
+}
+
+}  // namespace
+}  // namespace sightline
