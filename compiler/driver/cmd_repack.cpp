@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "formats/map/repack.h"
 #include "formats/reader/mapped_file.h"
 
@@ -34,35 +34,36 @@ Result<void> repack(const RepackFlags& flags, Repacking repacking) {
   return {};
 }
 
-void add_flags(CLI::App& command, Repacking repacking, int& status) {
+Verb repacking_verb(Repacking repacking) {
   const auto flags = std::make_shared<RepackFlags>();
-  command.add_option("map", flags->map, "The map (.slmap)")->required();
-  command.add_option("-o,--output", flags->output, "Where to write the new map")->required();
-  command.add_flag("--force", flags->force, "Replace the output where it exists");
-  command.callback([flags, repacking, &status] {
-    const Result<void> done = repack(*flags, repacking);
-    status = done ? 0 : report_error(done.error());
-  });
+  Verb verb;
+  verb.positionals = {map_positional(flags->map, "The map to read")};
+  verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),
+                force_flag(flags->force)};
+  verb.run = [flags, repacking] { return exit_status_of(repack(*flags, repacking)); };
+  return verb;
 }
 
 }  // namespace
 
-void add_strip_command(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand(
-      "strip", "Write a map without what only engineers need; no other digest changes");
-  command->footer(
-      "Drops the map factors and the error model. The root digest stays, and so does a signature.\n"
-      "Example:\n  sightline strip town.slmap -o town.vehicle.slmap");
-  add_flags(*command, &strip_map, status);
+Verb strip_verb() {
+  Verb verb = repacking_verb(&strip_map);
+  verb.name = "strip";
+  verb.summary = "Write a map without what only engineers need; no other digest changes";
+  verb.details =
+      "Drops the map factors and the error model. The root digest stays, and so does a signature.";
+  verb.examples = {"sightline strip town.slmap -o town.vehicle.slmap"};
+  return verb;
 }
 
-void add_migrate_command(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand(
-      "migrate", "Write a map of an older format in the format of this program");
-  command->footer(
-      "Each step from one format version to the next is named. Digests over the contents stay.\n"
-      "Example:\n  sightline migrate old.slmap -o new.slmap");
-  add_flags(*command, &migrate_map, status);
+Verb migrate_verb() {
+  Verb verb = repacking_verb(&migrate_map);
+  verb.name = "migrate";
+  verb.summary = "Write a map of an older format in the format of this program";
+  verb.details =
+      "Each step from one format version to the next is named. Digests over the contents stay.";
+  verb.examples = {"sightline migrate old.slmap -o new.slmap"};
+  return verb;
 }
 
 }  // namespace sightline

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "compiler/base/version.h"
 #include "formats/recording_cards.h"
 
 namespace sightline {
@@ -62,7 +63,7 @@ std::vector<std::string> command_line() {
 
 std::string provenance_json(CompileConfig config, const std::vector<std::string>& command_line,
                             const ArtifactSet& artifacts, const std::vector<StepReport>& reports) {
-  Json json = {{"program", "sightline " SIGHTLINE_VERSION},
+  Json json = {{"program", "sightline " + program_version()},
                {"time_utc", utc_now()},
                {"host", host_name()},
                {"command_line", command_line},
