@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "compiler/base/hash.h"
+#include "compiler/base/version.h"
 #include "passes/learn/history.h"
 
 namespace sightline {
@@ -109,7 +110,7 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
       options.map_id.empty() ? derived_map_id(inputs.mapping, inputs.ndt.frame) : options.map_id;
   map.version = options.version;
   map.release = static_cast<std::uint64_t>(options.release);
-  map.writer = "sightline 0.1.0";
+  map.writer = "sightline " + program_version();
   map.ndt = inputs.ndt;
   map.sites = inputs.sites;
   map.predicted = inputs.predicted;

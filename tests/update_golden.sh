@@ -8,3 +8,10 @@ build/compiler/driver/sightline passes --schema > schemas/config.schema.json
 towns=build/tests/golden/towns
 build/tests/golden/golden_test --write-towns "$towns"
 build/tests/golden/golden_test --towns "$towns" --update
+
+# The help of every verb.
+mkdir -p tests/golden/help
+rm -f tests/golden/help/*.txt
+for verb in $(build/compiler/driver/sightline help | sed -n 's/^  \([a-z]*\)  .*/\1/p'); do
+  build/compiler/driver/sightline help "$verb" > "tests/golden/help/$verb.txt"
+done

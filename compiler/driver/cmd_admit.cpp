@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/signing_files.h"
 #include "formats/release/record_text.h"
 #include "formats/release/signatures.h"
@@ -91,40 +90,69 @@ Result<void> admit(const AdmitFlags& flags) {
   return {};
 }
 
+Result<void> run_admit(const AdmitFlags& flags) {
+  if (flags.next_root.empty() == flags.release.empty()) {
+    return Error{ErrorCode::kBadArgument, "either a RELEASE or --next-root is needed", "", ""};
+  }
+  return admit(flags);
+}
+
 }  // namespace
 
-void add_admit_command(CLI::App& app, int& status) {
+Verb admit_verb() {
   const auto flags = std::make_shared<AdmitFlags>();
-  CLI::App* command = app.add_subcommand(
-      "admit", "In the vehicle: may this root, release or map be trusted, and what to fetch?");
-  command->footer(
-      "Checks signatures, fleet, counter, expiry, reader, sensor and, with --map, the map's size,\n"
-      "digest, contents and manifest, in the order of schemas/release_format.md. Prints the "
-      "record\n"
+  Verb verb;
+  verb.name = "admit";
+  verb.summary =
+      "In the vehicle: may this root, release or map be trusted, and what to fetch?";
+  verb.details =
+      "Checks signatures, fleet, counter, expiry, reader, sensor and, with --map, the map's size, "
+      "digest, contents and manifest, in the order of schemas/release_format.md. Prints the record "
       "and \"fetch nothing\", \"fetch map NAME SIZE SHA256\" or \"fetch delta NAME SIZE "
-      "SHA256\".\n\n"
-      "Examples:\n"
-      "  sightline admit --root root --next-root root.2\n"
-      "  sightline admit --root root --seen seen --present town.slmap release\n"
-      "  sightline admit --root root --seen seen release --map incoming.slmap");
-  command->add_option("--root", flags->root, "The root record that is trusted")->required();
-  CLI::Option* next = command->add_option("--next-root", flags->next_root,
-                                          "Check this root, with its .minisig, and print it");
-  command->add_option("release", flags->release, "The release record, with its .minisig")
-      ->excludes(next);
-  command->add_option("--seen", flags->seen, "The newest release record admitted before");
-  command->add_option("--now", flags->now, "UTC (default: the clock)");
-  command->add_option("--sensor", flags->sensor, "Digest of this vehicle's sensor profile");
-  command->add_option("--map-id", flags->map_id, "The map this vehicle wants");
-  command->add_option("--present", flags->present, "The map that the vehicle has");
-  command->add_option("--map", flags->map, "Check this map against the release");
-  command->callback([flags, &status] {
-    const Result<void> admitted =
-        flags->next_root.empty() && flags->release.empty()
-            ? Error{ErrorCode::kBadArgument, "a release or --next-root is needed", "", ""}
-            : admit(*flags);
-    status = admitted ? 0 : report_error(admitted.error());
-  });
+      "SHA256\".";
+  verb.examples = {"sightline admit --root root --next-root root.2",
+                   "sightline admit --root root --seen seen --present town.slmap release",
+                   "sightline admit --root root --seen seen release --map incoming.slmap"};
+  verb.positionals = {{.name = "RELEASE",
+                       .help = "The release record, with its .minisig",
+                       .target = &flags->release,
+                       .is_required = false}};
+  verb.flags = {
+      {.names = "--root",
+       .value = "FILE",
+       .help = "The root record that is trusted",
+       .target = &flags->root,
+       .is_required = true},
+      {.names = "--next-root",
+       .value = "FILE",
+       .help = "Check this root, with its .minisig, and print it; takes no RELEASE",
+       .target = &flags->next_root},
+      {.names = "--seen",
+       .value = "FILE",
+       .help = "The newest release record admitted before",
+       .target = &flags->seen},
+      {.names = "--now",
+       .value = "TIME",
+       .help = "UTC as 2026-12-01T00:00:00Z, in place of the clock",
+       .target = &flags->now},
+      {.names = "--sensor",
+       .value = "SHA256",
+       .help = "Digest of this vehicle's sensor profile",
+       .target = &flags->sensor},
+      {.names = "--map-id",
+       .value = "ID",
+       .help = "The map this vehicle wants",
+       .target = &flags->map_id},
+      {.names = "--present",
+       .value = "FILE",
+       .help = "The map that the vehicle has (.slmap)",
+       .target = &flags->present},
+      {.names = "--map",
+       .value = "FILE",
+       .help = "The map to check against the release (.slmap)",
+       .target = &flags->map}};
+  verb.run = [flags] { return exit_status_of(run_admit(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

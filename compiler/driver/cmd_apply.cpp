@@ -1,8 +1,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "formats/map/apply_delta.h"
 
 namespace sightline {
@@ -18,7 +18,7 @@ struct ApplyFlags {
 Result<void> apply(const ApplyFlags& flags) {
   if (flags.rolls_back) {
     if (!flags.delta.empty() || !flags.out.empty()) {
-      return Error{ErrorCode::kBadArgument, "--rollback takes no delta and no --out", "", ""};
+      return Error{ErrorCode::kBadArgument, "--rollback takes no delta and no --output", "", ""};
     }
     const Result<Digest> root = roll_back(flags.map);
     if (!root) return root.error();
@@ -44,25 +44,33 @@ Result<void> apply(const ApplyFlags& flags) {
 
 }  // namespace
 
-void add_apply_command(CLI::App& app, int& status) {
+Verb apply_verb() {
   const auto flags = std::make_shared<ApplyFlags>();
-  CLI::App* command =
-      app.add_subcommand("apply", "Bring a map up to date with a delta, or take it back");
-  command->footer(
-      "The map is the old one or the new one at every moment, also when power is lost; the same\n"
-      "command then goes on. The old map stays beside it as MAP.previous.\n\n"
-      "Examples:\n"
-      "  sightline apply town-1-to-2.sldelta --to town.slmap\n"
-      "  sightline apply --rollback --to town.slmap\n"
-      "  sightline apply town-1-to-2.sldelta --to town-1.slmap -o town-2.slmap");
-  command->add_option("delta", flags->delta, "The delta (.sldelta)");
-  command->add_option("--to", flags->map, "The map to bring up to date (.slmap)")->required();
-  command->add_option("-o,--out", flags->out, "Write the new map here, leave the old one alone");
-  command->add_flag("--rollback", flags->rolls_back, "Take back the last apply");
-  command->callback([flags, &status] {
-    const Result<void> applied = apply(*flags);
-    status = applied ? 0 : report_error(applied.error());
-  });
+  Verb verb;
+  verb.name = "apply";
+  verb.summary = "Bring a map up to date with a delta, or take it back";
+  verb.details =
+      "The map is the old one or the new one at every moment, also when power is lost; the same "
+      "command then goes on. The old map stays beside it as MAP.previous.";
+  verb.examples = {"sightline apply town-1-to-2.sldelta --to town.slmap",
+                   "sightline apply --rollback --to town.slmap",
+                   "sightline apply town-1-to-2.sldelta --to town-1.slmap -o town-2.slmap"};
+  verb.positionals = {{.name = "DELTA",
+                       .help = "The delta (.sldelta)",
+                       .target = &flags->delta,
+                       .is_required = false}};
+  verb.flags = {{.names = "--to",
+                 .value = "FILE",
+                 .help = "The map to bring up to date (.slmap)",
+                 .target = &flags->map,
+                 .is_required = true},
+                output_flag(flags->out, "Write the new map here, leave the old one alone (.slmap)"),
+                {.names = "--rollback",
+                 .help = "Take back the last apply",
+                 .target = &flags->rolls_back,
+                 .excludes = "--output"}};
+  verb.run = [flags] { return exit_status_of(apply(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/input_files.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provenance.h"
@@ -115,48 +115,65 @@ Result<void> run_compile(const CompileFlags& flags) {
   return {};
 }
 
+Setter risk_setter(CompileFlags& flags) {
+  return [&flags](const std::string& alpha) -> Result<void> {
+    flags.run.overrides.push_back("choose-ranges.alpha=" + alpha);
+    return {};
+  };
+}
+
+Setter strict_setter(CompileFlags& flags) {
+  return [&flags](const std::string& /*value*/) -> Result<void> {
+    flags.run.overrides.emplace_back("choose-ranges.risk_control=learn-then-test");
+    return {};
+  };
+}
+
 }  // namespace
 
-void add_compile_command(CLI::App& app, int& status) {
+Verb compile_verb() {
   const auto flags = std::make_shared<CompileFlags>();
-  CLI::App* command = app.add_subcommand("compile", "Compile drives into an annotated map");
-  command->footer(
+  Verb verb;
+  verb.name = "compile";
+  verb.summary = "Compile drives into an annotated map";
+  verb.details =
       "The tables on stdout are judged on the localization drive by models that never saw the "
-      "place.\nFinished passes are cached: after an interruption or a change only what is affected "
-      "runs again.\n\n"
-      "Examples:\n"
-      "  sightline compile town.yaml -o town.slmap\n"
-      "  sightline compile street.yaml -o street.slmap --model city.slmodel --risk 0.1\n"
-      "  sightline compile city.yaml -o city.slmap --strict\n"
-      "  sightline compile town.yaml -o town.slmap --set build-ndt.cell_m=1.0 --explain\n"
-      "  sightline compile town.yaml --stop-after build-ndt --print-after build-ndt\n"
-      "  sightline compile town.yaml -o town.slmap --force --depfile town.d --json-progress");
-  add_run_flags(*command, flags->run);
-  command->add_option("-o,--output", flags->output, "The map file to write (.slmap)");
-  command->add_option(
-      "--model", flags->model,
-      "Take the error model of this file (sightline train) or map (.slmap) instead of "
-      "training one; what the localization drive measures is told to it as history");
-  command->add_option_function<std::string>(
-      "--risk",
-      [flags](const std::string& alpha) {
-        flags->run.overrides.push_back("choose-ranges.alpha=" + alpha);
-      },
-      "Share of the route that may miss its limit on the next drive (choose-ranges.alpha)");
-  command->add_flag_callback(
-      "--strict",
-      [flags] { flags->run.overrides.push_back("choose-ranges.risk_control=learn-then-test"); },
-      "Promise it with confidence 1 - choose-ranges.delta rather than on average; needs more "
-      "route");
-  command->add_flag("--list-inputs", flags->lists_inputs,
-                    "Print every file that this compile would read, one a line, and end");
-  command->add_option("--depfile", flags->depfile,
-                      "Also write what the map depends on to this file, as Make and Ninja read it");
-  command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
-  command->callback([flags, &status] {
-    const Result<void> compiled = run_compile(*flags);
-    status = compiled ? 0 : report_error(compiled.error());
-  });
+      "place. Finished passes are cached: after an interruption or a change only what is affected "
+      "runs again.";
+  verb.examples = {
+      "sightline compile town.yaml -o town.slmap",
+      "sightline compile street.yaml -o street.slmap --model city.slmodel --risk 0.1",
+      "sightline compile city.yaml -o city.slmap --strict",
+      "sightline compile town.yaml -o town.slmap --set build-ndt.cell_m=1.0 --explain",
+      "sightline compile town.yaml --stop-after build-ndt --print-after build-ndt",
+      "sightline compile town.yaml -o town.slmap --force --depfile town.d --json-progress"};
+  verb.flags = {
+      output_flag(flags->output, "The map to write (.slmap)"),
+      force_flag(flags->is_forced),
+      {.names = "--model",
+       .value = "FILE",
+       .help = "Take the error model of this file (.slmodel, of `sightline train`) or map (.slmap) "
+               "instead of training one; what the localization drive measures is given to it as "
+               "history",
+       .target = &flags->model},
+      {.names = "--risk",
+       .value = "SHARE",
+       .help = "Share of the route that may miss its limit on the next drive (choose-ranges.alpha)",
+       .target = risk_setter(*flags)},
+      {.names = "--strict",
+       .help = "Promise it with confidence 1 - choose-ranges.delta rather than on average; needs "
+               "more route",
+       .target = strict_setter(*flags)},
+      {.names = "--list-inputs",
+       .help = "Print every file that this compile would read, one a line, and end",
+       .target = &flags->lists_inputs},
+      {.names = "--depfile",
+       .value = "FILE",
+       .help = "Also write what the map depends on to this file, as Make and Ninja read it",
+       .target = &flags->depfile}};
+  add_run_flags(verb, flags->run);
+  verb.run = [flags] { return exit_status_of(run_compile(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

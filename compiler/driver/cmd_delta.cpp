@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "formats/map/make_delta.h"
 
 namespace sightline {
@@ -34,25 +34,25 @@ Result<void> write_delta(const DeltaFlags& flags) {
 
 }  // namespace
 
-void add_delta_command(CLI::App& app, int& status) {
+Verb delta_verb() {
   const auto flags = std::make_shared<DeltaFlags>();
-  CLI::App* command = app.add_subcommand(
-      "delta", "Write what a vehicle with one map needs to have another: changed layers alone");
-  command->footer(
-      "Both maps are checked first. The delta belongs to these two maps: apply refuses any other.\n\n"
-      "Examples:\n"
-      "  sightline delta town-1.slmap town-2.slmap -o town-1-to-2.sldelta\n"
-      "  sightline apply town-1-to-2.sldelta --to town.slmap");
-  command->add_option("base", flags->base, "The map that vehicles have (.slmap)")->required();
-  command->add_option("new", flags->result, "The map that they shall have (.slmap)")->required();
-  command->add_option("-o,--out", flags->out, "The delta to write (.sldelta)")->required();
-  command->add_flag("--portable", flags->options.is_portable,
-                    "For vehicles with another version of zstd than this program: larger");
-  command->add_flag("--force", flags->is_forced, "Replace an existing delta");
-  command->callback([flags, &status] {
-    const Result<void> written = write_delta(*flags);
-    status = written ? 0 : report_error(written.error());
-  });
+  Verb verb;
+  verb.name = "delta";
+  verb.summary = "Write what turns one map into another: changed layers alone";
+  verb.details =
+      "Both maps are checked first. The delta belongs to these two maps: apply refuses any other.";
+  verb.examples = {"sightline delta town-1.slmap town-2.slmap -o town-1-to-2.sldelta",
+                   "sightline apply town-1-to-2.sldelta --to town.slmap"};
+  verb.positionals = {
+      {.name = "BASE", .help = "The map that vehicles have (.slmap)", .target = &flags->base},
+      {.name = "NEW", .help = "The map that they shall have (.slmap)", .target = &flags->result}};
+  verb.flags = {required_output_flag(flags->out, "The delta to write (.sldelta)"),
+                force_flag(flags->is_forced),
+                {.names = "--portable",
+                 .help = "For vehicles with another version of zstd than this program: larger",
+                 .target = &flags->options.is_portable}};
+  verb.run = [flags] { return exit_status_of(write_delta(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

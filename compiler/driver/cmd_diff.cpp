@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/console.h"
 #include "formats/map/diff_maps.h"
@@ -47,48 +48,57 @@ Result<bool> diff(const DiffFlags& flags) {
 
 }  // namespace
 
-void add_diff_command(CLI::App& app, int& status) {
+Verb diff_verb() {
   const auto flags = std::make_shared<DiffFlags>();
-  CLI::App* command = app.add_subcommand(
-      "diff", "Tell what changed between two maps: streets, ranges, promises, definitions");
-  command->footer(
+  Verb verb;
+  verb.name = "diff";
+  verb.summary = "Show what changed between two maps: streets, ranges, promises, definitions";
+  verb.details =
       "Exit status: 0 the maps are the same, 1 they differ, 2 trouble (64 an unknown flag).\n\n"
-      "Sites are matched by place: the old map is asked where each site of the new one lies, as a\n"
-      "vehicle would ask. Tiles with equal digests are not read.\n\n"
-      "Examples:\n"
-      "  sightline diff old.slmap new.slmap\n"
-      "  sightline diff old.slmap new.slmap -q || echo changed\n"
-      "  sightline diff old.slmap new.slmap --format markdown >> \"$GITHUB_STEP_SUMMARY\"\n"
-      "  sightline diff old.slmap new.slmap --format geojson --world utm:33N > changed.geojson");
-  command->add_option("before", flags->before, "The old map (.slmap)")->required();
-  command->add_option("after", flags->after, "The new map (.slmap)")->required();
-  command->add_option("--format", flags->format, "text, json (schemas/diff.schema.json), markdown "
-                                                 "for a pull request, geojson for a GIS")
-      ->check(CLI::IsMember({"text", "json", "markdown", "geojson"}))
-      ->capture_default_str();
-  command->add_flag("-q,--quiet", flags->is_quiet, "Print nothing, the exit status tells");
-  command->add_option("--tolerance-m", flags->options.tolerance_m,
-                      "An ND whose mean moved no farther stayed, m")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  command->add_option("--join-m", flags->options.join_m,
-                      "Changes along the route no farther apart are told as one stretch, m")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  command->add_option("--longest-m", flags->options.longest_m,
-                      "A longer stretch is told in pieces, m")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command
-      ->add_option("--world", flags->world,
-                   "Where the maps' coordinates lie, for geojson: local, utm:ZONE (utm:32N) or "
-                   "enu:LATITUDE,LONGITUDE,ALTITUDE")
-      ->capture_default_str();
-  command->callback([flags, &status] {
+      "Sites are matched by place: the old map is asked where each site of the new one lies, as a "
+      "vehicle would ask. Tiles with equal digests are not read. Form markdown is for a pull "
+      "request, geojson for a GIS; json is described in schemas/diff.schema.json.";
+  verb.examples = {
+      "sightline diff old.slmap new.slmap",
+      "sightline diff old.slmap new.slmap -q || echo changed",
+      "sightline diff old.slmap new.slmap --format markdown >> \"$GITHUB_STEP_SUMMARY\"",
+      "sightline diff old.slmap new.slmap --format geojson --world utm:33N > changed.geojson"};
+  verb.positionals = {
+      {.name = "BEFORE", .help = "The old map (.slmap)", .target = &flags->before},
+      {.name = "AFTER", .help = "The new map (.slmap)", .target = &flags->after}};
+  verb.flags = {
+      {.names = "--format",
+       .value = "FORMAT",
+       .help = "Form of the output",
+       .target = &flags->format,
+       .choices = {"text", "json", "markdown", "geojson"}},
+      quiet_flag(flags->is_quiet),
+      {.names = "--tolerance-m",
+       .value = "METRES",
+       .help = "An ND whose mean moved no farther stayed",
+       .target = &flags->options.tolerance_m,
+       .minimum = 0.0},
+      {.names = "--join-m",
+       .value = "METRES",
+       .help = "Changes along the route no farther apart count as one stretch",
+       .target = &flags->options.join_m,
+       .minimum = 0.0},
+      {.names = "--longest-m",
+       .value = "METRES",
+       .help = "A longer stretch is split into pieces",
+       .target = &flags->options.longest_m,
+       .minimum = 0.001},
+      {.names = "--world",
+       .value = "WORLD",
+       .help = "Where the maps' coordinates lie, for geojson: local, utm:ZONE (utm:32N) or "
+               "enu:LATITUDE,LONGITUDE,ALTITUDE",
+       .target = &flags->world}};
+  verb.run = [flags]() -> Result<int> {
     const Result<bool> is_same = diff(*flags);
     if (!is_same) report_error(is_same.error());
-    status = !is_same ? kTrouble : *is_same ? kSame : kDifferent;
-  });
+    return !is_same ? kTrouble : *is_same ? kSame : kDifferent;
+  };
+  return verb;
 }
 
 }  // namespace sightline

@@ -1,12 +1,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/dump_picture.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
@@ -65,17 +63,24 @@ struct Made {
   ArtifactSet artifacts;
 };
 
-// Runs what `wanted` needs, from the cache where it can.
-Result<Made> make(const DumpFlags& flags,
-                  const std::function<std::vector<AnyWire>(const CompilePlan&)>& wanted) {
+// Runs what the artifacts of these names need, from the cache where it can. Error: unknown-name
+// where the configuration makes none of that name.
+Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names) {
   const Result<CompileConfig> config =
       load_compile_config(flags.run.config_file, flags.run.overrides);
   if (!config) return config.error();
   Made made{compile_plan(*config), {}};
+  std::vector<AnyWire> wanted;
+  for (const std::string& name : names) {
+    wanted.push_back(made.compile.plan.find(name));
+    if (wanted.back() != AnyWire{}) continue;
+    return Error{ErrorCode::kUnknownName, "--what: this configuration makes no " + name,
+                 flags.run.config_file, ""};
+  }
   const Result<void> provided = provide_drives(made.compile, made.artifacts);
   if (!provided) return provided.error();
-  const Result<std::vector<StepReport>> reports = run_steps(
-      made.compile.plan, wanted(made.compile), flags.run, *config, made.artifacts);
+  const Result<std::vector<StepReport>> reports =
+      run_steps(made.compile.plan, wanted, flags.run, *config, made.artifacts);
   if (!reports) return reports.error();
   return made;
 }
@@ -95,22 +100,18 @@ Result<Table> recordings_of_config(const DumpFlags& flags) {
 
 Result<Table> table_of_config(const DumpFlags& flags) {
   if (flags.what == "recordings") return recordings_of_config(flags);
-  AnyWire wanted;
-  const Result<Made> made = make(flags, [&](const CompilePlan& compile) {
-    wanted = compile.plan.find(flags.what);
-    return std::vector<AnyWire>{wanted};
-  });
+  const Result<Made> made = make(flags, {flags.what});
   if (!made) return made.error();
-  const ArtifactSet::Entry& entry = made->artifacts.entry(wanted);
+  const ArtifactSet::Entry& entry =
+      made->artifacts.entry(made->compile.plan.find(flags.what));
   return entry.type->print(entry.value.get());
 }
 
 Result<PictureSources> sources_of_config(const DumpFlags& flags) {
-  const Result<Made> made = make(flags, [&](const CompilePlan& compile) {
-    if (flags.what == "points") return std::vector<AnyWire>{compile.points};
-    if (flags.what == "depth") return std::vector<AnyWire>{compile.depth, compile.ndt};
-    return std::vector<AnyWire>{compile.ndt, compile.sites};
-  });
+  std::vector<std::string> names = {"nds", "sites"};
+  if (flags.what == "points") names = {"points"};
+  if (flags.what == "depth") names = {"depth", "nds"};
+  const Result<Made> made = make(flags, names);
   if (!made) return made.error();
   const auto& [compile, artifacts] = *made;
   PictureSources sources;
@@ -224,38 +225,47 @@ Result<void> run_dump(const DumpFlags& flags) {
 
 }  // namespace
 
-void add_dump_command(CLI::App& app, int& status) {
+Verb dump_verb() {
   const auto flags = std::make_shared<DumpFlags>();
-  CLI::App* command =
-      app.add_subcommand("dump", "Print every number of a map or of any step on the way to it");
-  command->footer(
-      "The target is a map (.slmap), a model (.slmodel), a configuration (.yaml: what is not in the "
-      "cache\nis computed) or a cached artifact (.sla). Numbers have full precision; units stand "
-      "in the\ncolumn names.\n\n"
-      "Examples:\n"
-      "  sightline dump town.slmap --what ranges --format csv > ranges.csv\n"
-      "  sightline dump town.yaml --what factors --site 40\n"
-      "  sightline dump town.yaml --what depth --site 40 --format png > seen_from_40.png\n"
-      "  sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg\n"
-      "  sightline dump city.slmodel --what recordings    # SHA-256 of what it was trained on\n"
-      "  sightline dump town.yaml --what recordings       # the same of recordings at hand");
-  add_run_flags(*command, flags->run);
-  CLI::Option* target = command->get_option("config");
-  target->description(
-      "A map (.slmap), a model (.slmodel), a configuration (.yaml) or a cached artifact (.sla)");
-  command->add_option("--what", flags->what, "The table to print")
-      ->check(CLI::IsMember(dumpable_names()));
-  command
-      ->add_option("--format", flags->format,
-                   "csv, json or text; png for depth and points; png or svg for nds")
-      ->capture_default_str();
-  command->add_option("--site", flags->site, "Only the rows of this site")
-      ->check(CLI::Range(0, INT32_MAX));
-  command->add_option("--box", flags->box, "Only NDs in x0,y0,x1,y1 (map coordinates, m)");
-  command->callback([flags, &status] {
-    const Result<void> dumped = run_dump(*flags);
-    status = dumped ? 0 : report_error(dumped.error());
-  });
+  Verb verb;
+  verb.name = "dump";
+  verb.summary = "Print every number of a map or of any step on the way to it";
+  verb.details =
+      "What is not in the cache is computed from the configuration. Numbers have full precision; "
+      "units stand in the column names. Of nds, --format also takes png and svg, of depth and "
+      "points png.";
+  verb.examples = {
+      "sightline dump town.slmap --what ranges --format csv > ranges.csv",
+      "sightline dump town.yaml --what factors --site 40",
+      "sightline dump town.yaml --what depth --site 40 --format png > seen_from_40.png",
+      "sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg",
+      "sightline dump city.slmodel --what recordings    # SHA-256 of what it was trained on",
+      "sightline dump town.yaml --what recordings       # the same of recordings at hand"};
+  verb.flags = {{.names = "--what",
+                 .value = "TABLE",
+                 .help = "The table to print",
+                 .target = &flags->what,
+                 .choices = dumpable_names()},
+                {.names = "--format",
+                 .value = "FORMAT",
+                 .help = "Form of the output",
+                 .target = &flags->format,
+                 .choices = {"text", "csv", "json", "png", "svg"}},
+                {.names = "--site",
+                 .value = "SITE",
+                 .help = "Only the rows of this site, counted from 0",
+                 .target = &flags->site,
+                 .minimum = 0},
+                {.names = "--box",
+                 .value = "X0,Y0,X1,Y1",
+                 .help = "Only NDs inside, in map coordinates, m",
+                 .target = &flags->box}};
+  add_run_flags(verb, flags->run);
+  verb.positionals.front().name = "TARGET";
+  verb.positionals.front().help =
+      "A map (.slmap), a model (.slmodel), a configuration (.yaml) or a cached artifact (.sla)";
+  verb.run = [flags] { return exit_status_of(run_dump(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

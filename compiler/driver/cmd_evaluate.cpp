@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
 #include "formats/drive_tracks.h"
@@ -98,33 +98,45 @@ Result<void> evaluate(const EvaluateFlags& flags) {
 
 }  // namespace
 
-void add_evaluate_command(CLI::App& app, int& status) {
+Verb evaluate_verb() {
   const auto flags = std::make_shared<EvaluateFlags>();
-  CLI::App* command =
-      app.add_subcommand("evaluate", "Judge a finished map by a drive that it has not seen");
-  command->footer(
-      "Matches the drive named in the section 'evaluation' against the map at every range, from the\n"
-      "same starts as the compile did, and prints accuracy against time for the map's ranges, both\n"
-      "rules, the best static range and the oracle; by type of street, and on the worst stretch.\n"
-      "Then the drive is replayed as a vehicle localizes: each match starts where the poses found\n"
-      "before foretell, at the map's range for the place, and at every range throughout.\n\n"
-      "Examples:\n"
-      "  sightline evaluate town.yaml --map town.slmap\n"
-      "  sightline evaluate town.yaml --map town.slmap --set evaluation.scans=drive_3/scans \\\n"
-      "      --set evaluation.poses=drive_3/poses.tum --json result.json\n"
-      "  sightline evaluate town.yaml --map town.slmap --calibration-svg curve.svg");
-  add_run_flags(*command, flags->run);
-  command->add_option("--map", flags->map, "The map to judge (.slmap)")->required();
-  command->add_option("--json", flags->json,
-                      "Also write every table to this file, as JSON (schemas/evaluation.schema.json)");
-  command->add_option("--csv", flags->csv, "Also write every table to this file, as CSV");
-  command->add_option("--calibration-svg", flags->svg,
-                      "Also draw promised against observed coverage to this file");
-  command->add_flag("--force", flags->is_forced, "Replace these files if they exist");
-  command->callback([flags, &status] {
-    const Result<void> evaluated = evaluate(*flags);
-    status = evaluated ? 0 : report_error(evaluated.error());
-  });
+  Verb verb;
+  verb.name = "evaluate";
+  verb.summary = "Judge a finished map by a drive that it has not seen";
+  verb.details =
+      "Matches the drive named in the section 'evaluation' against the map at every range, from "
+      "the same starts as the compile did, and prints accuracy against time for the map's ranges, "
+      "both rules, the best static range and the oracle; by type of street, and on the worst "
+      "stretch. Then the drive is replayed as a vehicle localizes: each match starts where the "
+      "poses found before predict, at the map's range for the place, and at every range "
+      "throughout.";
+  verb.examples = {
+      "sightline evaluate town.yaml --map town.slmap",
+      "sightline evaluate town.yaml --map town.slmap --set evaluation.scans=drive_3/scans \\\n"
+      "      --set evaluation.poses=drive_3/poses.tum --json result.json",
+      "sightline evaluate town.yaml --map town.slmap --calibration-svg curve.svg"};
+  verb.flags = {
+      {.names = "--map",
+       .value = "FILE",
+       .help = "The map to judge (.slmap)",
+       .target = &flags->map,
+       .is_required = true},
+      {.names = "--json",
+       .value = "FILE",
+       .help = "Also write every table to this file, as JSON (schemas/evaluation.schema.json)",
+       .target = &flags->json},
+      {.names = "--csv",
+       .value = "FILE",
+       .help = "Also write every table to this file, as CSV",
+       .target = &flags->csv},
+      {.names = "--calibration-svg",
+       .value = "FILE",
+       .help = "Also draw promised against observed coverage to this file",
+       .target = &flags->svg},
+      force_flag(flags->is_forced)};
+  add_run_flags(verb, flags->run);
+  verb.run = [flags] { return exit_status_of(evaluate(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

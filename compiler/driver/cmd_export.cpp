@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
 #include "formats/exports/autoware.h"
@@ -153,41 +153,45 @@ Result<void> run_export(const ExportFlags& flags) {
 
 }  // namespace
 
-void add_export_command(CLI::App& app, int& status) {
+Verb export_verb() {
   const auto flags = std::make_shared<ExportFlags>();
-  CLI::App* command =
-      app.add_subcommand("export", "Write a map in forms that other programs open");
-  command->footer(
-      "Of a map (.slmap): geojson is the route with what a vehicle is told (QGIS), csv a folder of "
-      "tables, ply\nthe NDs as coloured ellipsoids (CloudCompare), pcd their means with the number "
-      "of points as intensity.\nOf a configuration (.yaml): autoware is a map directory of 20 m "
-      "squares, pcd and ply are its points.\npcd, ply and csv are in map coordinates.\n\n"
-      "Examples:\n"
-      "  sightline export town.slmap --format geojson --world utm:32N -o route.geojson\n"
-      "  sightline export town.slmap --format ply -o nds.ply\n"
-      "  sightline export town.yaml --format autoware -o town_map/");
-  add_run_flags(*command, flags->run);
-  command->get_option("config")->description("A map (.slmap) or a configuration (.yaml)");
-  command->add_option("-o,--output", flags->output, "The file to write; csv, autoware: the folder")
-      ->required();
-  command->add_option("--format", flags->format, "autoware, csv, geojson, pcd or ply")
-      ->required()
-      ->check(CLI::IsMember({"autoware", "csv", "geojson", "pcd", "ply"}));
-  command
-      ->add_option("--world", flags->world,
-                   "Where the recording's coordinates lie: local, utm:ZONE (utm:32N) or "
-                   "enu:LATITUDE,LONGITUDE,ALTITUDE")
-      ->capture_default_str();
-  command
-      ->add_option("--leaf", flags->leaf_m,
-                   "Thin points to one centroid in each voxel of this edge, m; 0: keep all")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
-  command->add_flag("--force", flags->is_forced, "Replace files that exist");
-  command->callback([flags, &status] {
-    const Result<void> exported = run_export(*flags);
-    status = exported ? 0 : report_error(exported.error());
-  });
+  Verb verb;
+  verb.name = "export";
+  verb.summary = "Write a map in forms that other programs open";
+  verb.details =
+      "Of a map (.slmap): geojson is the route with the annotation of each site (QGIS), csv a "
+      "folder of tables, ply the NDs as coloured ellipsoids (CloudCompare), pcd their means with "
+      "the number of points as intensity. Of a configuration (.yaml): autoware is a map directory "
+      "of 20 m squares, pcd and ply are its points. pcd, ply and csv are in map coordinates.";
+  verb.examples = {
+      "sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
+      "sightline export town.slmap --format ply -o nds.ply",
+      "sightline export town.yaml --format autoware -o town_map/"};
+  verb.flags = {
+      required_output_flag(flags->output, "The file to write; of csv and autoware: the folder"),
+      force_flag(flags->is_forced),
+      {.names = "--format",
+       .value = "FORMAT",
+       .help = "Form of the output",
+       .target = &flags->format,
+       .choices = {"autoware", "csv", "geojson", "pcd", "ply"},
+       .is_required = true},
+      {.names = "--world",
+       .value = "WORLD",
+       .help = "Where the recording's coordinates lie: local, utm:ZONE (utm:32N) or "
+               "enu:LATITUDE,LONGITUDE,ALTITUDE",
+       .target = &flags->world},
+      {.names = "--leaf",
+       .value = "METRES",
+       .help = "Thin points to one centroid in each voxel of this edge; 0 keeps all",
+       .target = &flags->leaf_m,
+       .minimum = 0.0,
+       .maximum = 100.0}};
+  add_run_flags(verb, flags->run);
+  verb.positionals.front().name = "TARGET";
+  verb.positionals.front().help = "A map (.slmap) or a configuration (.yaml)";
+  verb.run = [flags] { return exit_status_of(run_export(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/gate/gate.h"
 #include "compiler/gate/gate_text.h"
 #include "formats/map/map_reader.h"
@@ -127,38 +127,50 @@ std::vector<std::string> form_names() {
 
 }  // namespace
 
-void add_gate_command(CLI::App& app, int& status) {
+Verb gate_verb() {
   const auto flags = std::make_shared<GateFlags>();
-  CLI::App* command =
-      app.add_subcommand("gate", "Judge a map by rules, alone and against the one before it");
-  command->footer(
+  Verb verb;
+  verb.name = "gate";
+  verb.summary = "Judge a map by rules, alone and against the one before it";
+  verb.details =
       "Exit status 0: the map passes, 69: it does not. Rules, their thresholds and exceptions by "
-      "place are\ndescribed in schemas/gate_rules.md.\n\n"
-      "Examples:\n"
-      "  sightline gate town.slmap\n"
-      "  sightline gate town.slmap --against release.slmap --rules town.yaml --json gate.json\n"
-      "  sightline gate town.slmap --against release.slmap --format github --junit gate.xml \\\n"
-      "      --sarif gate.sarif --markdown summary.md");
-  command->add_option("map", flags->map, "The map to judge (.slmap)")->required();
-  command->add_option("--against", flags->old_map, "The map before it: judge the change too");
-  command->add_option("--rules", flags->rules,
-                      "YAML with thresholds and exceptions, or with a section 'gate' among others");
-  command->add_option("--evaluation", flags->evaluation,
-                      "What `sightline evaluate --json` wrote for this map");
-  command->add_option("--today", flags->today,
-                      "The day on which exceptions end or do not, YYYY-MM-DD (by the clock, UTC)");
-  command->add_option("--format", flags->formats, "What goes to stdout; may be given again")
-      ->allow_extra_args(false)
-      ->check(CLI::IsMember(form_names()))
-      ->capture_default_str();
+      "place are described in schemas/gate_rules.md.";
+  verb.examples = {
+      "sightline gate town.slmap",
+      "sightline gate town.slmap --against release.slmap --rules town.yaml --json gate.json",
+      "sightline gate town.slmap --against release.slmap --format github --junit gate.xml \\\n"
+      "      --sarif gate.sarif --markdown summary.md"};
+  verb.positionals = {map_positional(flags->map, "The map to judge")};
+  verb.flags = {{.names = "--against",
+                 .value = "FILE",
+                 .help = "An older map (.slmap): judge the change too",
+                 .target = &flags->old_map},
+                {.names = "--rules",
+                 .value = "FILE",
+                 .help = "YAML with thresholds and exceptions, perhaps in a section 'gate'",
+                 .target = &flags->rules},
+                {.names = "--evaluation",
+                 .value = "FILE",
+                 .help = "What `sightline evaluate --json` wrote for this map",
+                 .target = &flags->evaluation},
+                {.names = "--today",
+                 .value = "DATE",
+                 .help = "The day on which exceptions end, as 2026-12-01, in place of today (UTC)",
+                 .target = &flags->today},
+                {.names = "--format",
+                 .value = "FORMAT",
+                 .help = "Form of the output",
+                 .target = &flags->formats,
+                 .choices = form_names()}};
   for (std::size_t i = 0; i < std::size(kForms); ++i) {
-    command->add_option(std::string("--") + kForms[i].name, flags->files[i], kForms[i].help);
+    verb.flags.push_back({.names = std::string("--") + kForms[i].name,
+                          .value = "FILE",
+                          .help = kForms[i].help,
+                          .target = &flags->files[i]});
   }
-  command->add_flag("--force", flags->is_forced, "Replace these files if they exist");
-  command->callback([flags, &status] {
-    const Result<void> judged = gate(*flags);
-    status = judged ? 0 : report_error(judged.error());
-  });
+  verb.flags.push_back(force_flag(flags->is_forced));
+  verb.run = [flags] { return exit_status_of(gate(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/init/draft_config.h"
 
 namespace sightline {
@@ -29,27 +29,25 @@ Result<void> run_init(const InitFlags& flags) {
 
 }  // namespace
 
-void add_init_command(CLI::App& app, int& status) {
+Verb init_verb() {
   const auto flags = std::make_shared<InitFlags>();
-  CLI::App* command = app.add_subcommand(
-      "init", "Look at a folder of recordings and write a configuration that compiles");
-  command->footer(
-      "Finds folders of scans, ROS bags and pcaps up to four folders deep, poses and times beside\n"
-      "them, tells the sensor by its beams and whether the poses fit the scans. A comment above each\n"
-      "key says what it was guessed from.\n\n"
-      "Examples:\n"
-      "  sightline init recordings/ -o drive.yaml\n"
-      "  sightline init recordings/ > drive.yaml\n"
-      "  sightline compile drive.yaml -o drive.slmap");
-  command->add_option("folder", flags->folder, "The folder of recordings, or one bag or pcap")
-      ->required();
-  command->add_option("-o,--output", flags->output,
-                      "The configuration to write (.yaml); default: print it");
-  command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
-  command->callback([flags, &status] {
-    const Result<void> done = run_init(*flags);
-    status = done ? 0 : report_error(done.error());
-  });
+  Verb verb;
+  verb.name = "init";
+  verb.summary = "Look at a folder of recordings and write a configuration that compiles";
+  verb.details =
+      "Finds folders of scans, ROS bags and pcaps up to four folders deep, poses and times beside "
+      "them, recognizes the sensor by its beams and checks whether the poses fit the scans. A "
+      "comment above each key says what it was guessed from.";
+  verb.examples = {"sightline init recordings/ -o drive.yaml",
+                   "sightline init recordings/ > drive.yaml",
+                   "sightline compile drive.yaml -o drive.slmap"};
+  verb.positionals = {{.name = "FOLDER",
+                       .help = "The folder of recordings, or one bag or pcap",
+                       .target = &flags->folder}};
+  verb.flags = {output_flag(flags->output, "The configuration to write (.yaml), not stdout"),
+                force_flag(flags->is_forced)};
+  verb.run = [flags] { return exit_status_of(run_init(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

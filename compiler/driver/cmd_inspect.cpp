@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/pipelines.h"
 #include "formats/map/describe.h"
 #include "formats/map/describe_site.h"
@@ -51,22 +50,23 @@ Result<void> inspect(const InspectFlags& flags) {
 
 }  // namespace
 
-void add_inspect_command(CLI::App& app, int& status) {
+Verb inspect_verb() {
   const auto flags = std::make_shared<InspectFlags>();
-  CLI::App* command = app.add_subcommand(
-      "inspect", "Say in words what a map or a model holds: sites, ranges, promises, model card");
-  command->footer(
-      "Examples:\n"
-      "  sightline inspect town.slmap\n"
-      "  sightline inspect town.slmap --site 40    # why is the range long here?\n"
-      "  sightline inspect city.slmodel            # what was it trained on?");
-  command->add_option("file", flags->file, "The map (.slmap) or model (.slmodel)")->required();
-  command->add_option("--site", flags->site, "Explain the choice at this site instead")
-      ->check(CLI::Range(0, INT32_MAX));
-  command->callback([flags, &status] {
-    const Result<void> inspected = inspect(*flags);
-    status = inspected ? 0 : report_error(inspected.error());
-  });
+  Verb verb;
+  verb.name = "inspect";
+  verb.summary = "Say in words what a map or a model holds: sites, ranges, promises, model card";
+  verb.examples = {"sightline inspect town.slmap",
+                   "sightline inspect town.slmap --site 40    # why is the range long here?",
+                   "sightline inspect city.slmodel            # what was it trained on?"};
+  verb.positionals = {
+      {.name = "FILE", .help = "The map (.slmap) or model (.slmodel)", .target = &flags->file}};
+  verb.flags = {{.names = "--site",
+                 .value = "SITE",
+                 .help = "Explain the choice at this site, counted from 0, instead",
+                 .target = &flags->site,
+                 .minimum = 0}};
+  verb.run = [flags] { return exit_status_of(inspect(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/signing_files.h"
 
 namespace sightline {
@@ -34,23 +34,20 @@ Result<void> make_key(const KeyFlags& flags) {
 
 }  // namespace
 
-void add_key_command(CLI::App& app, int& status) {
+Verb key_verb() {
   const auto flags = std::make_shared<KeyFlags>();
-  CLI::App* command =
-      app.add_subcommand("key", "Make a pair of signing keys: NAME.key to keep, NAME.pub to share");
-  command->footer(
-      "Both are files of minisign, which may make them too (minisign -G). The secret one is\n"
-      "readable by its owner alone and never replaced. Prints the public key.\n\n"
-      "Examples:\n"
-      "  sightline key alice                              # not encrypted\n"
-      "  sightline key alice --passphrase-file phrase     # first line of a file; - is stdin");
-  command->add_option("name", flags->name, "Path without an ending")->required();
-  command->add_option("--passphrase-file", flags->passphrase_file,
-                      "Encrypt the secret key with the first line of this file");
-  command->callback([flags, &status] {
-    const Result<void> made = make_key(*flags);
-    status = made ? 0 : report_error(made.error());
-  });
+  Verb verb;
+  verb.name = "key";
+  verb.summary = "Make a pair of signing keys: NAME.key to keep, NAME.pub to share";
+  verb.details =
+      "Both are files of minisign, which may make them too (minisign -G). The secret one is "
+      "readable by its owner alone and never replaced. Prints the public key.";
+  verb.examples = {"sightline key alice                              # not encrypted",
+                   "sightline key alice --passphrase-file phrase     # encrypted"};
+  verb.positionals = {{.name = "NAME", .help = "Path without an ending", .target = &flags->name}};
+  verb.flags = {passphrase_flag(flags->passphrase_file)};
+  verb.run = [flags] { return exit_status_of(make_key(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/pipelines.h"
 
 namespace sightline {
@@ -37,7 +36,7 @@ void print_passes() {
   }
 }
 
-int run_passes(const PassesFlags& flags) {
+void run_passes(const PassesFlags& flags) {
   CompileConfig config;
   if (flags.print_schema) {
     std::fputs(to_json_schema(published_sections(config)).c_str(), stdout);
@@ -46,26 +45,30 @@ int run_passes(const PassesFlags& flags) {
   } else {
     print_passes();
   }
-  return 0;
 }
 
 }  // namespace
 
-void add_passes_command(CLI::App& app, int& status) {
+Verb passes_verb() {
   const auto flags = std::make_shared<PassesFlags>();
-  CLI::App* command = app.add_subcommand("passes", "List the passes of a compile in their order");
-  command->footer(
-      "Examples:\n"
-      "  sightline passes                           names, inputs, outputs, options\n"
-      "  sightline passes --schema > config.json    JSON Schema of the configuration\n"
-      "  sightline passes --config > drive.yaml     a configuration with every default");
-  CLI::Option* schema = command->add_flag("--schema", flags->print_schema,
-                                          "Print the JSON Schema of the configuration");
-  command
-      ->add_flag("--config", flags->print_config,
-                 "Print a commented configuration with every default")
-      ->excludes(schema);
-  command->callback([flags, &status] { status = run_passes(*flags); });
+  Verb verb;
+  verb.name = "passes";
+  verb.summary = "List the passes of a compile in their order";
+  verb.examples = {"sightline passes                         # names, inputs, outputs, options",
+                   "sightline passes --schema > config.json  # JSON Schema of the configuration",
+                   "sightline passes --config > drive.yaml   # a configuration with every default"};
+  verb.flags = {{.names = "--schema",
+                 .help = "Print the JSON Schema of the configuration",
+                 .target = &flags->print_schema},
+                {.names = "--config",
+                 .help = "Print a commented configuration with every default",
+                 .target = &flags->print_config,
+                 .excludes = "--schema"}};
+  verb.run = [flags]() -> Result<int> {
+    run_passes(*flags);
+    return 0;
+  };
+  return verb;
 }
 
 }  // namespace sightline

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "formats/map/recover.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/mapped_file.h"
@@ -33,21 +33,20 @@ Result<void> recover(const RecoverFlags& flags) {
 
 }  // namespace
 
-void add_recover_command(CLI::App& app, int& status) {
+Verb recover_verb() {
   const auto flags = std::make_shared<RecoverFlags>();
-  CLI::App* command = app.add_subcommand(
-      "recover", "Write what a truncated or damaged map still holds as a map of its own");
-  command->footer(
-      "Keeps every tile whose digest still holds and says what was lost. The result is another map:\n"
-      "its version says \"recovered\", and no signature of the original fits it.\n"
-      "Example:\n  sightline recover damaged.slmap -o rest.slmap");
-  command->add_option("map", flags->map, "The map (.slmap)")->required();
-  command->add_option("-o,--output", flags->output, "Where to write the map of what is left")->required();
-  command->add_flag("--force", flags->force, "Replace the output where it exists");
-  command->callback([flags, &status] {
-    const Result<void> done = recover(*flags);
-    status = done ? 0 : report_error(done.error());
-  });
+  Verb verb;
+  verb.name = "recover";
+  verb.summary = "Write what a truncated or damaged map still holds as a map of its own";
+  verb.details =
+      "Keeps every tile whose digest still holds and says what was lost. The result is another "
+      "map: its version says \"recovered\", and no signature of the original fits it.";
+  verb.examples = {"sightline recover damaged.slmap -o rest.slmap"};
+  verb.positionals = {map_positional(flags->map, "The damaged map")};
+  verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),
+                force_flag(flags->force)};
+  verb.run = [flags] { return exit_status_of(recover(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

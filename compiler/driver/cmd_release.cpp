@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/signing_files.h"
 #include "formats/map/map_reader.h"
 #include "formats/reader/mapped_file.h"
@@ -64,32 +64,39 @@ Result<void> make_release(const ReleaseFlags& flags) {
 
 }  // namespace
 
-void add_release_command(CLI::App& app, int& status) {
+Verb release_verb() {
   const auto flags = std::make_shared<ReleaseFlags>();
-  CLI::App* command = app.add_subcommand(
-      "release", "Write a release record: the map that a fleet should drive with, until when");
-  command->footer(
-      "Verifies the map first. The counter grows with every record, also one that only moves the\n"
-      "expiry. Sign the record, then publish it beside the files it names.\n\n"
-      "Examples:\n"
-      "  sightline release town.slmap --fleet metropolis --counter 8 --expires +7d -o release\n"
-      "  sightline release town-2.slmap --fleet metropolis --counter 9 \\\n"
-      "      --delta town-1.slmap town-1-to-2.sldelta -o release --force\n"
-      "  sightline sign release --key a.key && sightline sign release --key b.key");
-  command->add_option("map", flags->map, "The map (.slmap)")->required();
-  command->add_option("--fleet", flags->fleet, "Name of the fleet, as its root says")->required();
-  command->add_option("--counter", flags->counter, "Greater than that of every record before")
-      ->required();
-  command->add_option("--expires", flags->expires, "UTC, or days from now")->capture_default_str();
-  command->add_option("--delta", flags->deltas, "A base map and the delta from it to this map")
-      ->type_size(2)
-      ->expected(-1);
-  command->add_option("-o,--out", flags->out, "The record")->required();
-  command->add_flag("--force", flags->force, "Replace the output");
-  command->callback([flags, &status] {
-    const Result<void> made = make_release(*flags);
-    status = made ? 0 : report_error(made.error());
-  });
+  Verb verb;
+  verb.name = "release";
+  verb.summary = "Write a release record: the map that a fleet should drive with, until when";
+  verb.details =
+      "Verifies the map first. The counter grows with every record, also one that only moves the "
+      "expiry. Sign the record, then publish it beside the files it names.";
+  verb.examples = {
+      "sightline release town.slmap --fleet metropolis --counter 8 --expires +7d -o release",
+      "sightline release town-2.slmap --fleet metropolis --counter 9 \\\n"
+      "      --delta town-1.slmap town-1-to-2.sldelta -o release --force",
+      "sightline sign release --key a.key && sightline sign release --key b.key"};
+  verb.positionals = {map_positional(flags->map, "The map to release")};
+  verb.flags = {{.names = "--fleet",
+                 .value = "NAME",
+                 .help = "Name of the fleet, as its root says",
+                 .target = &flags->fleet,
+                 .is_required = true},
+                {.names = "--counter",
+                 .value = "N",
+                 .help = "Greater than that of every record before",
+                 .target = &flags->counter,
+                 .is_required = true},
+                expires_flag(flags->expires),
+                {.names = "--delta",
+                 .value = "FILE FILE",
+                 .help = "A base map and the delta from it to this map",
+                 .target = &flags->deltas},
+                required_output_flag(flags->out, "The record to write"),
+                force_flag(flags->force)};
+  verb.run = [flags] { return exit_status_of(make_release(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

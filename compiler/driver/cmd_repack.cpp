@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "formats/map/repack.h"
 #include "formats/reader/mapped_file.h"
 
@@ -34,20 +34,19 @@ Result<void> strip(const StripFlags& flags) {
 
 }  // namespace
 
-void add_strip_command(CLI::App& app, int& status) {
-  CLI::App* command = app.add_subcommand(
-      "strip", "Write a map without what only engineers need; no other digest changes");
-  command->footer(
-      "Drops the map factors and the error model. The root digest stays, and so does a signature.\n"
-      "Example:\n  sightline strip town.slmap -o town.vehicle.slmap");
+Verb strip_verb() {
   const auto flags = std::make_shared<StripFlags>();
-  command->add_option("map", flags->map, "The map (.slmap)")->required();
-  command->add_option("-o,--output", flags->output, "Where to write the new map")->required();
-  command->add_flag("--force", flags->force, "Replace the output where it exists");
-  command->callback([flags, &status] {
-    const Result<void> done = strip(*flags);
-    status = done ? 0 : report_error(done.error());
-  });
+  Verb verb;
+  verb.name = "strip";
+  verb.summary = "Write a map without what only engineers need; no other digest changes";
+  verb.details =
+      "Drops the map factors and the error model. The root digest stays, and so does a signature.";
+  verb.examples = {"sightline strip town.slmap -o town.vehicle.slmap"};
+  verb.positionals = {map_positional(flags->map, "The map to read")};
+  verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),
+                force_flag(flags->force)};
+  verb.run = [flags] { return exit_status_of(strip(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/run_flags.h"
 #include "compiler/report/report.h"
@@ -148,30 +148,34 @@ Result<void> write_report(const ReportFlags& flags) {
 
 }  // namespace
 
-void add_report_command(CLI::App& app, int& status) {
+Verb report_verb() {
   const auto flags = std::make_shared<ReportFlags>();
-  CLI::App* command = app.add_subcommand(
-      "report", "Show a map and how it fares as one HTML page that needs no network");
-  command->footer(
+  Verb verb;
+  verb.name = "report";
+  verb.summary = "Show a map and how well it does as one HTML page that needs no network";
+  verb.details =
       "The page holds the paper's tables and figures for this map, the map itself with the depth "
-      "image,\n"
-      "errors and factors of every site, what was promised and what came of it, how the map was\n"
-      "made and from what. The map is judged by the drive in the section 'evaluation', else by "
-      "the\n"
-      "localization drive. What compile and evaluate left in the cache is not computed again.\n\n"
-      "Examples:\n"
-      "  sightline report town.yaml --map town.slmap -o town.html\n"
-      "  sightline report town.yaml --map town.slmap --against released.slmap -o change.html");
-  add_run_flags(*command, flags->run);
-  command->add_option("--map", flags->map, "The map to show (.slmap)")->required();
-  command->add_option("--against", flags->against,
-                      "An older map (.slmap): the page also shows what changed since");
-  command->add_option("-o,--output", flags->output, "The page to write (.html)")->required();
-  command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
-  command->callback([flags, &status] {
-    const Result<void> written = write_report(*flags);
-    status = written ? 0 : report_error(written.error());
-  });
+      "image, errors and factors of every site, what was promised and what was measured, how the "
+      "map was made and from what. The map is judged by the drive in the section 'evaluation', "
+      "else by the localization drive. What compile and evaluate left in the cache is not computed "
+      "again.";
+  verb.examples = {
+      "sightline report town.yaml --map town.slmap -o town.html",
+      "sightline report town.yaml --map town.slmap --against released.slmap -o change.html"};
+  verb.flags = {{.names = "--map",
+                 .value = "FILE",
+                 .help = "The map to show (.slmap)",
+                 .target = &flags->map,
+                 .is_required = true},
+                {.names = "--against",
+                 .value = "FILE",
+                 .help = "An older map (.slmap): show the change too",
+                 .target = &flags->against},
+                required_output_flag(flags->output, "The page to write (.html)"),
+                force_flag(flags->is_forced)};
+  add_run_flags(verb, flags->run);
+  verb.run = [flags] { return exit_status_of(write_report(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/signing_files.h"
 #include "formats/release/record_text.h"
 
@@ -58,30 +58,42 @@ Result<void> make_root(const RootFlags& flags) {
 
 }  // namespace
 
-void add_root_command(CLI::App& app, int& status) {
+Verb root_verb() {
   const auto flags = std::make_shared<RootFlags>();
-  CLI::App* command = app.add_subcommand(
-      "root", "Write a root record: who may sign for a fleet, and how many of them it takes");
-  command->footer(
-      "A vehicle takes the next root only with enough signatures by the keys of the root before\n"
-      "and by its own (schemas/release_format.md).\n\n"
-      "Examples:\n"
-      "  sightline root --fleet metropolis --key a.pub --key b.pub --key c.pub --threshold 2 -o "
-      "root.1\n"
-      "  sightline root --previous root.1 --key b.pub --key c.pub --key d.pub --threshold 2 -o "
-      "root.2\n"
-      "  sightline sign root.2 --key b.key && sightline sign root.2 --key c.key");
-  command->add_option("--fleet", flags->fleet, "Name of the fleet (default: the previous root's)");
-  command->add_option("--previous", flags->previous, "The root that this one follows");
-  command->add_option("--key", flags->keys, "A signer's public key; once for each")->required();
-  command->add_option("--threshold", flags->threshold, "How many of them must sign")->required();
-  command->add_option("--expires", flags->expires, "UTC, or days from now")->capture_default_str();
-  command->add_option("-o,--out", flags->out, "The record")->required();
-  command->add_flag("--force", flags->force, "Replace the output");
-  command->callback([flags, &status] {
-    const Result<void> made = make_root(*flags);
-    status = made ? 0 : report_error(made.error());
-  });
+  Verb verb;
+  verb.name = "root";
+  verb.summary =
+      "Write a root record: who may sign for a fleet, and how many of them must";
+  verb.details =
+      "A vehicle takes the next root only with enough signatures by the keys of the root before "
+      "and by its own (schemas/release_format.md).";
+  verb.examples = {
+      "sightline root --fleet metropolis --signer a.pub --signer b.pub --threshold 2 -o root.1",
+      "sightline root --previous root.1 --signer b.pub --signer c.pub --threshold 2 -o root.2",
+      "sightline sign root.2 --key b.key && sightline sign root.2 --key c.key"};
+  verb.flags = {{.names = "--fleet",
+                 .value = "NAME",
+                 .help = "Name of the fleet; without it that of the previous root",
+                 .target = &flags->fleet},
+                {.names = "--previous",
+                 .value = "FILE",
+                 .help = "The root that this one follows",
+                 .target = &flags->previous},
+                {.names = "--signer",
+                 .value = "FILE",
+                 .help = "A signer's public key (.pub)",
+                 .target = &flags->keys,
+                 .is_required = true},
+                {.names = "--threshold",
+                 .value = "N",
+                 .help = "How many of them must sign",
+                 .target = &flags->threshold,
+                 .is_required = true},
+                expires_flag(flags->expires),
+                required_output_flag(flags->out, "The record to write"),
+                force_flag(flags->force)};
+  verb.run = [flags] { return exit_status_of(make_root(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

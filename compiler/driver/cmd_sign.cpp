@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/signing_files.h"
 #include "formats/release/record_text.h"
 #include "formats/release/signatures.h"
@@ -67,24 +67,25 @@ Result<void> sign_record(const SignFlags& flags) {
 
 }  // namespace
 
-void add_sign_command(CLI::App& app, int& status) {
+Verb sign_verb() {
   const auto flags = std::make_shared<SignFlags>();
-  CLI::App* command =
-      app.add_subcommand("sign", "Add a signature to a root or release record, in RECORD.minisig");
-  command->footer(
-      "Signers take turns, each on a machine of their own. `minisign -V` verifies the first\n"
-      "signature of the file, and `tail -n +5 RECORD.minisig` without it the second.\n\n"
-      "Examples:\n"
-      "  sightline sign release --key alice.key\n"
-      "  sightline sign release --key bob.key --passphrase-file -");
-  command->add_option("record", flags->record, "The record")->required();
-  command->add_option("--key", flags->key, "The secret key")->required();
-  command->add_option("--passphrase-file", flags->passphrase_file,
-                      "Passphrase of the key: first line of this file; - is stdin");
-  command->callback([flags, &status] {
-    const Result<void> made = sign_record(*flags);
-    status = made ? 0 : report_error(made.error());
-  });
+  Verb verb;
+  verb.name = "sign";
+  verb.summary = "Add a signature to a root or release record, in RECORD.minisig";
+  verb.details =
+      "Signers take turns, each on a machine of their own. `minisign -V` verifies the first "
+      "signature of the file, and `tail -n +5 RECORD.minisig` without it the second.";
+  verb.examples = {"sightline sign release --key alice.key",
+                   "sightline sign release --key bob.key --passphrase-file -"};
+  verb.positionals = {{.name = "RECORD", .help = "The record", .target = &flags->record}};
+  verb.flags = {{.names = "--key",
+                 .value = "FILE",
+                 .help = "The secret key (.key)",
+                 .target = &flags->key,
+                 .is_required = true},
+                passphrase_flag(flags->passphrase_file)};
+  verb.run = [flags] { return exit_status_of(sign_record(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "compiler/base/atomic_file.h"
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/place_names.h"
 #include "compiler/driver/run_flags.h"
@@ -134,35 +134,34 @@ Result<void> train(const TrainFlags& flags) {
 
 }  // namespace
 
-void add_train_command(CLI::App& app, int& status) {
+Verb train_verb() {
   const auto flags = std::make_shared<TrainFlags>();
-  CLI::App* command =
-      app.add_subcommand("train", "Train an error model on many drives, for maps made elsewhere");
-  command->footer(
-      "Each configuration is one place: its mapping drive makes the map, its localization drive is\n"
-      "measured in it. What a place was measured at is cached, so a further place costs its own time\n"
-      "alone. The model card on stdout is of places that the trees did not see.\n\n"
-      "With --with-evaluation the evaluation drive of each place is measured too, and the model\n"
-      "learns what one drive's measurements say of the next. Such a drive can judge no map that\n"
-      "this model annotates.\n\n"
-      "Examples:\n"
-      "  sightline train north.yaml south.yaml old-town.yaml -o city.slmodel\n"
-      "  sightline train town-*/town.yaml -o towns.slmodel --with-evaluation\n"
-      "  sightline compile street.yaml -o street.slmap --model city.slmodel\n"
-      "  sightline inspect city.slmodel    # the model card again");
-  command->add_option("configs", flags->configs, "YAML configurations, one for each place")
-      ->required();
-  add_flags_of_every_run(*command, flags->run);
-  command->add_option("-o,--output", flags->output, "The model file to write (.slmodel)")
-      ->required();
-  command->add_flag("--with-evaluation", flags->with_evaluation,
-                    "Learn from each place's evaluation drive as well, and from what one drive "
-                    "says of the other");
-  command->add_flag("--force", flags->is_forced, "Replace the output if it exists");
-  command->callback([flags, &status] {
-    const Result<void> trained = train(*flags);
-    status = trained ? 0 : report_error(trained.error());
-  });
+  Verb verb;
+  verb.name = "train";
+  verb.summary = "Train an error model on many drives, for maps made elsewhere";
+  verb.details =
+      "Each configuration is one place: its mapping drive makes the map, its localization drive is "
+      "measured in it. What a place was measured at is cached, so a further place costs its own "
+      "time alone. The model card on stdout is of places that the trees did not see.\n\n"
+      "With --with-evaluation the evaluation drive of each place is measured too, and the model "
+      "learns what one drive's measurements say of the next. Such a drive can judge no map that "
+      "this model annotates.";
+  verb.examples = {"sightline train north.yaml south.yaml old-town.yaml -o city.slmodel",
+                   "sightline train town-*/town.yaml -o towns.slmodel --with-evaluation",
+                   "sightline compile street.yaml -o street.slmap --model city.slmodel",
+                   "sightline inspect city.slmodel    # the model card again"};
+  verb.positionals = {{.name = "CONFIG",
+                       .help = "YAML configurations, one for each place",
+                       .target = &flags->configs}};
+  verb.flags = {required_output_flag(flags->output, "The model to write (.slmodel)"),
+                force_flag(flags->is_forced),
+                {.names = "--with-evaluation",
+                 .help = "Learn from each place's evaluation drive as well, and from what one "
+                         "drive says of the other",
+                 .target = &flags->with_evaluation}};
+  add_flags_of_every_run(verb, flags->run);
+  verb.run = [flags] { return exit_status_of(train(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -1,8 +1,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/console.h"
 #include "formats/map/describe.h"
 #include "formats/map/map_reader.h"
 #include "passes/prove_annotation.h"
@@ -36,22 +36,22 @@ Result<void> verify(const VerifyFlags& flags) {
 
 }  // namespace
 
-void add_verify_command(CLI::App& app, int& status) {
+Verb verify_verb() {
   const auto flags = std::make_shared<VerifyFlags>();
-  CLI::App* command = app.add_subcommand(
-      "verify", "Check every digest, checksum, bound and order of a map; names the first fault");
-  command->footer(
-      "With --deep the annotation is made again from the map's own factors and forest, and every\n"
-      "prediction, range, flag and promise must be the same, bit for bit.\n\n"
-      "Examples:\n"
-      "  sightline verify town.slmap && cp town.slmap /srv/maps/\n"
-      "  sightline verify town.slmap --deep");
-  command->add_option("map", flags->map, "The map (.slmap)")->required();
-  command->add_flag("--deep", flags->is_deep, "Also prove that each site's annotation follows");
-  command->callback([flags, &status] {
-    const Result<void> verified = verify(*flags);
-    status = verified ? 0 : report_error(verified.error());
-  });
+  Verb verb;
+  verb.name = "verify";
+  verb.summary = "Check every digest, checksum, bound and order of a map; names the first fault";
+  verb.details =
+      "With --deep the annotation is made again from the map's own factors and forest, and every "
+      "prediction, range, flag and promise must be the same, bit for bit.";
+  verb.examples = {"sightline verify town.slmap && cp town.slmap /srv/maps/",
+                   "sightline verify town.slmap --deep"};
+  verb.positionals = {map_positional(flags->map, "The map to check")};
+  verb.flags = {{.names = "--deep",
+                 .help = "Also prove that each site's annotation follows",
+                 .target = &flags->is_deep}};
+  verb.run = [flags] { return exit_status_of(verify(*flags)); };
+  return verb;
 }
 
 }  // namespace sightline

@@ -1,12 +1,15 @@
 #pragma once
 
-#include "compiler/driver/commands.h"
+#include <string>
+#include <vector>
+
+#include "compiler/cli/verb.h"
 
 namespace sightline {
 
-// Parses the command line and runs its verb, which leaves its exit status in `status`; returns that
-// of the process. Without arguments it shows where to begin; a verb or flag that does not exist is
-// bad-argument and names the nearest one that does.
-int run_command_line(CLI::App& app, int argc, char** argv, const int& status);
+// Runs the verb that `words` begin with; returns the exit status of the process. Errors are printed
+// on stderr. Without words it prints the help there, which is a usage error; a verb or flag that
+// does not exist is bad-argument and names the nearest one that does.
+int run_command_line(const Program& program, const std::vector<std::string>& words);
 
 }  // namespace sightline

@@ -1,33 +1,40 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "compiler/cli/verb.h"
 
 namespace sightline {
 
-// Each adds one verb to the command line; when it was asked for, it runs and leaves the exit status
-// of the process in `status`.
-void add_init_command(CLI::App& app, int& status);
-void add_compile_command(CLI::App& app, int& status);
-void add_train_command(CLI::App& app, int& status);
-void add_evaluate_command(CLI::App& app, int& status);
-void add_inspect_command(CLI::App& app, int& status);
-void add_dump_command(CLI::App& app, int& status);
-void add_export_command(CLI::App& app, int& status);
-void add_report_command(CLI::App& app, int& status);
-void add_verify_command(CLI::App& app, int& status);
-void add_diff_command(CLI::App& app, int& status);
-void add_gate_command(CLI::App& app, int& status);
-void add_delta_command(CLI::App& app, int& status);
-void add_apply_command(CLI::App& app, int& status);
-void add_strip_command(CLI::App& app, int& status);
-void add_recover_command(CLI::App& app, int& status);
-void add_key_command(CLI::App& app, int& status);
-void add_root_command(CLI::App& app, int& status);
-void add_release_command(CLI::App& app, int& status);
-void add_sign_command(CLI::App& app, int& status);
-void add_admit_command(CLI::App& app, int& status);
-void add_passes_command(CLI::App& app, int& status);
-void add_completion_command(CLI::App& app, int& status);
-void add_man_command(CLI::App& app, int& status);
+// One function a verb, each in its own file.
+Verb init_verb();
+Verb compile_verb();
+Verb train_verb();
+Verb evaluate_verb();
+Verb inspect_verb();
+Verb dump_verb();
+Verb export_verb();
+Verb report_verb();
+Verb verify_verb();
+Verb diff_verb();
+Verb gate_verb();
+Verb delta_verb();
+Verb apply_verb();
+Verb strip_verb();
+Verb recover_verb();
+Verb key_verb();
+Verb root_verb();
+Verb release_verb();
+Verb sign_verb();
+Verb admit_verb();
+Verb passes_verb();
+Verb completion_verb();
+Verb man_verb();
+// `verbs` are all that it can explain beside itself.
+Verb help_verb(std::vector<std::string> verbs);
+
+// The whole command line, made anew at each call: what one parse sets, no other sees.
+Program sightline_program();
 
 }  // namespace sightline

@@ -13,6 +13,8 @@
 #include <memory>
 #include <mutex>
 
+#include "compiler/cli/color.h"
+
 namespace sightline {
 namespace {
 
@@ -83,11 +85,19 @@ class ProgressLine {
 
 std::shared_ptr<spdlog::logger> logger() {
   static const std::shared_ptr<spdlog::logger> kLogger = [] {
-    std::shared_ptr<spdlog::logger> made = spdlog::stderr_color_mt("sightline");
+    const spdlog::color_mode mode =
+        allows_color(STDERR_FILENO) ? spdlog::color_mode::automatic : spdlog::color_mode::never;
+    std::shared_ptr<spdlog::logger> made = spdlog::stderr_color_mt("sightline", mode);
     made->set_pattern("%^%l%$ %v");
     return made;
   }();
   return kLogger;
+}
+
+// What --verbose adds to the line of a finished step.
+std::string cost_text(const StepReport& report) {
+  return fmt::format(": {}; {:.1f} s of processor time, {:.0f} MiB at most", report.reason,
+                     report.cpu_s, report.peak_memory_mib);
 }
 
 void on_interrupt(int /*signal*/) {
@@ -100,10 +110,14 @@ void on_interrupt(int /*signal*/) {
 
 }  // namespace
 
-RunObserver console_observer(bool is_quiet) {
+RunObserver console_observer(Verbosity verbosity) {
+  const bool is_quiet = verbosity == Verbosity::kQuiet;
+  const bool is_verbose = verbosity == Verbosity::kVerbose;
   const auto line = std::make_shared<ProgressLine>(!is_quiet && ::isatty(STDERR_FILENO) == 1);
   RunObserver observer;
-  observer.started = [line](std::size_t step, std::size_t steps, const std::string& name) {
+  observer.started = [line, is_verbose](std::size_t step, std::size_t steps,
+                                        const std::string& name) {
+    if (is_verbose) logger()->info("{} starts, {} of {}", name, step + 1, steps);
     line->start(step, steps, name);
   };
   observer.progress = [line](std::size_t done, std::size_t total) { line->update(done, total); };
@@ -111,11 +125,12 @@ RunObserver console_observer(bool is_quiet) {
     line->wipe();
     logger()->warn("{}: {}", pass, message);
   };
-  observer.finished = [line, is_quiet](const StepReport& report) {
+  observer.finished = [line, is_quiet, is_verbose](const StepReport& report) {
     line->wipe();
     if (is_quiet) return;
-    logger()->info("{:<28} {:>7.1f} s  {}", report.name, report.wall_s,
-                   report.from_cache ? "from the cache" : "done");
+    logger()->info("{:<28} {:>7.1f} s  {}{}", report.name, report.wall_s,
+                   report.from_cache ? "from the cache" : "done",
+                   is_verbose ? cost_text(report) : "");
   };
   observer.printed = [line](const std::string& /*pass*/, const Table& table) {
     line->wipe();

@@ -10,10 +10,15 @@
 
 namespace sightline {
 
-// Reports a run on stderr: one line for each finished step, warnings, and, when stderr is a
-// terminal, a moving line with the share done and the time that remains.
-// `printed` tables go to stdout as CSV.
-RunObserver console_observer(bool is_quiet);
+enum class Verbosity {
+  kQuiet,   // warnings
+  kNormal,  // and one line for each finished step
+  kVerbose  // and when each step starts, why it ran, and what it cost
+};
+
+// Reports a run on stderr; when that is a terminal, unless quiet, with a moving line that has the
+// share done and the time that remains. `printed` tables go to stdout as CSV.
+RunObserver console_observer(Verbosity verbosity);
 
 // Of a pass that has done so much in this time, if it goes on like this.
 double seconds_left(double elapsed_s, std::size_t done, std::size_t total);

@@ -1,9 +1,11 @@
 #include "compiler/driver/man_page.h"
 
+#include <algorithm>
 #include <map>
-#include <sstream>
 
 #include "compiler/base/error.h"
+#include "compiler/cli/flag_value.h"
+#include "compiler/cli/help_text.h"
 
 namespace sightline {
 namespace {
@@ -26,68 +28,54 @@ std::string roff(const std::string& text) {
   return result;
 }
 
-std::vector<std::string> paragraphs(const std::string& text) {
-  std::vector<std::string> found;
+// Paragraphs between empty lines; roff fills their lines.
+std::string paragraphs(const std::string& text) {
+  std::string result;
   std::size_t begin = 0;
   while (begin < text.size()) {
     const std::size_t end = std::min(text.find("\n\n", begin), text.size());
-    found.push_back(text.substr(begin, end - begin));
+    result += ".PP\n" + roff(text.substr(begin, end - begin)) + "\n";
     begin = end + 2;
   }
-  return found;
+  return result;
 }
 
-// "Examples:\n  line\n  line": what is indented stays as it is written.
-std::string paragraph_text(const std::string& paragraph) {
-  std::istringstream lines(paragraph);
-  std::string text = ".PP\n";
-  bool is_literal = false;
-  for (std::string line; std::getline(lines, line);) {
-    const bool is_indented = line.starts_with("  ");
-    if (is_indented && !is_literal) text += ".RS 2\n.nf\n";
-    if (!is_indented && is_literal) text += ".fi\n.RE\n";
-    is_literal = is_indented;
-    const std::string shown = is_indented ? line.substr(2) : line;
-    text += shown.empty() ? ".sp\n" : roff(shown) + "\n";
-  }
-  return text + (is_literal ? ".fi\n.RE\n" : "");
+// As they are written.
+std::string literal_lines(const std::vector<std::string>& lines) {
+  std::string text = ".RS 2\n.nf\n";
+  for (const std::string& line : lines) text += roff(line) + "\n";
+  return text + ".fi\n.RE\n";
 }
 
-std::string flag_text(const CommandFlag& flag) {
+// Facts stand in parentheses behind the help.
+std::string with_facts(const Flag& flag) {
+  const std::string facts = facts_of(flag);
+  return roff(flag.help + (facts.empty() ? "" : " (" + facts + ")")) + ".\n";
+}
+
+std::string flag_text(const Flag& flag) {
   std::string names;
-  for (const std::string& name : flag.names) {
+  for (const std::string& name : names_of(flag)) {
     names += (names.empty() ? "" : ", ") + ("\\fB" + roff(name) + "\\fR");
   }
-  if (!flag.value.empty()) names += " \\fI" + roff(flag.value) + "\\fR";
-  std::string text = ".TP\n" + names + "\n" + roff(flag.help.empty() ? "-" : flag.help) + "\n";
-  if (flag.choices.empty()) return text;
-  text.insert(text.size() - 1, text.ends_with(".\n") ? "" : ".");
-  text += "One of";
-  for (std::size_t i = 0; i < flag.choices.size(); ++i) {
-    text += (i == 0 ? " " : ", ") + roff(flag.choices[i]);
+  if (!flag.bare_value.empty()) {
+    names += "[=\\fI" + roff(flag.value) + "\\fR]";
+  } else if (takes_value(flag)) {
+    names += " \\fI" + roff(flag.value) + "\\fR";
   }
-  return text + ".\n";
+  return ".TP\n" + names + "\n" + with_facts(flag);
 }
 
-std::string usage(const CommandTree& tree, const CommandVerb& verb) {
-  std::string text = "\\fB" + roff(tree.name + " " + verb.name) + "\\fR [\\fIOPTION\\fR]...";
-  for (const CommandArgument& argument : verb.arguments) {
-    const std::string name =
-        "\\fI" + roff(argument.name) + "\\fR" + (argument.is_list ? "..." : "");
-    text += argument.is_required ? " " + name : " [" + name + "]";
+std::string verb_text(const Program& program, const Verb& verb) {
+  const std::string command = program.name + " " + verb.name;
+  std::string text = ".SS " + roff(verb.name) + "\n" + roff(usage_text(command, verb)) +
+                     "\n.PP\n" + roff(verb.summary) + ".\n";
+  for (const Positional& positional : verb.positionals) {
+    text += ".TP\n\\fI" + roff(positional.name) + "\\fR\n" + with_facts(as_flag(positional));
   }
-  return text;
-}
-
-std::string verb_text(const CommandTree& tree, const CommandVerb& verb) {
-  std::string text = ".SS " + roff(verb.name) + "\n" + usage(tree, verb) + "\n.PP\n" +
-                     roff(verb.summary) + ".\n";
-  for (const CommandArgument& argument : verb.arguments) {
-    text += ".TP\n\\fI" + roff(argument.name) + "\\fR\n" + roff(argument.help) + "\n";
-  }
-  for (const CommandFlag& flag : verb.flags) text += flag_text(flag);
-  for (const std::string& paragraph : paragraphs(verb.footer)) text += paragraph_text(paragraph);
-  return text;
+  for (const Flag& flag : shown_flags(verb)) text += flag_text(flag);
+  text += paragraphs(verb.details);
+  return text + ".PP\nExamples:\n" + literal_lines(verb.examples);
 }
 
 // 64 with the names of its failures, and so on.
@@ -118,21 +106,27 @@ std::string exit_statuses() {
 
 }  // namespace
 
-std::string man_page(const CommandTree& tree, const std::string& version) {
-  std::string text = ".TH SIGHTLINE 1 \"\" \"sightline " + version + "\" \"User Commands\"\n.ad l\n";
-  text += ".SH NAME\n" + roff(tree.name) +
+std::string man_page(const Program& program) {
+  std::string text = ".TH SIGHTLINE 1 \"\" \"sightline " + program.version +
+                     "\" \"User Commands\"\n.ad l\n";
+  text += ".SH NAME\n" + roff(program.name) +
           " \\- compile recorded drives into a map that tells a vehicle how far it must look\n";
   text += ".SH SYNOPSIS\n";
-  for (const CommandVerb& verb : tree.verbs) text += usage(tree, verb) + "\n.br\n";
-  text += ".SH DESCRIPTION\n" + roff(tree.summary.substr(0, tree.summary.find('\n'))) + "\n";
+  for (const Verb& verb : program.verbs) {
+    text += roff(usage_text(program.name + " " + verb.name, verb)) + "\n.br\n";
+  }
+  text += ".SH DESCRIPTION\n" + roff(program.summary) + "\n";
   text +=
-      ".PP\nData goes to stdout, log and progress to stderr. Outputs appear whole or not at all and "
-      "are not overwritten without \\fB\\-\\-force\\fR. Finished passes are cached beside the "
+      ".PP\nData goes to stdout, log and progress to stderr. Outputs appear whole or not at all "
+      "and are not overwritten without \\fB\\-\\-force\\fR. Finished passes are cached beside the "
       "configuration.\n";
+  text += ".PP\nBegin with a folder of recordings:\n" + literal_lines(program.first_steps);
   text += ".SH COMMANDS\n";
-  for (const CommandVerb& verb : tree.verbs) text += verb_text(tree, verb);
+  for (const Verb& verb : program.verbs) text += verb_text(program, verb);
   text += ".SH EXIT STATUS\n" + exit_statuses();
   text +=
+      ".SH ENVIRONMENT\n"
+      ".TP\nNO_COLOR\nWhere this is set and not empty, nothing is printed in colour.\n"
       ".SH FILES\n"
       ".TP\n\\fI*.yaml\\fR\nA configuration; its JSON Schema is printed by \\fBsightline passes "
       "\\-\\-schema\\fR.\n"

@@ -2,12 +2,12 @@
 
 #include <string>
 
-#include "compiler/driver/command_tree.h"
+#include "compiler/cli/verb.h"
 
 namespace sightline {
 
 // sightline(1) as roff with the man macros: every verb with its flags and examples, exit statuses,
 // error codes and files.
-std::string man_page(const CommandTree& tree, const std::string& version);
+std::string man_page(const Program& program);
 
 }  // namespace sightline

@@ -8,6 +8,8 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "compiler/base/version.h"
+
 namespace sightline {
 namespace {
 
@@ -60,7 +62,7 @@ std::string provenance_json(const CompileConfig& config,
                             const std::vector<std::string>& command_line,
                             const RecordingCards& recordings,
                             const std::vector<StepReport>& reports) {
-  Json json = {{"program", "sightline " SIGHTLINE_VERSION},
+  Json json = {{"program", "sightline " + program_version()},
                {"time_utc", utc_now()},
                {"host", host_name()},
                {"command_line", command_line},

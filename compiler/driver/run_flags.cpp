@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "compiler/cli/common_flags.h"
 #include "compiler/driver/console.h"
 #include "compiler/driver/progress_json.h"
 #include "passes/matching/kernel_score.h"
@@ -28,7 +29,9 @@ Result<void> choose_kernel(const std::string& name) {
 
 // JSON on stderr stands there alone; on a descriptor of its own beside what people see.
 Result<RunObserver> observer_of(const RunFlags& flags) {
-  const RunObserver console = console_observer(flags.is_quiet);
+  const RunObserver console = console_observer(flags.is_quiet     ? Verbosity::kQuiet
+                                               : flags.is_verbose ? Verbosity::kVerbose
+                                                                  : Verbosity::kNormal);
   if (flags.json_progress == 0) return console;
   const Result<void> open = check_progress_descriptor(flags.json_progress);
   if (!open) return open.error();
@@ -40,40 +43,65 @@ Result<RunObserver> observer_of(const RunFlags& flags) {
 
 }  // namespace
 
-void add_run_flags(CLI::App& command, RunFlags& flags) {
-  command
-      .add_option("config", flags.config_file, "YAML configuration (schemas/config.schema.json)")
-      ->required();
-  add_flags_of_every_run(command, flags);
+void add_run_flags(Verb& verb, RunFlags& flags) {
+  verb.positionals.push_back({.name = "CONFIG",
+                              .help = "YAML configuration (schemas/config.schema.json)",
+                              .target = &flags.config_file});
+  add_flags_of_every_run(verb, flags);
 }
 
-void add_flags_of_every_run(CLI::App& command, RunFlags& flags) {
-  command
-      .add_option("--set", flags.overrides,
-                  "Override one value of the configuration, as section.key=value; repeatable")
-      ->take_all();
-  command.add_option("--threads", flags.threads, "Threads to use; 0 takes all there are")
-      ->check(CLI::Range(0, 1024));
-  command.add_option("--cache", flags.cache_directory,
-                     "Folder of finished artifacts (default: .sightline-cache beside the "
-                     "configuration)");
-  command.add_flag("--no-cache", flags.no_cache, "Run every pass and keep nothing");
-  command
-      .add_option("--print-after", flags.print_after,
-                  "Print the result of this pass on stdout, as CSV; repeatable")
-      ->allow_extra_args(false);
-  command.add_option("--stop-after", flags.stop_after, "End after this pass");
-  command.add_flag("--time-passes", flags.time_passes,
-                   "Print time and peak memory of each pass on stderr");
-  command.add_flag("--explain", flags.explain, "Print why each pass ran or did not, on stderr");
-  command.add_flag("--json-progress{2}", flags.json_progress,
-                   "Report progress as one JSON object a line, on stderr instead of the lines for "
-                   "people, or, as --json-progress=N, on file descriptor N");
-  command.add_flag("-q,--quiet", flags.is_quiet,
-                   "Only warnings and errors on stderr, and no tables");
-  command.add_option("--kernel", flags.kernel)
-      ->check(CLI::IsMember({"fastest", "portable", "avx2", "avx512"}))
-      ->group("");
+void add_flags_of_every_run(Verb& verb, RunFlags& flags) {
+  const std::vector<Flag> of_every_run = {
+      {.names = "--set",
+       .value = "KEY=VALUE",
+       .help = "Override one value of the configuration: section.key=value",
+       .target = &flags.overrides},
+      {.names = "--threads",
+       .value = "N",
+       .help = "Threads to use; 0 takes all there are",
+       .target = &flags.threads,
+       .minimum = 0,
+       .maximum = 1024},
+      {.names = "--cache",
+       .value = "FOLDER",
+       .help = "Finished artifacts, in place of .sightline-cache beside the configuration",
+       .target = &flags.cache_directory},
+      {.names = "--no-cache",
+       .help = "Run every pass and keep nothing",
+       .target = &flags.no_cache},
+      {.names = "--print-after",
+       .value = "PASS",
+       .help = "Print the result of this pass on stdout, as CSV",
+       .target = &flags.print_after},
+      {.names = "--stop-after",
+       .value = "PASS",
+       .help = "End after this pass",
+       .target = &flags.stop_after},
+      {.names = "--time-passes",
+       .help = "Print time and peak memory of each pass on stderr",
+       .target = &flags.time_passes},
+      {.names = "--explain",
+       .help = "Print why each pass ran or did not, on stderr",
+       .target = &flags.explain},
+      {.names = "--json-progress",
+       .value = "N",
+       .help = "Report progress as one JSON object a line, on stderr instead of the lines for "
+               "people, or on file descriptor N",
+       .target = &flags.json_progress,
+       .minimum = 1,
+       .bare_value = "2"},
+      quiet_flag(flags.is_quiet),
+      {.names = "-v,--verbose",
+       .help = "Also log when each pass starts, why it ran, and what it cost",
+       .target = &flags.is_verbose,
+       .excludes = "--quiet"},
+      {.names = "--kernel",
+       .value = "NAME",
+       .help = "The matcher's inner loop, which changes no result",
+       .target = &flags.kernel,
+       .choices = {"fastest", "portable", "avx2", "avx512"},
+       .is_hidden = true}};
+  verb.flags.insert(verb.flags.end(), of_every_run.begin(), of_every_run.end());
 }
 
 RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "compiler/cli/verb.h"
 #include "compiler/driver/compile_config.h"
 #include "compiler/pipeline/runner.h"
 
@@ -17,6 +17,7 @@ struct RunFlags {
   bool no_cache = false;
   int threads = 0;
   bool is_quiet = false;
+  bool is_verbose = false;
   std::vector<std::string> print_after;
   std::string stop_after;
   bool time_passes = false;
@@ -25,9 +26,10 @@ struct RunFlags {
   std::string kernel = "fastest";  // hidden: the matcher's inner loop, which changes no result
 };
 
-void add_run_flags(CLI::App& command, RunFlags& flags);
-// The same but for the configuration, of which a verb may take several.
-void add_flags_of_every_run(CLI::App& command, RunFlags& flags);
+// The positional CONFIG, and the flags behind those that the verb has already.
+void add_run_flags(Verb& verb, RunFlags& flags);
+// The flags alone, for a verb that takes several configurations.
+void add_flags_of_every_run(Verb& verb, RunFlags& flags);
 
 RunOptions run_options(const RunFlags& flags, const CompileConfig& config);
 

@@ -1,6 +1,6 @@
 #include "compiler/driver/shell_completion.h"
 
-#include <numeric>
+#include <sstream>
 
 namespace sightline {
 namespace {
@@ -11,18 +11,18 @@ std::string joined(const std::vector<std::string>& words, const std::string& bet
   return text;
 }
 
-std::string all_names(const std::vector<CommandFlag>& flags) {
+std::string all_names(const std::vector<Flag>& flags) {
   std::vector<std::string> names;
-  for (const CommandFlag& flag : flags) names.push_back(joined(flag.names, " "));
+  for (const Flag& flag : flags) names.push_back(joined(names_of(flag), " "));
   return joined(names, " ");
 }
 
 // What may stand behind a flag that takes a value, as branches over the word before.
-std::string bash_values(const CommandVerb& verb) {
+std::string bash_values(const Verb& verb) {
   std::string text;
-  for (const CommandFlag& flag : verb.flags) {
-    if (flag.value.empty()) continue;
-    text += "        " + joined(flag.names, "|") + ") ";
+  for (const Flag& flag : shown_flags(verb)) {
+    if (!takes_value(flag) || !flag.bare_value.empty()) continue;
+    text += "        " + joined(names_of(flag), "|") + ") ";
     text += flag.choices.empty() ? "return ;;\n"
                                  : "words='" + joined(flag.choices, " ") + "' ;;\n";
   }
@@ -30,10 +30,11 @@ std::string bash_values(const CommandVerb& verb) {
   return "      case $before in\n" + text + "      esac\n";
 }
 
-std::string bash_branch(const CommandVerb& verb) {
-  std::string text = "    " + verb.name + ")\n      flags='" + all_names(verb.flags) + "'\n";
-  for (const CommandArgument& argument : verb.arguments) {
-    if (!argument.choices.empty()) text += "      words='" + joined(argument.choices, " ") + "'\n";
+std::string bash_branch(const Verb& verb) {
+  std::string text = "    " + verb.name + ")\n      flags='" + all_names(shown_flags(verb)) + "'\n";
+  for (const Positional& positional : verb.positionals) {
+    if (positional.choices.empty()) continue;
+    text += "      words='" + joined(positional.choices, " ") + "'\n";
   }
   return text + bash_values(verb) + "      ;;\n";
 }
@@ -55,43 +56,54 @@ std::string escaped(const std::string& text) {
   return result;
 }
 
-std::string zsh_action(const std::vector<std::string>& choices) {
-  return choices.empty() ? "_files" : "(" + joined(choices, " ") + ")";
+bool names_a_file(const std::string& value) { return value == "FILE" || value == "FOLDER"; }
+
+// Nothing is offered for a value that is neither a choice nor a file.
+std::string zsh_action(const std::string& value, const std::vector<std::string>& choices) {
+  if (!choices.empty()) return "(" + joined(choices, " ") + ")";
+  return names_a_file(value) ? "_files" : " ";
 }
 
-// '(-o --output)'{-o,--output}'[help]:value:_files'
-std::string zsh_flag(const CommandFlag& flag) {
-  std::string behind = "[" + escaped(flag.help) + "]";
-  if (!flag.value.empty()) behind += ":" + flag.value + ":" + zsh_action(flag.choices);
-  if (flag.names.size() == 1) return in_quotes("*" + flag.names.front() + behind);
-  return in_quotes("(" + joined(flag.names, " ") + ")") + "{" + joined(flag.names, ",") + "}" +
+// ":FILE:_files:FILE:_files", one pair for each word.
+std::string zsh_values(const Flag& flag) {
+  std::string text;
+  std::istringstream words(flag.value);
+  for (std::string word; words >> word;) text += ":" + word + ":" + zsh_action(word, flag.choices);
+  return text;
+}
+
+// '(-o --output)'{-o,--output}'[help]:FILE:_files', '*--set[help]:KEY=VALUE: '
+std::string zsh_flag(const Flag& flag) {
+  const std::vector<std::string> names = names_of(flag);
+  const std::string help = "[" + escaped(flag.help) + "]";
+  if (!flag.bare_value.empty()) {
+    return in_quotes(long_name(flag) + "=-" + help + ":" + zsh_values(flag));
+  }
+  const std::string behind = help + zsh_values(flag);
+  if (is_list(flag.target)) return in_quotes("*" + long_name(flag) + behind);
+  if (names.size() == 1) return in_quotes(long_name(flag) + behind);
+  return in_quotes("(" + joined(names, " ") + ")") + "{" + joined(names, ",") + "}" +
          in_quotes(behind);
 }
 
-std::string zsh_branch(const CommandVerb& verb) {
+std::string zsh_branch(const Verb& verb) {
   std::string text = "    " + verb.name + ")\n      _arguments -s -S";
-  for (const CommandFlag& flag : verb.flags) text += " \\\n        " + zsh_flag(flag);
+  for (const Flag& flag : shown_flags(verb)) text += " \\\n        " + zsh_flag(flag);
   int place = 1;
-  for (const CommandArgument& argument : verb.arguments) {
-    const std::string where = argument.is_list ? "*" : std::to_string(place++);
-    text += " \\\n        " + in_quotes(where + ":" + escaped(argument.name) + ":" +
-                                    zsh_action(argument.choices));
+  for (const Positional& positional : verb.positionals) {
+    const std::string where = is_list(positional.target) ? "*" : std::to_string(place++);
+    // A positional that is no choice may be a file.
+    const std::string action = zsh_action("FILE", positional.choices);
+    text += " \\\n        " + in_quotes(where + ":" + escaped(positional.name) + ":" + action);
   }
   return text + "\n      ;;\n";
 }
 
-std::string verb_names(const CommandTree& tree) {
-  return std::accumulate(tree.verbs.begin(), tree.verbs.end(), std::string(),
-                         [](const std::string& text, const CommandVerb& verb) {
-                           return text + (text.empty() ? "" : " ") + verb.name;
-                         });
-}
-
 }  // namespace
 
-std::string bash_completion(const CommandTree& tree) {
-  const std::string function = "_" + tree.name;
-  std::string text = "# Completion of " + tree.name + " in bash; made by `" + tree.name +
+std::string bash_completion(const Program& program) {
+  const std::string function = "_" + program.name;
+  std::string text = "# Completion of " + program.name + " in bash; made by `" + program.name +
                      " completion bash`.\n" + function + "() {\n";
   text +=
       "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} verb= i\n"
@@ -102,22 +114,22 @@ std::string bash_completion(const CommandTree& tree) {
       "  done\n"
       "  case $verb in\n"
       "    '')\n"
-      "      flags='" + all_names(tree.flags) + "'\n      words='" + verb_names(tree) +
-      "'\n      ;;\n";
-  for (const CommandVerb& verb : tree.verbs) text += bash_branch(verb);
+      "      flags='" + all_names(flags_without_verb()) + "'\n      words='" +
+      joined(verb_names(program), " ") + "'\n      ;;\n";
+  for (const Verb& verb : program.verbs) text += bash_branch(verb);
   text +=
       "  esac\n"
       "  if [[ $word == -* ]]; then words=$flags; fi\n"
       "  if [[ -n $words ]]; then COMPREPLY=($(compgen -W \"$words\" -- \"$word\")); fi\n"
       "}\n";
-  return text + "complete -o default -F " + function + " " + tree.name + "\n";
+  return text + "complete -o default -F " + function + " " + program.name + "\n";
 }
 
-std::string zsh_completion(const CommandTree& tree) {
-  const std::string function = "_" + tree.name;
-  std::string text = "#compdef " + tree.name + "\n# Completion in zsh; made by `" + tree.name +
-                     " completion zsh`.\n" + function + "() {\n  local -a verbs\n  verbs=(\n";
-  for (const CommandVerb& verb : tree.verbs) {
+std::string zsh_completion(const Program& program) {
+  const std::string function = "_" + program.name;
+  std::string text = "#compdef " + program.name + "\n# Completion in zsh; made by `" +
+                     program.name + " completion zsh`.\n" + function + "() {\n  local -a verbs\n  verbs=(\n";
+  for (const Verb& verb : program.verbs) {
     text += "    " + in_quotes(verb.name + ":" + escaped(verb.summary)) + "\n";
   }
   text +=
@@ -128,18 +140,18 @@ std::string zsh_completion(const CommandTree& tree) {
       "  fi\n"
       "  if ((CURRENT == 2)); then\n"
       "    _arguments -s";
-  for (const CommandFlag& flag : tree.flags) text += " \\\n      " + zsh_flag(flag);
+  for (const Flag& flag : flags_without_verb()) text += " \\\n      " + zsh_flag(flag);
   text +=
       "\n    return\n"
       "  fi\n"
       "  shift words\n"
       "  ((CURRENT--))\n"
       "  case $words[1] in\n";
-  for (const CommandVerb& verb : tree.verbs) text += zsh_branch(verb);
+  for (const Verb& verb : program.verbs) text += zsh_branch(verb);
   text += "  esac\n}\n";
   // Loaded from $fpath the file is the body of the function; sourced it must register it.
   return text + "if [[ $funcstack[1] == " + function + " ]]; then " + function +
-         " \"$@\"; else compdef " + function + " " + tree.name + "; fi\n";
+         " \"$@\"; else compdef " + function + " " + program.name + "; fi\n";
 }
 
 }  // namespace sightline

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <set>
 #include <sstream>
 
 #include "tests/system/program.h"
@@ -16,6 +15,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::IsSupersetOf;
+using ::testing::Not;
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -37,74 +37,14 @@ std::string help_of(const std::string& verb) {
   return help.out;
 }
 
-// As the program lists them.
+// As the program lists them: "  compile     Compile drives ...".
 std::vector<std::string> verbs() {
-  const std::string help = help_of("");
   std::vector<std::string> names;
-  for (const std::string& line : lines_of(help.substr(help.find("Subcommands:")))) {
-    if (line.starts_with("  ") && line[2] != ' ') names.push_back(words_of(line).front());
+  for (const std::string& line : lines_of(help_of(""))) {
+    const std::string name = words_of(line).empty() ? "" : words_of(line).front();
+    if (line.starts_with("  " + name + "  ") && !name.starts_with('-')) names.push_back(name);
   }
   return names;
-}
-
-// "-o", "--output" and so on, wherever they stand in a help text.
-std::set<std::string> flags_in(const std::string& text) {
-  std::set<std::string> flags;
-  for (std::string word : words_of(text)) {
-    if (word.starts_with("[")) word.erase(0, 1);
-    std::istringstream parts(word);
-    for (std::string part; std::getline(parts, part, ',');) {
-      if (part.starts_with("-") && part.size() > 1) flags.insert(part.substr(0, part.find_first_of("={")));
-    }
-  }
-  return flags;
-}
-
-struct Example {
-  std::string verb;
-  std::vector<std::string> flags;
-};
-
-// The commands below "Examples:", each as far as the next command or comment of its line.
-std::vector<Example> examples_in(const std::string& help) {
-  std::vector<Example> examples;
-  const std::size_t begin = help.find("\nExample");
-  if (begin == std::string::npos) return examples;
-  for (const std::string& line : lines_of(help.substr(begin))) {
-    bool is_command = false;
-    for (const std::string& word : words_of(line)) {
-      if (word == "sightline" || word == "<(sightline") {
-        examples.push_back({});
-        is_command = true;
-      } else if (word == "|" || word == "&&" || word == ">" || word == "#") {
-        is_command = false;
-      } else if (is_command && examples.back().verb.empty()) {
-        examples.back().verb = word;
-      } else if (is_command && word.starts_with("-") && word != "-") {
-        examples.back().flags.push_back(word.substr(0, word.find('=')));
-      }
-    }
-  }
-  return examples;
-}
-
-TEST(CommandLine, ShowsExamplesOfEveryVerbWithFlagsThatExist) {
-  const std::vector<std::string> all = verbs();
-  ASSERT_THAT(all, IsSupersetOf({"init", "compile", "verify", "completion", "man"}));
-  for (const std::string& verb : all) {
-    const std::vector<Example> examples = examples_in(help_of(verb));
-    bool shows_itself = false;
-    for (const Example& example : examples) {
-      shows_itself = shows_itself || example.verb == verb;
-      ASSERT_THAT(all, ::testing::Contains(example.verb)) << "in the examples of " << verb;
-      const std::string help = help_of(example.verb);
-      const std::set<std::string> known = flags_in(help.substr(0, help.find("\nExample")));
-      for (const std::string& flag : example.flags) {
-        EXPECT_TRUE(known.contains(flag)) << flag << " of " << example.verb << ", told by " << verb;
-      }
-    }
-    EXPECT_TRUE(shows_itself) << verb << " has no example";
-  }
 }
 
 TEST(CommandLine, TeachesWhereToBeginWithoutArguments) {
@@ -127,6 +67,23 @@ TEST(CommandLine, NamesTheNearestVerbAndFlag) {
   const ProgramResult strange = run_sightline("qqqqqqqqqq");
   EXPECT_EQ(strange.status, 64);
   EXPECT_THAT(strange.err, HasSubstr("--help"));
+}
+
+// What the program prints on a terminal of its own.
+std::string on_a_terminal(const std::string& environment, const std::string& arguments) {
+  const ProgramResult run = run_command("env -u NO_COLOR TERM=xterm " + environment +
+                                        " script -qec '" SIGHTLINE_PROGRAM " " + arguments +
+                                        "' /dev/null");
+  EXPECT_THAT(run.out, HasSubstr("SL1001"));
+  return run.out;
+}
+
+TEST(CommandLine, IsColouredOnATerminalAloneAndNeverUnderNoColor) {
+  if (run_command("command -v script").status != 0) GTEST_SKIP() << "script is not installed";
+  EXPECT_THAT(on_a_terminal("", "complie"), HasSubstr("\033["));
+  EXPECT_THAT(on_a_terminal("NO_COLOR=", "complie"), HasSubstr("\033[")) << "empty is not set";
+  EXPECT_THAT(on_a_terminal("NO_COLOR=1", "complie"), Not(HasSubstr("\033[")));
+  EXPECT_THAT(run_sightline("complie").err, Not(HasSubstr("\033[")));
 }
 
 // What bash offers behind `typed`, whose last word is being typed.
@@ -158,14 +115,13 @@ TEST(Completion, OffersVerbsFlagsAndValuesInBash) {
 
 TEST(Completion, OffersEveryFlagOfEveryVerbInBash) {
   for (const std::string& verb : verbs()) {
-    const std::string help = help_of(verb);
     const std::vector<std::string> offered = bash_offers("sightline " + verb + " -");
-    const std::set<std::string> known(offered.begin(), offered.end());
-    for (const std::string& line : lines_of(help)) {
-      const std::vector<std::string> words = words_of(line);
-      if (!line.starts_with("  -") || words.empty()) continue;
-      for (const std::string& flag : flags_in(words.front())) {
-        EXPECT_TRUE(known.contains(flag)) << flag << " of " << verb;
+    for (const std::string& line : lines_of(help_of(verb))) {
+      if (!line.starts_with("  -") && !line.starts_with("      --")) continue;
+      for (const std::string& word : words_of(line.substr(0, line.find("  ", 6)))) {
+        const std::string flag = word.substr(0, word.find_first_of(",[="));
+        if (!flag.starts_with('-')) continue;
+        EXPECT_THAT(offered, ::testing::Contains(flag)) << verb;
       }
     }
   }
@@ -216,7 +172,7 @@ TEST(ManPage, IsSetWithoutWarningsAndTellsOfEveryVerbAndFailure) {
   for (const std::string& verb : verbs()) {
     EXPECT_THAT(text, HasSubstr("sightline " + verb)) << "no usage of " << verb;
   }
-  for (const char* part : {"EXIT STATUS", "--threads INT", "sightline compile town.yaml -o town.slmap",
+  for (const char* part : {"EXIT STATUS", "--threads N", "sightline compile town.yaml -o town.slmap",
                            "SL2006 truncated-scan", " 69 gate"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }

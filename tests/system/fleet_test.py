@@ -138,7 +138,7 @@ class Fleet(unittest.TestCase):
             run(SETTINGS["sightline"], "sign", record, "--key", f"{self.made}/{signer}.key")
 
     def root(self, name, keys, signers, previous=None):
-        flags = sum((["--key", f"{self.made}/{key}.pub"] for key in keys), [])
+        flags = sum((["--signer", f"{self.made}/{key}.pub"] for key in keys), [])
         flags += ["--previous", f"{self.site}/{previous}"] if previous else ["--fleet", "metropolis"]
         run(SETTINGS["sightline"], "root", *flags, "--threshold", 2, "--expires", "2028-01-01T00:00:00Z", "-o",
             f"{self.site}/{name}")

@@ -52,7 +52,7 @@ def main(sightline):
         assert os.stat(f"k{i}.key").st_mode & 0o777 == 0o600
     assert run(sightline, "key", "k0", ok=False).returncode == 64, "a secret key is never replaced"
     keys = [f"k{i}" for i in range(KEY_COUNT)]
-    flags = sum((["--key", key + ".pub"] for key in keys), [])
+    flags = sum((["--signer", key + ".pub"] for key in keys), [])
     run(sightline, "root", "--fleet", "metropolis", *flags, "--threshold", "2", "-o", "root.1")
     for key in keys:
         run(sightline, "sign", "root.1", "--key", key + ".key")
@@ -69,7 +69,7 @@ def main(sightline):
 
     # And the other way round: a key and a signature that minisign made.
     run("minisign", "-G", "-W", "-p", "m.pub", "-s", "m.key")
-    run(sightline, "root", "--previous", "root.1", "--key", "m.pub", "--key", "k1.pub", "--threshold", "2", "-o",
+    run(sightline, "root", "--previous", "root.1", "--signer", "m.pub", "--signer", "k1.pub", "--threshold", "2", "-o",
         "root.2")
     run(sightline, "sign", "root.2", "--key", "k0.key")
     run(sightline, "sign", "root.2", "--key", "k1.key")

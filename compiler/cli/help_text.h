@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "compiler/cli/verb.h"
+
+namespace sightline {
+
+constexpr std::size_t kHelpColumns = 100;
+
+// What `sightline --help` prints: how to begin, and every verb with its summary.
+std::string help_text(const Program& program);
+
+// What `sightline VERB --help` prints. `command` is "sightline VERB". No line of prose is longer
+// than kHelpColumns; examples stay as they are written.
+std::string help_text(const std::string& command, const Verb& verb);
+
+// "-o, --output FILE", "--json-progress[=N]"
+std::string flag_title(const Flag& flag);
+
+// What follows from the description of a flag: "required; one of csv, json; default: csv", or "".
+std::string facts_of(const Flag& flag);
+
+// "sightline compile [OPTION]... CONFIG"
+std::string usage_text(const std::string& command, const Verb& verb);
+
+}  // namespace sightline

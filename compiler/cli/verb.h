@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "compiler/base/result.h"
+
+// The command line as plain data. Each verb is described once; parsing, --help, the manual page and
+// the completion of shells are made from that description, so they cannot contradict each other.
+
+namespace sightline {
+
+// Takes a value, "true" of a switch. It may refuse: its message then says why, without the name of
+// the flag. Setters are called after all other targets are set.
+using Setter = std::function<Result<void>(const std::string&)>;
+
+// Where a value from the command line goes. Pointers must live as long as the verb: point into what
+// `run` captures.
+using FlagTarget = std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, double*, std::string*,
+                                std::vector<std::string>*, Setter>;
+
+// Help shows the value of the target as the default, unless the flag is required, the text is empty
+// or the number is outside minimum and maximum (-1 for "no site").
+struct Flag {
+  std::string names = {};  // "-o,--output": at most one letter, then the long name
+  std::string value = {};  // what it takes, "FILE", or "FILE FILE" for two words; empty: a switch
+  std::string help = {};   // without a full stop at the end; parsing and help add what follows
+  FlagTarget target = {};  // a list: the flag may be repeated
+  std::vector<std::string> choices = {};  // the only values allowed; empty: any
+  std::optional<double> minimum = {};     // of a number; both limits are allowed values
+  std::optional<double> maximum = {};
+  bool is_required = false;
+  std::string excludes = {};    // the long name of a flag that must not stand beside this one
+  std::string bare_value = {};  // what the flag means without a value; with one: --name=VALUE
+  bool is_hidden = false;       // from help, the manual page and completion
+};
+
+struct Positional {
+  std::string name = {};  // "MAP"
+  std::string help = {};
+  FlagTarget target = {};  // a list, of the last positional only: one or more words
+  std::vector<std::string> choices = {};
+  bool is_required = true;
+};
+
+struct Verb {
+  std::string name;
+  std::string summary;                // one line
+  std::string details;                // paragraphs, separated by empty lines; empty: nothing to add
+  std::vector<std::string> examples;  // commands, each with a comment if need be
+  std::vector<Positional> positionals;
+  std::vector<Flag> flags;
+  std::function<Result<int>()> run;  // the exit status of the process
+  std::string group;                 // heading in the list of verbs
+};
+
+struct Program {
+  std::string name;
+  std::string version;
+  std::string summary;
+  std::vector<std::string> first_steps;  // commands for somebody who is new here
+  std::string details;                   // paragraphs
+  std::vector<Verb> verbs;
+};
+
+// Exit status 0 of what succeeded.
+Result<int> exit_status_of(const Result<void>& done);
+
+// {"-o", "--output"}
+std::vector<std::string> names_of(const Flag& flag);
+// "--output", as messages call the flag.
+std::string long_name(const Flag& flag);
+bool takes_value(const Flag& flag);
+// How many words follow the flag each time: 2 for the value "FILE FILE".
+std::size_t values_each(const Flag& flag);
+bool is_list(const FlagTarget& target);
+
+// The flags that people are shown: all that are not hidden, and --help.
+std::vector<Flag> shown_flags(const Verb& verb);
+// --help and --version, which stand where no verb does.
+std::vector<Flag> flags_without_verb();
+
+std::vector<std::string> verb_names(const Program& program);
+// Null where there is no such verb.
+const Verb* find_verb(const Program& program, const std::string& name);
+
+}  // namespace sightline
