@@ -179,7 +179,16 @@ double portable_atan2(double y, double x) {
   return std::copysign(angle_rad, y);
 }
 
-double portable_asin(double x) { return portable_atan2(x, std::sqrt((1.0 - x) * (1.0 + x))); }
+double portable_asin(double x) {
+  if (!(std::abs(x) < 0.5)) return portable_atan2(x, std::sqrt((1.0 - x) * (1.0 + x)));
+  constexpr double kAbove[] = {1.66666666666666657415e-01, -3.25565818622400915405e-01,
+                               2.01212532134862925881e-01, -4.00555345006794114027e-02,
+                               7.91534994289814532176e-04, 3.47933107596021167570e-05};
+  constexpr double kBelow[] = {1.0, -2.40339491173441421878e+00, 2.02094576023350569471e+00,
+                               -6.88283971605453293030e-01, 7.70381505559019352791e-02};
+  const double x2 = x * x;
+  return x + x * (x2 * polynomial(kAbove, x2) / polynomial(kBelow, x2));
+}
 
 double portable_acos(double x) { return portable_atan2(std::sqrt((1.0 - x) * (1.0 + x)), x); }
 
