@@ -10,7 +10,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kCastRaysVersion = 2;
+inline constexpr std::uint32_t kCastRaysVersion = 3;
 
 // The localizing sensor's field, in cells of one ray each.
 struct CastRaysOptions {

@@ -11,7 +11,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kCastScansVersion = 2;
+inline constexpr std::uint32_t kCastScansVersion = 3;
 
 struct CastScansOptions {
   double near_m = 0.5;
