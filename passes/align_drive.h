@@ -13,7 +13,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kAlignDriveVersion = 1;
+inline constexpr std::uint32_t kAlignDriveVersion = 2;
 
 struct AlignDriveOptions {
   // auto: given poses are in the map's world and stay; estimated and refined ones are aligned.

@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kChooseRangesVersion = 4;
+inline constexpr std::uint32_t kChooseRangesVersion = 5;
 
 struct ChooseRangesOptions {
   std::string selection = "probability";   // or "mean", the paper's rule

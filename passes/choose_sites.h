@@ -13,7 +13,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kChooseSitesVersion = 1;
+inline constexpr std::uint32_t kChooseSitesVersion = 2;
 
 struct ChooseSitesOptions {
   double spacing_m = 1.0;

@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kCompleteTrajectoryVersion = 1;
+inline constexpr std::uint32_t kCompleteTrajectoryVersion = 2;
 
 struct CompleteTrajectoryOptions {};
 std::vector<OptionField> option_fields(CompleteTrajectoryOptions& options);

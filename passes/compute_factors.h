@@ -12,7 +12,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kComputeFactorsVersion = 3;
+inline constexpr std::uint32_t kComputeFactorsVersion = 4;
 
 struct ComputeFactorsOptions {
   std::vector<double> ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};

@@ -12,7 +12,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kEstimateTrajectoryVersion = 4;
+inline constexpr std::uint32_t kEstimateTrajectoryVersion = 5;
 
 struct EstimateTrajectoryOptions {
   // auto: given poses as they are where every scan has one, refined where some have, estimated

@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kIngestVersion = 2;
+inline constexpr std::uint32_t kIngestVersion = 3;
 
 struct IngestOptions {
   double tile_m = 64.0;  // the map frame's origin is a multiple of it

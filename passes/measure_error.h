@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kMeasureErrorVersion = 7;
+inline constexpr std::uint32_t kMeasureErrorVersion = 8;
 
 struct MeasureErrorOptions {
   std::vector<double> ranges_m = {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};

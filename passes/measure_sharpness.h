@@ -12,7 +12,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kMeasureSharpnessVersion = 1;
+inline constexpr std::uint32_t kMeasureSharpnessVersion = 2;
 
 struct MeasureSharpnessOptions {
   double radius_m = 0.5;     // around a point, for entropy

@@ -14,7 +14,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kPredictErrorVersion = 2;
+inline constexpr std::uint32_t kPredictErrorVersion = 3;
 
 struct PredictErrorOptions {
   // A feature counts as known up to this share of the training's spread outside its extremes.

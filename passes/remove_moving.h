@@ -13,7 +13,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kRemoveMovingVersion = 2;
+inline constexpr std::uint32_t kRemoveMovingVersion = 3;
 
 struct RemoveMovingOptions {
   bool enabled = true;          // false: every return within the sensor's range is kept

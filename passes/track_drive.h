@@ -16,7 +16,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kTrackDriveVersion = 3;
+inline constexpr std::uint32_t kTrackDriveVersion = 4;
 
 struct TrackDriveOptions {
   double lost_beyond_m = 1.0;  // an error above this ends a track

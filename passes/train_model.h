@@ -12,7 +12,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kTrainModelVersion = 4;
+inline constexpr std::uint32_t kTrainModelVersion = 5;
 
 struct TrainModelOptions {
   std::string features = "all";  // or "paper": its eleven factors alone

@@ -9,7 +9,7 @@
 
 namespace sightline {
 
-inline constexpr std::uint32_t kUndistortScansVersion = 1;
+inline constexpr std::uint32_t kUndistortScansVersion = 2;
 
 struct UndistortScansOptions {
   bool enabled = true;
