@@ -2,7 +2,29 @@
 
 #include <cmath>
 
+#include "compiler/base/portable_math.h"
+
 namespace sightline {
+namespace {
+
+// Shoemake's spherical interpolation (1985), along the shorter way; both of unit length.
+Eigen::Quaterniond slerp(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to,
+                         double fraction) {
+  constexpr double kNearlySame = 1.0 - 1e-15;
+  const double cosine = from.dot(to);
+  double of_from = 1.0 - fraction;
+  double of_to = fraction;
+  if (std::abs(cosine) < kNearlySame) {
+    const double angle_rad = portable_acos(std::abs(cosine));
+    const double whole = portable_sin_cos(angle_rad).sin;
+    of_from = portable_sin_cos(of_from * angle_rad).sin / whole;
+    of_to = portable_sin_cos(of_to * angle_rad).sin / whole;
+  }
+  if (cosine < 0.0) of_to = -of_to;
+  return Eigen::Quaterniond(of_from * from.coeffs() + of_to * to.coeffs());
+}
+
+}  // namespace
 
 MapFrame frame_near(const Eigen::Vector3d& near_world_m, double tile_m) {
   MapFrame frame;
@@ -30,7 +52,7 @@ Pose interpolate(const Pose& a, const Pose& b, double fraction) {
   const Eigen::Quaterniond from(a.linear());
   const Eigen::Quaterniond to(b.linear());
   Pose pose = Pose::Identity();
-  pose.linear() = from.slerp(fraction, to).normalized().toRotationMatrix();
+  pose.linear() = slerp(from, to, fraction).normalized().toRotationMatrix();
   pose.translation() = a.translation() + fraction * (b.translation() - a.translation());
   return pose;
 }

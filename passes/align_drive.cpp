@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "compiler/base/parallel.h"
+#include "formats/rotation.h"
 #include "passes/estimate_trajectory_graph.h"
 #include "passes/estimate_trajectory_odometry.h"
 #include "passes/matching/matcher.h"
@@ -47,7 +48,7 @@ MapMatch match_to_map(const MatchGrid& grid, const std::vector<Eigen::Vector3d>&
 bool is_near(const Pose& a, const Pose& b) {
   const Pose between = a.inverse() * b;
   return between.translation().norm() <= kConfirms_m &&
-         Eigen::AngleAxisd(between.linear()).angle() <= kConfirms_rad;
+         rotation_angle_rad(between.linear()) <= kConfirms_rad;
 }
 
 struct Query {
@@ -84,9 +85,7 @@ std::vector<Pose> candidates(const Sites& sites, double step_m) {
     ahead.translation() = site.p_map_m;
     places.push_back(ahead);
     Pose back = ahead;
-    back.linear() =
-        ahead.linear() *
-        Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    back.linear() = ahead.linear() * rotation_matrix({Eigen::Vector3d::UnitZ(), std::numbers::pi});
     places.push_back(back);
   }
   return places;

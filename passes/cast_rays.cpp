@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/rotation.h"
 #include "passes/surface_caster.h"
 
 namespace sightline {
@@ -33,9 +34,7 @@ std::vector<Eigen::Vector3d> directions_of(const DepthImages& images) {
         (images.first_elevation_deg + row * images.elevation_step_deg) * kRadPerDeg;
     for (std::uint32_t column = 0; column < images.azimuth_count; ++column) {
       const double azimuth_rad = (column + 0.5) * 2.0 * std::numbers::pi / images.azimuth_count;
-      directions.emplace_back(std::cos(elevation_rad) * std::cos(azimuth_rad),
-                              std::cos(elevation_rad) * std::sin(azimuth_rad),
-                              std::sin(elevation_rad));
+      directions.push_back(direction_of(azimuth_rad, elevation_rad));
     }
   }
   return directions;

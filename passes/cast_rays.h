@@ -26,6 +26,6 @@ std::vector<OptionField> option_fields(CastRaysOptions& options);
 // elevations beyond the poles).
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
                               const Surface& surface, const Sites& sites);
-inline constexpr Pass kCastRays{"cast-rays", 2, "depth", "Depth images", &cast_rays};
+inline constexpr Pass kCastRays{"cast-rays", 3, "depth", "Depth images", &cast_rays};
 
 }  // namespace sightline

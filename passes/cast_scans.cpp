@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "formats/rotation.h"
 #include "passes/matching/scan_preparation.h"
 #include "passes/surface_caster.h"
 
@@ -20,9 +21,7 @@ std::vector<Eigen::Vector3d> directions_of(const SensorProfile& sensor) {
     const double elevation_rad = elevation_deg * kRadPerDeg;
     for (int i = 0; i < azimuth_count; ++i) {
       const double azimuth_rad = i * sensor.azimuth_step_deg * kRadPerDeg;
-      directions.emplace_back(std::cos(elevation_rad) * std::cos(azimuth_rad),
-                              std::cos(elevation_rad) * std::sin(azimuth_rad),
-                              std::sin(elevation_rad));
+      directions.push_back(direction_of(azimuth_rad, elevation_rad));
     }
   }
   return directions;

@@ -24,6 +24,6 @@ std::vector<OptionField> option_fields(CastScansOptions& options);
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
                                 const Surface& surface, const Sites& sites,
                                 const SensorProfile& sensor);
-inline constexpr Pass kCastScans{"cast-scans", 2, "virtual-scans", "Virtual scans", &cast_scans};
+inline constexpr Pass kCastScans{"cast-scans", 3, "virtual-scans", "Virtual scans", &cast_scans};
 
 }  // namespace sightline

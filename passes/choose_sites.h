@@ -28,6 +28,6 @@ std::vector<OptionField> option_fields(ChooseSitesOptions& options);
 // chosen).
 Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, const Drive& drive,
                            const Trajectory& trajectory);
-inline constexpr Pass kChooseSites{"choose-sites", 1, "sites", "Places to annotate", &choose_sites};
+inline constexpr Pass kChooseSites{"choose-sites", 2, "sites", "Places to annotate", &choose_sites};
 
 }  // namespace sightline

@@ -30,7 +30,7 @@ std::vector<OptionField> option_fields(ComputeFactorsOptions& options);
 Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOptions& options,
                                     const NdtMap& map, const Sites& sites, const DepthImages& depth,
                                     const VirtualScans& scans);
-inline constexpr Pass kComputeFactors{"compute-factors", 3, "map-factors", "Map factors",
+inline constexpr Pass kComputeFactors{"compute-factors", 4, "map-factors", "Map factors",
                                       &compute_factors};
 
 }  // namespace sightline

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "formats/rotation.h"
 #include "passes/estimate_trajectory_adjust.h"
 #include "passes/estimate_trajectory_check.h"
 #include "passes/estimate_trajectory_graph.h"
@@ -87,9 +88,8 @@ std::vector<std::uint32_t> key_scans(const Odometry& odometry) {
   for (std::uint32_t k = 0; k < count; ++k) {
     const bool is_far = keys.empty() ||
                         odometry.driven_m[k] - odometry.driven_m[keys.back()] >= kKeyStep_m ||
-                        Eigen::AngleAxisd(odometry.T_map_lidar[keys.back()].linear().transpose() *
-                                          odometry.T_map_lidar[k].linear())
-                                .angle() >= kKeyTurn_rad;
+                        rotation_angle_rad(odometry.T_map_lidar[keys.back()].linear().transpose() *
+                                           odometry.T_map_lidar[k].linear()) >= kKeyTurn_rad;
     if (is_far || k + 1 == count) keys.push_back(k);
   }
   return keys;

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "formats/rotation.h"
+
 namespace sightline {
 namespace {
 
@@ -15,15 +17,13 @@ constexpr double kAllowed_m = 0.15;
 constexpr double kAllowedShare = 0.05;
 constexpr double kAllowed_rad = 1.0 * std::numbers::pi / 180.0;
 
-double angle_rad(const Pose& motion) { return Eigen::AngleAxisd(motion.linear()).angle(); }
-
 PoseDisagreement compare(const std::vector<std::optional<Pose>>& given, const Odometry& odometry,
                          std::uint32_t first, std::uint32_t last) {
   const Pose by_given = given[first]->inverse() * *given[last];
   const Pose by_match = odometry.T_map_lidar[first].inverse() * odometry.T_map_lidar[last];
   PoseDisagreement found{first, last, by_given.translation().norm(), by_match.translation().norm()};
   found.off_m = (by_given.translation() - by_match.translation()).norm();
-  found.off_rad = angle_rad(by_match.inverse() * by_given);
+  found.off_rad = rotation_angle_rad((by_match.inverse() * by_given).linear());
   return found;
 }
 
@@ -53,7 +53,7 @@ std::vector<PoseDisagreement> find_disagreements(const std::vector<std::optional
     if (!is_known || !given[last] || last == first) continue;
     const PoseDisagreement found = compare(given, odometry, first, last);
     const Pose by_match = odometry.T_map_lidar[first].inverse() * odometry.T_map_lidar[last];
-    if (!is_bad(found, angle_rad(by_match))) continue;
+    if (!is_bad(found, rotation_angle_rad(by_match.linear()))) continue;
     if (stretches.empty() || stretches.back().last < first) {
       stretches.push_back(found);
     } else {

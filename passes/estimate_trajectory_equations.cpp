@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "formats/rotation.h"
+
 namespace sightline {
 namespace {
 
@@ -14,11 +16,6 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d matrix;
   matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
   return matrix;
-}
-
-Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn(rotation);
-  return turn.angle() * turn.axis();
 }
 
 // Huber's weight of a residual that is as long as so many sigmas.

@@ -6,8 +6,16 @@
 #include <array>
 #include <cmath>
 
+#include "compiler/base/portable_math.h"
+#include "formats/rotation.h"
+
 namespace sightline {
 namespace {
+
+// Ceres is asked only for what gives the same bits on every processor. Its own rotations and its
+// Levenberg-Marquardt call the C library's sines and powers, and its default sparse solver an
+// optimised BLAS that may choose kernels by processor: here stand rotations of our own, Powell's
+// dogleg and Eigen's sparse Cholesky.
 
 // As Ceres holds it: position, unit quaternion w x y z.
 struct PoseBlock {
@@ -32,6 +40,53 @@ Pose to_pose(const PoseBlock& block) {
   return pose;
 }
 
+double arc_tangent(double y, double x) { return portable_atan2(y, x); }
+
+template <int kCount>
+ceres::Jet<double, kCount> arc_tangent(const ceres::Jet<double, kCount>& y,
+                                       const ceres::Jet<double, kCount>& x) {
+  const double square = x.a * x.a + y.a * y.a;
+  return {portable_atan2(y.a, x.a), (x.a / square) * y.v - (y.a / square) * x.v};
+}
+
+// Axis times angle of a unit quaternion w x y z, at most pi long.
+template <class T>
+void rotation_vector(const T* rotation, T* vector) {
+  const T square =
+      rotation[1] * rotation[1] + rotation[2] * rotation[2] + rotation[3] * rotation[3];
+  T angle_per_sine(2.0);  // of the half angle; of no angle the limit
+  if (square > T(0.0)) {
+    using std::sqrt;
+    const T sine = sqrt(square);
+    // q and -q are one rotation.
+    const T angle =
+        rotation[0] < T(0.0) ? arc_tangent(-sine, -rotation[0]) : arc_tangent(sine, rotation[0]);
+    angle_per_sine = T(2.0) * angle / sine;
+  }
+  for (std::size_t i = 0; i < 3; ++i) vector[i] = angle_per_sine * rotation[i + 1];
+}
+
+// Unit quaternions w x y z and steps from them: the axis times the tangent of half the angle.
+struct QuaternionSteps {
+  template <class T>
+  bool Plus(const T* rotation, const T* step, T* moved) const {
+    using std::sqrt;
+    const T scale =
+        T(1.0) / sqrt(T(1.0) + step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
+    const T turn[4] = {scale, scale * step[0], scale * step[1], scale * step[2]};
+    ceres::QuaternionProduct(turn, rotation, moved);
+    return true;
+  }
+  template <class T>
+  bool Minus(const T* moved, const T* rotation, T* step) const {
+    const T inverse[4] = {rotation[0], -rotation[1], -rotation[2], -rotation[3]};
+    T turn[4];
+    ceres::QuaternionProduct(moved, inverse, turn);
+    for (std::size_t i = 0; i < 3; ++i) step[i] = turn[i + 1] / turn[0];
+    return true;
+  }
+};
+
 // Translation and rotation vector of T_found^-1 * T_expected, each over its sigma, where T_found is
 // what the poses say: T_from^-1 * T_to of an edge.
 template <class T>
@@ -42,7 +97,7 @@ void weighted_difference(const T* rotation, const T* position_m, const PoseBlock
   T difference[4];
   ceres::QuaternionProduct(q_expected_inverse, rotation, difference);
   T angle_axis[3];
-  ceres::QuaternionToAngleAxis(difference, angle_axis);
+  rotation_vector(difference, angle_axis);
   for (std::size_t i = 0; i < 3; ++i) {
     residual[i] = (position_m[i] - T(expected.position_m[i])) / T(sigma_m);
     residual[i + 3] = angle_axis[i] / T(sigma_rad);
@@ -102,6 +157,8 @@ void add_prior(const GraphPrior& prior, std::vector<PoseBlock>& blocks, ceres::P
 ceres::Solver::Options solver_options() {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+  options.trust_region_strategy_type = ceres::DOGLEG;
   options.num_threads = 1;
   options.max_num_iterations = 100;
   options.logging_type = ceres::SILENT;
@@ -116,7 +173,7 @@ void measure_residuals(const PoseGraph& graph, GraphSolution& solution) {
       const Pose T_from_to =
           solution.T_map_pose[edge.from].inverse() * solution.T_map_pose[edge.to];
       const Pose difference = edge.T_from_to.inverse() * T_from_to;
-      const double angle_rad = Eigen::AngleAxisd(difference.linear()).angle();
+      const double angle_rad = rotation_angle_rad(difference.linear());
       sum_m2 += difference.translation().squaredNorm();
       sum_rad2 += angle_rad * angle_rad;
     }
@@ -136,7 +193,8 @@ Result<GraphSolution> solve_pose_graph(const PoseGraph& graph, const std::vector
   ceres::Problem problem;
   for (PoseBlock& block : blocks) {
     problem.AddParameterBlock(block.position_m.data(), 3);
-    problem.AddParameterBlock(block.rotation.data(), 4, new ceres::QuaternionManifold());
+    problem.AddParameterBlock(block.rotation.data(), 4,
+                              new ceres::AutoDiffManifold<QuaternionSteps, 4, 3>());
   }
   for (const GraphEdge& edge : graph.odometry) add_edge(edge, false, blocks, problem);
   for (const GraphEdge& edge : graph.loops) add_edge(edge, true, blocks, problem);

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "formats/rotation.h"
+
 namespace sightline {
 namespace {
 
@@ -136,7 +138,7 @@ void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_m
 bool LocalMap::wants(const Pose& T_map_lidar) const {
   const Pose step = T_map_last_.inverse() * T_map_lidar;
   return step.translation().norm() >= kKeyframeStep_m ||
-         Eigen::AngleAxisd(step.linear()).angle() >= kKeyframeTurn_rad;
+         rotation_angle_rad(step.linear()) >= kKeyframeTurn_rad;
 }
 
 }  // namespace sightline

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "formats/rotation.h"
 #include "passes/build_ndt.h"
 #include "passes/matching/matcher.h"
 #include "passes/matching/scan_preparation.h"
@@ -74,9 +75,8 @@ std::vector<Pose> bolder(const Pose& T_map_before, const Pose& T_map_start) {
   std::vector<Pose> starts;
   const Pose step = T_map_before.inverse() * T_map_start;
   for (const double turn_rad : {-0.12, -0.06, 0.06, 0.12}) {
-    const Eigen::AngleAxisd turn(turn_rad, Eigen::Vector3d::UnitZ());
     Pose start = T_map_start;
-    start.linear() = T_map_start.linear() * turn.toRotationMatrix();
+    start.linear() = T_map_start.linear() * rotation_matrix({Eigen::Vector3d::UnitZ(), turn_rad});
     starts.push_back(start);
   }
   for (const double share : {0.0, 0.5, 1.5}) {

@@ -96,8 +96,7 @@ Plane plane_of(const Moments& sum) {
   plane.mean_m = sum.block<3, 1>(1, 0) / count;
   const Eigen::Matrix3d covariance_m2 =
       sum.block<3, 3>(1, 1) / count - plane.mean_m * plane.mean_m.transpose();
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-  solver.computeDirect(covariance_m2);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance_m2);
   plane.axes = solver.eigenvectors();
   plane.variance_m2 = std::max(solver.eigenvalues()[0], 0.0);
   plane.is_plane = plane.variance_m2 <= kThickest_m * kThickest_m &&

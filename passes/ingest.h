@@ -25,6 +25,6 @@ std::vector<OptionField> option_fields(RecordingOptions& options);
 // drive-too-short (no scans), time-runs-backwards, and those of read_recorded_scan for the first
 // scan that cannot be read.
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording);
-inline constexpr Pass kIngest{"ingest", 2, "drive", "Reading drives", &ingest};
+inline constexpr Pass kIngest{"ingest", 3, "drive", "Reading drives", &ingest};
 
 }  // namespace sightline

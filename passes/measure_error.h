@@ -38,7 +38,7 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
                                     const Drive& localization_drive, const Trajectory& trajectory,
                                     const NdtMap& map, const Sites& sites);
-inline constexpr Pass kMeasureError{"measure-error", 7, "measured", "Localization error of a drive",
+inline constexpr Pass kMeasureError{"measure-error", 8, "measured", "Localization error of a drive",
                                     &measure_error};
 
 }  // namespace sightline

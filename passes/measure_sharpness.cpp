@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "compiler/base/parallel.h"
+#include "compiler/base/portable_math.h"
 #include "passes/build_ndt.h"
 #include "passes/matching/scan_preparation.h"
 #include "passes/trajectory_of_drive.h"
@@ -77,7 +78,7 @@ class Neighbourhood {
         (outer_m2 - count * mean_m * mean_m.transpose()) / (count - 1.0) +
         kFloor_m2 * Eigen::Matrix3d::Identity();
     const double scale = 2.0 * std::numbers::pi * std::numbers::e;
-    return 0.5 * std::log(scale * scale * scale * covariance_m2.determinant());
+    return 0.5 * portable_log(scale * scale * scale * covariance_m2.determinant());
   }
 
  private:

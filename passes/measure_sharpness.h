@@ -25,7 +25,7 @@ std::vector<OptionField> option_fields(MeasureSharpnessOptions& options);
 // what reading a scan says.
 Result<Sharpness> measure_sharpness(PassContext& ctx, const MeasureSharpnessOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
-inline constexpr Pass kMeasureSharpness{"measure-sharpness", 1, "sharpness", "How sharp the map is",
+inline constexpr Pass kMeasureSharpness{"measure-sharpness", 2, "sharpness", "How sharp the map is",
                                         &measure_sharpness};
 
 // Of points that are laid already; their order decides nothing but last bits, threads nothing.

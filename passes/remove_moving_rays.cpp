@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "compiler/base/portable_math.h"
+
 // Rays lie in bins of direction, rows by elevation and columns by azimuth. A look asks the bins
 // that its cone touches: a handful, where walking every ray through space asks every voxel on the
 // way.
@@ -23,7 +25,8 @@ struct Direction {
 };
 
 Direction direction_of(const Eigen::Vector3d& p) {
-  return {std::atan2(p.y(), p.x()) + kPi, std::atan2(p.z(), p.head<2>().norm()) + 0.5 * kPi};
+  return {portable_atan2(p.y(), p.x()) + kPi,
+          portable_atan2(p.z(), p.head<2>().norm()) + 0.5 * kPi};
 }
 
 int row_of(double elevation_rad) {
@@ -39,11 +42,12 @@ struct ColumnRange {
   int count = kColumns;
 };
 
-ColumnRange columns_around(const Direction& middle, double cone_rad) {
-  // A cone of half angle c at elevation e reaches asin(sin c / cos e) to either side.
-  const double ratio = std::sin(cone_rad) / std::sin(middle.elevation_rad);
-  if (!(ratio < 1.0)) return {};
-  const double side_rad = std::asin(ratio);
+// A cone of half angle c at elevation e reaches asin(sin c / cos e) to either side. For directions
+// that pass a point within touch_m both are lengths over its distance: touch_m, and how far it is
+// from the vertical axis.
+ColumnRange columns_around(const Direction& middle, double from_axis_m, double touch_m) {
+  if (!(touch_m < from_axis_m)) return {};
+  const double side_rad = portable_asin(touch_m / from_axis_m);
   const int first = static_cast<int>(std::floor((middle.azimuth_rad - side_rad) / kColumn_rad));
   const int last = static_cast<int>(std::floor((middle.azimuth_rad + side_rad) / kColumn_rad));
   return {first, std::min(last - first + 1, kColumns)};
@@ -79,9 +83,9 @@ bool ScanRays::pass_through(const Look& look) const {
     return look.least_below_m <= 0.0 || look.up.dot(beside_m) >= look.least_below_m;
   };
   if (distance_m <= look.touch_m) return std::ranges::any_of(rays_, goes_through);
-  const double cone_rad = std::asin(look.touch_m / distance_m);
+  const double cone_rad = portable_asin(look.touch_m / distance_m);
   const Direction middle = direction_of(look.at_m);
-  const ColumnRange columns = columns_around(middle, cone_rad);
+  const ColumnRange columns = columns_around(middle, look.at_m.head<2>().norm(), look.touch_m);
   const int last_row = row_of(middle.elevation_rad + cone_rad);
   for (int row = row_of(middle.elevation_rad - cone_rad); row <= last_row; ++row) {
     for (int step = 0; step < columns.count; ++step) {

@@ -7,89 +7,93 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <memory>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 #include "compiler/base/check.h"
 #include "compiler/base/parallel.h"
+#include "passes/site_blocks.h"
+
+// Embree works in float, and its last bits differ from one instruction set to the next: which rays
+// just touch an edge, and which of two patches is the nearer one. So it only proposes: it sees
+// patches that are larger by what its arithmetic may be off, and a function of ours that it calls
+// for each of them decides in double, from the patch as it is.
 
 namespace sightline {
 namespace {
 
-constexpr double kBlock_m = 64.0;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kPacket = 8;  // rays; the width of AVX2
+// Of a ray to the plane of a patch, as a sine (0.6 degrees): what is seen more edge-on is not hit.
+constexpr double kLeastSlope = 0.01;
 
-TileKey block_key(const Eigen::Vector3d& point_m) {
-  return {floor_to_int(point_m.x() / kBlock_m), floor_to_int(point_m.y() / kBlock_m)};
-}
+std::atomic<CasterIsa> chosen_isa = CasterIsa::kFastest;
 
-// Distance in the plane from a point to the square of a block; 0 inside.
-double distance_to_block_m(const Eigen::Vector3d& point_m, const TileKey& block) {
-  const double low_x = block.x * kBlock_m;
-  const double low_y = block.y * kBlock_m;
-  const double dx = std::max({low_x - point_m.x(), point_m.x() - low_x - kBlock_m, 0.0});
-  const double dy = std::max({low_y - point_m.y(), point_m.y() - low_y - kBlock_m, 0.0});
-  return std::hypot(dx, dy);
-}
-
-// Ascending by key within a block, however the surface was cut into tiles.
-using PatchesByBlock = std::map<TileKey, std::vector<std::uint32_t>>;
-
-PatchesByBlock patches_by_block(const Surface& surface) {
-  PatchesByBlock by_block;
-  for (std::uint32_t i = 0; i < surface.patches.size(); ++i) {
-    by_block[block_key(surface.patches[i].centre_m)].push_back(i);
+const char* device_config(CasterIsa isa) {
+  switch (isa) {
+    case CasterIsa::kSse2:
+      return "isa=sse2,set_affinity=0";
+    case CasterIsa::kAvx:
+      return "isa=avx,set_affinity=0";
+    case CasterIsa::kAvx2:
+      return "isa=avx2,set_affinity=0";
+    case CasterIsa::kFastest:
+      break;
   }
-  for (auto& [key, patches] : by_block) {
-    std::sort(patches.begin(), patches.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return surface.patches[a].key < surface.patches[b].key;
-    });
+  return "max_isa=avx2,set_affinity=0";  // packets are as wide as its vectors
+}
+
+using Device = std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)>;
+
+Device make_device() {
+  Device device(rtcNewDevice(device_config(chosen_isa)), &rtcReleaseDevice);
+  SIGHTLINE_CHECK(device != nullptr);
+  SIGHTLINE_CHECK(
+      rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED) == 1);
+  return device;
+}
+
+// A patch as doubles see it.
+struct ExactPatch {
+  Eigen::Vector3d centre_m, normal, side, other_side;
+  double half_side_m = 0.0;
+};
+
+ExactPatch exact_patch(const SurfacePatch& patch) {
+  const Eigen::Vector3d side = side_of(patch);
+  return {patch.centre_m, patch.normal, side, patch.normal.cross(side), patch.half_side_m};
+}
+
+// A patch as seen from the place where rays begin.
+struct SeenPatch {
+  const ExactPatch& patch;
+  double ahead_m, aside_m, other_aside_m;  // of its centre, along its normal and its sides
+
+  SeenPatch(const ExactPatch& seen, const Eigen::Vector3d& p_m) : patch(seen) {
+    const Eigen::Vector3d to_centre_m = patch.centre_m - p_m;
+    ahead_m = patch.normal.dot(to_centre_m);
+    aside_m = patch.side.dot(to_centre_m);
+    other_aside_m = patch.other_side.dot(to_centre_m);
   }
-  return by_block;
-}
-
-std::vector<std::uint32_t> patches_near(const TileKey& block, const PatchesByBlock& by_block,
-                                        const Surface& surface, double reach_m) {
-  std::vector<std::uint32_t> near;
-  const auto rings = static_cast<std::int32_t>(std::ceil(reach_m / kBlock_m));
-  for (std::int32_t x = block.x - rings; x <= block.x + rings; ++x) {
-    for (std::int32_t y = block.y - rings; y <= block.y + rings; ++y) {
-      const auto found = by_block.find({x, y});
-      if (found == by_block.end()) continue;
-      for (const std::uint32_t patch : found->second) {
-        if (distance_to_block_m(surface.patches[patch].centre_m, block) <= reach_m) {
-          near.push_back(patch);
-        }
-      }
-    }
+  // At which a ray meets it; +inf where it does not, or hardly turns towards it.
+  [[nodiscard]] double distance_m(const Eigen::Vector3d& direction) const {
+    const double slope = patch.normal.dot(direction);
+    if (std::abs(slope) < kLeastSlope) return kInfinity;
+    const double distance_m = ahead_m / slope;
+    const double off_m = distance_m * patch.side.dot(direction) - aside_m;
+    const double other_off_m = distance_m * patch.other_side.dot(direction) - other_aside_m;
+    const bool is_inside =
+        std::abs(off_m) <= patch.half_side_m && std::abs(other_off_m) <= patch.half_side_m;
+    return is_inside ? distance_m : kInfinity;
   }
-  return near;
-}
+};
 
-double half_diagonal_m(const SurfacePatch& patch) {
-  return std::numbers::sqrt2 * patch.half_side_m;
-}
-
-// Distance to the plane of a patch, kept within what the patch allows where the ray grazes it.
-double distance_to_patch_m(const SurfacePatch& patch, const Eigen::Vector3d& p_m,
-                           const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d to_centre_m = patch.centre_m - p_m;
-  const double along_m = to_centre_m.dot(direction);
-  const double plane_m = patch.normal.dot(to_centre_m) / patch.normal.dot(direction);
-  if (!std::isfinite(plane_m)) return along_m;
-  const double reach_m = half_diagonal_m(patch);
-  return std::clamp(plane_m, along_m - reach_m, along_m + reach_m);
-}
-
-// One device for the process: it holds no results. One instruction set, because Embree's last bits
-// differ between them.
-RTCDevice device() {
-  static const RTCDevice kDevice = rtcNewDevice("max_isa=avx2,set_affinity=0");
-  SIGHTLINE_CHECK(kDevice != nullptr);
-  return kDevice;
-}
+// How far Embree's floats may be off where a ray meets a patch: coordinates in a scene reach
+// kSiteBlock_m + far_m, a float keeps 2^-24 of them, a slope of kLeastSlope stretches that a
+// hundredfold, and a handful of operations add up.
+double margin_m(double far_m) { return 5e-5 * (kSiteBlock_m + far_m); }
 
 // Eight rays from anywhere: what differs from site to site is filled in before each use.
 struct Packet {
@@ -99,6 +103,7 @@ struct Packet {
 
 std::vector<Packet> packets_of(const RayFan& fan) {
   const std::size_t ray_count = fan.directions.size();
+  const double margin = margin_m(fan.far_m);
   std::vector<Packet> packets((ray_count + kPacket - 1) / kPacket);
   for (std::size_t i = 0; i < packets.size() * kPacket; ++i) {
     Packet& packet = packets[i / kPacket];
@@ -108,10 +113,11 @@ std::vector<Packet> packets_of(const RayFan& fan) {
     packet.rays.ray.dir_x[lane] = direction.x();
     packet.rays.ray.dir_y[lane] = direction.y();
     packet.rays.ray.dir_z[lane] = direction.z();
-    packet.rays.ray.tnear[lane] = static_cast<float>(fan.near_m);
-    packet.rays.ray.tfar[lane] = static_cast<float>(fan.far_m);
+    packet.rays.ray.tnear[lane] = static_cast<float>(std::max(0.0, fan.near_m - margin));
+    packet.rays.ray.tfar[lane] = static_cast<float>(fan.far_m + margin);
     packet.rays.ray.time[lane] = 0.0F;
     packet.rays.ray.mask[lane] = ~0U;
+    packet.rays.ray.id[lane] = static_cast<unsigned>(lane);
     packet.rays.ray.flags[lane] = 0;
     packet.rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
     packet.rays.hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
@@ -126,11 +132,49 @@ void set_origin(const Eigen::Vector3f& origin_m, Packet& packet) {
   std::fill_n(packet.rays.ray.org_z, kPacket, origin_m.z());
 }
 
-// Four corners of each patch, relative to the block. A quadrangle has a tight box around it where a
-// disc has a cube, so that far fewer boxes overlap on walls and ground.
-RTCGeometry geometry_of(const Surface& surface, const SiteBlock& block) {
-  const RTCGeometry geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_QUAD);
-  const std::size_t count = std::max<std::size_t>(1, block.patches.size());
+// What a packet is to be compared with in double, and the nearest hit of each of its rays.
+struct ExactCast : RTCIntersectContext {
+  std::span<const ExactPatch> patches;
+  Eigen::Vector3d p_m;
+  const Eigen::Vector3d* directions = nullptr;  // of the packet's rays
+  double near_m = 0.0;
+  double far_m = 0.0;
+  double margin_m = 0.0;
+  std::array<double, kPacket> distance_m;
+};
+
+// Embree calls this for each patch that rays of a packet may meet: it proposes, doubles decide.
+// Embree goes on as far as another patch could still be nearer in double, which a filter may ask by
+// setting tfar.
+void decide_in_double(const RTCFilterFunctionNArguments* call) {
+  auto& cast = *static_cast<ExactCast*>(call->context);
+  const unsigned count = call->N;
+  std::size_t seen_index = cast.patches.size();
+  std::optional<SeenPatch> seen;
+  for (unsigned i = 0; i < count; ++i) {
+    if (call->valid[i] != -1) continue;
+    call->valid[i] = 0;
+    const std::size_t index = RTCHitN_primID(call->hit, count, i);
+    if (index >= cast.patches.size()) continue;
+    if (index != seen_index) seen.emplace(cast.patches[index], cast.p_m);
+    seen_index = index;
+    const std::size_t lane = RTCRayN_id(call->ray, count, i);
+    const double distance_m = seen->distance_m(cast.directions[lane]);
+    if (!(distance_m >= cast.near_m && distance_m <= cast.far_m)) continue;
+    if (!(distance_m < cast.distance_m[lane])) continue;
+    call->valid[i] = -1;
+    cast.distance_m[lane] = distance_m;
+    RTCRayN_tfar(call->ray, count, i) = static_cast<float>(distance_m + cast.margin_m);
+  }
+}
+
+// Four corners of each patch, relative to the block and further out by the margin. A quadrangle has
+// a tight box around it where a disc has a cube, so that far fewer boxes overlap on walls and
+// ground.
+RTCGeometry geometry_of(RTCDevice device, std::span<const ExactPatch> patches,
+                        const Eigen::Vector3d& origin_m, double margin) {
+  const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
+  const std::size_t count = std::max<std::size_t>(1, patches.size());
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4 * count));
   auto* corners = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
@@ -138,11 +182,11 @@ RTCGeometry geometry_of(const Surface& surface, const SiteBlock& block) {
   SIGHTLINE_CHECK(vertices != nullptr && corners != nullptr);
   std::fill_n(vertices, 12, 0.0F);  // without any patch: one of no extent
   std::iota(corners, corners + 4 * count, 0U);
-  for (std::size_t i = 0; i < block.patches.size(); ++i) {
-    const SurfacePatch& patch = surface.patches[block.patches[i]];
-    const Eigen::Vector3d u_m = patch.half_side_m * side_of(patch);
-    const Eigen::Vector3d v_m = patch.normal.cross(u_m);
-    const Eigen::Vector3d centre_m = patch.centre_m - block.origin_m;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const double half_m = patches[i].half_side_m + margin;
+    const Eigen::Vector3d u_m = half_m * patches[i].side;
+    const Eigen::Vector3d v_m = half_m * patches[i].other_side;
+    const Eigen::Vector3d centre_m = patches[i].centre_m - origin_m;
     const std::array<Eigen::Vector3d, 4> around_m = {centre_m - u_m - v_m, centre_m + u_m - v_m,
                                                      centre_m + u_m + v_m, centre_m - u_m + v_m};
     for (std::size_t corner = 0; corner < 4; ++corner) {
@@ -150,72 +194,64 @@ RTCGeometry geometry_of(const Surface& surface, const SiteBlock& block) {
       std::copy_n(at_m.data(), 3, vertices + 3 * (4 * i + corner));
     }
   }
+  rtcSetGeometryIntersectFilterFunction(geometry, &decide_in_double);
   return geometry;
 }
 
 // Casts a fan of rays on the patches of one block.
 class BlockCaster {
  public:
-  BlockCaster(const Surface& surface, const SiteBlock& block)
-      : surface_(surface), block_(block), scene_(rtcNewScene(device())) {
-    const RTCGeometry geometry = geometry_of(surface, block);
+  BlockCaster(RTCDevice device, const Surface& surface, const SiteBlock& block, const RayFan& fan)
+      : origin_m_(block.origin_m), fan_(fan), scene_(rtcNewScene(device)) {
+    for (const std::uint32_t patch : block.patches) {
+      patches_.push_back(exact_patch(surface.patches[patch]));
+    }
+    // Robust: no ray slips between the two triangles that a quadrangle is for Embree.
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    const RTCGeometry geometry = geometry_of(device, patches_, origin_m_, margin_m(fan.far_m));
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);
     rtcReleaseGeometry(geometry);
     rtcCommitScene(scene_);
-    SIGHTLINE_CHECK(rtcGetDeviceError(device()) == RTC_ERROR_NONE);
+    SIGHTLINE_CHECK(rtcGetDeviceError(device) == RTC_ERROR_NONE);
   }
   ~BlockCaster() { rtcReleaseScene(scene_); }
   BlockCaster(const BlockCaster&) = delete;
   BlockCaster& operator=(const BlockCaster&) = delete;
 
-  void cast(const Eigen::Vector3d& p_map_m, const RayFan& fan, std::span<const Packet> packets,
+  void cast(const Eigen::Vector3d& p_map_m, std::span<const Packet> packets,
             std::span<double> distance_m) const {
-    const Eigen::Vector3f origin_m = (p_map_m - block_.origin_m).cast<float>();
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    const Eigen::Vector3f origin_m = (p_map_m - origin_m_).cast<float>();
+    ExactCast exact;
+    rtcInitIntersectContext(&exact);
+    exact.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;  // neighbours: a third faster
+    exact.patches = patches_;
+    exact.p_m = p_map_m;
+    exact.near_m = fan_.near_m;
+    exact.far_m = fan_.far_m;
+    exact.margin_m = margin_m(fan_.far_m);
     for (std::size_t first = 0; first < distance_m.size(); first += kPacket) {
       Packet packet = packets[first / kPacket];
       set_origin(origin_m, packet);
-      rtcIntersect8(packet.valid.data(), scene_, &context, &packet.rays);
+      exact.directions = fan_.directions.data() + first;
+      exact.distance_m.fill(kInfinity);
+      rtcIntersect8(packet.valid.data(), scene_, &exact, &packet.rays);
       const std::size_t count = std::min(kPacket, distance_m.size() - first);
-      for (std::size_t lane = 0; lane < count; ++lane) {
-        const std::size_t hit = packet.rays.hit.primID[lane];
-        distance_m[first + lane] = hit < block_.patches.size()
-                                       ? distance_to_patch_m(surface_.patches[block_.patches[hit]],
-                                                             p_map_m, fan.directions[first + lane])
-                                       : kInfinity;
-      }
+      std::copy_n(exact.distance_m.begin(), count,
+                  distance_m.begin() + static_cast<std::ptrdiff_t>(first));
     }
   }
 
  private:
-  const Surface& surface_;
-  const SiteBlock& block_;
+  Eigen::Vector3d origin_m_;
+  const RayFan& fan_;
+  std::vector<ExactPatch> patches_;
   RTCScene scene_;
 };
 
 }  // namespace
 
-std::vector<SiteBlock> blocks_of_sites(const Sites& sites, const Surface& surface, double reach_m) {
-  const PatchesByBlock by_block = patches_by_block(surface);
-  double widest_m = 0.0;
-  for (const SurfacePatch& patch : surface.patches) {
-    widest_m = std::max(widest_m, half_diagonal_m(patch));
-  }
-  std::map<TileKey, SiteBlock> blocks;
-  for (std::size_t i = 0; i < sites.sites.size(); ++i) {
-    blocks[block_key(sites.sites[i].p_map_m)].sites.push_back(i);
-  }
-  std::vector<SiteBlock> list;
-  for (auto& [key, block] : blocks) {
-    block.origin_m = {key.x * kBlock_m, key.y * kBlock_m,
-                      std::floor(sites.sites[block.sites[0]].p_map_m.z() / kBlock_m) * kBlock_m};
-    block.patches = patches_near(key, by_block, surface, reach_m + widest_m);
-    list.push_back(std::move(block));
-  }
-  return list;
-}
+void replace_caster_isa(CasterIsa isa) { chosen_isa = isa; }
 
 Result<void> cast_at_sites(PassContext& ctx, const Surface& surface, const Sites& sites,
                            const RayFan& fan, const TakeDistances& take) {
@@ -223,13 +259,14 @@ Result<void> cast_at_sites(PassContext& ctx, const Surface& surface, const Sites
     return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "", ""};
   }
   const std::vector<Packet> packets = packets_of(fan);
+  const Device device = make_device();
   std::atomic<std::size_t> done = 0;
   // Blocks one after another, so that one scene at a time is in memory; sites side by side.
   for (const SiteBlock& block : blocks_of_sites(sites, surface, fan.far_m)) {
-    const BlockCaster caster(surface, block);
+    const BlockCaster caster(device.get(), surface, block, fan);
     parallel_for(block.sites.size(), ctx.threads, [&](std::size_t i) {
       std::vector<double> distance_m(fan.directions.size());
-      caster.cast(sites.sites[block.sites[i]].p_map_m, fan, packets, distance_m);
+      caster.cast(sites.sites[block.sites[i]].p_map_m, packets, distance_m);
       take(block.sites[i], distance_m);
       ctx.progress(++done, sites.sites.size());
     });

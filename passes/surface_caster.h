@@ -1,7 +1,7 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -27,19 +27,18 @@ using TakeDistances = std::function<void(std::size_t site, std::span<const doubl
 
 // Casts one fan from the p of every site and hands over the distances, site by site; sites of one
 // block of the plane side by side on ctx.threads threads, so `take` may write only what is that
-// site's. Both faces of a patch count. Embree finds the patch in float; the distance to the patch's
-// plane is computed in double. Reports progress. One scene at a time is in memory.
-// Error: mismatched-inputs where surface and sites lie in different frames.
+// site's. Both faces of a patch count, seen at 0.6 degrees or more from its plane. What is hit and
+// how far off is decided in double, so that distances are the same on every processor. Reports
+// progress. One scene at a time is in memory. Error: mismatched-inputs where surface and sites lie
+// in different frames.
 Result<void> cast_at_sites(PassContext& ctx, const Surface& surface, const Sites& sites,
                            const RayFan& fan, const TakeDistances& take);
 
-// Sites that share one scene: those in one square of the plane, and the patches that their rays can
-// reach. Squares are fixed (64 m), so that no result depends on how a map is cut into tiles.
-struct SiteBlock {
-  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  // a corner of the square
-  std::vector<std::size_t> sites;                      // ascending
-  std::vector<std::uint32_t> patches;                  // in an order that no tiling changes
-};
-std::vector<SiteBlock> blocks_of_sites(const Sites& sites, const Surface& surface, double reach_m);
+// The instruction set that Embree computes with.
+enum class CasterIsa : std::uint8_t { kFastest, kSse2, kAvx, kAvx2 };
+
+// From here on casts of the whole process use this one, which the processor must have; kFastest
+// undoes it. So that tests can show that results are the same.
+void replace_caster_isa(CasterIsa isa);
 
 }  // namespace sightline

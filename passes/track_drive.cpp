@@ -6,6 +6,7 @@
 
 #include "compiler/base/parallel.h"
 #include "compiler/base/stopwatch.h"
+#include "formats/rotation.h"
 #include "passes/matching/localizer.h"
 #include "passes/scan_selection.h"
 #include "passes/trajectory_of_drive.h"
@@ -52,9 +53,9 @@ struct Replay {
 
 // A motion that goes on evenly for another time.
 Pose scaled(const Pose& motion, double factor) {
-  const Eigen::AngleAxisd turn(motion.linear());
+  const AxisAngle turn = axis_angle(motion.linear());
   Pose result = Pose::Identity();
-  result.linear() = Eigen::AngleAxisd(factor * turn.angle(), turn.axis()).toRotationMatrix();
+  result.linear() = rotation_matrix({turn.axis, factor * turn.angle_rad});
   result.translation() = factor * motion.translation();
   return result;
 }

@@ -40,7 +40,7 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // where not even two blocks of 15 m fit, or the buffer leaves a fold nothing to learn from.
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places);
-inline constexpr Pass kTrainModel{"train-model", 4, "model", "The error model", &train_model};
+inline constexpr Pass kTrainModel{"train-model", 5, "model", "The error model", &train_model};
 
 // The same from the one place that the model is for, without a warning that it knows no other.
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,

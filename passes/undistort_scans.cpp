@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "formats/rotation.h"
 #include "passes/trajectory_of_drive.h"
 
 namespace sightline {
@@ -18,8 +19,7 @@ struct Segment {
   std::int64_t to_ns = 0;
   Pose T_map_from = Pose::Identity();
   Eigen::Vector3d step_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
-  double angle_rad = 0.0;
+  AxisAngle turn{};
 
   // Also before from_ns and behind to_ns.
   [[nodiscard]] Pose at(std::int64_t time_ns) const {
@@ -27,7 +27,7 @@ struct Segment {
         static_cast<double>(time_ns - from_ns) / static_cast<double>(to_ns - from_ns);
     Pose T_map_vehicle = T_map_from;
     T_map_vehicle.linear() =
-        T_map_from.linear() * Eigen::AngleAxisd(fraction * angle_rad, axis).toRotationMatrix();
+        T_map_from.linear() * rotation_matrix({turn.axis, fraction * turn.angle_rad});
     T_map_vehicle.translation() += fraction * step_m;
     return T_map_vehicle;
   }
@@ -36,10 +36,7 @@ struct Segment {
 Segment segment_between(const TrajectoryPose& from, const TrajectoryPose& to) {
   Segment segment{from.stamp_ns, to.stamp_ns, from.T_map_vehicle};
   segment.step_m = to.T_map_vehicle.translation() - from.T_map_vehicle.translation();
-  const Eigen::Matrix3d turn = from.T_map_vehicle.linear().transpose() * to.T_map_vehicle.linear();
-  const Eigen::AngleAxisd angle_axis(turn);
-  segment.axis = angle_axis.axis();
-  segment.angle_rad = angle_axis.angle();
+  segment.turn = axis_angle(from.T_map_vehicle.linear().transpose() * to.T_map_vehicle.linear());
   return segment;
 }
 

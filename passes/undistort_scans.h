@@ -25,7 +25,7 @@ std::vector<OptionField> option_fields(UndistortScansOptions& options);
 // scan).
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
                               const Drive& drive, const Trajectory& trajectory);
-inline constexpr Pass kUndistortScans{"undistort-scans", 1, "undistorted", "Motion during a scan",
+inline constexpr Pass kUndistortScans{"undistort-scans", 2, "undistorted", "Motion during a scan",
                                       &undistort_scans};
 
 }  // namespace sightline

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "compiler/base/portable_math.h"
+
 namespace sightline {
 
 // SplitMix64 (Steele, Lea, Flood 2014). The same numbers on every machine and library, which the
@@ -29,7 +31,7 @@ class Random {
   double normal() {
     const double u = 1.0 - uniform();
     const double v = uniform();
-    return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
+    return std::sqrt(-2.0 * portable_log(u)) * portable_sin_cos(2.0 * std::numbers::pi * v).cos;
   }
 
  private:

@@ -18,7 +18,7 @@ struct Hit {
   [[nodiscard]] bool is_hit() const { return range_m < std::numeric_limits<double>::infinity(); }
 };
 
-// Owns the tree of bounding boxes over a copy of the mesh. Casting is safe from several threads.
+// Owns a tree of boxes over a copy of the triangles. Casting is safe from several threads.
 class TownCaster {
  public:
   explicit TownCaster(const TownMesh& mesh);
@@ -26,8 +26,9 @@ class TownCaster {
   TownCaster(const TownCaster&) = delete;
   TownCaster& operator=(const TownCaster&) = delete;
 
-  // First hit of a ray of unit direction, both faces of every triangle counting, at any range. The
-  // range is computed in double from the triangle that was hit, so it is the same on every machine.
+  // First hit of a ray of unit direction, both faces of every triangle counting, at any range; of
+  // triangles equally near the first one of the mesh. Decided and computed in double: the same on
+  // every processor.
   [[nodiscard]] Hit cast(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction) const;
 
   // The range alone; infinity where nothing is hit.

@@ -6,8 +6,10 @@
 
 #include "compiler/base/check.h"
 #include "compiler/base/parallel.h"
+#include "compiler/base/portable_math.h"
 #include "compiler/base/random.h"
 #include "examples/town/sensor.h"
+#include "formats/rotation.h"
 
 namespace sightline::town {
 namespace {
@@ -70,7 +72,7 @@ class SlowNoise {
   [[nodiscard]] double at(double s_m) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < kWaves; ++i) {
-      sum += std::sin(2.0 * std::numbers::pi * s_m / wavelength_m_[i] + phase_[i]);
+      sum += portable_sin_cos(2.0 * std::numbers::pi * s_m / wavelength_m_[i] + phase_[i]).sin;
     }
     return sum * std::sqrt(2.0 / kWaves);
   }
@@ -171,7 +173,7 @@ std::vector<Pose> DriveSimulator::disturbed_poses() const {
     poses[i].translation() += shift_m;
     const double angle_rad = turn_rad.norm();
     const Eigen::Vector3d turn_axis = turn_rad.normalized();
-    poses[i].linear() *= Eigen::AngleAxisd(angle_rad, turn_axis).toRotationMatrix();
+    poses[i].linear() *= rotation_matrix({turn_axis, angle_rad});
   }
   return poses;
 }

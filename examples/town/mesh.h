@@ -3,10 +3,11 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <numbers>
 #include <vector>
+
+#include "compiler/base/portable_math.h"
 
 // The exact geometry of a town: triangles, each with what it belongs to. Town coordinates: metres,
 // z up, the driven line begins at the origin.
@@ -71,7 +72,8 @@ void append(TownMesh& mesh, const TownMesh& other);
 inline double to_radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
 inline Eigen::Vector2d direction(double yaw_rad) {
-  return Eigen::Vector2d(std::cos(yaw_rad), std::sin(yaw_rad));
+  const SinCos yaw = portable_sin_cos(yaw_rad);
+  return Eigen::Vector2d(yaw.cos, yaw.sin);
 }
 inline Eigen::Vector2d left_of(const Eigen::Vector2d& v) { return Eigen::Vector2d(-v.y(), v.x()); }
 

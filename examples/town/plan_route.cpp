@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "compiler/base/portable_math.h"
 #include "examples/town/mesh.h"
 
 namespace sightline::town {
@@ -102,7 +103,8 @@ void add_side_streets(TownPlan& plan, Joint joint, const Street& before, const S
 }
 
 double tangent_length_m(double angle_rad, double radius_m) {
-  return radius_m * std::tan(0.5 * std::abs(angle_rad));
+  const SinCos half = portable_sin_cos(0.5 * std::abs(angle_rad));
+  return radius_m * half.sin / half.cos;
 }
 
 double corner_radius_m(double angle_rad) {

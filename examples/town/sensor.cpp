@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "formats/rotation.h"
+
 namespace sightline::town {
 namespace {
 
@@ -98,8 +100,7 @@ std::vector<LabelledPoint> spin(const Scene& scene, const SensorProfile& sensor,
     const double azimuth = to_radians(sensor.azimuth_step_deg * step);
     for (const double elevation_deg : sensor.beam_elevations_deg) {
       const double elevation = to_radians(elevation_deg);
-      const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
-                                std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      const Eigen::Vector3d ray = direction_of(azimuth, elevation);
       const Hit hit = nearest(scene, origin_m, T_town_lidar.linear() * ray);
       if (hit.range_m > sensor.max_range_m) continue;
       if (random.uniform() < lost_share(hit, sensor.max_range_m)) continue;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "compiler/base/portable_math.h"
 #include "compiler/base/random.h"
 
 namespace sightline::town {
@@ -70,7 +71,7 @@ Pose2d beside(const Town& town, double s_m, double lateral_m, bool faces_back) {
 std::optional<Pose2d> place_companion(const Town& town, const Mover& mover, double driven_m) {
   if (driven_m < mover.active_from_m || driven_m > mover.active_to_m) return std::nullopt;
   // The gap breathes, or the car would leave no trace: seen from here it would stand still.
-  const double gap_m = mover.start_m * (1.0 + 0.25 * std::sin(driven_m / 17.0));
+  const double gap_m = mover.start_m * (1.0 + 0.25 * portable_sin_cos(driven_m / 17.0).sin);
   return beside(town, driven_m + gap_m, 0.0, false);
 }
 

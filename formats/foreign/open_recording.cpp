@@ -10,6 +10,7 @@
 #include "formats/foreign/read_point_cloud.h"
 #include "formats/foreign/scan_association.h"
 #include "formats/foreign/scan_files.h"
+#include "formats/rotation.h"
 
 namespace sightline {
 namespace {
@@ -19,12 +20,10 @@ Pose mounting(const RecordingOptions& options) {
   Pose T_vehicle_lidar = Pose::Identity();
   T_vehicle_lidar.translate(
       Eigen::Vector3d(options.lidar_x_m, options.lidar_y_m, options.lidar_z_m));
-  T_vehicle_lidar.rotate(
-      Eigen::AngleAxisd(options.lidar_yaw_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()));
-  T_vehicle_lidar.rotate(
-      Eigen::AngleAxisd(options.lidar_pitch_deg * kRadPerDeg, Eigen::Vector3d::UnitY()));
-  T_vehicle_lidar.rotate(
-      Eigen::AngleAxisd(options.lidar_roll_deg * kRadPerDeg, Eigen::Vector3d::UnitX()));
+  const AxisAngle yaw{Eigen::Vector3d::UnitZ(), options.lidar_yaw_deg * kRadPerDeg};
+  const AxisAngle pitch{Eigen::Vector3d::UnitY(), options.lidar_pitch_deg * kRadPerDeg};
+  const AxisAngle roll{Eigen::Vector3d::UnitX(), options.lidar_roll_deg * kRadPerDeg};
+  for (const AxisAngle& turn : {yaw, pitch, roll}) T_vehicle_lidar.rotate(rotation_matrix(turn));
   return T_vehicle_lidar;
 }
 

@@ -7,6 +7,7 @@
 
 #include "compiler/base/check.h"
 #include "formats/foreign/cloud_parsers.h"
+#include "formats/rotation.h"
 
 namespace sightline {
 namespace {
@@ -67,9 +68,8 @@ Eigen::Vector3d position_m(VelodyneModel model, std::size_t laser, double azimut
   const double elevation_rad =
       kRadPerDeg * (is_vlp16 ? kVlp16Elevations_deg[laser] : hdl32e_elevation_deg(laser));
   const double azimuth_rad = kRadPerDeg * azimuth_deg;
-  const double across_m = distance_m * std::cos(elevation_rad);
-  return {across_m * std::cos(azimuth_rad), -across_m * std::sin(azimuth_rad),
-          distance_m * std::sin(elevation_rad) + (is_vlp16 ? kVlp16Lifts_m[laser] : 0.0)};
+  const Eigen::Vector3d from_laser_m = distance_m * direction_of(-azimuth_rad, elevation_rad);
+  return from_laser_m + (is_vlp16 ? kVlp16Lifts_m[laser] : 0.0) * Eigen::Vector3d::UnitZ();
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "compiler/base/portable_math.h"
 #include "formats/range_rule.h"
 
 namespace sightline {
@@ -192,7 +193,7 @@ std::string describe_weakness(const CompiledMap& map, std::size_t site, std::siz
   const std::optional<std::size_t> strong = column_of(map.factors, "crlb_min");
   if (!heading || !weak || !strong) return "";
   const Eigen::Vector3d ahead = map.sites.sites[site].T_map_vehicle.linear().col(0);
-  const double road_deg = std::atan2(ahead.y(), ahead.x()) * 180.0 / std::numbers::pi;
+  const double road_deg = portable_atan2(ahead.y(), ahead.x()) * 180.0 / std::numbers::pi;
   const double heading_deg = map.factors.at(site, range, *heading);
   const double off_deg = between_lines_deg(heading_deg, road_deg);
   const char* way = off_deg < 30.0   ? "along the road"

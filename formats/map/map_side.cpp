@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "compiler/base/portable_math.h"
 #include "formats/map/block_codec.h"
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
@@ -185,7 +186,7 @@ Result<const std::vector<SiteRow>*> MapSide::sites(std::uint32_t tile) {
 Result<void> MapSide::search(TileKey key, const Eigen::Vector3d& p_m, double most_m,
                              NearestSite& nearest) {
   const double tile_m = card_.ndt.tile_m;
-  const double gap = std::hypot(gap_m(p_m.x(), key.x, tile_m), gap_m(p_m.y(), key.y, tile_m));
+  const double gap = portable_hypot(gap_m(p_m.x(), key.x, tile_m), gap_m(p_m.y(), key.y, tile_m));
   if (gap > (nearest.row == nullptr ? most_m : nearest.distance_m)) return {};
   const std::optional<std::uint32_t> tile = find_tile(container_, key.x, key.y);
   if (!tile) return {};

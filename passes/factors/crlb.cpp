@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "compiler/base/portable_math.h"
+
 namespace sightline {
 namespace {
 
@@ -38,7 +40,7 @@ double yaw_part(const Matrix6d& information) {
 }
 
 double heading_deg(const Eigen::Vector2d& direction) {
-  const double degrees = std::atan2(direction.y(), direction.x()) * 180.0 / std::numbers::pi;
+  const double degrees = portable_atan2(direction.y(), direction.x()) * 180.0 / std::numbers::pi;
   const double positive = degrees < 0.0 ? degrees + 180.0 : degrees;
   return positive >= 180.0 ? positive - 180.0 : positive;
 }

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <cmath>
 #include <span>
+
+#include "compiler/base/portable_math.h"
 
 namespace sightline {
 
@@ -10,7 +11,7 @@ namespace sightline {
 inline double entropy_bits(std::span<const double> histogram, double total) {
   double entropy = 0.0;
   for (const double count : histogram) {
-    if (count > 0.0) entropy -= count / total * std::log2(count / total);
+    if (count > 0.0) entropy -= count / total * portable_log2(count / total);
   }
   return entropy;
 }

@@ -1,7 +1,8 @@
 #include "passes/factors/flat_050.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "compiler/base/portable_math.h"
 
 namespace sightline {
 
@@ -13,7 +14,7 @@ double flat_050(const ShiftGrid& self_score) {
   double largest = 0.0;
   for (int j = -kShiftReach; j <= kShiftReach; ++j) {
     for (int i = -kShiftReach; i <= kShiftReach; ++i) {
-      const double shift_m = std::hypot(kShiftStep_m * i, kShiftStep_m * j);
+      const double shift_m = portable_hypot(kShiftStep_m * i, kShiftStep_m * j);
       if (shift_m < kNear_m || shift_m >= kFar_m) continue;
       const int index = (j + kShiftReach) * static_cast<int>(kShiftsPerAxis) + i + kShiftReach;
       largest = std::max(largest, self_score[static_cast<std::size_t>(index)]);

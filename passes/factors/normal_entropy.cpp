@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "compiler/base/portable_math.h"
 #include "passes/factors/entropy.h"
 
 namespace sightline {
@@ -27,7 +28,7 @@ int normal_bin(const Eigen::Vector3d& normal) {
   const Eigen::Vector3d up = normal.z() < 0.0 ? Eigen::Vector3d(-normal) : normal;
   if (up.z() >= kCapBegin) return 0;
   const int band = std::min(static_cast<int>(up.z() / kBandHeight), kBands - 1);
-  double azimuth_deg = std::atan2(up.y(), up.x()) * 180.0 / std::numbers::pi;
+  double azimuth_deg = portable_atan2(up.y(), up.x()) * 180.0 / std::numbers::pi;
   if (azimuth_deg < 0.0) azimuth_deg += 360.0;
   // On the rim n and -n are both up: there 18 sectors of 10 degrees go round twice.
   const int sector = sector_of(azimuth_deg, band == 0 ? 10.0 : 20.0);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "compiler/base/portable_math.h"
 #include "passes/factors/nd_of_cell.h"
 
 // The 17 x 17 shifted copies of a sample fall into few cells (nine at most where cells are 2 m), so
@@ -58,7 +59,7 @@ void add_sample(const Eigen::Vector3d& sample_m, const MatchGrid& receivers, Shi
         for (std::size_t i = column.begin; i < column.end; ++i) {
           const double dx = x.position_m[i] - nd.mean_m.x();
           const double maha2 = a + dx * (b + information(0, 0) * dx);
-          score[j * kShiftsPerAxis + i] += std::exp(factor * maha2);
+          score[j * kShiftsPerAxis + i] += portable_exp(factor * maha2);
         }
       }
     }

@@ -8,6 +8,7 @@
 
 #include "compiler/base/check.h"
 #include "compiler/base/parallel.h"
+#include "compiler/base/portable_math.h"
 
 namespace sightline {
 namespace {
@@ -25,7 +26,7 @@ constexpr MeasuredColumn kMeasuredColumns[] = {{"measured_mean_m", &ErrorRow::me
                                                {"measured_lost_share", &ErrorRow::lost_share}};
 constexpr double kNotMeasured = -1.0;
 
-double log_error(double error_m) { return std::log(std::max(error_m, kLeastError_m)); }
+double log_error(double error_m) { return portable_log(std::max(error_m, kLeastError_m)); }
 
 // Sites that the drive measured, by square of kReach_m, so that neighbours are found without
 // looking at all of them.

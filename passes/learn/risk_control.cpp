@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "compiler/base/check.h"
+#include "compiler/base/portable_math.h"
 
 namespace sightline {
 namespace {
@@ -34,14 +35,14 @@ std::vector<double> monotone_block_risk(const Misses& misses) {
 // Kullback-Leibler divergence of two coins.
 double divergence(double p, double q) {
   double sum = 0.0;
-  if (p > 0.0) sum += p * std::log(p / q);
-  if (p < 1.0) sum += (1.0 - p) * std::log((1.0 - p) / (1.0 - q));
+  if (p > 0.0) sum += p * portable_log(p / q);
+  if (p < 1.0) sum += (1.0 - p) * portable_log((1.0 - p) / (1.0 - q));
   return sum;
 }
 
 double p_value(double mean_loss, double alpha, std::size_t block_count) {
   if (mean_loss >= alpha) return 1.0;
-  return std::exp(-static_cast<double>(block_count) * divergence(mean_loss, alpha));
+  return portable_exp(-static_cast<double>(block_count) * divergence(mean_loss, alpha));
 }
 
 RiskDecision earned_at(const Misses& misses, std::size_t threshold, std::uint32_t needed_blocks) {
@@ -89,7 +90,7 @@ RiskDecision decide_conformally(const Misses& misses, const RiskOptions& options
 RiskDecision decide_by_testing(const Misses& misses, const RiskOptions& options) {
   const std::size_t block_count = misses.sites_in_block.size();
   const auto needed = static_cast<std::uint32_t>(
-      std::ceil(std::log(options.delta) / std::log1p(-options.alpha) - kRounding));
+      std::ceil(portable_log(options.delta) / portable_log(1.0 - options.alpha) - kRounding));
   const auto passes = [&](std::size_t t) {
     double loss = 0.0;
     for (std::size_t block = 0; block < block_count; ++block) {

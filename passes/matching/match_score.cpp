@@ -1,7 +1,8 @@
 #include "passes/matching/match_score.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "compiler/base/portable_math.h"
 
 // Magnusson's score (The Three-Dimensional Normal-Distributions Transform, 2009, section 6.2). All
 // NDs of a point share the point's Jacobian, so their first and second derivatives by the position
@@ -27,7 +28,7 @@ PointScore score_of_point(const MatchGrid& grid, const MatchGrid::Neighbourhood&
     const MatchNd& nd = grid.nds[static_cast<std::size_t>(index)];
     const Eigen::Vector3d off_m = point_m - nd.mean_m;
     const Eigen::Vector3d pull = nd.information_per_m2 * off_m;
-    const double term = -grid.gauss.d1 * std::exp(-0.5 * d2 * off_m.dot(pull));
+    const double term = -grid.gauss.d1 * portable_exp(-0.5 * d2 * off_m.dot(pull));
     point.score += term;
     point.nearest = std::max(point.nearest, term);
     point.gradient -= (d2 * term) * pull;
@@ -85,8 +86,7 @@ MatchScore match_score(const MatchGrid& grid, std::span<const Eigen::Vector3d> p
 }
 
 Pose moved(const Pose& T_map_sensor, const Vector6d& motion) {
-  // Series of sin(a/2)/a and cos(a/2), good to the last bit for a below 0.1: the C library's own
-  // sine differs between machines.
+  // Series of sin(a/2)/a and cos(a/2), good to the last bit for a below 0.1.
   const Eigen::Vector3d turn = motion.tail<3>();
   const double a2 = turn.squaredNorm();
   const double half_sinc = 0.5 - a2 * (1.0 / 48.0 - a2 * (1.0 / 3840.0 - a2 / 645120.0));
