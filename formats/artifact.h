@@ -47,10 +47,8 @@ std::vector<std::byte> to_bytes(const X& artifact) {
 
 template <class X>
 Result<X> from_bytes(std::span<const std::byte> bytes) {
-  const Result<std::vector<std::byte>> payload =
-      unseal(bytes, ArtifactTraits<X>::kName, ArtifactTraits<X>::kVersion);
-  if (!payload) return payload.error();
-  ByteReader reader(*payload);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> payload, unseal(bytes, ArtifactTraits<X>::kName, ArtifactTraits<X>::kVersion));
+  ByteReader reader(payload);
   X artifact;
   decode(reader, artifact);
   if (!reader.at_end()) {
@@ -58,8 +56,7 @@ Result<X> from_bytes(std::span<const std::byte> bytes) {
                  "the payload of a " + std::string(ArtifactTraits<X>::kName) + " cannot be decoded",
                  "", "payload byte " + std::to_string(reader.offset())};
   }
-  const Result<void> valid = validate(artifact);
-  if (!valid) return valid.error();
+  SIGHTLINE_TRY(validate(artifact));
   return artifact;
 }
 

@@ -106,11 +106,9 @@ bool is_selected(const ScanInfo& scan, ScanSelection selection) {
 }
 
 Result<void> validate(const Drive& drive) {
-  const Result<void> sensor = validate(drive.sensor);
-  if (!sensor) return sensor.error();
+  SIGHTLINE_TRY(validate(drive.sensor));
   for (const SensorProfile& other : drive.other_sensors) {
-    const Result<void> valid = validate(other);
-    if (!valid) return valid.error();
+    SIGHTLINE_TRY(validate(other));
   }
   if (!drive.frame.origin_world_m.allFinite()) {
     return Error{ErrorCode::kInvalidArtifact, "the map frame's origin is not finite", "", ""};
@@ -123,8 +121,7 @@ Result<void> validate(const Drive& drive) {
     if (scan.sensor_index > drive.other_sensors.size()) {
       return invalid(i, "it is of a sensor that the drive does not have");
     }
-    const Result<void> ordered = i == 0 ? Result<void>() : check_order(drive, i);
-    if (!ordered) return ordered;
+    SIGHTLINE_TRY(i == 0 ? Result<void>() : check_order(drive, i));
   }
   return {};
 }

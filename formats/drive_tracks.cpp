@@ -79,8 +79,7 @@ Result<void> validate(const DriveTracks& tracks) {
   if (!is_known || !(tracks.lost_beyond_m > 0.0) || !std::isfinite(tracks.lost_beyond_m)) {
     return invalid("the reference is unknown, or no distance says when a track is lost", "");
   }
-  const Result<void> rules = validate_rules(tracks);
-  if (!rules) return rules;
+  SIGHTLINE_TRY(validate_rules(tracks));
   for (std::size_t i = 0; i < tracks.steps.size(); ++i) {
     const TrackStep& step = tracks.steps[i];
     const double numbers[] = {step.range_m, step.error_m, step.time_ms, step.work};

@@ -46,8 +46,7 @@ Result<void> validate(const DrivenPlaces& places) {
     return Error{ErrorCode::kNoTrainingRows, "no place to learn from", "", ""};
   }
   for (const DrivenPlace& place : places.places) {
-    const Result<void> valid = validate_place(place);
-    if (!valid) return valid;
+    SIGHTLINE_TRY(validate_place(place));
     if (place.factors.ranges_m != places.places.front().factors.ranges_m ||
         place.factors.factors != places.places.front().factors.factors) {
       return mismatched(place, "its ranges or factors are not those of place '" +

@@ -91,8 +91,7 @@ Result<void> validate_row(const ErrorRow& row, bool has_scan, const std::string&
 }  // namespace
 
 Result<void> validate(const MeasuredError& measured) {
-  const Result<void> setup = validate_setup(measured);
-  if (!setup) return setup;
+  SIGHTLINE_TRY(validate_setup(measured));
   for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
     if (measured.scan_of_site[site] < -1) {
       return invalid(
@@ -100,10 +99,8 @@ Result<void> validate(const MeasuredError& measured) {
           "site " + std::to_string(site));
     }
     for (std::size_t range = 0; range < measured.ranges_m.size(); ++range) {
-      const Result<void> row =
-          validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
-                       "site " + std::to_string(site) + ", range " + std::to_string(range));
-      if (!row) return row;
+      SIGHTLINE_TRY(validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
+                       "site " + std::to_string(site) + ", range " + std::to_string(range)));
     }
   }
   return {};

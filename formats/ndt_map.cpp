@@ -86,8 +86,7 @@ Result<void> validate(const NdtMap& map) {
   }
   if (!map.frame.origin_world_m.allFinite()) return invalid("the frame is not finite", "");
   for (std::size_t i = 0; i < map.nds.size(); ++i) {
-    const Result<void> valid = validate_nd(map.nds[i], map.cell_m, i);
-    if (!valid) return valid.error();
+    SIGHTLINE_TRY(validate_nd(map.nds[i], map.cell_m, i));
     if (i > 0 && !(order_of(map.nds[i - 1], map) < order_of(map.nds[i], map))) {
       return invalid("cells must ascend by tile and key", place_of(i));
     }

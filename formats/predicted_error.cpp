@@ -57,16 +57,14 @@ Result<void> validate_pair(const PredictedError& predicted, std::size_t site, st
 }  // namespace
 
 Result<void> validate(const PredictedError& predicted) {
-  const Result<void> shape = validate_shape(predicted);
-  if (!shape) return shape;
+  SIGHTLINE_TRY(validate_shape(predicted));
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     if (predicted.extrapolated[site] > 1 || predicted.out_of_fold[site] > 1 ||
         predicted.has_history[site] > 1) {
       return invalid(site, "found a flag that is neither 0 nor 1");
     }
     for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
-      const Result<void> pair = validate_pair(predicted, site, range);
-      if (!pair) return pair;
+      SIGHTLINE_TRY(validate_pair(predicted, site, range));
     }
   }
   return {};

@@ -106,14 +106,11 @@ std::string_view selection_name(Selection selection) {
 }
 
 Result<void> validate(const RangeTable& table) {
-  const Result<void> shape = validate_shape(table);
-  if (!shape) return shape;
+  SIGHTLINE_TRY(validate_shape(table));
   for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
-    const Result<void> promise = validate_promise(table, limit);
-    if (!promise) return promise;
+    SIGHTLINE_TRY(validate_promise(table, limit));
     for (std::size_t site = 0; site < table.site_count; ++site) {
-      const Result<void> choice = validate_choice(table, site, limit);
-      if (!choice) return choice;
+      SIGHTLINE_TRY(validate_choice(table, site, limit));
     }
   }
   return {};

@@ -154,8 +154,7 @@ Result<void> validate(const RegressionForest& forest) {
                  "found training rows that are not finite, or not one for each label", "", ""};
   }
   for (std::size_t t = 0; t < forest.trees.size(); ++t) {
-    const Result<void> valid = validate_tree(forest, t);
-    if (!valid) return valid;
+    SIGHTLINE_TRY(validate_tree(forest, t));
   }
   return {};
 }

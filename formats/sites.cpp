@@ -37,8 +37,7 @@ Result<void> validate(const Sites& sites) {
                  ""};
   }
   for (std::size_t i = 0; i < sites.sites.size(); ++i) {
-    const Result<void> order = validate_order(sites, i);
-    if (!order) return order;
+    SIGHTLINE_TRY(validate_order(sites, i));
     if (!is_rigid(sites.sites[i].T_map_vehicle)) {
       return invalid(i, "found a pose that is no rigid motion");
     }

@@ -40,8 +40,7 @@ Result<void> validate(const Surface& surface) {
   }
   if (!surface.frame.origin_world_m.allFinite()) return invalid("the frame is not finite", "");
   for (std::size_t i = 0; i < surface.patches.size(); ++i) {
-    const Result<void> valid = validate_patch(surface.patches[i], i);
-    if (!valid) return valid.error();
+    SIGHTLINE_TRY(validate_patch(surface.patches[i], i));
     if (i > 0 &&
         !(order_of(surface.patches[i - 1], surface) < order_of(surface.patches[i], surface))) {
       return invalid("patches must ascend by tile and key", "patch " + std::to_string(i));

@@ -57,8 +57,7 @@ Result<void> validate(const SurfacePoints& points) {
   }
   for (std::size_t i = 0; i < points.scans.size(); ++i) {
     const std::string place = "scan " + std::to_string(i);
-    const Result<void> valid = validate(points.scans[i], place);
-    if (!valid) return valid;
+    SIGHTLINE_TRY(validate(points.scans[i], place));
     if (i > 0 && points.scans[i].index <= points.scans[i - 1].index) {
       return invalid("its index is not after that of the scan before it", place);
     }
@@ -172,10 +171,9 @@ Result<std::vector<Eigen::Vector3d>> SurfacePointReader::read(std::size_t part,
     return chosen_m;
   }
   const PlacedScan& placed = points_.scans[part];
-  const Result<Scan> scan = points_.store->read(placed.index);
-  if (!scan) return scan.error();
-  chosen_m.reserve(wants_moving ? 0 : scan->points_m.size());
-  for (const Eigen::Vector3d& point_lidar_m : scan->points_m) {
+  SIGHTLINE_ASSIGN(const Scan scan, points_.store->read(placed.index));
+  chosen_m.reserve(wants_moving ? 0 : scan.points_m.size());
+  for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
     if (!is_within_range(placed, point_lidar_m)) continue;
     const Eigen::Vector3d point_m = placed.T_map_lidar * point_lidar_m;
     const bool is_moving =

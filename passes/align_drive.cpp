@@ -64,9 +64,8 @@ Result<std::vector<Query>> make_queries(const Drive& drive, const std::vector<Po
     Query query;
     query.scan = (2 * i + 1) * drive.scans.size() / (2 * count);
     query.T_own_lidar = T_own_lidar[query.scan];
-    const Result<ThinnedScan> scan = read_thinned(drive, query.scan);
-    if (!scan) return scan.error();
-    query.points_m = scan->to_match_m;
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, query.scan));
+    query.points_m = scan.to_match_m;
     queries.push_back(std::move(query));
   }
   return queries;
@@ -152,10 +151,9 @@ Result<Followed> follow(PassContext& ctx, const MatchGrid& grid, const Drive& dr
   Followed followed{std::vector<Pose>(count), std::vector<bool>(count)};
   std::size_t done = 0;
   const auto visit = [&](std::size_t k, const Pose& T_map_own) -> Result<Pose> {
-    const Result<ThinnedScan> scan = read_thinned(drive, k);
-    if (!scan) return scan.error();
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
     const Pose start = T_map_own * T_own_lidar[k];
-    const MapMatch found = match_to_map(grid, scan->to_match_m, start);
+    const MapMatch found = match_to_map(grid, scan.to_match_m, start);
     followed.is_matched[k] = found.is_good && is_near(found.T_map_lidar, start);
     followed.T_map_lidar[k] = followed.is_matched[k] ? found.T_map_lidar : start;
     ctx.progress(++done, count);
@@ -163,15 +161,13 @@ Result<Followed> follow(PassContext& ctx, const MatchGrid& grid, const Drive& dr
   };
   Pose T_map_own = placement.T_map_own;
   for (std::size_t k = placement.anchor; k < count; ++k) {
-    const Result<Pose> next = visit(k, T_map_own);
-    if (!next) return next.error();
-    T_map_own = *next;
+    SIGHTLINE_ASSIGN(const Pose next, visit(k, T_map_own));
+    T_map_own = next;
   }
   T_map_own = followed.T_map_lidar[placement.anchor] * T_own_lidar[placement.anchor].inverse();
   for (std::size_t k = placement.anchor; k-- > 0;) {
-    const Result<Pose> next = visit(k, T_map_own);
-    if (!next) return next.error();
-    T_map_own = *next;
+    SIGHTLINE_ASSIGN(const Pose next, visit(k, T_map_own));
+    T_map_own = next;
   }
   return followed;
 }
@@ -234,30 +230,26 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
                                const Sites& sites) {
   const bool is_given = own.source == PoseSource::kGiven;
   if (options.mode == AlignMode::kGiven || (options.mode == AlignMode::kAuto && is_given)) return own;
-  const Result<void> belongs = check_trajectory_of_drive(drive, own);
-  if (!belongs) return belongs.error();
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, own));
   if (map.nds.empty()) return Error{ErrorCode::kEmptyMap, "the map has no ND to match", "", ""};
   const Trajectory near = rebase(own, map.frame);
   std::vector<Pose> T_own_lidar;
   for (const TrajectoryPose& pose : near.poses) {
     T_own_lidar.push_back(pose.T_map_vehicle * drive.sensor.T_vehicle_lidar);
   }
-  const Result<std::vector<Query>> queries = make_queries(drive, T_own_lidar);
-  if (!queries) return queries.error();
+  SIGHTLINE_ASSIGN(const std::vector<Query> queries, make_queries(drive, T_own_lidar));
   const MatchGrid grid = make_match_grid(map, surface_information_per_m2);
   const std::optional<Placement> placement =
-      place(ctx, grid, *queries, candidates(sites, options.candidate_step_m));
+      place(ctx, grid, queries, candidates(sites, options.candidate_step_m));
   if (!placement) {
     return Error{ErrorCode::kNoOverlap, "no two scans agree on where the drive was in the map", "",
                  "drive " + drive.name};
   }
-  const Result<Followed> followed = follow(ctx, grid, drive, T_own_lidar, *placement);
-  if (!followed) return followed.error();
-  warn_of_unmatched(ctx, drive, *followed);
-  const PoseGraph graph = graph_of(*followed, T_own_lidar);
-  const Result<GraphSolution> solution = solve_pose_graph(graph, followed->T_map_lidar);
-  if (!solution) return solution.error();
-  return trajectory_of(drive, map, graph, *solution);
+  SIGHTLINE_ASSIGN(const Followed followed, follow(ctx, grid, drive, T_own_lidar, *placement));
+  warn_of_unmatched(ctx, drive, followed);
+  const PoseGraph graph = graph_of(followed, T_own_lidar);
+  SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, followed.T_map_lidar));
+  return trajectory_of(drive, map, graph, solution);
 }
 
 }  // namespace sightline

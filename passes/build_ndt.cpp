@@ -196,17 +196,15 @@ Result<NdtMap> map_of_scans(PassContext& ctx, const BuildNdtOptions& options,
   std::uint64_t count = 0;
   for (std::size_t first = 0; first < reader.part_count(); first += kScansAtOnce) {
     const std::size_t end = std::min(first + kScansAtOnce, reader.part_count());
-    const Result<std::vector<Eigen::Vector3d>> scans_m =
-        read_scans(reader, first, end, ctx.threads);
-    if (!scans_m) return scans_m.error();
-    if (!add_points(*scans_m, options.cell_m, ctx.threads, parts)) {
-      const std::uint64_t outside = count + first_outside(*scans_m, options.cell_m);
+    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> scans_m, read_scans(reader, first, end, ctx.threads));
+    if (!add_points(scans_m, options.cell_m, ctx.threads, parts)) {
+      const std::uint64_t outside = count + first_outside(scans_m, options.cell_m);
       return Error{ErrorCode::kInvalidArtifact,
                    "surface point " + std::to_string(outside) +
                        " is not finite or lies more than 2^30 cells from the origin",
                    "", "pass build-ndt"};
     }
-    count += scans_m->size();
+    count += scans_m.size();
     ctx.progress(end, reader.part_count());
   }
   NdtMap map = map_of(parts, count, options, ctx.threads);
@@ -249,17 +247,16 @@ Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                      ", expected a multiple of cell_m " + std::to_string(options.cell_m),
                  "", "pass build-ndt"};
   }
-  Result<NdtMap> map = map_of_scans(ctx, options, points);
-  if (!map) return map;
-  if (map->nds.empty()) {
+  SIGHTLINE_ASSIGN(NdtMap map, map_of_scans(ctx, options, points));
+  if (map.nds.empty()) {
     return Error{ErrorCode::kEmptyMap,
                  "none of " +
-                     std::to_string(map->sparse_cell_count + map->degenerate_cell_count) +
+                     std::to_string(map.sparse_cell_count + map.degenerate_cell_count) +
                      " cells has " + std::to_string(options.min_points) +
                      " points and an extent: is the drive too short or the cell too small?",
                  "", "pass build-ndt"};
   }
-  warn_of_invalid_cells(ctx, *map, options.min_points);
+  warn_of_invalid_cells(ctx, map, options.min_points);
   return map;
 }
 

@@ -76,8 +76,7 @@ std::vector<OptionField> option_fields(CastRaysOptions& options) {
 
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
                               const Surface& surface, const Sites& sites) {
-  const Result<void> checked = check_options(options);
-  if (!checked) return checked.error();
+  SIGHTLINE_TRY(check_options(options));
   DepthImages images = empty_images(options, sites.sites.size());
   const RayFan fan{directions_of(images), options.near_m, options.longest_range_m};
   const Result<void> cast = cast_at_sites(

@@ -206,8 +206,7 @@ std::vector<std::string> promises_of(const ChooseRangesOptions& options, const E
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model) {
-  const Result<void> checked = check_inputs(sites, predicted, model);
-  if (!checked) return checked.error();
+  SIGHTLINE_TRY(check_inputs(sites, predicted, model));
   const bool is_mean = options.selection == Selection::kMean;
   RangeTable table =
       to_table(predicted, is_mean ? choose_all_by_mean(options, predicted, model)

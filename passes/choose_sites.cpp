@@ -67,8 +67,7 @@ std::vector<OptionField> option_fields(ChooseSitesOptions& options) {
 
 Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, const Drive& drive,
                            const Trajectory& trajectory) {
-  const Result<void> matches = check_trajectory_of_drive(drive, trajectory);
-  if (!matches) return matches.error();
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   const ScanSelection selection = options.scans;
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {

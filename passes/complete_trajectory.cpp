@@ -29,8 +29,7 @@ Result<void> check_first_sensor(const Drive& drive, const Trajectory& trajectory
 
 Result<Trajectory> complete_trajectory(PassContext&, const NoOptions&,
                                        const Drive& drive, const Trajectory& first_sensor) {
-  const Result<void> matches = check_first_sensor(drive, first_sensor);
-  if (!matches) return matches.error();
+  SIGHTLINE_TRY(check_first_sensor(drive, first_sensor));
   const std::vector<TrajectoryPose>& known = first_sensor.poses;
   Trajectory complete = first_sensor;
   complete.poses.clear();

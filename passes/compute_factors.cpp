@@ -151,11 +151,9 @@ std::vector<OptionField> option_fields(ComputeFactorsOptions& options) {
 Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOptions& options,
                                     const NdtMap& map, const Sites& sites, const DepthImages& depth,
                                     const VirtualScans& scans) {
-  const Result<void> ranges = check_ranges(options.ranges_m);
-  if (!ranges) return ranges.error();
+  SIGHTLINE_TRY(check_ranges(options.ranges_m));
   const double longest_m = options.ranges_m.back();
-  const Result<void> inputs = check_inputs(map, sites, depth, scans, longest_m);
-  if (!inputs) return inputs.error();
+  SIGHTLINE_TRY(check_inputs(map, sites, depth, scans, longest_m));
   FactorTable table;
   table.ranges_m = options.ranges_m;
   table.factors.assign(kFactorNames.begin(), kFactorNames.end());

@@ -101,10 +101,8 @@ std::vector<OptionField> option_fields(EmitMapOptions& options) {
 
 Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
                              const EmitMapInputs& inputs) {
-  const Result<void> usable = check_options(options);
-  if (!usable) return usable.error();
-  const Result<void> matching = check_measured(inputs);
-  if (!matching) return matching.error();
+  SIGHTLINE_TRY(check_options(options));
+  SIGHTLINE_TRY(check_measured(inputs));
   CompiledMap map;
   map.map_id =
       options.map_id.empty() ? derived_map_id(inputs.mapping, inputs.ndt.frame) : options.map_id;

@@ -171,30 +171,25 @@ Trajectory trajectory_of(const Drive& drive, const PoseGraph& graph, const Graph
 Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                       const Drive& drive, bool refines) {
   const std::vector<std::optional<Pose>> given = given_poses(drive, refines);
-  const Result<Odometry> odometry = run_odometry(ctx, options.local_map_m, drive, given);
-  if (!odometry) return odometry.error();
-  const std::vector<std::uint32_t> scans = all_scans(*odometry);
-  const double way_m = odometry->driven_m.back();
-  PoseGraph graph{steps_of(*odometry, scans), {}, priors_of(options, way_m, given, scans)};
+  SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
+  const std::vector<std::uint32_t> scans = all_scans(odometry);
+  const double way_m = odometry.driven_m.back();
+  PoseGraph graph{steps_of(odometry, scans), {}, priors_of(options, way_m, given, scans)};
   if (options.closes_loops) {
-    Result<std::vector<GraphEdge>> loops = find_loops(ctx, drive, *odometry);
-    if (!loops) return loops.error();
-    graph.loops = std::move(*loops);
+    SIGHTLINE_ASSIGN(std::vector<GraphEdge> loops, find_loops(ctx, drive, odometry));
+    graph.loops = std::move(loops);
   }
-  const Result<GraphSolution> solution = solve_pose_graph(graph, odometry->T_map_lidar);
-  if (!solution) return solution.error();
-  const std::vector<std::uint32_t> keys = key_scans(*odometry);
+  SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, odometry.T_map_lidar));
+  const std::vector<std::uint32_t> keys = key_scans(odometry);
   const PoseGraph key_graph =
-      graph_of_keys(graph, *odometry, priors_of(options, way_m, given, keys), keys);
-  Result<Adjustment> adjusted =
-      adjust_to_planes(ctx, drive, key_graph, solution->T_map_pose, keys);
-  if (!adjusted) return adjusted.error();
+      graph_of_keys(graph, odometry, priors_of(options, way_m, given, keys), keys);
+  SIGHTLINE_ASSIGN(Adjustment adjusted, adjust_to_planes(ctx, drive, key_graph, solution.T_map_pose, keys));
   // Where no given pose pulls the way out of shape, matching each scan to many at once is nearer to
   // the truth than planes are, which lend it only their covariance.
-  if (!refines) adjusted->T_map_lidar = solution->T_map_pose;
-  Trajectory trajectory = trajectory_of(drive, graph, *solution, *adjusted);
+  if (!refines) adjusted.T_map_lidar = solution.T_map_pose;
+  Trajectory trajectory = trajectory_of(drive, graph, solution, adjusted);
   trajectory.source = refines ? PoseSource::kRefined : PoseSource::kEstimated;
-  const auto unmatched = std::ranges::count(odometry->is_matched, false);
+  const auto unmatched = std::ranges::count(odometry.is_matched, false);
   if (unmatched > 0) {
     ctx.warn(std::to_string(unmatched) +
              " scans could not be matched to those before them and follow the given poses");
@@ -207,9 +202,8 @@ Result<bool> check_given(PassContext& ctx, const EstimateTrajectoryOptions& opti
                          const Drive& drive) {
   constexpr std::size_t kMostTold = 5;
   const std::vector<std::optional<Pose>> given = given_poses(drive, true);
-  const Result<Odometry> odometry = run_odometry(ctx, options.local_map_m, drive, given);
-  if (!odometry) return odometry.error();
-  const std::vector<PoseDisagreement> found = find_disagreements(given, *odometry);
+  SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
+  const std::vector<PoseDisagreement> found = find_disagreements(given, odometry);
   if (found.empty()) return false;
   std::string text = "given poses and scans disagree on " + std::to_string(found.size()) +
                      " stretches of drive " + drive.name;
@@ -231,9 +225,8 @@ Result<Trajectory> checked_trajectory(PassContext& ctx, const EstimateTrajectory
                                       const Drive& drive) {
   Result<Trajectory> given = given_trajectory(drive);
   if (!given || options.bad_poses == BadPoses::kIgnore || drive.scans.size() < 2) return given;
-  const Result<bool> is_bad = check_given(ctx, options, drive);
-  if (!is_bad) return is_bad.error();
-  if (*is_bad && options.bad_poses == BadPoses::kRepair) {
+  SIGHTLINE_ASSIGN(const bool is_bad, check_given(ctx, options, drive));
+  if (is_bad && options.bad_poses == BadPoses::kRepair) {
     return matched_trajectory(ctx, options, drive, true);
   }
   return given;

@@ -121,8 +121,7 @@ Result<void> add_planes(PassContext& ctx, const std::vector<Pose>& poses, ScanCa
     for (std::size_t i = first; i < first + count; ++i) {
       wanted.insert(list[i].second.begin(), list[i].second.end());
     }
-    const Result<void> loaded = cache.load(wanted, ctx.threads);
-    if (!loaded) return loaded;
+    SIGHTLINE_TRY(cache.load(wanted, ctx.threads));
     const std::vector<PlaneEquations> made =
         parallel_map<PlaneEquations>(count, ctx.threads, [&](std::size_t i) {
           const auto& [tile, keys] = list[first + i];
@@ -210,8 +209,7 @@ Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const 
   Equations planes;
   for (int round = 0; round < kMostRounds; ++round) {
     planes = {{}, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * poses.size()))};
-    const Result<void> added = add_planes(ctx, poses, cache, planes);
-    if (!added) return added.error();
+    SIGHTLINE_TRY(add_planes(ctx, poses, cache, planes));
     Equations all = planes;
     add_graph(graph, poses, all);
     solver.compute(matrix_of(all));

@@ -75,9 +75,8 @@ Result<std::vector<Eigen::Vector3d>> visit_points_m(const Drive& drive, const Od
     if (odometry.driven_m[k] > odometry.driven_m[around] + kVisitReach_m) break;
     if (odometry.driven_m[k] < next_m) continue;
     next_m = odometry.driven_m[k] + kVisitStep_m;
-    const Result<ThinnedScan> scan = read_thinned(drive, k);
-    if (!scan) return scan.error();
-    for (const Eigen::Vector3d& point_m : scan->to_map_m) {
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
+    for (const Eigen::Vector3d& point_m : scan.to_map_m) {
       points_m.push_back(odometry.T_map_lidar[k] * point_m);
     }
   }
@@ -87,13 +86,10 @@ Result<std::vector<Eigen::Vector3d>> visit_points_m(const Drive& drive, const Od
 // The edge of a candidate, or none where the scans do not match.
 Result<std::optional<GraphEdge>> confirm(const Drive& drive, const Odometry& odometry,
                                          const Candidate& candidate) {
-  const Result<std::vector<Eigen::Vector3d>> visit_m =
-      visit_points_m(drive, odometry, candidate.earlier);
-  if (!visit_m) return visit_m.error();
-  const Result<ThinnedScan> scan = read_thinned(drive, candidate.later);
-  if (!scan) return scan.error();
+  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> visit_m, visit_points_m(drive, odometry, candidate.earlier));
+  SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, candidate.later));
   const LocalMatch match =
-      search_locally(local_grids(*visit_m), scan->to_match_m, odometry.T_map_lidar[candidate.later],
+      search_locally(local_grids(visit_m), scan.to_match_m, odometry.T_map_lidar[candidate.later],
                      1.0 + drift_m(odometry, candidate));
   if (match.likelihood < kLeastLikelihood || match.scored_share < kLeastScoredShare) {
     return std::optional<GraphEdge>();

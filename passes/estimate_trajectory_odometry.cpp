@@ -134,13 +134,12 @@ bool LocalMatch::is_good() const {
 }
 
 Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index) {
-  const Result<Scan> scan = drive.store->read(index);
-  if (!scan) return scan.error();
+  SIGHTLINE_ASSIGN(const Scan scan, drive.store->read(index));
   const SensorProfile& sensor = drive.sensor_of(drive.scans[index]);
   const Pose T_first_sensor = drive.sensor.T_vehicle_lidar.inverse() * sensor.T_vehicle_lidar;
   std::vector<Eigen::Vector3d> within_m;
-  within_m.reserve(scan->points_m.size());
-  for (const Eigen::Vector3d& point_m : scan->points_m) {
+  within_m.reserve(scan.points_m.size());
+  for (const Eigen::Vector3d& point_m : scan.points_m) {
     const double range_m = point_m.norm();
     if (range_m >= sensor.min_range_m && range_m <= std::min(sensor.max_range_m, kFarthest_m)) {
       within_m.push_back(T_first_sensor * point_m);
@@ -192,15 +191,14 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
   LocalMap map(local_map_m);
   Custom custom;
   for (std::size_t k = 0; k < count; ++k) {
-    const Result<ThinnedScan> scan = read_thinned(drive, k);
-    if (!scan) return scan.error();
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
     Pose T_map_lidar = given[0].value_or(drive.sensor.T_vehicle_lidar);
     bool is_matched = true;
     double step_m = 0.0;
     if (k > 0) {
       const std::vector<Pose> starts = predictions(odometry.T_map_lidar, given, k);
       const LocalMatch match =
-          follow(map, scan->to_match_m, starts, odometry.T_map_lidar.back(), custom);
+          follow(map, scan.to_match_m, starts, odometry.T_map_lidar.back(), custom);
       is_matched = match.is_good();
       if (is_matched) custom.learn(match);
       const bool is_given = given[k - 1] && given[k];
@@ -212,7 +210,7 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
     odometry.is_matched.push_back(is_matched);
     odometry.driven_m.push_back(k == 0 ? 0.0 : odometry.driven_m.back() + step_m);
     if (k == 0 || map.wants(T_map_lidar)) {
-      map.add(scan->to_map_m, T_map_lidar, odometry.driven_m.back());
+      map.add(scan.to_map_m, T_map_lidar, odometry.driven_m.back());
     }
     ctx.progress(k + 1, count);
   }

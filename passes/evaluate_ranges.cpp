@@ -156,8 +156,7 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
   for (std::size_t site = 0; site < judged.scan_of_site.size(); ++site) {
     if (judged.scan_of_site[site] >= 0) court.judged_sites.push_back(site);
   }
-  const Result<void> checked = check_inputs(court);
-  if (!checked) return checked.error();
+  SIGHTLINE_TRY(check_inputs(court));
   Evaluation evaluation;
   evaluation.drive = judged.drive;
   evaluation.reference = judged.reference;

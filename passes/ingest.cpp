@@ -203,15 +203,13 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
   if (recording.scans.empty()) {
     return Error{ErrorCode::kDriveTooShort, "drive " + recording.name + " has no scans", "", ""};
   }
-  const Result<void> times = check_times(recording);
-  if (!times) return times.error();
-  const Result<std::vector<ScanCounts>> counts = count_all(ctx, recording);
-  if (!counts) return counts.error();
-  warn_of(ctx, recording, *counts);
+  SIGHTLINE_TRY(check_times(recording));
+  SIGHTLINE_ASSIGN(const std::vector<ScanCounts> counts, count_all(ctx, recording));
+  warn_of(ctx, recording, counts);
   Drive drive;
   drive.name = recording.name;
   drive.sensor = recording.sensor;
-  drive.scans = describe(recording, *counts);
+  drive.scans = describe(recording, counts);
   if (drive.has_poses()) {
     const Eigen::Vector3d first_m = drive.scans.front().T_world_vehicle->translation();
     drive.frame = frame_near(first_m, options.tile_m);

@@ -104,14 +104,13 @@ Pose reference_pose(const Setup& setup, ScanCutter& cutter, const Scan& scan,
 
 Result<std::vector<ErrorRow>> measure_site(const Setup& setup, ScanCutter& cutter,
                                            std::size_t scan_index) {
-  const Result<Scan> scan = setup.drive.store->read(scan_index);
-  if (!scan) return scan.error();
+  SIGHTLINE_ASSIGN(const Scan scan, setup.drive.store->read(scan_index));
   const Pose T_map_reference =
-      reference_pose(setup, cutter, *scan, setup.trajectory.poses[scan_index].T_map_vehicle);
+      reference_pose(setup, cutter, scan, setup.trajectory.poses[scan_index].T_map_vehicle);
   std::vector<ErrorRow> rows;
   for (const double range_m : setup.options.ranges_m) {
     const double begin_ms = thread_cpu_ms();
-    ScanForMatch cropped = prepared(setup, cutter, *scan, range_m);
+    ScanForMatch cropped = prepared(setup, cutter, scan, range_m);
     const double preparation_ms = thread_cpu_ms() - begin_ms;
     rows.push_back(measure_row(setup, cropped, T_map_reference, preparation_ms));
   }
@@ -120,8 +119,7 @@ Result<std::vector<ErrorRow>> measure_site(const Setup& setup, ScanCutter& cutte
 
 Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
                           const Sites& sites) {
-  const Result<void> same = check_trajectory_of_drive(drive, trajectory);
-  if (!same) return same;
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   if (!(map.frame == sites.frame)) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the map and the sites are in different frames, expected one", "",
@@ -144,10 +142,8 @@ Result<std::vector<ErrorRow>> measure_part(const Setup& setup,
   std::vector<ErrorRow> rows;
   ScanCutter cutter;
   for (const std::optional<std::size_t>& scan : scans) {
-    Result<std::vector<ErrorRow>> measured =
-        scan ? measure_site(setup, cutter, *scan) : std::vector<ErrorRow>(setup.options.ranges_m.size());
-    if (!measured) return measured;
-    rows.insert(rows.end(), measured->begin(), measured->end());
+    SIGHTLINE_ASSIGN(std::vector<ErrorRow> measured, scan ? measure_site(setup, cutter, *scan) : std::vector<ErrorRow>(setup.options.ranges_m.size()));
+    rows.insert(rows.end(), measured.begin(), measured.end());
     site_done();
   }
   return rows;
@@ -237,15 +233,13 @@ Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx,
 Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
                                     const Drive& localization_drive, const Trajectory& trajectory,
                                     const NdtMap& map, const Sites& sites) {
-  const Result<void> checked = check_inputs(localization_drive, trajectory, map, sites);
-  if (!checked) return checked.error();
+  SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, map, sites));
   const Trajectory in_map = rebase(trajectory, map.frame);
   const Localizer localizer =
       make_localizer(map, localizer_options(options.localizer, options.coarse_cells));
   const std::vector<InitialOffset> offsets = initial_offsets(options.starts);
   const Setup setup{options, localization_drive, in_map, localizer, offsets};
-  const Result<std::vector<std::optional<std::size_t>>> scans = scans_of_sites(ctx, setup, sites);
-  if (!scans) return scans.error();
+  SIGHTLINE_ASSIGN(const std::vector<std::optional<std::size_t>> scans, scans_of_sites(ctx, setup, sites));
   MeasuredError measured;
   measured.drive = localization_drive.name;
   measured.matching = {options.scans, std::string(localizer_name(options.localizer)),
@@ -253,13 +247,12 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
   measured.reference = options.reference;
   measured.ranges_m = options.ranges_m;
   measured.offsets = offsets;
-  for (const std::optional<std::size_t>& scan : *scans) {
+  for (const std::optional<std::size_t>& scan : scans) {
     measured.scan_of_site.push_back(
         scan ? static_cast<std::int64_t>(localization_drive.scans[*scan].recording_index) : -1);
   }
-  measured.rows.resize(scans->size() * options.ranges_m.size());
-  const Result<void> done = measure_sites(ctx, setup, *scans, measured);
-  if (!done) return done.error();
+  measured.rows.resize(scans.size() * options.ranges_m.size());
+  SIGHTLINE_TRY(measure_sites(ctx, setup, scans, measured));
   return measured;
 }
 

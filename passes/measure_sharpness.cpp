@@ -194,21 +194,19 @@ SharpnessFigures sharpness_of(const std::vector<Eigen::Vector3d>& points_m,
 
 Result<Sharpness> measure_sharpness(PassContext& ctx, const MeasureSharpnessOptions& options,
                                     const Drive& drive, const Trajectory& trajectory) {
-  const Result<void> belongs = check_trajectory_of_drive(drive, trajectory);
-  if (!belongs) return belongs.error();
-  const Result<std::vector<TakenScan>> scans = take_scans(ctx, options, drive, trajectory);
-  if (!scans) return scans.error();
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
+  SIGHTLINE_ASSIGN(const std::vector<TakenScan> scans, take_scans(ctx, options, drive, trajectory));
   Sharpness sharpness;
   const std::vector<Eigen::Vector3d> laid_m =
-      lay(*scans, [&](std::size_t k) -> Pose { return trajectory.poses[k].T_map_vehicle; });
+      lay(scans, [&](std::size_t k) -> Pose { return trajectory.poses[k].T_map_vehicle; });
   sharpness.of_map = sharpness_of(laid_m, options, ctx.threads);
-  const bool is_given = std::ranges::all_of(*scans, [&](const TakenScan& scan) {
+  const bool is_given = std::ranges::all_of(scans, [&](const TakenScan& scan) {
     return drive.scans[scan.index].T_world_vehicle.has_value();
   });
   if (trajectory.source == PoseSource::kGiven) {
     sharpness.of_given = sharpness.of_map;
-  } else if (is_given && !scans->empty()) {
-    const std::vector<Eigen::Vector3d> given_m = lay(*scans, [&](std::size_t k) -> Pose {
+  } else if (is_given && !scans.empty()) {
+    const std::vector<Eigen::Vector3d> given_m = lay(scans, [&](std::size_t k) -> Pose {
       return rebase(*drive.scans[k].T_world_vehicle, MapFrame{}, drive.frame);
     });
     sharpness.of_given = sharpness_of(given_m, options, ctx.threads);

@@ -149,15 +149,14 @@ Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions
                                std::pair<const Sites&, const FactorTable&> map,
                                const History* told) {
   const auto& [sites, factors] = map;
-  const Result<FeatureRows> features = features_for(model, factors, told);
-  if (!features) return features.error();
-  PredictedError predicted = whole_forest_prediction(ctx, options.support_margin, model, *features);
+  SIGHTLINE_ASSIGN(const FeatureRows features, features_for(model, factors, told));
+  PredictedError predicted = whole_forest_prediction(ctx, options.support_margin, model, features);
   if (told != nullptr) predicted.has_history = told->is_known;
   const TrainedPlaces places(model.sites);
   std::size_t flattered_count = 0;
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
     const Eigen::Vector3d p_world_m = sites.frame.origin_world_m + sites.sites[site].p_map_m;
-    const std::uint64_t digest = features_digest(*features, site, model.ranges.size());
+    const std::uint64_t digest = features_digest(features, site, model.ranges.size());
     const std::size_t own = places.own(p_world_m, digest);
     if (own < model.sites.size()) {
       take_out_of_fold(model, own, site, predicted);
@@ -190,8 +189,7 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options) {
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
                                      const FactorTable& factors) {
-  const Result<void> checked = check_inputs(model, sites, factors);
-  if (!checked) return checked.error();
+  SIGHTLINE_TRY(check_inputs(model, sites, factors));
   return predict(ctx, options, model, {sites, factors}, nullptr);
 }
 
@@ -200,8 +198,7 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const ErrorModel& model, const Sites& sites,
                                                   const FactorTable& factors,
                                                   const MeasuredError& history) {
-  const Result<void> checked = check_inputs(model, sites, factors);
-  if (!checked) return checked.error();
+  SIGHTLINE_TRY(check_inputs(model, sites, factors));
   if (history.scan_of_site.size() != sites.sites.size() || history.ranges_m != factors.ranges_m) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the earlier drive was measured at other sites or ranges", "", ""};

@@ -143,17 +143,13 @@ Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& ma
     return Error{ErrorCode::kBadLayer,
                  "the map was stripped of its factors: its annotation cannot be made again", "", ""};
   }
-  const Result<ErrorModel> model = model_of(map.model);
-  if (!model) return model.error();
-  const Result<PredictedError> predicted = predicted_again(ctx, map, *model);
-  if (!predicted) return predicted.error();
-  Result<void> follows = compare_numbers(map.predicted, *predicted);
-  if (follows) follows = compare_flags(map.predicted, *predicted);
+  SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
+  SIGHTLINE_ASSIGN(const PredictedError predicted, predicted_again(ctx, map, model));
+  Result<void> follows = compare_numbers(map.predicted, predicted);
+  if (follows) follows = compare_flags(map.predicted, predicted);
   if (!follows) return follows.error();
-  const Result<RangeTable> ranges =
-      choose_ranges(ctx, choice_options(map), map.sites, map.predicted, *model);
-  if (!ranges) return ranges.error();
-  follows = compare_choices(map.ranges, *ranges);
+  SIGHTLINE_ASSIGN(const RangeTable ranges, choose_ranges(ctx, choice_options(map), map.sites, map.predicted, model));
+  follows = compare_choices(map.ranges, ranges);
   if (follows) follows = compare_quality(map);
   if (!follows) return follows.error();
   AnnotationProof proof;

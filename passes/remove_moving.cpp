@@ -31,10 +31,9 @@ struct ReturnCounts {
 };
 
 Result<ReturnCounts> count_returns(const ScanStore& store, const PlacedScan& placed) {
-  const Result<Scan> scan = store.read(placed.index);
-  if (!scan) return scan.error();
+  SIGHTLINE_ASSIGN(const Scan scan, store.read(placed.index));
   ReturnCounts counts;
-  for (const Eigen::Vector3d& point_lidar_m : scan->points_m) {
+  for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
     ++(is_within_range(placed, point_lidar_m) ? counts.in_range : counts.out_of_range);
   }
   return counts;
@@ -102,19 +101,15 @@ std::vector<OptionField> option_fields(RemoveMovingOptions& options) {
 
 Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions& options,
                                     const Drive& drive, const Trajectory& trajectory) {
-  const Result<void> matches = check_trajectory_of_drive(drive, trajectory);
-  if (!matches) return matches.error();
-  Result<std::vector<PlacedScan>> scans = place_scans(options, drive, trajectory);
-  if (!scans) return scans.error();
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
+  SIGHTLINE_ASSIGN(std::vector<PlacedScan> scans, place_scans(options, drive, trajectory));
   SurfacePoints points;
   points.frame = trajectory.frame;
-  points.scans = std::move(*scans);
+  points.scans = std::move(scans);
   points.store = drive.store;
-  const Result<void> counted = count_all_returns(ctx, drive, points);
-  if (!counted) return counted.error();
+  SIGHTLINE_TRY(count_all_returns(ctx, drive, points));
   if (options.enabled) {
-    const Result<void> found = find_moving(ctx, options, points);
-    if (!found) return found.error();
+    SIGHTLINE_TRY(find_moving(ctx, options, points));
   }
   return points;
 }

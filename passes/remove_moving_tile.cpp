@@ -70,12 +70,10 @@ class TileCarver {
   }
 
   Result<TileFindings> run() {
-    const Result<void> collected = collect();
-    if (!collected) return collected.error();
+    SIGHTLINE_TRY(collect());
     mark_ground(seen_);
     gather_neighbours();
-    const Result<void> carved = carve();
-    if (!carved) return carved.error();
+    SIGHTLINE_TRY(carve());
     return findings();
   }
 
@@ -84,9 +82,8 @@ class TileCarver {
     for (std::uint32_t k = 0; k < scans_.size(); ++k) {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
       if (reach_.exteriorDistance(origin_m) > scans_[k].max_range_m) continue;
-      const Result<Scan> scan = store_.read(scans_[k].index);
-      if (!scan) return scan.error();
-      for (const Eigen::Vector3d& point_lidar_m : scan->points_m) {
+      SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
+      for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
         if (!is_within_range(scans_[k], point_lidar_m)) continue;
         add_return(scans_[k].T_map_lidar * point_lidar_m, k);
       }
@@ -132,11 +129,10 @@ class TileCarver {
     for (std::uint32_t k = 0; k < scans_.size(); ++k) {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
       if (reach_.exteriorDistance(origin_m) > options_.carve_range_m) continue;
-      const Result<Scan> scan = store_.read(scans_[k].index);
-      if (!scan) return scan.error();
+      SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
       spare_what_it_hit(k, spared_by);
       std::vector<Eigen::Vector3d> returns_m;
-      for (const Eigen::Vector3d& point_lidar_m : scan->points_m) {
+      for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
         if (is_within_range(scans_[k], point_lidar_m)) returns_m.push_back(point_lidar_m);
       }
       const ScanRays rays(returns_m);

@@ -153,18 +153,17 @@ std::vector<std::size_t> scans_on_map(const TrackDriveOptions& options, const Dr
 // The scan at a position among those on the map.
 Result<KnownScan> known_scan(const Setup& setup, const Trajectory& in_map, std::size_t position) {
   const std::size_t index = setup.scans[position];
-  Result<Scan> scan = setup.drive.store->read(index);
-  if (!scan) return scan.error();
+  SIGHTLINE_ASSIGN(Scan scan, setup.drive.store->read(index));
   KnownScan known;
   known.T_map_reference = in_map.poses[index].T_map_vehicle;
   if (setup.options.matching.reference != ErrorReference::kKnownPose) {
     ScanCutter cutter;
     ScanForMatch full =
-        make_scan_for_match(setup.localizer, cutter, *scan, setup.drive.sensor,
+        make_scan_for_match(setup.localizer, cutter, scan, setup.drive.sensor,
                             {setup.drive.sensor.max_range_m, setup.options.matching.leaf_m});
     known.T_map_reference = localize(setup.localizer, full, known.T_map_reference).T_map_sensor;
   }
-  known.scan = std::move(*scan);
+  known.scan = std::move(scan);
   const bool is_even_step = setup.options.matching.scans == ScanSelection::kAll;
   const std::size_t next = is_even_step ? 1 : 2;  // in the recording
   known.follows = position > 0 && index - setup.scans[position - 1] <= next &&
@@ -213,8 +212,7 @@ std::vector<Replay> replays_of(const RangeTable& ranges) {
 
 Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
                           const Sites& sites, const RangeTable& ranges) {
-  const Result<void> same = check_trajectory_of_drive(drive, trajectory);
-  if (!same) return same;
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   if (!(map.frame == sites.frame) || ranges.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the map, its sites and its ranges do not belong together", "", ""};
@@ -264,8 +262,7 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options) {
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
                                 const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
                                 const Sites& sites, const RangeTable& ranges) {
-  const Result<void> checked = check_inputs(drive, trajectory, map, sites, ranges);
-  if (!checked) return checked.error();
+  SIGHTLINE_TRY(check_inputs(drive, trajectory, map, sites, ranges));
   const Trajectory in_map = rebase(trajectory, map.frame);
   const std::vector<std::size_t> scans = scans_on_map(options, drive, in_map, sites);
   if (scans.empty()) {
@@ -282,10 +279,8 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& optio
   std::vector<Replay> replays = replays_of(ranges);
   KnownScan before;
   for (std::size_t first = 0; first < scans.size(); first += kScansInBlock) {
-    Result<KnownScan> last =
-        follow_block(ctx, setup, in_map, first, first == 0 ? nullptr : &before, replays);
-    if (!last) return last.error();
-    before = std::move(*last);
+    SIGHTLINE_ASSIGN(KnownScan last, follow_block(ctx, setup, in_map, first, first == 0 ? nullptr : &before, replays));
+    before = std::move(last);
     ctx.progress(std::min(first + kScansInBlock, scans.size()), scans.size());
   }
   return to_tracks(setup, in_map, replays);

@@ -29,13 +29,12 @@ Result<Lesson> prepare_lesson(const PassContext& ctx, const DrivenPlaces& places
   if (lesson || lesson.error().code != ErrorCode::kDriveTooShort) return lesson;
   if (options.block_m <= kShortestBlock_m) return lesson;
   wanted.block_m = kShortestBlock_m;
-  Result<Lesson> short_lesson = make_lesson(wanted, places);
-  if (!short_lesson) return short_lesson;
+  SIGHTLINE_ASSIGN(Lesson short_lesson, make_lesson(wanted, places));
   const std::string wanted_m = format_double(options.block_m);
-  options.block_m = short_lesson->folds.labelled_route_m / short_lesson->folds.block_count();
+  options.block_m = short_lesson.folds.labelled_route_m / short_lesson.folds.block_count();
   options.buffer_m = std::min(options.buffer_m, options.block_m / 2.0);
   ctx.warn("the drive is too short for two blocks of " + wanted_m + " m: it is judged on " +
-           std::to_string(short_lesson->folds.block_count()) + " blocks of " +
+           std::to_string(short_lesson.folds.block_count()) + " blocks of " +
            std::to_string(static_cast<int>(options.block_m)) +
            " m, whose figures flatter; nothing is promised");
   return short_lesson;
@@ -180,31 +179,27 @@ Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainMo
 Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
                             const DrivenPlaces& places) {
   TrainModelOptions options = wanted;
-  Result<Lesson> lesson = prepare_lesson(ctx, places, options);
-  if (!lesson) return lesson.error();
+  SIGHTLINE_ASSIGN(Lesson lesson, prepare_lesson(ctx, places, options));
   PredictedError predicted;
   predicted.ranges_m = places.places.front().factors.ranges_m;
   predicted.limits_m = options.limits_m;
   const OutOfFoldOptions out_of_fold_options{forest_options(options), options.buffer_m,
                                              static_cast<std::size_t>(options.most_rows)};
-  Result<OutOfFold> out_of_fold =
-      predict_out_of_fold(ctx, out_of_fold_options, *lesson, std::move(predicted));
-  if (!out_of_fold) return out_of_fold.error();
-  Result<RegressionForest> forest = grow_whole_forest(ctx, options, *lesson);
-  if (!forest) return forest.error();
+  SIGHTLINE_ASSIGN(OutOfFold out_of_fold, predict_out_of_fold(ctx, out_of_fold_options, lesson, std::move(predicted)));
+  SIGHTLINE_ASSIGN(RegressionForest forest, grow_whole_forest(ctx, options, lesson));
   ErrorModel model;
-  model.card = training_card(ctx, options, *lesson, places.places.front().drives.front().reference);
-  model.features = feature_cards(*lesson, out_of_fold->importance);
+  model.card = training_card(ctx, options, lesson, places.places.front().drives.front().reference);
+  model.features = feature_cards(lesson, out_of_fold.importance);
   warn_of_constant_factors(ctx, model.features);
-  model.ranges = range_cards(*lesson, out_of_fold->predicted);
-  model.streets = street_cards(*lesson, out_of_fold->predicted);
-  model.forest = std::move(*forest);
-  for (std::size_t i = 0; i < lesson->sites.size(); ++i) {
-    lesson->sites[i].factor_digest = features_digest(lesson->features, i, lesson->range_count);
+  model.ranges = range_cards(lesson, out_of_fold.predicted);
+  model.streets = street_cards(lesson, out_of_fold.predicted);
+  model.forest = std::move(forest);
+  for (std::size_t i = 0; i < lesson.sites.size(); ++i) {
+    lesson.sites[i].factor_digest = features_digest(lesson.features, i, lesson.range_count);
   }
-  model.sites = std::move(lesson->sites);
-  model.out_of_fold = std::move(out_of_fold->predicted);
-  model.measured_mean_m = std::move(lesson->labels);
+  model.sites = std::move(lesson.sites);
+  model.out_of_fold = std::move(out_of_fold.predicted);
+  model.measured_mean_m = std::move(lesson.labels);
   return model;
 }
 

@@ -120,8 +120,7 @@ std::vector<OptionField> option_fields(UndistortScansOptions& options) {
 
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
                               const Drive& drive, const Trajectory& trajectory) {
-  const Result<void> matches = check_trajectory_of_drive(drive, trajectory);
-  if (!matches) return matches.error();
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   const auto timed =
       std::ranges::count_if(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
   if (timed == 0) return drive;

@@ -105,15 +105,13 @@ Result<FileContent> read_file_content(const std::filesystem::path& path) {
 }
 
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
-  const Result<FileContent> content = read_file_content(path);
-  if (!content) return content.error();
-  return std::vector<std::byte>(content->bytes().begin(), content->bytes().end());
+  SIGHTLINE_ASSIGN(const FileContent content, read_file_content(path));
+  return std::vector<std::byte>(content.bytes().begin(), content.bytes().end());
 }
 
 Result<std::string> read_text_file(const std::filesystem::path& path) {
-  const Result<std::vector<std::byte>> bytes = read_file(path);
-  if (!bytes) return bytes.error();
-  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(path));
+  return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
 }  // namespace sightline

@@ -120,10 +120,8 @@ Result<void> set_flag(const Flag& flag, const std::string& called,
   }
   if (is_list(flag.target)) std::get<std::vector<std::string>*>(flag.target)->clear();
   for (const std::string& word : words) {
-    const Result<void> known = check_choice(flag, called, word);
-    if (!known) return known;
-    const Result<void> set = std::visit(SetTarget{flag, called, word}, flag.target);
-    if (!set) return set;
+    SIGHTLINE_TRY(check_choice(flag, called, word));
+    SIGHTLINE_TRY(std::visit(SetTarget{flag, called, word}, flag.target));
   }
   return {};
 }

@@ -144,18 +144,14 @@ Result<void> parse_words(const std::string& command, const Verb& verb,
   for (const Positional& positional : verb.positionals) {
     options.push_back(add_positional(app, positional));
   }
-  const Result<void> is_split = split(app, command, verb, words);
-  if (!is_split) return is_split;
+  SIGHTLINE_TRY(split(app, command, verb, words));
   // Setters come last: they may add to what another flag has set.
   for (const bool sets : {false, true}) {
-    const Result<void> flags_set = set_flags(verb, options, sets);
-    if (!flags_set) return flags_set;
+    SIGHTLINE_TRY(set_flags(verb, options, sets));
   }
   for (std::size_t i = 0; i < verb.positionals.size(); ++i) {
     const CLI::Option& option = *options[verb.flags.size() + i];
-    const Result<void> set =
-        set_flag(as_flag(verb.positionals[i]), verb.positionals[i].name, option.results());
-    if (!set) return set;
+    SIGHTLINE_TRY(set_flag(as_flag(verb.positionals[i]), verb.positionals[i].name, option.results()));
   }
   return check_exclusions(verb, options);
 }

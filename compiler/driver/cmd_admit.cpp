@@ -28,31 +28,25 @@ struct SignedText {
 };
 
 Result<SignedText> read_signed(const std::string& file) {
-  const Result<std::string> text = read_record_text(file, kLargestRecord);
-  if (!text) return text.error();
-  const Result<std::string> signatures =
-      read_record_text(signatures_of(file), kLargestSignatureFile);
-  if (!signatures) return signatures.error();
-  return SignedText{*text, *signatures};
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
+  SIGHTLINE_ASSIGN(const std::string signatures, read_record_text(signatures_of(file), kLargestSignatureFile));
+  return SignedText{text, signatures};
 }
 
 Result<RootRecord> read_root(const AdmitFlags& flags) {
-  const Result<std::string> text = read_record_text(flags.root, kLargestRecord);
-  if (!text) return text.error();
-  Result<RootRecord> root = decode_root_record(*text);
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(flags.root, kLargestRecord));
+  Result<RootRecord> root = decode_root_record(text);
   if (!root) return in_file(root.error(), flags.root);
   return root;
 }
 
 Result<VehicleFacts> facts_of(const AdmitFlags& flags) {
   VehicleFacts facts;
-  const Result<std::int64_t> now = read_time(flags.now);
-  if (!now) return now.error();
-  facts.now_s = *now;
+  SIGHTLINE_ASSIGN(const std::int64_t now, read_time(flags.now));
+  facts.now_s = now;
   if (!flags.seen.empty()) {
-    const Result<std::string> seen = read_record_text(flags.seen, kLargestRecord);
-    if (!seen) return seen.error();
-    facts.seen_release = *seen;
+    SIGHTLINE_ASSIGN(const std::string seen, read_record_text(flags.seen, kLargestRecord));
+    facts.seen_release = seen;
   }
   if (!flags.map_id.empty()) facts.map_id = flags.map_id;
   if (flags.sensor.empty()) return facts;
@@ -62,28 +56,23 @@ Result<VehicleFacts> facts_of(const AdmitFlags& flags) {
 }
 
 Result<void> admit_root(const AdmitFlags& flags, const RootRecord& trusted) {
-  const Result<SignedText> next = read_signed(flags.next_root);
-  if (!next) return next.error();
-  const Result<RootRecord> root = next_root(trusted, next->text, next->signatures);
+  SIGHTLINE_ASSIGN(const SignedText next, read_signed(flags.next_root));
+  const Result<RootRecord> root = next_root(trusted, next.text, next.signatures);
   if (!root) return in_file(root.error(), flags.next_root);
   std::fputs(encode(*root).c_str(), stdout);
   return {};
 }
 
 Result<void> admit(const AdmitFlags& flags) {
-  const Result<RootRecord> root = read_root(flags);
-  if (!root) return root.error();
-  if (!flags.next_root.empty()) return admit_root(flags, *root);
-  const Result<VehicleFacts> facts = facts_of(flags);
-  if (!facts) return facts.error();
-  const Result<SignedText> release = read_signed(flags.release);
-  if (!release) return release.error();
+  SIGHTLINE_ASSIGN(const RootRecord root, read_root(flags));
+  if (!flags.next_root.empty()) return admit_root(flags, root);
+  SIGHTLINE_ASSIGN(const VehicleFacts facts, facts_of(flags));
+  SIGHTLINE_ASSIGN(const SignedText release, read_signed(flags.release));
   const Result<ReleaseRecord> record =
-      admit_release(release->text, release->signatures, *root, *facts);
+      admit_release(release.text, release.signatures, root, facts);
   if (!record) return in_file(record.error(), flags.release);
   if (!flags.map.empty()) {
-    const Result<void> checked = check_map(flags.map, *record);
-    if (!checked) return checked;
+    SIGHTLINE_TRY(check_map(flags.map, *record));
   }
   std::fputs(encode(*record).c_str(), stdout);
   std::printf("fetch %s\n", to_text(plan_fetch(flags.present, *record)).c_str());

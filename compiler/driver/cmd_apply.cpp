@@ -20,24 +20,21 @@ Result<void> apply(const ApplyFlags& flags) {
     if (!flags.delta.empty() || !flags.out.empty()) {
       return Error{ErrorCode::kBadArgument, "--rollback takes no delta and no --output", "", ""};
     }
-    const Result<Digest> root = roll_back(flags.map);
-    if (!root) return root.error();
-    std::printf("%s is map %s again\n", flags.map.c_str(), to_hex(*root).c_str());
+    SIGHTLINE_ASSIGN(const Digest root, roll_back(flags.map));
+    std::printf("%s is map %s again\n", flags.map.c_str(), to_hex(root).c_str());
     return {};
   }
   if (flags.delta.empty()) {
     return Error{ErrorCode::kBadArgument, "a delta is needed, or --rollback", "", ""};
   }
-  const Result<ApplyReport> report =
-      flags.out.empty() ? apply_delta(flags.delta, flags.map)
-                        : apply_delta_to(flags.delta, flags.map, flags.out);
-  if (!report) return report.error();
+  SIGHTLINE_ASSIGN(const ApplyReport report, flags.out.empty() ? apply_delta(flags.delta, flags.map)
+                        : apply_delta_to(flags.delta, flags.map, flags.out));
   std::printf("%s %s map %s\n", (flags.out.empty() ? flags.map : flags.out).c_str(),
-              report->was_there ? "was already" : "is now", to_hex(report->root_digest).c_str());
-  if (report->kept_bytes > 0) {
+              report.was_there ? "was already" : "is now", to_hex(report.root_digest).c_str());
+  if (report.kept_bytes > 0) {
     std::fprintf(stderr, "%llu of %llu bytes were there from an apply that had been interrupted\n",
-                 static_cast<unsigned long long>(report->kept_bytes),
-                 static_cast<unsigned long long>(report->result_size));
+                 static_cast<unsigned long long>(report.kept_bytes),
+                 static_cast<unsigned long long>(report.result_size));
   }
   return {};
 }

@@ -42,8 +42,7 @@ Result<void> check_output(const CompileFlags& flags) {
 Result<void> write_outputs(const CompileFlags& flags, const CompiledMap& map,
                            const std::string& provenance) {
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  const Result<void> written = write_file_atomically(flags.output, encode_map(map), if_exists);
-  if (!written) return written;
+  SIGHTLINE_TRY(write_file_atomically(flags.output, encode_map(map), if_exists));
   // A stale provenance beside a new map would be worse than replacing one.
   return write_file_atomically(flags.output + ".provenance.json", provenance, IfExists::kReplace);
 }
@@ -55,17 +54,14 @@ Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& art
     text += promise.statement + "\n";
   }
   text += "\n" + to_text(artifacts.get(made.sharpness)) + "\n";
-  const Result<FactorReport> report =
-      factor_report(artifacts.get(made.factors), artifacts.get(made.measured));
-  if (!report) return report.error();
-  return text + "\n" + to_text(*report);
+  SIGHTLINE_ASSIGN(const FactorReport report, factor_report(artifacts.get(made.factors), artifacts.get(made.measured)));
+  return text + "\n" + to_text(report);
 }
 
 // Files, one a line.
 Result<void> list_inputs(const CompileFlags& flags, const CompileConfig& config) {
-  const Result<InputFiles> inputs = input_files(config, flags.run.config_file, flags.model);
-  if (!inputs) return inputs.error();
-  for (const std::filesystem::path& file : inputs->files) std::printf("%s\n", file.c_str());
+  SIGHTLINE_ASSIGN(const InputFiles inputs, input_files(config, flags.run.config_file, flags.model));
+  for (const std::filesystem::path& file : inputs.files) std::printf("%s\n", file.c_str());
   return {};
 }
 
@@ -75,43 +71,33 @@ Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& confi
   if (flags.output.empty()) {
     return Error{ErrorCode::kBadArgument, "--depfile needs -o: what the files are inputs of", "", ""};
   }
-  const Result<InputFiles> inputs = input_files(config, flags.run.config_file, flags.model);
-  if (!inputs) return inputs.error();
-  return write_file_atomically(flags.depfile, depfile_text(flags.output, *inputs),
+  SIGHTLINE_ASSIGN(const InputFiles inputs, input_files(config, flags.run.config_file, flags.model));
+  return write_file_atomically(flags.depfile, depfile_text(flags.output, inputs),
                                IfExists::kReplace);
 }
 
 Result<void> run_compile(const CompileFlags& flags) {
-  const Result<CompileConfig> config =
-      load_compile_config(flags.run.config_file, flags.run.overrides);
-  if (!config) return config.error();
-  if (flags.lists_inputs) return list_inputs(flags, *config);
-  const Result<void> free = check_output(flags);
-  if (!free) return free;
-  const Result<void> depends = write_depfile(flags, *config);
-  if (!depends) return depends;
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  if (flags.lists_inputs) return list_inputs(flags, config);
+  SIGHTLINE_TRY(check_output(flags));
+  SIGHTLINE_TRY(write_depfile(flags, config));
   const bool is_given = !flags.model.empty();
   const CompilePlan compile =
-      compile_plan(*config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
+      compile_plan(config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
   ArtifactSet artifacts;
-  const Result<void> provided = provide_drives(compile, artifacts);
-  if (!provided) return provided;
+  SIGHTLINE_TRY(provide_drives(compile, artifacts));
   if (is_given) {
-    Result<ErrorModel> model = read_model(flags.model);
-    if (!model) return model.error();
-    artifacts.provide(compile.given_model, std::move(*model));
+    SIGHTLINE_ASSIGN(ErrorModel model, read_model(flags.model));
+    artifacts.provide(compile.given_model, std::move(model));
   }
-  const Result<std::vector<StepReport>> reports =
-      run_steps(compile.plan, {}, flags.run, *config, artifacts);
-  if (!reports) return reports.error();
+  SIGHTLINE_ASSIGN(const std::vector<StepReport> reports, run_steps(compile.plan, {}, flags.run, config, artifacts));
   if (!artifacts.has(compile.map)) return {};  // --stop-after
   const Result<void> written = write_outputs(
       flags, artifacts.get(compile.map),
-      provenance_json(*config, command_line(), artifacts.get(compile.cards), *reports));
+      provenance_json(config, command_line(), artifacts.get(compile.cards), reports));
   if (!written || flags.run.is_quiet) return written;
-  const Result<std::string> summary = summary_text(compile, artifacts);
-  if (!summary) return summary.error();
-  std::fputs(summary->c_str(), stdout);
+  SIGHTLINE_ASSIGN(const std::string summary, summary_text(compile, artifacts));
+  std::fputs(summary.c_str(), stdout);
   return {};
 }
 

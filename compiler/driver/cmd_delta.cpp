@@ -18,17 +18,14 @@ struct DeltaFlags {
 };
 
 Result<void> write_delta(const DeltaFlags& flags) {
-  const Result<std::vector<std::byte>> delta =
-      make_delta(std::filesystem::path(flags.base), std::filesystem::path(flags.result),
-                 flags.options);
-  if (!delta) return delta.error();
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> delta, make_delta(std::filesystem::path(flags.base), std::filesystem::path(flags.result),
+                 flags.options));
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  const Result<void> written = write_file_atomically(flags.out, *delta, if_exists);
-  if (!written) return written;
+  SIGHTLINE_TRY(write_file_atomically(flags.out, delta, if_exists));
   std::error_code ignored;
   const auto whole = std::filesystem::file_size(flags.result, ignored);
-  std::fprintf(stderr, "%s: %zu bytes, %.1f %% of the new map\n", flags.out.c_str(), delta->size(),
-               100.0 * static_cast<double>(delta->size()) / static_cast<double>(whole));
+  std::fprintf(stderr, "%s: %zu bytes, %.1f %% of the new map\n", flags.out.c_str(), delta.size(),
+               100.0 * static_cast<double>(delta.size()) / static_cast<double>(whole));
   return {};
 }
 

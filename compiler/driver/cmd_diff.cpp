@@ -33,17 +33,14 @@ Result<std::string> text_of(const MapDiff& diff, const std::string& format, cons
 }
 
 Result<bool> diff(const DiffFlags& flags) {
-  const Result<World> world = parse_world(flags.world);
-  if (!world) return world.error();
-  const Result<MapDiff> found = diff_maps(std::filesystem::path(flags.before),
-                                          std::filesystem::path(flags.after), flags.options);
-  if (!found) return found.error();
+  SIGHTLINE_ASSIGN(const World world, parse_world(flags.world));
+  SIGHTLINE_ASSIGN(const MapDiff found, diff_maps(std::filesystem::path(flags.before),
+                                          std::filesystem::path(flags.after), flags.options));
   if (!flags.is_quiet) {
-    const Result<std::string> text = text_of(*found, flags.format, *world);
-    if (!text) return text.error();
-    std::fputs(text->c_str(), stdout);
+    SIGHTLINE_ASSIGN(const std::string text, text_of(found, flags.format, world));
+    std::fputs(text.c_str(), stdout);
   }
-  return found->is_same();
+  return found.is_same();
 }
 
 }  // namespace

@@ -38,9 +38,8 @@ std::vector<std::string> dumpable_names() {
 }
 
 Result<Table> table_of_map(const DumpFlags& flags) {
-  const Result<CompiledMap> map = read_map(flags.run.config_file);
-  if (!map) return map.error();
-  Result<Table> table = dump(*map, flags.what);
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.run.config_file));
+  Result<Table> table = dump(map, flags.what);
   if (table) return table;
   Error error = table.error();
   error.file = flags.run.config_file;
@@ -49,10 +48,9 @@ Result<Table> table_of_map(const DumpFlags& flags) {
 }
 
 Result<Table> table_of_model(const DumpFlags& flags) {
-  const Result<ErrorModel> model = read_model(flags.run.config_file);
-  if (!model) return model.error();
-  if (flags.what == "model") return dump(*model);
-  if (flags.what == "recordings") return recordings_table(*model);
+  SIGHTLINE_ASSIGN(const ErrorModel model, read_model(flags.run.config_file));
+  if (flags.what == "model") return dump(model);
+  if (flags.what == "recordings") return recordings_table(model);
   return Error{ErrorCode::kBadArgument, "--what: a model holds the tables model and recordings",
                flags.run.config_file, ""};
 }
@@ -66,10 +64,8 @@ struct Made {
 // Runs what the artifacts of these names need, from the cache where it can. Error: unknown-name
 // where the configuration makes none of that name.
 Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names) {
-  const Result<CompileConfig> config =
-      load_compile_config(flags.run.config_file, flags.run.overrides);
-  if (!config) return config.error();
-  Made made{compile_plan(*config), {}};
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  Made made{compile_plan(config), {}};
   std::vector<AnyWire> wanted;
   for (const std::string& name : names) {
     wanted.push_back(made.compile.plan.find(name));
@@ -77,33 +73,26 @@ Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names)
     return Error{ErrorCode::kUnknownName, "--what: this configuration makes no " + name,
                  flags.run.config_file, ""};
   }
-  const Result<void> provided = provide_drives(made.compile, made.artifacts);
-  if (!provided) return provided.error();
-  const Result<std::vector<StepReport>> reports =
-      run_steps(made.compile.plan, wanted, flags.run, *config, made.artifacts);
-  if (!reports) return reports.error();
+  SIGHTLINE_TRY(provide_drives(made.compile, made.artifacts));
+  SIGHTLINE_TRY(run_steps(made.compile.plan, wanted, flags.run, config, made.artifacts));
   return made;
 }
 
 // Of every recording that the configuration names; reads files and runs no pass.
 Result<Table> recordings_of_config(const DumpFlags& flags) {
-  const Result<CompileConfig> config =
-      load_compile_config(flags.run.config_file, flags.run.overrides);
-  if (!config) return config.error();
-  CompilePlan compile = compile_plan(*config);
-  if (!config->evaluation.scans.empty()) measure_evaluation_drive(*config, compile);
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  CompilePlan compile = compile_plan(config);
+  if (!config.evaluation.scans.empty()) measure_evaluation_drive(config, compile);
   ArtifactSet artifacts;
-  const Result<void> provided = provide_drives(compile, artifacts);
-  if (!provided) return provided.error();
+  SIGHTLINE_TRY(provide_drives(compile, artifacts));
   return dump(artifacts.get(compile.cards));
 }
 
 Result<Table> table_of_config(const DumpFlags& flags) {
   if (flags.what == "recordings") return recordings_of_config(flags);
-  const Result<Made> made = make(flags, {flags.what});
-  if (!made) return made.error();
+  SIGHTLINE_ASSIGN(const Made made, make(flags, {flags.what}));
   const ArtifactSet::Entry& entry =
-      made->artifacts.entry(made->compile.plan.find(flags.what));
+      made.artifacts.entry(made.compile.plan.find(flags.what));
   return entry.type->print(entry.value.get());
 }
 
@@ -111,9 +100,8 @@ Result<PictureSources> sources_of_config(const DumpFlags& flags) {
   std::vector<std::string> names = {"nds", "sites"};
   if (flags.what == "points") names = {"points"};
   if (flags.what == "depth") names = {"depth", "nds"};
-  const Result<Made> made = make(flags, names);
-  if (!made) return made.error();
-  const auto& [compile, artifacts] = *made;
+  SIGHTLINE_ASSIGN(const Made made, make(flags, names));
+  const auto& [compile, artifacts] = made;
   PictureSources sources;
   if (flags.what == "points") {
     sources.points = std::make_shared<const SurfacePoints>(artifacts.get(compile.points));
@@ -128,23 +116,21 @@ Result<PictureSources> sources_of_config(const DumpFlags& flags) {
 }
 
 Result<PictureSources> sources_of_map(const DumpFlags& flags) {
-  Result<CompiledMap> map = read_map(flags.run.config_file);
-  if (!map) return map.error();
+  SIGHTLINE_ASSIGN(CompiledMap map, read_map(flags.run.config_file));
   PictureSources sources;
-  sources.ndt = std::make_shared<const NdtMap>(std::move(map->ndt));
-  sources.sites = std::move(map->sites);
+  sources.ndt = std::make_shared<const NdtMap>(std::move(map.ndt));
+  sources.sites = std::move(map.sites);
   return sources;
 }
 
 // An artifact file of the cache says itself what it is.
 Result<Table> table_of_artifact(const DumpFlags& flags) {
-  const Result<std::vector<std::byte>> bytes = read_file(flags.run.config_file);
-  if (!bytes) return bytes.error();
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(flags.run.config_file));
   const Plan plan = complete_plan();
   for (const AnyWire wire : plan.made()) {
     const ArtifactType& type = *plan.artifact(wire).type;
     if (!type.read) continue;
-    const Result<std::shared_ptr<const void>> artifact = type.read(*bytes);
+    const Result<std::shared_ptr<const void>> artifact = type.read(bytes);
     if (artifact) return type.print(artifact->get());
     if (artifact.error().code == ErrorCode::kBadLayer) continue;  // another type's
     Error error = artifact.error();
@@ -170,9 +156,8 @@ Result<void> dump_picture(const DumpFlags& flags) {
   wish.format = flags.format == "svg" ? PictureFormat::kSvg : PictureFormat::kPng;
   wish.site = flags.site;
   if (!flags.box.empty()) {
-    const Result<MapBox> box = parse_box(flags.box);
-    if (!box) return box.error();
-    wish.box = *box;
+    SIGHTLINE_ASSIGN(const MapBox box, parse_box(flags.box));
+    wish.box = box;
   }
   const bool is_drawable =
       target_of(flags) == Target::kMap || target_of(flags) == Target::kConfig;
@@ -182,12 +167,9 @@ Result<void> dump_picture(const DumpFlags& flags) {
                  "--format: only depth, nds and points of a configuration or a map can be drawn",
                  "", ""};
   }
-  const Result<PictureSources> sources =
-      target_of(flags) == Target::kMap ? sources_of_map(flags) : sources_of_config(flags);
-  if (!sources) return sources.error();
-  const Result<std::string> picture = draw_picture(wish, *sources);
-  if (!picture) return picture.error();
-  std::fwrite(picture->data(), 1, picture->size(), stdout);
+  SIGHTLINE_ASSIGN(const PictureSources sources, target_of(flags) == Target::kMap ? sources_of_map(flags) : sources_of_config(flags));
+  SIGHTLINE_ASSIGN(const std::string picture, draw_picture(wish, sources));
+  std::fwrite(picture.data(), 1, picture.size(), stdout);
   return {};
 }
 
@@ -211,15 +193,13 @@ Result<void> run_dump(const DumpFlags& flags) {
                  "--what is required for a map, a model or a configuration", "", ""};
   }
   if (flags.format == "png" || flags.format == "svg") return dump_picture(flags);
-  const Result<TableFormat> format = parse_table_format(flags.format);
-  if (!format) return format.error();
-  Result<Table> table = table_of(flags);
-  if (!table) return table.error();
+  SIGHTLINE_ASSIGN(const TableFormat format, parse_table_format(flags.format));
+  SIGHTLINE_ASSIGN(Table table, table_of(flags));
   Result<void> kept;
-  if (flags.site >= 0) kept = keep_site(flags.site, *table);
-  if (kept && !flags.box.empty()) kept = keep_box(flags.box, *table);
+  if (flags.site >= 0) kept = keep_site(flags.site, table);
+  if (kept && !flags.box.empty()) kept = keep_box(flags.box, table);
   if (!kept) return kept;
-  std::fputs(format_table(*table, *format).c_str(), stdout);
+  std::fputs(format_table(table, format).c_str(), stdout);
   return {};
 }
 

@@ -26,9 +26,8 @@ struct EvaluateFlags {
 };
 
 Result<CompileConfig> evaluation_config(const EvaluateFlags& flags) {
-  Result<CompileConfig> config = load_compile_config(flags.run.config_file, flags.run.overrides);
-  if (!config) return config;
-  if (config->evaluation.scans.empty()) {
+  SIGHTLINE_ASSIGN(CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  if (config.evaluation.scans.empty()) {
     return Error{ErrorCode::kMissingKey, "evaluation.scans: no drive to judge the map by is named",
                  flags.run.config_file, ""};
   }
@@ -54,8 +53,7 @@ Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluatio
       {flags.svg, chart_file_svg(calibration_chart(evaluation, {}))}};
   for (const auto& [file, text] : files) {
     if (file.empty()) continue;
-    const Result<void> written = write_file_atomically(file, text, if_exists);
-    if (!written) return written;
+    SIGHTLINE_TRY(write_file_atomically(file, text, if_exists));
   }
   return {};
 }
@@ -69,31 +67,23 @@ Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& ma
   for (Table& table : tables(tracks)) all.push_back(std::move(table));
   std::fputs((to_text(evaluation) + "\n" + to_text(tracks)).c_str(), stdout);
   if (map.factors.factors.empty()) return all;
-  const Result<FactorReport> factors =
-      factor_report(map.factors, artifacts.get(made.measured));
-  if (!factors) return factors.error();
-  std::fputs(("\n" + to_text(*factors)).c_str(), stdout);
-  for (Table& table : tables(*factors)) all.push_back(std::move(table));
+  SIGHTLINE_ASSIGN(const FactorReport factors, factor_report(map.factors, artifacts.get(made.measured)));
+  std::fputs(("\n" + to_text(factors)).c_str(), stdout);
+  for (Table& table : tables(factors)) all.push_back(std::move(table));
   return all;
 }
 
 Result<void> evaluate(const EvaluateFlags& flags) {
-  Result<CompiledMap> map = read_map(flags.map);
-  if (!map) return map.error();
-  const Result<CompileConfig> config = evaluation_config(flags);
-  if (!config) return config.error();
-  const EvaluatePlan plan = evaluate_plan(*config, *map);
+  SIGHTLINE_ASSIGN(CompiledMap map, read_map(flags.map));
+  SIGHTLINE_ASSIGN(const CompileConfig config, evaluation_config(flags));
+  const EvaluatePlan plan = evaluate_plan(config, map);
   ArtifactSet artifacts;
-  const Result<void> provided = provide_drive(plan.recording, artifacts);
-  if (!provided) return provided;
-  provide_map(*map, plan, artifacts);
-  const Result<std::vector<StepReport>> reports =
-      run_steps(plan.plan, {}, flags.run, *config, artifacts);
-  if (!reports) return reports.error();
+  SIGHTLINE_TRY(provide_drive(plan.recording, artifacts));
+  provide_map(map, plan, artifacts);
+  SIGHTLINE_TRY(run_steps(plan.plan, {}, flags.run, config, artifacts));
   if (!artifacts.has(plan.tracks)) return {};  // --stop-after
-  const Result<std::vector<Table>> all = report(*map, plan, artifacts);
-  if (!all) return all.error();
-  return write_files(flags, artifacts.get(plan.evaluation), *all);
+  SIGHTLINE_ASSIGN(const std::vector<Table> all, report(map, plan, artifacts));
+  return write_files(flags, artifacts.get(plan.evaluation), all);
 }
 
 }  // namespace

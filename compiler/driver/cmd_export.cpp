@@ -34,16 +34,11 @@ struct ExportFlags {
 
 // The points that made the map, from the configuration that did: no map carries them.
 Result<std::vector<Eigen::Vector3d>> points_of(const ExportFlags& flags, MapFrame& frame) {
-  const Result<CompileConfig> config =
-      load_compile_config(flags.run.config_file, flags.run.overrides);
-  if (!config) return config.error();
-  const CompilePlan compile = compile_plan(*config);
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  const CompilePlan compile = compile_plan(config);
   ArtifactSet artifacts;
-  const Result<void> provided = provide_drives(compile, artifacts);
-  if (!provided) return provided.error();
-  const Result<std::vector<StepReport>> reports =
-      run_steps(compile.plan, {compile.points}, flags.run, *config, artifacts);
-  if (!reports) return reports.error();
+  SIGHTLINE_TRY(provide_drives(compile, artifacts));
+  SIGHTLINE_TRY(run_steps(compile.plan, {compile.points}, flags.run, config, artifacts));
   const SurfacePoints& surface = artifacts.get(compile.points);
   frame = surface.frame;
   return thinned_points(surface, flags.leaf_m);
@@ -61,30 +56,25 @@ std::vector<PointXyzi> means_of(const NdtMap& ndt) {
 Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map) {
   for (const std::string& name : dump_names()) {
     if (name == "model" || (name == "factors" && map.factors.factors.empty())) continue;
-    const Result<Table> table = dump(map, name);
-    if (!table) return table.error();
-    const Result<void> written =
-        write_file_atomically(fs::path(flags.output) / (name + ".csv"),
-                              format_table(*table, TableFormat::kCsv), flags.if_exists());
-    if (!written) return written;
+    SIGHTLINE_ASSIGN(const Table table, dump(map, name));
+    SIGHTLINE_TRY(write_file_atomically(fs::path(flags.output) / (name + ".csv"),
+                              format_table(table, TableFormat::kCsv), flags.if_exists()));
   }
   return {};
 }
 
 Result<void> export_map(const ExportFlags& flags, const World& world) {
-  const Result<CompiledMap> map = read_map(flags.run.config_file);
-  if (!map) return map.error();
-  if (flags.format == "csv") return export_tables(flags, *map);
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.run.config_file));
+  if (flags.format == "csv") return export_tables(flags, map);
   if (flags.format == "pcd") {
-    return write_pcd_binary(flags.output, means_of(map->ndt), flags.if_exists());
+    return write_pcd_binary(flags.output, means_of(map.ndt), flags.if_exists());
   }
   if (flags.format == "ply") {
-    return write_file_atomically(flags.output, nd_ellipsoids_ply(map->ndt), flags.if_exists());
+    return write_file_atomically(flags.output, nd_ellipsoids_ply(map.ndt), flags.if_exists());
   }
   if (flags.format == "geojson") {
-    const Result<std::string> json = to_geojson(*map, world);
-    if (!json) return json.error();
-    return write_file_atomically(flags.output, *json, flags.if_exists());
+    SIGHTLINE_ASSIGN(const std::string json, to_geojson(map, world));
+    return write_file_atomically(flags.output, json, flags.if_exists());
   }
   return Error{ErrorCode::kBadArgument,
                "--format autoware needs points, which no map carries: export the configuration "
@@ -95,13 +85,11 @@ Result<void> export_map(const ExportFlags& flags, const World& world) {
 Result<void> write_autoware(const ExportFlags& flags, const AutowareMap& map) {
   const fs::path folder = flags.output;
   for (const AutowareSquare& square : map.squares) {
-    const Result<void> written = write_pcd_binary(folder / "pointcloud_map.pcd" / square.file,
-                                                  square.points, flags.if_exists());
-    if (!written) return written;
+    SIGHTLINE_TRY(write_pcd_binary(folder / "pointcloud_map.pcd" / square.file,
+                                                  square.points, flags.if_exists()));
   }
-  const Result<void> projector = write_file_atomically(folder / "map_projector_info.yaml",
-                                                       map.projector_yaml, flags.if_exists());
-  if (!projector) return projector;
+  SIGHTLINE_TRY(write_file_atomically(folder / "map_projector_info.yaml",
+                                                       map.projector_yaml, flags.if_exists()));
   // Last: a loader that finds it finds all that it names.
   return write_file_atomically(folder / "pointcloud_map_metadata.yaml", map.metadata_yaml,
                                flags.if_exists());
@@ -123,32 +111,28 @@ Result<void> export_points(const ExportFlags& flags, const World& world) {
                  flags.run.config_file, ""};
   }
   if (flags.format == "autoware") {
-    const Result<void> free = check_folder(flags);
-    if (!free) return free;
+    SIGHTLINE_TRY(check_folder(flags));
   }
   MapFrame frame;
-  const Result<std::vector<Eigen::Vector3d>> points = points_of(flags, frame);
-  if (!points) return points.error();
+  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points, points_of(flags, frame));
   if (flags.format == "ply") {
-    return write_file_atomically(flags.output, points_ply(*points), flags.if_exists());
+    return write_file_atomically(flags.output, points_ply(points), flags.if_exists());
   }
   if (flags.format == "pcd") {
     std::vector<PointXyzi> written;
-    for (const Eigen::Vector3d& point_m : *points) {
+    for (const Eigen::Vector3d& point_m : points) {
       const Eigen::Vector3f p_m = point_m.cast<float>();
       written.push_back({p_m.x(), p_m.y(), p_m.z(), 0.0F});
     }
     return write_pcd_binary(flags.output, written, flags.if_exists());
   }
-  const Result<AutowareMap> map = autoware_map(*points, frame, world);
-  if (!map) return map.error();
-  return write_autoware(flags, *map);
+  SIGHTLINE_ASSIGN(const AutowareMap map, autoware_map(points, frame, world));
+  return write_autoware(flags, map);
 }
 
 Result<void> run_export(const ExportFlags& flags) {
-  const Result<World> world = parse_world(flags.world);
-  if (!world) return world.error();
-  return flags.is_map() ? export_map(flags, *world) : export_points(flags, *world);
+  SIGHTLINE_ASSIGN(const World world, parse_world(flags.world));
+  return flags.is_map() ? export_map(flags, world) : export_points(flags, world);
 }
 
 }  // namespace

@@ -47,11 +47,9 @@ struct LoadedMap {
 };
 
 Result<LoadedMap> load_map(const std::string& file) {
-  Result<MapSummary> summary = verify_map(file);
-  if (!summary) return summary.error();
-  Result<CompiledMap> map = read_map(file);
-  if (!map) return map.error();
-  return LoadedMap{std::move(*map), std::move(*summary)};
+  SIGHTLINE_ASSIGN(MapSummary summary, verify_map(file));
+  SIGHTLINE_ASSIGN(CompiledMap map, read_map(file));
+  return LoadedMap{std::move(map), std::move(summary)};
 }
 
 std::string day_by_the_clock() {
@@ -64,22 +62,19 @@ std::string day_by_the_clock() {
 }
 
 Result<GateReport> judge_files(const GateFlags& flags, const GateSettings& settings) {
-  const Result<LoadedMap> map = load_map(flags.map);
-  if (!map) return map.error();
-  const GateMap subject{flags.map, map->map, map->summary};
+  SIGHTLINE_ASSIGN(const LoadedMap map, load_map(flags.map));
+  const GateMap subject{flags.map, map.map, map.summary};
   std::optional<LoadedMap> old_file;
   std::optional<GateMap> old_map;
   if (!flags.old_map.empty()) {
-    Result<LoadedMap> loaded = load_map(flags.old_map);
-    if (!loaded) return loaded.error();
-    old_file = std::move(*loaded);
+    SIGHTLINE_ASSIGN(LoadedMap loaded, load_map(flags.old_map));
+    old_file = std::move(loaded);
     old_map.emplace(GateMap{flags.old_map, old_file->map, old_file->summary});
   }
   std::optional<Observation> observation;
   if (!flags.evaluation.empty()) {
-    Result<Observation> read = read_observation(flags.evaluation);
-    if (!read) return read.error();
-    observation = std::move(*read);
+    SIGHTLINE_ASSIGN(Observation read, read_observation(flags.evaluation));
+    observation = std::move(read);
   }
   return judge({subject, old_map ? &*old_map : nullptr, observation ? &*observation : nullptr},
                settings, flags.today.empty() ? day_by_the_clock() : flags.today);
@@ -92,9 +87,7 @@ Result<void> write_report(const GateFlags& flags, const GateReport& report) {
       std::fputs(kForms[i].write(report).c_str(), stdout);
     }
     if (flags.files[i].empty()) continue;
-    const Result<void> written =
-        write_file_atomically(flags.files[i], kForms[i].write(report), if_exists);
-    if (!written) return written;
+    SIGHTLINE_TRY(write_file_atomically(flags.files[i], kForms[i].write(report), if_exists));
   }
   return {};
 }
@@ -102,18 +95,15 @@ Result<void> write_report(const GateFlags& flags, const GateReport& report) {
 Result<void> gate(const GateFlags& flags) {
   GateSettings settings = default_gate_settings();
   if (!flags.rules.empty()) {
-    Result<GateSettings> read = read_gate_settings(flags.rules);
-    if (!read) return read.error();
-    settings = std::move(*read);
+    SIGHTLINE_ASSIGN(GateSettings read, read_gate_settings(flags.rules));
+    settings = std::move(read);
   }
-  const Result<GateReport> report = judge_files(flags, settings);
-  if (!report) return report.error();
-  const Result<void> written = write_report(flags, *report);
-  if (!written) return written;
-  if (report->passes()) return {};
+  SIGHTLINE_ASSIGN(const GateReport report, judge_files(flags, settings));
+  SIGHTLINE_TRY(write_report(flags, report));
+  if (report.passes()) return {};
   return Error{ErrorCode::kGateFailed,
-               "found " + std::to_string(report->violations(Severity::kError)) + " errors and " +
-                   std::to_string(report->violations(Severity::kWarning)) +
+               "found " + std::to_string(report.violations(Severity::kError)) + " errors and " +
+                   std::to_string(report.violations(Severity::kWarning)) +
                    " warnings; the gate fails at any " +
                    std::string(severity_name(settings.fails_at)),
                flags.map, ""};

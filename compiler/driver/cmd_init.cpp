@@ -16,14 +16,13 @@ struct InitFlags {
 };
 
 Result<void> run_init(const InitFlags& flags) {
-  const Result<ConfigDraft> draft = draft_config(flags.folder, flags.output);
-  if (!draft) return draft.error();
-  for (const std::string& line : draft->summary) std::fprintf(stderr, "%s\n", line.c_str());
+  SIGHTLINE_ASSIGN(const ConfigDraft draft, draft_config(flags.folder, flags.output));
+  for (const std::string& line : draft.summary) std::fprintf(stderr, "%s\n", line.c_str());
   if (flags.output.empty()) {
-    std::fputs(draft->yaml.c_str(), stdout);
+    std::fputs(draft.yaml.c_str(), stdout);
     return {};
   }
-  return write_file_atomically(flags.output, draft->yaml,
+  return write_file_atomically(flags.output, draft.yaml,
                                flags.is_forced ? IfExists::kReplace : IfExists::kRefuse);
 }
 

@@ -21,25 +21,21 @@ Result<void> inspect_model(const InspectFlags& flags) {
     return Error{ErrorCode::kBadArgument, "--site: a model annotates no sites, a map does",
                  flags.file, ""};
   }
-  const Result<ErrorModel> model = read_model(flags.file);
-  if (!model) return model.error();
-  std::fputs(describe(*model).c_str(), stdout);
+  SIGHTLINE_ASSIGN(const ErrorModel model, read_model(flags.file));
+  std::fputs(describe(model).c_str(), stdout);
   return {};
 }
 
 Result<void> inspect_map(const InspectFlags& flags) {
-  const Result<CompiledMap> map = read_map(flags.file);
-  if (!map) return map.error();
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.file));
   if (flags.site >= 0) {
-    const Result<std::string> text = describe_site(*map, static_cast<std::size_t>(flags.site));
-    if (!text) return text.error();
-    std::fputs(text->c_str(), stdout);
+    SIGHTLINE_ASSIGN(const std::string text, describe_site(map, static_cast<std::size_t>(flags.site)));
+    std::fputs(text.c_str(), stdout);
     return {};
   }
-  const Result<MapSummary> summary = verify_map(flags.file);
-  if (!summary) return summary.error();
-  std::fputs(describe(*map).c_str(), stdout);
-  std::fputs(describe(*summary).c_str(), stdout);
+  SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(flags.file));
+  std::fputs(describe(map).c_str(), stdout);
+  std::fputs(describe(summary).c_str(), stdout);
   return {};
 }
 

@@ -15,17 +15,12 @@ struct KeyFlags {
 };
 
 Result<void> make_key(const KeyFlags& flags) {
-  const Result<std::optional<std::string>> passphrase = read_passphrase(flags.passphrase_file);
-  if (!passphrase) return passphrase.error();
+  SIGHTLINE_ASSIGN(const std::optional<std::string> passphrase, read_passphrase(flags.passphrase_file));
   const SecretKey key = new_secret_key();
-  const Result<void> secret =
-      write_secret_file(flags.name + ".key", encode_secret_key_file(key, *passphrase));
-  if (!secret) return secret;
+  SIGHTLINE_TRY(write_secret_file(flags.name + ".key", encode_secret_key_file(key, passphrase)));
   const std::string shared = encode_public_key_file(public_key_of(key));
-  const Result<void> written =
-      write_file_atomically(flags.name + ".pub", shared, IfExists::kRefuse);
-  if (!written) return written;
-  if (!*passphrase) {
+  SIGHTLINE_TRY(write_file_atomically(flags.name + ".pub", shared, IfExists::kRefuse));
+  if (!passphrase) {
     std::fprintf(stderr, "%s.key is not encrypted: who reads it can sign\n", flags.name.c_str());
   }
   std::printf("%s\n", to_base64(public_key_of(key)).c_str());

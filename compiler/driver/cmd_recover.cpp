@@ -18,14 +18,11 @@ struct RecoverFlags {
 };
 
 Result<void> recover(const RecoverFlags& flags) {
-  const Result<MappedFile> file = MappedFile::open(flags.map);
-  if (!file) return file.error();
-  const Result<Recovered> result = recover_map(file->bytes());
+  SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(flags.map));
+  const Result<Recovered> result = recover_map(file.bytes());
   if (!result) return in_file(result.error(), flags.map);
-  const Result<void> written =
-      write_file_atomically(flags.output, encode_map(result->map),
-                            flags.force ? IfExists::kReplace : IfExists::kRefuse);
-  if (!written) return written;
+  SIGHTLINE_TRY(write_file_atomically(flags.output, encode_map(result->map),
+                            flags.force ? IfExists::kReplace : IfExists::kRefuse));
   for (const std::string& line : result->lost) std::printf("lost %s\n", line.c_str());
   if (result->lost.empty()) std::printf("nothing was lost\n");
   return {};

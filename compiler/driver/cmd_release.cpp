@@ -24,19 +24,16 @@ struct ReleaseFlags {
 };
 
 Result<ReleasedFile> released_file(const std::string& path) {
-  const Result<MappedFile> file = MappedFile::open(path);
-  if (!file) return file.error();
-  return ReleasedFile{std::filesystem::path(path).filename().string(), file->bytes().size(),
-                      sha256(file->bytes())};
+  SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(path));
+  return ReleasedFile{std::filesystem::path(path).filename().string(), file.bytes().size(),
+                      sha256(file.bytes())};
 }
 
 Result<void> add_deltas(const ReleaseFlags& flags, ReleaseRecord& record) {
   for (std::size_t i = 0; i + 1 < flags.deltas.size(); i += 2) {
-    const Result<ReleasedFile> base = released_file(flags.deltas[i]);
-    if (!base) return base.error();
-    const Result<ReleasedFile> delta = released_file(flags.deltas[i + 1]);
-    if (!delta) return delta.error();
-    record.deltas.push_back({*delta, base->sha256});
+    SIGHTLINE_ASSIGN(const ReleasedFile base, released_file(flags.deltas[i]));
+    SIGHTLINE_ASSIGN(const ReleasedFile delta, released_file(flags.deltas[i + 1]));
+    record.deltas.push_back({delta, base.sha256});
   }
   std::sort(
       record.deltas.begin(), record.deltas.end(),
@@ -45,20 +42,15 @@ Result<void> add_deltas(const ReleaseFlags& flags, ReleaseRecord& record) {
 }
 
 Result<void> make_release(const ReleaseFlags& flags) {
-  const Result<MapSummary> verified = verify_map(flags.map);
-  if (!verified) return verified.error();
-  Result<ReleaseRecord> record = release_of_map(flags.map);
-  if (!record) return record.error();
-  record->fleet = flags.fleet;
-  record->counter = flags.counter;
-  const Result<std::int64_t> expires = read_time(flags.expires);
-  if (!expires) return expires.error();
-  record->expires_s = *expires;
-  const Result<void> deltas = add_deltas(flags, *record);
-  if (!deltas) return deltas;
-  const Result<void> valid = validate(*record);
-  if (!valid) return valid;
-  return write_file_atomically(flags.out, encode(*record),
+  SIGHTLINE_TRY(verify_map(flags.map));
+  SIGHTLINE_ASSIGN(ReleaseRecord record, release_of_map(flags.map));
+  record.fleet = flags.fleet;
+  record.counter = flags.counter;
+  SIGHTLINE_ASSIGN(const std::int64_t expires, read_time(flags.expires));
+  record.expires_s = expires;
+  SIGHTLINE_TRY(add_deltas(flags, record));
+  SIGHTLINE_TRY(validate(record));
+  return write_file_atomically(flags.out, encode(record),
                                flags.force ? IfExists::kReplace : IfExists::kRefuse);
 }
 

@@ -19,16 +19,13 @@ struct StripFlags {
 };
 
 Result<void> strip(const StripFlags& flags) {
-  const Result<MappedFile> file = MappedFile::open(flags.map);
-  if (!file) return file.error();
-  const Result<Repacked> result = strip_map(file->bytes());
+  SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(flags.map));
+  const Result<Repacked> result = strip_map(file.bytes());
   if (!result) return in_file(result.error(), flags.map);
-  const Result<void> written =
-      write_file_atomically(flags.output, result->file,
-                            flags.force ? IfExists::kReplace : IfExists::kRefuse);
-  if (!written) return written;
+  SIGHTLINE_TRY(write_file_atomically(flags.output, result->file,
+                            flags.force ? IfExists::kReplace : IfExists::kRefuse));
   for (const std::string& line : result->told) std::printf("%s\n", line.c_str());
-  std::printf("%zu bytes, were %zu\n", result->file.size(), file->bytes().size());
+  std::printf("%zu bytes, were %zu\n", result->file.size(), file.bytes().size());
   return {};
 }
 

@@ -34,14 +34,11 @@ struct Made {
 Result<Made<CompilePlan>> made_on_the_way(const ReportFlags& flags, const CompileConfig& config) {
   Made<CompilePlan> made{compile_plan(config, ModelSource::kGiven), {}};
   const CompilePlan& plan = made.plan;
-  const Result<void> provided = provide_drives(plan, made.artifacts);
-  if (!provided) return provided.error();
+  SIGHTLINE_TRY(provide_drives(plan, made.artifacts));
   std::vector<AnyWire> wanted = {plan.trajectory, plan.points, plan.ndt,
                                  plan.surface,    plan.sites,  plan.depth};
   if (config.evaluation.scans.empty()) wanted.push_back(plan.measured);
-  const Result<std::vector<StepReport>> reports =
-      run_steps(plan.plan, wanted, flags.run, config, made.artifacts);
-  if (!reports) return reports.error();
+  SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, made.artifacts));
   return made;
 }
 
@@ -82,13 +79,10 @@ Result<Made<EvaluatePlan>> judge(const ReportFlags& flags, const CompileConfig& 
   if (config.evaluation.scans.empty()) {
     judged.artifacts.share(plan.measured, compiled.artifacts, compiled.plan.measured);
   } else {
-    const Result<void> provided = provide_drive(plan.recording, judged.artifacts);
-    if (!provided) return provided.error();
+    SIGHTLINE_TRY(provide_drive(plan.recording, judged.artifacts));
     wanted.push_back(plan.tracks);
   }
-  const Result<std::vector<StepReport>> reports =
-      run_steps(plan.plan, wanted, flags.run, config, judged.artifacts);
-  if (!reports) return reports.error();
+  SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, judged.artifacts));
   return judged;
 }
 
@@ -104,46 +98,36 @@ Result<void> write_report(const ReportFlags& flags) {
   if (!flags.run.stop_after.empty()) {
     return Error{ErrorCode::kBadArgument, "--stop-after: a report needs every pass", "", ""};
   }
-  const Result<CompiledMap> map = read_map(flags.map);
-  if (!map) return map.error();
-  const Result<MapSummary> summary = verify_map(flags.map);
-  if (!summary) return summary.error();
-  const Result<std::string> provenance = provenance_beside(flags.map);
-  if (!provenance) return provenance.error();
-  const Result<CompileConfig> config =
-      load_compile_config(flags.run.config_file, flags.run.overrides);
-  if (!config) return config.error();
-  const Result<Made<CompilePlan>> made = made_on_the_way(flags, *config);
-  if (!made) return made.error();
-  const Result<void> is_same = check_same_map(flags, *map, *made);
-  if (!is_same) return is_same;
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.map));
+  SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(flags.map));
+  SIGHTLINE_ASSIGN(const std::string provenance, provenance_beside(flags.map));
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  SIGHTLINE_ASSIGN(const Made<CompilePlan> made, made_on_the_way(flags, config));
+  SIGHTLINE_TRY(check_same_map(flags, map, made));
   std::optional<MapDiff> diff;
   if (!flags.against.empty()) {
-    Result<MapDiff> found = diff_maps(flags.against, flags.map, {});
-    if (!found) return found.error();
-    diff = std::move(*found);
+    SIGHTLINE_ASSIGN(MapDiff found, diff_maps(flags.against, flags.map, {}));
+    diff = std::move(found);
   }
-  const Result<Made<EvaluatePlan>> judged = judge(flags, *config, *map, *made);
-  if (!judged) return judged.error();
+  SIGHTLINE_ASSIGN(const Made<EvaluatePlan> judged, judge(flags, config, map, made));
   ReportSources sources;
-  sources.map = &*map;
-  sources.summary = *summary;
+  sources.map = &map;
+  sources.summary = summary;
   sources.map_file = std::filesystem::path(flags.map).filename();
-  sources.provenance = *provenance;
-  sources.measured = &judged->artifacts.get(judged->plan.measured);
-  sources.evaluation = &judged->artifacts.get(judged->plan.evaluation);
-  if (judged->artifacts.has(judged->plan.tracks)) {
-    sources.tracks = &judged->artifacts.get(judged->plan.tracks);
+  sources.provenance = provenance;
+  sources.measured = &judged.artifacts.get(judged.plan.measured);
+  sources.evaluation = &judged.artifacts.get(judged.plan.evaluation);
+  if (judged.artifacts.has(judged.plan.tracks)) {
+    sources.tracks = &judged.artifacts.get(judged.plan.tracks);
   }
-  sources.trajectory = &made->artifacts.get(made->plan.trajectory);
-  sources.points = &made->artifacts.get(made->plan.points);
-  sources.surface = &made->artifacts.get(made->plan.surface);
-  sources.depth = &made->artifacts.get(made->plan.depth);
+  sources.trajectory = &made.artifacts.get(made.plan.trajectory);
+  sources.points = &made.artifacts.get(made.plan.points);
+  sources.surface = &made.artifacts.get(made.plan.surface);
+  sources.depth = &made.artifacts.get(made.plan.depth);
   sources.diff = diff ? &*diff : nullptr;
-  const Result<std::string> html = report_html(sources);
-  if (!html) return html.error();
+  SIGHTLINE_ASSIGN(const std::string html, report_html(sources));
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  return write_file_atomically(flags.output, *html, if_exists);
+  return write_file_atomically(flags.output, html, if_exists);
 }
 
 }  // namespace

@@ -26,9 +26,8 @@ struct RootFlags {
 Result<void> follow_previous(const RootFlags& flags, RootRecord& root) {
   root.fleet = flags.fleet;
   if (flags.previous.empty()) return {};
-  const Result<std::string> text = read_record_text(flags.previous, kLargestRecord);
-  if (!text) return text.error();
-  const Result<RootRecord> previous = decode_root_record(*text);
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(flags.previous, kLargestRecord));
+  const Result<RootRecord> previous = decode_root_record(text);
   if (!previous) return in_file(previous.error(), flags.previous);
   if (root.fleet.empty()) root.fleet = previous->fleet;
   root.version = previous->version + 1;
@@ -37,21 +36,17 @@ Result<void> follow_previous(const RootFlags& flags, RootRecord& root) {
 
 Result<void> make_root(const RootFlags& flags) {
   RootRecord root;
-  const Result<void> followed = follow_previous(flags, root);
-  if (!followed) return followed;
+  SIGHTLINE_TRY(follow_previous(flags, root));
   root.threshold = flags.threshold;
-  const Result<std::int64_t> expires = read_time(flags.expires);
-  if (!expires) return expires.error();
-  root.expires_s = *expires;
+  SIGHTLINE_ASSIGN(const std::int64_t expires, read_time(flags.expires));
+  root.expires_s = expires;
   for (const std::string& file : flags.keys) {
-    const Result<PublicKey> key = read_public_key(file);
-    if (!key) return key.error();
-    root.keys.push_back(*key);
+    SIGHTLINE_ASSIGN(const PublicKey key, read_public_key(file));
+    root.keys.push_back(key);
   }
   std::sort(root.keys.begin(), root.keys.end(),
             [](const PublicKey& a, const PublicKey& b) { return to_base64(a) < to_base64(b); });
-  const Result<void> valid = validate(root);
-  if (!valid) return valid;
+  SIGHTLINE_TRY(validate(root));
   return write_file_atomically(flags.out, encode(root),
                                flags.force ? IfExists::kReplace : IfExists::kRefuse);
 }

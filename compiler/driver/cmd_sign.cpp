@@ -33,9 +33,8 @@ Result<std::string> earlier_signatures(const std::string& file, const std::strin
                                        const PublicKey& key) {
   std::error_code failure;
   if (!std::filesystem::exists(file, failure)) return std::string();
-  Result<std::string> earlier = read_record_text(file, kLargestSignatureFile);
-  if (!earlier) return earlier;
-  const Result<std::vector<Signature>> signatures = parse_signatures(*earlier);
+  SIGHTLINE_ASSIGN(std::string earlier, read_record_text(file, kLargestSignatureFile));
+  const Result<std::vector<Signature>> signatures = parse_signatures(earlier);
   if (!signatures) return in_file(signatures.error(), file);
   for (const Signature& signature : *signatures) {
     if (signature.key_id != key.id) continue;
@@ -49,19 +48,15 @@ Result<std::string> earlier_signatures(const std::string& file, const std::strin
 }
 
 Result<void> sign_record(const SignFlags& flags) {
-  const Result<std::string> text = read_record_text(flags.record, kLargestRecord);
-  if (!text) return text.error();
-  const Result<std::string> title = title_of(*text);
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(flags.record, kLargestRecord));
+  const Result<std::string> title = title_of(text);
   if (!title) return in_file(title.error(), flags.record);
-  const Result<SecretKey> key = read_secret_key(flags.key, flags.passphrase_file);
-  if (!key) return key.error();
+  SIGHTLINE_ASSIGN(const SecretKey key, read_secret_key(flags.key, flags.passphrase_file));
   const std::string file = signatures_of(flags.record);
-  const Result<std::string> earlier = earlier_signatures(file, *text, public_key_of(*key));
-  if (!earlier) return earlier.error();
-  const std::string signatures = *earlier + sign(*text, *key, *title);
-  const Result<void> written = write_file_atomically(file, signatures, IfExists::kReplace);
-  if (!written) return written;
-  std::printf("%s signed by %s\n", title->c_str(), to_hex(key->id).c_str());
+  SIGHTLINE_ASSIGN(const std::string earlier, earlier_signatures(file, text, public_key_of(key)));
+  const std::string signatures = earlier + sign(text, key, *title);
+  SIGHTLINE_TRY(write_file_atomically(file, signatures, IfExists::kReplace));
+  std::printf("%s signed by %s\n", title->c_str(), to_hex(key.id).c_str());
   return {};
 }
 

@@ -56,13 +56,10 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig
   std::vector<Wire<MeasuredError>> drives = {compile.measured};
   if (flags.with_evaluation) drives.push_back(measure_evaluation_drive(config, compile));
   ArtifactSet artifacts;
-  const Result<void> provided = provide_drives(compile, artifacts);
-  if (!provided) return provided.error();
+  SIGHTLINE_TRY(provide_drives(compile, artifacts));
   std::vector<AnyWire> wanted = {compile.sites, compile.factors};
   wanted.insert(wanted.end(), drives.begin(), drives.end());
-  const Result<std::vector<StepReport>> reports =
-      run_steps(compile.plan, wanted, run, config, artifacts);
-  if (!reports) return reports.error();
+  SIGHTLINE_TRY(run_steps(compile.plan, wanted, run, config, artifacts));
   MeasuredPlace measured;
   measured.place = {"", artifacts.get(compile.sites), artifacts.get(compile.factors), {},
                     recording_cards(compile, artifacts)};
@@ -90,39 +87,32 @@ Result<TrainingPlaces> measure_places(const TrainFlags& flags) {
   DigestBuilder key;
   const std::vector<std::string> names = place_names(flags.configs);
   for (const std::string& file : flags.configs) {
-    const Result<CompileConfig> config = load_config(flags, file);
-    if (!config) return config.error();
-    if (places.empty()) training.first_config = *config;
+    SIGHTLINE_ASSIGN(const CompileConfig config, load_config(flags, file));
+    if (places.empty()) training.first_config = config;
     if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", file.c_str());
-    Result<MeasuredPlace> measured = measure_place(flags, *config, file);
-    if (!measured) return measured.error();
-    measured->place.name = names[places.size()];
-    key.add(measured->place.name);
-    key.add(measured->key);
-    places.push_back(std::move(measured->place));
+    SIGHTLINE_ASSIGN(MeasuredPlace measured, measure_place(flags, config, file));
+    measured.place.name = names[places.size()];
+    key.add(measured.place.name);
+    key.add(measured.key);
+    places.push_back(std::move(measured.place));
   }
   training.key = key.finish();
   return training;
 }
 
 Result<void> train(const TrainFlags& flags) {
-  const Result<void> free = check_output(flags);
-  if (!free) return free;
-  Result<TrainingPlaces> training = measure_places(flags);
-  if (!training) return training.error();
-  const CompileConfig& config = training->first_config;
+  SIGHTLINE_TRY(check_output(flags));
+  SIGHTLINE_ASSIGN(TrainingPlaces training, measure_places(flags));
+  const CompileConfig& config = training.first_config;
   const TrainPlan plan = train_plan(config);
   ArtifactSet artifacts;
-  artifacts.provide(plan.places, std::move(training->places), training->key);
+  artifacts.provide(plan.places, std::move(training.places), training.key);
   RunFlags run = flags.run;
   run.config_file = flags.configs.front();
-  const Result<std::vector<StepReport>> reports = run_steps(plan.plan, {}, run, config, artifacts);
-  if (!reports) return reports.error();
+  SIGHTLINE_TRY(run_steps(plan.plan, {}, run, config, artifacts));
   const ErrorModel& model = artifacts.get(plan.model);
-  const Result<void> written =
-      write_file_atomically(flags.output, to_bytes(model),
-                            flags.is_forced ? IfExists::kReplace : IfExists::kRefuse);
-  if (!written) return written;
+  SIGHTLINE_TRY(write_file_atomically(flags.output, to_bytes(model),
+                            flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
   if (flags.run.is_quiet) return {};
   std::string text = to_text(model) + "\nWhat it promises in places like these\n";
   for (const std::string& promise : promises_of(config.passes.options(kChooseRanges), model)) {

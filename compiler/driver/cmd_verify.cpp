@@ -16,15 +16,13 @@ struct VerifyFlags {
 };
 
 Result<void> verify(const VerifyFlags& flags) {
-  const Result<MapSummary> checked = verify_map(flags.map);
-  if (!checked) return checked.error();
-  std::fputs(describe(*checked).c_str(), stdout);
+  SIGHTLINE_ASSIGN(const MapSummary checked, verify_map(flags.map));
+  std::fputs(describe(checked).c_str(), stdout);
   if (!flags.is_deep) return {};
-  const Result<CompiledMap> map = read_map(flags.map);
-  if (!map) return map.error();
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.map));
   PassContext ctx;
   ctx.threads = 0;
-  const Result<AnnotationProof> proof = prove_annotation(ctx, *map);
+  const Result<AnnotationProof> proof = prove_annotation(ctx, map);
   if (!proof) {
     Error error = proof.error();
     error.file = flags.map;

@@ -36,8 +36,7 @@ Result<int> run_words(const Program& program, const std::vector<std::string>& wo
     std::fputs(help_text(command, *verb).c_str(), stdout);
     return 0;
   }
-  const Result<void> parsed = parse_words(command, *verb, rest);
-  if (!parsed) return parsed.error();
+  SIGHTLINE_TRY(parse_words(command, *verb, rest));
   return verb->run();
 }
 

@@ -94,21 +94,17 @@ ConfigSection gate_section() {
 Result<void> read_compile_config(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides,
                                  std::vector<ConfigSection> sections, CompileConfig& config) {
-  const Result<void> read = read_yaml(file, sections);
-  if (!read) return read;
+  SIGHTLINE_TRY(read_yaml(file, sections));
   for (RecordingOptions* recording : {&config.mapping, &config.localization, &config.evaluation}) {
     resolve(file.parent_path(), *recording);
   }
   for (RecordingOptions& sensor : config.other_sensors) resolve(file.parent_path(), sensor);
   for (const std::string& assignment : overrides) {
-    const Result<void> set = set_override(assignment, sections);
-    if (!set) return set;
+    SIGHTLINE_TRY(set_override(assignment, sections));
   }
-  const Result<void> checked = check(config, file);
-  if (!checked) return checked;
+  SIGHTLINE_TRY(check(config, file));
   // Judged later, but a mistake in it is reported before hours of work.
-  const Result<GateSettings> gate = read_gate_settings(file);
-  if (!gate) return gate.error();
+  SIGHTLINE_TRY(read_gate_settings(file));
   config.passes = settings_of(sections);
   config.passes.shared = shared_values(config.annotation);
   return {};

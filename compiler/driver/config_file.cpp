@@ -31,18 +31,15 @@ Result<OptionField*> find_field(std::string_view name, ConfigSection& section) {
 }
 
 Result<void> read_sections(const std::string& text, std::vector<ConfigSection>& sections) {
-  const Result<YamlNode> root = parse_yaml(text);
-  if (!root) return root.error();
-  if (root->kind != YamlNode::Kind::kMap) {
+  SIGHTLINE_ASSIGN(const YamlNode root, parse_yaml(text));
+  if (root.kind != YamlNode::Kind::kMap) {
     return Error{ErrorCode::kMalformedText, "a configuration is a map of sections", "", "line 1"};
   }
-  for (std::size_t i = 0; i < root->keys.size(); ++i) {
-    const Result<ConfigSection*> section = find_section(root->keys[i].scalar, sections);
-    if (!section) return placed(section.error(), root->keys[i]);
+  for (std::size_t i = 0; i < root.keys.size(); ++i) {
+    const Result<ConfigSection*> section = find_section(root.keys[i].scalar, sections);
+    if (!section) return placed(section.error(), root.keys[i]);
     if (!(*section)->schema.empty()) continue;
-    const Result<void> set =
-        set_fields(root->values[i], "section '" + (*section)->name + "'", (*section)->fields);
-    if (!set) return set;
+    SIGHTLINE_TRY(set_fields(root.values[i], "section '" + (*section)->name + "'", (*section)->fields));
   }
   return {};
 }
@@ -69,9 +66,8 @@ PassSettings settings_of(const std::vector<ConfigSection>& sections) {
 }
 
 Result<void> read_yaml(const std::filesystem::path& file, std::vector<ConfigSection>& sections) {
-  const Result<std::string> text = read_text_file(file);
-  if (!text) return text.error();
-  const Result<void> read = read_sections(*text, sections);
+  SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
+  const Result<void> read = read_sections(text, sections);
   if (read) return {};
   Error error = read.error();
   error.file = file.string();
@@ -86,12 +82,9 @@ Result<void> set_override(std::string_view assignment, std::vector<ConfigSection
                  "found '" + std::string(assignment) + "', expected section.key=value", "--set",
                  ""};
   }
-  const Result<ConfigSection*> section = find_section(assignment.substr(0, dot), sections);
-  if (!section) return section.error();
-  const Result<OptionField*> field =
-      find_field(assignment.substr(dot + 1, equals - dot - 1), **section);
-  if (!field) return field.error();
-  return set_from_text(**field, assignment.substr(equals + 1));
+  SIGHTLINE_ASSIGN(const ConfigSection* section, find_section(assignment.substr(0, dot), sections));
+  SIGHTLINE_ASSIGN(const OptionField* field, find_field(assignment.substr(dot + 1, equals - dot - 1), *section));
+  return set_from_text(*field, assignment.substr(equals + 1));
 }
 
 std::string to_yaml(const std::vector<ConfigSection>& sections) {

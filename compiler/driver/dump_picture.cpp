@@ -12,9 +12,8 @@ namespace {
 Error bad(std::string message) { return {ErrorCode::kBadArgument, std::move(message), "", ""}; }
 
 Result<std::string> png_text(const Raster& raster) {
-  const Result<std::vector<std::byte>> file = encode_png(raster);
-  if (!file) return file.error();
-  return std::string(reinterpret_cast<const char*>(file->data()), file->size());
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> file, encode_png(raster));
+  return std::string(reinterpret_cast<const char*>(file.data()), file.size());
 }
 
 Result<std::string> draw_depth(const PictureWish& wish, const DepthImages& depth) {
@@ -38,9 +37,8 @@ Result<std::string> draw_nds(const PictureWish& wish, const NdtMap& ndt, const S
 // What stood still in grey, what was removed in red.
 Result<std::string> draw_points(const PictureWish& wish, const SurfacePoints& points) {
   if (wish.format != PictureFormat::kPng) return bad("--format: points are drawn as png");
-  const Result<Raster> raster = points_picture(points);
-  if (!raster) return raster.error();
-  return png_text(*raster);
+  SIGHTLINE_ASSIGN(const Raster raster, points_picture(points));
+  return png_text(raster);
 }
 
 }  // namespace

@@ -10,13 +10,12 @@ namespace fs = std::filesystem;
 
 Result<void> add_recording(const RecordingOptions& options, InputFiles& inputs) {
   if (options.scans.empty()) return {};
-  const Result<Recording> recording = list_recording(options);
-  if (!recording) return recording.error();
-  for (const RecordedScan& scan : recording->scans) inputs.files.push_back(scan.file);
+  SIGHTLINE_ASSIGN(const Recording recording, list_recording(options));
+  for (const RecordedScan& scan : recording.scans) inputs.files.push_back(scan.file);
   for (const std::string& file : {options.poses, options.stamps}) {
     if (!file.empty()) inputs.files.emplace_back(file);
   }
-  if (!recording->container) inputs.folders.emplace_back(options.scans);
+  if (!recording.container) inputs.folders.emplace_back(options.scans);
   return {};
 }
 
@@ -45,8 +44,7 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
   std::vector<const RecordingOptions*> recordings = {&config.mapping, &config.localization};
   for (const RecordingOptions& sensor : config.other_sensors) recordings.push_back(&sensor);
   for (const RecordingOptions* recording : recordings) {
-    const Result<void> added = add_recording(*recording, inputs);
-    if (!added) return added.error();
+    SIGHTLINE_TRY(add_recording(*recording, inputs));
   }
   sort_once(inputs.files);
   sort_once(inputs.folders);

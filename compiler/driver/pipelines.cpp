@@ -269,24 +269,21 @@ std::vector<ConfigSection> published_sections(CompileConfig& config) {
 Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
                                           const std::vector<std::string>& overrides) {
   CompileConfig config;
-  const Result<void> read = read_compile_config(file, overrides, published_sections(config), config);
-  if (!read) return read.error();
+  SIGHTLINE_TRY(read_compile_config(file, overrides, published_sections(config), config));
   return config;
 }
 
 Result<void> provide_drive(const RecordingInput& input, ArtifactSet& artifacts) {
-  Result<Recording> recording = open_recording(input.options, /*threads=*/0);
-  if (!recording) return recording.error();
-  const Digest digest = recording->digest;
-  artifacts.provide(input.sensor, recording->sensor);
-  artifacts.provide(input.recording, std::move(*recording), digest);
+  SIGHTLINE_ASSIGN(Recording recording, open_recording(input.options, /*threads=*/0));
+  const Digest digest = recording.digest;
+  artifacts.provide(input.sensor, recording.sensor);
+  artifacts.provide(input.recording, std::move(recording), digest);
   return {};
 }
 
 Result<void> provide_drives(const CompilePlan& compile, ArtifactSet& artifacts) {
   for (const RecordingInput& input : compile.recordings) {
-    const Result<void> provided = provide_drive(input, artifacts);
-    if (!provided) return provided;
+    SIGHTLINE_TRY(provide_drive(input, artifacts));
   }
   artifacts.provide(compile.cards, recording_cards(compile, artifacts));
   return {};
@@ -313,13 +310,11 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
 Result<ErrorModel> read_model(const std::filesystem::path& file) {
   Result<ErrorModel> model = Error{ErrorCode::kCannotRead, "no model", file.string(), ""};
   if (file.extension() == ".slmap") {
-    const Result<CompiledMap> map = read_map(file);
-    if (!map) return map.error();
-    model = model_of(map->model);
+    SIGHTLINE_ASSIGN(const CompiledMap map, read_map(file));
+    model = model_of(map.model);
   } else {
-    const Result<std::vector<std::byte>> bytes = read_file(file);
-    if (!bytes) return bytes.error();
-    model = from_bytes<ErrorModel>(*bytes);
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(file));
+    model = from_bytes<ErrorModel>(bytes);
   }
   if (!model) return in_file(model.error(), file.string());
   return model;

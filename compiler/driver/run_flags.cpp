@@ -33,8 +33,7 @@ Result<RunObserver> observer_of(const RunFlags& flags) {
                                                : flags.is_verbose ? Verbosity::kVerbose
                                                                   : Verbosity::kNormal);
   if (flags.json_progress == 0) return console;
-  const Result<void> open = check_progress_descriptor(flags.json_progress);
-  if (!open) return open.error();
+  SIGHTLINE_TRY(check_progress_descriptor(flags.json_progress));
   RunObserver json = json_observer(flags.json_progress);
   if (flags.json_progress != STDERR_FILENO) return both(console, std::move(json));
   json.printed = console.printed;
@@ -122,13 +121,11 @@ RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
 Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,
                                           const RunFlags& flags, const CompileConfig& config,
                                           ArtifactSet& artifacts) {
-  const Result<void> kernel = choose_kernel(flags.kernel);
-  if (!kernel) return kernel.error();
-  const Result<RunObserver> observer = observer_of(flags);
-  if (!observer) return observer.error();
+  SIGHTLINE_TRY(choose_kernel(flags.kernel));
+  SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags));
   explain_interruption();
   std::vector<StepReport> reports;
-  const Result<void> run = run_plan(plan, wanted, run_options(flags, config), *observer,
+  const Result<void> run = run_plan(plan, wanted, run_options(flags, config), observer,
                                     artifacts, reports);
   if (flags.explain) std::fputs(explanation(reports).c_str(), stderr);
   if (flags.time_passes) std::fputs(time_table(reports).c_str(), stderr);

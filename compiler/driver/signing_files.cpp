@@ -42,9 +42,8 @@ Result<std::optional<std::string>> read_passphrase(const std::string& file) {
     std::getline(std::cin, line);
     return std::optional<std::string>(line);
   }
-  const Result<std::string> text = read_text_file(file);
-  if (!text) return text.error();
-  return std::optional<std::string>(text->substr(0, text->find('\n')));
+  SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
+  return std::optional<std::string>(text.substr(0, text.find('\n')));
 }
 
 Result<void> write_secret_file(const std::string& path, const std::string& text) {
@@ -63,19 +62,16 @@ Result<void> write_secret_file(const std::string& path, const std::string& text)
 }
 
 Result<SecretKey> read_secret_key(const std::string& file, const std::string& passphrase_file) {
-  const Result<std::optional<std::string>> passphrase = read_passphrase(passphrase_file);
-  if (!passphrase) return passphrase.error();
-  const Result<std::string> text = read_record_text(file, kLargestRecord);
-  if (!text) return text.error();
-  Result<SecretKey> key = decode_secret_key_file(*text, *passphrase);
+  SIGHTLINE_ASSIGN(const std::optional<std::string> passphrase, read_passphrase(passphrase_file));
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
+  Result<SecretKey> key = decode_secret_key_file(text, passphrase);
   if (!key) return in_file(key.error(), file);
   return key;
 }
 
 Result<PublicKey> read_public_key(const std::string& file) {
-  const Result<std::string> text = read_record_text(file, kLargestRecord);
-  if (!text) return text.error();
-  const Result<PublicKey> key = decode_public_key_file(*text);
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
+  const Result<PublicKey> key = decode_public_key_file(text);
   if (!key) return in_file(key.error(), file);
   return key;
 }

@@ -20,15 +20,14 @@ Result<void> keep_site(int site, Table& table) {
 }
 
 Result<void> keep_box(const std::string& text, Table& table) {
-  const Result<MapBox> box = parse_box(text);
-  if (!box) return box.error();
+  SIGHTLINE_ASSIGN(const MapBox box, parse_box(text));
   const auto x = std::ranges::find(table.columns, "mean_x_m") - table.columns.begin();
   if (x == static_cast<long>(table.columns.size())) {
     return Error{ErrorCode::kBadArgument, "--box: only nds lie in boxes", "", ""};
   }
   const auto column = static_cast<std::size_t>(x);
   std::erase_if(table.rows, [&](const std::vector<Cell>& row) {
-    return !box->contains({std::get<double>(row[column]), std::get<double>(row[column + 1]), 0.0});
+    return !box.contains({std::get<double>(row[column]), std::get<double>(row[column + 1]), 0.0});
   });
   return {};
 }

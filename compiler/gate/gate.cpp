@@ -92,8 +92,7 @@ Check check_of(const GateRule& rule, const RuleSetting& setting, Found found) {
 
 Result<GateReport> judge(const GateSubject& subject, const GateSettings& settings,
                          const std::string& today) {
-  const Result<void> usable = check_subject(subject, today);
-  if (!usable) return usable.error();
+  SIGHTLINE_TRY(check_subject(subject, today));
   const GateInput input = input_of(subject, settings);
   GateReport report;
   report.map = card_of(subject.map);

@@ -58,9 +58,8 @@ Result<Observation> parse_observation(std::string_view json) {
 }
 
 Result<Observation> read_observation(const std::filesystem::path& file) {
-  const Result<std::string> text = read_text_file(file);
-  if (!text) return text.error();
-  Result<Observation> observation = parse_observation(*text);
+  SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
+  Result<Observation> observation = parse_observation(text);
   if (observation) return observation;
   Error error = observation.error();
   error.file = file.string();

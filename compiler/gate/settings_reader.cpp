@@ -13,8 +13,7 @@ Error refused(const YamlNode& node, std::string message, ErrorCode code = ErrorC
 Result<double> read_number(const YamlNode& node, const std::string& name, double least) {
   double value = 0.0;
   OptionField field = number(name, value, "", least, 1e12);
-  const Result<void> set = set_field(node, field);
-  if (!set) return set.error();
+  SIGHTLINE_TRY(set_field(node, field));
   return value;
 }
 
@@ -25,9 +24,8 @@ Result<std::vector<double>> read_numbers(const YamlNode& node, const std::string
   }
   std::vector<double> values;
   for (const YamlNode& item : node.values) {
-    const Result<double> value = read_number(item, what, -1e12);
-    if (!value) return value.error();
-    values.push_back(*value);
+    SIGHTLINE_ASSIGN(const double value, read_number(item, what, -1e12));
+    values.push_back(value);
   }
   return values;
 }
@@ -44,11 +42,9 @@ Result<void> read_at_limits(const YamlNode& node, Threshold& threshold) {
     return refused(node, "at_limits must be a map of limits");
   }
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
-    const Result<double> limit_m = read_number(node.keys[i], "a limit of at_limits", 1e-6);
-    if (!limit_m) return limit_m.error();
-    const Result<double> allowed = read_number(node.values[i], "at_limits", -1e12);
-    if (!allowed) return allowed.error();
-    threshold.at_limits.emplace_back(*limit_m, *allowed);
+    SIGHTLINE_ASSIGN(const double limit_m, read_number(node.keys[i], "a limit of at_limits", 1e-6));
+    SIGHTLINE_ASSIGN(const double allowed, read_number(node.values[i], "at_limits", -1e12));
+    threshold.at_limits.emplace_back(limit_m, allowed);
   }
   return {};
 }
@@ -83,12 +79,10 @@ std::vector<std::string> ids_of(const GateSettings& settings) {
 
 Result<void> read_rules(const YamlNode& node, GateSettings& settings) {
   std::vector<OptionField> none;
-  const Result<void> checked = set_fields(node, "rules", none, ids_of(settings));
-  if (!checked) return checked;
+  SIGHTLINE_TRY(set_fields(node, "rules", none, ids_of(settings)));
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const std::string& id = node.keys[i].scalar;
-    const Result<void> read = read_rule(node.values[i], id, settings.rules[id]);
-    if (!read) return read;
+    SIGHTLINE_TRY(read_rule(node.values[i], id, settings.rules[id]));
   }
   return {};
 }
@@ -96,8 +90,7 @@ Result<void> read_rules(const YamlNode& node, GateSettings& settings) {
 Result<RoutePlace> read_route(const YamlNode& node) {
   RouteOptions options;
   std::vector<OptionField> fields = option_fields(options);
-  const Result<void> set = set_fields(node, "route", fields);
-  if (!set) return set.error();
+  SIGHTLINE_TRY(set_fields(node, "route", fields));
   if (!node.find("from_m") || !node.find("to_m")) {
     return refused(node, "route: from_m and to_m are required", ErrorCode::kMissingKey);
   }
@@ -108,19 +101,17 @@ Result<RoutePlace> read_route(const YamlNode& node) {
 using Place = decltype(GateException::place);
 
 Result<Place> read_circle(const YamlNode& node) {
-  const Result<std::vector<double>> v = read_numbers(node, "circle: [x, y, radius]", 3);
-  if (!v) return v.error();
-  if (!((*v)[2] > 0.0)) return refused(node, "circle: expected a radius above 0");
-  return Place(CirclePlace{{(*v)[0], (*v)[1]}, (*v)[2]});
+  SIGHTLINE_ASSIGN(const std::vector<double> v, read_numbers(node, "circle: [x, y, radius]", 3));
+  if (!(v[2] > 0.0)) return refused(node, "circle: expected a radius above 0");
+  return Place(CirclePlace{{v[0], v[1]}, v[2]});
 }
 
 Result<Place> read_box(const YamlNode& node) {
-  const Result<std::vector<double>> v = read_numbers(node, "box: [x0, y0, x1, y1]", 4);
-  if (!v) return v.error();
-  if ((*v)[2] < (*v)[0] || (*v)[3] < (*v)[1]) {
+  SIGHTLINE_ASSIGN(const std::vector<double> v, read_numbers(node, "box: [x0, y0, x1, y1]", 4));
+  if (v[2] < v[0] || v[3] < v[1]) {
     return refused(node, "box: x1 or y1 is less than x0 or y0");
   }
-  return Place(BoxPlace{{(*v)[0], (*v)[1]}, {(*v)[2], (*v)[3]}});
+  return Place(BoxPlace{{v[0], v[1]}, {v[2], v[3]}});
 }
 
 Result<Place> read_place(const YamlNode& node) {
@@ -133,16 +124,14 @@ Result<Place> read_place(const YamlNode& node) {
   if (circle) return read_circle(*circle);
   if (box) return read_box(*box);
   if (!route) return Place(WholeMap{});
-  const Result<RoutePlace> place = read_route(*route);
-  if (!place) return place.error();
-  return Place(*place);
+  SIGHTLINE_ASSIGN(const RoutePlace place, read_route(*route));
+  return Place(place);
 }
 
 Result<GateException> read_exception(const YamlNode& node, const GateSettings& settings) {
   ExceptionOptions options;
   std::vector<OptionField> fields = option_fields(options);
-  const Result<void> set = set_fields(node, "an exception", fields, {"circle", "box", "route"});
-  if (!set) return set.error();
+  SIGHTLINE_TRY(set_fields(node, "an exception", fields, {"circle", "box", "route"}));
   for (const auto& [key, value] :
        {std::pair("rule", &options.rule), std::pair("reason", &options.reason),
         std::pair("until", &options.until)}) {
@@ -157,9 +146,8 @@ Result<GateException> read_exception(const YamlNode& node, const GateSettings& s
     return refused(*node.find("until"),
                    "until: found '" + options.until + "', expected a day as YYYY-MM-DD");
   }
-  const Result<Place> place = read_place(node);
-  if (!place) return place.error();
-  GateException exception{options.rule, std::nullopt, *place, options.reason, options.until};
+  SIGHTLINE_ASSIGN(const Place place, read_place(node));
+  GateException exception{options.rule, std::nullopt, place, options.reason, options.until};
   if (node.find("limit_m")) exception.limit_m = options.limit_m;
   return exception;
 }
@@ -167,9 +155,8 @@ Result<GateException> read_exception(const YamlNode& node, const GateSettings& s
 Result<void> read_exceptions(const YamlNode& node, GateSettings& settings) {
   if (node.kind != YamlNode::Kind::kList) return refused(node, "exceptions must be a list");
   for (const YamlNode& item : node.values) {
-    const Result<GateException> exception = read_exception(item, settings);
-    if (!exception) return exception.error();
-    settings.exceptions.push_back(*exception);
+    SIGHTLINE_ASSIGN(const GateException exception, read_exception(item, settings));
+    settings.exceptions.push_back(exception);
   }
   return {};
 }
@@ -199,20 +186,17 @@ const YamlNode* section_in(const YamlNode& root) {
 }  // namespace
 
 Result<GateSettings> parse_gate_settings(const std::string& yaml) {
-  const Result<YamlNode> root = parse_yaml(yaml);
-  if (!root) return root.error();
+  SIGHTLINE_ASSIGN(const YamlNode root, parse_yaml(yaml));
   GateSettings settings = default_gate_settings();
-  const YamlNode* section = section_in(*root);
+  const YamlNode* section = section_in(root);
   if (!section) return settings;
-  const Result<void> read = read_section(*section, settings);
-  if (!read) return read.error();
+  SIGHTLINE_TRY(read_section(*section, settings));
   return settings;
 }
 
 Result<GateSettings> read_gate_settings(const std::filesystem::path& file) {
-  const Result<std::string> text = read_text_file(file);
-  if (!text) return text.error();
-  Result<GateSettings> settings = parse_gate_settings(*text);
+  SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
+  Result<GateSettings> settings = parse_gate_settings(text);
   if (settings) return settings;
   Error error = settings.error();
   error.file = file.string();

@@ -64,8 +64,7 @@ Result<void> set_fields(const YamlNode& node, const std::string& where,
       for (const OptionField& each : fields) known.push_back(each.name);
       return placed(unknown_key(key.scalar, "in " + where, known), key);
     }
-    const Result<void> set = set_field(node.values[i], *field);
-    if (!set) return set;
+    SIGHTLINE_TRY(set_field(node.values[i], *field));
   }
   return {};
 }

@@ -130,8 +130,7 @@ class Runner {
       if (!made) return named(made.error(), step.name);
       output = *made;
     }
-    const Result<void> recorded = cache_.store_record(step.name, record);
-    if (!recorded) return recorded.error();
+    SIGHTLINE_TRY(cache_.store_record(step.name, record));
     artifacts_.put({step.output}, {&output_type(step), output, key});
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin.wall;
     report.wall_s = wall.count();
@@ -179,14 +178,10 @@ class Runner {
       const std::lock_guard<std::mutex> lock(mutex);
       note(step, report, message);
     };
-    Result<std::shared_ptr<const void>> output = step.run(ctx, inputs);
-    if (!output) return output;
-    const Result<void> valid = output_type(step).check(output->get());
-    if (!valid) return valid.error();
+    SIGHTLINE_ASSIGN(std::shared_ptr<const void> output, step.run(ctx, inputs));
+    SIGHTLINE_TRY(output_type(step).check(output.get()));
     if (cache_.is_enabled() && output_type(step).write) {
-      const Result<void> stored =
-          cache_.store(step.name, key, output_type(step).write(output->get()));
-      if (!stored) return stored.error();
+      SIGHTLINE_TRY(cache_.store(step.name, key, output_type(step).write(output.get())));
       cache_.remove_parts(step.name, key);
     }
     return output;
@@ -250,8 +245,7 @@ void print_if_asked(const Plan& plan, const PassStep& step, const RunOptions& op
 Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
                       const RunOptions& options, const RunObserver& observer,
                       ArtifactSet& artifacts, std::vector<StepReport>& reports) {
-  const Result<void> names = check_names(plan, options);
-  if (!names) return names;
+  SIGHTLINE_TRY(check_names(plan, options));
   const std::vector<std::size_t> steps =
       steps_for(plan, wanted, [&](AnyWire wire) { return artifacts.has(wire); });
   check_inputs(plan, steps, artifacts);

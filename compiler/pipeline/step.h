@@ -49,9 +49,8 @@ const ArtifactType& artifact_type() {
     if constexpr (Encodable<X>) {
       type.write = [](const void* x) { return to_bytes(*static_cast<const X*>(x)); };
       type.read = [](std::span<const std::byte> bytes) -> Result<std::shared_ptr<const void>> {
-        Result<X> artifact = from_bytes<X>(bytes);
-        if (!artifact) return artifact.error();
-        return std::shared_ptr<const void>(std::make_shared<const X>(std::move(*artifact)));
+        SIGHTLINE_ASSIGN(X artifact, from_bytes<X>(bytes));
+        return std::shared_ptr<const void>(std::make_shared<const X>(std::move(artifact)));
       };
     }
     return type;
@@ -93,9 +92,8 @@ Result<std::shared_ptr<const void>> call(Result<Output> (*pass)(PassContext&, co
                                          PassContext& ctx, const Options& options,
                                          const std::vector<std::shared_ptr<const void>>& inputs,
                                          std::index_sequence<I...>) {
-  Result<Output> output = pass(ctx, options, *static_cast<const Inputs*>(inputs[I].get())...);
-  if (!output) return output.error();
-  return std::shared_ptr<const void>(std::make_shared<const Output>(std::move(*output)));
+  SIGHTLINE_ASSIGN(Output output, pass(ctx, options, *static_cast<const Inputs*>(inputs[I].get())...));
+  return std::shared_ptr<const void>(std::make_shared<const Output>(std::move(output)));
 }
 
 template <class Output, class... Inputs, std::size_t... I>

@@ -114,9 +114,8 @@ Result<Section> passes_section(const ReportSources& sources) {
     section.html = paragraph("Not known: there is no provenance file beside the map.");
     return section;
   }
-  const Result<Json> provenance = provenance_of(sources);
-  if (!provenance) return provenance.error();
-  const Json passes = provenance->value("passes", Json::array());
+  SIGHTLINE_ASSIGN(const Json provenance, provenance_of(sources));
+  const Json passes = provenance.value("passes", Json::array());
   section.html = pass_table(passes) + warnings_of(passes);
   return section;
 }
@@ -126,18 +125,17 @@ Result<Section> provenance_section(const ReportSources& sources) {
   std::vector<std::pair<std::string, std::string>> facts = map_facts(sources);
   std::string configuration;
   if (!sources.provenance.empty()) {
-    const Result<Json> provenance = provenance_of(sources);
-    if (!provenance) return provenance.error();
-    for (const auto& [name, value] : provenance->items()) {
+    SIGHTLINE_ASSIGN(const Json provenance, provenance_of(sources));
+    for (const auto& [name, value] : provenance.items()) {
       if (name == "passes" || name == "configuration" || name == "inputs") continue;
       facts.emplace_back(
-          name, name == "command_line" ? list_of(*provenance, "command_line") : text_of(value));
+          name, name == "command_line" ? list_of(provenance, "command_line") : text_of(value));
     }
-    const Json inputs = provenance->value("inputs", Json::object());
+    const Json inputs = provenance.value("inputs", Json::object());
     for (const auto& [name, value] : inputs.items()) {
       facts.emplace_back("input " + name, text_of(value));
     }
-    configuration = configuration_table(provenance->value("configuration", Json::object()));
+    configuration = configuration_table(provenance.value("configuration", Json::object()));
   }
   section.html = fact_table(facts) + configuration + model_table(*sources.map);
   return section;

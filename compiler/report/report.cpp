@@ -46,15 +46,13 @@ Result<std::vector<Section>> sections_of(const ReportSources& sources) {
   if (sources.tracks) all.push_back(tracks_section(*sources.tracks));
   all.push_back(trust_section(sources));
   if (sources.measured && has_virtual_points(map)) {
-    const Result<FactorReport> factors = factor_report(map.factors, *sources.measured);
-    if (!factors) return factors.error();
-    all.push_back(factors_section(*factors, map));
+    SIGHTLINE_ASSIGN(const FactorReport factors, factor_report(map.factors, *sources.measured));
+    all.push_back(factors_section(factors, map));
   }
   all.push_back(making_section(sources));
   for (const auto& make : {passes_section, provenance_section}) {
-    Result<Section> section = make(sources);
-    if (!section) return section.error();
-    all.push_back(std::move(*section));
+    SIGHTLINE_ASSIGN(Section section, make(sources));
+    all.push_back(std::move(section));
   }
   return all;
 }
@@ -83,10 +81,8 @@ std::string header(const ReportSources& sources, const std::vector<Section>& all
 }  // namespace
 
 Result<std::string> report_html(const ReportSources& sources) {
-  const Result<void> checked = check_sources(sources);
-  if (!checked) return checked.error();
-  const Result<std::vector<Section>> all = sections_of(sources);
-  if (!all) return all.error();
+  SIGHTLINE_TRY(check_sources(sources));
+  SIGHTLINE_ASSIGN(const std::vector<Section> all, sections_of(sources));
   std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
@@ -95,9 +91,9 @@ Result<std::string> report_html(const ReportSources& sources) {
       "blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>" +
       xml_text(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +
       std::string(page_style()) + range_colours_css(sources.map->ranges.ranges_m.size()) +
-      std::string(library_style()) + "</style>\n</head>\n<body>\n" + header(sources, *all) +
+      std::string(library_style()) + "</style>\n</head>\n<body>\n" + header(sources, all) +
       "<main>\n";
-  for (const Section& section : *all) {
+  for (const Section& section : all) {
     html += "<section id=\"" + section.id + "\">\n<h2>" + xml_text(section.title) + "</h2>\n" +
             section.html + "</section>\n";
   }

@@ -134,8 +134,7 @@ DriveOptions usual_drive(const TownOptions& town, std::uint64_t drive,
 }
 
 Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions& options) {
-  const Result<void> checked = check(town, options);
-  if (!checked) return checked.error();
+  SIGHTLINE_TRY(check(town, options));
   DriveSimulator drive;
   drive.town_ = &town;
   drive.options_ = options;

@@ -80,13 +80,12 @@ Result<SensorProfile> town_sensor(int beams) {
         {},
         {}};
   }
-  Result<SensorProfile> sensor = sensor_profile("generic-" + std::to_string(beams));
-  if (!sensor) return sensor;
-  sensor->min_range_m = 0.5;
-  sensor->max_range_m = 100.0;
-  sensor->height_m = 1.8;
-  sensor->T_vehicle_lidar = Pose::Identity();
-  sensor->T_vehicle_lidar.translation() = Eigen::Vector3d(0.0, 0.0, sensor->height_m);
+  SIGHTLINE_ASSIGN(SensorProfile sensor, sensor_profile("generic-" + std::to_string(beams)));
+  sensor.min_range_m = 0.5;
+  sensor.max_range_m = 100.0;
+  sensor.height_m = 1.8;
+  sensor.T_vehicle_lidar = Pose::Identity();
+  sensor.T_vehicle_lidar.translation() = Eigen::Vector3d(0.0, 0.0, sensor.height_m);
   return sensor;
 }
 

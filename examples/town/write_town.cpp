@@ -68,24 +68,19 @@ Result<void> write_scans(const fs::path& folder, const DriveSimulator& drive, in
 }
 
 Result<void> write_drive(const WriteTownOptions& options, const Town& town, int number) {
-  const Result<SensorProfile> sensor = town_sensor(options.beams);
-  if (!sensor) return sensor.error();
+  SIGHTLINE_ASSIGN(const SensorProfile sensor, town_sensor(options.beams));
   DriveOptions drive_options =
-      usual_drive(town.options, static_cast<std::uint64_t>(number), *sensor);
+      usual_drive(town.options, static_cast<std::uint64_t>(number), sensor);
   drive_options.spacing_m = options.spacing_m;
-  const Result<DriveSimulator> drive = DriveSimulator::make(town, drive_options);
-  if (!drive) return drive.error();
+  SIGHTLINE_ASSIGN(const DriveSimulator drive, DriveSimulator::make(town, drive_options));
   const fs::path folder = options.out / drive_name(number);
-  const Result<void> scans = write_scans(folder / "scans", *drive, options.threads);
-  if (!scans) return scans;
+  SIGHTLINE_TRY(write_scans(folder / "scans", drive, options.threads));
   const bool maps = number == 0;
-  const std::vector<Pose>& truth = drive->T_town_vehicle();
+  const std::vector<Pose>& truth = drive.T_town_vehicle();
   if (maps) {
-    const Result<void> written =
-        write_poses(folder / "poses_true.tum", *drive, truth, options.origin_world_m);
-    if (!written) return written;
+    SIGHTLINE_TRY(write_poses(folder / "poses_true.tum", drive, truth, options.origin_world_m));
   }
-  return write_poses(folder / "poses.tum", *drive, maps ? drive->disturbed_poses() : truth,
+  return write_poses(folder / "poses.tum", drive, maps ? drive.disturbed_poses() : truth,
                      options.origin_world_m);
 }
 
@@ -148,15 +143,12 @@ Result<void> write_town(const WriteTownOptions& options) {
                  {},
                  {}};
   }
-  const Result<Town> town = make_town(options.town);
-  if (!town) return town.error();
-  const Result<void> room = make_room(options);
-  if (!room) return room;
+  SIGHTLINE_ASSIGN(const Town town, make_town(options.town));
+  SIGHTLINE_TRY(make_room(options));
   for (int number = 0; number <= options.drives; ++number) {
-    const Result<void> written = write_drive(options, *town, number);
-    if (!written) return written;
+    SIGHTLINE_TRY(write_drive(options, town, number));
   }
-  return write_file_atomically(options.out / "town.json", describe(options, *town),
+  return write_file_atomically(options.out / "town.json", describe(options, town),
                                IfExists::kRefuse);
 }
 

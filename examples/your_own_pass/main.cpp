@@ -29,8 +29,7 @@ ClearancePlan clearance_plan(const PassSettings& settings) {
 // The settings in a YAML file; the plan itself says which sections and keys there are.
 Result<PassSettings> read_settings(const char* file) {
   std::vector<ConfigSection> sections = sections_of(clearance_plan({}).plan);
-  const Result<void> read = read_yaml(file, sections);
-  if (!read) return read.error();
+  SIGHTLINE_TRY(read_yaml(file, sections));
   return settings_of(sections);
 }
 
@@ -38,15 +37,13 @@ Result<Table> run(const char* map_file, const char* config_file) {
   Result<PassSettings> settings = PassSettings{};
   if (config_file != nullptr) settings = read_settings(config_file);
   if (!settings) return settings.error();
-  const Result<CompiledMap> map = read_map(map_file);
-  if (!map) return map.error();
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(map_file));
   const ClearancePlan planned = clearance_plan(*settings);
   ArtifactSet artifacts;
-  artifacts.provide(planned.ndt, map->ndt);
-  artifacts.provide(planned.sites, map->sites);
+  artifacts.provide(planned.ndt, map.ndt);
+  artifacts.provide(planned.sites, map.sites);
   std::vector<StepReport> reports;
-  const Result<void> done = run_plan(planned.plan, {}, {}, {}, artifacts, reports);
-  if (!done) return done.error();
+  SIGHTLINE_TRY(run_plan(planned.plan, {}, {}, {}, artifacts, reports));
   return dump(artifacts.get(planned.clearance));
 }
 

@@ -45,9 +45,8 @@ Result<std::string> projector_of(const MapFrame& frame, const World& world) {
     return "projector_type: LocalCartesian\n" +
            origin_yaml({world.latitude_deg, world.longitude_deg, 0.0});
   }
-  const Result<Geodetic> origin = to_geodetic(world, frame.origin_world_m);
-  if (!origin) return origin.error();
-  return "projector_type: LocalCartesianUTM\n" + origin_yaml(*origin);
+  SIGHTLINE_ASSIGN(const Geodetic origin, to_geodetic(world, frame.origin_world_m));
+  return "projector_type: LocalCartesianUTM\n" + origin_yaml(origin);
 }
 
 }  // namespace
@@ -55,8 +54,7 @@ Result<std::string> projector_of(const MapFrame& frame, const World& world) {
 Result<AutowareMap> autoware_map(const std::vector<Eigen::Vector3d>& points_map_m,
                                  const MapFrame& frame, const World& world) {
   if (points_map_m.empty()) return Error{ErrorCode::kEmptyMap, "there are no points", "", ""};
-  Result<std::string> projector = projector_of(frame, world);
-  if (!projector) return projector.error();
+  SIGHTLINE_ASSIGN(std::string projector, projector_of(frame, world));
   const Eigen::Vector3d shift = shift_m(frame, world);
   std::map<std::pair<int, int>, std::vector<PointXyzi>> squares;
   for (const Eigen::Vector3d& point_m : points_map_m) {
@@ -70,7 +68,7 @@ Result<AutowareMap> autoware_map(const std::vector<Eigen::Vector3d>& points_map_
                            std::move(points)});
   }
   map.metadata_yaml = metadata_of(map.squares);
-  map.projector_yaml = std::move(*projector);
+  map.projector_yaml = std::move(projector);
   return map;
 }
 

@@ -16,10 +16,9 @@ Result<Json> position_of(const CompiledMap& map, const World& world, const Site&
   if (world.kind == WorldKind::kLocal) {
     return Json::array({p_world_m.x(), p_world_m.y(), p_world_m.z()});
   }
-  const Result<Geodetic> point = to_geodetic(world, p_world_m);
-  if (!point) return point.error();
+  SIGHTLINE_ASSIGN(const Geodetic point, to_geodetic(world, p_world_m));
   return Json::array(
-      {rounded_deg(point->longitude_deg), rounded_deg(point->latitude_deg), point->altitude_m});
+      {rounded_deg(point.longitude_deg), rounded_deg(point.latitude_deg), point.altitude_m});
 }
 
 Json feature(const char* type, const Json& coordinates, const Json& properties) {
@@ -53,10 +52,9 @@ Result<std::string> to_geojson(const CompiledMap& map, const World& world) {
   Json line = Json::array();
   for (std::size_t i = 0; i < map.sites.sites.size(); ++i) {
     const Site& site = map.sites.sites[i];
-    const Result<Json> position = position_of(map, world, site);
-    if (!position) return position.error();
-    line.push_back(*position);
-    features.push_back(feature("Point", *position, properties_of(map, i)));
+    SIGHTLINE_ASSIGN(const Json position, position_of(map, world, site));
+    line.push_back(position);
+    features.push_back(feature("Point", position, properties_of(map, i)));
     const bool ends = i + 1 == map.sites.sites.size() || map.sites.sites[i + 1].run != site.run;
     if (!ends) continue;
     // A line has two points at least.

@@ -23,11 +23,10 @@ Result<std::vector<Eigen::Vector3d>> thinned_points(const SurfacePoints& surface
   std::map<CellKey, Voxel> voxels;
   const SurfacePointReader reader(surface);
   for (std::size_t part = 0; part < reader.part_count(); ++part) {
-    const Result<std::vector<Eigen::Vector3d>> standing = reader.standing(part);
-    if (!standing) return standing.error();
-    if (leaf_m == 0.0) points_m.insert(points_m.end(), standing->begin(), standing->end());
+    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> standing, reader.standing(part));
+    if (leaf_m == 0.0) points_m.insert(points_m.end(), standing.begin(), standing.end());
     if (leaf_m == 0.0) continue;
-    for (const Eigen::Vector3d& p_m : *standing) {
+    for (const Eigen::Vector3d& p_m : standing) {
       Voxel& voxel = voxels[cell_key(p_m, leaf_m)];
       voxel.sum_m += p_m;
       voxel.count += 1.0;

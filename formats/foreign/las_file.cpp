@@ -108,11 +108,10 @@ Result<void> read_scales(const FileBytes& file, LasHeader& header) {
 
 Result<LasHeader> parse_header(const FileBytes& file) {
   if (file.bytes.size() <= kFormatAt) return too_short(file, kLeastHeader);
-  const Result<PointFormat> format = point_format(file);
-  if (!format) return format.error();
+  SIGHTLINE_ASSIGN(const PointFormat format, point_format(file));
   if (file.bytes.size() < kLeastHeader) return too_short(file, kLeastHeader);
   LasHeader header;
-  header.format = *format;
+  header.format = format;
   header.record_length = read_at<std::uint16_t>(file, kRecordLengthAt);
   header.data_offset = read_at<std::uint32_t>(file, kDataOffsetAt);
   const std::size_t header_size = read_at<std::uint16_t>(file, kHeaderSizeAt);
@@ -129,43 +128,41 @@ Result<LasHeader> parse_header(const FileBytes& file) {
   // 1.4 may leave the older, shorter count at 0, and careless writers of 1.4 the newer one.
   header.count = is_14 ? read_at<std::uint64_t>(file, kCount14At) : 0;
   if (header.count == 0) header.count = read_at<std::uint32_t>(file, kCountAt);
-  const Result<void> scales = read_scales(file, header);
-  if (!scales) return scales.error();
+  SIGHTLINE_TRY(read_scales(file, header));
   return header;
 }
 
 }  // namespace
 
 Result<PointCloudFile> parse_las(const FileBytes& file) {
-  const Result<LasHeader> header = parse_header(file);
-  if (!header) return header.error();
-  if (header->count == 0) {
+  SIGHTLINE_ASSIGN(const LasHeader header, parse_header(file));
+  if (header.count == 0) {
     return file.error(ErrorCode::kEmptyScan, "the header says that there are no points",
                       at_byte(kCountAt));
   }
   // Waveforms and extended records may follow the points, so more bytes say nothing.
-  const std::uint64_t room = (file.bytes.size() - header->data_offset) / header->record_length;
-  if (header->count > room) {
+  const std::uint64_t room = (file.bytes.size() - header.data_offset) / header.record_length;
+  if (header.count > room) {
     return file.error(ErrorCode::kTruncatedScan,
                       "found room for " + std::to_string(room) + " points, the header speaks of " +
-                          std::to_string(header->count),
+                          std::to_string(header.count),
                       at_byte(file.bytes.size()));
   }
   PointCloudFile cloud;
   std::vector<double> times;
-  for (std::uint64_t i = 0; i < header->count; ++i) {
-    const std::size_t at = header->data_offset + i * header->record_length;
+  for (std::uint64_t i = 0; i < header.count; ++i) {
+    const std::size_t at = header.data_offset + i * header.record_length;
     Eigen::Vector3d point_m;
     for (int axis = 0; axis < 3; ++axis) {
       const auto units = read_at<std::int32_t>(file, at + 4 * static_cast<std::size_t>(axis));
-      point_m[axis] = units * header->scale[axis] + header->offset_m[axis];
+      point_m[axis] = units * header.scale[axis] + header.offset_m[axis];
     }
     const auto intensity = static_cast<float>(read_at<std::uint16_t>(file, at + 12));
-    if (!add_point(cloud, point_m, intensity) || header->format.time_at == 0) continue;
-    times.push_back(read_at<double>(file, at + header->format.time_at));
+    if (!add_point(cloud, point_m, intensity) || header.format.time_at == 0) continue;
+    times.push_back(read_at<double>(file, at + header.format.time_at));
   }
   constexpr double kGpsUnit_ns = 1e9;
-  if (header->format.time_at != 0) set_point_times(times, cloud, kGpsUnit_ns);
+  if (header.format.time_at != 0) set_point_times(times, cloud, kGpsUnit_ns);
   return cloud;
 }
 

@@ -28,8 +28,7 @@ Pose mounting(const RecordingOptions& options) {
 }
 
 Result<SensorProfile> sensor_of(const RecordingOptions& options) {
-  Result<SensorProfile> profile = sensor_profile(options.sensor);
-  if (!profile) return profile;
+  SIGHTLINE_ASSIGN(SensorProfile profile, sensor_profile(options.sensor));
   if (options.rings == 1 || options.rings < 0 ||
       options.lowest_beam_deg >= options.highest_beam_deg) {
     return Error{ErrorCode::kBadValue,
@@ -37,25 +36,24 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
                  ""};
   }
   if (options.rings > 0) {
-    profile->name.append("-").append(std::to_string(options.rings)).append("-rings");
-    profile->beam_elevations_deg.clear();
+    profile.name.append("-").append(std::to_string(options.rings)).append("-rings");
+    profile.beam_elevations_deg.clear();
     for (int i = 0; i < options.rings; ++i) {
-      profile->beam_elevations_deg.push_back(options.lowest_beam_deg +
+      profile.beam_elevations_deg.push_back(options.lowest_beam_deg +
                                              (options.highest_beam_deg - options.lowest_beam_deg) *
                                                  i / (options.rings - 1));
     }
   }
-  if (options.height_m != 0.0) profile->height_m = options.height_m;
-  profile->T_vehicle_lidar = mounting(options);
+  if (options.height_m != 0.0) profile.height_m = options.height_m;
+  profile.T_vehicle_lidar = mounting(options);
   const bool are_of_sensor = options.poses_of == PosesOf::kSensor;
-  if (are_of_sensor && !profile->T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
+  if (are_of_sensor && !profile.T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
     return Error{ErrorCode::kBadValue,
                  "the poses are the sensor's own, so its place in the vehicle (lidar_x_m, ...) has "
                  "no meaning",
                  "", ""};
   }
-  const Result<void> valid = validate(*profile);
-  if (!valid) return valid.error();
+  SIGHTLINE_TRY(validate(profile));
   return profile;
 }
 
@@ -106,19 +104,16 @@ Error changed(const RecordedScan& scan) {
 
 Result<PointCloudFile> read_contained(const ScanContainer& container, const RecordedScan& scan,
                                       std::size_t index) {
-  const Result<std::vector<std::byte>> bytes = container.read(index);
-  if (!bytes) return bytes.error();
-  if (sha256(*bytes) != scan.content) return changed(scan);
-  Result<PointCloudFile> cloud = container.parse(*bytes, index);
-  if (!cloud) return cloud;
-  return with_returns(std::move(*cloud), scan.file.string(), "scan " + std::to_string(index));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, container.read(index));
+  if (sha256(bytes) != scan.content) return changed(scan);
+  SIGHTLINE_ASSIGN(PointCloudFile cloud, container.parse(bytes, index));
+  return with_returns(std::move(cloud), scan.file.string(), "scan " + std::to_string(index));
 }
 
 Result<PointCloudFile> read_checked(const RecordedScan& scan) {
-  const Result<FileContent> file = read_file_content(scan.file);
-  if (!file) return file.error();
-  if (xxh3(file->bytes()) != scan.content_xxh3) return changed(scan);
-  return parse_point_cloud(file->bytes(), scan.file);
+  SIGHTLINE_ASSIGN(const FileContent file, read_file_content(scan.file));
+  if (xxh3(file.bytes()) != scan.content_xxh3) return changed(scan);
+  return parse_point_cloud(file.bytes(), scan.file);
 }
 
 Result<PointCloudFile> read_scan(const ScanContainer* container, const RecordedScan& scan,
@@ -147,10 +142,9 @@ class RecordedScanStore : public ScanStore {
   Result<Scan> read(std::size_t index) const override {
     SIGHTLINE_CHECK(index < scans_.size());
     const RecordedScan& scan = scans_[index];
-    Result<PointCloudFile> cloud = read_scan(container_.get(), scan, index);
-    if (!cloud) return cloud.error();
-    count_from(scan.stamp_ns, *cloud);
-    return Scan{scan.stamp_ns, std::move(cloud->points_m), std::move(cloud->time_offset_ns)};
+    SIGHTLINE_ASSIGN(PointCloudFile cloud, read_scan(container_.get(), scan, index));
+    count_from(scan.stamp_ns, cloud);
+    return Scan{scan.stamp_ns, std::move(cloud.points_m), std::move(cloud.time_offset_ns)};
   }
 
  private:
@@ -165,10 +159,8 @@ Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& op
     if (options.topic.empty()) return list_scan_files(options.scans);
     return Error{ErrorCode::kBadValue, "topic is for bags, found " + options.scans, "", ""};
   }
-  Result<std::shared_ptr<const ScanContainer>> container =
-      open_scan_container(options.scans, options.topic);
-  if (!container) return container.error();
-  recording.container = std::move(*container);
+  SIGHTLINE_ASSIGN(std::shared_ptr<const ScanContainer> container, open_scan_container(options.scans, options.topic));
+  recording.container = std::move(container);
   recording.warnings = recording.container->warnings();
   return std::vector<std::filesystem::path>(recording.container->scans().size(), options.scans);
 }
@@ -181,22 +173,17 @@ Result<Recording> list_recording(const RecordingOptions& options) {
   const std::filesystem::path last =
       folder.has_filename() ? folder.filename() : folder.parent_path().filename();
   recording.name = options.name.empty() ? last.string() : options.name;
-  Result<SensorProfile> sensor = sensor_of(options);
-  if (!sensor) return sensor.error();
-  recording.sensor = std::move(*sensor);
-  const Result<std::vector<std::filesystem::path>> files = list_scans(options, recording);
-  if (!files) return files.error();
-  const Result<void> described = describe_scans(options, *files, recording);
-  if (!described) return described.error();
+  SIGHTLINE_ASSIGN(SensorProfile sensor, sensor_of(options));
+  recording.sensor = std::move(sensor);
+  SIGHTLINE_ASSIGN(const std::vector<std::filesystem::path> files, list_scans(options, recording));
+  SIGHTLINE_TRY(describe_scans(options, files, recording));
   return recording;
 }
 
 Result<Recording> open_recording(const RecordingOptions& options, int threads) {
-  Result<Recording> recording = list_recording(options);
-  if (!recording) return recording;
-  const Result<void> digested = take_digests(*recording, threads);
-  if (!digested) return digested.error();
-  recording->digest = digest_of(*recording);
+  SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
+  SIGHTLINE_TRY(take_digests(recording, threads));
+  recording.digest = digest_of(recording);
   return recording;
 }
 
@@ -208,9 +195,8 @@ Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_
 Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t index) {
   SIGHTLINE_CHECK(index < recording.scans.size());
   if (!recording.container) return read_point_cloud(recording.scans[index].file);
-  const Result<std::vector<std::byte>> bytes = recording.container->read(index);
-  if (!bytes) return bytes.error();
-  return recording.container->parse(*bytes, index);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(index));
+  return recording.container->parse(bytes, index);
 }
 
 std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording) {

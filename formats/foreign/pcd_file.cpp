@@ -62,9 +62,7 @@ Result<PointCloudFile> parse_ascii(const FileBytes& file, const PcdHeader& heade
                         "more points than the " + std::to_string(count) + " of the header",
                         at_line(reader.number()));
     }
-    const Result<void> read =
-        read_words(file, reader.number(), header.element_count, words, numbers);
-    if (!read) return read.error();
+    SIGHTLINE_TRY(read_words(file, reader.number(), header.element_count, words, numbers));
     const bool is_return =
         add_point(cloud, {numbers[position[0]], numbers[position[1]], numbers[position[2]]},
                   intensity ? static_cast<float>(numbers[intensity->element]) : 0.0F);
@@ -150,8 +148,7 @@ Result<CompressedBody> check_compressed(const FileBytes& file, const PcdHeader& 
   std::memcpy(&size, file.bytes.data() + header.data_offset + 4, sizeof size);
   const std::size_t end = header.data_offset + kSizes + packed_size;
   if (file.bytes.size() < end) return too_short(file, end);
-  const Result<void> rest = check_rest(file, end);
-  if (!rest) return rest.error();
+  SIGHTLINE_TRY(check_rest(file, end));
   CompressedBody body{header, {body_of(file, header) + kSizes, packed_size}, size};
   if (size != static_cast<std::uint64_t>(header.point_count) * header.point_size) {
     body.header = without_padding(header);
@@ -171,36 +168,33 @@ Result<PointCloudFile> parse_binary(const FileBytes& file, const PcdHeader& head
   if (file.bytes.size() - header.data_offset < size) {
     return too_short(file, header.data_offset + size);
   }
-  const Result<void> rest = check_rest(file, header.data_offset + size);
-  if (!rest) return rest.error();
+  SIGHTLINE_TRY(check_rest(file, header.data_offset + size));
   return read_points(columns_of(body_of(file, header), header, false));
 }
 
 Result<PointCloudFile> parse_compressed(const FileBytes& file, const PcdHeader& header) {
-  const Result<CompressedBody> body = check_compressed(file, header);
-  if (!body) return body.error();
+  SIGHTLINE_ASSIGN(const CompressedBody body, check_compressed(file, header));
   // Not filled with zeros first.
-  const std::unique_ptr<std::uint8_t[]> unpacked(new (std::nothrow) std::uint8_t[body->size]);
+  const std::unique_ptr<std::uint8_t[]> unpacked(new (std::nothrow) std::uint8_t[body.size]);
   if (!unpacked) return file.error(ErrorCode::kOutOfMemory, "the points do not fit into memory", "");
-  if (!unpack_lzf(body->packed, {unpacked.get(), body->size})) {
+  if (!unpack_lzf(body.packed, {unpacked.get(), body.size})) {
     return file.error(ErrorCode::kTruncatedScan, "the compressed points do not unpack",
                       at_byte(header.data_offset));
   }
-  return read_points(columns_of(unpacked.get(), body->header, true));
+  return read_points(columns_of(unpacked.get(), body.header, true));
 }
 
 }  // namespace
 
 Result<PointCloudFile> parse_pcd(const FileBytes& file) {
-  const Result<PcdHeader> header = parse_pcd_header(file);
-  if (!header) return header.error();
-  switch (header->encoding) {
+  SIGHTLINE_ASSIGN(const PcdHeader header, parse_pcd_header(file));
+  switch (header.encoding) {
     case PcdEncoding::kAscii:
-      return parse_ascii(file, *header);
+      return parse_ascii(file, header);
     case PcdEncoding::kBinary:
-      return parse_binary(file, *header);
+      return parse_binary(file, header);
     case PcdEncoding::kBinaryCompressed:
-      return parse_compressed(file, *header);
+      return parse_compressed(file, header);
   }
   return file.error(ErrorCode::kMalformedHeader, "no encoding", "");
 }

@@ -133,8 +133,7 @@ Result<void> read_fields(const FileBytes& file, const Entries& entries, PcdHeade
   const auto sizes = numbers_per_field(file, entries.at("SIZE"), count, 8);
   if (!sizes) return sizes.error();
   for (std::size_t i = 0; i < count; ++i) header.fields[i].size = (*sizes)[i];
-  const Result<void> types = read_types(file, entries.at("TYPE"), header);
-  if (!types) return types.error();
+  SIGHTLINE_TRY(read_types(file, entries.at("TYPE"), header));
   if (const auto entry = entries.find("COUNT"); entry != entries.end()) {
     const auto counts = numbers_per_field(file, entry->second, count, kMostElements);
     if (!counts) return counts.error();
@@ -165,23 +164,20 @@ Result<std::uint64_t> read_count(const FileBytes& file, const Entries& entries,
 }
 
 Result<void> read_point_count(const FileBytes& file, const Entries& entries, PcdHeader& header) {
-  const Result<std::uint64_t> height = read_count(file, entries, "HEIGHT", 1);
-  if (!height) return height.error();
-  const Result<std::uint64_t> given = read_count(file, entries, "POINTS", 0);
-  if (!given) return given.error();
-  const Result<std::uint64_t> width = read_count(file, entries, "WIDTH", *given);
-  if (!width) return width.error();
+  SIGHTLINE_ASSIGN(const std::uint64_t height, read_count(file, entries, "HEIGHT", 1));
+  SIGHTLINE_ASSIGN(const std::uint64_t given, read_count(file, entries, "POINTS", 0));
+  SIGHTLINE_ASSIGN(const std::uint64_t width, read_count(file, entries, "WIDTH", given));
   const bool has_points = entries.contains("POINTS");
   if (!has_points && !entries.contains("WIDTH")) {
     return malformed(file, header.header_lines, "the header has neither POINTS nor WIDTH");
   }
-  const std::uint64_t product = *width * *height;
-  if ((has_points && product != *given) ||
+  const std::uint64_t product = width * height;
+  if ((has_points && product != given) ||
       product > static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max())) {
     return malformed(file,
                      entries.contains("POINTS") ? entries.at("POINTS").line : header.header_lines,
-                     "WIDTH " + std::to_string(*width) + " x HEIGHT " + std::to_string(*height) +
-                         " is not POINTS " + std::to_string(*given));
+                     "WIDTH " + std::to_string(width) + " x HEIGHT " + std::to_string(height) +
+                         " is not POINTS " + std::to_string(given));
   }
   if (product == 0) {
     return file.error(ErrorCode::kEmptyScan, "the header says that there are no points",
@@ -246,16 +242,14 @@ const PcdField* PcdHeader::time() const {
 
 Result<PcdHeader> parse_pcd_header(const FileBytes& file) {
   PcdHeader header;
-  const Result<Entries> entries = read_entries(file, header);
-  if (!entries) return entries.error();
-  if (const Result<void> step = check_version(file, *entries); !step) return step.error();
-  if (const Result<void> step = read_fields(file, *entries, header); !step) return step.error();
+  SIGHTLINE_ASSIGN(const Entries entries, read_entries(file, header));
+  if (const Result<void> step = check_version(file, entries); !step) return step.error();
+  if (const Result<void> step = read_fields(file, entries, header); !step) return step.error();
   if (const Result<void> step = check_position_fields(file, header); !step) return step.error();
-  if (const Result<void> step = read_point_count(file, *entries, header); !step) {
+  if (const Result<void> step = read_point_count(file, entries, header); !step) {
     return step.error();
   }
-  const Result<void> step = read_encoding(file, entries->at("DATA"), header);
-  if (!step) return step.error();
+  SIGHTLINE_TRY(read_encoding(file, entries.at("DATA"), header));
   return header;
 }
 

@@ -167,33 +167,29 @@ double value_at(const std::vector<double>& row, std::ptrdiff_t place) {
 }  // namespace
 
 Result<PointCloudFile> parse_ply(const FileBytes& file) {
-  const Result<PlyHeader> header = parse_ply_header(file);
-  if (!header) return header.error();
-  const Result<VertexLayout> layout = vertex_layout(file, *header);
-  if (!layout) return layout.error();
-  PlyBody body(file, *header);
+  SIGHTLINE_ASSIGN(const PlyHeader header, parse_ply_header(file));
+  SIGHTLINE_ASSIGN(const VertexLayout layout, vertex_layout(file, header));
+  PlyBody body(file, header);
   PointCloudFile cloud;
   std::vector<double> row;
   std::vector<double> times;
-  for (const PlyElement& element : header->elements) {
+  for (const PlyElement& element : header.elements) {
     if (element.count > 0 && !body.can_hold(element)) return body.cut(element);
     const bool is_vertex = element.name == "vertex";
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      const Result<void> read = body.read_row(element, row);
-      if (!read) return read.error();
+      SIGHTLINE_TRY(body.read_row(element, row));
       if (!is_vertex) continue;
-      const auto& [x, y, z] = layout->position;
+      const auto& [x, y, z] = layout.position;
       const Eigen::Vector3d point_m(value_at(row, x), value_at(row, y), value_at(row, z));
-      const auto intensity = static_cast<float>(value_at(row, layout->intensity));
-      if (add_point(cloud, point_m, intensity) && layout->time >= 0) {
-        times.push_back(value_at(row, layout->time));
+      const auto intensity = static_cast<float>(value_at(row, layout.intensity));
+      if (add_point(cloud, point_m, intensity) && layout.time >= 0) {
+        times.push_back(value_at(row, layout.time));
       }
     }
   }
-  const Result<void> finished = body.finish();
-  if (!finished) return finished.error();
+  SIGHTLINE_TRY(body.finish());
   cloud.may_be_cut = body.may_be_cut();
-  if (layout->time >= 0) set_point_times(times, cloud);
+  if (layout.time >= 0) set_point_times(times, cloud);
   return cloud;
 }
 

@@ -104,8 +104,7 @@ Result<PlyHeader> parse_ply_header(const FileBytes& file) {
       header.lines = reader.number();
       return header;
     }
-    const Result<void> read = read_header_line(file, reader.number(), words, header);
-    if (!read) return read.error();
+    SIGHTLINE_TRY(read_header_line(file, reader.number(), words, header));
     has_format = has_format || (!words.empty() && words[0] == "format");
   }
   return file.error(ErrorCode::kTruncatedScan, "the file ends before end_header",

@@ -76,16 +76,14 @@ Result<Eigen::Matrix3d> nearest_rotation(const Row& row, const Eigen::Matrix3d& 
 }
 
 Result<PoseRow> kitti_row(const Row& row) {
-  const Result<std::vector<double>> numbers = finite_numbers(row, 0);
-  if (!numbers) return numbers.error();
+  SIGHTLINE_ASSIGN(const std::vector<double> numbers, finite_numbers(row, 0));
   Eigen::Matrix<double, 3, 4> matrix;
   for (Eigen::Index i = 0; i < 12; ++i) {
-    matrix(i / 4, i % 4) = (*numbers)[static_cast<std::size_t>(i)];
+    matrix(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
   }
-  const Result<Eigen::Matrix3d> rotation = nearest_rotation(row, matrix.leftCols<3>());
-  if (!rotation) return rotation.error();
+  SIGHTLINE_ASSIGN(const Eigen::Matrix3d rotation, nearest_rotation(row, matrix.leftCols<3>()));
   PoseRow pose;
-  pose.T_world_vehicle.linear() = *rotation;
+  pose.T_world_vehicle.linear() = rotation;
   pose.T_world_vehicle.translation() = matrix.col(3);
   return pose;
 }
@@ -98,9 +96,8 @@ Result<PoseRow> stamped_row(const Row& row, std::size_t first) {
     return row.error(ErrorCode::kMalformedPose,
                      "found " + in_quotes(row.words[first]) + ", expected a time in seconds");
   }
-  const Result<std::vector<double>> numbers = finite_numbers(row, first + 1);
-  if (!numbers) return numbers.error();
-  const std::vector<double>& n = *numbers;
+  SIGHTLINE_ASSIGN(const std::vector<double> numbers, finite_numbers(row, first + 1));
+  const std::vector<double>& n = numbers;
   const Eigen::Quaterniond rotation(n[6], n[3], n[4], n[5]);
   if (!(std::abs(rotation.norm() - 1.0) <= kRotationTolerance)) {
     return row.error(ErrorCode::kNotARotation, "the norm of the quaternion is " +
@@ -114,10 +111,9 @@ Result<PoseRow> stamped_row(const Row& row, std::size_t first) {
 Result<PoseRow> parse_row(const Row& row, PoseFormat format) {
   if (format == PoseFormat::kKitti) return kitti_row(row);
   if (format == PoseFormat::kTum) return stamped_row(row, 0);
-  Result<PoseRow> pose = stamped_row(row, 1);
-  if (!pose) return pose;
-  pose->id = to_number<std::int64_t>(row.words[0]);
-  if (!pose->id) {
+  SIGHTLINE_ASSIGN(PoseRow pose, stamped_row(row, 1));
+  pose.id = to_number<std::int64_t>(row.words[0]);
+  if (!pose.id) {
     return row.error(ErrorCode::kMalformedPose,
                      "found " + in_quotes(row.words[0]) + ", expected a whole number as id");
   }
@@ -146,8 +142,7 @@ Result<void> for_each_row(const FileBytes& file, Body body) {
   while (reader.next(line)) {
     split_words(line, words, " \t\r,");
     if (words.empty() || words.front().starts_with('#')) continue;
-    const Result<void> done = body(reader.number(), words);
-    if (!done) return done;
+    SIGHTLINE_TRY(body(reader.number(), words));
   }
   return {};
 }
@@ -155,33 +150,28 @@ Result<void> for_each_row(const FileBytes& file, Body body) {
 }  // namespace
 
 Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseFormat format) {
-  const Result<std::vector<std::byte>> bytes = read_file(path);
-  if (!bytes) return bytes.error();
-  const FileBytes file{*bytes, path.string()};
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(path));
+  const FileBytes file{bytes, path.string()};
   std::vector<PoseRow> poses;
   const auto add = [&](std::size_t line,
                        const std::vector<std::string_view>& words) -> Result<void> {
     const Row row{file, line, words};
-    const Result<PoseFormat> found = format_of(row, format);
-    if (!found) return found.error();
-    format = *found;  // all further lines are like the first
-    const Result<PoseRow> pose = parse_row(row, format);
-    if (!pose) return pose.error();
-    if (pose->stamp_ns && !poses.empty() && *pose->stamp_ns <= *poses.back().stamp_ns) {
-      return backwards(file, line, *poses.back().stamp_ns, *pose->stamp_ns);
+    SIGHTLINE_ASSIGN(const PoseFormat found, format_of(row, format));
+    format = found;  // all further lines are like the first
+    SIGHTLINE_ASSIGN(const PoseRow pose, parse_row(row, format));
+    if (pose.stamp_ns && !poses.empty() && *pose.stamp_ns <= *poses.back().stamp_ns) {
+      return backwards(file, line, *poses.back().stamp_ns, *pose.stamp_ns);
     }
-    poses.push_back(*pose);
+    poses.push_back(pose);
     return {};
   };
-  const Result<void> done = for_each_row(file, add);
-  if (!done) return done.error();
+  SIGHTLINE_TRY(for_each_row(file, add));
   return poses;
 }
 
 Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path) {
-  const Result<std::vector<std::byte>> bytes = read_file(path);
-  if (!bytes) return bytes.error();
-  const FileBytes file{*bytes, path.string()};
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(path));
+  const FileBytes file{bytes, path.string()};
   std::vector<std::int64_t> stamps_ns;
   const auto add = [&](std::size_t line,
                        const std::vector<std::string_view>& words) -> Result<void> {
@@ -197,8 +187,7 @@ Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path)
     stamps_ns.push_back(*stamp_ns);
     return {};
   };
-  const Result<void> done = for_each_row(file, add);
-  if (!done) return done.error();
+  SIGHTLINE_TRY(for_each_row(file, add));
   return stamps_ns;
 }
 

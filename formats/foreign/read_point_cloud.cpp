@@ -133,11 +133,9 @@ std::filesystem::path without_gz(std::filesystem::path path) {
 
 Result<PointCloudFile> parse_unpacked(const FileBytes& file) {
   if (file.bytes.empty()) return file.error(ErrorCode::kEmptyScan, "the file is empty", at_byte(0));
-  const Result<void> familiar = refuse_strangers(file);
-  if (!familiar) return familiar.error();
-  Result<PointCloudFile> cloud = parse_by_kind(file, lower_extension(file.file));
-  if (!cloud) return cloud;
-  return with_returns(std::move(*cloud), file.file, "");
+  SIGHTLINE_TRY(refuse_strangers(file));
+  SIGHTLINE_ASSIGN(PointCloudFile cloud, parse_by_kind(file, lower_extension(file.file)));
+  return with_returns(std::move(cloud), file.file, "");
 }
 
 }  // namespace
@@ -170,10 +168,9 @@ Result<PointCloudFile> parse_point_cloud(std::span<const std::byte> bytes,
                                          const std::filesystem::path& path) {
   const FileBytes file{bytes, path.string()};
   if (!is_gzip(file.text())) return parse_unpacked(file);
-  const Result<std::vector<std::byte>> unpacked = unpack_gzip(file);
-  if (!unpacked) return unpacked.error();
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> unpacked, unpack_gzip(file));
   // Once: a gzip in a gzip has neither the name nor the signature of a scan.
-  Result<PointCloudFile> cloud = parse_unpacked({*unpacked, without_gz(path).string()});
+  Result<PointCloudFile> cloud = parse_unpacked({unpacked, without_gz(path).string()});
   if (cloud) return cloud;
   Error error = cloud.error();
   error.file = file.file;
@@ -181,9 +178,8 @@ Result<PointCloudFile> parse_point_cloud(std::span<const std::byte> bytes,
 }
 
 Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path) {
-  const Result<FileContent> content = read_file_content(path);
-  if (!content) return content.error();
-  return parse_point_cloud(content->bytes(), path);
+  SIGHTLINE_ASSIGN(const FileContent content, read_file_content(path));
+  return parse_point_cloud(content.bytes(), path);
 }
 
 }  // namespace sightline

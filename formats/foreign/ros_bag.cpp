@@ -108,9 +108,8 @@ Result<void> BagScans::build_index(const std::string& topic) {
   for (const rosbag::MessageInstance& message : view) {
     const std::vector<std::byte> bytes = bytes_of(message);
     const std::string name = path_.string() + "#" + std::to_string(messages_.size());
-    const Result<std::int64_t> stamp_ns = stamp_of(message, bytes, name);
-    if (!stamp_ns) return stamp_ns.error();
-    scans_.push_back({*stamp_ns, sha256(bytes)});
+    SIGHTLINE_ASSIGN(const std::int64_t stamp_ns, stamp_of(message, bytes, name));
+    scans_.push_back({stamp_ns, sha256(bytes)});
     messages_.push_back(message);
   }
   return {};
@@ -125,22 +124,19 @@ Result<std::vector<std::byte>> BagScans::read(std::size_t index) const {
 Result<std::vector<PoseRow>> poses_of(const std::filesystem::path& path, const std::string& topic) {
   rosbag::Bag bag(path.string(), rosbag::bagmode::Read);
   rosbag::View everything(bag);
-  const Result<std::string> chosen = choose_topic(path, everything, topic, &is_pose_message);
-  if (!chosen) return chosen.error();
+  SIGHTLINE_ASSIGN(const std::string chosen, choose_topic(path, everything, topic, &is_pose_message));
   std::vector<PoseRow> rows;
-  rosbag::View view(bag, rosbag::TopicQuery(*chosen));
+  rosbag::View view(bag, rosbag::TopicQuery(chosen));
   for (const rosbag::MessageInstance& message : view) {
-    Result<PoseRow> row =
-        parse_pose_message(bytes_of(message), message.getDataType(), path.string());
-    if (!row) return row.error();
-    if (!rows.empty() && *row->stamp_ns == *rows.back().stamp_ns) continue;  // said twice
-    if (!rows.empty() && *row->stamp_ns < *rows.back().stamp_ns) {
+    SIGHTLINE_ASSIGN(PoseRow row, parse_pose_message(bytes_of(message), message.getDataType(), path.string()));
+    if (!rows.empty() && *row.stamp_ns == *rows.back().stamp_ns) continue;  // said twice
+    if (!rows.empty() && *row.stamp_ns < *rows.back().stamp_ns) {
       return Error{ErrorCode::kTimeRunsBackwards,
-                   "found time " + format_stamp(*row->stamp_ns) + " s after " +
+                   "found time " + format_stamp(*row.stamp_ns) + " s after " +
                        format_stamp(*rows.back().stamp_ns) + " s",
-                   path.string(), *chosen + " message " + std::to_string(rows.size())};
+                   path.string(), chosen + " message " + std::to_string(rows.size())};
     }
-    rows.push_back(*row);
+    rows.push_back(row);
   }
   return rows;
 }
@@ -185,8 +181,7 @@ Result<std::shared_ptr<const ScanContainer>> open_bag(const std::filesystem::pat
   using Opened = std::shared_ptr<const ScanContainer>;
   return guarded<Opened>(path, [&]() -> Result<Opened> {
     auto scans = std::make_shared<BagScans>(path);
-    const Result<void> built = scans->build_index(topic);
-    if (!built) return built.error();
+    SIGHTLINE_TRY(scans->build_index(topic));
     return Opened(std::move(scans));
   });
 }

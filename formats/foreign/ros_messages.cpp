@@ -154,8 +154,7 @@ Result<PointCloudFile> parse_point_cloud2(std::span<const std::byte> message,
     return file.error(ErrorCode::kMalformedHeader, "the message ends before its points",
                       at_byte(reader.offset()));
   }
-  const Result<void> checked = check_layout(layout, file);
-  if (!checked) return checked.error();
+  SIGHTLINE_TRY(check_layout(layout, file));
   PointCloudFile cloud;
   std::vector<double> times;
   const auto* data = reinterpret_cast<const std::uint8_t*>(message.data()) + layout.data_offset;

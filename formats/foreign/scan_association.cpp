@@ -47,18 +47,17 @@ RowChoice choose_rows(const Files& files, std::size_t rows, const std::string& t
 using Stamps = std::vector<std::optional<std::int64_t>>;
 
 Result<Stamps> stamps_from_file(const std::string& path, const Files& files, Recording& recording) {
-  const Result<std::vector<std::int64_t>> rows = read_stamps(path);
-  if (!rows) return rows.error();
-  if (rows->size() < files.size()) {
+  SIGHTLINE_ASSIGN(const std::vector<std::int64_t> rows, read_stamps(path));
+  if (rows.size() < files.size()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "found " + std::to_string(rows->size()) + " times for " +
+                 "found " + std::to_string(rows.size()) + " times for " +
                      std::to_string(files.size()) + " scans",
                  path, ""};
   }
-  const RowChoice choice = choose_rows(files, rows->size(), path);
+  const RowChoice choice = choose_rows(files, rows.size(), path);
   if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
   Stamps stamps;
-  for (const std::size_t row : choice.row_of_scan) stamps.emplace_back((*rows)[row]);
+  for (const std::size_t row : choice.row_of_scan) stamps.emplace_back(rows[row]);
   return stamps;
 }
 
@@ -148,8 +147,7 @@ using Poses = std::vector<std::optional<PoseRow>>;
 // A topic begins later than the scans and ends earlier, or has gaps: those scans have no pose.
 Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stamps_ns,
                              Recording& recording) {
-  const Result<std::vector<PoseRow>> rows = read_bag_poses(options.poses, options.poses_topic);
-  if (!rows) return rows.error();
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_bag_poses(options.poses, options.poses_topic));
   if (stamps_ns.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "a bag's poses are found by time, and the scans have no times of their own; name "
@@ -159,11 +157,11 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
   Poses poses;
   std::size_t missing = 0;
   for (const std::optional<std::int64_t>& stamp_ns : stamps_ns) {
-    poses.push_back(pose_at(*rows, *stamp_ns));
+    poses.push_back(pose_at(rows, *stamp_ns));
     missing += poses.back() ? 0 : 1;
   }
   if (missing == stamps_ns.size()) {
-    return fewer_poses(options.poses, "none of the " + std::to_string(rows->size()) +
+    return fewer_poses(options.poses, "none of the " + std::to_string(rows.size()) +
                                           " poses is at the time of a scan");
   }
   if (missing > 0) {
@@ -176,13 +174,12 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
 
 Result<std::vector<PoseRow>> poses_from_file(const RecordingOptions& options, const Files& files,
                                              const Stamps& stamps_ns, Recording& recording) {
-  const Result<std::vector<PoseRow>> rows = read_poses(options.poses, options.pose_format);
-  if (!rows) return rows.error();
-  if (!rows->empty() && rows->front().id) return poses_by_id(options.poses, files, *rows);
-  if (!rows->empty() && rows->front().stamp_ns && !stamps_ns.empty()) {
-    return poses_by_time(options.poses, files, *rows, stamps_ns);
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_poses(options.poses, options.pose_format));
+  if (!rows.empty() && rows.front().id) return poses_by_id(options.poses, files, rows);
+  if (!rows.empty() && rows.front().stamp_ns && !stamps_ns.empty()) {
+    return poses_by_time(options.poses, files, rows, stamps_ns);
   }
-  return poses_by_row(options.poses, files, *rows, recording);
+  return poses_by_row(options.poses, files, rows, recording);
 }
 
 // One for each scan; none at all where no poses are named.
@@ -190,9 +187,8 @@ Result<Poses> poses_of_scans(const RecordingOptions& options, const Files& files
                              const Stamps& stamps_ns, Recording& recording) {
   if (options.poses.empty()) return Poses(files.size());
   if (is_ros_bag(options.poses)) return poses_from_bag(options, stamps_ns, recording);
-  const Result<std::vector<PoseRow>> rows = poses_from_file(options, files, stamps_ns, recording);
-  if (!rows) return rows.error();
-  return Poses(rows->begin(), rows->end());
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, poses_from_file(options, files, stamps_ns, recording));
+  return Poses(rows.begin(), rows.end());
 }
 
 std::string name_of(const Recording& recording, const Files& files, std::size_t index) {
@@ -206,12 +202,10 @@ Result<void> describe_scans(const RecordingOptions& options,
                             const std::vector<std::filesystem::path>& files, Recording& recording) {
   Stamps stamps_ns = stamps_of_themselves(recording, files);
   if (!options.stamps.empty()) {
-    Result<Stamps> given = stamps_from_file(options.stamps, files, recording);
-    if (!given) return given.error();
-    stamps_ns = std::move(*given);
+    SIGHTLINE_ASSIGN(Stamps given, stamps_from_file(options.stamps, files, recording));
+    stamps_ns = std::move(given);
   }
-  const Result<Poses> poses = poses_of_scans(options, files, stamps_ns, recording);
-  if (!poses) return poses.error();
+  SIGHTLINE_ASSIGN(const Poses poses, poses_of_scans(options, files, stamps_ns, recording));
   if (!(options.rate_hz > 0.0)) {
     return Error{ErrorCode::kBadValue, "rate_hz must be above 0", "", ""};
   }
@@ -222,7 +216,7 @@ Result<void> describe_scans(const RecordingOptions& options,
     const auto index_ns =
         static_cast<std::int64_t>(std::llround(static_cast<double>(i) * 1e9 / options.rate_hz));
     scan.stamp_ns = index_ns;
-    if (const std::optional<PoseRow>& pose = (*poses)[i]) {
+    if (const std::optional<PoseRow>& pose = poses[i]) {
       scan.T_world_vehicle = pose->T_world_vehicle;
       scan.stamp_ns = pose->stamp_ns.value_or(index_ns);
     }

@@ -100,13 +100,12 @@ bool natural_less(std::string_view a, std::string_view b) {
 }
 
 Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem::path& folder) {
-  const Result<Candidates> candidates = list_candidates(folder);
-  if (!candidates) return candidates.error();
-  const std::vector<std::filesystem::path>& files = candidates->files;
+  SIGHTLINE_ASSIGN(const Candidates candidates, list_candidates(folder));
+  const std::vector<std::filesystem::path>& files = candidates.files;
   if (files.empty()) {
     return Error{ErrorCode::kEmptyDirectory,
                  "the folder holds no scans (" + scan_endings_text() + ")" +
-                     hint_of_folders(candidates->folders),
+                     hint_of_folders(candidates.folders),
                  folder.string(), ""};
   }
   const std::string extension = lower_extension(files.front());
@@ -119,8 +118,7 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
     }
   }
   if (!is_scan_ending(extension)) {
-    const Result<PointCloudFile> refused = read_point_cloud(files.front());
-    if (!refused) return refused.error();
+    SIGHTLINE_TRY(read_point_cloud(files.front()));
   }
   return files;
 }

@@ -29,17 +29,15 @@ class VelodynePcap : public ScanContainer {
 
 Result<std::vector<std::byte>> VelodynePcap::read(std::size_t index) const {
   const Revolution& revolution = revolutions_.at(index);
-  Result<PcapReader> reader = PcapReader::open(path_);
-  if (!reader) return reader.error();
-  reader->seek(revolution.offset);
+  SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path_));
+  reader.seek(revolution.offset);
   HourClock clock;
   std::optional<std::int64_t> before_ns;
   ByteWriter bytes;
   PcapPacket packet;
   while (bytes.bytes().size() < revolution.packet_count * kStoredSize) {
-    const Result<bool> more = reader->next(packet);
-    if (!more) return more.error();
-    if (!*more) {
+    SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
+    if (!more) {
       return Error{ErrorCode::kCannotRead, "the file has become shorter since it was opened",
                    path_.string(), "byte " + std::to_string(revolution.offset)};
     }
@@ -75,10 +73,9 @@ Result<PointCloudFile> VelodynePcap::parse(std::span<const std::byte> bytes,
 }  // namespace
 
 Result<std::shared_ptr<const ScanContainer>> open_velodyne_pcap(const std::filesystem::path& path) {
-  Result<RevolutionIndex> index = find_revolutions(path);
-  if (!index) return index.error();
+  SIGHTLINE_ASSIGN(RevolutionIndex index, find_revolutions(path));
   return std::shared_ptr<const ScanContainer>(
-      std::make_shared<VelodynePcap>(path, std::move(*index)));
+      std::make_shared<VelodynePcap>(path, std::move(index)));
 }
 
 }  // namespace sightline

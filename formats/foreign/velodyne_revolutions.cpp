@@ -113,8 +113,7 @@ Result<void> RevolutionFinder::add(const PcapPacket& packet) {
     return {};
   }
   const VelodynePacket data(packet.datagram);
-  const Result<void> checked = check(packet, data);
-  if (!checked) return checked;
+  SIGHTLINE_TRY(check(packet, data));
   if (time_before_ns_ == time_ns_) {
     ++other_packets_;
     return {};
@@ -183,16 +182,13 @@ void store_packet(std::int64_t time_ns, std::span<const std::byte> datagram, Byt
 }
 
 Result<RevolutionIndex> find_revolutions(const std::filesystem::path& path) {
-  Result<PcapReader> reader = PcapReader::open(path);
-  if (!reader) return reader.error();
+  SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path));
   RevolutionFinder finder(path);
   PcapPacket packet;
   while (true) {
-    const Result<bool> more = reader->next(packet);
-    if (!more) return more.error();
-    if (!*more) return finder.finish();
-    const Result<void> added = finder.add(packet);
-    if (!added) return added.error();
+    SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
+    if (!more) return finder.finish();
+    SIGHTLINE_TRY(finder.add(packet));
   }
 }
 

@@ -27,9 +27,8 @@ Error failure(ErrorCode code, const fs::path& path, const char* what, int number
 }
 
 Result<void> check_base(const OpenedDelta& delta, const fs::path& map) {
-  const Result<MappedFile> file = MappedFile::open(map.string());
-  if (!file) return file.error();
-  const Result<MapIdentity> found = identity_of(file->bytes());
+  SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(map.string()));
+  const Result<MapIdentity> found = identity_of(file.bytes());
   if (!found) return in_file(found.error(), map.string());
   const MapIdentity& expected = delta.header.base;
   if (*found == expected) return {};
@@ -43,15 +42,12 @@ Result<void> check_base(const OpenedDelta& delta, const fs::path& map) {
 }
 
 Result<bool> is_result(const OpenedDelta& delta, const fs::path& map) {
-  const Result<PieceReader> file = PieceReader::open(map);
-  if (!file) return file.error();
-  if (file->size() != delta.header.result_size) return false;
+  SIGHTLINE_ASSIGN(const PieceReader file, PieceReader::open(map));
+  if (file.size() != delta.header.result_size) return false;
   Sha256Stream digest;
-  for (std::uint64_t offset = 0; offset < file->size(); offset += kLargestStep) {
-    const Result<std::vector<std::byte>> piece =
-        file->read(offset, std::min(kLargestStep, file->size() - offset));
-    if (!piece) return piece.error();
-    digest.add(*piece);
+  for (std::uint64_t offset = 0; offset < file.size(); offset += kLargestStep) {
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> piece, file.read(offset, std::min(kLargestStep, file.size() - offset)));
+    digest.add(piece);
   }
   return digest.finish() == delta.header.result_sha256;
 }
@@ -75,39 +71,32 @@ Result<void> check_room(const OpenedDelta& delta, const fs::path& part) {
 
 // Makes all of the result in the part, checks it, and leaves it there on the disk.
 Result<ApplyReport> make_part(const OpenedDelta& delta, const fs::path& map, const fs::path& part) {
-  const Result<void> room = check_room(delta, part);
-  if (!room) return room.error();
-  const Result<PieceReader> base = PieceReader::open(map);
-  if (!base) return base.error();
-  Result<PartFile> file = PartFile::open(part);
-  if (!file) return file.error();
+  SIGHTLINE_TRY(check_room(delta, part));
+  SIGHTLINE_ASSIGN(const PieceReader base, PieceReader::open(map));
+  SIGHTLINE_ASSIGN(PartFile file, PartFile::open(part));
   Sha256Stream digest;
   ApplyReport report;
   std::uint64_t payload = kDeltaHeaderSize + delta.steps.size() * kDeltaStepSize;
   for (const DeltaStep& step : delta.steps) {
-    const Result<std::vector<std::byte>> bytes = make_step(delta, *base, step, payload);
-    if (!bytes) return bytes.error();
-    digest.add(*bytes);
-    const Result<void> written = file->put(*bytes);
-    if (!written) return written.error();
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, make_step(delta, base, step, payload));
+    digest.add(bytes);
+    SIGHTLINE_TRY(file.put(bytes));
     payload += step.packed_size;
     if (step.kind == DeltaStepKind::kCopy) report.copied_bytes += step.size;
   }
-  const Result<void> finished = file->finish();
-  if (!finished) return finished.error();
+  SIGHTLINE_TRY(file.finish());
   if (digest.finish() != delta.header.result_sha256) {
     return Error{ErrorCode::kDigestMismatch, "the steps do not make the map that the delta names",
                  delta.file.path().string(), "byte 128"};
   }
-  const Result<Digest> root = check_map_digests(part);
-  if (!root) return root.error();
-  if (*root != delta.header.result_root) {
+  SIGHTLINE_ASSIGN(const Digest root, check_map_digests(part));
+  if (root != delta.header.result_root) {
     return Error{ErrorCode::kDigestMismatch, "the result has another root digest than the delta",
                  delta.file.path().string(), "byte 96"};
   }
-  report.root_digest = *root;
+  report.root_digest = root;
   report.result_size = delta.header.result_size;
-  report.kept_bytes = file->kept();
+  report.kept_bytes = file.kept();
   return report;
 }
 
@@ -156,52 +145,41 @@ fs::path part_path(const fs::path& map) { return map.string() + ".part"; }
 fs::path previous_path(const fs::path& map) { return map.string() + ".previous"; }
 
 Result<ApplyReport> apply_delta(const fs::path& delta_path, const fs::path& map) {
-  const Result<OpenedDelta> delta = open_delta(delta_path);
-  if (!delta) return delta.error();
-  const Result<void> regular = refuse_link(map);
-  if (!regular) return regular.error();
-  const Result<void> base = check_base(*delta, map);
+  SIGHTLINE_ASSIGN(const OpenedDelta delta, open_delta(delta_path));
+  SIGHTLINE_TRY(refuse_link(map));
+  const Result<void> base = check_base(delta, map);
   if (!base) {
-    const Result<bool> is_done = is_result(*delta, map);
+    const Result<bool> is_done = is_result(delta, map);
     if (!is_done || !*is_done) return base.error();
     ApplyReport report;
     report.was_there = true;
-    report.root_digest = delta->header.result_root;
-    report.result_size = delta->header.result_size;
+    report.root_digest = delta.header.result_root;
+    report.result_size = delta.header.result_size;
     return report;
   }
-  Result<ApplyReport> report = make_part(*delta, map, part_path(map));
-  if (!report) return report;
-  const Result<void> placed = put_in_place(part_path(map), map);
-  if (!placed) return placed.error();
+  SIGHTLINE_ASSIGN(ApplyReport report, make_part(delta, map, part_path(map)));
+  SIGHTLINE_TRY(put_in_place(part_path(map), map));
   return report;
 }
 
 Result<ApplyReport> apply_delta_to(const fs::path& delta_path, const fs::path& map,
                                    const fs::path& out) {
-  const Result<OpenedDelta> delta = open_delta(delta_path);
-  if (!delta) return delta.error();
+  SIGHTLINE_ASSIGN(const OpenedDelta delta, open_delta(delta_path));
   std::error_code ignored;
   if (fs::exists(fs::symlink_status(out, ignored))) {
     return Error{ErrorCode::kOutputExists, "the output exists already", out.string(), ""};
   }
-  const Result<void> base = check_base(*delta, map);
-  if (!base) return base.error();
-  Result<ApplyReport> report = make_part(*delta, map, part_path(out));
-  if (!report) return report;
-  const Result<void> renamed = rename_file(part_path(out), out);
-  if (!renamed) return renamed.error();
+  SIGHTLINE_TRY(check_base(delta, map));
+  SIGHTLINE_ASSIGN(ApplyReport report, make_part(delta, map, part_path(out)));
+  SIGHTLINE_TRY(rename_file(part_path(out), out));
   return report;
 }
 
 Result<Digest> roll_back(const fs::path& map) {
   const fs::path previous = previous_path(map);
-  const Result<void> regular = refuse_link(previous);
-  if (!regular) return regular.error();
-  const Result<Digest> root = check_map_digests(previous);
-  if (!root) return root;
-  const Result<void> renamed = rename_file(previous, map);
-  if (!renamed) return renamed.error();
+  SIGHTLINE_TRY(refuse_link(previous));
+  SIGHTLINE_ASSIGN(Digest root, check_map_digests(previous));
+  SIGHTLINE_TRY(rename_file(previous, map));
   return root;
 }
 

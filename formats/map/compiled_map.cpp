@@ -45,8 +45,7 @@ Result<void> validate_agreement(const CompiledMap& map) {
 
 Result<void> validate_factors(const CompiledMap& map) {
   if (map.factors.factors.empty()) return {};
-  const Result<void> valid = validate(map.factors);
-  if (!valid) return valid;
+  SIGHTLINE_TRY(validate(map.factors));
   if (map.factors.site_count != map.sites.sites.size() ||
       map.factors.ranges_m != map.ranges.ranges_m || map.factors.factors.size() > kMostFactors) {
     return invalid("the factors are of other sites or ranges, or too many");
@@ -170,9 +169,8 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
     return dump(map.factors);
   }
   if (name == "model") {
-    const Result<ErrorModel> model = model_of(map.model);
-    if (!model) return model.error();
-    return dump(*model);
+    SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
+    return dump(model);
   }
   return Error{ErrorCode::kUnknownName,
                "a map has no \"" + std::string(name) +
@@ -214,8 +212,7 @@ Result<ErrorModel> model_of(const ModelRecord& record) {
   if (!reader.at_end()) {
     return Error{ErrorCode::kBadLayer, "the model cannot be decoded", "", place};
   }
-  const Result<void> valid = validate(model);
-  if (!valid) return valid.error();
+  SIGHTLINE_TRY(validate(model));
   return model;
 }
 

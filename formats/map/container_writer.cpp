@@ -108,22 +108,19 @@ Result<std::uint64_t> ContainerWriter::State::append(std::span<const std::byte> 
                                                      std::uint64_t alignment) {
   const std::uint64_t offset = (end + alignment - 1) / alignment * alignment;
   const std::vector<std::byte> gap(offset - end);
-  const Result<void> zeros = gap.empty() ? Result<void>() : write(end, gap);
-  if (!zeros) return zeros.error();
-  const Result<void> written = bytes.empty() ? Result<void>() : write(offset, bytes);
-  if (!written) return written.error();
+  SIGHTLINE_TRY(gap.empty() ? Result<void>() : write(end, gap));
+  SIGHTLINE_TRY(bytes.empty() ? Result<void>() : write(offset, bytes));
   end = offset + bytes.size();
   return offset;
 }
 
 Result<BlockOffset> ContainerWriter::State::append_block(const PackedBlock& block,
                                                          std::uint64_t alignment) {
-  const Result<std::uint64_t> offset = append(block.stored, alignment);
-  if (!offset) return offset.error();
+  SIGHTLINE_ASSIGN(const std::uint64_t offset, append(block.stored, alignment));
   if (block.is_required) required_kinds.insert({block.name, block.version});
   const schema::Digest digest = to_schema(block.raw_digest);
   return schema::CreateBlockDirect(builder, block.name.c_str(), block.version, block.is_required,
-                                   block.row_count, *offset, block.stored.size(), block.raw_size,
+                                   block.row_count, offset, block.stored.size(), block.raw_size,
                                    static_cast<schema::Codec>(block.codec), &digest,
                                    block.stored_checksum);
 }
@@ -134,27 +131,23 @@ Result<void> ContainerWriter::State::append_look_up() {
   if (!look_up) return {};
   const std::vector<std::byte> section = look_up->finish(header, required_kinds);
   if (section.empty()) return {};
-  const Result<BlockOffset> block =
-      append_block(plain_block(kLookUpSection, kLookUpSectionVersion, section.size() / kPageSize,
+  SIGHTLINE_ASSIGN(const BlockOffset block, append_block(plain_block(kLookUpSection, kLookUpSectionVersion, section.size() / kPageSize,
                                section),
-                   kPageSize);
-  if (!block) return block.error();
-  sections.push_back(*block);
+                   kPageSize));
+  sections.push_back(block);
   features.insert(features.begin(), {kLookUpFeatureBit, false, std::string(kLookUpSection)});
   return {};
 }
 
 // Directory and trailer, and the header at the front.
 Result<void> ContainerWriter::State::append_end(std::span<const std::byte> directory) {
-  const Result<std::uint64_t> offset = append(directory, kAlignment);
-  if (!offset) return offset.error();
-  header.directory_offset = *offset;
+  SIGHTLINE_ASSIGN(const std::uint64_t offset, append(directory, kAlignment));
+  header.directory_offset = offset;
   header.directory_size = directory.size();
   header.directory_checksum = block_checksum(directory);
   header.file_size = aligned(end) + kTrailerSize;
   const std::array<std::byte, kHeaderSize> start = encode_header(header);
-  const Result<std::uint64_t> trailer = append(encode_trailer(header, start), kAlignment);
-  if (!trailer) return trailer.error();
+  SIGHTLINE_TRY(append(encode_trailer(header, start), kAlignment));
   return write(0, start);
 }
 
@@ -200,9 +193,8 @@ Result<void> ContainerWriter::add_tile(TileKey key, std::span<const PackedBlock>
       plain_block(kContentsLayer, kContentsLayerVersion, contents.layers.size(), encoded);
   std::vector<BlockOffset> blocks;
   const auto append = [&](const PackedBlock& layer) -> Result<void> {
-    const Result<BlockOffset> block = state.append_block(layer);
-    if (!block) return block.error();
-    blocks.push_back(*block);
+    SIGHTLINE_ASSIGN(const BlockOffset block, state.append_block(layer));
+    blocks.push_back(block);
     return {};
   };
   Result<void> written = append(about);
@@ -220,10 +212,9 @@ Result<void> ContainerWriter::add_section(const PackedBlock& section) {
   State& state = *state_;
   if (!state.status) return state.status;
   if (is_derived(section.name)) return {};
-  const Result<BlockOffset> block = state.append_block(section);
-  if (!block) return block.error();
+  SIGHTLINE_ASSIGN(const BlockOffset block, state.append_block(section));
   if (section.is_required) state.required_sections.push_back(name_of(section));
-  state.sections.push_back(*block);
+  state.sections.push_back(block);
   return {};
 }
 
@@ -238,15 +229,13 @@ Result<Digest> ContainerWriter::finish() {
   }
   state.header.root_digest = root_digest(state.manifest_digest, state.header.incompatible_features,
                                          state.tile_digests, state.required_sections);
-  const Result<void> look_up = state.append_look_up();
-  if (!look_up) return look_up.error();
+  SIGHTLINE_TRY(state.append_look_up());
   const auto sections = state.builder.CreateVector(state.sections);
   const auto features =
       state.builder.CreateVector(append_features(state.features, state.builder, state.header));
   state.builder.Finish(schema::CreateDirectory(
       state.builder, features, state.builder.CreateVector(state.tiles), sections));
-  const Result<void> end = state.append_end(finished(state.builder));
-  if (!end) return end.error();
+  SIGHTLINE_TRY(state.append_end(finished(state.builder)));
   return state.header.root_digest;
 }
 

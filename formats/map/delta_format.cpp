@@ -171,8 +171,7 @@ std::vector<std::byte> encode_delta_front(DeltaHeader header, std::span<const De
 }
 
 Result<DeltaHeader> decode_delta_header(std::span<const std::byte> front, std::uint64_t file_size) {
-  const Result<void> start = check_start(front);
-  if (!start) return start.error();
+  SIGHTLINE_TRY(check_start(front));
   const DeltaHeader header = read_fields(front);
   if (header.major != kDeltaMajor) {
     return at_byte(header.major > kDeltaMajor ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
@@ -184,8 +183,7 @@ Result<DeltaHeader> decode_delta_header(std::span<const std::byte> front, std::u
     return at_byte(ErrorCode::kUnknownRequiredFeature,
                    "required features are unknown to this program", 24);
   }
-  const Result<void> sizes = check_sizes(header, file_size);
-  if (!sizes) return sizes.error();
+  SIGHTLINE_TRY(check_sizes(header, file_size));
   return header;
 }
 
@@ -212,8 +210,7 @@ Result<std::vector<DeltaStep>> decode_delta_steps(std::span<const std::byte> byt
     reader.get(step.packed_checksum);
     reader.get(step.checksum);
     if (kind > 0xff) return at_byte(ErrorCode::kBadDelta, "a step of an unknown kind", byte);
-    const Result<void> checked = check_step(step, header, copied_to, byte);
-    if (!checked) return checked.error();
+    SIGHTLINE_TRY(check_step(step, header, copied_to, byte));
     if (step.kind == DeltaStepKind::kCopy) copied_to = step.base_offset + step.base_size;
     made += step.size;
     payload_end += step.packed_size;

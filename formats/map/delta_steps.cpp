@@ -17,11 +17,9 @@ Result<std::vector<std::byte>> repacked(const DeltaStep& step, std::uint32_t lev
   if (prefix_size > kLargestRepack || raw_size > kLargestRepack) {
     return Error{ErrorCode::kBadDelta, "a layer is too large to be packed anew", "", ""};
   }
-  const Result<std::vector<std::byte>> prefix = unpack_delta(base, {}, prefix_size);
-  if (!prefix) return prefix;
-  const Result<std::vector<std::byte>> raw = unpack_delta(payload, *prefix, raw_size);
-  if (!raw) return raw;
-  std::vector<std::byte> bytes = pack_anew(*raw, level);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> prefix, unpack_delta(base, {}, prefix_size));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, unpack_delta(payload, prefix, raw_size));
+  std::vector<std::byte> bytes = pack_anew(raw, level);
   if (bytes.size() > step.size) {
     return Error{ErrorCode::kBadDelta, "a layer packed anew is larger than it should be", "", ""};
   }
@@ -33,32 +31,26 @@ Result<std::vector<std::byte>> bytes_of(const OpenedDelta& delta, const PieceRea
                                         const DeltaStep& step, std::uint64_t payload_offset) {
   Result<std::vector<std::byte>> old = base.read(step.base_offset, step.base_size);
   if (!old || step.kind == DeltaStepKind::kCopy) return old;
-  Result<std::vector<std::byte>> payload = delta.file.read(payload_offset, step.packed_size);
-  if (!payload) return payload;
-  if (xxh3(*payload) != step.packed_checksum) {
+  SIGHTLINE_ASSIGN(std::vector<std::byte> payload, delta.file.read(payload_offset, step.packed_size));
+  if (xxh3(payload) != step.packed_checksum) {
     return Error{ErrorCode::kChecksumMismatch, "a payload does not match its checksum", "", ""};
   }
   if (step.kind == DeltaStepKind::kPlain) return payload;
   if (step.kind == DeltaStepKind::kRepack) {
-    return repacked(step, delta.header.zstd_level, *old, *payload);
+    return repacked(step, delta.header.zstd_level, *old, payload);
   }
-  return unpack_delta(*payload, *old, step.size);
+  return unpack_delta(payload, *old, step.size);
 }
 
 }  // namespace
 
 Result<OpenedDelta> open_delta(const std::filesystem::path& path) {
-  Result<PieceReader> file = PieceReader::open(path);
-  if (!file) return file.error();
-  const Result<std::vector<std::byte>> front =
-      file->read(0, std::min<std::uint64_t>(file->size(), kDeltaHeaderSize));
-  if (!front) return front.error();
-  const Result<DeltaHeader> header = decode_delta_header(*front, file->size());
+  SIGHTLINE_ASSIGN(PieceReader file, PieceReader::open(path));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> front, file.read(0, std::min<std::uint64_t>(file.size(), kDeltaHeaderSize)));
+  const Result<DeltaHeader> header = decode_delta_header(front, file.size());
   if (!header) return in_file(header.error(), path.string());
-  const Result<std::vector<std::byte>> bytes =
-      file->read(kDeltaHeaderSize, header->step_count * kDeltaStepSize);
-  if (!bytes) return bytes.error();
-  Result<std::vector<DeltaStep>> steps = decode_delta_steps(*bytes, *header);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, file.read(kDeltaHeaderSize, header->step_count * kDeltaStepSize));
+  Result<std::vector<DeltaStep>> steps = decode_delta_steps(bytes, *header);
   if (!steps) return in_file(steps.error(), path.string());
   const bool packs_otherwise =
       header->zstd_version != 0 &&
@@ -70,7 +62,7 @@ Result<OpenedDelta> open_delta(const std::filesystem::path& path) {
                      "; one made with --portable works",
                  path.string(), "byte 176"};
   }
-  return OpenedDelta{std::move(*file), *header, std::move(*steps)};
+  return OpenedDelta{std::move(file), *header, std::move(*steps)};
 }
 
 Result<std::vector<std::byte>> make_step(const OpenedDelta& delta, const PieceReader& base,

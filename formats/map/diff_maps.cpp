@@ -36,14 +36,12 @@ Result<TileNds> read_nds(MapSide& before, MapSide& after, const TilePair& pair,
                          const GridShift& shift) {
   TileNds tile;
   if (pair.after) {
-    Result<std::vector<Nd>> nds = after.nds(*pair.after);
-    if (!nds) return nds.error();
-    tile.after = std::move(*nds);
+    SIGHTLINE_ASSIGN(std::vector<Nd> nds, after.nds(*pair.after));
+    tile.after = std::move(nds);
   }
   if (!pair.before) return tile;
-  Result<std::vector<Nd>> nds = before.nds(*pair.before);
-  if (!nds) return nds.error();
-  tile.before = std::move(*nds);
+  SIGHTLINE_ASSIGN(std::vector<Nd> nds, before.nds(*pair.before));
+  tile.before = std::move(nds);
   const Eigen::Vector3d shift_m =
       before.card().ndt.frame.origin_world_m - after.card().ndt.frame.origin_world_m;
   for (Nd& nd : tile.before) {
@@ -98,9 +96,8 @@ NdChanges diff_nds(const TileNds& tile, double tolerance_m) {
 // Sites of an unchanged tile, which has a changed ND beside it.
 Result<void> add_unchanged(MapSide& after, std::uint32_t tile, const CommonLimits& limits,
                            ComparedSites& compared) {
-  const Result<const std::vector<SiteRow>*> rows = after.sites(tile);
-  if (!rows) return rows.error();
-  for (const SiteRow& row : **rows) {
+  SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, after.sites(tile));
+  for (const SiteRow& row : *rows) {
     if (!compared.after.contains(row.site)) compared.after[row.site] = same_site(row, limits);
   }
   return {};
@@ -117,16 +114,14 @@ Result<const SiteRow*> site_near(MapSide& after, const Eigen::Vector3d& mean_m,
     });
   }
   const double tile_m = after.card().ndt.tile_m;
-  const Result<NearestSite> nearest = after.nearest(mean_m, tile_m);
-  if (!nearest) return nearest.error();
-  if (nearest->row == nullptr) return nullptr;
-  const Eigen::Vector3d& p_m = nearest->row->p_m;
+  SIGHTLINE_ASSIGN(const NearestSite nearest, after.nearest(mean_m, tile_m));
+  if (nearest.row == nullptr) return nullptr;
+  const Eigen::Vector3d& p_m = nearest.row->p_m;
   const std::optional<std::uint32_t> tile =
       find_tile(after.container(), floor_to_int(p_m.x() / tile_m), floor_to_int(p_m.y() / tile_m));
   if (!tile) return nullptr;
-  const Result<void> added = add_unchanged(after, *tile, limits, compared);
-  if (!added) return added.error();
-  return nearest->row;
+  SIGHTLINE_TRY(add_unchanged(after, *tile, limits, compared));
+  return nearest.row;
 }
 
 void count(NdChange change, NdCounts& counts) {
@@ -144,27 +139,22 @@ Result<NdsBySite> compare_nds(MapSide& before, MapSide& after, const std::vector
   NdCounts all;
   for (const TilePair& pair : tiles) {
     if (pair.has_same_nds) continue;
-    const Result<TileNds> tile = read_nds(before, after, pair, shift);
-    if (!tile) return tile.error();
+    SIGHTLINE_ASSIGN(const TileNds tile, read_nds(before, after, pair, shift));
     const std::vector<SiteRow>* own = &no_sites;
     if (pair.after) {
-      const Result<const std::vector<SiteRow>*> rows = after.sites(*pair.after);
-      if (!rows) return rows.error();
-      own = *rows;
+      SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, after.sites(*pair.after));
+      own = rows;
     }
-    NdChanges changes = diff_nds(*tile, diff.options.tolerance_m);
+    NdChanges changes = diff_nds(tile, diff.options.tolerance_m);
     for (const Eigen::Vector3d& mean_m : changes.stayed_m) {
-      const Result<const SiteRow*> site = site_near(after, mean_m, *own, limits, compared);
-      if (!site) return site.error();
-      if (*site != nullptr) ++by_site[(*site)->site].stayed;
+      SIGHTLINE_ASSIGN(const SiteRow* site, site_near(after, mean_m, *own, limits, compared));
+      if (site != nullptr) ++by_site[site->site].stayed;
     }
     for (NdDiff& change : changes.changed) {
-      const Result<const SiteRow*> site =
-          site_near(after, change.mean_world_m, *own, limits, compared);
-      if (!site) return site.error();
+      SIGHTLINE_ASSIGN(const SiteRow* site, site_near(after, change.mean_world_m, *own, limits, compared));
       count(change.change, all);
-      if (*site == nullptr) ++diff.nds_off_route;
-      if (*site != nullptr) count(change.change, by_site[(*site)->site]);
+      if (site == nullptr) ++diff.nds_off_route;
+      if (site != nullptr) count(change.change, by_site[site->site]);
       change.mean_world_m += after.card().ndt.frame.origin_world_m;
       diff.nds.push_back(change);
     }
@@ -198,16 +188,14 @@ Result<MapDiff> diff_sides(MapSide& before, MapSide& after, const MapDiffOptions
   diff.has_comparable_nds = shift.has_value();
   diff.blocks = diff_blocks(before, after, tiles);
   count_tiles(tiles, diff);
-  Result<ComparedSites> compared = compare_sites(before, after, tiles);
-  if (!compared) return compared.error();
+  SIGHTLINE_ASSIGN(ComparedSites compared, compare_sites(before, after, tiles));
   NdsBySite nds;
   if (shift) {
-    Result<NdsBySite> found = compare_nds(before, after, tiles, *shift, *compared, diff);
-    if (!found) return found.error();
-    nds = std::move(*found);
+    SIGHTLINE_ASSIGN(NdsBySite found, compare_nds(before, after, tiles, *shift, compared, diff));
+    nds = std::move(found);
   }
-  count_sites(before.card(), after.card(), *compared, diff);
-  find_stretches(before.card(), after.card(), *compared, nds, diff);
+  count_sites(before.card(), after.card(), compared, diff);
+  find_stretches(before.card(), after.card(), compared, nds, diff);
   diff.bytes_read = before.bytes_read() + after.bytes_read();
   return diff;
 }
@@ -216,24 +204,18 @@ Result<MapDiff> diff_sides(MapSide& before, MapSide& after, const MapDiffOptions
 
 Result<MapDiff> diff_maps(std::span<const std::byte> before, std::span<const std::byte> after,
                           const MapDiffOptions& options) {
-  Result<MapSide> old_side = MapSide::open(before);
-  if (!old_side) return old_side.error();
-  Result<MapSide> new_side = MapSide::open(after);
-  if (!new_side) return new_side.error();
-  return diff_sides(*old_side, *new_side, options);
+  SIGHTLINE_ASSIGN(MapSide old_side, MapSide::open(before));
+  SIGHTLINE_ASSIGN(MapSide new_side, MapSide::open(after));
+  return diff_sides(old_side, new_side, options);
 }
 
 Result<MapDiff> diff_maps(const std::filesystem::path& before, const std::filesystem::path& after,
                           const MapDiffOptions& options) {
-  const Result<MappedFile> old_file =
-      MappedFile::open(before.string(), MappedFile::Use::kHereAndThere);
-  if (!old_file) return old_file.error();
-  const Result<MappedFile> new_file =
-      MappedFile::open(after.string(), MappedFile::Use::kHereAndThere);
-  if (!new_file) return new_file.error();
-  Result<MapSide> old_side = MapSide::open(old_file->bytes());
+  SIGHTLINE_ASSIGN(const MappedFile old_file, MappedFile::open(before.string(), MappedFile::Use::kHereAndThere));
+  SIGHTLINE_ASSIGN(const MappedFile new_file, MappedFile::open(after.string(), MappedFile::Use::kHereAndThere));
+  Result<MapSide> old_side = MapSide::open(old_file.bytes());
   if (!old_side) return in_file(old_side.error(), before.string());
-  Result<MapSide> new_side = MapSide::open(new_file->bytes());
+  Result<MapSide> new_side = MapSide::open(new_file.bytes());
   if (!new_side) return in_file(new_side.error(), after.string());
   return diff_sides(*old_side, *new_side, options);
 }

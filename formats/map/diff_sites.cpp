@@ -21,15 +21,14 @@ AnswerDiff compare(const SiteAnswer& before, const SiteAnswer& after) {
 
 Result<ComparedSite> compare_site(const SiteRow& row, const Eigen::Vector3d& shift_m,
                                   MapSide& before, const CommonLimits& limits) {
-  const Result<NearestSite> nearest = before.nearest(row.p_m + shift_m, before.card().reach_m);
-  if (!nearest) return nearest.error();
-  ComparedSite site{&row, nearest->row != nullptr, {}, nearest->distance_m, 0.0, 0.0};
-  if (nearest->row == nullptr) return site;
-  site.longest_points_before = nearest->row->longest_virtual_points;
+  SIGHTLINE_ASSIGN(const NearestSite nearest, before.nearest(row.p_m + shift_m, before.card().reach_m));
+  ComparedSite site{&row, nearest.row != nullptr, {}, nearest.distance_m, 0.0, 0.0};
+  if (nearest.row == nullptr) return site;
+  site.longest_points_before = nearest.row->longest_virtual_points;
   site.longest_points_after = row.longest_virtual_points;
   for (const auto& [old_limit, new_limit] : limits) {
     site.answers.push_back(
-        compare(nearest->row->answers[old_limit], row.answers[new_limit]));
+        compare(nearest.row->answers[old_limit], row.answers[new_limit]));
   }
   return site;
 }
@@ -134,22 +133,18 @@ Result<ComparedSites> compare_sites(MapSide& before, MapSide& after,
     const bool is_same = pair.has_same_sites && same_terms;
     if (is_same && pair.has_same_nds) continue;
     if (pair.after) {
-      const Result<const std::vector<SiteRow>*> rows = after.sites(*pair.after);
-      if (!rows) return rows.error();
-      for (const SiteRow& row : **rows) {
-        Result<ComparedSite> site = is_same ? Result<ComparedSite>(same_site(row, limits))
-                                            : compare_site(row, to_before_m, before, limits);
-        if (!site) return site.error();
-        compared.after[row.site] = std::move(*site);
+      SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, after.sites(*pair.after));
+      for (const SiteRow& row : *rows) {
+        SIGHTLINE_ASSIGN(ComparedSite site, is_same ? Result<ComparedSite>(same_site(row, limits))
+                                            : compare_site(row, to_before_m, before, limits));
+        compared.after[row.site] = std::move(site);
       }
     }
     if (!pair.before || is_same) continue;
-    const Result<const std::vector<SiteRow>*> rows = before.sites(*pair.before);
-    if (!rows) return rows.error();
-    for (const SiteRow& row : **rows) {
-      const Result<NearestSite> now = after.nearest(row.p_m - to_before_m, after.card().reach_m);
-      if (!now) return now.error();
-      if (now->row == nullptr) compared.only_before[row.site] = &row;
+    SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, before.sites(*pair.before));
+    for (const SiteRow& row : *rows) {
+      SIGHTLINE_ASSIGN(const NearestSite now, after.nearest(row.p_m - to_before_m, after.card().reach_m));
+      if (now.row == nullptr) compared.only_before[row.site] = &row;
     }
   }
   return compared;

@@ -183,10 +183,9 @@ Result<std::vector<std::byte>> finished(const DeltaMaker& maker, const MapContai
                      std::to_string(result.file.size()) + " bytes; send the whole map",
                  "", ""};
   }
-  const Result<MapIdentity> base_identity = identity_of(base.file);
-  if (!base_identity) return base_identity.error();
+  SIGHTLINE_ASSIGN(const MapIdentity base_identity, identity_of(base.file));
   DeltaHeader header;
-  header.base = *base_identity;
+  header.base = base_identity;
   header.result_size = result.file.size();
   header.result_root = result.header.root_digest;
   header.result_sha256 = sha256(result.file);
@@ -200,11 +199,10 @@ Result<std::vector<std::byte>> finished(const DeltaMaker& maker, const MapContai
 }  // namespace
 
 Result<MapIdentity> identity_of(std::span<const std::byte> file) {
-  const Result<FileHeader> header = decode_header(file);
-  if (!header) return header.error();
+  SIGHTLINE_ASSIGN(const FileHeader header, decode_header(file));
   MapIdentity identity;
-  identity.size = header->file_size;
-  identity.root_digest = header->root_digest;
+  identity.size = header.file_size;
+  identity.root_digest = header.root_digest;
   ByteReader reader(file.subspan(kHeaderSize - 8, 8));
   reader.get(identity.header_checksum);
   return identity;
@@ -213,34 +211,29 @@ Result<MapIdentity> identity_of(std::span<const std::byte> file) {
 Result<std::vector<std::byte>> make_delta(std::span<const std::byte> base,
                                           std::span<const std::byte> result,
                                           const DeltaOptions& options) {
-  const Result<MapContainer> old_map = open_container(base);
-  if (!old_map) return old_map.error();
-  const Result<MapContainer> new_map = open_container(result);
-  if (!new_map) return new_map.error();
-  const Parts old_parts = parts_of(*old_map);
+  SIGHTLINE_ASSIGN(const MapContainer old_map, open_container(base));
+  SIGHTLINE_ASSIGN(const MapContainer new_map, open_container(result));
+  const Parts old_parts = parts_of(old_map);
   std::map<std::uint64_t, std::pair<Part, std::optional<Part>>> in_order;
-  for (const auto& [name, part] : parts_of(*new_map)) {
+  for (const auto& [name, part] : parts_of(new_map)) {
     const auto old = old_parts.find(name);
     in_order[part.offset] = {
         part, old == old_parts.end() ? std::nullopt : std::optional<Part>(old->second)};
   }
   DeltaMaker maker(base, result, options);
   for (const auto& [offset, parts] : in_order) maker.add(parts.first, parts.second);
-  return finished(maker, *old_map, *new_map);
+  return finished(maker, old_map, new_map);
 }
 
 Result<std::vector<std::byte>> make_delta(const std::filesystem::path& base,
                                           const std::filesystem::path& result,
                                           const DeltaOptions& options) {
   for (const std::filesystem::path& path : {base, result}) {
-    const Result<Digest> checked = check_map_digests(path);
-    if (!checked) return checked.error();
+    SIGHTLINE_TRY(check_map_digests(path));
   }
-  const Result<MappedFile> old_file = MappedFile::open(base.string());
-  if (!old_file) return old_file.error();
-  const Result<MappedFile> new_file = MappedFile::open(result.string());
-  if (!new_file) return new_file.error();
-  return make_delta(old_file->bytes(), new_file->bytes(), options);
+  SIGHTLINE_ASSIGN(const MappedFile old_file, MappedFile::open(base.string()));
+  SIGHTLINE_ASSIGN(const MappedFile new_file, MappedFile::open(result.string()));
+  return make_delta(old_file.bytes(), new_file.bytes(), options);
 }
 
 }  // namespace sightline

@@ -76,8 +76,7 @@ Result<void> MapDecoder::check_counts() const {
 // Also where nothing is done with the bytes: what is optional and unknown has a digest all the same.
 Result<RawBytes> MapDecoder::raw_bytes(const PackedBlock& block) {
   const std::uint64_t offset = offset_of(container_, block);
-  const Result<void> padding = check_padding(checked_to_, offset);
-  if (!padding) return padding.error();
+  SIGHTLINE_TRY(check_padding(checked_to_, offset));
   checked_to_ = offset + block.stored.size();
   MapSummary::Blocks& sum = blocks_[block.name];
   sum.is_required = block.is_required;
@@ -105,9 +104,8 @@ Result<void> MapDecoder::decode_nds(std::span<const std::byte> raw, std::uint64_
 }
 
 Result<void> MapDecoder::visit_layer(const PackedBlock& block, TileKey key) {
-  const Result<RawBytes> raw = raw_bytes(block);
-  if (!raw) return raw.error();
-  const std::span<const std::byte> bytes = raw->bytes();
+  SIGHTLINE_ASSIGN(const RawBytes raw, raw_bytes(block));
+  const std::span<const std::byte> bytes = raw.bytes();
   Result<void> decoded;
   if (block.name == kNdtLayer) {
     decoded = decode_nds(bytes, block.row_count, key);
@@ -175,16 +173,15 @@ Result<void> MapDecoder::check_look_up() const {
 }
 
 Result<void> MapDecoder::visit_section(const PackedBlock& block) {
-  const Result<RawBytes> raw = raw_bytes(block);
-  if (!raw) return raw.error();
+  SIGHTLINE_ASSIGN(const RawBytes raw, raw_bytes(block));
   if (block.name == kFactorNames && !has_factors_.empty()) {
-    return decode_factor_names(raw->bytes(), map_.factors);
+    return decode_factor_names(raw.bytes(), map_.factors);
   }
   if (block.name != kModelSection) return {};
-  if (sha256(raw->bytes()) != map_.model.digest) {
+  if (sha256(raw.bytes()) != map_.model.digest) {
     return wrong_digest("the error model", byte_place(offset_of(container_, block)));
   }
-  map_.model.bytes.assign(raw->bytes().begin(), raw->bytes().end());
+  map_.model.bytes.assign(raw.bytes().begin(), raw.bytes().end());
   return {};
 }
 
@@ -216,11 +213,9 @@ Result<void> MapDecoder::check_factors() const {
 
 Result<void> MapDecoder::check_end(const std::vector<Digest>& tiles) const {
   const FileHeader& header = container_.header;
-  const Result<void> before = check_padding(checked_to_, header.directory_offset);
-  if (!before) return before;
-  const Result<void> after = check_padding(header.directory_offset + header.directory_size,
-                                           container_.file.size() - kTrailerSize);
-  if (!after) return after;
+  SIGHTLINE_TRY(check_padding(checked_to_, header.directory_offset));
+  SIGHTLINE_TRY(check_padding(header.directory_offset + header.directory_size,
+                                           container_.file.size() - kTrailerSize));
   const std::vector<BlockName> required;  // format 1 has no required sections
   const Digest manifest =
       sha256(container_.file.subspan(header.manifest_offset, header.manifest_size));
@@ -267,10 +262,8 @@ Result<CompiledMap> MapDecoder::run() {
   }
   make_room();
   expect_factors();
-  const Result<void> visited = visit_all();
-  if (!visited) return visited.error();
-  const Result<void> valid = validate(map_);
-  if (!valid) return valid.error();
+  SIGHTLINE_TRY(visit_all());
+  SIGHTLINE_TRY(validate(map_));
   return std::move(map_);
 }
 

@@ -101,18 +101,16 @@ Json stretch_json(const Stretch& stretch, const std::vector<double>& limits_m) {
 // A place as GeoJSON wants it.
 Result<Json> geo_position(const World& world, const Eigen::Vector3d& p_m) {
   if (world.kind == WorldKind::kLocal) return position_json(p_m);
-  const Result<Geodetic> p = to_geodetic(world, p_m);
-  if (!p) return p.error();
-  return Json{p->longitude_deg, p->latitude_deg, p->altitude_m};
+  SIGHTLINE_ASSIGN(const Geodetic p, to_geodetic(world, p_m));
+  return Json{p.longitude_deg, p.latitude_deg, p.altitude_m};
 }
 
 // A line through places, or a point where there is one.
 Result<Json> geometry_of(const World& world, const std::vector<Eigen::Vector3d>& line_m) {
   Json positions = Json::array();
   for (const Eigen::Vector3d& p_m : line_m) {
-    Result<Json> position = geo_position(world, p_m);
-    if (!position) return position;
-    positions.push_back(std::move(*position));
+    SIGHTLINE_ASSIGN(Json position, geo_position(world, p_m));
+    positions.push_back(std::move(position));
   }
   if (line_m.size() == 1) return Json{{"type", "Point"}, {"coordinates", positions[0]}};
   return Json{{"type", "LineString"}, {"coordinates", positions}};
@@ -202,12 +200,11 @@ Result<std::string> to_geojson(const MapDiff& diff, const World& world) {
                     : "WGS 84: longitude, latitude (degrees), height of the recording (m)"},
                {"features", Json::array()}};
   for (const Feature& feature : features_of(diff)) {
-    Result<Json> geometry = geometry_of(world, feature.line_m);
-    if (!geometry) return geometry.error();
+    SIGHTLINE_ASSIGN(Json geometry, geometry_of(world, feature.line_m));
     Json properties = {{"kind", feature.kind}};
     properties.update(feature.properties);
     json["features"].push_back({{"type", "Feature"},
-                                {"geometry", std::move(*geometry)},
+                                {"geometry", std::move(geometry)},
                                 {"properties", std::move(properties)}});
   }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -67,19 +67,16 @@ Result<void> DigestCheck::check_zeros(std::uint64_t begin, std::uint64_t end) co
 }
 
 Result<void> DigestCheck::check_block(const schema::Block& block) {
-  const Result<void> zeros = check_zeros(checked_to_, block.offset());
-  if (!zeros) return zeros;
+  SIGHTLINE_TRY(check_zeros(checked_to_, block.offset()));
   checked_to_ = block.offset() + block.stored_size();
-  const Result<std::span<const std::byte>> stored = stored_bytes(map_, block);
-  if (!stored) return stored.error();
+  SIGHTLINE_ASSIGN(const std::span<const std::byte> stored, stored_bytes(map_, block));
   if (!block.is_required()) return {};
   Digest digest{};
   if (block.codec() == schema::Codec::Zstd) {
-    const Result<std::vector<std::byte>> raw = unpack_zstd(*stored, block.raw_size());
-    if (!raw) return raw.error();
-    digest = sha256(*raw);
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, unpack_zstd(stored, block.raw_size()));
+    digest = sha256(raw);
   } else {
-    digest = sha256(*stored);
+    digest = sha256(stored);
   }
   if (digest != from_schema(*block.raw_digest())) {
     return wrong_digest("block " + block.name()->str(), "byte " + std::to_string(block.offset()));
@@ -107,26 +104,20 @@ Result<std::vector<BlockName>> DigestCheck::check_blocks(const Blocks& blocks,
 
 Result<Digest> DigestCheck::run() {
   const FileHeader& header = map_.header;
-  const Result<void> start = check_zeros(kHeaderSize, header.manifest_offset);
-  if (!start) return start.error();
+  SIGHTLINE_TRY(check_zeros(kHeaderSize, header.manifest_offset));
   std::vector<Digest> tiles;
   for (const schema::Tile* tile : *map_.directory->tiles()) {
     const std::string place = tile_place(tile->x(), tile->y());
-    const Result<std::vector<BlockName>> layers = check_blocks(*tile->layers(), place + " layer ");
-    if (!layers) return layers.error();
-    tiles.push_back(tile_digest({tile->x(), tile->y()}, *layers));
+    SIGHTLINE_ASSIGN(const std::vector<BlockName> layers, check_blocks(*tile->layers(), place + " layer "));
+    tiles.push_back(tile_digest({tile->x(), tile->y()}, layers));
     if (tiles.back() != from_schema(*tile->digest())) return wrong_digest("the tile", place);
   }
-  const Result<std::vector<BlockName>> sections =
-      check_blocks(*map_.directory->sections(), "section ");
-  if (!sections) return sections.error();
-  const Result<void> before = check_zeros(checked_to_, header.directory_offset);
-  if (!before) return before.error();
-  const Result<void> after = check_zeros(header.directory_offset + header.directory_size,
-                                         map_.file.size() - kTrailerSize);
-  if (!after) return after.error();
+  SIGHTLINE_ASSIGN(const std::vector<BlockName> sections, check_blocks(*map_.directory->sections(), "section "));
+  SIGHTLINE_TRY(check_zeros(checked_to_, header.directory_offset));
+  SIGHTLINE_TRY(check_zeros(header.directory_offset + header.directory_size,
+                                         map_.file.size() - kTrailerSize));
   const Digest manifest = sha256(map_.file.subspan(header.manifest_offset, header.manifest_size));
-  const Digest root = root_digest(manifest, header.incompatible_features, tiles, *sections);
+  const Digest root = root_digest(manifest, header.incompatible_features, tiles, sections);
   if (root != header.root_digest) return wrong_digest("the map", "byte 88");
   return root;
 }
@@ -134,9 +125,8 @@ Result<Digest> DigestCheck::run() {
 }  // namespace
 
 Result<Digest> check_map_digests(const std::filesystem::path& path) {
-  const Result<MappedFile> file = MappedFile::open(path.string());
-  if (!file) return file.error();
-  const Result<MapContainer> map = open_container(file->bytes());
+  SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(path.string()));
+  const Result<MapContainer> map = open_container(file.bytes());
   Result<Digest> root = map ? DigestCheck(*map).run() : map.error();
   if (root) return root;
   Error error = root.error();

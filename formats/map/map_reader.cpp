@@ -38,14 +38,12 @@ MapSummary summary_of(const MapContainer& container, const CompiledMap& map) {
 }
 
 Result<Decoded> decode_aligned(std::span<const std::byte> file, KeepNds keep_nds) {
-  const Result<MapContainer> container = open_container(file);
-  if (!container) return container.error();
-  MapDecoder decoder(*container, keep_nds);
-  Result<CompiledMap> map = decoder.run();
-  if (!map) return map.error();
-  MapSummary summary = summary_of(*container, *map);
+  SIGHTLINE_ASSIGN(const MapContainer container, open_container(file));
+  MapDecoder decoder(container, keep_nds);
+  SIGHTLINE_ASSIGN(CompiledMap map, decoder.run());
+  MapSummary summary = summary_of(container, map);
   summary.blocks = decoder.blocks();
-  return Decoded(std::move(*map), std::move(summary));
+  return Decoded(std::move(map), std::move(summary));
 }
 
 Result<Decoded> decode_bytes(std::span<const std::byte> file, KeepNds keep_nds) {
@@ -55,9 +53,8 @@ Result<Decoded> decode_bytes(std::span<const std::byte> file, KeepNds keep_nds) 
 }
 
 Result<Decoded> decode_file(const std::filesystem::path& path, KeepNds keep_nds) {
-  const Result<MappedFile> file = MappedFile::open(path.string());
-  if (!file) return file.error();
-  Result<Decoded> decoded = decode_aligned(file->bytes(), keep_nds);
+  SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(path.string()));
+  Result<Decoded> decoded = decode_aligned(file.bytes(), keep_nds);
   if (decoded) return decoded;
   Error error = decoded.error();
   error.file = path.string();
@@ -67,27 +64,23 @@ Result<Decoded> decode_file(const std::filesystem::path& path, KeepNds keep_nds)
 }  // namespace
 
 Result<CompiledMap> read_map(const std::filesystem::path& path) {
-  Result<Decoded> decoded = decode_file(path, KeepNds::kYes);
-  if (!decoded) return decoded.error();
-  return std::move(decoded->first);
+  SIGHTLINE_ASSIGN(Decoded decoded, decode_file(path, KeepNds::kYes));
+  return std::move(decoded.first);
 }
 
 Result<CompiledMap> read_map(std::span<const std::byte> file) {
-  Result<Decoded> decoded = decode_bytes(file, KeepNds::kYes);
-  if (!decoded) return decoded.error();
-  return std::move(decoded->first);
+  SIGHTLINE_ASSIGN(Decoded decoded, decode_bytes(file, KeepNds::kYes));
+  return std::move(decoded.first);
 }
 
 Result<MapSummary> verify_map(const std::filesystem::path& path) {
-  Result<Decoded> decoded = decode_file(path, KeepNds::kNo);
-  if (!decoded) return decoded.error();
-  return std::move(decoded->second);
+  SIGHTLINE_ASSIGN(Decoded decoded, decode_file(path, KeepNds::kNo));
+  return std::move(decoded.second);
 }
 
 Result<MapSummary> verify_map(std::span<const std::byte> file) {
-  Result<Decoded> decoded = decode_bytes(file, KeepNds::kNo);
-  if (!decoded) return decoded.error();
-  return std::move(decoded->second);
+  SIGHTLINE_ASSIGN(Decoded decoded, decode_bytes(file, KeepNds::kNo));
+  return std::move(decoded.second);
 }
 
 }  // namespace sightline

@@ -66,13 +66,10 @@ MapSide::MapSide(const MapContainer& container)
                   container.header.directory_size) {}
 
 Result<MapSide> MapSide::open(std::span<const std::byte> file) {
-  const Result<MapContainer> container = open_container(file);
-  if (!container) return container.error();
-  MapSide side(*container);
-  const Result<void> manifest = decode_manifest(*container->manifest, side.card_);
-  if (!manifest) return manifest.error();
-  const Result<void> found = side.find_virtual_points();
-  if (!found) return found.error();
+  SIGHTLINE_ASSIGN(const MapContainer container, open_container(file));
+  MapSide side(container);
+  SIGHTLINE_TRY(decode_manifest(*container.manifest, side.card_));
+  SIGHTLINE_TRY(side.find_virtual_points());
   return side;
 }
 
@@ -83,12 +80,10 @@ Result<void> MapSide::find_virtual_points() {
       names->row_count() > kMostFactors) {
     return {};
   }
-  const Result<std::vector<std::byte>> raw = raw_bytes(*names);
-  if (!raw) return raw.error();
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, raw_bytes(*names));
   FactorTable factors;
   factors.factors.resize(names->row_count());
-  const Result<void> decoded = decode_factor_names(*raw, factors);
-  if (!decoded) return decoded;
+  SIGHTLINE_TRY(decode_factor_names(raw, factors));
   factor_count_ = factors.factors.size();
   const auto found = std::ranges::find(factors.factors, "virtual_points");
   if (found == factors.factors.end()) return {};
@@ -103,17 +98,16 @@ Result<void> MapSide::add_virtual_points(std::uint32_t tile,
   const schema::Block* block =
       virtual_points_ ? find_layer(container_, tile, kFactorLayer) : nullptr;
   if (block == nullptr || block->version() != kFactorLayerVersion) return {};
-  const Result<std::vector<std::byte>> raw = raw_bytes(*block);
-  if (!raw) return raw.error();
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, raw_bytes(*block));
   const std::uint64_t ranges = card_.ranges.ranges_m.size();
   const std::uint64_t values = aligned(4 * rows.size());
   if (block->row_count() != rows.size() ||
-      raw->size() != aligned(values + 8 * rows.size() * ranges * factor_count_)) {
+      raw.size() != aligned(values + 8 * rows.size() * ranges * factor_count_)) {
     return Error{ErrorCode::kBadLayer, "the layer has not the size that its sites need", "", ""};
   }
   for (std::uint64_t row = 0; row < rows.size(); ++row) {
     const auto points_at = [&](std::uint64_t range) {
-      return load<double>(*raw, values, (row * ranges + range) * factor_count_ + *virtual_points_);
+      return load<double>(raw, values, (row * ranges + range) * factor_count_ + *virtual_points_);
     };
     rows[row].longest_virtual_points = points_at(ranges - 1);
     const std::size_t limits = rows[row].answers.size();
@@ -135,10 +129,9 @@ TileKey MapSide::tile_key(std::uint32_t tile) const {
 
 Result<std::vector<std::byte>> MapSide::raw_bytes(const schema::Block& block) {
   bytes_read_ += block.stored_size();
-  const Result<std::span<const std::byte>> stored = stored_bytes(container_, block);
-  if (!stored) return stored.error();
-  if (block.codec() == schema::Codec::Zstd) return unpack_zstd(*stored, block.raw_size());
-  return std::vector<std::byte>(stored->begin(), stored->end());
+  SIGHTLINE_ASSIGN(const std::span<const std::byte> stored, stored_bytes(container_, block));
+  if (block.codec() == schema::Codec::Zstd) return unpack_zstd(stored, block.raw_size());
+  return std::vector<std::byte>(stored.begin(), stored.end());
 }
 
 Result<std::vector<Nd>> MapSide::nds(std::uint32_t tile) {
@@ -190,9 +183,8 @@ Result<void> MapSide::search(TileKey key, const Eigen::Vector3d& p_m, double mos
   if (gap > (nearest.row == nullptr ? most_m : nearest.distance_m)) return {};
   const std::optional<std::uint32_t> tile = find_tile(container_, key.x, key.y);
   if (!tile) return {};
-  const Result<const std::vector<SiteRow>*> rows = sites(*tile);
-  if (!rows) return rows.error();
-  for (const SiteRow& row : **rows) {
+  SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, sites(*tile));
+  for (const SiteRow& row : *rows) {
     const double distance_m = (row.p_m - p_m).norm();
     if (distance_m > most_m) continue;
     const bool is_nearer = nearest.row == nullptr || distance_m < nearest.distance_m ||
@@ -210,13 +202,11 @@ Result<NearestSite> MapSide::nearest(const Eigen::Vector3d& p_m, double most_m) 
   if (p_m.head<2>().cwiseAbs().maxCoeff() > kFarthestTile * tile_m) return nearest;
   const TileKey own{floor_to_int(p_m.x() / tile_m), floor_to_int(p_m.y() / tile_m)};
   // The own tile first: what it finds spares most of its neighbours.
-  const Result<void> searched = search(own, p_m, most_m, nearest);
-  if (!searched) return searched.error();
+  SIGHTLINE_TRY(search(own, p_m, most_m, nearest));
   for (std::int32_t dx = -1; dx <= 1; ++dx) {
     for (std::int32_t dy = -1; dy <= 1; ++dy) {
       if (dx == 0 && dy == 0) continue;
-      const Result<void> beside = search({own.x + dx, own.y + dy}, p_m, most_m, nearest);
-      if (!beside) return beside.error();
+      SIGHTLINE_TRY(search({own.x + dx, own.y + dy}, p_m, most_m, nearest));
     }
   }
   return nearest;

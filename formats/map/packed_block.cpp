@@ -34,9 +34,8 @@ Result<RawBytes> checked_bytes(const PackedBlock& block) {
   }
   RawBytes raw(block.stored);
   if (block.codec == BlockCodec::kZstd) {
-    Result<std::vector<std::byte>> unpacked = unpack_zstd(block.stored, block.raw_size);
-    if (!unpacked) return unpacked.error();
-    raw = RawBytes(std::move(*unpacked));
+    SIGHTLINE_ASSIGN(std::vector<std::byte> unpacked, unpack_zstd(block.stored, block.raw_size));
+    raw = RawBytes(std::move(unpacked));
   } else if (block.codec != BlockCodec::kNone || block.raw_size != block.stored.size()) {
     return Error{ErrorCode::kBadLayer, "the codec is unknown or the sizes differ", "", ""};
   }

@@ -66,9 +66,8 @@ Result<bool> PartFile::is_there(std::span<const std::byte> bytes) {
 
 Result<void> PartFile::put(std::span<const std::byte> bytes) {
   if (is_comparing_) {
-    const Result<bool> there = is_there(bytes);
-    if (!there) return there.error();
-    if (*there) {
+    SIGHTLINE_ASSIGN(const bool there, is_there(bytes));
+    if there {
       offset_ += bytes.size();
       kept_ = offset_;
       return {};

@@ -94,10 +94,8 @@ Result<void> check_tile(const FoundTile& tile, const schema::Manifest& manifest)
   std::vector<BlockName> required;
   for (const PackedBlock& layer : tile.layers) {
     if (!layer.is_required) continue;
-    const Result<void> rows = check_rows(layer, manifest);
-    if (!rows) return rows;
-    const Result<RawBytes> raw = checked_bytes(layer);
-    if (!raw) return raw.error();
+    SIGHTLINE_TRY(check_rows(layer, manifest));
+    SIGHTLINE_TRY(checked_bytes(layer));
     required.push_back({layer.name, layer.version, layer.row_count, layer.raw_digest});
   }
   if (tile_digest(tile.key, required) == tile.digest) return {};
@@ -153,17 +151,12 @@ Result<void> decode_tiles(const std::vector<FoundTile>& tiles, const SiteIds& id
   std::vector<bool> is_filled(ids.size());
   for (const FoundTile& tile : tiles) {
     if (const PackedBlock* layer = find_layer(tile, kNdtLayer)) {
-      const Result<RawBytes> raw = checked_bytes(*layer);
-      if (!raw) return raw.error();
-      const Result<void> decoded =
-          decode_ndt_layer(raw->bytes(), layer->row_count, tile.key, map.ndt);
-      if (!decoded) return decoded;
+      SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(*layer));
+      SIGHTLINE_TRY(decode_ndt_layer(raw.bytes(), layer->row_count, tile.key, map.ndt));
     }
     if (const PackedBlock* layer = find_layer(tile, kRangeLayer)) {
-      const Result<void> decoded =
-          decode_range_layer(renumbered(layer->stored, layer->row_count, ids), layer->row_count,
-                             tile.key, map, is_filled);
-      if (!decoded) return decoded;
+      SIGHTLINE_TRY(decode_range_layer(renumbered(layer->stored, layer->row_count, ids), layer->row_count,
+                             tile.key, map, is_filled));
     }
   }
   return {};
@@ -190,26 +183,22 @@ Result<void> decode_factors(const MapContainer& container, const std::vector<Fou
   const schema::Block* entry = find_section(container, kFactorNames);
   if (entry == nullptr) return {};
   const PackedBlock names = packed_block(container, *entry);
-  const Result<RawBytes> text = checked_bytes(names);
-  if (!text) return text.error();
+  SIGHTLINE_ASSIGN(const RawBytes text, checked_bytes(names));
   FactorTable factors;
   factors.ranges_m = map.ranges.ranges_m;
   factors.site_count = map.ranges.site_count;
   factors.factors.resize(std::min(names.row_count, kMostFactors));
-  const Result<void> named = decode_factor_names(text->bytes(), factors);
-  if (!named) return named;
+  SIGHTLINE_TRY(decode_factor_names(text.bytes(), factors));
   factors.values.resize(ids.size() * factors.ranges_m.size() * factors.factors.size());
   std::vector<bool> is_filled(ids.size());
   for (const FoundTile& tile : tiles) {
     const PackedBlock* layer = find_layer(tile, kFactorLayer);
     if (layer == nullptr) continue;
-    const Result<RawBytes> raw = checked_bytes(*layer);
-    if (!raw) return raw.error();
+    SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(*layer));
     const std::uint64_t rows =
-        std::min<std::uint64_t>(layer->row_count, raw->bytes().size() / sizeof ids[0]);
-    const Result<void> decoded = decode_factor_layer(renumbered(raw->bytes(), rows, ids),
-                                                     layer->row_count, factors, is_filled);
-    if (!decoded) return decoded;
+        std::min<std::uint64_t>(layer->row_count, raw.bytes().size() / sizeof ids[0]);
+    SIGHTLINE_TRY(decode_factor_layer(renumbered(raw.bytes(), rows, ids),
+                                                     layer->row_count, factors, is_filled));
   }
   if (std::ranges::find(is_filled, false) != is_filled.end()) {
     return Error{ErrorCode::kBadLayer, "some sites have none", "", ""};
@@ -221,12 +210,11 @@ Result<void> decode_factors(const MapContainer& container, const std::vector<Fou
 Result<void> decode_model(const MapContainer& container, CompiledMap& map) {
   const schema::Block* entry = find_section(container, kModelSection);
   if (entry == nullptr) return {};
-  const Result<RawBytes> raw = checked_bytes(packed_block(container, *entry));
-  if (!raw) return raw.error();
-  if (sha256(raw->bytes()) != map.model.digest) {
+  SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));
+  if (sha256(raw.bytes()) != map.model.digest) {
     return Error{ErrorCode::kDigestMismatch, "it is not the one that the manifest names", "", ""};
   }
-  map.model.bytes.assign(raw->bytes().begin(), raw->bytes().end());
+  map.model.bytes.assign(raw.bytes().begin(), raw.bytes().end());
   return {};
 }
 
@@ -267,17 +255,15 @@ void mark_as_part(const SiteIds& ids, CompiledMap& map) {
 }  // namespace
 
 Result<Recovered> recover_map(std::span<const std::byte> file) {
-  const Result<MapFront> front = open_front_alone(file);
-  if (!front) return front.error();
+  SIGHTLINE_ASSIGN(const MapFront front, open_front_alone(file));
   Recovered recovered;
-  const Result<void> manifest = decode_manifest(*front->manifest, recovered.map);
-  if (!manifest) return manifest.error();
-  const Result<MapContainer> container = open_directory(*front);
+  SIGHTLINE_TRY(decode_manifest(*front.manifest, recovered.map));
+  const Result<MapContainer> container = open_directory(front);
   if (!container) recovered.lost.push_back("the directory: " + to_string(container.error()));
   std::vector<FoundTile> tiles =
-      container ? tiles_of_directory(*container) : tiles_that_tell(*front);
+      container ? tiles_of_directory(*container) : tiles_that_tell(front);
   std::erase_if(tiles, [&](const FoundTile& tile) {
-    const Result<void> checked = check_tile(tile, *front->manifest);
+    const Result<void> checked = check_tile(tile, *front.manifest);
     tell(tile_place(tile.key.x, tile.key.y), checked, recovered.lost);
     return !checked;
   });
@@ -285,15 +271,13 @@ Result<Recovered> recover_map(std::span<const std::byte> file) {
   if (ids.empty()) {
     return Error{ErrorCode::kTruncatedFile, "no site is left in what can still be read", "", ""};
   }
-  const Result<void> decoded = decode_tiles(tiles, ids, recovered.map);
-  if (!decoded) return decoded.error();
+  SIGHTLINE_TRY(decode_tiles(tiles, ids, recovered.map));
   decode_for_engineers(container, tiles, ids, recovered);
-  const bool is_part = recovered.map.ndt.nds.size() != front->manifest->nd_count() ||
-                       ids.size() != front->manifest->site_count();
-  tell_counts(*front->manifest, recovered.map, recovered.lost);
+  const bool is_part = recovered.map.ndt.nds.size() != front.manifest->nd_count() ||
+                       ids.size() != front.manifest->site_count();
+  tell_counts(*front.manifest, recovered.map, recovered.lost);
   if (is_part) mark_as_part(ids, recovered.map);
-  const Result<void> valid = validate(recovered.map);
-  if (!valid) return valid.error();
+  SIGHTLINE_TRY(validate(recovered.map));
   return recovered;
 }
 

@@ -69,19 +69,16 @@ bool is_for_engineers(const PackedBlock& block) {
 }  // namespace
 
 Result<Repacked> strip_map(std::span<const std::byte> file) {
-  const Result<MapSummary> whole = verify_map(file);
-  if (!whole) return whole.error();
-  const Result<MapContainer> container = open_container(file);
-  if (!container) return container.error();
+  SIGHTLINE_TRY(verify_map(file));
+  SIGHTLINE_ASSIGN(const MapContainer container, open_container(file));
   std::map<std::string, std::uint64_t> dropped;
   const auto keep = [&](const PackedBlock& block) {
     if (!is_for_engineers(block)) return true;
     dropped[block.name] += block.stored.size();
     return false;
   };
-  Result<std::vector<std::byte>> stripped = repack(*container, keep);
-  if (!stripped) return stripped.error();
-  Repacked result{std::move(*stripped), {}};
+  SIGHTLINE_ASSIGN(std::vector<std::byte> stripped, repack(container, keep));
+  Repacked result{std::move(stripped), {}};
   for (const auto& [name, bytes] : dropped) {
     result.told.push_back("dropped " + name + ", " + std::to_string(bytes) + " bytes");
   }

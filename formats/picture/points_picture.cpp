@@ -34,9 +34,8 @@ struct Canvas {
 Result<Box> box_of(const SurfacePointReader& reader) {
   Box box;
   for (std::size_t part = 0; part < reader.part_count(); ++part) {
-    const Result<std::vector<Eigen::Vector3d>> points_m = reader.standing(part);
-    if (!points_m) return points_m.error();
-    for (const Eigen::Vector3d& point_m : *points_m) box.extend(point_m.head<2>());
+    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points_m, reader.standing(part));
+    for (const Eigen::Vector3d& point_m : points_m) box.extend(point_m.head<2>());
   }
   if (!box.isEmpty()) return box;
   return Error{ErrorCode::kBadArgument, "there are no points to draw", "", ""};
@@ -63,18 +62,16 @@ Colour grey_of(std::uint32_t count) {
 
 Result<Raster> points_picture(const SurfacePoints& points) {
   const SurfacePointReader reader(points);
-  const Result<Box> box = box_of(reader);
-  if (!box) return box.error();
-  Canvas canvas = canvas_for(*box);
+  SIGHTLINE_ASSIGN(const Box box, box_of(reader));
+  Canvas canvas = canvas_for(box);
   for (std::size_t part = 0; part < reader.part_count(); ++part) {
-    const Result<std::vector<Eigen::Vector3d>> points_m = reader.standing(part);
-    if (!points_m) return points_m.error();
-    for (const Eigen::Vector3d& point_m : *points_m) ++canvas.standing[canvas.pixel_of(point_m)];
+    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points_m, reader.standing(part));
+    for (const Eigen::Vector3d& point_m : points_m) ++canvas.standing[canvas.pixel_of(point_m)];
   }
   for (const CellKey& key : points.moved_voxels) {
     const Eigen::Vector3d at_m(key.x + 0.5, key.y + 0.5, key.z + 0.5);
     const Eigen::Vector3d centre_m = points.voxel_m * at_m;
-    if (box->contains(centre_m.head<2>())) canvas.is_removed[canvas.pixel_of(centre_m)] = true;
+    if (box.contains(centre_m.head<2>())) canvas.is_removed[canvas.pixel_of(centre_m)] = true;
   }
   Raster raster(canvas.width, canvas.height, kPaper);
   for (std::size_t i = 0; i < raster.pixels.size(); ++i) {

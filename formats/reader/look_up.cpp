@@ -238,10 +238,8 @@ Result<LookUp> LookUp::open(const MapFront& front) {
     return bad_section(ErrorCode::kUnknownRequiredFeature, "of a version unknown to this program",
                        last);
   }
-  const Result<void> required = check_required(info.required_blocks, last);
-  if (!required) return required.error();
-  const Result<void> sane = check_info(info, front, last);
-  if (!sane) return sane.error();
+  SIGHTLINE_TRY(check_required(info.required_blocks, last));
+  SIGHTLINE_TRY(check_info(info, front, last));
   return LookUp(front, info, end - info.page_count * kPageSize);
 }
 

@@ -145,12 +145,9 @@ Result<void> check_blocks(const MapContainer& container, const Blocks& blocks,
                    "", place};
     }
     end = block->offset() + block->stored_size();
-    const Result<void> size = check_size(*block, place);
-    if (!size) return size;
-    const Result<void> known = check_known(*block, place);
-    if (!known) return known;
-    const Result<void> rows = check_rows(*container.manifest, *block, place);
-    if (!rows) return rows;
+    SIGHTLINE_TRY(check_size(*block, place));
+    SIGHTLINE_TRY(check_known(*block, place));
+    SIGHTLINE_TRY(check_rows(*container.manifest, *block, place));
   }
   return {};
 }
@@ -216,12 +213,9 @@ Result<void> check_directory(const MapContainer& container) {
       return Error{ErrorCode::kBadOrder, "tiles must ascend", "", place};
     }
     previous = tile;
-    const Result<void> layers = check_blocks(container, *tile->layers(), place + " layer ", end);
-    if (!layers) return layers;
+    SIGHTLINE_TRY(check_blocks(container, *tile->layers(), place + " layer ", end));
   }
-  const Result<void> sections =
-      check_blocks(container, *container.directory->sections(), "section ", end);
-  if (!sections) return sections;
+  SIGHTLINE_TRY(check_blocks(container, *container.directory->sections(), "section ", end));
   const std::uint64_t directory_end =
       container.header.directory_offset + container.header.directory_size;
   if (container.header.directory_offset - end >= kWidestGap ||

@@ -98,42 +98,34 @@ Result<MapFront> front_behind(const FileHeader& header, std::span<const std::byt
                               FormatVersion program) {
   SIGHTLINE_CHECK(reinterpret_cast<std::uintptr_t>(file.data()) % 8 == 0);
   if (!can_read(program, header.version)) return other_version(file, header, program);
-  const Result<void> features = check_required_features(file, header);
-  if (!features) return features.error();
-  const Result<const schema::Manifest*> manifest = open_manifest(file, header);
-  if (!manifest) return manifest.error();
-  const Result<void> sane = check_manifest(**manifest);
-  if (!sane) return sane.error();
-  return MapFront{file, header, *manifest};
+  SIGHTLINE_TRY(check_required_features(file, header));
+  SIGHTLINE_ASSIGN(const schema::Manifest* manifest, open_manifest(file, header));
+  SIGHTLINE_TRY(check_manifest(*manifest));
+  return MapFront{file, header, manifest};
 }
 
 }  // namespace
 
 Result<MapFront> open_front(std::span<const std::byte> file, FormatVersion program) {
-  const Result<FileHeader> header = decode_header(file);
-  if (!header) return header.error();
-  return front_behind(*header, file, program);
+  SIGHTLINE_ASSIGN(const FileHeader header, decode_header(file));
+  return front_behind(header, file, program);
 }
 
 Result<MapFront> open_front_alone(std::span<const std::byte> file) {
-  const Result<FileHeader> header = decode_header_alone(file);
-  if (!header) return header.error();
-  return front_behind(*header, file, kFormatVersion);
+  SIGHTLINE_ASSIGN(const FileHeader header, decode_header_alone(file));
+  return front_behind(header, file, kFormatVersion);
 }
 
 Result<MapContainer> open_directory(const MapFront& front) {
-  const Result<const schema::Directory*> directory = read_directory(front.file, front.header);
-  if (!directory) return directory.error();
-  const MapContainer container{front.file, front.header, front.manifest, *directory};
-  const Result<void> ordered = check_directory(container);
-  if (!ordered) return ordered.error();
+  SIGHTLINE_ASSIGN(const schema::Directory* directory, read_directory(front.file, front.header));
+  const MapContainer container{front.file, front.header, front.manifest, directory};
+  SIGHTLINE_TRY(check_directory(container));
   return container;
 }
 
 Result<MapContainer> open_container(std::span<const std::byte> file) {
-  const Result<MapFront> front = open_front(file);
-  if (!front) return front.error();
-  return open_directory(*front);
+  SIGHTLINE_ASSIGN(const MapFront front, open_front(file));
+  return open_directory(front);
 }
 
 std::optional<std::uint32_t> find_tile(const MapContainer& container, std::int32_t x,

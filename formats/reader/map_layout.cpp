@@ -130,17 +130,14 @@ std::array<std::byte, kTrailerSize> encode_trailer(
 }
 
 Result<FileHeader> decode_header_alone(std::span<const std::byte> file) {
-  const Result<void> start = check_start(file);
-  if (!start) return start.error();
+  SIGHTLINE_TRY(check_start(file));
   return header_fields(file);
 }
 
 Result<FileHeader> decode_header(std::span<const std::byte> file) {
-  const Result<FileHeader> header = decode_header_alone(file);
-  if (!header) return header.error();
-  const Result<void> end = check_end(file, *header);
-  if (!end) return end.error();
-  return *header;
+  SIGHTLINE_ASSIGN(const FileHeader header, decode_header_alone(file));
+  SIGHTLINE_TRY(check_end(file, header));
+  return header;
 }
 
 NdtLayout::NdtLayout(std::uint64_t rows) {

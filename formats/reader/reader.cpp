@@ -66,11 +66,9 @@ MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up)
 }
 
 Result<MapReader> MapReader::open(MappedFile file, std::span<const std::byte> bytes) {
-  const Result<MapFront> front = open_front(bytes);
-  if (!front) return front.error();
-  Result<LookUp> look_up = LookUp::open(*front);
-  if (!look_up) return look_up.error();
-  return MapReader(std::move(file), *front, std::move(*look_up));
+  SIGHTLINE_ASSIGN(const MapFront front, open_front(bytes));
+  SIGHTLINE_ASSIGN(LookUp look_up, LookUp::open(front));
+  return MapReader(std::move(file), front, std::move(look_up));
 }
 
 Result<MapReader> MapReader::open(std::span<const std::byte> bytes) {
@@ -78,10 +76,9 @@ Result<MapReader> MapReader::open(std::span<const std::byte> bytes) {
 }
 
 Result<MapReader> MapReader::open(const std::string& path) {
-  Result<MappedFile> file = MappedFile::open(path, MappedFile::Use::kHereAndThere);
-  if (!file) return file.error();
-  const std::span<const std::byte> bytes = file->bytes();
-  Result<MapReader> reader = open(std::move(*file), bytes);
+  SIGHTLINE_ASSIGN(MappedFile file, MappedFile::open(path, MappedFile::Use::kHereAndThere));
+  const std::span<const std::byte> bytes = file.bytes();
+  Result<MapReader> reader = open(std::move(file), bytes);
   if (reader) return reader;
   Error error = reader.error();
   error.file = path;

@@ -14,10 +14,9 @@ namespace {
 // Which of the root's keys signed; the same key twice is one.
 Result<std::vector<bool>> signers_of(std::string_view message, std::string_view signatures,
                                      const RootRecord& root) {
-  const Result<std::vector<Signature>> parsed = parse_signatures(signatures);
-  if (!parsed) return parsed.error();
+  SIGHTLINE_ASSIGN(const std::vector<Signature> parsed, parse_signatures(signatures));
   std::vector<bool> has_signed(root.keys.size(), false);
-  for (const Signature& signature : *parsed) {
+  for (const Signature& signature : parsed) {
     for (std::size_t k = 0; k < root.keys.size(); ++k) {
       if (root.keys[k].id != signature.key_id) continue;
       if (!is_valid(signature, message, root.keys[k])) {
@@ -53,11 +52,9 @@ Result<void> check_identity(std::string_view text, const ReleaseRecord& record,
   }
   std::optional<std::string> map_id = vehicle.map_id;
   if (!vehicle.seen_release.empty()) {
-    const Result<ReleaseRecord> seen = decode_release_record(vehicle.seen_release);
-    if (!seen) return seen.error();
-    const Result<void> counter = check_counter(text, record, *seen, vehicle.seen_release);
-    if (!counter) return counter;
-    if (!map_id) map_id = seen->map_id;
+    SIGHTLINE_ASSIGN(const ReleaseRecord seen, decode_release_record(vehicle.seen_release));
+    SIGHTLINE_TRY(check_counter(text, record, seen, vehicle.seen_release));
+    if (!map_id) map_id = seen.map_id;
   }
   if (map_id && record.map_id != *map_id) {
     return Error{ErrorCode::kWrongFleet,
@@ -112,10 +109,9 @@ Result<void> check_facts(const ReleaseRecord& map, const ReleaseRecord& record) 
 
 Result<void> check_signatures(std::string_view message, std::string_view signatures,
                               const RootRecord& root) {
-  const Result<std::vector<bool>> signers = signers_of(message, signatures, root);
-  if (!signers) return signers.error();
+  SIGHTLINE_ASSIGN(const std::vector<bool> signers, signers_of(message, signatures, root));
   std::size_t count = 0;
-  for (const bool has_signed : *signers) count += has_signed ? 1 : 0;
+  for (const bool has_signed : signers) count += has_signed ? 1 : 0;
   if (count >= root.threshold) return {};
   const bool is_foreign = count == 0;
   return Error{is_foreign ? ErrorCode::kWrongKey : ErrorCode::kTooFewSignatures,
@@ -126,19 +122,16 @@ Result<void> check_signatures(std::string_view message, std::string_view signatu
 
 Result<RootRecord> next_root(const RootRecord& trusted, std::string_view text,
                              std::string_view signatures) {
-  const Result<void> by_old = check_signatures(text, signatures, trusted);
-  if (!by_old) return by_old.error();
-  Result<RootRecord> next = decode_root_record(text);
-  if (!next) return next;
-  const Result<void> by_new = check_signatures(text, signatures, *next);
-  if (!by_new) return by_new.error();
-  if (next->fleet != trusted.fleet) {
+  SIGHTLINE_TRY(check_signatures(text, signatures, trusted));
+  SIGHTLINE_ASSIGN(RootRecord next, decode_root_record(text));
+  SIGHTLINE_TRY(check_signatures(text, signatures, next));
+  if (next.fleet != trusted.fleet) {
     return Error{ErrorCode::kWrongFleet,
-                 "found a root of fleet " + next->fleet + ", expected " + trusted.fleet, "", ""};
+                 "found a root of fleet " + next.fleet + ", expected " + trusted.fleet, "", ""};
   }
-  if (next->version != trusted.version + 1) {
+  if (next.version != trusted.version + 1) {
     return Error{ErrorCode::kRootOutOfOrder,
-                 "found root " + std::to_string(next->version) + ", expected " +
+                 "found root " + std::to_string(next.version) + ", expected " +
                      std::to_string(trusted.version + 1),
                  "", ""};
   }
@@ -148,24 +141,19 @@ Result<RootRecord> next_root(const RootRecord& trusted, std::string_view text,
 Result<ReleaseRecord> admit_release(std::string_view text, std::string_view signatures,
                                     const RootRecord& root, const VehicleFacts& vehicle) {
   if (vehicle.now_s >= root.expires_s) return expired("the root", root.expires_s, vehicle.now_s);
-  const Result<void> is_signed = check_signatures(text, signatures, root);
-  if (!is_signed) return is_signed.error();
-  Result<ReleaseRecord> record = decode_release_record(text);
-  if (!record) return record;
-  const Result<void> identity = check_identity(text, *record, root, vehicle);
-  if (!identity) return identity.error();
-  if (vehicle.now_s >= record->expires_s) {
-    return expired("the release", record->expires_s, vehicle.now_s);
+  SIGHTLINE_TRY(check_signatures(text, signatures, root));
+  SIGHTLINE_ASSIGN(ReleaseRecord record, decode_release_record(text));
+  SIGHTLINE_TRY(check_identity(text, record, root, vehicle));
+  if (vehicle.now_s >= record.expires_s) {
+    return expired("the release", record.expires_s, vehicle.now_s);
   }
-  const Result<void> fit = check_fit(*record, vehicle);
-  if (!fit) return fit.error();
+  SIGHTLINE_TRY(check_fit(record, vehicle));
   return record;
 }
 
 Result<void> check_file(const std::filesystem::path& path, const ReleasedFile& released) {
-  const Result<MappedFile> file = MappedFile::open(path.string());
-  if (!file) return file.error();
-  const std::uint64_t size = file->bytes().size();
+  SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(path.string()));
+  const std::uint64_t size = file.bytes().size();
   if (size > released.size) {
     return Error{
         ErrorCode::kLongerThanReleased,
@@ -176,7 +164,7 @@ Result<void> check_file(const std::filesystem::path& path, const ReleasedFile& r
     return in_file(not_as_released("the size", std::to_string(size), std::to_string(released.size)),
                    path.string());
   }
-  const Digest digest = sha256(file->bytes());
+  const Digest digest = sha256(file.bytes());
   if (digest != released.sha256) {
     return in_file(not_as_released("the SHA-256", to_hex(digest), to_hex(released.sha256)),
                    path.string());
@@ -185,13 +173,10 @@ Result<void> check_file(const std::filesystem::path& path, const ReleasedFile& r
 }
 
 Result<void> check_map(const std::filesystem::path& path, const ReleaseRecord& record) {
-  const Result<void> whole = check_file(path, record.map);
-  if (!whole) return whole;
-  const Result<MapSummary> verified = verify_map(path);
-  if (!verified) return verified.error();
-  const Result<ReleaseRecord> map = release_of_map(path);
-  if (!map) return map.error();
-  const Result<void> facts = check_facts(*map, record);
+  SIGHTLINE_TRY(check_file(path, record.map));
+  SIGHTLINE_TRY(verify_map(path));
+  SIGHTLINE_ASSIGN(const ReleaseRecord map, release_of_map(path));
+  const Result<void> facts = check_facts(map, record);
   if (!facts) return in_file(facts.error(), path.string());
   return {};
 }

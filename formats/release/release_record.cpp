@@ -107,29 +107,24 @@ Result<ReleaseRecord> decode_release_record(std::string_view text) {
     record.deltas.push_back({file, reader.digest(words[3])});
     if (record.deltas.size() > kMostDeltas) reader.fail("more than 64 deltas");
   }
-  const Result<void> read = reader.finish();
-  if (!read) return read.error();
-  const Result<void> valid = validate(record);
-  if (!valid) return valid.error();
+  SIGHTLINE_TRY(reader.finish());
+  SIGHTLINE_TRY(validate(record));
   return record;
 }
 
 Result<ReleaseRecord> release_of_map(const std::filesystem::path& path) {
-  const Result<MappedFile> file = MappedFile::open(path.string());
-  if (!file) return file.error();
-  const Result<MapContainer> container = open_container(file->bytes());
-  if (!container) return container.error();
+  SIGHTLINE_ASSIGN(const MappedFile file, MappedFile::open(path.string()));
+  SIGHTLINE_ASSIGN(const MapContainer container, open_container(file.bytes()));
   CompiledMap map;
-  const Result<void> manifest = decode_manifest(*container->manifest, map);
-  if (!manifest) return manifest.error();
+  SIGHTLINE_TRY(decode_manifest(*container.manifest, map));
   ReleaseRecord record;
   record.map_id = map.map_id;
   record.version = map.version;
   record.map_release = map.release;
-  record.minimum_major = container->header.version.major;
+  record.minimum_major = container.header.version.major;
   record.sensor = sensor_digest(map.sensor);
-  record.root_digest = container->header.root_digest;
-  record.map = {path.filename().string(), file->bytes().size(), sha256(file->bytes())};
+  record.root_digest = container.header.root_digest;
+  record.map = {path.filename().string(), file.bytes().size(), sha256(file.bytes())};
   return record;
 }
 

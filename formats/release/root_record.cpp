@@ -68,10 +68,8 @@ Result<RootRecord> decode_root_record(std::string_view text) {
     if (key) record.keys.push_back(*key);
     if (record.keys.size() > kMostKeys) reader.fail("more than 16 keys");
   }
-  const Result<void> read = reader.finish();
-  if (!read) return read.error();
-  const Result<void> valid = validate(record);
-  if (!valid) return valid.error();
+  SIGHTLINE_TRY(reader.finish());
+  SIGHTLINE_TRY(validate(record));
   return record;
 }
 

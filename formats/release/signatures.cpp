@@ -111,9 +111,8 @@ Result<std::vector<Signature>> parse_signatures(std::string_view text) {
   Lines lines(text);
   std::vector<Signature> signatures;
   do {
-    Result<Signature> signature = parse_one(lines);
-    if (!signature) return signature.error();
-    signatures.push_back(std::move(*signature));
+    SIGHTLINE_ASSIGN(Signature signature, parse_one(lines));
+    signatures.push_back(std::move(signature));
     if (signatures.size() > kMostSignatures) return lines.wrong("at most 16 signatures");
   } while (!lines.at_end());
   return signatures;

@@ -157,9 +157,8 @@ std::string encode_public_key_file(const PublicKey& key) {
 }
 
 Result<PublicKey> decode_public_key_file(std::string_view text) {
-  const Result<std::string_view> line = second_line(text);
-  if (!line) return line.error();
-  return public_key_from_base64(*line);
+  SIGHTLINE_ASSIGN(const std::string_view line, second_line(text));
+  return public_key_from_base64(line);
 }
 
 std::string encode_secret_key_file(const SecretKey& key,
@@ -190,12 +189,10 @@ std::string encode_secret_key_file(const SecretKey& key,
 Result<SecretKey> decode_secret_key_file(std::string_view text,
                                          const std::optional<std::string>& passphrase) {
   start_sodium();
-  const Result<std::string_view> line = second_line(text);
-  if (!line) return line.error();
-  auto file = bytes_of_base64(*line, kSecretSize);
+  SIGHTLINE_ASSIGN(const std::string_view line, second_line(text));
+  auto file = bytes_of_base64(line, kSecretSize);
   if (!file) return malformed("this is no secret key");
-  const Result<void> shown = show(*file, passphrase);
-  if (!shown) return shown.error();
+  SIGHTLINE_TRY(show(*file, passphrase));
   SecretKey key;
   const auto hidden = file->begin() + kHiddenBegin;
   std::copy_n(hidden, key.id.size(), key.id.begin());

@@ -123,8 +123,7 @@ std::string line_of(const std::string& name, const FactorReport& report,
 }  // namespace
 
 Result<FactorReport> factor_report(const FactorTable& factors, const MeasuredError& measured) {
-  const Result<std::vector<std::size_t>> sites = sites_in_both(factors, measured);
-  if (!sites) return sites.error();
+  SIGHTLINE_ASSIGN(const std::vector<std::size_t> sites, sites_in_both(factors, measured));
   const auto points = std::find(factors.factors.begin(), factors.factors.end(), "virtual_points");
   if (points == factors.factors.end()) {
     return Error{ErrorCode::kMismatchedInputs, "the factors have no virtual_points", "", ""};
@@ -135,14 +134,14 @@ Result<FactorReport> factor_report(const FactorTable& factors, const MeasuredErr
   Columns all;
   for (std::size_t range = 0; range < factors.ranges_m.size(); ++range) {
     Columns here;
-    for (const std::size_t site : *sites) {
+    for (const std::size_t site : sites) {
       const double virtual_points = factors.at(site, range, points_column);
       append(measured.row(site, range), virtual_points, here);
       append(measured.row(site, range), virtual_points, all);
     }
     FactorsAtRange& row = report.ranges.emplace_back();
     row.range_m = factors.ranges_m[range];
-    row.rank_correlation = rank_correlations(factors, measured, *sites, range);
+    row.rank_correlation = rank_correlations(factors, measured, sites, range);
     row.virtual_points = mean_of(here.virtual_points);
     row.measured_points = mean_of(here.points);
     row.point_correlation = line_through(here.virtual_points, here.points).correlation;

@@ -34,8 +34,7 @@ const std::vector<std::string>& paper_factors() {
 
 Result<FeatureRows> gather_features(const FactorTable& table,
                                     const std::vector<std::string>& factors) {
-  const Result<std::vector<std::size_t>> columns = columns_of(table, factors);
-  if (!columns) return columns.error();
+  SIGHTLINE_ASSIGN(const std::vector<std::size_t> columns, columns_of(table, factors));
   FeatureRows rows;
   rows.names = factors;
   rows.names.emplace_back("range_m");
@@ -43,7 +42,7 @@ Result<FeatureRows> gather_features(const FactorTable& table,
   rows.values.reserve(rows.row_count * rows.names.size());
   for (std::size_t site = 0; site < table.site_count; ++site) {
     for (std::size_t range = 0; range < table.ranges_m.size(); ++range) {
-      for (const std::size_t column : *columns) {
+      for (const std::size_t column : columns) {
         const auto value = static_cast<float>(table.at(site, range, column));
         if (!std::isfinite(value)) {
           return Error{ErrorCode::kInvalidArtifact,

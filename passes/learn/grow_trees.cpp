@@ -118,9 +118,7 @@ Result<RegressionForest> grow_forest(const FeatureRows& features, const Labelled
                      " rows are more than a model can hold; fewer of either",
                  "", ""};
   }
-  const Result<std::vector<GrownTree>> grown =
-      grow_trees(features, training, options, seed, threads);
-  if (!grown) return grown.error();
+  SIGHTLINE_ASSIGN(const std::vector<GrownTree> grown, grow_trees(features, training, options, seed, threads));
   const LabelledRows sorted = sorted_by_label(training);
   RegressionForest forest;
   forest.feature_count = static_cast<std::uint32_t>(features.names.size());
@@ -129,8 +127,8 @@ Result<RegressionForest> grow_forest(const FeatureRows& features, const Labelled
     const float* values = features.row(row);
     forest.rows.insert(forest.rows.end(), values, values + forest.feature_count);
   }
-  forest.trees = parallel_map<RegressionTree>(grown->size(), threads, [&](std::size_t i) {
-    return labelled_tree((*grown)[i].nodes, features, sorted.rows,
+  forest.trees = parallel_map<RegressionTree>(grown.size(), threads, [&](std::size_t i) {
+    return labelled_tree(grown[i].nodes, features, sorted.rows,
                          static_cast<std::uint32_t>(options.least_leaf_rows));
   });
   return forest;

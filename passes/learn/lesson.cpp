@@ -109,20 +109,18 @@ Result<void> append_blocks(const LessonOptions& options, const DrivenPlaces& pla
       }
     }
     const int least_blocks = lesson.holds_out_places ? 1 : 2;
-    Result<RouteBlocks> blocks =
-        cut_route(place.sites, has_label, options.block_m, least_blocks);
-    if (!blocks) return blocks.error();
-    for (std::uint32_t& block : blocks->block_of_site) block += lesson.folds.block_count();
-    card.labelled_route_m = blocks->labelled_route_m;
-    card.block_count = blocks->block_count;
+    SIGHTLINE_ASSIGN(RouteBlocks blocks, cut_route(place.sites, has_label, options.block_m, least_blocks));
+    for (std::uint32_t& block : blocks.block_of_site) block += lesson.folds.block_count();
+    card.labelled_route_m = blocks.labelled_route_m;
+    card.block_count = blocks.block_count;
     const auto place_fold = static_cast<std::uint32_t>(p);
-    for (std::uint32_t block = 0; block < blocks->block_count; ++block) {
+    for (std::uint32_t block = 0; block < blocks.block_count; ++block) {
       lesson.folds.fold_of_block.push_back(lesson.holds_out_places ? place_fold
                                                                    : lesson.folds.block_count());
     }
-    lesson.folds.labelled_route_m += blocks->labelled_route_m;
+    lesson.folds.labelled_route_m += blocks.labelled_route_m;
     lesson.places.push_back(std::move(card));
-    block_of_site.push_back(std::move(blocks->block_of_site));
+    block_of_site.push_back(std::move(blocks.block_of_site));
   }
   std::size_t site = 0;
   for (const Case& of : cases) {
@@ -134,8 +132,7 @@ Result<void> append_blocks(const LessonOptions& options, const DrivenPlaces& pla
 }  // namespace
 
 Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& places) {
-  const Result<void> valid = validate(places);
-  if (!valid) return valid.error();
+  SIGHTLINE_TRY(validate(places));
   Lesson lesson;
   lesson.range_count = places.places.front().factors.ranges_m.size();
   lesson.knows_history = std::ranges::any_of(
@@ -144,14 +141,12 @@ Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& pla
                             (options.hold_out == HoldOut::kAuto && places.places.size() >= 3);
   std::vector<FeatureRows> factors;
   for (const DrivenPlace& place : places.places) {
-    Result<FeatureRows> rows = gather_features(place.factors, chosen_factors(options, places));
-    if (!rows) return rows.error();
-    factors.push_back(std::move(*rows));
+    SIGHTLINE_ASSIGN(FeatureRows rows, gather_features(place.factors, chosen_factors(options, places)));
+    factors.push_back(std::move(rows));
   }
   const std::vector<Case> cases = cases_of(places);
   for (const Case& of : cases) append_case(places, of, factors[of.place], lesson);
-  const Result<void> blocks = append_blocks(options, places, cases, lesson);
-  if (!blocks) return blocks.error();
+  SIGHTLINE_TRY(append_blocks(options, places, cases, lesson));
   deal_blocks(static_cast<std::uint32_t>(options.fold_count), lesson.folds);
   return lesson;
 }

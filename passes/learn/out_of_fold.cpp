@@ -154,10 +154,9 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
                        " m of route; a longer drive is needed",
                    "", "fold " + std::to_string(fold)};
     }
-    const Result<RegressionForest> forest = grow_forest(
-        lesson.features, training, options.forest, mix(ctx.seed, kFoldKey + fold), ctx.threads);
-    if (!forest) return forest.error();
-    predict_fold(ctx, lesson, *forest, fold, sums);
+    SIGHTLINE_ASSIGN(const RegressionForest forest, grow_forest(
+        lesson.features, training, options.forest, mix(ctx.seed, kFoldKey + fold), ctx.threads));
+    predict_fold(ctx, lesson, forest, fold, sums);
     ctx.progress(fold + 1, lesson.folds.fold_count + 1);
   }
   result.importance = rmse_rises(sums);

@@ -96,11 +96,10 @@ fs::path absolute_folder(const fs::path& folder) {
 }
 
 Result<Drives> look_at_all(const fs::path& folder) {
-  Result<ScanSearch> search = find_scans(folder);
-  if (!search) return search.error();
+  SIGHTLINE_ASSIGN(ScanSearch search, find_scans(folder));
   std::vector<FoundDrive> found;
-  std::vector<PassedOver> passed_over = search->passed_over;
-  for (const FoundScans& scans : search->found) {
+  std::vector<PassedOver> passed_over = search.passed_over;
+  for (const FoundScans& scans : search.found) {
     Result<FoundDrive> drive = look_at_drive(scans);
     if (drive) {
       found.push_back(std::move(*drive));
@@ -218,28 +217,27 @@ Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file) {
       "The drive that makes the map.",
       "A second drive that is matched against the map, to measure error.",
       "An independent drive that judges the finished map (sightline evaluate)."};
-  const Result<Drives> drives = look_at_all(folder);
-  if (!drives) return drives.error();
-  if (drives->drives.empty()) return nothing_found(folder, drives->passed_over);
+  SIGHTLINE_ASSIGN(const Drives drives, look_at_all(folder));
+  if (drives.drives.empty()) return nothing_found(folder, drives.passed_over);
   ConfigDraft draft;
   YamlText yaml(absolute_folder(file.parent_path()));
   write_head(folder, file, yaml);
-  for (std::size_t i = 0; i < drives->drives.size(); ++i) {
+  for (std::size_t i = 0; i < drives.drives.size(); ++i) {
     if (i > 0) yaml.line("");
     yaml.comment(kTasks[i]);
-    write_drive(drives->drives[i], kRoles[i], yaml);
-    if (i == 0) write_other_sensors(*drives, yaml);
-    draft.summary.push_back(summary_of(drives->drives[i], kRoles[i]));
+    write_drive(drives.drives[i], kRoles[i], yaml);
+    if (i == 0) write_other_sensors(drives, yaml);
+    draft.summary.push_back(summary_of(drives.drives[i], kRoles[i]));
   }
-  if (drives->drives.size() == 1) {
+  if (drives.drives.size() == 1) {
     yaml.line("");
     yaml.comment("One drive is both: even scans make the map, odd scans are localized in it.");
     yaml.line("annotation:");
     yaml.line("  split: even-odd");
   }
-  write_shortness(drives->drives.front(), yaml);
-  if (!drives->passed_over.empty()) yaml.line("");
-  for (const PassedOver& passed : drives->passed_over) {
+  write_shortness(drives.drives.front(), yaml);
+  if (!drives.passed_over.empty()) yaml.line("");
+  for (const PassedOver& passed : drives.passed_over) {
     yaml.comment("Not used: " + yaml.path(passed.path) + ": " + passed.reason + ".");
   }
   draft.yaml = yaml.text();

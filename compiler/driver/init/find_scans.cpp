@@ -139,8 +139,7 @@ Result<ScanSearch> find_scans(const fs::path& folder) {
   if (is_scan_container(start)) {
     search.found.push_back({start, {}, {}});
   } else {
-    const Result<Listing> listing = list_folder(start);
-    if (!listing) return listing.error();
+    SIGHTLINE_TRY(list_folder(start));
     look_into(start, 0, search);
   }
   std::ranges::sort(search.found, path_less, &FoundScans::scans);

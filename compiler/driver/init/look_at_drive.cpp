@@ -40,9 +40,8 @@ Result<std::vector<PointCloudFile>> read_samples(const Recording& recording) {
     const std::size_t index = k * last / (kSamples - 1);
     if (index == taken) continue;
     taken = index;
-    Result<PointCloudFile> sample = read_listed_scan(recording, index);
-    if (!sample) return sample.error();
-    samples.push_back(std::move(*sample));
+    SIGHTLINE_ASSIGN(PointCloudFile sample, read_listed_scan(recording, index));
+    samples.push_back(std::move(sample));
   }
   return samples;
 }
@@ -208,10 +207,9 @@ void choose_stamps(const FoundScans& found, RecordingOptions& options, FoundDriv
 // Of a bag with several: the one with the most scans.
 Result<void> choose_topic(RecordingOptions& options, FoundDrive& drive) {
   if (!is_ros_bag(options.scans)) return {};
-  const Result<std::vector<BagTopic>> topics = list_bag_topics(options.scans);
-  if (!topics) return topics.error();
+  SIGHTLINE_ASSIGN(const std::vector<BagTopic> topics, list_bag_topics(options.scans));
   std::size_t most = 0;
-  for (const BagTopic& topic : *topics) {
+  for (const BagTopic& topic : topics) {
     if (topic.type != kPointCloud2) continue;
     drive.other_topics.push_back(topic.name);
     if (topic.message_count <= most) continue;
@@ -251,19 +249,15 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
   drive.scans = found.scans;
   RecordingOptions options;
   options.scans = found.scans.string();
-  const Result<void> topic = choose_topic(options, drive);
-  if (!topic) return topic.error();
-  Result<Recording> recording = list_recording(options);
-  if (!recording) return recording.error();
-  if (recording->scans.size() < 2) return no_lidar(found.scans, "a single scan");
-  const Result<std::vector<PointCloudFile>> samples = read_samples(*recording);
-  if (!samples) return samples.error();
-  const Result<void> reach = check_reach(found.scans, *samples);
-  if (!reach) return reach.error();
-  drive.scan_count = recording->scans.size();
-  drive.contents = contents_of(*recording);
+  SIGHTLINE_TRY(choose_topic(options, drive));
+  SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
+  if (recording.scans.size() < 2) return no_lidar(found.scans, "a single scan");
+  SIGHTLINE_ASSIGN(const std::vector<PointCloudFile> samples, read_samples(recording));
+  SIGHTLINE_TRY(check_reach(found.scans, samples));
+  drive.scan_count = recording.scans.size();
+  drive.contents = contents_of(recording);
   choose_stamps(found, options, drive);
-  const SensorGuess sensor = guess_sensor(*samples);
+  const SensorGuess sensor = guess_sensor(samples);
   std::string remarks;
   const std::optional<Candidate> poses =
       choose_poses(found, options, sensor.height_m.value_or(1.8), remarks);
@@ -272,7 +266,7 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
   } else {
     add_no_poses(remarks, drive);
   }
-  if (!recording->container && !has_times(poses ? poses->options : options)) {
+  if (!recording.container && !has_times(poses ? poses->options : options)) {
     drive.keys.push_back({"rate_hz", "10",
                           "nothing tells the times of the scans: ten a second are assumed"});
   }

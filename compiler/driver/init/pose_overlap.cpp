@@ -80,11 +80,9 @@ double share_that_falls_on(const Clouds& clouds, double yaw_deg) {
 Result<std::vector<Clouds>> read_pairs(const Recording& recording, double height_m) {
   std::vector<Clouds> read;
   for (const Pair& pair : choose_pairs(recording)) {
-    const Result<PointCloudFile> first = read_listed_scan(recording, pair.first);
-    if (!first) return first.error();
-    const Result<PointCloudFile> second = read_listed_scan(recording, pair.second);
-    if (!second) return second.error();
-    read.push_back({upright_points(*first, height_m), upright_points(*second, height_m),
+    SIGHTLINE_ASSIGN(const PointCloudFile first, read_listed_scan(recording, pair.first));
+    SIGHTLINE_ASSIGN(const PointCloudFile second, read_listed_scan(recording, pair.second));
+    read.push_back({upright_points(first, height_m), upright_points(second, height_m),
                     recording.scans[pair.first].T_world_vehicle->inverse() *
                         *recording.scans[pair.second].T_world_vehicle});
   }
@@ -115,14 +113,13 @@ Result<PoseOverlap> measure_overlap(const Recording& recording, double height_m)
     if (!scan.T_world_vehicle) return overlap;
   }
   describe_way(recording, overlap);
-  const Result<std::vector<Clouds>> pairs = read_pairs(recording, height_m);
-  if (!pairs) return pairs.error();
-  overlap.pairs = pairs->size();
-  if (pairs->empty()) return overlap;
+  SIGHTLINE_ASSIGN(const std::vector<Clouds> pairs, read_pairs(recording, height_m));
+  overlap.pairs = pairs.size();
+  if (pairs.empty()) return overlap;
   for (const double yaw_deg : kYaws_deg) {
     double sum = 0.0;
-    for (const Clouds& clouds : *pairs) sum += share_that_falls_on(clouds, yaw_deg);
-    const double share = sum / static_cast<double>(pairs->size());
+    for (const Clouds& clouds : pairs) sum += share_that_falls_on(clouds, yaw_deg);
+    const double share = sum / static_cast<double>(pairs.size());
     if (yaw_deg != 0.0 && share < kFarBetter * overlap.share) continue;
     overlap.share = share;
     overlap.yaw_deg = yaw_deg;
