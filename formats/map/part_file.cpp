@@ -67,7 +67,7 @@ Result<bool> PartFile::is_there(std::span<const std::byte> bytes) {
 Result<void> PartFile::put(std::span<const std::byte> bytes) {
   if (is_comparing_) {
     SIGHTLINE_ASSIGN(const bool there, is_there(bytes));
-    if there {
+    if (there) {
       offset_ += bytes.size();
       kept_ = offset_;
       return {};

@@ -44,45 +44,61 @@ std::string verdict(const StepOutput& output, const std::string& kept, bool outp
          output.version_constant + " or find out why";
 }
 
-std::string files_without_step(const RunOutput& run, const GoldenFiles& kept) {
-  const GoldenFiles made = golden_files(run);
-  std::string text;
-  for (const auto& [name, content] : kept) {
-    if (!made.contains(name)) text += name + ": belongs to no step: " + kUpdate + "\n";
+// Goes through the steps in running order.
+class Comparison {
+ public:
+  explicit Comparison(const GoldenFiles& kept) : kept_(kept) {}
+
+  void add(const RunOutput& run, const StepOutput& output) {
+    const std::string file = run.name + "/" + file_name(output.step);
+    const std::string made = golden_text(output);
+    const std::string golden = kept_.contains(file) ? kept_.at(file) : "";
+    if (made == golden) return;
+    const bool output_changed = read_head(golden).digest != to_hex(output.digest);
+    const bool is_after = std::ranges::any_of(
+        output.inputs, [&](const std::string& input) { return changed_.contains(input); });
+    if (output_changed) changed_.insert(output.artifact);
+    if (output_changed && is_after) {
+      followers_ += (followers_.empty() ? "" : ", ") + run.name + "/" + output.step;
+      return;
+    }
+    causes_ += verdict(output, golden, output_changed) + "\n  " + file +
+               ", as kept (-) and as made now (+):\n" + first_differences(golden, made);
   }
-  return text;
-}
+  [[nodiscard]] std::string text() const {
+    return followers_.empty() ? causes_ : causes_ + "after it: " + followers_ + "\n";
+  }
+
+ private:
+  const GoldenFiles& kept_;
+  std::set<std::string> changed_;  // artifacts
+  std::string causes_;
+  std::string followers_;
+};
 
 }  // namespace
 
-GoldenFiles golden_files(const RunOutput& run) {
+GoldenFiles golden_files(const std::vector<RunOutput>& runs) {
   GoldenFiles files;
-  for (const StepOutput& output : run.steps) files[file_name(output.step)] = golden_text(output);
+  for (const RunOutput& run : runs) {
+    for (const StepOutput& output : run.steps) {
+      files[run.name + "/" + file_name(output.step)] = golden_text(output);
+    }
+  }
   return files;
 }
 
-std::string compare(const RunOutput& run, const GoldenFiles& kept) {
-  std::string causes;
-  std::string followers;
-  std::set<std::string> changed;  // artifacts
-  for (const StepOutput& output : run.steps) {
-    const std::string name = file_name(output.step);
-    const std::string made = golden_text(output);
-    const std::string golden = kept.contains(name) ? kept.at(name) : "";
-    if (made == golden) continue;
-    const bool output_changed = read_head(golden).digest != to_hex(output.digest);
-    const bool is_after = std::ranges::any_of(
-        output.inputs, [&](const std::string& input) { return changed.contains(input); });
-    if (output_changed) changed.insert(output.artifact);
-    if (output_changed && is_after) {
-      followers += (followers.empty() ? "" : ", ") + output.step;
-      continue;
-    }
-    causes += verdict(output, golden, output_changed) + "\n  " + run.name + "/" + name +
-              ", as kept (-) and as made now (+):\n" + first_differences(golden, made);
+std::string compare(const std::vector<RunOutput>& runs, const GoldenFiles& kept) {
+  Comparison comparison(kept);
+  for (const RunOutput& run : runs) {
+    for (const StepOutput& output : run.steps) comparison.add(run, output);
   }
-  if (!followers.empty()) causes += "after it: " + followers + "\n";
-  return causes + files_without_step(run, kept);
+  std::string text = comparison.text();
+  const GoldenFiles made = golden_files(runs);
+  for (const auto& [file, golden] : kept) {
+    if (!made.contains(file)) text += file + ": belongs to no step: " + kUpdate + "\n";
+  }
+  return text;
 }
 
 }  // namespace sightline::golden

@@ -10,14 +10,14 @@
 
 namespace sightline::golden {
 
-// Golden texts by file name.
+// Golden texts by the name of their file, "town16/build-ndt.txt".
 using GoldenFiles = std::map<std::string, std::string>;
 
-GoldenFiles golden_files(const RunOutput& run);
+GoldenFiles golden_files(const std::vector<RunOutput>& runs);
 
-// Empty where a run is as its golden files say. Otherwise each step whose output changed though its
-// inputs did not, in running order, with the first differing lines; then the names of the steps
-// after them, which may be as they are; then files that belong to no step.
-std::string compare(const RunOutput& run, const GoldenFiles& kept);
+// Empty where all runs of a town are as their golden files say. Otherwise each step whose output
+// changed though its inputs did not, in running order, with the first differing lines; then the
+// names of the steps after them, whose own part in it cannot be told; then files of no step.
+std::string compare(const std::vector<RunOutput>& runs, const GoldenFiles& kept);
 
 }  // namespace sightline::golden

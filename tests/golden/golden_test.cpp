@@ -1,18 +1,27 @@
 // Every artifact of two small towns against the texts kept beside this file.
 // usage: golden_test --write-towns FOLDER            makes the towns
-//        golden_test --towns FOLDER [--update] [--threads N] [--kernel NAME] [--embree-isa NAME]
-// --update rewrites the texts. The flags after it change how the compile computes, never what.
+//        golden_test --towns FOLDER [--update] [--threads N] [--kernel NAME] [--embree sse2]
+//                    [--other-libm]
+// --update rewrites the texts. The flags after it change how a compile computes, never what it
+// gives;
+// --other-libm fails where the C library computes as it did when the towns were made.
 
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "compiler/base/atomic_file.h"
 #include "passes/matching/kernel_score.h"
+#include "passes/surface_caster.h"
 #include "tests/golden/compare.h"
+#include "tests/golden/libm_digest.h"
 #include "tests/golden/step_outputs.h"
 #include "tests/golden/towns.h"
 
@@ -26,53 +35,67 @@ struct Flags {
   fs::path towns;
   bool updates = false;
   int threads = 0;
+  bool has_other_libm = false;
 };
 Flags flags;  // of the command line
 
-fs::path golden_folder(const std::string& run) { return fs::path(SIGHTLINE_GOLDEN_FOLDER) / run; }
+const fs::path kGoldenFolder = SIGHTLINE_GOLDEN_FOLDER;
 
-GoldenFiles kept_files(const fs::path& folder) {
+// Those of one town: "town16/...", "town16-evaluate/...".
+GoldenFiles kept_files(const std::string& town) {
   GoldenFiles files;
-  if (!fs::exists(folder)) return files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kGoldenFolder)) {
+    const std::string name = fs::relative(entry.path(), kGoldenFolder).string();
+    if (!entry.is_regular_file() || !name.starts_with(town) || !name.ends_with(".txt")) continue;
     const Result<std::string> text = read_text_file(entry.path());
-    EXPECT_TRUE(text.has_value()) << entry.path();
-    if (text) files[entry.path().filename().string()] = *text;
+    EXPECT_TRUE(text.has_value()) << name;
+    if (text) files[name] = *text;
   }
   return files;
 }
 
-void rewrite(const RunOutput& run) {
-  const fs::path folder = golden_folder(run.name);
-  fs::remove_all(folder);
-  for (const auto& [name, text] : golden_files(run)) {
-    const Result<void> written = write_file_atomically(folder / name, text, IfExists::kReplace);
-    EXPECT_TRUE(written.has_value()) << folder / name;
+void rewrite(const GoldenFiles& kept, const GoldenFiles& made) {
+  for (const auto& [name, text] : kept) fs::remove(kGoldenFolder / name);
+  for (const auto& [name, text] : made) {
+    EXPECT_TRUE(write_file_atomically(kGoldenFolder / name, text, IfExists::kReplace).has_value())
+        << name;
   }
 }
 
 class Golden : public testing::TestWithParam<std::string> {};
 
 TEST_P(Golden, EveryArtifactIsAsItWas) {
+  const std::string& town = GetParam();
   const Result<std::vector<RunOutput>> runs =
-      run_town(GetParam(), flags.towns / GetParam() / "town.yaml", flags.threads);
+      run_town(town, flags.towns / town / "town.yaml", flags.threads);
   ASSERT_TRUE(runs.has_value()) << to_string(runs.error());
-  for (const RunOutput& run : *runs) {
-    const std::string differences = compare(run, kept_files(golden_folder(run.name)));
-    if (!flags.updates) {
-      EXPECT_TRUE(differences.empty()) << run.name << "\n" << differences;
-    } else if (!differences.empty()) {
-      rewrite(run);
-      std::printf("%s\n%s", run.name.c_str(), differences.c_str());
-    }
+  const GoldenFiles kept = kept_files(town);
+  const std::string differences = compare(*runs, kept);
+  if (!flags.updates) {
+    EXPECT_TRUE(differences.empty()) << differences;
+  } else if (!differences.empty()) {
+    rewrite(kept, golden_files(*runs));
+    std::printf("%s", differences.c_str());
   }
+}
+
+// Or a run with --other-libm would show nothing.
+TEST(GoldenVariant, OfTheCLibraryIsOne) {
+  if (!flags.has_other_libm) GTEST_SKIP() << "the C library's usual variant";
+  if (!__builtin_cpu_supports("fma")) GTEST_SKIP() << "this processor has one variant only";
+  const Result<std::string> usual = read_text_file(flags.towns / "libm.txt");
+  ASSERT_TRUE(usual.has_value()) << to_string(usual.error());
+  EXPECT_NE(*usual, libm_digest());
 }
 
 INSTANTIATE_TEST_SUITE_P(Towns, Golden, testing::ValuesIn(town_names()),
                          [](const auto& town) { return town.param; });
 
 int write_towns_to(const fs::path& folder) {
-  const Result<void> written = write_towns(SIGHTLINE_GOLDEN_FOLDER, folder);
+  Result<void> written = write_towns(kGoldenFolder, folder);
+  if (written) {
+    written = write_file_atomically(folder / "libm.txt", libm_digest(), IfExists::kReplace);
+  }
   if (written) return 0;
   std::fprintf(stderr, "%s\n", to_string(written.error()).c_str());
   return 1;
@@ -87,24 +110,32 @@ bool choose_kernel(const std::string& name) {
   return true;
 }
 
+bool choose_instruction_set(const std::string& name) {
+  if (name != "sse2") return false;
+  replace_caster_isa(CasterIsa::kSse2);
+  return true;
+}
+
+bool read_flag(const std::string& flag, const std::string& value) {
+  if (flag == "--write-towns") flags.write_towns = value;
+  if (flag == "--towns") flags.towns = value;
+  if (flag == "--threads") flags.threads = std::stoi(value);
+  if (flag == "--kernel") return choose_kernel(value);
+  if (flag == "--embree") return choose_instruction_set(value);
+  return flag == "--write-towns" || flag == "--towns" || flag == "--threads";
+}
+
 // What GoogleTest left of the command line.
-bool read_flags(int argc, char** argv) {
-  for (int i = 1; i < argc; ++i) {
-    const std::string flag = argv[i];
-    if (flag == "--update") {
+bool read_flags(const std::vector<std::string>& arguments) {
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    if (arguments[i] == "--update") {
       flags.updates = true;
-      continue;
-    }
-    if (++i == argc) return false;
-    const std::string value = argv[i];
-    if (flag == "--write-towns") {
-      flags.write_towns = value;
-    } else if (flag == "--towns") {
-      flags.towns = value;
-    } else if (flag == "--threads") {
-      flags.threads = std::stoi(value);
-    } else if (flag != "--kernel" || !choose_kernel(value)) {
-      return false;
+    } else if (arguments[i] == "--other-libm") {
+      flags.has_other_libm = true;
+    } else {
+      const bool has_value = i + 1 < arguments.size();
+      if (!has_value || !read_flag(arguments[i], arguments[i + 1])) return false;
+      ++i;
     }
   }
   return true;
@@ -116,10 +147,14 @@ bool read_flags(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace sightline::golden;
   testing::InitGoogleTest(&argc, argv);
-  if (!read_flags(argc, argv)) {
+  if (!read_flags({argv + 1, argv + argc})) {
     std::fprintf(stderr, "golden_test: a flag that it does not know, or a value is wrong\n");
     return 64;
   }
   if (!flags.write_towns.empty()) return write_towns_to(flags.write_towns);
+  // As many as were asked for, on a machine with fewer processors too.
+  const oneapi::tbb::global_control workers(
+      oneapi::tbb::global_control::max_allowed_parallelism,
+      static_cast<std::size_t>(std::max(flags.threads, oneapi::tbb::info::default_concurrency())));
   return RUN_ALL_TESTS();
 }

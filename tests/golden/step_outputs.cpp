@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cctype>
-#include <set>
+#include <map>
 
-#include "compiler/driver/judged_map.h"
 #include "compiler/driver/pipelines.h"
 #include "formats/map/map_writer.h"
 
 namespace sightline::golden {
 namespace {
 
-// "ingest:localization" -> "kIngestVersion".
+// "ingest:localization" -> "kIngest", which holds the version.
 std::string version_constant(const std::string& step) {
   std::string constant = "k";
   bool begins_word = true;
@@ -19,7 +18,7 @@ std::string version_constant(const std::string& step) {
     if (c != '-') constant += begins_word ? static_cast<char>(std::toupper(c)) : c;
     begins_word = c == '-';
   }
-  return constant + "Version";
+  return constant;
 }
 
 template <class Number>
@@ -88,15 +87,18 @@ Result<Digest> digest_of(const ArtifactSet::Entry& entry) {
   return digest.finish();
 }
 
-Result<StepOutput> output_of(const PassStep& step, const ArtifactSet& artifacts) {
-  const ArtifactSet::Entry& entry = artifacts.entry(step.output);
+Result<StepOutput> output_of(const Plan& plan, const PassStep& step,
+                             const ArtifactSet& artifacts) {
+  const ArtifactSet::Entry& entry = artifacts.entry({step.output});
   StepOutput output;
   output.step = step.name;
   output.version_constant = version_constant(step.name);
   output.version = step.version;
-  output.artifact = step.output;
+  output.artifact = plan.artifact({step.output}).name;
   output.encoding = std::string(entry.type->name) + " " + std::to_string(entry.type->version);
-  output.inputs = step.inputs;
+  for (const std::size_t input : step.inputs) {
+    output.inputs.push_back(plan.artifact({input}).name);
+  }
   output.table = entry.type->print(entry.value.get());
   remove_times(output.table);
   const Result<Digest> digest = digest_of(entry);
@@ -105,77 +107,106 @@ Result<StepOutput> output_of(const PassStep& step, const ArtifactSet& artifacts)
   return output;
 }
 
-// What steps take and no step makes: its keys are digests of its content.
-StepOutput outside_inputs(const std::vector<PassStep>& steps, const ArtifactSet& artifacts) {
-  std::set<std::string> names;
-  for (const PassStep& step : steps) names.insert(step.inputs.begin(), step.inputs.end());
-  for (const PassStep& step : steps) names.erase(step.output);
+// What steps take and neither they nor earlier runs make: its keys are digests of its content.
+StepOutput outside_inputs(const Plan& plan, const ArtifactSet& artifacts,
+                          const std::vector<RunOutput>& earlier) {
+  std::map<std::string, AnyWire> outside;
+  for (const PassStep& step : plan.steps()) {
+    for (const std::size_t input : step.inputs) outside[plan.artifact({input}).name] = {input};
+  }
+  for (const AnyWire made : plan.made()) outside.erase(plan.artifact(made).name);
+  for (const RunOutput& run : earlier) {
+    for (const StepOutput& output : run.steps) outside.erase(output.artifact);
+  }
   StepOutput inputs;
   inputs.step = inputs.artifact = "inputs";
   inputs.table.columns = {"artifact", "digest"};
-  for (const std::string& name : names) {
-    inputs.table.rows.push_back({name, to_hex(artifacts.entry(name).key)});
+  for (const auto& [name, wire] : outside) {
+    inputs.table.rows.push_back({name, to_hex(artifacts.entry(wire).key)});
   }
   inputs.digest = sha256(format_table(inputs.table, TableFormat::kCsv));
   return inputs;
 }
 
-Result<RunOutput> run(const std::string& name, const std::vector<PassStep>& steps,
-                      const RunOptions& options, ArtifactSet& artifacts) {
-  RunOutput output{name, {outside_inputs(steps, artifacts)}};
+bool is_in(const std::vector<RunOutput>& runs, const StepOutput& wanted) {
+  const auto is_same = [&](const StepOutput& output) {
+    return output.step == wanted.step && output.version == wanted.version &&
+           output.digest == wanted.digest;
+  };
+  return std::ranges::any_of(
+      runs, [&](const RunOutput& run) { return std::ranges::any_of(run.steps, is_same); });
+}
+
+// Runs the plan and appends a run of those steps that gave something else than in an earlier one.
+Result<void> add_run(const std::string& name, const Plan& plan, const RunOptions& options,
+                     ArtifactSet& artifacts, std::vector<RunOutput>& runs) {
+  RunOutput output{name, {outside_inputs(plan, artifacts, runs)}};
   std::vector<StepReport> reports;
-  const Result<void> ran = run_pipeline(steps, options, {}, artifacts, reports);
-  if (!ran) return ran.error();
-  for (const PassStep& step : steps) {
-    Result<StepOutput> made = output_of(step, artifacts);
-    if (!made) return made.error();
-    made->inputs.emplace_back("inputs");
-    output.steps.push_back(std::move(*made));
+  SIGHTLINE_TRY(run_plan(plan, {}, options, {}, artifacts, reports));
+  for (const PassStep& step : plan.steps()) {
+    SIGHTLINE_ASSIGN(StepOutput made, output_of(plan, step, artifacts));
+    made.inputs.emplace_back("inputs");
+    if (!is_in(runs, made)) output.steps.push_back(std::move(made));
   }
-  return output;
+  runs.push_back(std::move(output));
+  return {};
 }
 
 StepOutput map_file(const CompiledMap& map) {
   const std::vector<std::byte> bytes = encode_map(map);
   StepOutput output;
   output.step = output.artifact = "map-file";
-  output.inputs = {"inputs", "compiled-map"};
+  output.inputs = {"inputs", "map"};
   output.digest = sha256(bytes);
   output.table.facts = {{"bytes", static_cast<std::int64_t>(bytes.size())}};
   return output;
 }
 
-Result<RunOutput> run_evaluation(const std::string& name, CompileConfig config,
-                                 const CompiledMap& map, const RunOptions& options) {
-  aim_at_map(map, config);
+// What later runs take of a compile.
+struct Compiled {
+  CompiledMap map;
+  ErrorModel model;
+};
+
+// Compiles with the model given, where there is one.
+Result<Compiled> add_compile(const std::string& name, const CompileConfig& config,
+                             const ErrorModel* model, const RunOptions& options,
+                             std::vector<RunOutput>& runs) {
+  const CompilePlan compile =
+      compile_plan(config, model != nullptr ? ModelSource::kGiven : ModelSource::kTrained);
   ArtifactSet artifacts;
-  const Result<void> provided = provide_evaluation(config, artifacts);
-  if (!provided) return provided.error();
-  provide_map(map, artifacts);
-  return run(name, evaluate_pipeline(config), options, artifacts);
+  SIGHTLINE_TRY(provide_drives(compile, artifacts));
+  if (model != nullptr) artifacts.provide(compile.given_model, *model);
+  SIGHTLINE_TRY(add_run(name, compile.plan, options, artifacts, runs));
+  Compiled compiled{artifacts.get(compile.map), artifacts.get(compile.model)};
+  runs.back().steps.push_back(map_file(compiled.map));
+  return compiled;
+}
+
+Result<void> add_evaluation(const std::string& name, const CompileConfig& config,
+                            const CompiledMap& map, const RunOptions& options,
+                            std::vector<RunOutput>& runs) {
+  if (config.evaluation.scans.empty()) return {};
+  const EvaluatePlan evaluate = evaluate_plan(config, map);
+  ArtifactSet artifacts;
+  SIGHTLINE_TRY(provide_drive(evaluate.recording, artifacts));
+  provide_map(map, evaluate, artifacts);
+  return add_run(name, evaluate.plan, options, artifacts, runs);
 }
 
 }  // namespace
 
 Result<std::vector<RunOutput>> run_town(const std::string& name,
                                         const std::filesystem::path& config_file, int threads) {
-  const Result<CompileConfig> config = load_compile_config(config_file, {});
-  if (!config) return config.error();
-  ArtifactSet artifacts;
-  const Result<void> provided = provide_drives(*config, artifacts);
-  if (!provided) return provided.error();
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(config_file, {}));
   RunOptions options;
   options.threads = threads;
-  options.seed = static_cast<std::uint64_t>(config->annotation.seed);
-  Result<RunOutput> compiled = run(name, compile_pipeline(*config), options, artifacts);
-  if (!compiled) return compiled.error();
-  const auto& map = artifacts.get<CompiledMap>("compiled-map");
-  compiled->steps.push_back(map_file(map));
-  std::vector<RunOutput> runs = {std::move(*compiled)};
-  if (config->evaluation.scans.empty()) return runs;
-  Result<RunOutput> evaluated = run_evaluation(name + "-evaluate", *config, map, options);
-  if (!evaluated) return evaluated.error();
-  runs.push_back(std::move(*evaluated));
+  options.seed = static_cast<std::uint64_t>(config.annotation.seed);
+  std::vector<RunOutput> runs;
+  SIGHTLINE_ASSIGN(const Compiled compiled, add_compile(name, config, nullptr, options, runs));
+  SIGHTLINE_TRY(add_evaluation(name + "-evaluate", config, compiled.map, options, runs));
+  // Its own model, as if it had been made elsewhere.
+  SIGHTLINE_TRY(add_compile(name + "-given-model", config, &compiled.model, options, runs));
   return runs;
 }
 

@@ -18,9 +18,9 @@ namespace sightline::golden {
 // One finished step.
 struct StepOutput {
   std::string step;              // "build-ndt", "ingest:localization"
-  std::string version_constant;  // "kBuildNdtVersion"; empty: nothing has a version
+  std::string version_constant;  // "kBuildNdt"; empty: nothing has a version
   std::uint32_t version = 0;
-  std::string artifact;             // what it made: "ndt-map"
+  std::string artifact;             // what it made: "nds"
   std::string encoding;             // type and version of the encoding: "ndt-map 2"
   std::vector<std::string> inputs;  // artifacts that it took
   Digest digest{};                  // of the whole artifact
@@ -33,11 +33,13 @@ struct RunOutput {
   std::vector<StepOutput> steps;
 };
 
-// Compiles what the configuration says, without a cache, on so many threads (0: all there are).
-// First comes a step "inputs", the digests of what is taken from outside; last "map-file", the
-// map's own bytes. Where the configuration names an evaluation drive a second run follows, in which
-// that drive judges the map: NAME-evaluate. Errors: those of the configuration, the recordings and
-// the passes.
+// Runs without a cache, on so many threads (0: all there are), what a configuration allows:
+//   NAME              the compile
+//   NAME-evaluate     its map judged by the evaluation drive, where one is named
+//   NAME-given-model  the compile with the error model given, not learnt
+// The first step of each is "inputs", digests of what is taken from outside; the last of a compile
+// "map-file", the map's own bytes. A later run leaves out what an earlier one gave just so.
+// Errors: those of the configuration, the recordings and the passes.
 Result<std::vector<RunOutput>> run_town(const std::string& name,
                                         const std::filesystem::path& config_file, int threads);
 
