@@ -68,21 +68,15 @@ Result<void> find_moving(PassContext& ctx, const RemoveMovingOptions& options,
     found[i] = find_moving_in_tile(carve, *points.store, points.scans, tiles[i]);
     ctx.progress(i + 1, tiles.size());
   });
-  std::uint64_t beyond_count = 0;
   for (const Result<TileFindings>& tile : found) {
     if (!tile) return tile.error();
     points.moved_voxels.insert(points.moved_voxels.end(), tile->moved_voxels.begin(),
                                tile->moved_voxels.end());
     points.moving_count += tile->moving_count;
-    beyond_count += tile->beyond_count;
   }
   std::ranges::sort(points.moved_voxels);
   points.standing_count -= points.moving_count;
   points.voxel_m = options.voxel_m;
-  if (beyond_count > 0) {
-    ctx.warn(std::to_string(beyond_count) +
-             " returns lie beyond the reach of the octree and were kept without a check");
-  }
   return {};
 }
 

@@ -56,7 +56,7 @@ Surroundings surroundings(const SeenVoxels& seen, const std::vector<std::uint8_t
                           std::size_t v) {
   Surroundings around;
   for (const std::uint32_t near : neighbours(seen, v, kSteps)) {
-    const SeenVoxel& voxel = seen.voxels[near];
+    const SeenVoxel& voxel = seen.values()[near];
     around.moved += moved[near];
     around.strong += !voxel.is_ground && log_odds(voxel) >= kStrongLogOdds ? 1 : 0;
   }
@@ -67,7 +67,7 @@ std::vector<std::uint8_t> without_edges(const SeenVoxels& seen,
                                         const std::vector<std::uint8_t>& moved) {
   std::vector<std::uint8_t> kept = moved;
   for (std::size_t v = 0; v < moved.size(); ++v) {
-    if (moved[v] == 0 || seen.voxels[v].is_ground) continue;
+    if (moved[v] == 0 || seen.values()[v].is_ground) continue;
     const Surroundings around = surroundings(seen, moved, v);
     if (around.strong >= kStrongAround && 2 * around.strong > around.moved) kept[v] = 0;
   }
@@ -107,9 +107,9 @@ double reach_of_judgement_m(double voxel_m) {
 
 void mark_ground(SeenVoxels& seen) {
   std::unordered_map<std::int64_t, double> lowest_m;
-  for (const SeenVoxel& voxel : seen.voxels) {
-    const double height_m = voxel.mean_m().z();
-    const auto [entry, is_new] = lowest_m.try_emplace(column_of(voxel.key), height_m);
+  for (std::size_t v = 0; v < seen.size(); ++v) {
+    const double height_m = seen.values()[v].mean_m().z();
+    const auto [entry, is_new] = lowest_m.try_emplace(column_of(seen.keys()[v]), height_m);
     if (!is_new) entry->second = std::min(entry->second, height_m);
   }
   std::unordered_map<std::int64_t, double> around_m;
@@ -121,20 +121,22 @@ void mark_ground(SeenVoxels& seen) {
     }
     around_m[column] = least_m;
   }
-  for (SeenVoxel& voxel : seen.voxels) {
-    voxel.is_ground = voxel.mean_m().z() < around_m.at(column_of(voxel.key)) + kGroundThickness_m;
+  for (std::size_t v = 0; v < seen.size(); ++v) {
+    SeenVoxel& voxel = seen.values()[v];
+    const double lowest_around_m = around_m.at(column_of(seen.keys()[v]));
+    voxel.is_ground = voxel.mean_m().z() < lowest_around_m + kGroundThickness_m;
   }
 }
 
 std::vector<std::uint32_t> neighbours(const SeenVoxels& seen, std::size_t v, int steps) {
-  const CellKey& key = seen.voxels[v].key;
+  const CellKey key = seen.keys()[v];
   std::vector<std::uint32_t> found;
   for (int x = -steps; x <= steps; ++x) {
     for (int y = -steps; y <= steps; ++y) {
       for (int z = -steps; z <= steps; ++z) {
         if (x == 0 && y == 0 && z == 0) continue;
-        const std::uint32_t near = seen.index.find({key.x + x, key.y + y, key.z + z});
-        if (near != VoxelIndex::kNone) found.push_back(near);
+        const std::uint32_t near = seen.number_of({key.x + x, key.y + y, key.z + z});
+        if (near != SeenVoxels::kNone) found.push_back(near);
       }
     }
   }
@@ -142,13 +144,13 @@ std::vector<std::uint32_t> neighbours(const SeenVoxels& seen, std::size_t v, int
 }
 
 std::vector<std::uint8_t> judge(const SeenVoxels& seen) {
-  const std::size_t count = seen.voxels.size();
+  const std::size_t count = seen.size();
   std::vector<std::uint8_t> moved(count, 0);
-  for (std::size_t v = 0; v < count; ++v) moved[v] = log_odds(seen.voxels[v]) < 0.0 ? 1 : 0;
+  for (std::size_t v = 0; v < count; ++v) moved[v] = log_odds(seen.values()[v]) < 0.0 ? 1 : 0;
   const std::vector<std::uint8_t> trail = without_edges(seen, moved);
   std::vector<std::uint8_t> grown = trail;
   for (const auto& [v, around] : surroundings_of_trail(seen, trail)) {
-    const SeenVoxel& voxel = seen.voxels[v];
+    const SeenVoxel& voxel = seen.values()[v];
     const int least = voxel.is_ground ? kMovedAroundGround : kMovedAround;
     if (log_odds(voxel) > kWeakLogOdds || around.moved < least) continue;
     if (voxel.is_ground ? voxel.misses > 0 : around.moved > 2 * around.strong) grown[v] = 1;

@@ -4,13 +4,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "passes/remove_moving_voxels.h"
+#include "formats/grid/flat_cell_map.h"
 
 namespace sightline {
 
 // What the scans say of one voxel.
 struct SeenVoxel {
-  CellKey key;
   Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
   std::uint32_t point_count = 0;
   std::uint32_t hits = 0;    // scans with a return in it
@@ -21,12 +20,9 @@ struct SeenVoxel {
   [[nodiscard]] Eigen::Vector3d mean_m() const { return sum_m / point_count; }
 };
 
-// The voxels with returns of one place; index.find(voxels[i].key) == i.
-struct SeenVoxels {
-  VoxelIndex index;
-  double voxel_m = 0.0;
-  std::vector<SeenVoxel> voxels;
-};
+// The voxels with returns of one place. Free space is not stored: memory grows with the surface
+// alone.
+using SeenVoxels = FlatCellMap<SeenVoxel>;
 
 // Evidence for standing, by OctoMap's sensor model: log odds of hits and misses. Below 0: it moved.
 double log_odds(const SeenVoxel& voxel);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <set>
 
-#include "passes/remove_moving_judge.h"
 #include "passes/remove_moving_rays.h"
 
 // A return says that something was there, and that nothing was between it and the sensor. A voxel
@@ -62,19 +61,28 @@ class TileCarver {
         scans_(scans),
         tile_(box_of(tile, options.tile_m)),
         reach_(with_halo(tile_, reach_of_judgement_m(options.voxel_m))),
-        hit_voxels_(scans.size()) {
-    const Eigen::Vector2d middle_m = tile_.center();
-    const double height_m = scans.empty() ? 0.0 : scans.front().T_map_lidar.translation().z();
-    seen_.voxel_m = options.voxel_m;
-    seen_.index = VoxelIndex(cell_key({middle_m.x(), middle_m.y(), height_m}, options.voxel_m));
-  }
+        hit_voxels_(scans.size()) {}
 
-  Result<TileFindings> run() {
+  Result<void> look() {
     SIGHTLINE_TRY(collect());
     mark_ground(seen_);
     gather_neighbours();
-    SIGHTLINE_TRY(carve());
-    return findings();
+    return carve();
+  }
+
+  [[nodiscard]] const SeenVoxels& seen() const { return seen_; }
+
+  [[nodiscard]] TileFindings findings() const {
+    TileFindings found;
+    const std::vector<std::uint8_t> moved = judge(seen_);
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+      const CellKey key = seen_.keys()[v];
+      if (moved[v] == 0 || !is_inside(centre_m(key, options_.voxel_m))) continue;
+      found.moved_voxels.push_back(key);
+      found.moving_count += seen_.values()[v].point_count;
+    }
+    std::ranges::sort(found.moved_voxels);
+    return found;
   }
 
  private:
@@ -96,13 +104,8 @@ class TileCarver {
     const CellKey key = cell_key(point_m, options_.voxel_m);
     const Eigen::Vector2d at_m = centre_m(key, options_.voxel_m);
     if (!reach_.contains(at_m)) return;
-    const std::uint32_t v = seen_.index.insert(key);
-    if (v == VoxelIndex::kNone) {
-      if (is_inside(at_m)) ++beyond_count_;
-      return;
-    }
-    if (v == seen_.voxels.size()) seen_.voxels.emplace_back().key = key;
-    SeenVoxel& voxel = seen_.voxels[v];
+    const std::uint32_t v = seen_.insert(key).number;
+    SeenVoxel& voxel = seen_.values()[v];
     voxel.sum_m += point_m;
     ++voxel.point_count;
     if (voxel.hits > 0 && voxel.last_scan == k) return;
@@ -114,8 +117,8 @@ class TileCarver {
   // Lists that say which voxels touch one that stands above the ground.
   void gather_neighbours() {
     near_begin_.push_back(0);
-    for (std::size_t v = 0; v < seen_.voxels.size(); ++v) {
-      if (!seen_.voxels[v].is_ground) {
+    for (std::size_t v = 0; v < seen_.size(); ++v) {
+      if (!seen_.values()[v].is_ground) {
         const std::vector<std::uint32_t> found = neighbours(seen_, v, 1);
         near_.insert(near_.end(), found.begin(), found.end());
       }
@@ -125,7 +128,7 @@ class TileCarver {
 
   Result<void> carve() {
     const std::vector<Column> columns = columns_to_ask_about();
-    std::vector<std::uint32_t> spared_by(seen_.voxels.size(), kNoScan);
+    std::vector<std::uint32_t> spared_by(seen_.size(), kNoScan);
     for (std::uint32_t k = 0; k < scans_.size(); ++k) {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
       if (reach_.exteriorDistance(origin_m) > options_.carve_range_m) continue;
@@ -139,7 +142,7 @@ class TileCarver {
       for (const Column& column : columns) {
         if (column.box.exteriorDistance(origin_m) > options_.carve_range_m) continue;
         for (const std::uint32_t v : column.voxels) {
-          if (spared_by[v] != k) look_through(scans_[k].T_map_lidar, rays, seen_.voxels[v]);
+          if (spared_by[v] != k) look_through(scans_[k].T_map_lidar, rays, seen_.values()[v]);
         }
       }
     }
@@ -156,8 +159,8 @@ class TileCarver {
 
   std::vector<Column> columns_to_ask_about() const {
     std::vector<std::pair<TileKey, std::uint32_t>> order;
-    for (std::uint32_t v = 0; v < seen_.voxels.size(); ++v) {
-      const Eigen::Vector2d at_m = centre_m(seen_.voxels[v].key, options_.voxel_m) / kColumn_m;
+    for (std::uint32_t v = 0; v < seen_.size(); ++v) {
+      const Eigen::Vector2d at_m = centre_m(seen_.keys()[v], options_.voxel_m) / kColumn_m;
       order.push_back({{floor_to_int(at_m.x()), floor_to_int(at_m.y())}, v});
     }
     std::ranges::sort(order);
@@ -169,7 +172,7 @@ class TileCarver {
         scan_count = scans_near(columns.back().box);
       }
       const std::uint32_t v = order[i].second;
-      if (!stands_anyway(seen_.voxels[v], scan_count)) columns.back().voxels.push_back(v);
+      if (!stands_anyway(seen_.values()[v], scan_count)) columns.back().voxels.push_back(v);
     }
     return columns;
   }
@@ -200,20 +203,6 @@ class TileCarver {
            (at_m.array() < tile_.max().array()).all();
   }
 
-  TileFindings findings() const {
-    TileFindings found;
-    found.beyond_count = beyond_count_;
-    const std::vector<std::uint8_t> moved = judge(seen_);
-    for (std::size_t v = 0; v < moved.size(); ++v) {
-      const SeenVoxel& voxel = seen_.voxels[v];
-      if (moved[v] == 0 || !is_inside(centre_m(voxel.key, options_.voxel_m))) continue;
-      found.moved_voxels.push_back(voxel.key);
-      found.moving_count += voxel.point_count;
-    }
-    std::ranges::sort(found.moved_voxels);
-    return found;
-  }
-
   static constexpr std::uint32_t kNoScan = 0xffffffff;
 
   const CarveOptions& options_;
@@ -221,18 +210,26 @@ class TileCarver {
   std::span<const PlacedScan> scans_;
   Box2 tile_;
   Box2 reach_;  // with the surroundings that decide about its voxels
-  SeenVoxels seen_{VoxelIndex({}), 0.0, {}};
+  SeenVoxels seen_;
   std::vector<std::vector<std::uint32_t>> hit_voxels_;  // of each scan, each once
   std::vector<std::uint32_t> near_;
   std::vector<std::size_t> near_begin_;  // of each voxel in near_
-  std::uint64_t beyond_count_ = 0;
 };
 
 }  // namespace
 
 Result<TileFindings> find_moving_in_tile(const CarveOptions& options, const ScanStore& store,
                                          std::span<const PlacedScan> scans, const TileKey& tile) {
-  return TileCarver(options, store, scans, tile).run();
+  TileCarver carver(options, store, scans, tile);
+  SIGHTLINE_TRY(carver.look());
+  return carver.findings();
+}
+
+Result<SeenVoxels> look_at_tile(const CarveOptions& options, const ScanStore& store,
+                                std::span<const PlacedScan> scans, const TileKey& tile) {
+  TileCarver carver(options, store, scans, tile);
+  SIGHTLINE_TRY(carver.look());
+  return carver.seen();
 }
 
 std::vector<TileKey> tiles_to_look_at(const CarveOptions& options,

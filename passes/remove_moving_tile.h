@@ -6,6 +6,7 @@
 
 #include "compiler/base/result.h"
 #include "formats/surface_points.h"
+#include "passes/remove_moving_judge.h"
 
 namespace sightline {
 
@@ -19,13 +20,18 @@ struct CarveOptions {
 struct TileFindings {
   std::vector<CellKey> moved_voxels;  // ascending
   std::uint64_t moving_count = 0;     // returns in them
-  std::uint64_t beyond_count = 0;     // returns above or below the octree: not looked at
 };
 
 // Looks at one tile with all scans that reach it, one scan in memory at a time. What is found does
 // not depend on where tiles begin and end. Errors: what reading a scan says.
 Result<TileFindings> find_moving_in_tile(const CarveOptions& options, const ScanStore& store,
                                          std::span<const PlacedScan> scans, const TileKey& tile);
+
+// What the scans say of the voxels of a tile and of those around it, before any verdict: hits,
+// misses, and which are ground. A voxel that stands whatever a scan says is asked of none: no
+// misses. Errors: what reading a scan says.
+Result<SeenVoxels> look_at_tile(const CarveOptions& options, const ScanStore& store,
+                                std::span<const PlacedScan> scans, const TileKey& tile);
 
 // The tiles in which something can be found, ascending: those within the carving range of a scan.
 std::vector<TileKey> tiles_to_look_at(const CarveOptions& options,

@@ -10,8 +10,10 @@
 #include "formats/exports/autoware.h"
 #include "formats/exports/geojson.h"
 #include "formats/exports/nd_mesh.h"
+#include "formats/exports/octomap.h"
 #include "formats/exports/points.h"
 #include "formats/map/map_reader.h"
+#include "passes/remove_moving.h"
 
 namespace sightline {
 namespace {
@@ -32,16 +34,13 @@ struct ExportFlags {
   }
 };
 
-// The points that made the map, from the configuration that did: no map carries them.
-Result<std::vector<Eigen::Vector3d>> points_of(const ExportFlags& flags, MapFrame& frame) {
-  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+// What made the map, from the configuration that did: no map carries it.
+Result<SurfacePoints> surface_of(const ExportFlags& flags, const CompileConfig& config) {
   const CompilePlan compile = compile_plan(config);
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, artifacts));
   SIGHTLINE_TRY(run_steps(compile.plan, {compile.points}, flags.run, config, artifacts));
-  const SurfacePoints& surface = artifacts.get(compile.points);
-  frame = surface.frame;
-  return thinned_points(surface, flags.leaf_m);
+  return artifacts.get(compile.points);
 }
 
 std::vector<PointXyzi> means_of(const NdtMap& ndt) {
@@ -77,8 +76,9 @@ Result<void> export_map(const ExportFlags& flags, const World& world) {
     return write_file_atomically(flags.output, json, flags.if_exists());
   }
   return Error{ErrorCode::kBadArgument,
-               "--format autoware needs points, which no map carries: export the configuration "
-               "that compiled it",
+               "--format " + flags.format +
+                   " needs the drive's scans, which no map carries: export the configuration that "
+                   "compiled it",
                flags.run.config_file, ""};
 }
 
@@ -93,6 +93,12 @@ Result<void> write_autoware(const ExportFlags& flags, const AutowareMap& map) {
   // Last: a loader that finds it finds all that it names.
   return write_file_atomically(folder / "pointcloud_map_metadata.yaml", map.metadata_yaml,
                                flags.if_exists());
+}
+
+Result<void> write_octomap(const ExportFlags& flags, const CompileConfig& config,
+                           const SurfacePoints& surface) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> tree, octomap_bt(surface, {flags.leaf_m, config.passes.options(kRemoveMoving).carve_range_m, flags.run.threads}));
+  return write_file_atomically(flags.output, tree, flags.if_exists());
 }
 
 // Squares of an earlier export would be read as part of this one.
@@ -113,8 +119,10 @@ Result<void> export_points(const ExportFlags& flags, const World& world) {
   if (flags.format == "autoware") {
     SIGHTLINE_TRY(check_folder(flags));
   }
-  MapFrame frame;
-  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points, points_of(flags, frame));
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  SIGHTLINE_ASSIGN(const SurfacePoints surface, surface_of(flags, config));
+  if (flags.format == "octomap") return write_octomap(flags, config, surface);
+  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points, thinned_points(surface, flags.leaf_m));
   if (flags.format == "ply") {
     return write_file_atomically(flags.output, points_ply(points), flags.if_exists());
   }
@@ -126,7 +134,7 @@ Result<void> export_points(const ExportFlags& flags, const World& world) {
     }
     return write_pcd_binary(flags.output, written, flags.if_exists());
   }
-  SIGHTLINE_ASSIGN(const AutowareMap map, autoware_map(points, frame, world));
+  SIGHTLINE_ASSIGN(const AutowareMap map, autoware_map(points, surface.frame, world));
   return write_autoware(flags, map);
 }
 
@@ -146,11 +154,15 @@ Verb export_verb() {
       "Of a map (.slmap): geojson is the route with the annotation of each site (QGIS), csv a "
       "folder of tables, ply the NDs as coloured ellipsoids (CloudCompare), pcd their means with "
       "the number of points as intensity. Of a configuration (.yaml): autoware is a map directory "
-      "of 20 m squares, pcd and ply are its points. pcd, ply and csv are in map coordinates.";
+      "of 20 m squares, pcd and ply are its points, octomap the space that its rays found free or "
+      "occupied (.bt: octovis, octomap_server), what moved taken out, in voxels of --leaf and up to "
+      "remove-moving.carve_range_m from the sensor. pcd, ply, csv and octomap are in map "
+      "coordinates.";
   verb.examples = {
       "sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
       "sightline export town.slmap --format ply -o nds.ply",
-      "sightline export town.yaml --format autoware -o town_map/"};
+      "sightline export town.yaml --format autoware -o town_map/",
+      "sightline export town.yaml --format octomap -o town.bt"};
   verb.flags = {
       required_output_flag(flags->output, "The file to write; of csv and autoware: the folder"),
       force_flag(flags->is_forced),
@@ -158,7 +170,7 @@ Verb export_verb() {
        .value = "FORMAT",
        .help = "Form of the output",
        .target = &flags->format,
-       .choices = {"autoware", "csv", "geojson", "pcd", "ply"},
+       .choices = {"autoware", "csv", "geojson", "octomap", "pcd", "ply"},
        .is_required = true},
       {.names = "--world",
        .value = "WORLD",
@@ -167,7 +179,8 @@ Verb export_verb() {
        .target = &flags->world},
       {.names = "--leaf",
        .value = "METRES",
-       .help = "Thin points to one centroid in each voxel of this edge; 0 keeps all",
+       .help = "Thin points to one centroid in each voxel of this edge; 0 keeps all. Of octomap: the "
+               "edge of its voxels",
        .target = &flags->leaf_m,
        .minimum = 0.0,
        .maximum = 100.0}};

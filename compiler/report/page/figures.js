@@ -4,8 +4,8 @@
 import { chosenByRule, rangeCount } from "./data.js";
 import { onSelect, select, selection } from "./selection.js";
 
-const closest = 1;
-const farthest = 32;  // times as wide as the page
+const narrowest = 1;
+const widest = 32;  // times as wide as the page
 const timeOf = (page, i, range) => page.judged.time_ms[i * rangeCount(page) + range];
 const errorOf = (page, i, range) => page.judged.error_m[i * rangeCount(page) + range];
 const ms = (value) => `${value.toFixed(2)} ms`;
@@ -50,22 +50,27 @@ function pictureOf(svg) {
     return line;
   };
   const lines = { pointed: lineOf("pointed"), shown: lineOf("shown") };
+  const xOf = (route_m) => left + ((route_m - from_m) / (to_m - from_m)) * (right - left);
   return {
     svg,
     mark(name, route_m) {
-      const x = left + ((route_m - from_m) / (to_m - from_m)) * (right - left);
-      lines[name].setAttribute("d", route_m === null ? "" : `M${x.toFixed(1)} ${top}V${bottom}`);
+      lines[name].setAttribute("d", route_m === null ? "" : `M${xOf(route_m).toFixed(1)} ${top}V${bottom}`);
     },
     routeAt(clientX) {
       const box = svg.getBoundingClientRect();
       const x = ((clientX - box.left) / box.width) * svg.viewBox.baseVal.width;
       return from_m + ((x - left) / (right - left)) * (to_m - from_m);
     },
+    // Puts a place into the middle of what is seen of a wide picture.
+    bringIntoView(route_m) {
+      const frame = svg.parentElement;
+      frame.scrollLeft = (xOf(route_m) / svg.viewBox.baseVal.width) * frame.scrollWidth - frame.clientWidth / 2;
+    },
     // As wide as `times` pages and as high as before; words keep their shape.
     widen(times) {
-      svg.style.height = times === closest ? "" : `${svg.getBoundingClientRect().height}px`;
-      svg.style.width = svg.style.maxWidth = times === closest ? "" : `${100 * times}%`;
-      svg.setAttribute("preserveAspectRatio", times === closest ? "xMidYMid" : "none");
+      svg.style.height = times === narrowest ? "" : `${svg.getBoundingClientRect().height}px`;
+      svg.style.width = svg.style.maxWidth = times === narrowest ? "" : `${100 * times}%`;
+      svg.setAttribute("preserveAspectRatio", times === narrowest ? "xMidYMid" : "none");
       svg.style.setProperty("--narrow", 1 / times);
     },
   };
@@ -84,7 +89,7 @@ function answer(page, figure, reading) {
   const words = Object.assign(document.createElement("span"), { className: "reading" });
   const help = "Point to read, click to show the site; with the keyboard: left, right, Enter.";
   let at = null;
-  let times = closest;
+  let times = narrowest;
   const markAll = (name, route_m) => pictures.forEach((picture) => picture.mark(name, route_m));
   const point = (i) => {
     at = i;
@@ -92,9 +97,10 @@ function answer(page, figure, reading) {
     words.textContent = i === null ? help : `site ${page.judged.site[i]}, ${page.sites.route_m[page.judged.site[i]].toFixed(1)} m: ${reading(page, i).join(" · ")}`;
   };
   const widen = (by) => {
-    times = Math.min(Math.max(times * by, closest), farthest);
+    times = Math.min(Math.max(times * by, narrowest), widest);
     pictures.forEach((picture) => picture.widen(times));
-    still.classList.toggle("is-wide", times > closest);
+    still.classList.toggle("is-wide", times > narrowest);
+    pictures[0]?.bringIntoView(page.sites.route_m[selection.site]);
   };
   for (const picture of pictures) {
     picture.svg.addEventListener("mousemove", (event) => point(judgedAt(page, picture.routeAt(event.clientX))));

@@ -119,7 +119,8 @@ TEST(MapDiffGeoJson, IsInLocalMetresAndSaysSoUnlessAZoneIsNamed) {
   const Json earth = Json::parse(*to_geojson(diff, *parse_world("utm:31N")));
   EXPECT_NEAR(earth["features"][0]["geometry"]["coordinates"][0][0].get<double>(), 2.29, 0.01);
   EXPECT_NEAR(earth["features"][0]["geometry"]["coordinates"][0][1].get<double>(), 48.858, 0.01);
-  EXPECT_EQ(earth["features"][0]["geometry"]["coordinates"][0][2], 0.0);
+  EXPECT_EQ(earth["features"][0]["geometry"]["coordinates"][0][2],
+            local["features"][0]["geometry"]["coordinates"][0][2]);
 }
 
 TEST(MapDiffGeoJson, RefusesAPlaceThatIsNotOfTheZone) {
