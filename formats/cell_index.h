@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/ndt_map.h"
+#include "formats/grid/cell_key.h"
 
 // Finding the cells of many points at once: what whoever sorts points into a grid shares.
 
@@ -26,13 +26,6 @@ struct CellRun {
 // Writes the longest runs of equal keys, `begin` counted from the first key, and returns their number.
 // Takes as many runs as keys to work with, and at most 2^32 keys.
 std::size_t find_runs(std::span<const CellKey> keys, std::span<CellRun> runs);
-
-inline std::uint32_t hash_of(const CellKey& key) {
-  const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^
-                              static_cast<std::uint32_t>(key.y) * 0xbf58476d1ce4e5b9ULL ^
-                              static_cast<std::uint32_t>(key.z) * 0x94d049bb133111ebULL;
-  return static_cast<std::uint32_t>(mixed >> 32);
-}
 
 // Numbers cells 0, 1, 2, ... in the order in which they are first met: open addressing, at most half
 // full, the key beside the number so that one look finds both.

@@ -86,7 +86,7 @@ Result<void> validate_ranges(const ErrorModel& model) {
 Result<void> validate_sites(const ErrorModel& model) {
   const std::size_t count = model.sites.size();
   if (model.out_of_fold.site_count != count ||
-      model.measured_mean_m.size() != count * model.ranges.size() ||
+      model.measured_mean_m.size() != model.shape().size(count) ||
       !are_finite(model.measured_mean_m)) {
     return invalid("", "predictions or labels do not fill " + std::to_string(count) + " sites");
   }
@@ -103,7 +103,7 @@ Result<void> validate_sites(const ErrorModel& model) {
     }
     labelled_count += site.has_label;
   }
-  const std::size_t most_rows = labelled_count * model.ranges.size();
+  const std::size_t most_rows = model.shape().size(labelled_count);
   if (model.forest.labels.size() > most_rows ||
       model.forest.labels.size() % model.ranges.size() != 0) {
     return invalid("", "found " + std::to_string(model.forest.labels.size()) +

@@ -102,8 +102,10 @@ struct ErrorModel {
   PredictedError out_of_fold;           // of these sites, by trees that never saw the place
   std::vector<double> measured_mean_m;  // [site][range]; 0 where there is no label
 
+  [[nodiscard]] SiteShape shape() const { return {ranges.size()}; }
+
   [[nodiscard]] double measured(std::size_t site, std::size_t range) const {
-    return measured_mean_m[site * ranges.size() + range];
+    return measured_mean_m[shape().index(site, range)];
   }
 };
 

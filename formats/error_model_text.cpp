@@ -210,7 +210,7 @@ Table dump(const ErrorModel& model) {
   append_card(model, table);
   table.columns.insert(table.columns.begin() + 1, {"place", "run", "s_m", "block", "has_history", "measured_mean_error_m"});
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const TrainedSite& site = model.sites[i / model.ranges.size()];
+    const TrainedSite& site = model.sites[model.shape().site_of(i)];
     const Cell measured =
         site.has_label == 1 ? Cell(model.measured_mean_m[i]) : Cell(std::string());
     table.rows[i].insert(table.rows[i].begin() + 1,

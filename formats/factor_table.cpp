@@ -25,16 +25,16 @@ Result<void> validate(const FactorTable& table) {
   if (std::set(table.factors.begin(), table.factors.end()).size() != table.factors.size()) {
     return invalid("two factors have the same name", "");
   }
-  const std::size_t row_size = table.ranges_m.size() * table.factors.size();
-  if (table.values.size() != table.site_count * row_size) {
+  const SiteShape shape = table.shape();
+  if (table.values.size() != shape.size(table.site_count)) {
     return invalid("found " + std::to_string(table.values.size()) + " values, expected " +
-                       std::to_string(table.site_count * row_size),
+                       std::to_string(shape.size(table.site_count)),
                    "");
   }
   for (std::size_t i = 0; i < table.values.size(); ++i) {
     if (!std::isfinite(table.values[i])) {
-      return invalid(table.factors[i % table.factors.size()] + " is not finite",
-                     "site " + std::to_string(i / row_size));
+      return invalid(table.factors[shape.column_of(i)] + " is not finite",
+                     "site " + std::to_string(shape.site_of(i)));
     }
   }
   return {};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/site_shape.h"
 
 namespace sightline {
 
@@ -15,8 +16,10 @@ struct FactorTable {
   std::uint32_t site_count = 0;
   std::vector<double> values;  // [site][range][factor]
 
+  [[nodiscard]] SiteShape shape() const { return {ranges_m.size(), factors.size()}; }
+
   [[nodiscard]] double at(std::size_t site, std::size_t range, std::size_t factor) const {
-    return values[(site * ranges_m.size() + range) * factors.size() + factor];
+    return values[shape().index(site, range, factor)];
   }
 };
 

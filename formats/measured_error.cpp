@@ -60,7 +60,7 @@ Result<void> validate_setup(const MeasuredError& measured) {
       return invalid("found an offset that is not finite", "offset " + std::to_string(i));
     }
   }
-  if (measured.rows.size() != measured.scan_of_site.size() * measured.ranges_m.size()) {
+  if (measured.rows.size() != measured.shape().size(measured.scan_of_site.size())) {
     return invalid("found " + std::to_string(measured.rows.size()) + " rows for " +
                        std::to_string(measured.scan_of_site.size()) + " sites and " +
                        std::to_string(measured.ranges_m.size()) + " ranges",

@@ -7,6 +7,7 @@
 
 #include "formats/artifact.h"
 #include "formats/drive.h"
+#include "formats/site_shape.h"
 
 namespace sightline {
 
@@ -60,8 +61,10 @@ struct MeasuredError {
   std::vector<std::int64_t> scan_of_site;
   std::vector<ErrorRow> rows;  // [site][range]; all zero where there was no scan
 
+  [[nodiscard]] SiteShape shape() const { return {ranges_m.size()}; }
+
   [[nodiscard]] const ErrorRow& row(std::size_t site, std::size_t range) const {
-    return rows[site * ranges_m.size() + range];
+    return rows[shape().index(site, range)];
   }
 };
 

@@ -13,11 +13,6 @@ Error invalid(std::string message, std::string place) {
   return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
 }
 
-std::int32_t floor_divide(std::int32_t value, std::int32_t divisor) {
-  const std::int32_t quotient = value / divisor;
-  return quotient - (value % divisor < 0 ? 1 : 0);
-}
-
 Result<void> validate_nd(const Nd& nd, double cell_m, std::size_t index) {
   if (!nd.mean_m.allFinite() || !nd.covariance_m2.allFinite()) {
     return invalid("mean or covariance is not finite", place_of(index));

@@ -1,40 +1,13 @@
 #pragma once
 
-#include <compare>
 #include <cstdint>
 #include <vector>
 
 #include "formats/artifact.h"
 #include "formats/geometry.h"
+#include "formats/grid/cell_key.h"
 
 namespace sightline {
-
-// A cell of the NDT grid or a tile: floor(coordinate / edge) per axis, lower face included.
-struct CellKey {
-  std::int32_t x = 0;
-  std::int32_t y = 0;
-  std::int32_t z = 0;
-  friend auto operator<=>(const CellKey&, const CellKey&) = default;
-};
-
-// floor() of a number within int32, without the library call that plain x86-64 needs.
-inline std::int32_t floor_to_int(double value) {
-  const auto truncated = static_cast<std::int32_t>(value);
-  return truncated - (value < static_cast<double>(truncated) ? 1 : 0);
-}
-
-// Each coordinate must lie within 2^31 cells of the origin.
-inline CellKey cell_key(const Eigen::Vector3d& point_m, double cell_m) {
-  return {floor_to_int(point_m.x() / cell_m), floor_to_int(point_m.y() / cell_m),
-          floor_to_int(point_m.z() / cell_m)};
-}
-
-// Tiles cut the plane only: all heights of a place belong together.
-struct TileKey {
-  std::int32_t x = 0;
-  std::int32_t y = 0;
-  friend auto operator<=>(const TileKey&, const TileKey&) = default;
-};
 
 // The tile that holds a cell (tile_m is a multiple of cell_m).
 TileKey tile_of(const CellKey& cell, double cell_m, double tile_m);

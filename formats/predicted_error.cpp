@@ -18,14 +18,14 @@ bool is_ascending_and_positive(const std::vector<double>& values) {
 }
 
 Result<void> validate_shape(const PredictedError& predicted) {
-  const std::size_t pairs = std::size_t{predicted.site_count} * predicted.ranges_m.size();
   if (!is_ascending_and_positive(predicted.ranges_m) ||
       !is_ascending_and_positive(predicted.limits_m)) {
     return Error{ErrorCode::kInvalidArtifact, "ranges or limits are not positive and ascending", "",
                  ""};
   }
-  if (predicted.mean_m.size() != pairs ||
-      predicted.within_probability.size() != pairs * predicted.limits_m.size() ||
+  if (predicted.mean_m.size() != predicted.mean_shape().size(predicted.site_count) ||
+      predicted.within_probability.size() !=
+          predicted.probability_shape().size(predicted.site_count) ||
       predicted.extrapolated.size() != predicted.site_count ||
       predicted.out_of_fold.size() != predicted.site_count ||
       predicted.has_history.size() != predicted.site_count) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/site_shape.h"
 
 namespace sightline {
 
@@ -21,11 +22,14 @@ struct PredictedError {
   // [site]: 1 where errors that an earlier drive measured near it were among the features.
   std::vector<std::uint8_t> has_history;
 
+  [[nodiscard]] SiteShape mean_shape() const { return {ranges_m.size()}; }
+  [[nodiscard]] SiteShape probability_shape() const { return {ranges_m.size(), limits_m.size()}; }
+
   [[nodiscard]] double mean(std::size_t site, std::size_t range) const {
-    return mean_m[site * ranges_m.size() + range];
+    return mean_m[mean_shape().index(site, range)];
   }
   [[nodiscard]] double probability(std::size_t site, std::size_t range, std::size_t limit) const {
-    return within_probability[(site * ranges_m.size() + range) * limits_m.size() + limit];
+    return within_probability[probability_shape().index(site, range, limit)];
   }
 };
 

@@ -28,7 +28,7 @@ Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
 }
 
 Result<void> validate_shape(const RangeTable& table) {
-  const std::size_t pairs = std::size_t{table.site_count} * table.promises.size();
+  const std::size_t pairs = table.shape().size(table.site_count);
   if (table.ranges_m.empty() || table.ranges_m.size() > 256 || table.promises.empty()) {
     return invalid("", "found " + std::to_string(table.ranges_m.size()) + " ranges and " +
                            std::to_string(table.promises.size()) +
@@ -54,7 +54,7 @@ Result<void> validate_shape(const RangeTable& table) {
 }
 
 Result<void> validate_choice(const RangeTable& table, std::size_t site, std::size_t limit) {
-  const std::size_t i = site * table.promises.size() + limit;
+  const std::size_t i = table.shape().index(site, limit);
   const std::string place = "site " + std::to_string(site);
   if (table.range_index[i] >= table.ranges_m.size()) {
     return invalid(place, "found range " + std::to_string(table.range_index[i]) + " of " +

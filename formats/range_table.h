@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/site_shape.h"
 
 namespace sightline {
 
@@ -50,8 +51,16 @@ struct RangeTable {
                                           // looks further
   std::vector<std::uint8_t> flags;        // [site][limit]
 
+  [[nodiscard]] SiteShape shape() const { return {promises.size()}; }
+
+  [[nodiscard]] std::size_t range(std::size_t site, std::size_t limit) const {
+    return range_index[shape().index(site, limit)];
+  }
   [[nodiscard]] double range_m(std::size_t site, std::size_t limit) const {
-    return ranges_m[range_index[site * promises.size() + limit]];
+    return ranges_m[range(site, limit)];
+  }
+  [[nodiscard]] std::uint8_t flags_of(std::size_t site, std::size_t limit) const {
+    return flags[shape().index(site, limit)];
   }
 };
 

@@ -30,6 +30,12 @@ Result<void> validate_order(const Sites& sites, std::size_t i) {
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> positions_m(const Sites& sites) {
+  std::vector<Eigen::Vector3d> found_m;
+  for (const Site& site : sites.sites) found_m.push_back(site.p_map_m);
+  return found_m;
+}
+
 Result<void> validate(const Sites& sites) {
   if (!sites.frame.origin_world_m.allFinite() || !std::isfinite(sites.spacing_m) ||
       sites.spacing_m <= 0.0) {

@@ -28,6 +28,9 @@ struct ArtifactTraits<Sites> {
   static constexpr std::uint32_t kVersion = 1;
 };
 
+// The sensor's origin at each site, in the map frame.
+std::vector<Eigen::Vector3d> positions_m(const Sites& sites);
+
 Result<void> validate(const Sites& sites);
 Table dump(const Sites& sites);
 void encode(const Sites& sites, ByteWriter& writer);

@@ -2,24 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "compiler/base/check.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::uint32_t kFree = std::numeric_limits<std::uint32_t>::max();
-
 Error invalid(const std::string& message, const std::string& place) {
   return Error{ErrorCode::kInvalidArtifact, message, "", place};
-}
-
-std::size_t hash(const CellKey& key) {
-  const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^
-                              static_cast<std::uint32_t>(key.y) * 0xbf58476d1ce4e5b9ULL ^
-                              static_cast<std::uint32_t>(key.z) * 0x94d049bb133111ebULL;
-  return static_cast<std::size_t>(mixed >> 32);
 }
 
 Result<void> validate(const PlacedScan& scan, const std::string& place) {
@@ -86,8 +76,8 @@ Table dump(const SurfacePoints& points) {
     table.rows.push_back({point.x(), point.y(), point.z(), std::int64_t{0}});
   }
   for (const CellKey& key : points.moved_voxels) {
-    table.rows.push_back({(key.x + 0.5) * points.voxel_m, (key.y + 0.5) * points.voxel_m,
-                          (key.z + 0.5) * points.voxel_m, std::int64_t{1}});
+    const Eigen::Vector3d centre_m = cell_centre_m(key, points.voxel_m);
+    table.rows.push_back({centre_m.x(), centre_m.y(), centre_m.z(), std::int64_t{1}});
   }
   return table;
 }
@@ -139,27 +129,11 @@ void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& /*tra
 
 SurfacePointReader::SurfacePointReader(const SurfacePoints& points) : points_(points) {
   SIGHTLINE_CHECK(points.scans.empty() || points.store != nullptr);
-  std::size_t size = 16;
-  while (size < 4 * points.moved_voxels.size()) size *= 2;
-  slots_.assign(size, kFree);
-  for (std::uint32_t i = 0; i < points.moved_voxels.size(); ++i) {
-    std::size_t slot = hash(points.moved_voxels[i]) & (size - 1);
-    while (slots_[slot] != kFree) slot = (slot + 1) & (size - 1);
-    slots_[slot] = i;
-  }
+  for (const CellKey& key : points.moved_voxels) moved_.add(key);
 }
 
 std::size_t SurfacePointReader::part_count() const {
   return points_.scans.size() + (points_.points_m.empty() ? 0 : 1);
-}
-
-bool SurfacePointReader::has_moved(const CellKey& key) const {
-  std::size_t slot = hash(key) & (slots_.size() - 1);
-  while (slots_[slot] != kFree) {
-    if (points_.moved_voxels[slots_[slot]] == key) return true;
-    slot = (slot + 1) & (slots_.size() - 1);
-  }
-  return false;
 }
 
 Result<std::vector<Eigen::Vector3d>> SurfacePointReader::read(std::size_t part,
@@ -177,7 +151,7 @@ Result<std::vector<Eigen::Vector3d>> SurfacePointReader::read(std::size_t part,
     if (!is_within_range(placed, point_lidar_m)) continue;
     const Eigen::Vector3d point_m = placed.T_map_lidar * point_lidar_m;
     const bool is_moving =
-        !points_.moved_voxels.empty() && has_moved(cell_key(point_m, points_.voxel_m));
+        moved_.size() > 0 && moved_.find(cell_key(point_m, points_.voxel_m)) != CellIndex::kNone;
     if (is_moving == wants_moving) chosen_m.push_back(point_m);
   }
   return chosen_m;

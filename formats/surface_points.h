@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/cell_index.h"
 #include "formats/drive.h"
 #include "formats/geometry.h"
 #include "formats/ndt_map.h"
@@ -68,12 +69,11 @@ class SurfacePointReader {
   [[nodiscard]] Result<std::vector<Eigen::Vector3d>> moving(std::size_t part) const;
 
  private:
-  [[nodiscard]] bool has_moved(const CellKey& key) const;
   [[nodiscard]] Result<std::vector<Eigen::Vector3d>> read(std::size_t part,
                                                           bool wants_moving) const;
 
   const SurfacePoints& points_;
-  std::vector<std::uint32_t> slots_;  // open addressing over moved_voxels
+  CellIndex moved_;
 };
 
 }  // namespace sightline

@@ -11,12 +11,8 @@
 
 namespace sightline {
 
-inline Eigen::Vector3d cell_centre_m(const CellKey& key, double cell_m) {
-  return {(key.x + 0.5) * cell_m, (key.y + 0.5) * cell_m, (key.z + 0.5) * cell_m};
-}
-
-// Moments about the cell's centre: far from the origin they keep the digits that matter. In pairs,
-// since every x86-64 adds two doubles at once.
+// The map's own CellMoments, about the cell's centre as well. In pairs, since every x86-64 adds two
+// doubles at once.
 struct CellSums {
   Eigen::Array2d x_y = Eigen::Array2d::Zero();
   Eigen::Array2d xx_yy = Eigen::Array2d::Zero();

@@ -160,8 +160,7 @@ void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
   for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
     std::size_t unmet_count = 0;
     for (std::size_t site = 0; site < table.site_count; ++site) {
-      const std::uint8_t flags = table.flags[site * table.promises.size() + limit];
-      unmet_count += (flags & kUnmet) != 0 ? 1 : 0;
+      unmet_count += (table.flags_of(site, limit) & kUnmet) != 0 ? 1 : 0;
     }
     if (unmet_count == 0) continue;
     ctx.warn("no range is good enough for " + format_double(table.promises[limit].limit_m) +

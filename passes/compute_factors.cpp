@@ -159,8 +159,8 @@ Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOption
   table.factors.assign(kFactorNames.begin(), kFactorNames.end());
   table.site_count = depth.site_count;
   const std::size_t site_count = sites.sites.size();
-  const std::size_t row_size = table.ranges_m.size() * kFactorCount;
-  table.values.resize(site_count * row_size);
+  const SiteShape shape = table.shape();
+  table.values.resize(shape.size(site_count));
   const World world{map, make_match_grid(map), make_localizer(map, localizer_options(LocalizerKind::kSearching)),
                     tile_index(map), options.ranges_m};
   std::vector<std::size_t> unmatched(site_count);
@@ -174,8 +174,8 @@ Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOption
     parallel_for(size, ctx.threads, [&](std::size_t i) {
       const std::size_t site = begin + i;
       const View view{members[i], depth.image_of(site), scans.points_of(site)};
-      unmatched[site] = compute_site(world, group, view,
-                                     std::span(table.values).subspan(site * row_size, row_size));
+      unmatched[site] = compute_site(
+          world, group, view, std::span(table.values).subspan(shape.size(site), shape.size(1)));
       ctx.progress(++done, site_count);
     });
   }

@@ -87,11 +87,13 @@ class ScanCache {
 // The keys that may see each tile.
 std::map<TileKey, std::vector<std::uint32_t>> keys_of_tiles(const std::vector<Pose>& poses) {
   std::map<TileKey, std::vector<std::uint32_t>> tiles;
-  const auto tile = [](double x_m) { return static_cast<std::int32_t>(std::floor(x_m / kTile_m)); };
+  const Eigen::Vector3d reach_m = Eigen::Vector3d::Constant(kReach_m);
   for (std::uint32_t key = 0; key < poses.size(); ++key) {
     const Eigen::Vector3d at_m = poses[key].translation();
-    for (std::int32_t x = tile(at_m.x() - kReach_m); x <= tile(at_m.x() + kReach_m); ++x) {
-      for (std::int32_t y = tile(at_m.y() - kReach_m); y <= tile(at_m.y() + kReach_m); ++y) {
+    const TileKey low = tile_key(at_m - reach_m, kTile_m);
+    const TileKey high = tile_key(at_m + reach_m, kTile_m);
+    for (std::int32_t x = low.x; x <= high.x; ++x) {
+      for (std::int32_t y = low.y; y <= high.y; ++y) {
         tiles[{x, y}].push_back(key);
       }
     }

@@ -21,10 +21,6 @@ constexpr double kAlong_m = 2.0;
 constexpr double kKeyframeStep_m = 1.0;
 constexpr double kKeyframeTurn_rad = 0.1;
 
-Eigen::Vector3d centre_m(const CellKey& key, double cell_m) {
-  return cell_m * Eigen::Vector3d(key.x + 0.5, key.y + 0.5, key.z + 0.5);
-}
-
 }  // namespace
 
 // A wall holds a point in its normal; along the wall the points of a cell end where the field of
@@ -45,19 +41,11 @@ Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
   return nd.eigenvectors * variance_m2.cwiseInverse().asDiagonal() * nd.eigenvectors.transpose();
 }
 
-std::size_t RollingCells::KeyHash::operator()(const CellKey& key) const {
-  const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^
-                              static_cast<std::uint32_t>(key.y) * 0xbf58476d1ce4e5b9ULL ^
-                              static_cast<std::uint32_t>(key.z) * 0x94d049bb133111ebULL;
-  return static_cast<std::size_t>(mixed >> 20);
-}
-
 RollingCells::Cell& RollingCells::cell_of(const Eigen::Vector3d& point_m) {
   const CellKey key = cell_key(point_m, cell_m_);
   if (last_ >= cells_.size() || cells_[last_].key != key) {
-    const auto [place, is_new] = index_.try_emplace(key, static_cast<std::uint32_t>(cells_.size()));
-    if (is_new) cells_.emplace_back().key = key;
-    last_ = place->second;
+    last_ = index_.add(key);
+    if (last_ == cells_.size()) cells_.emplace_back().key = key;
   }
   cells_[last_].is_changed = true;
   return cells_[last_];
@@ -66,42 +54,33 @@ RollingCells::Cell& RollingCells::cell_of(const Eigen::Vector3d& point_m) {
 void RollingCells::add(const std::vector<Eigen::Vector3d>& points_m, double sign) {
   for (const Eigen::Vector3d& point_m : points_m) {
     Cell& cell = cell_of(point_m);
-    const Eigen::Vector3d from_centre_m = point_m - centre_m(cell.key, cell_m_);
-    cell.count += sign;
-    cell.sum_m += sign * from_centre_m;
-    cell.outer_m2 += sign * from_centre_m * from_centre_m.transpose();
+    cell.moments.add(point_m - cell_centre_m(cell.key, cell_m_), sign);
   }
 }
 
-void RollingCells::decompose_cell(Cell& cell) const {
-  const Eigen::Vector3d mean_m = cell.sum_m / cell.count;
-  cell.nd.key = cell.key;
-  cell.nd.point_count = static_cast<std::uint32_t>(cell.count);
-  cell.nd.mean_m = centre_m(cell.key, cell_m_) + mean_m;
-  cell.nd.covariance_m2 =
-      (cell.outer_m2 - cell.count * mean_m * mean_m.transpose()) / (cell.count - 1.0);
-  decompose(cell.nd);
-}
-
-MatchGrid RollingCells::grid() {
-  // Places left behind go: the last cell takes the place of an empty one.
+// Places left behind go: the last cell takes the place of an empty one.
+void RollingCells::forget_empty_cells() {
+  const std::size_t count = cells_.size();
   for (std::size_t i = 0; i < cells_.size();) {
-    if (cells_[i].count > 0.5) {
+    if (cells_[i].moments.count > 0.5) {
       ++i;
       continue;
     }
-    index_.erase(cells_[i].key);
-    if (i + 1 < cells_.size()) {
-      cells_[i] = cells_.back();
-      index_[cells_[i].key] = static_cast<std::uint32_t>(i);
-    }
+    if (i + 1 < cells_.size()) cells_[i] = cells_.back();
     cells_.pop_back();
   }
+  if (cells_.size() == count) return;
+  index_ = CellIndex();
+  for (const Cell& cell : cells_) index_.add(cell.key);
+}
+
+MatchGrid RollingCells::grid() {
+  forget_empty_cells();
   NdtMap map;
   map.cell_m = cell_m_;
   for (Cell& cell : cells_) {
-    if (cell.count < kLeastPoints) continue;
-    if (std::exchange(cell.is_changed, false)) decompose_cell(cell);
+    if (cell.moments.count < kLeastPoints) continue;
+    if (std::exchange(cell.is_changed, false)) cell.nd = nd_of(cell.key, cell.moments, cell_m_);
     if (cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2) map.nds.push_back(cell.nd);
   }
   return make_match_grid(map, surface_information_per_m2);

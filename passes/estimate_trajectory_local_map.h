@@ -4,10 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <unordered_map>
 #include <vector>
 
+#include "formats/cell_index.h"
 #include "formats/geometry.h"
+#include "formats/grid/cell_moments.h"
 #include "formats/ndt_map.h"
 #include "passes/matching/match_grid.h"
 
@@ -37,23 +38,18 @@ class RollingCells {
   MatchGrid grid();
 
  private:
-  struct KeyHash {
-    std::size_t operator()(const CellKey& key) const;
-  };
   struct Cell {
     CellKey key;
-    double count = 0.0;
-    Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();  // from the cell's centre, as is the next
-    Eigen::Matrix3d outer_m2 = Eigen::Matrix3d::Zero();
+    CellMoments moments;
     Nd nd;
     bool is_changed = true;
   };
   Cell& cell_of(const Eigen::Vector3d& point_m);
-  void decompose_cell(Cell& cell) const;
+  void forget_empty_cells();
 
   double cell_m_;
-  std::vector<Cell> cells_;                                    // in the order of their first points
-  std::unordered_map<CellKey, std::uint32_t, KeyHash> index_;  // never iterated over
+  std::vector<Cell> cells_;  // by their number in the index
+  CellIndex index_;
   std::uint32_t last_ = 0;  // neighbours in a scan often share a cell
 };
 

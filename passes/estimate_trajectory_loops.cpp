@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "compiler/base/parallel.h"
+#include "formats/grid/point_grid.h"
 
 namespace sightline {
 namespace {
@@ -37,29 +38,30 @@ double drift_m(const Odometry& odometry, const Candidate& c) {
 }
 
 // The nearest earlier visit of where scan `later` was.
-std::optional<Candidate> candidate_of(const Odometry& odometry, std::size_t later) {
-  std::optional<Candidate> nearest;
-  double least_m = 0.0;
-  for (std::size_t k = 0; k < later; ++k) {
-    if (odometry.driven_m[later] - odometry.driven_m[k] < kShortestLoop_m) break;
-    const Candidate candidate{k, later};
-    const double apart_m =
-        (odometry.T_map_lidar[k].translation() - odometry.T_map_lidar[later].translation()).norm();
-    if (apart_m > kSamePlace_m + drift_m(odometry, candidate)) continue;
-    if (nearest && apart_m >= least_m) continue;
-    nearest = candidate;
-    least_m = apart_m;
-  }
-  return nearest;
+std::optional<Candidate> candidate_of(const Odometry& odometry, const PointGrid& places,
+                                      std::size_t later) {
+  const auto is_earlier_visit = [&](const NearPoint& point) {
+    return point.index < later &&
+           odometry.driven_m[later] - odometry.driven_m[point.index] >= kShortestLoop_m &&
+           point.distance_m <= kSamePlace_m + drift_m(odometry, {point.index, later});
+  };
+  const std::optional<NearPoint> nearest = places.nearest(
+      odometry.T_map_lidar[later].translation(), kSamePlace_m + kLargestDrift_m, is_earlier_visit);
+  if (!nearest) return std::nullopt;
+  return Candidate{nearest->index, later};
 }
 
 std::vector<Candidate> candidates(const Odometry& odometry) {
+  std::vector<Eigen::Vector3d> places_m;
+  for (const Pose& T_map_lidar : odometry.T_map_lidar)
+    places_m.push_back(T_map_lidar.translation());
+  const PointGrid places(places_m);
   std::vector<Candidate> found;
   double next_m = 0.0;
   for (std::size_t k = 0; k < odometry.T_map_lidar.size(); ++k) {
     if (odometry.driven_m[k] < next_m) continue;
     next_m = odometry.driven_m[k] + kCandidateStep_m;
-    if (const std::optional<Candidate> candidate = candidate_of(odometry, k)) {
+    if (const std::optional<Candidate> candidate = candidate_of(odometry, places, k)) {
       found.push_back(*candidate);
     }
   }

@@ -3,9 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
-#include <unordered_map>
 
-#include "formats/ndt_map.h"
+#include "formats/cell_index.h"
 
 // A plane is n.(x - c) = d + a u.(x - c) + b v.(x - c) about the cell's mean c, with n, u, v its
 // principal axes and d, a, b small. A point's residual r and its derivatives by the pose (J) and by
@@ -44,24 +43,11 @@ struct SeenCell {
   std::vector<Member> members;  // ascending by scan
 };
 
-struct KeyHash {
-  std::size_t operator()(const CellKey& key) const {
-    const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^
-                                static_cast<std::uint32_t>(key.y) * 0xbf58476d1ce4e5b9ULL ^
-                                static_cast<std::uint32_t>(key.z) * 0x94d049bb133111ebULL;
-    return static_cast<std::size_t>(mixed >> 20);
-  }
-};
-
-Eigen::Vector3d centre_m(const CellKey& key) {
-  return kCell_m * Eigen::Vector3d(key.x + 0.5, key.y + 0.5, key.z + 0.5);
-}
-
 // In the order in which cells are first met, which is that of scans and their points.
 std::vector<SeenCell> collect(std::span<const PlaneScan> scans, const Eigen::Vector2d& low_m,
                               const Eigen::Vector2d& high_m) {
   std::vector<SeenCell> cells;
-  std::unordered_map<CellKey, std::size_t, KeyHash> index;
+  CellIndex index;
   for (std::uint32_t s = 0; s < scans.size(); ++s) {
     for (const Eigen::Vector3f& point_m : *scans[s].points_m) {
       const Eigen::Vector3d at_m = scans[s].T_map_lidar * point_m.cast<double>();
@@ -70,12 +56,12 @@ std::vector<SeenCell> collect(std::span<const PlaneScan> scans, const Eigen::Vec
         continue;
       }
       const CellKey key = cell_key(at_m, kCell_m);
-      const auto [place, is_new] = index.try_emplace(key, cells.size());
-      if (is_new) cells.push_back({key, {}});
-      SeenCell& cell = cells[place->second];
+      const std::uint32_t number = index.add(key);
+      if (number == cells.size()) cells.push_back({key, {}});
+      SeenCell& cell = cells[number];
       if (cell.members.empty() || cell.members.back().scan != s) cell.members.push_back({s});
       Eigen::Vector4d q;
-      q << 1.0, at_m - centre_m(key);
+      q << 1.0, at_m - cell_centre_m(key, kCell_m);
       cell.members.back().moments.noalias() += q * q.transpose();
     }
   }
@@ -128,7 +114,7 @@ void keep_one_side(const Eigen::Vector3d& n, std::span<const PlaneScan> scans, S
   const auto is_ahead = [&](const Member& member) {
     const Eigen::Vector3d seen_m = member.moments.block<3, 1>(1, 0) / member.moments(0, 0);
     const Eigen::Vector3d origin_m =
-        scans[member.scan].T_map_lidar.translation() - centre_m(cell.key);
+        scans[member.scan].T_map_lidar.translation() - cell_centre_m(cell.key, kCell_m);
     return n.dot(origin_m - seen_m) >= 0.0;
   };
   double balance = 0.0;
@@ -172,7 +158,8 @@ void add_cell(SeenCell cell, std::span<const PlaneScan> scans, PlaneEquations& e
     const double scale = trust * weight * std::min(1.0, kMostOfAScan / count);
     const Moments moments = scale * member.moments;
     const Pose& T_map_lidar = scans[member.scan].T_map_lidar;
-    const Matrix64 motion = motion_map(n, T_map_lidar.translation() - centre_m(cell.key));
+    const Matrix64 motion =
+        motion_map(n, T_map_lidar.translation() - cell_centre_m(cell.key, kCell_m));
     const Matrix64 weighted = motion * moments;
     const Eigen::Index row = 6 * static_cast<Eigen::Index>(member.scan);
     equations.hessian.block<6, 6>(row, row) += weighted * motion.transpose();

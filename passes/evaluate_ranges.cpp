@@ -47,11 +47,10 @@ Choice choose_static(const Court& court, std::size_t range) {
 }
 
 Choice choose_as_map(const Court& court, std::size_t limit) {
-  const std::size_t limit_count = court.ranges.promises.size();
   Choice choice;
   for (std::size_t site = 0; site < court.ranges.site_count; ++site) {
-    choice.range_index.push_back(court.ranges.range_index[site * limit_count + limit]);
-    choice.flags.push_back(court.ranges.flags[site * limit_count + limit]);
+    choice.range_index.push_back(static_cast<std::uint8_t>(court.ranges.range(site, limit)));
+    choice.flags.push_back(court.ranges.flags_of(site, limit));
   }
   return choice;
 }

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <span>
 
@@ -12,6 +11,7 @@
 #include "compiler/base/portable_math.h"
 #include "compiler/base/statistics.h"
 #include "compiler/base/stopwatch.h"
+#include "formats/grid/point_grid.h"
 #include "passes/matching/localizer.h"
 #include "passes/scan_selection.h"
 #include "passes/trajectory_of_drive.h"
@@ -29,23 +29,6 @@ struct Setup {
   const Localizer& localizer;
   const std::vector<InitialOffset>& offsets;
 };
-
-// Position of the nearest selected scan within the radius, the first on a tie.
-std::optional<std::size_t> nearest_scan(const Setup& setup, const Eigen::Vector3d& place_map_m) {
-  const ScanSelection selection = setup.options.scans;
-  std::optional<std::size_t> nearest;
-  double least_m = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < setup.drive.scans.size(); ++i) {
-    if (!is_selected(setup.drive.scans[i], selection)) continue;
-    const double distance_m =
-        (setup.trajectory.poses[i].T_map_vehicle.translation() - place_map_m).norm();
-    if (distance_m <= setup.options.site_radius_m && distance_m < least_m) {
-      nearest = i;
-      least_m = distance_m;
-    }
-  }
-  return nearest;
-}
 
 // As it is matched at a range.
 ScanForMatch prepared(const Setup& setup, ScanCutter& cutter, const Scan& scan, double range_m) {
@@ -196,7 +179,7 @@ Result<void> measure_sites(PassContext& ctx, const Setup& setup,
       ctx.save_part(number, to_bytes(part));
     }
     std::copy(part.rows.begin(), part.rows.end(),
-              measured.rows.begin() + static_cast<std::ptrdiff_t>(first * part.ranges_m.size()));
+              measured.rows.begin() + static_cast<std::ptrdiff_t>(part.shape().size(first)));
   });
   for (const std::optional<Error>& failure : failures) {
     if (failure) return *failure;
@@ -204,15 +187,32 @@ Result<void> measure_sites(PassContext& ctx, const Setup& setup,
   return {};
 }
 
+// Position of each site's nearest selected scan within the radius, the first on a tie.
+std::vector<std::optional<std::size_t>> nearest_scans(const Setup& setup, const Sites& sites) {
+  const ScanSelection selection = setup.options.scans;
+  std::vector<std::size_t> selected;
+  std::vector<Eigen::Vector3d> places_m;
+  for (std::size_t i = 0; i < setup.drive.scans.size(); ++i) {
+    if (!is_selected(setup.drive.scans[i], selection)) continue;
+    selected.push_back(i);
+    places_m.push_back(setup.trajectory.poses[i].T_map_vehicle.translation());
+  }
+  const PointGrid grid(places_m);
+  std::vector<std::optional<std::size_t>> scans;
+  for (const Site& site : sites.sites) {
+    const std::optional<NearPoint> nearest =
+        grid.nearest(site.T_map_vehicle.translation(), setup.options.site_radius_m);
+    scans.push_back(nearest ? std::optional(selected[nearest->index]) : std::nullopt);
+  }
+  return scans;
+}
+
 // Where each site has its scan. Error: no-overlap.
 Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx, const Setup& setup,
                                                                const Sites& sites) {
-  std::vector<std::optional<std::size_t>> scans;
-  std::size_t without = 0;
-  for (const Site& site : sites.sites) {
-    scans.push_back(nearest_scan(setup, site.T_map_vehicle.translation()));
-    if (!scans.back()) ++without;
-  }
+  const std::vector<std::optional<std::size_t>> scans = nearest_scans(setup, sites);
+  const auto without =
+      static_cast<std::size_t>(std::count(scans.begin(), scans.end(), std::nullopt));
   const std::string radius = format_double(setup.options.site_radius_m);
   if (without == scans.size()) {
     return Error{ErrorCode::kNoOverlap,
@@ -251,7 +251,7 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
     measured.scan_of_site.push_back(
         scan ? static_cast<std::int64_t>(localization_drive.scans[*scan].recording_index) : -1);
   }
-  measured.rows.resize(scans.size() * options.ranges_m.size());
+  measured.rows.resize(measured.shape().size(scans.size()));
   SIGHTLINE_TRY(measure_sites(ctx, setup, scans, measured));
   return measured;
 }

@@ -5,10 +5,11 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <unordered_map>
 
 #include "compiler/base/parallel.h"
 #include "compiler/base/portable_math.h"
+#include "formats/cell_index.h"
+#include "formats/grid/cell_moments.h"
 #include "passes/build_ndt.h"
 #include "passes/matching/scan_preparation.h"
 #include "passes/trajectory_of_drive.h"
@@ -25,15 +26,6 @@ constexpr double kLeastPoints = 10.0;
 // What no sensor resolves: keeps the entropy of perfect planes finite.
 constexpr double kFloor_m2 = 1e-6;
 
-struct KeyHash {
-  std::size_t operator()(const CellKey& key) const {
-    const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^
-                                static_cast<std::uint32_t>(key.y) * 0xbf58476d1ce4e5b9ULL ^
-                                static_cast<std::uint32_t>(key.z) * 0x94d049bb133111ebULL;
-    return static_cast<std::size_t>(mixed >> 20);
-  }
-};
-
 // Points by cells as wide as the radius: neighbours lie in the 27 cells around.
 class Neighbourhood {
  public:
@@ -47,48 +39,38 @@ class Neighbourhood {
     std::ranges::sort(order);
     points_m_.reserve(points_m.size());
     for (const auto& [key, i] : order) {
-      const auto next = static_cast<std::uint32_t>(points_m_.size());
-      ++cells_.try_emplace(key, Range{next, next}).first->second.end;
+      if (cells_.add(key) == begin_.size()) begin_.push_back(points_m_.size());
       points_m_.push_back(points_m[i]);
     }
+    begin_.push_back(points_m_.size());
   }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& points_m() const { return points_m_; }
 
   // h = ln(det(2 pi e Sigma)) / 2 of the points within the radius; none where they are too few.
   [[nodiscard]] std::optional<double> entropy_nat(const Eigen::Vector3d& at_m) const {
     const CellKey middle = cell_key(at_m, radius_m_);
-    double count = 0.0;
-    Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d outer_m2 = Eigen::Matrix3d::Zero();
+    CellMoments around;
     for (int i = 0; i < 27; ++i) {
       const CellKey key{middle.x + i / 9 - 1, middle.y + i / 3 % 3 - 1, middle.z + i % 3 - 1};
-      const auto place = cells_.find(key);
-      if (place == cells_.end()) continue;
-      for (std::uint32_t k = place->second.begin; k < place->second.end; ++k) {
+      const std::uint32_t cell = cells_.find(key);
+      if (cell == CellIndex::kNone) continue;
+      for (std::size_t k = begin_[cell]; k < begin_[cell + 1]; ++k) {
         const Eigen::Vector3d off_m = points_m_[k] - at_m;
-        if (off_m.squaredNorm() > radius_m_ * radius_m_) continue;
-        count += 1.0;
-        sum_m += off_m;
-        outer_m2 += off_m * off_m.transpose();
+        if (off_m.squaredNorm() <= radius_m_ * radius_m_) around.add(off_m);
       }
     }
-    if (count < kLeastPoints) return std::nullopt;
-    const Eigen::Vector3d mean_m = sum_m / count;
+    if (around.count < kLeastPoints) return std::nullopt;
     const Eigen::Matrix3d covariance_m2 =
-        (outer_m2 - count * mean_m * mean_m.transpose()) / (count - 1.0) +
-        kFloor_m2 * Eigen::Matrix3d::Identity();
+        around.covariance_m2() + kFloor_m2 * Eigen::Matrix3d::Identity();
     const double scale = 2.0 * std::numbers::pi * std::numbers::e;
     return 0.5 * portable_log(scale * scale * scale * covariance_m2.determinant());
   }
 
  private:
-  struct Range {
-    std::uint32_t begin = 0;
-    std::uint32_t end = 0;
-  };
   double radius_m_;
   std::vector<Eigen::Vector3d> points_m_;  // by cell
-  std::unordered_map<CellKey, Range, KeyHash> cells_;
+  CellIndex cells_;
+  std::vector<std::size_t> begin_;  // of each cell in points_m_, and the end of all
 };
 
 void measure_entropy(const std::vector<Eigen::Vector3d>& points_m, double radius_m, int threads,

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "formats/grid/point_grid.h"
 #include "passes/learn/feature_rows.h"
 #include "passes/learn/forest_prediction.h"
 #include "passes/learn/history.h"
@@ -40,52 +42,27 @@ std::vector<std::string> factors_of(const ErrorModel& model) {
   return names;
 }
 
-// Sites of the model in order of x, to find those near a point without looking at all of them.
-class TrainedPlaces {
- public:
-  explicit TrainedPlaces(const std::vector<TrainedSite>& sites) : sites_(sites) {
-    order_.resize(sites.size());
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
-      const double ax = sites[a].p_world_m.x();
-      const double bx = sites[b].p_world_m.x();
-      return ax != bx ? ax < bx : a < b;
-    });
-  }
-  // The case of this place with these features (the lowest index), or the number of cases.
-  [[nodiscard]] std::size_t own(const Eigen::Vector3d& p_world_m, std::uint64_t digest) const {
-    std::size_t found = sites_.size();
-    visit(p_world_m, kSamePlace_m, [&](std::size_t site) {
-      if (sites_[site].factor_digest == digest) found = std::min(found, site);
-    });
-    return found;
-  }
-  [[nodiscard]] bool is_near(const Eigen::Vector3d& p_world_m, double reach_m) const {
-    bool found = false;
-    visit(p_world_m, reach_m, [&](std::size_t) { found = true; });
-    return found;
-  }
+PointGrid grid_of(const std::vector<TrainedSite>& sites) {
+  std::vector<Eigen::Vector3d> places_m;
+  for (const TrainedSite& site : sites) places_m.push_back(site.p_world_m);
+  return PointGrid(places_m);
+}
 
- private:
-  template <class Visit>
-  void visit(const Eigen::Vector3d& p_world_m, double reach_m, const Visit& visit_site) const {
-    const auto begin = std::lower_bound(
-        order_.begin(), order_.end(), p_world_m.x() - reach_m,
-        [&](std::size_t site, double x_m) { return sites_[site].p_world_m.x() < x_m; });
-    for (auto i = begin; i != order_.end(); ++i) {
-      if (sites_[*i].p_world_m.x() > p_world_m.x() + reach_m) break;
-      if ((sites_[*i].p_world_m - p_world_m).norm() <= reach_m) visit_site(*i);
-    }
-  }
-
-  const std::vector<TrainedSite>& sites_;
-  std::vector<std::size_t> order_;
-};
+// The case of this place with these features (the lowest index), if there is one.
+std::optional<std::size_t> own_case(const ErrorModel& model, const PointGrid& places,
+                                    const Eigen::Vector3d& p_world_m, std::uint64_t digest) {
+  std::optional<std::size_t> found;
+  places.visit_within(p_world_m, kSamePlace_m, [&](const NearPoint& point) {
+    if (model.sites[point.index].factor_digest != digest) return;
+    found = std::min(found.value_or(point.index), point.index);
+  });
+  return found;
+}
 
 // A feature outside what training saw at its range, and by more than the margin.
 bool is_outside_support(const ErrorModel& model, const FeatureRows& features, std::size_t row,
                         double margin) {
-  const std::size_t range = row % model.ranges.size();
+  const std::size_t range = model.shape().row_of(row);
   for (std::size_t i = 0; i < model.features.size(); ++i) {
     const double least = model.features[i].support_min[range];
     const double greatest = model.features[i].support_max[range];
@@ -112,7 +89,7 @@ PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
   predicted.ranges_m = model.out_of_fold.ranges_m;
   predicted.limits_m = model.out_of_fold.limits_m;
   predicted.support_margin = margin;
-  predicted.site_count = static_cast<std::uint32_t>(features.row_count / model.ranges.size());
+  predicted.site_count = static_cast<std::uint32_t>(model.shape().site_of(features.row_count));
   ForestPrediction prediction =
       PreparedForest(model.forest, predicted.limits_m).predict(features, rows, ctx.threads);
   predicted.mean_m = std::move(prediction.mean);
@@ -122,7 +99,7 @@ PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
   predicted.has_history.assign(predicted.site_count, 0);
   for (std::size_t row = 0; row < features.row_count; ++row) {
     if (is_outside_support(model, features, row, margin)) {
-      predicted.extrapolated[row / model.ranges.size()] = 1;
+      predicted.extrapolated[model.shape().site_of(row)] = 1;
     }
   }
   return predicted;
@@ -130,15 +107,14 @@ PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
 
 void take_out_of_fold(const ErrorModel& model, std::size_t trained, std::size_t site,
                       PredictedError& predicted) {
-  const std::size_t mean_count = model.ranges.size();
-  const std::size_t within_count = mean_count * predicted.limits_m.size();
   const auto copy = [&](const std::vector<double>& from, std::vector<double>& to,
-                        std::size_t count) {
-    std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(trained * count), count,
-                to.begin() + static_cast<std::ptrdiff_t>(site * count));
+                        const SiteShape& shape) {
+    std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(shape.size(trained)), shape.size(1),
+                to.begin() + static_cast<std::ptrdiff_t>(shape.size(site)));
   };
-  copy(model.out_of_fold.mean_m, predicted.mean_m, mean_count);
-  copy(model.out_of_fold.within_probability, predicted.within_probability, within_count);
+  copy(model.out_of_fold.mean_m, predicted.mean_m, predicted.mean_shape());
+  copy(model.out_of_fold.within_probability, predicted.within_probability,
+       predicted.probability_shape());
   predicted.extrapolated[site] = model.out_of_fold.extrapolated[trained];
   predicted.out_of_fold[site] = 1;
 }
@@ -152,15 +128,15 @@ Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions
   SIGHTLINE_ASSIGN(const FeatureRows features, features_for(model, factors, told));
   PredictedError predicted = whole_forest_prediction(ctx, options.support_margin, model, features);
   if (told != nullptr) predicted.has_history = told->is_known;
-  const TrainedPlaces places(model.sites);
+  const PointGrid places = grid_of(model.sites);
   std::size_t flattered_count = 0;
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
     const Eigen::Vector3d p_world_m = sites.frame.origin_world_m + sites.sites[site].p_map_m;
     const std::uint64_t digest = features_digest(features, site, model.ranges.size());
-    const std::size_t own = places.own(p_world_m, digest);
-    if (own < model.sites.size()) {
-      take_out_of_fold(model, own, site, predicted);
-    } else if (places.is_near(p_world_m, model.card.buffer_m)) {
+    const std::optional<std::size_t> own = own_case(model, places, p_world_m, digest);
+    if (own) {
+      take_out_of_fold(model, *own, site, predicted);
+    } else if (places.nearest(p_world_m, model.card.buffer_m)) {
       ++flattered_count;
     }
   }

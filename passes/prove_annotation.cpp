@@ -32,20 +32,20 @@ Result<PredictedError> predicted_again(PassContext& ctx, const CompiledMap& map,
 }
 
 Result<void> compare_numbers(const PredictedError& stored, const PredictedError& again) {
-  const std::size_t range_count = stored.ranges_m.size();
-  const std::size_t limit_count = stored.limits_m.size();
+  const SiteShape means = stored.mean_shape();
+  const SiteShape shares = stored.probability_shape();
   for (std::size_t row = 0; row < stored.mean_m.size(); ++row) {
-    const std::string range = " at " + format_double(stored.ranges_m[row % range_count]) + " m";
+    const std::string range = " at " + format_double(stored.ranges_m[means.row_of(row)]) + " m";
     if (!is_same(stored.mean_m[row], again.mean_m[row])) {
-      return unfounded(at_site(row / range_count),
+      return unfounded(at_site(means.site_of(row)),
                        "found a predicted error of " + format_double(stored.mean_m[row]) + " m" +
                            range + ", its factors and the forest give " +
                            format_double(again.mean_m[row]) + " m");
     }
-    for (std::size_t i = row * limit_count; i < (row + 1) * limit_count; ++i) {
+    for (std::size_t i = row * shares.columns; i < (row + 1) * shares.columns; ++i) {
       if (is_same(stored.within_probability[i], again.within_probability[i])) continue;
-      return unfounded(at_site(row / range_count),
-                       "found P(error <= " + format_double(stored.limits_m[i % limit_count]) +
+      return unfounded(at_site(shares.site_of(i)),
+                       "found P(error <= " + format_double(stored.limits_m[shares.column_of(i)]) +
                            " m) = " + format_double(stored.within_probability[i]) + range +
                            ", its factors and the forest give " +
                            format_double(again.within_probability[i]));
@@ -100,16 +100,16 @@ Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) 
                      "found the promise \"" + stored.promises[limit].statement +
                          "\", the model gives \"" + again.promises[limit].statement + "\"");
   }
-  const std::size_t limit_count = stored.promises.size();
+  const SiteShape shape = stored.shape();
   for (std::size_t i = 0; i < stored.range_index.size(); ++i) {
     if (stored.range_index[i] == again.range_index[i] && stored.flags[i] == again.flags[i]) {
       continue;
     }
     return unfounded(
-        at_site(i / limit_count),
+        at_site(shape.site_of(i)),
         "found " + format_double(stored.ranges_m[stored.range_index[i]]) + " m, flags " +
             std::to_string(stored.flags[i]) + ", for a limit of " +
-            format_double(stored.promises[i % limit_count].limit_m) +
+            format_double(stored.promises[shape.row_of(i)].limit_m) +
             " m, its predictions give " + format_double(again.ranges_m[again.range_index[i]]) +
             " m, flags " + std::to_string(again.flags[i]));
   }

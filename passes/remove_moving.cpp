@@ -63,9 +63,11 @@ Result<void> find_moving(PassContext& ctx, const RemoveMovingOptions& options,
   carve.voxel_m = options.voxel_m;
   carve.carve_range_m = options.carve_range_m;
   const std::vector<TileKey> tiles = tiles_to_look_at(carve, points.scans);
+  const PointGrid origins = origins_of(points.scans);
   std::vector<Result<TileFindings>> found(tiles.size(), TileFindings{});
   parallel_for(tiles.size(), ctx.threads, [&](std::size_t i) {
-    found[i] = find_moving_in_tile(carve, *points.store, points.scans, tiles[i]);
+    const std::vector<PlacedScan> scans = scans_of_tile(carve, points.scans, origins, tiles[i]);
+    found[i] = find_moving_in_tile(carve, *points.store, scans, tiles[i]);
     ctx.progress(i + 1, tiles.size());
   });
   for (const Result<TileFindings>& tile : found) {

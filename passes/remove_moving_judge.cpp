@@ -35,15 +35,13 @@ constexpr int kMovedAround = 4;
 // Ground must have been looked through at least once, but then fewer suffice.
 constexpr int kMovedAroundGround = 2;
 
-std::int32_t floor_div(std::int32_t a, std::int32_t b) { return a / b - (a % b < 0 ? 1 : 0); }
-
 // Columns of the plane as one number, so that the neighbour of a column is a sum away.
 std::int64_t column_number(std::int64_t x, std::int64_t y) {
   return x * (std::int64_t{1} << 32) + y;
 }
 
 std::int64_t column_of(const CellKey& key) {
-  return column_number(floor_div(key.x, kColumn_voxels), floor_div(key.y, kColumn_voxels));
+  return column_number(floor_divide(key.x, kColumn_voxels), floor_divide(key.y, kColumn_voxels));
 }
 
 // How many voxels around one moved, and how many above the ground stand beyond doubt.

@@ -27,6 +27,8 @@ constexpr double kTouch_voxels = 0.5;
 // No ray goes on below the ground: one that passes this far below what seems to be ground says that
 // it is not. Noise of ranges and poses stays below it.
 constexpr double kBelowGround_m = 0.03;
+// So that what lies at exactly a range is decided by its distance, not by rounding of a box.
+constexpr double kSlack_m = 0.01;
 // Edge of the columns that are near a sensor or not as a whole.
 constexpr double kColumn_m = 4.0;
 
@@ -43,7 +45,12 @@ Box2 with_halo(const Box2& box, double halo_m) {
 }
 
 Eigen::Vector2d centre_m(const CellKey& key, double voxel_m) {
-  return {(key.x + 0.5) * voxel_m, (key.y + 0.5) * voxel_m};
+  return cell_centre_m(key, voxel_m).head<2>();
+}
+
+// Where the tile's verdicts depend on what lies there.
+Box2 reach_of_tile(const CarveOptions& options, const TileKey& tile) {
+  return with_halo(box_of(tile, options.tile_m), reach_of_judgement_m(options.voxel_m));
 }
 
 // Voxels of which it is told together whether they are near a sensor.
@@ -60,7 +67,8 @@ class TileCarver {
         store_(store),
         scans_(scans),
         tile_(box_of(tile, options.tile_m)),
-        reach_(with_halo(tile_, reach_of_judgement_m(options.voxel_m))),
+        reach_(reach_of_tile(options, tile)),
+        origins_(origins_of(scans)),
         hit_voxels_(scans.size()) {}
 
   Result<void> look() {
@@ -151,10 +159,12 @@ class TileCarver {
 
   // Scans that may look into a place.
   std::size_t scans_near(const Box2& box) const {
-    return static_cast<std::size_t>(std::ranges::count_if(scans_, [&](const PlacedScan& scan) {
-      const Eigen::Vector2d origin_m = scan.T_map_lidar.translation().head<2>();
-      return box.exteriorDistance(origin_m) <= options_.carve_range_m;
-    }));
+    std::size_t count = 0;
+    origins_.visit_over(with_halo(box, options_.carve_range_m + kSlack_m), [&](std::size_t k) {
+      const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
+      if (box.exteriorDistance(origin_m) <= options_.carve_range_m) ++count;
+    });
+    return count;
   }
 
   std::vector<Column> columns_to_ask_about() const {
@@ -209,7 +219,8 @@ class TileCarver {
   const ScanStore& store_;
   std::span<const PlacedScan> scans_;
   Box2 tile_;
-  Box2 reach_;  // with the surroundings that decide about its voxels
+  Box2 reach_;         // with the surroundings that decide about its voxels
+  PointGrid origins_;  // of the scans
   SeenVoxels seen_;
   std::vector<std::vector<std::uint32_t>> hit_voxels_;  // of each scan, each once
   std::vector<std::uint32_t> near_;
@@ -230,6 +241,27 @@ Result<SeenVoxels> look_at_tile(const CarveOptions& options, const ScanStore& st
   TileCarver carver(options, store, scans, tile);
   SIGHTLINE_TRY(carver.look());
   return carver.seen();
+}
+
+PointGrid origins_of(std::span<const PlacedScan> scans) {
+  constexpr double kCell_m = 16.0;  // sensors see several times as far
+  std::vector<Eigen::Vector3d> origins_m;
+  for (const PlacedScan& scan : scans) origins_m.push_back(scan.T_map_lidar.translation());
+  return PointGrid(origins_m, kCell_m);
+}
+
+std::vector<PlacedScan> scans_of_tile(const CarveOptions& options,
+                                      std::span<const PlacedScan> scans, const PointGrid& origins,
+                                      const TileKey& tile) {
+  double range_m = options.carve_range_m;
+  for (const PlacedScan& scan : scans) range_m = std::max(range_m, scan.max_range_m);
+  std::vector<std::size_t> near;
+  origins.visit_over(with_halo(reach_of_tile(options, tile), range_m + kSlack_m),
+                     [&](std::size_t k) { near.push_back(k); });
+  std::ranges::sort(near);
+  std::vector<PlacedScan> found;
+  for (const std::size_t k : near) found.push_back(scans[k]);
+  return found;
 }
 
 std::vector<TileKey> tiles_to_look_at(const CarveOptions& options,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "compiler/base/result.h"
+#include "formats/grid/point_grid.h"
 #include "formats/surface_points.h"
 #include "passes/remove_moving_judge.h"
 
@@ -21,6 +22,14 @@ struct TileFindings {
   std::vector<CellKey> moved_voxels;  // ascending
   std::uint64_t moving_count = 0;     // returns in them
 };
+
+// Where the scans' sensors were, in their order.
+PointGrid origins_of(std::span<const PlacedScan> scans);
+
+// Those that may reach a tile or look into it, in their order. `origins` are of the scans.
+std::vector<PlacedScan> scans_of_tile(const CarveOptions& options,
+                                      std::span<const PlacedScan> scans, const PointGrid& origins,
+                                      const TileKey& tile);
 
 // Looks at one tile with all scans that reach it, one scan in memory at a time. What is found does
 // not depend on where tiles begin and end. Errors: what reading a scan says.

@@ -1,12 +1,12 @@
 #include "passes/track_drive.h"
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 
 #include "compiler/base/parallel.h"
 #include "compiler/base/stopwatch.h"
 #include "formats/rotation.h"
+#include "formats/grid/point_grid.h"
 #include "passes/matching/localizer.h"
 #include "passes/scan_selection.h"
 #include "passes/trajectory_of_drive.h"
@@ -24,7 +24,7 @@ constexpr std::int64_t kLongestStep_ns = 2'000'000'000;
 struct Setup {
   const TrackDriveOptions& options;
   const Drive& drive;
-  const Sites& sites;
+  const PointGrid& places;  // of the sites' sensors
   const RangeTable& ranges;
   const Localizer& localizer;
   const std::vector<InitialOffset>& offsets;
@@ -63,15 +63,8 @@ Pose scaled(const Pose& motion, double factor) {
 // The map's range at a place, looked up as a vehicle does.
 double range_at(const Setup& setup, std::size_t limit, const Pose& T_map_vehicle) {
   const Eigen::Vector3d p_map_m = T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
-  double least_m = setup.options.reach_m;
-  std::optional<std::size_t> nearest;
-  for (std::size_t i = 0; i < setup.sites.sites.size(); ++i) {
-    const double distance_m = (setup.sites.sites[i].p_map_m - p_map_m).norm();
-    if (distance_m > least_m || (nearest && distance_m == least_m)) continue;
-    least_m = distance_m;
-    nearest = i;
-  }
-  return nearest ? setup.ranges.range_m(*nearest, limit) : setup.ranges.ranges_m.back();
+  const std::optional<NearPoint> nearest = setup.places.nearest(p_map_m, setup.options.reach_m);
+  return nearest ? setup.ranges.range_m(nearest->index, limit) : setup.ranges.ranges_m.back();
 }
 
 // How long it is from the scan before to this one.
@@ -131,21 +124,16 @@ void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
   replay.steps.push_back(step);
 }
 
-bool is_near_a_site(const Sites& sites, const Eigen::Vector3d& p_map_m, double reach_m) {
-  return std::ranges::any_of(
-      sites.sites, [&](const Site& site) { return (site.p_map_m - p_map_m).norm() <= reach_m; });
-}
-
 // Those selected whose given pose lies within reach of a site.
 std::vector<std::size_t> scans_on_map(const TrackDriveOptions& options, const Drive& drive,
-                                      const Trajectory& in_map, const Sites& sites) {
+                                      const Trajectory& in_map, const PointGrid& places) {
   const ScanSelection selection = options.matching.scans;
   std::vector<std::size_t> scans;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (!is_selected(drive.scans[i], selection)) continue;
     const Eigen::Vector3d p_map_m =
         in_map.poses[i].T_map_vehicle * drive.sensor.T_vehicle_lidar.translation();
-    if (is_near_a_site(sites, p_map_m, options.reach_m)) scans.push_back(i);
+    if (places.nearest(p_map_m, options.reach_m)) scans.push_back(i);
   }
   return scans;
 }
@@ -264,7 +252,8 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& optio
                                 const Sites& sites, const RangeTable& ranges) {
   SIGHTLINE_TRY(check_inputs(drive, trajectory, map, sites, ranges));
   const Trajectory in_map = rebase(trajectory, map.frame);
-  const std::vector<std::size_t> scans = scans_on_map(options, drive, in_map, sites);
+  const PointGrid places(positions_m(sites));
+  const std::vector<std::size_t> scans = scans_on_map(options, drive, in_map, places);
   if (scans.empty()) {
     return Error{ErrorCode::kNoOverlap,
                  "drive '" + drive.name + "' has no scan within " + format_double(options.reach_m) +
@@ -275,7 +264,7 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& optio
   const Localizer localizer =
       make_localizer(map, localizer_options(matching.localizer, matching.coarse_cells));
   const std::vector<InitialOffset> offsets = initial_offsets(matching.starts);
-  const Setup setup{options, drive, sites, ranges, localizer, offsets, scans};
+  const Setup setup{options, drive, places, ranges, localizer, offsets, scans};
   std::vector<Replay> replays = replays_of(ranges);
   KnownScan before;
   for (std::size_t first = 0; first < scans.size(); first += kScansInBlock) {

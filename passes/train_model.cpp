@@ -51,8 +51,8 @@ std::vector<FeatureCard> feature_cards(const Lesson& lesson,
     cards[feature].support_max.assign(lesson.range_count, -std::numeric_limits<double>::infinity());
   }
   for (std::size_t row = 0; row < lesson.features.row_count; ++row) {
-    if (lesson.sites[row / lesson.range_count].has_label == 0) continue;
-    const std::size_t range = row % lesson.range_count;
+    if (lesson.sites[lesson.shape().site_of(row)].has_label == 0) continue;
+    const std::size_t range = lesson.shape().row_of(row);
     for (std::size_t feature = 0; feature < cards.size(); ++feature) {
       const double value = lesson.features.row(row)[feature];
       double& least = cards[feature].support_min[range];
@@ -86,7 +86,7 @@ Fit fit_at(const Lesson& lesson, const PredictedError& predicted, std::size_t ra
   std::vector<double> labels, squares, residuals;
   for (std::size_t i = 0; i < lesson.sites.size(); ++i) {
     if (lesson.sites[i].has_label == 0 || lesson.sites[i].has_history != has_history) continue;
-    const double label = lesson.labels[i * lesson.range_count + range];
+    const double label = lesson.labels[lesson.shape().index(i, range)];
     const double residual = predicted.mean(i, range) - label;
     labels.push_back(label);
     residuals.push_back(residual * residual);
@@ -131,7 +131,7 @@ std::vector<StreetCard> street_cards(const Lesson& lesson, const PredictedError&
       std::vector<double> met, ranges, errors;
       for (const std::size_t i : cases) {
         const std::size_t range = choice.range_index[i];
-        errors.push_back(lesson.labels[i * lesson.range_count + range]);
+        errors.push_back(lesson.labels[lesson.shape().index(i, range)]);
         ranges.push_back(predicted.ranges_m[range]);
         met.push_back(errors.back() <= limit_m ? 1.0 : 0.0);
       }

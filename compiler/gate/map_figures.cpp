@@ -8,10 +8,6 @@
 namespace sightline {
 namespace {
 
-std::size_t chosen(const CompiledMap& map, std::size_t site, std::size_t limit) {
-  return map.ranges.range_index[site * map.ranges.promises.size() + limit];
-}
-
 std::optional<std::size_t> virtual_points(const CompiledMap& map) {
   const auto found = std::ranges::find(map.factors.factors, "virtual_points");
   if (found == map.factors.factors.end()) return std::nullopt;
@@ -23,7 +19,7 @@ std::optional<std::size_t> virtual_points(const CompiledMap& map) {
 std::vector<double> chosen_probabilities(const CompiledMap& map, std::size_t limit) {
   std::vector<double> values;
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
-    values.push_back(map.predicted.probability(site, chosen(map, site, limit), limit));
+    values.push_back(map.predicted.probability(site, map.ranges.range(site, limit), limit));
   }
   return values;
 }
@@ -38,9 +34,8 @@ std::vector<double> chosen_ranges_m(const CompiledMap& map, std::size_t limit) {
 
 std::vector<bool> unmet_sites(const CompiledMap& map, std::size_t limit) {
   std::vector<bool> is_unmet;
-  const std::size_t limits = map.ranges.promises.size();
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
-    is_unmet.push_back((map.ranges.flags[site * limits + limit] & kUnmet) != 0);
+    is_unmet.push_back((map.ranges.flags_of(site, limit) & kUnmet) != 0);
   }
   return is_unmet;
 }
@@ -61,7 +56,7 @@ std::optional<double> expected_work(const CompiledMap& map, std::size_t limit) {
   std::vector<double> at_longest;
   const std::size_t longest = map.ranges.ranges_m.size() - 1;
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
-    at_chosen.push_back(map.factors.at(site, chosen(map, site, limit), *column));
+    at_chosen.push_back(map.factors.at(site, map.ranges.range(site, limit), *column));
     at_longest.push_back(map.factors.at(site, longest, *column));
   }
   const double whole = ordered_sum(at_longest);

@@ -98,7 +98,7 @@ std::vector<Found> find_range_rise(const GateInput& input, const Threshold& thre
 }
 
 double chosen_probability(const CompiledMap& map, std::size_t site, std::size_t limit) {
-  const std::size_t range = map.ranges.range_index[site * map.ranges.promises.size() + limit];
+  const std::size_t range = map.ranges.range(site, limit);
   return map.predicted.probability(site, range, limit);
 }
 

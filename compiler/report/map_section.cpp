@@ -24,10 +24,7 @@ std::string number(double value) { return fixed(value, 2); }
 
 // One path for each stretch of sites of one range. y grows downwards: everything is drawn at -y.
 std::string route_paths(const CompiledMap& map, std::size_t limit, double width_m) {
-  const std::size_t limits = map.ranges.promises.size();
-  const auto range_of = [&](std::size_t site) {
-    return map.ranges.range_index[site * limits + limit];
-  };
+  const auto range_of = [&](std::size_t site) { return map.ranges.range(site, limit); };
   std::string svg;
   std::string path;
   for (std::size_t i = 0; i < map.sites.sites.size(); ++i) {

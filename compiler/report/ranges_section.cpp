@@ -1,6 +1,7 @@
 #include "compiler/report/along.h"
 #include "compiler/report/sections.h"
 #include "formats/picture/chart_svg.h"
+#include "formats/site_shape.h"
 
 // What the paper's section II shows: error and matching time for every static range.
 
@@ -36,11 +37,11 @@ std::string figure_five(const Evaluation& evaluation, const Sites& sites) {
   const Along along(evaluation, sites);
   Chart chart =
       route_chart("Localization error along the route for every range", "localization error (cm)");
-  const std::size_t ranges = evaluation.statics.size();
-  for (std::size_t range = 0; range < ranges; ++range) {
+  const SiteShape shape{evaluation.statics.size()};
+  for (std::size_t range = 0; range < shape.rows; ++range) {
     chart.series.push_back(along.series(
         metres(evaluation.statics[range].range_m), range_colour(range),
-        [&](std::size_t i) { return 100.0 * evaluation.error_m[i * ranges + range]; }));
+        [&](std::size_t i) { return 100.0 * evaluation.error_m[shape.index(i, range)]; }));
     chart.series.back().size_px = 1.2;
   }
   return html_figure(

@@ -15,11 +15,6 @@ constexpr double kTilePixel_m = 0.25;
 constexpr double kOverviewSide_px = 4096.0;
 constexpr double kOverviewFinest_m = 0.5;
 
-// The tile over which a point lies.
-TileKey tile_at(const Eigen::Vector3d& point_m, double tile_m) {
-  return {floor_to_int(point_m.x() / tile_m), floor_to_int(point_m.y() / tile_m)};
-}
-
 // Never fails: no raster here is without pixels.
 std::string png_base64(const GreyRaster& raster) {
   const Result<std::vector<std::byte>> file = encode_png(raster);
@@ -30,7 +25,7 @@ std::string png_base64(const GreyRaster& raster) {
 PageJson relief_tiles(const Surface& surface, const RoadHeight& road) {
   std::map<TileKey, std::vector<std::size_t>> patches;
   for (std::size_t i = 0; i < surface.patches.size(); ++i) {
-    patches[tile_at(surface.patches[i].centre_m, surface.tile_m)].push_back(i);
+    patches[tile_key(surface.patches[i].centre_m, surface.tile_m)].push_back(i);
   }
   PageJson tiles = PageJson::array();
   for (const auto& [key, indices] : patches) {
@@ -84,9 +79,8 @@ PageJson moved_json(const SurfacePoints& points, double tile_m) {
   // by accident.
   std::map<TileKey, std::map<std::pair<std::uint16_t, std::uint16_t>, std::uint8_t>> tiles;
   for (const CellKey& key : points.moved_voxels) {
-    const Eigen::Vector3d centre_m =
-        points.voxel_m * Eigen::Vector3d(key.x + 0.5, key.y + 0.5, key.z + 0.5);
-    const TileKey tile = tile_at(centre_m, tile_m);
+    const Eigen::Vector3d centre_m = cell_centre_m(key, points.voxel_m);
+    const TileKey tile = tile_key(centre_m, tile_m);
     const auto steps = [&](double at_m, std::int32_t tile_index) {
       return static_cast<std::uint16_t>((at_m - tile_index * tile_m) / points.voxel_m);
     };

@@ -1,10 +1,12 @@
 #include "examples/your_own_pass/clearance.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "compiler/base/parallel.h"
+#include "formats/grid/point_grid.h"
 
 namespace sightline {
 namespace {
@@ -14,16 +16,32 @@ bool is_wall(const Nd& nd) {
   return dimension_class(nd) == 2 && std::abs(nd.eigenvectors(2, 2)) <= kLevel;
 }
 
-double clearance_m(const std::vector<Eigen::Vector3d>& walls_m, const Site& site,
-                   const MeasureClearanceOptions& options) {
-  double nearest_m = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& wall_m : walls_m) {
-    const Eigen::Vector3d offset_m = wall_m - site.p_map_m;
-    if (offset_m.z() < options.lowest_m || offset_m.z() > options.highest_m) continue;
-    const double distance_m = offset_m.head<2>().norm();
-    if (distance_m <= options.reach_m) nearest_m = std::min(nearest_m, distance_m);
+// Walls by where they stand in the plane, and how high.
+struct Walls {
+  PointGrid places;
+  std::vector<double> heights_m;
+};
+
+Walls walls_of(const NdtMap& map) {
+  std::vector<Eigen::Vector3d> places_m;
+  std::vector<double> heights_m;
+  for (const Nd& nd : map.nds) {
+    if (!is_wall(nd)) continue;
+    places_m.emplace_back(nd.mean_m.x(), nd.mean_m.y(), 0.0);
+    heights_m.push_back(nd.mean_m.z());
   }
-  return nearest_m;
+  return {PointGrid(places_m), std::move(heights_m)};
+}
+
+double clearance_m(const Walls& walls, const Eigen::Vector3d& p_map_m,
+                   const MeasureClearanceOptions& options) {
+  const auto counts = [&](const NearPoint& wall) {
+    const double above_m = walls.heights_m[wall.index] - p_map_m.z();
+    return above_m >= options.lowest_m && above_m <= options.highest_m;
+  };
+  const std::optional<NearPoint> nearest =
+      walls.places.nearest({p_map_m.x(), p_map_m.y(), 0.0}, options.reach_m, counts);
+  return nearest ? nearest->distance_m : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -41,13 +59,10 @@ Result<SiteColumn> measure_clearance(PassContext& ctx, const MeasureClearanceOpt
   if (!(map.frame == sites.frame)) {
     return Error{ErrorCode::kMismatchedInputs, "sites and NDT map are in different frames", "", ""};
   }
-  std::vector<Eigen::Vector3d> walls_m;
-  for (const Nd& nd : map.nds) {
-    if (is_wall(nd)) walls_m.push_back(nd.mean_m);
-  }
+  const Walls walls = walls_of(map);
   SiteColumn column{"clearance_m", {}};
   column.values = parallel_map<double>(sites.sites.size(), ctx.threads, [&](std::size_t i) {
-    return clearance_m(walls_m, sites.sites[i], options);
+    return clearance_m(walls, sites.sites[i].p_map_m, options);
   });
   return column;
 }

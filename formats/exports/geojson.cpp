@@ -33,9 +33,8 @@ Json properties_of(const CompiledMap& map, std::size_t index) {
   const std::size_t limits = map.ranges.promises.size();
   for (std::size_t limit = 0; limit < limits; ++limit) {
     const std::string within = "_within_" + format_double(map.ranges.promises[limit].limit_m) + "_m";
-    const std::size_t choice = index * limits + limit;
-    const std::size_t range = map.ranges.range_index[choice];
-    const std::uint8_t flags = map.ranges.flags[choice];
+    const std::size_t range = map.ranges.range(index, limit);
+    const std::uint8_t flags = map.ranges.flags_of(index, limit);
     properties["range_m" + within] = map.ranges.ranges_m[range];
     properties["p" + within] = map.predicted.probability(index, range, limit);
     properties["error_m" + within] = map.predicted.mean(index, range);

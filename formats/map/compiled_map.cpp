@@ -95,12 +95,11 @@ LimitQuality quality_of_limit(const CompiledMap& map, const MeasuredError& measu
   std::vector<double> probabilities;
   std::size_t measured_count = 0;
   std::size_t within_count = 0;
-  const std::size_t limits = map.ranges.promises.size();
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
-    const std::size_t choice = site * limits + limit;
-    const std::size_t range = map.ranges.range_index[choice];
-    if ((map.ranges.flags[choice] & kUnmet) != 0) ++quality.unmet_count;
-    if ((map.ranges.flags[choice] & kExtrapolated) != 0) ++quality.extrapolated_count;
+    const std::size_t range = map.ranges.range(site, limit);
+    const std::uint8_t flags = map.ranges.flags_of(site, limit);
+    if ((flags & kUnmet) != 0) ++quality.unmet_count;
+    if ((flags & kExtrapolated) != 0) ++quality.extrapolated_count;
     ranges_m.push_back(map.ranges.ranges_m[range]);
     probabilities.push_back(map.predicted.probability(site, range, limit));
     if (site >= measured.scan_of_site.size() || measured.scan_of_site[site] < 0) continue;
@@ -144,10 +143,10 @@ Table dump(const CompiledMap& map) {
   }
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
     for (std::size_t limit = 0; limit < limits; ++limit) {
-      const std::size_t range = map.ranges.range_index[site * limits + limit];
+      const std::size_t range = map.ranges.range(site, limit);
       table.rows[site].emplace_back(map.ranges.ranges_m[range]);
       table.rows[site].emplace_back(map.predicted.probability(site, range, limit));
-      table.rows[site].emplace_back(std::int64_t{map.ranges.flags[site * limits + limit]});
+      table.rows[site].emplace_back(std::int64_t{map.ranges.flags_of(site, limit)});
     }
   }
   return table;

@@ -100,9 +100,8 @@ std::string describe_promise(const LimitPromise& promise) {
 
 std::string histogram(const CompiledMap& map, std::size_t limit) {
   std::vector<std::size_t> counts(map.ranges.ranges_m.size(), 0);
-  const std::size_t limits = map.ranges.promises.size();
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
-    ++counts[map.ranges.range_index[site * limits + limit]];
+    ++counts[map.ranges.range(site, limit)];
   }
   std::string text;
   constexpr double kWidth = 40.0;

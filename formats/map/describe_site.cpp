@@ -49,7 +49,7 @@ std::string describe_prediction(const CompiledMap& map, std::size_t site) {
 }
 
 std::size_t chosen_range(const CompiledMap& map, std::size_t site, std::size_t limit) {
-  return map.ranges.range_index[site * map.ranges.promises.size() + limit];
+  return map.ranges.range(site, limit);
 }
 
 double apart_m(const CompiledMap& map, std::size_t a, std::size_t b) {
@@ -91,7 +91,7 @@ std::string describe_own(const CompiledMap& map, std::size_t site, std::size_t l
 
 // The range that this site would have alone, and what made another of it.
 std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_t limit) {
-  const std::uint8_t flags = map.ranges.flags[site * map.ranges.promises.size() + limit];
+  const std::uint8_t flags = map.ranges.flags_of(site, limit);
   const std::optional<std::size_t> own = own_range(map.ranges, map.predicted, site, limit);
   const std::size_t chosen = chosen_range(map, site, limit);
   std::string text = describe_own(map, site, limit);

@@ -1,6 +1,7 @@
 #include "formats/map/diff_maps.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "formats/map/diff_facts.h"
@@ -96,8 +97,8 @@ NdChanges diff_nds(const TileNds& tile, double tolerance_m) {
 // Sites of an unchanged tile, which has a changed ND beside it.
 Result<void> add_unchanged(MapSide& after, std::uint32_t tile, const CommonLimits& limits,
                            ComparedSites& compared) {
-  SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, after.sites(tile));
-  for (const SiteRow& row : *rows) {
+  SIGHTLINE_ASSIGN(const TileSites* sites, after.sites(tile));
+  for (const SiteRow& row : sites->rows) {
     if (!compared.after.contains(row.site)) compared.after[row.site] = same_site(row, limits);
   }
   return {};
@@ -105,20 +106,17 @@ Result<void> add_unchanged(MapSide& after, std::uint32_t tile, const CommonLimit
 
 // The nearest site to an ND: of its own tile, else at most a tile away.
 Result<const SiteRow*> site_near(MapSide& after, const Eigen::Vector3d& mean_m,
-                                 const std::vector<SiteRow>& own, const CommonLimits& limits,
+                                 const TileSites& own, const CommonLimits& limits,
                                  ComparedSites& compared) {
-  const auto distance2_m2 = [&](const SiteRow& row) { return (row.p_m - mean_m).squaredNorm(); };
-  if (!own.empty()) {
-    return &*std::min_element(own.begin(), own.end(), [&](const SiteRow& a, const SiteRow& b) {
-      return distance2_m2(a) < distance2_m2(b);
-    });
-  }
+  constexpr double kAnywhere_m = std::numeric_limits<double>::infinity();
+  const std::optional<NearPoint> of_own = own.grid.nearest(mean_m, kAnywhere_m);
+  if (of_own) return &own.rows[of_own->index];
   const double tile_m = after.card().ndt.tile_m;
   SIGHTLINE_ASSIGN(const NearestSite nearest, after.nearest(mean_m, tile_m));
   if (nearest.row == nullptr) return nullptr;
   const Eigen::Vector3d& p_m = nearest.row->p_m;
-  const std::optional<std::uint32_t> tile =
-      find_tile(after.container(), floor_to_int(p_m.x() / tile_m), floor_to_int(p_m.y() / tile_m));
+  const TileKey key = tile_key(p_m, tile_m);
+  const std::optional<std::uint32_t> tile = find_tile(after.container(), key.x, key.y);
   if (!tile) return nullptr;
   SIGHTLINE_TRY(add_unchanged(after, *tile, limits, compared));
   return nearest.row;
@@ -134,16 +132,16 @@ void count(NdChange change, NdCounts& counts) {
 Result<NdsBySite> compare_nds(MapSide& before, MapSide& after, const std::vector<TilePair>& tiles,
                               const GridShift& shift, ComparedSites& compared, MapDiff& diff) {
   const CommonLimits limits = common_limits(before.card(), after.card());
-  const std::vector<SiteRow> no_sites;
+  const TileSites no_sites;
   NdsBySite by_site;
   NdCounts all;
   for (const TilePair& pair : tiles) {
     if (pair.has_same_nds) continue;
     SIGHTLINE_ASSIGN(const TileNds tile, read_nds(before, after, pair, shift));
-    const std::vector<SiteRow>* own = &no_sites;
+    const TileSites* own = &no_sites;
     if (pair.after) {
-      SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, after.sites(*pair.after));
-      own = rows;
+      SIGHTLINE_ASSIGN(const TileSites* sites, after.sites(*pair.after));
+      own = sites;
     }
     NdChanges changes = diff_nds(tile, diff.options.tolerance_m);
     for (const Eigen::Vector3d& mean_m : changes.stayed_m) {

@@ -133,16 +133,16 @@ Result<ComparedSites> compare_sites(MapSide& before, MapSide& after,
     const bool is_same = pair.has_same_sites && same_terms;
     if (is_same && pair.has_same_nds) continue;
     if (pair.after) {
-      SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, after.sites(*pair.after));
-      for (const SiteRow& row : *rows) {
+      SIGHTLINE_ASSIGN(const TileSites* sites, after.sites(*pair.after));
+      for (const SiteRow& row : sites->rows) {
         SIGHTLINE_ASSIGN(ComparedSite site, is_same ? Result<ComparedSite>(same_site(row, limits))
                                             : compare_site(row, to_before_m, before, limits));
         compared.after[row.site] = std::move(site);
       }
     }
     if (!pair.before || is_same) continue;
-    SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, before.sites(*pair.before));
-    for (const SiteRow& row : *rows) {
+    SIGHTLINE_ASSIGN(const TileSites* sites, before.sites(*pair.before));
+    for (const SiteRow& row : sites->rows) {
       SIGHTLINE_ASSIGN(const NearestSite now, after.nearest(row.p_m - to_before_m, after.card().reach_m));
       if (now.row == nullptr) compared.only_before[row.site] = &row;
     }

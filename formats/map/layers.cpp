@@ -21,17 +21,14 @@ T load(std::span<const std::byte> bytes, std::uint64_t column, std::uint64_t i) 
   return value;
 }
 
-double centre_m(std::int32_t key, double cell_m) {
-  return (static_cast<double>(key) + 0.5) * cell_m;
-}
-
 double mean_m(std::int32_t units, std::int32_t key, double cell_m) {
-  return centre_m(key, cell_m) + static_cast<double>(units) * kMeanUnit_m;
+  return cell_centre_m(key, cell_m) + static_cast<double>(units) * kMeanUnit_m;
 }
 
 // The nearest whole number of units that keeps the mean inside its cell.
 std::int32_t mean_units(double mean, std::int32_t key, double cell_m) {
-  auto units = static_cast<std::int32_t>(std::lround((mean - centre_m(key, cell_m)) / kMeanUnit_m));
+  auto units =
+      static_cast<std::int32_t>(std::lround((mean - cell_centre_m(key, cell_m)) / kMeanUnit_m));
   while (floor_to_int(mean_m(units, key, cell_m) / cell_m) != key) units -= units > 0 ? 1 : -1;
   return units;
 }
@@ -42,10 +39,6 @@ struct Entry {
   int column;
 };
 constexpr std::array<Entry, 6> kTriangle = {{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
-
-TileKey tile_of_point(const Eigen::Vector3d& p_m, double tile_m) {
-  return {floor_to_int(p_m.x() / tile_m), floor_to_int(p_m.y() / tile_m)};
-}
 
 Error bad(ErrorCode code, const char* message, std::uint64_t row) {
   return {code, message, "", "row " + std::to_string(row)};
@@ -134,7 +127,7 @@ std::vector<TileRows> tiles_of(const CompiledMap& map) {
         static_cast<std::uint32_t>(i));
   }
   for (std::size_t i = 0; i < map.sites.sites.size(); ++i) {
-    tiles[tile_of_point(map.sites.sites[i].p_map_m, map.ndt.tile_m)].sites.push_back(
+    tiles[tile_key(map.sites.sites[i].p_map_m, map.ndt.tile_m)].sites.push_back(
         static_cast<std::uint32_t>(i));
   }
   std::vector<TileRows> sorted;
@@ -219,7 +212,7 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
     const Eigen::Vector3d& p_m = map.sites.sites[id].p_map_m;
     constexpr double kGridReach = 0x1.0p30;
     if (!p_m.allFinite() || p_m.cwiseAbs().maxCoeff() >= kGridReach * map.ndt.tile_m ||
-        tile_of_point(p_m, map.ndt.tile_m) != key) {
+        tile_key(p_m, map.ndt.tile_m) != key) {
       return bad_site(ErrorCode::kBadOrder, "a site lies in another tile", row, id);
     }
     load_columns(raw, layout.range_index, row, limits, id, map.ranges.range_index);

@@ -232,10 +232,10 @@ void MapDecoder::make_room() {
   is_filled_.resize(sites);
   map_.sites.sites.resize(sites);
   map_.ranges.site_count = map_.predicted.site_count = static_cast<std::uint32_t>(sites);
-  map_.ranges.range_index.resize(sites * limits);
-  map_.ranges.flags.resize(sites * limits);
-  map_.predicted.mean_m.resize(sites * ranges);
-  map_.predicted.within_probability.resize(sites * ranges * limits);
+  map_.ranges.range_index.resize(map_.ranges.shape().size(sites));
+  map_.ranges.flags.resize(map_.ranges.shape().size(sites));
+  map_.predicted.mean_m.resize(map_.predicted.mean_shape().size(sites));
+  map_.predicted.within_probability.resize(map_.predicted.probability_shape().size(sites));
   map_.predicted.extrapolated.resize(sites);
   map_.predicted.out_of_fold.resize(sites);
   map_.predicted.has_history.resize(sites);
@@ -251,7 +251,7 @@ void MapDecoder::expect_factors() {
   map_.factors.ranges_m = map_.ranges.ranges_m;
   map_.factors.factors.resize(names->row_count());
   map_.factors.site_count = map_.ranges.site_count;
-  map_.factors.values.resize(is_filled_.size() * map_.ranges.ranges_m.size() * names->row_count());
+  map_.factors.values.resize(map_.factors.shape().size(is_filled_.size()));
 }
 
 Result<CompiledMap> MapDecoder::run() {

@@ -32,6 +32,8 @@ Result<SiteRow> load_site(std::span<const std::byte> raw, const RangeLayout& lay
                           std::uint64_t row, const CompiledMap& card) {
   const std::size_t limits = card.ranges.promises.size();
   const std::size_t ranges = card.ranges.ranges_m.size();
+  const SiteShape choices = card.ranges.shape();
+  const SiteShape probabilities{ranges, limits};
   SiteRow site;
   site.site = load<std::uint32_t>(raw, layout.site, row);
   site.run = load<std::uint32_t>(raw, layout.run, row);
@@ -39,15 +41,16 @@ Result<SiteRow> load_site(std::span<const std::byte> raw, const RangeLayout& lay
   site.p_m = {load<double>(raw, layout.p_x, row), load<double>(raw, layout.p_y, row),
               load<double>(raw, layout.p_z, row)};
   for (std::size_t limit = 0; limit < limits; ++limit) {
-    const std::size_t range = load<std::uint8_t>(raw, layout.range_index, row * limits + limit);
+    const std::size_t range =
+        load<std::uint8_t>(raw, layout.range_index, choices.index(row, limit));
     if (range >= ranges || !site.p_m.allFinite() || !std::isfinite(site.s_m)) {
       return Error{ErrorCode::kBadLayer, "a site lies nowhere or has a range that the map has not",
                    "", "row " + std::to_string(row)};
     }
     site.answers.push_back(
         {card.ranges.ranges_m[range],
-         load<double>(raw, layout.probability, (row * ranges + range) * limits + limit),
-         load<std::uint8_t>(raw, layout.range_flags, row * limits + limit), 0.0});
+         load<double>(raw, layout.probability, probabilities.index(row, range, limit)),
+         load<std::uint8_t>(raw, layout.range_flags, choices.index(row, limit)), 0.0});
   }
   return site;
 }
@@ -100,19 +103,21 @@ Result<void> MapSide::add_virtual_points(std::uint32_t tile,
   if (block == nullptr || block->version() != kFactorLayerVersion) return {};
   SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, raw_bytes(*block));
   const std::uint64_t ranges = card_.ranges.ranges_m.size();
+  const SiteShape shape{ranges, factor_count_};
   const std::uint64_t values = aligned(4 * rows.size());
   if (block->row_count() != rows.size() ||
-      raw.size() != aligned(values + 8 * rows.size() * ranges * factor_count_)) {
+      raw.size() != aligned(values + 8 * shape.size(rows.size()))) {
     return Error{ErrorCode::kBadLayer, "the layer has not the size that its sites need", "", ""};
   }
   for (std::uint64_t row = 0; row < rows.size(); ++row) {
     const auto points_at = [&](std::uint64_t range) {
-      return load<double>(raw, values, (row * ranges + range) * factor_count_ + *virtual_points_);
+      return load<double>(raw, values, shape.index(row, range, *virtual_points_));
     };
     rows[row].longest_virtual_points = points_at(ranges - 1);
     const std::size_t limits = rows[row].answers.size();
     for (std::size_t limit = 0; limit < limits; ++limit) {
-      rows[row].answers[limit].virtual_points = points_at(range_index[row * limits + limit]);
+      rows[row].answers[limit].virtual_points =
+          points_at(range_index[card_.ranges.shape().index(row, limit)]);
     }
   }
   return {};
@@ -153,7 +158,7 @@ Result<std::vector<Nd>> MapSide::nds(std::uint32_t tile) {
   return std::move(ndt.nds);
 }
 
-Result<const std::vector<SiteRow>*> MapSide::sites(std::uint32_t tile) {
+Result<const TileSites*> MapSide::sites(std::uint32_t tile) {
   const auto known = sites_.find(tile);
   if (known != sites_.end()) return &known->second;
   std::vector<SiteRow> rows;
@@ -173,7 +178,9 @@ Result<const std::vector<SiteRow>*> MapSide::sites(std::uint32_t tile) {
     const Result<void> added = add_virtual_points(tile, indices, rows);
     if (!added) return at_layer(added.error(), tile_key(tile), kFactorLayer);
   }
-  return &(sites_[tile] = std::move(rows));
+  std::vector<Eigen::Vector3d> places_m;
+  for (const SiteRow& row : rows) places_m.push_back(row.p_m);
+  return &sites_.emplace(tile, TileSites{std::move(rows), PointGrid(places_m)}).first->second;
 }
 
 Result<void> MapSide::search(TileKey key, const Eigen::Vector3d& p_m, double most_m,
@@ -183,14 +190,13 @@ Result<void> MapSide::search(TileKey key, const Eigen::Vector3d& p_m, double mos
   if (gap > (nearest.row == nullptr ? most_m : nearest.distance_m)) return {};
   const std::optional<std::uint32_t> tile = find_tile(container_, key.x, key.y);
   if (!tile) return {};
-  SIGHTLINE_ASSIGN(const std::vector<SiteRow>* rows, sites(*tile));
-  for (const SiteRow& row : *rows) {
-    const double distance_m = (row.p_m - p_m).norm();
-    if (distance_m > most_m) continue;
-    const bool is_nearer = nearest.row == nullptr || distance_m < nearest.distance_m ||
-                           (distance_m == nearest.distance_m && row.site < nearest.row->site);
-    if (is_nearer) nearest = {&row, distance_m};
-  }
+  SIGHTLINE_ASSIGN(const TileSites* of_tile, sites(*tile));
+  const std::optional<NearPoint> found = of_tile->grid.nearest(p_m, most_m);
+  if (!found) return {};
+  const SiteRow& row = of_tile->rows[found->index];
+  const bool is_nearer = nearest.row == nullptr || found->distance_m < nearest.distance_m ||
+                         (found->distance_m == nearest.distance_m && row.site < nearest.row->site);
+  if (is_nearer) nearest = {&row, found->distance_m};
   return {};
 }
 
@@ -200,7 +206,7 @@ Result<NearestSite> MapSide::nearest(const Eigen::Vector3d& p_m, double most_m) 
   // Beyond this no tile can be: keys are 32 bits wide.
   constexpr double kFarthestTile = 0x1.0p30;
   if (p_m.head<2>().cwiseAbs().maxCoeff() > kFarthestTile * tile_m) return nearest;
-  const TileKey own{floor_to_int(p_m.x() / tile_m), floor_to_int(p_m.y() / tile_m)};
+  const TileKey own = sightline::tile_key(p_m, tile_m);  // not that of a tile by its number
   // The own tile first: what it finds spares most of its neighbours.
   SIGHTLINE_TRY(search(own, p_m, most_m, nearest));
   for (std::int32_t dx = -1; dx <= 1; ++dx) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/grid/point_grid.h"
 #include "formats/map/compiled_map.h"
 #include "formats/reader/map_container.h"
 
@@ -32,6 +33,12 @@ struct SiteRow {
   double longest_virtual_points = 0.0;            // at the longest range
 };
 
+// The sites of one tile, and where to look for the nearest of them.
+struct TileSites {
+  std::vector<SiteRow> rows;
+  PointGrid grid;  // of the rows
+};
+
 struct NearestSite {
   const SiteRow* row = nullptr;  // none near enough
   double distance_m = 0.0;
@@ -55,7 +62,7 @@ class MapSide {
   // Errors: checksum-mismatch, too-large, bad-layer, bad-order.
   Result<std::vector<Nd>> nds(std::uint32_t tile);
   // Kept, so that a layer is read once. Errors: checksum-mismatch, bad-layer.
-  Result<const std::vector<SiteRow>*> sites(std::uint32_t tile);
+  Result<const TileSites*> sites(std::uint32_t tile);
 
   // The site nearest to a place in map coordinates, at most `most_m` away, which is at most a tile;
   // of sites equally near the one with the lower number.
@@ -71,7 +78,7 @@ class MapSide {
 
   MapContainer container_;
   CompiledMap card_;
-  std::map<std::uint32_t, std::vector<SiteRow>> sites_;  // by tile
+  std::map<std::uint32_t, TileSites> sites_;  // by tile
   std::uint64_t bytes_read_ = 0;
   std::uint64_t factor_count_ = 0;
   std::optional<std::uint64_t> virtual_points_;  // column of the factor layers

@@ -132,14 +132,12 @@ std::vector<std::byte> renumbered(std::span<const std::byte> raw, std::uint64_t 
 }
 
 void make_room(std::size_t sites, CompiledMap& map) {
-  const std::size_t ranges = map.ranges.ranges_m.size();
-  const std::size_t limits = map.ranges.promises.size();
   map.sites.sites.resize(sites);
   map.ranges.site_count = map.predicted.site_count = static_cast<std::uint32_t>(sites);
-  map.ranges.range_index.resize(sites * limits);
-  map.ranges.flags.resize(sites * limits);
-  map.predicted.mean_m.resize(sites * ranges);
-  map.predicted.within_probability.resize(sites * ranges * limits);
+  map.ranges.range_index.resize(map.ranges.shape().size(sites));
+  map.ranges.flags.resize(map.ranges.shape().size(sites));
+  map.predicted.mean_m.resize(map.predicted.mean_shape().size(sites));
+  map.predicted.within_probability.resize(map.predicted.probability_shape().size(sites));
   map.predicted.extrapolated.resize(sites);
   map.predicted.out_of_fold.resize(sites);
   map.predicted.has_history.resize(sites);
@@ -189,7 +187,7 @@ Result<void> decode_factors(const MapContainer& container, const std::vector<Fou
   factors.site_count = map.ranges.site_count;
   factors.factors.resize(std::min(names.row_count, kMostFactors));
   SIGHTLINE_TRY(decode_factor_names(text.bytes(), factors));
-  factors.values.resize(ids.size() * factors.ranges_m.size() * factors.factors.size());
+  factors.values.resize(factors.shape().size(ids.size()));
   std::vector<bool> is_filled(ids.size());
   for (const FoundTile& tile : tiles) {
     const PackedBlock* layer = find_layer(tile, kFactorLayer);

@@ -69,8 +69,7 @@ Result<Raster> points_picture(const SurfacePoints& points) {
     for (const Eigen::Vector3d& point_m : points_m) ++canvas.standing[canvas.pixel_of(point_m)];
   }
   for (const CellKey& key : points.moved_voxels) {
-    const Eigen::Vector3d at_m(key.x + 0.5, key.y + 0.5, key.z + 0.5);
-    const Eigen::Vector3d centre_m = points.voxel_m * at_m;
+    const Eigen::Vector3d centre_m = cell_centre_m(key, points.voxel_m);
     if (box.contains(centre_m.head<2>())) canvas.is_removed[canvas.pixel_of(centre_m)] = true;
   }
   Raster raster(canvas.width, canvas.height, kPaper);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
-#include <utility>
 
 namespace sightline {
 namespace {
@@ -41,41 +41,21 @@ void draw_patch(const SurfacePatch& patch, double road_m, const MapBox& box, dou
 }  // namespace
 
 RoadHeight::RoadHeight(const Sites& sites, double sensor_height_m) {
-  std::set<std::pair<double, double>> taken;
+  std::set<TileKey> taken;
+  std::vector<Eigen::Vector3d> places_m;
   for (const Site& site : sites.sites) {
     const Eigen::Vector3d& p_m = site.p_map_m;
-    const std::pair cell(std::floor(p_m.x() / kSpotCell_m), std::floor(p_m.y() / kSpotCell_m));
-    if (!taken.insert(cell).second) continue;
-    spots_.push_back({p_m.x(), p_m.y(), p_m.z() - sensor_height_m});
+    if (!taken.insert(tile_key(p_m, kSpotCell_m)).second) continue;
+    places_m.emplace_back(p_m.x(), p_m.y(), 0.0);
+    heights_m_.push_back(p_m.z() - sensor_height_m);
   }
-  std::stable_sort(spots_.begin(), spots_.end(),
-                   [](const Spot& a, const Spot& b) { return a.x_m < b.x_m; });
+  places_ = PointGrid(places_m, kSpotCell_m);
 }
 
 double RoadHeight::at(double x_m, double y_m) const {
-  if (spots_.empty()) return 0.0;
-  double best_m2 = std::numeric_limits<double>::infinity();
-  double z_m = 0.0;
-  const auto consider = [&](const Spot& spot) {
-    const double apart_m2 =
-        (spot.x_m - x_m) * (spot.x_m - x_m) + (spot.y_m - y_m) * (spot.y_m - y_m);
-    if (apart_m2 >= best_m2) return;
-    best_m2 = apart_m2;
-    z_m = spot.z_m;
-  };
-  // To both sides from x_m, until x alone is farther than the best.
-  const auto middle = std::lower_bound(spots_.begin(), spots_.end(), x_m,
-                                       [](const Spot& spot, double x) { return spot.x_m < x; });
-  for (auto right = middle; right != spots_.end(); ++right) {
-    if ((right->x_m - x_m) * (right->x_m - x_m) >= best_m2) break;
-    consider(*right);
-  }
-  for (auto left = middle; left != spots_.begin();) {
-    --left;
-    if ((left->x_m - x_m) * (left->x_m - x_m) >= best_m2) break;
-    consider(*left);
-  }
-  return z_m;
+  const std::optional<NearPoint> nearest =
+      places_.nearest({x_m, y_m, 0.0}, std::numeric_limits<double>::infinity());
+  return nearest ? heights_m_[nearest->index] : 0.0;
 }
 
 GreyRaster relief_picture(const Surface& surface, const std::vector<std::size_t>& patches,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "formats/grid/point_grid.h"
 #include "formats/picture/ndt_picture.h"
 #include "formats/picture/raster.h"
 #include "formats/sites.h"
@@ -20,7 +21,8 @@ inline double relief_height_m(std::uint8_t value) {
   return kReliefLowest_m + kReliefStep_m * (value - 1);
 }
 
-// A height of the road near each place: that of the nearest site, less the sensor's height.
+// A height of the road near each place: that of the nearest site, less the sensor's height. Of two
+// sites equally near, the earlier one.
 class RoadHeight {
  public:
   RoadHeight(const Sites& sites, double sensor_height_m);
@@ -28,12 +30,9 @@ class RoadHeight {
   [[nodiscard]] double at(double x_m, double y_m) const;
 
  private:
-  struct Spot {
-    double x_m = 0.0;
-    double y_m = 0.0;
-    double z_m = 0.0;
-  };
-  std::vector<Spot> spots_;  // one for each cell of a coarse grid that has a site, ascending x
+  // One for each cell of a coarse grid that has a site.
+  PointGrid places_;
+  std::vector<double> heights_m_;
 };
 
 // The box in pixels of pixel_m, north up. `patches` are indices into the surface's.

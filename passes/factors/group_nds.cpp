@@ -25,9 +25,8 @@ std::vector<Nd> nds_within(double reach_m, const NdtMap& map, const TileIndex& i
     low_m = low_m.cwiseMin(site.p_map_m);
     high_m = high_m.cwiseMax(site.p_map_m);
   }
-  // Cells as large as tiles have the keys of tiles.
-  const CellKey low = cell_key(low_m.array() - reach_m, map.tile_m);
-  const CellKey high = cell_key(high_m.array() + reach_m, map.tile_m);
+  const TileKey low = tile_key(low_m.array() - reach_m, map.tile_m);
+  const TileKey high = tile_key(high_m.array() + reach_m, map.tile_m);
   std::vector<Nd> found;
   for (std::int32_t x = low.x; x <= high.x; ++x) {
     for (std::int32_t y = low.y; y <= high.y; ++y) {

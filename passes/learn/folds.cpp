@@ -1,9 +1,11 @@
 #include "passes/learn/folds.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
+
+#include "formats/grid/point_grid.h"
 
 namespace sightline {
 namespace {
@@ -18,33 +20,16 @@ Error too_short(double labelled_route_m, double block_m) {
           "", ""};
 }
 
-// The sites of one block, and the box around them.
-struct Block {
-  std::vector<std::size_t> sites;
-  Eigen::AlignedBox3d box_world_m;
-};
-
-std::vector<Block> blocks_of_fold(const std::vector<TrainedSite>& sites, const Folds& folds,
-                                  std::uint32_t fold) {
-  std::vector<Block> blocks(folds.block_count());
-  for (std::size_t i = 0; i < sites.size(); ++i) {
-    if (folds.fold_of_block[sites[i].block] != fold) continue;
-    blocks[sites[i].block].sites.push_back(i);
-    blocks[sites[i].block].box_world_m.extend(sites[i].p_world_m);
+// The sites of a fold, place by place.
+std::map<std::uint32_t, PointGrid> grids_of_fold(const std::vector<TrainedSite>& sites,
+                                                 const Folds& folds, std::uint32_t fold) {
+  std::map<std::uint32_t, std::vector<Eigen::Vector3d>> points_m;
+  for (const TrainedSite& site : sites) {
+    if (folds.fold_of_block[site.block] == fold) points_m[site.place].push_back(site.p_world_m);
   }
-  std::erase_if(blocks, [](const Block& block) { return block.sites.empty(); });
-  return blocks;
-}
-
-bool is_near(const TrainedSite& site, const std::vector<TrainedSite>& sites, const Block& block,
-             double buffer_m) {
-  if (sites[block.sites.front()].place != site.place ||
-      block.box_world_m.exteriorDistance(site.p_world_m) > buffer_m) {
-    return false;
-  }
-  return std::ranges::any_of(block.sites, [&](std::size_t other) {
-    return (sites[other].p_world_m - site.p_world_m).norm() <= buffer_m;
-  });
+  std::map<std::uint32_t, PointGrid> grids;
+  for (const auto& [place, of_place_m] : points_m) grids.emplace(place, PointGrid(of_place_m));
+  return grids;
 }
 
 }  // namespace
@@ -83,15 +68,14 @@ void deal_blocks(std::uint32_t most_folds, Folds& folds) {
 
 std::vector<std::uint8_t> sites_near_fold(const std::vector<TrainedSite>& sites, const Folds& folds,
                                           std::uint32_t fold, double buffer_m) {
-  const std::vector<Block> blocks = blocks_of_fold(sites, folds, fold);
+  const std::map<std::uint32_t, PointGrid> grids = grids_of_fold(sites, folds, fold);
   std::vector<std::uint8_t> near(sites.size(), 0);
   for (std::size_t i = 0; i < sites.size(); ++i) {
     const bool is_in_fold = folds.fold_of_block[sites[i].block] == fold;
-    near[i] = is_in_fold || std::ranges::any_of(blocks, [&](const Block& block) {
-                return is_near(sites[i], sites, block, buffer_m);
-              })
-                  ? 1
-                  : 0;
+    const auto of_place = grids.find(sites[i].place);
+    const bool is_near =
+        of_place != grids.end() && of_place->second.nearest(sites[i].p_world_m, buffer_m);
+    near[i] = is_in_fold || is_near ? 1 : 0;
   }
   return near;
 }

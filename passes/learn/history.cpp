@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <utility>
 
 #include "compiler/base/check.h"
 #include "compiler/base/parallel.h"
 #include "compiler/base/portable_math.h"
+#include "formats/grid/point_grid.h"
 
 namespace sightline {
 namespace {
@@ -28,48 +27,26 @@ constexpr double kNotMeasured = -1.0;
 
 double log_error(double error_m) { return portable_log(std::max(error_m, kLeastError_m)); }
 
-// Sites that the drive measured, by square of kReach_m, so that neighbours are found without
-// looking at all of them.
-class MeasuredPlaces {
- public:
-  MeasuredPlaces(const Sites& sites, const MeasuredError& measured) : sites_(sites) {
-    for (std::size_t site = 0; site < sites.sites.size(); ++site) {
-      if (measured.scan_of_site[site] >= 0) squares_[square_of(site)].push_back(site);
+// Of each site, those that the drive measured within kReach_m, the nearest first, the lower index on
+// a tie.
+std::vector<std::vector<std::size_t>> measured_near(const Sites& sites,
+                                                    const MeasuredError& measured) {
+  std::vector<std::size_t> known;
+  std::vector<Eigen::Vector3d> places_m;
+  for (std::size_t site = 0; site < sites.sites.size(); ++site) {
+    if (measured.scan_of_site[site] < 0) continue;
+    known.push_back(site);
+    places_m.push_back(sites.sites[site].p_map_m);
+  }
+  const PointGrid grid(places_m);
+  std::vector<std::vector<std::size_t>> near(sites.sites.size());
+  for (std::size_t site = 0; site < sites.sites.size(); ++site) {
+    for (const NearPoint& point : grid.within(sites.sites[site].p_map_m, kReach_m)) {
+      near[site].push_back(known[point.index]);
     }
   }
-
-  // Those within kReach_m in three dimensions, the nearest first, the lower index on a tie.
-  [[nodiscard]] std::vector<std::size_t> near(std::size_t site) const {
-    std::vector<std::pair<double, std::size_t>> found;
-    const auto [column, row] = square_of(site);
-    for (std::int64_t x = column - 1; x <= column + 1; ++x) {
-      for (std::int64_t y = row - 1; y <= row + 1; ++y) {
-        const auto square = squares_.find({x, y});
-        if (square == squares_.end()) continue;
-        for (const std::size_t other : square->second) {
-          const double distance_m =
-              (sites_.sites[other].p_map_m - sites_.sites[site].p_map_m).norm();
-          if (distance_m <= kReach_m) found.emplace_back(distance_m, other);
-        }
-      }
-    }
-    std::sort(found.begin(), found.end());
-    std::vector<std::size_t> order;
-    for (const auto& [distance_m, other] : found) order.push_back(other);
-    return order;
-  }
-
- private:
-  using Square = std::pair<std::int64_t, std::int64_t>;
-  [[nodiscard]] Square square_of(std::size_t site) const {
-    const Eigen::Vector3d& p_m = sites_.sites[site].p_map_m;
-    return {static_cast<std::int64_t>(std::floor(p_m.x() / kReach_m)),
-            static_cast<std::int64_t>(std::floor(p_m.y() / kReach_m))};
-  }
-
-  const Sites& sites_;
-  std::map<Square, std::vector<std::size_t>> squares_;
-};
+  return near;
+}
 
 // In the order of history_features(). `near` is not empty.
 std::vector<double> describe(const MeasuredError& measured, const std::vector<std::size_t>& near,
@@ -113,21 +90,20 @@ bool is_history_feature(const std::string& name) {
 
 History history_of(const Sites& sites, const MeasuredError& measured) {
   SIGHTLINE_CHECK(measured.scan_of_site.size() == sites.sites.size());
-  const MeasuredPlaces places(sites, measured);
+  const std::vector<std::vector<std::size_t>> near_of = measured_near(sites, measured);
   const std::size_t range_count = measured.ranges_m.size();
-  const std::size_t feature_count = history_features().size();
+  const SiteShape shape{range_count, history_features().size()};
   History history;
   history.is_known.assign(sites.sites.size(), 0);
-  history.values.assign(sites.sites.size() * range_count * feature_count, 0.0F);
+  history.values.assign(shape.size(sites.sites.size()), 0.0F);
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
-    const std::vector<std::size_t> near = places.near(site);
+    const std::vector<std::size_t>& near = near_of[site];
     if (near.empty()) continue;
     history.is_known[site] = 1;
     for (std::size_t range = 0; range < range_count; ++range) {
       const std::vector<double> values = describe(measured, near, range);
       std::transform(values.begin(), values.end(),
-                     history.values.begin() + static_cast<std::ptrdiff_t>(
-                                                  (site * range_count + range) * feature_count),
+                     history.values.begin() + static_cast<std::ptrdiff_t>(shape.index(site, range)),
                      [](double value) { return static_cast<float>(value); });
     }
   }
@@ -139,12 +115,12 @@ FactorTable with_measured_columns(const FactorTable& factors, const MeasuredErro
   for (const MeasuredColumn& column : kMeasuredColumns) table.factors.emplace_back(column.name);
   table.values.clear();
   const std::size_t factor_count = factors.factors.size();
-  const std::size_t range_count = factors.ranges_m.size();
-  for (std::size_t row = 0; row < factors.site_count * range_count; ++row) {
+  const SiteShape shape{factors.ranges_m.size()};
+  for (std::size_t row = 0; row < shape.size(factors.site_count); ++row) {
     const auto values = factors.values.begin() + static_cast<std::ptrdiff_t>(row * factor_count);
     table.values.insert(table.values.end(), values,
                         values + static_cast<std::ptrdiff_t>(factor_count));
-    const bool is_measured = measured.scan_of_site[row / range_count] >= 0;
+    const bool is_measured = measured.scan_of_site[shape.site_of(row)] >= 0;
     for (const MeasuredColumn& column : kMeasuredColumns) {
       table.values.push_back(is_measured ? measured.rows[row].*column.number : kNotMeasured);
     }
@@ -156,15 +132,16 @@ std::optional<MeasuredError> measured_of_columns(const FactorTable& factors) {
   MeasuredError measured;
   measured.ranges_m = factors.ranges_m;
   measured.scan_of_site.assign(factors.site_count, 0);
-  measured.rows.resize(factors.site_count * factors.ranges_m.size());
+  measured.rows.resize(measured.shape().size(factors.site_count));
+  const SiteShape shape = measured.shape();
   for (const MeasuredColumn& column : kMeasuredColumns) {
     const auto found = std::ranges::find(factors.factors, column.name);
     if (found == factors.factors.end()) return std::nullopt;
     const auto factor = static_cast<std::size_t>(found - factors.factors.begin());
     for (std::size_t row = 0; row < measured.rows.size(); ++row) {
-      const double value = factors.values[row * factors.factors.size() + factor];
+      const double value = factors.at(shape.site_of(row), shape.row_of(row), factor);
       measured.rows[row].*column.number = value;
-      if (value == kNotMeasured) measured.scan_of_site[row / factors.ranges_m.size()] = -1;
+      if (value == kNotMeasured) measured.scan_of_site[shape.site_of(row)] = -1;
     }
   }
   return measured;

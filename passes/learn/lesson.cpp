@@ -157,12 +157,12 @@ LabelledRows labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>
   for (std::size_t site = 0; site < lesson.sites.size(); ++site) {
     if (lesson.sites[site].has_label == 1 && leave_out[site] == 0) sites.push_back(site);
   }
-  const std::size_t row_count = sites.size() * lesson.range_count;
+  const std::size_t row_count = lesson.shape().size(sites.size());
   const std::size_t stride = std::max<std::size_t>(1, (row_count + most_rows - 1) / most_rows);
   LabelledRows training;
   for (std::size_t i = 0; i < sites.size(); i += stride) {
     for (std::size_t range = 0; range < lesson.range_count; ++range) {
-      const std::size_t row = sites[i] * lesson.range_count + range;
+      const std::size_t row = lesson.shape().index(sites[i], range);
       training.rows.push_back(static_cast<std::uint32_t>(row));
       training.labels.push_back(lesson.labels[row]);
     }

@@ -38,6 +38,8 @@ struct Lesson {
   std::vector<PlaceCard> places;
   bool holds_out_places = false;
   bool knows_history = false;  // some place was driven twice
+
+  [[nodiscard]] SiteShape shape() const { return {range_count}; }
 };
 
 // Errors: those of validate(DrivenPlaces), gather_features and cut_route.

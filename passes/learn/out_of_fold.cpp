@@ -21,7 +21,7 @@ std::vector<std::uint32_t> rows_of_fold(const Lesson& lesson, std::uint32_t fold
   for (std::size_t site = 0; site < lesson.sites.size(); ++site) {
     if (lesson.folds.fold_of_block[lesson.sites[site].block] != fold) continue;
     for (std::size_t range = 0; range < lesson.range_count; ++range) {
-      rows.push_back(static_cast<std::uint32_t>(site * lesson.range_count + range));
+      rows.push_back(static_cast<std::uint32_t>(lesson.shape().index(site, range)));
     }
   }
   return rows;
@@ -31,7 +31,7 @@ double squared_error(const Lesson& lesson, const std::vector<std::uint32_t>& row
                      const std::vector<double>& mean) {
   std::vector<double> squares(rows.size(), 0.0);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (lesson.sites[rows[i] / lesson.range_count].has_label == 0) continue;
+    if (lesson.sites[lesson.shape().site_of(rows[i])].has_label == 0) continue;
     const double residual = mean[i] - lesson.labels[rows[i]];
     squares[i] = residual * residual;
   }
@@ -90,7 +90,7 @@ struct FoldSums {
 
 std::size_t labelled_count(const Lesson& lesson, const std::vector<std::uint32_t>& rows) {
   return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [&](std::uint32_t row) {
-    return lesson.sites[row / lesson.range_count].has_label == 1;
+    return lesson.sites[lesson.shape().site_of(row)].has_label == 1;
   }));
 }
 
@@ -126,10 +126,9 @@ std::vector<double> rmse_rises(const FoldSums& sums) {
 
 PredictedError sized_for(const std::vector<TrainedSite>& sites, PredictedError predicted) {
   const std::size_t site_count = sites.size();
-  const std::size_t pairs = site_count * predicted.ranges_m.size();
   predicted.site_count = static_cast<std::uint32_t>(site_count);
-  predicted.mean_m.assign(pairs, 0.0);
-  predicted.within_probability.assign(pairs * predicted.limits_m.size(), 0.0);
+  predicted.mean_m.assign(predicted.mean_shape().size(site_count), 0.0);
+  predicted.within_probability.assign(predicted.probability_shape().size(site_count), 0.0);
   predicted.extrapolated.assign(site_count, 0);
   predicted.out_of_fold.assign(site_count, 1);
   for (const TrainedSite& site : sites) predicted.has_history.push_back(site.has_history);

@@ -1,7 +1,6 @@
 #include "passes/matching/match_grid.h"
 
 #include <Eigen/LU>
-#include <bit>
 #include <span>
 
 #include "compiler/base/hash.h"
@@ -14,25 +13,6 @@ constexpr std::size_t kNeighbourCount = 7;
 constexpr std::array<CellKey, kNeighbourCount> kNeighbours = {
     {{0, 0, 0}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-std::uint64_t hash(const CellKey& key) {
-  const std::uint64_t mixed = static_cast<std::uint32_t>(key.x) * 0x9e3779b97f4a7c15ULL ^
-                              static_cast<std::uint32_t>(key.y) * 0xbf58476d1ce4e5b9ULL ^
-                              static_cast<std::uint32_t>(key.z) * 0x94d049bb133111ebULL;
-  return mixed >> 32;
-}
-
-// Where `key` is, or the free slot where it belongs. `slots` has a power of two of them, not all
-// taken.
-std::size_t slot_of(const MatchGrid& grid, const CellKey& key) {
-  const std::size_t mask = grid.slots.size() - 1;
-  std::size_t slot = hash(key) & mask;
-  while (grid.slots[slot] != MatchGrid::kNone &&
-         grid.cells[static_cast<std::size_t>(grid.slots[slot])] != key) {
-    slot = (slot + 1) & mask;
-  }
-  return slot;
-}
-
 MatchGrid::Neighbourhood empty_neighbourhood() {
   MatchGrid::Neighbourhood none;
   none.fill(MatchGrid::kNone);
@@ -44,13 +24,9 @@ void list_in_neighbourhoods(const CellKey& key, std::int32_t nd, MatchGrid& grid
   for (std::size_t i = 0; i < kNeighbourCount; ++i) {
     const CellKey cell{key.x - kNeighbours[i].x, key.y - kNeighbours[i].y,
                        key.z - kNeighbours[i].z};
-    const std::size_t slot = slot_of(grid, cell);
-    if (grid.slots[slot] == MatchGrid::kNone) {
-      grid.slots[slot] = static_cast<std::int32_t>(grid.cells.size());
-      grid.cells.push_back(cell);
-      grid.neighbourhoods.push_back(empty_neighbourhood());
-    }
-    grid.neighbourhoods[static_cast<std::size_t>(grid.slots[slot])][i] = nd;
+    const std::uint32_t number = grid.cells.add(cell);
+    if (number == grid.neighbourhoods.size()) grid.neighbourhoods.push_back(empty_neighbourhood());
+    grid.neighbourhoods[number][i] = nd;
   }
 }
 
@@ -75,8 +51,7 @@ void set_nd(const MatchNd& nd, const Eigen::Vector3d& centre_m, double d2, std::
 
 KernelRecord make_record(const MatchGrid& grid, const CellKey& cell,
                          const MatchGrid::Neighbourhood& neighbourhood) {
-  const Eigen::Vector3d centre_m =
-      grid.cell_m * Eigen::Vector3d(cell.x + 0.5, cell.y + 0.5, cell.z + 0.5);
+  const Eigen::Vector3d centre_m = cell_centre_m(cell, grid.cell_m);
   KernelRecord record;
   for (std::size_t lane = 0; lane < neighbourhood.size(); ++lane) {
     if (neighbourhood[lane] == MatchGrid::kNone) {
@@ -120,8 +95,6 @@ MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_
   grid.cell_m = map.cell_m;
   grid.gauss = gauss_constants(map.cell_m);
   grid.nds.reserve(map.nds.size());
-  // At most 7 cells an ND; half of the slots stay free.
-  grid.slots.assign(std::bit_ceil(2 * kNeighbourCount * map.nds.size() + 2), MatchGrid::kNone);
   for (const Nd& nd : map.nds) {
     const MatchNd usable{nd.mean_m, information_per_m2(nd)};
     if (!is_usable(usable)) continue;
@@ -131,14 +104,15 @@ MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_
   grid.records.reserve(grid.cells.size() + 1);
   grid.records.push_back(make_record(grid, {}, empty_neighbourhood()));
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
-    grid.records.push_back(make_record(grid, grid.cells[i], grid.neighbourhoods[i]));
+    grid.records.push_back(make_record(grid, grid.cells.keys()[i], grid.neighbourhoods[i]));
   }
-  grid.cells_digest = xxh3(std::as_bytes(std::span(grid.cells)));
+  grid.cells_digest = xxh3(std::as_bytes(std::span(grid.cells.keys())));
   return grid;
 }
 
 std::int32_t find_cell(const MatchGrid& grid, const CellKey& key) {
-  return grid.slots.empty() ? MatchGrid::kNone : grid.slots[slot_of(grid, key)];
+  static_assert(MatchGrid::kNone == static_cast<std::int32_t>(CellIndex::kNone));
+  return static_cast<std::int32_t>(grid.cells.find(key));
 }
 
 }  // namespace sightline

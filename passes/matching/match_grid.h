@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "formats/cell_index.h"
 #include "formats/ndt_map.h"
 #include "passes/matching/match_kernel.h"
 
@@ -37,11 +38,10 @@ struct MatchGrid {
   double cell_m = 2.0;
   GaussConstants gauss;
   std::vector<MatchNd> nds;  // in the order of the map, those left out that no float can hold
-  std::vector<CellKey> cells;
+  CellIndex cells;
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
-  std::vector<std::int32_t> slots;    // open addressing by hash: index into `cells` or kNone
-  std::vector<KernelRecord> records;  // of `cells`, in float, after one without any ND
-  std::uint64_t cells_digest = 0;     // of `cells`: grids of one digest number the same cells alike
+  std::vector<KernelRecord> records;          // of `cells`, in float, after one without any ND
+  std::uint64_t cells_digest = 0;  // of `cells`: grids of one digest number the same cells alike
 };
 
 // Costs time and memory in proportion to the number of NDs.
@@ -51,7 +51,7 @@ MatchGrid make_match_grid(const NdtMap& map);
 using InformationOfNd = std::function<Eigen::Matrix3d(const Nd&)>;
 MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_per_m2);
 
-// Index into `cells`, or MatchGrid::kNone.
+// The number of a cell, or MatchGrid::kNone.
 std::int32_t find_cell(const MatchGrid& grid, const CellKey& key);
 
 }  // namespace sightline

@@ -9,6 +9,7 @@
 #include "compiler/driver/init/look_at_drive.h"
 #include "compiler/driver/init/yaml_text.h"
 #include "formats/foreign/read_point_cloud.h"
+#include "formats/grid/point_grid.h"
 
 namespace sightline {
 namespace {
@@ -42,12 +43,11 @@ bool may_meet(const FoundDrive& a, const FoundDrive& b) {
   constexpr double kNear_m = 15.0;
   constexpr std::size_t kLooks = 50;
   if (a.positions_m.empty() || b.positions_m.empty()) return true;
+  const PointGrid other(b.positions_m);
   std::size_t near = 0;
   for (std::size_t k = 0; k < kLooks; ++k) {
     const Eigen::Vector3d& at_m = a.positions_m[k * a.positions_m.size() / kLooks];
-    near += std::ranges::any_of(b.positions_m, [&](const Eigen::Vector3d& other_m) {
-      return (other_m - at_m).squaredNorm() < kNear_m * kNear_m;
-    });
+    if (other.nearest(at_m, kNear_m)) ++near;
   }
   return 2 * near >= kLooks;
 }

@@ -7,9 +7,11 @@
 
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <thread>
 
 #include "compiler/base/random.h"
+#include "formats/grid/point_grid.h"
 #include "formats/map/container_writer.h"
 #include "formats/map/map_writer.h"
 #include "map_generated.h"
@@ -42,6 +44,10 @@ RangeAnswer brute_force(const CompiledMap& map, const Position& position_world_m
     nearest_m = answer.distance_m = distance_m;
     answer.site = site;
   }
+  // The search of everything that is no vehicle says the same.
+  const std::optional<NearPoint> by_grid =
+      PointGrid(positions_m(map.sites)).nearest(p_m, map.reach_m);
+  EXPECT_EQ(by_grid ? by_grid->index : kNoSite, answer.site);
   std::size_t limit = map.ranges.promises.size();
   while (limit > 0 && map.ranges.promises[limit - 1].limit_m > limit_m) --limit;
   if (limit == 0) answer.flags |= kAnswerTighterLimit;
