@@ -82,8 +82,8 @@ Result<void> set_override(std::string_view assignment, std::vector<ConfigSection
                  "found '" + std::string(assignment) + "', expected section.key=value", "--set",
                  ""};
   }
-  SIGHTLINE_ASSIGN(const ConfigSection* section, find_section(assignment.substr(0, dot), sections));
-  SIGHTLINE_ASSIGN(const OptionField* field, find_field(assignment.substr(dot + 1, equals - dot - 1), *section));
+  SIGHTLINE_ASSIGN(ConfigSection* const section, find_section(assignment.substr(0, dot), sections));
+  SIGHTLINE_ASSIGN(OptionField* const field, find_field(assignment.substr(dot + 1, equals - dot - 1), *section));
   return set_from_text(*field, assignment.substr(equals + 1));
 }
 
