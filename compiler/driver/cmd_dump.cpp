@@ -100,6 +100,7 @@ Result<PictureSources> sources_of_config(const DumpFlags& flags) {
   std::vector<std::string> names = {"nds", "sites"};
   if (flags.what == "points") names = {"points"};
   if (flags.what == "depth") names = {"depth", "nds"};
+  if (flags.what == "ranges") names = {"nds", "sites", "ranges"};
   SIGHTLINE_ASSIGN(const Made made, make(flags, names));
   const auto& [compile, artifacts] = made;
   PictureSources sources;
@@ -109,6 +110,9 @@ Result<PictureSources> sources_of_config(const DumpFlags& flags) {
   }
   if (flags.what == "depth") {
     sources.depth = std::make_shared<const DepthImages>(artifacts.get(compile.depth));
+  }
+  if (flags.what == "ranges") {
+    sources.ranges = std::make_shared<const RangeTable>(artifacts.get(compile.ranges));
   }
   sources.ndt = std::make_shared<const NdtMap>(artifacts.get(compile.ndt));
   sources.sites = artifacts.get(compile.sites);
@@ -120,6 +124,7 @@ Result<PictureSources> sources_of_map(const DumpFlags& flags) {
   PictureSources sources;
   sources.ndt = std::make_shared<const NdtMap>(std::move(map.ndt));
   sources.sites = std::move(map.sites);
+  sources.ranges = std::make_shared<const RangeTable>(std::move(map.ranges));
   return sources;
 }
 
@@ -161,10 +166,11 @@ Result<void> dump_picture(const DumpFlags& flags) {
   }
   const bool is_drawable =
       target_of(flags) == Target::kMap || target_of(flags) == Target::kConfig;
-  if (!is_drawable ||
-      (wish.what != "depth" && wish.what != "nds" && wish.what != "points")) {
+  const std::vector<std::string> drawable = {"depth", "nds", "points", "ranges"};
+  if (!is_drawable || std::ranges::find(drawable, wish.what) == drawable.end()) {
     return Error{ErrorCode::kBadArgument,
-                 "--format: only depth, nds and points of a configuration or a map can be drawn",
+                 "--format: only depth, nds, points and ranges of a configuration or a map can be "
+                 "drawn",
                  "", ""};
   }
   SIGHTLINE_ASSIGN(const PictureSources sources, target_of(flags) == Target::kMap ? sources_of_map(flags) : sources_of_config(flags));
@@ -213,12 +219,13 @@ Verb dump_verb() {
   verb.details =
       "What is not in the cache is computed from the configuration. Numbers have full precision; "
       "units stand in the column names. Of nds, --format also takes png and svg, of depth and "
-      "points png.";
+      "points png, of ranges svg.";
   verb.examples = {
       "sightline dump town.slmap --what ranges --format csv > ranges.csv",
       "sightline dump town.yaml --what factors --site 40",
       "sightline dump town.yaml --what depth --site 40 --format png > seen_from_40.png",
       "sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg",
+      "sightline dump town.slmap --what ranges --format svg > route.svg    # the tightest limit",
       "sightline dump city.slmodel --what recordings    # SHA-256 of what it was trained on",
       "sightline dump town.yaml --what recordings       # the same of recordings at hand"};
   verb.flags = {{.names = "--what",

@@ -5,6 +5,7 @@
 #include "formats/picture/depth_picture.h"
 #include "formats/picture/png.h"
 #include "formats/picture/points_picture.h"
+#include "formats/picture/ranges_picture.h"
 
 namespace sightline {
 namespace {
@@ -25,11 +26,14 @@ Result<std::string> draw_depth(const PictureWish& wish, const DepthImages& depth
   return png_text(depth_picture(depth, static_cast<std::size_t>(wish.site)));
 }
 
+Result<void> check_extent(const MapBox& box) {
+  if (box.high_x_m > box.low_x_m && box.high_y_m > box.low_y_m) return {};
+  return bad("--box: the second corner must lie to the right of the first and above it");
+}
+
 Result<std::string> draw_nds(const PictureWish& wish, const NdtMap& ndt, const Sites& sites) {
   const MapBox box = wish.box ? *wish.box : box_around(ndt);
-  if (!(box.high_x_m > box.low_x_m) || !(box.high_y_m > box.low_y_m)) {
-    return bad("--box: the second corner must lie to the right of the first and above it");
-  }
+  SIGHTLINE_TRY(check_extent(box));
   if (wish.format == PictureFormat::kSvg) return ndt_picture_svg(ndt, sites, box);
   return png_text(ndt_picture(ndt, sites, box));
 }
@@ -39,6 +43,13 @@ Result<std::string> draw_points(const PictureWish& wish, const SurfacePoints& po
   if (wish.format != PictureFormat::kPng) return bad("--format: points are drawn as png");
   SIGHTLINE_ASSIGN(const Raster raster, points_picture(points));
   return png_text(raster);
+}
+
+Result<std::string> draw_ranges(const PictureWish& wish, const PictureSources& sources) {
+  if (wish.format != PictureFormat::kSvg) return bad("--format: ranges are drawn as svg");
+  const MapBox box = wish.box ? *wish.box : ranges_picture_box(sources.sites);
+  SIGHTLINE_TRY(check_extent(box));
+  return ranges_picture_svg(*sources.ndt, sources.sites, *sources.ranges, box);
 }
 
 }  // namespace
@@ -57,8 +68,9 @@ Result<std::string> draw_picture(const PictureWish& wish, const PictureSources& 
   if (wish.what == "depth" && sources.depth) return draw_depth(wish, *sources.depth);
   if (wish.what == "nds" && sources.ndt) return draw_nds(wish, *sources.ndt, sources.sites);
   if (wish.what == "points" && sources.points) return draw_points(wish, *sources.points);
+  if (wish.what == "ranges" && sources.ranges) return draw_ranges(wish, sources);
   return bad(
-      "--format: pictures are made of depth and points (of a configuration) and of nds, "
+      "--format: pictures are made of depth and points (of a configuration), of nds and of ranges, "
       "not of \"" +
       wish.what + "\" here");
 }

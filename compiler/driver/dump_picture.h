@@ -8,6 +8,7 @@
 #include "formats/depth_images.h"
 #include "formats/ndt_map.h"
 #include "formats/picture/ndt_picture.h"
+#include "formats/range_table.h"
 #include "formats/sites.h"
 #include "formats/surface_points.h"
 
@@ -17,10 +18,10 @@ enum class PictureFormat { kPng, kSvg };
 
 // What a picture is asked for.
 struct PictureWish {
-  std::string what;  // "depth", "nds" or "points"
+  std::string what;  // "depth", "nds", "points" or "ranges"
   PictureFormat format = PictureFormat::kPng;
   int site = -1;              // of a depth image; below 0: none named
-  std::optional<MapBox> box;  // of NDs; without one the whole map
+  std::optional<MapBox> box;  // of NDs and ranges; without one all of them
 };
 
 // What the target of a dump holds of that which can be drawn; null where it is not there.
@@ -28,6 +29,7 @@ struct PictureSources {
   std::shared_ptr<const DepthImages> depth;
   std::shared_ptr<const NdtMap> ndt;
   std::shared_ptr<const SurfacePoints> points;
+  std::shared_ptr<const RangeTable> ranges;
   Sites sites;  // none where they are not known
 };
 

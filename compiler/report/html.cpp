@@ -4,51 +4,17 @@
 #include <cmath>
 #include <cstdio>
 
+#include "formats/picture/colours.h"
 #include "formats/quoted_text.h"
 
 namespace sightline {
 namespace {
 
-struct Rgb {
-  double red = 0.0;
-  double green = 0.0;
-  double blue = 0.0;
-};
-
-// Eleven even steps of matplotlib's viridis (public domain), which rises in brightness all the way
-// and reads the same to colour-blind people.
-constexpr std::array<Rgb, 11> kViridis = {{{68, 1, 84},
-                                           {72, 36, 117},
-                                           {65, 68, 135},
-                                           {53, 95, 141},
-                                           {42, 120, 142},
-                                           {33, 145, 140},
-                                           {34, 168, 132},
-                                           {68, 191, 112},
-                                           {122, 209, 81},
-                                           {189, 223, 38},
-                                           {253, 231, 37}}};
-
-std::string viridis(double share) {
-  const double place = share * static_cast<double>(kViridis.size() - 1);
-  const auto below = std::min(static_cast<std::size_t>(place), kViridis.size() - 2);
-  const double part = place - static_cast<double>(below);
-  const Rgb& a = kViridis[below];
-  const Rgb& b = kViridis[below + 1];
-  const auto mix = [&](double from, double to) {
-    return static_cast<unsigned>(std::lround(from + part * (to - from)));
-  };
-  std::array<char, 8> text{};
-  std::snprintf(text.data(), text.size(), "#%02x%02x%02x", mix(a.red, b.red) & 255U,
-                mix(a.green, b.green) & 255U, mix(a.blue, b.blue) & 255U);
-  return text.data();
-}
-
 std::string colours_from(std::size_t count, double first, double last) {
   std::string css;
   for (std::size_t i = 0; i < count; ++i) {
     const double share = count > 1 ? static_cast<double>(i) / static_cast<double>(count - 1) : 0.0;
-    css += "--range-" + std::to_string(i) + ":" + viridis(first + share * (last - first)) + ";";
+    css += "--range-" + std::to_string(i) + ":" + colour_name(viridis(first + share * (last - first))) + ";";
   }
   return css;
 }

@@ -1,18 +1,17 @@
 #include "formats/picture/ndt_picture.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <vector>
 
+#include "formats/picture/colours.h"
+#include "formats/picture/nd_ellipse.h"
+
 namespace sightline {
 namespace {
 
-constexpr double kSigmas = 2.0;
-// So that a wall seen edge-on is still a line.
-constexpr double kLeastRadius_m = 0.05;
 constexpr double kSiteRadius_m = 0.3;
 constexpr double kLongerSide_px = 1200.0;
 constexpr Colour kPaper = {255, 255, 255};
@@ -22,12 +21,9 @@ constexpr Colour kLyingPlane = {205, 205, 205};
 constexpr Colour kVolume = {60, 160, 70};
 constexpr Colour kSite = {0, 0, 0};
 
-// An ND from above.
-struct Ellipse {
-  Eigen::Vector2d centre_m = Eigen::Vector2d::Zero();
-  Eigen::Vector2d long_axis = Eigen::Vector2d::UnitX();
-  double long_radius_m = 0.0;
-  double short_radius_m = 0.0;
+// An ND or a site from above.
+struct Shape {
+  NdEllipse ellipse;
   double height_m = 0.0;
   Colour colour;
 };
@@ -36,38 +32,22 @@ Colour colour_of(const Nd& nd) {
   const int dimension = dimension_class(nd);
   if (dimension == 1) return kLine;
   if (dimension == 3) return kVolume;
-  const bool is_lying = std::abs(nd.eigenvectors(2, 2)) > std::numbers::sqrt2 / 2.0;
-  return is_lying ? kLyingPlane : kStandingPlane;
-}
-
-Ellipse ellipse_of(const Nd& nd) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
-      Eigen::Matrix2d(nd.covariance_m2.topLeftCorner<2, 2>()));
-  const auto radius_m = [&](int i) {
-    return std::max(kLeastRadius_m, kSigmas * std::sqrt(std::max(0.0, solver.eigenvalues()[i])));
-  };
-  Ellipse ellipse;
-  ellipse.centre_m = nd.mean_m.head<2>();
-  ellipse.long_axis = solver.eigenvectors().col(1);
-  ellipse.long_radius_m = radius_m(1);
-  ellipse.short_radius_m = radius_m(0);
-  ellipse.height_m = nd.mean_m.z();
-  ellipse.colour = colour_of(nd);
-  return ellipse;
+  return is_lying_plane(nd) ? kLyingPlane : kStandingPlane;
 }
 
 // From below to above, the ground first.
-std::vector<Ellipse> ellipses_in(const NdtMap& map, const MapBox& box) {
-  std::vector<Ellipse> ellipses;
+std::vector<Shape> shapes_in(const NdtMap& map, const MapBox& box) {
+  std::vector<Shape> shapes;
   for (const Nd& nd : map.nds) {
-    if (box.contains(nd.mean_m)) ellipses.push_back(ellipse_of(nd));
+    if (!box.contains(nd.mean_m)) continue;
+    shapes.push_back({ellipse_from_above(nd), nd.mean_m.z(), colour_of(nd)});
   }
-  std::stable_sort(ellipses.begin(), ellipses.end(), [](const Ellipse& a, const Ellipse& b) {
+  std::stable_sort(shapes.begin(), shapes.end(), [](const Shape& a, const Shape& b) {
     const bool a_lies = a.colour == kLyingPlane;
     const bool b_lies = b.colour == kLyingPlane;
     return a_lies != b_lies ? a_lies : a.height_m < b.height_m;
   });
-  return ellipses;
+  return shapes;
 }
 
 template <class... T>
@@ -77,16 +57,13 @@ std::string formatted(const char* format, T... values) {
   return line;
 }
 
-std::string name_of(const Colour& colour) {
-  return formatted("#%02x%02x%02x", colour.red, colour.green, colour.blue);
-}
-
 // Map coordinates to pixels.
 class Canvas {
  public:
   Canvas(const MapBox& box, double px_per_m) : box_(box), px_per_m_(px_per_m) {}
 
-  void fill(const Ellipse& ellipse, Raster& raster) const {
+  void fill(const Shape& shape, Raster& raster) const {
+    const NdEllipse& ellipse = shape.ellipse;
     const double reach_m = ellipse.long_radius_m;
     const auto [first_column, last_column] =
         span_of(ellipse.centre_m.x() - box_.low_x_m - reach_m, reach_m, raster.width);
@@ -96,7 +73,7 @@ class Canvas {
       for (std::uint32_t column = first_column; column < last_column; ++column) {
         const Eigen::Vector2d at_m(box_.low_x_m + (column + 0.5) / px_per_m_,
                                    box_.high_y_m - (row + 0.5) / px_per_m_);
-        if (contains(ellipse, at_m)) raster.at(column, row) = ellipse.colour;
+        if (contains(ellipse, at_m)) raster.at(column, row) = shape.colour;
       }
     }
   }
@@ -112,7 +89,7 @@ class Canvas {
   }
 
   // Never thinner than a pixel.
-  [[nodiscard]] bool contains(const Ellipse& ellipse, const Eigen::Vector2d& at_m) const {
+  [[nodiscard]] bool contains(const NdEllipse& ellipse, const Eigen::Vector2d& at_m) const {
     const Eigen::Vector2d off_m = at_m - ellipse.centre_m;
     const double along_m = off_m.dot(ellipse.long_axis);
     const double across_m = off_m.x() * -ellipse.long_axis.y() + off_m.y() * ellipse.long_axis.x();
@@ -126,10 +103,10 @@ class Canvas {
   double px_per_m_;
 };
 
-Ellipse dot_of(const Site& site) {
-  Ellipse dot;
-  dot.centre_m = site.p_map_m.head<2>();
-  dot.long_radius_m = dot.short_radius_m = kSiteRadius_m;
+Shape dot_of(const Site& site) {
+  Shape dot;
+  dot.ellipse.centre_m = site.p_map_m.head<2>();
+  dot.ellipse.long_radius_m = dot.ellipse.short_radius_m = kSiteRadius_m;
   dot.colour = kSite;
   return dot;
 }
@@ -154,13 +131,14 @@ std::string ndt_picture_svg(const NdtMap& map, const Sites& sites, const MapBox&
       "<rect x=\"%.3f\" y=\"%.3f\" width=\"100%%\" height=\"100%%\" fill=\"white\"/>\n",
       box.low_x_m, -box.high_y_m, box.high_x_m - box.low_x_m, box.high_y_m - box.low_y_m,
       box.low_x_m, -box.high_y_m);
-  for (const Ellipse& ellipse : ellipses_in(map, box)) {
+  for (const Shape& shape : shapes_in(map, box)) {
+    const NdEllipse& ellipse = shape.ellipse;
     const double turn_deg =
         -std::atan2(ellipse.long_axis.y(), ellipse.long_axis.x()) * 180.0 / std::numbers::pi;
     text += formatted("<ellipse transform=\"translate(%.3f %.3f) rotate(%.2f)\" ",
                       ellipse.centre_m.x(), -ellipse.centre_m.y(), turn_deg) +
             formatted("rx=\"%.3f\" ry=\"%.3f\" fill=\"%s\"/>\n", ellipse.long_radius_m,
-                      ellipse.short_radius_m, name_of(ellipse.colour).c_str());
+                      ellipse.short_radius_m, colour_name(shape.colour).c_str());
   }
   for (const Site& site : sites.sites) {
     if (!box.contains(site.p_map_m)) continue;
@@ -177,7 +155,7 @@ Raster ndt_picture(const NdtMap& map, const Sites& sites, const MapBox& box) {
   Raster raster(static_cast<std::uint32_t>(std::ceil(width_m * px_per_m)),
                 static_cast<std::uint32_t>(std::ceil(height_m * px_per_m)), kPaper);
   const Canvas canvas(box, px_per_m);
-  for (const Ellipse& ellipse : ellipses_in(map, box)) canvas.fill(ellipse, raster);
+  for (const Shape& shape : shapes_in(map, box)) canvas.fill(shape, raster);
   for (const Site& site : sites.sites) {
     if (box.contains(site.p_map_m)) canvas.fill(dot_of(site), raster);
   }

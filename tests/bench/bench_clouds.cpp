@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <numbers>
 #include <string>
@@ -11,11 +10,12 @@
 
 #include "compiler/base/random.h"
 #include "formats/foreign/read_point_cloud.h"
+#include "tests/bench/posed_set.h"
 
 namespace sightline {
 namespace {
 
-std::vector<Eigen::Isometry3d> read_pose_rows(const char* path) {
+std::vector<Eigen::Isometry3d> read_pose_rows(const std::string& path) {
   std::vector<Eigen::Isometry3d> poses;
   std::ifstream file(path);
   for (;;) {
@@ -33,7 +33,7 @@ std::vector<Eigen::Vector3d> read_scan(const std::string& folder, std::size_t in
   return cloud ? std::move(cloud->points_m) : std::vector<Eigen::Vector3d>();
 }
 
-BenchClouds kitti_clouds(const std::string& folder, const char* pose_file) {
+BenchClouds kitti_clouds(const std::string& folder, const std::string& pose_file) {
   const std::vector<Eigen::Isometry3d> poses = read_pose_rows(pose_file);
   BenchClouds clouds;
   clouds.name = "kitti_0005";
@@ -94,10 +94,8 @@ BenchClouds street_clouds() {
 
 const BenchClouds& bench_clouds() {
   static const BenchClouds kClouds = [] {
-    const char* data = std::getenv("SIGHTLINE_DATA");
-    const char* poses = std::getenv("SIGHTLINE_KITTI_POSES");
-    const bool is_recorded = data != nullptr && poses != nullptr;
-    return is_recorded ? kitti_clouds(std::string(data) + "/kitti_0005", poses) : street_clouds();
+    const std::optional<PosedSet> kitti = posed_kitti_0005();
+    return kitti ? kitti_clouds(kitti->folder, kitti->pose_file) : street_clouds();
   }();
   return kClouds;
 }

@@ -5,7 +5,7 @@
 
 namespace sightline {
 
-// What benchmarks of maps work on: the recording kitti_0005 where SIGHTLINE_DATA has it and
+// What benchmarks of maps work on: the set kitti_0005 of tests/README.md where it is there and
 // SIGHTLINE_KITTI_POSES names its poses (12 numbers a row), else a drawn street of the same size.
 struct BenchClouds {
   const char* name = "";

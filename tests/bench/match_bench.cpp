@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -13,9 +12,10 @@
 #include "passes/matching/localizer.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/bench/pcl_ndt.h"
+#include "tests/bench/posed_set.h"
 
 // One match beside PCL's NDT, in turn and in one process: the same points, cells and starts, one
-// thread. On the recording kitti_0005 where SIGHTLINE_DATA has it (with its poses in
+// thread. On the set kitti_0005 of tests/README.md where it is there (with its poses in
 // SIGHTLINE_KITTI_POSES: 12 numbers a row), else in a generated town. Each scan is matched from one
 // start 0.5 to 1 m and 2 degrees off. Prints, for each cell size and range, medians of CPU time and
 // error, how many runs ended more than 0.5 m off ("lost"), and how many times faster than PCL.
@@ -38,7 +38,7 @@ struct World {
   std::vector<Pose> T_map_scan;
 };
 
-std::vector<Pose> read_pose_rows(const char* path) {
+std::vector<Pose> read_pose_rows(const std::string& path) {
   std::vector<Pose> poses;
   std::ifstream file(path);
   for (;;) {
@@ -104,10 +104,8 @@ World town_world() {
 }
 
 World make_world() {
-  const char* data = std::getenv("SIGHTLINE_DATA");
-  const char* poses = std::getenv("SIGHTLINE_KITTI_POSES");
-  if (data == nullptr || poses == nullptr) return town_world();
-  return kitti_world(std::string(data) + "/kitti_0005", read_pose_rows(poses));
+  const std::optional<PosedSet> kitti = posed_kitti_0005();
+  return kitti ? kitti_world(kitti->folder, read_pose_rows(kitti->pose_file)) : town_world();
 }
 
 Pose start_of(const World& world, std::size_t scan) {

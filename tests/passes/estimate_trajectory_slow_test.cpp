@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 
@@ -10,6 +9,7 @@
 #include "passes/estimate_trajectory.h"
 #include "passes/ingest.h"
 #include "tests/support/box_world.h"
+#include "tests/support/real_data.h"
 
 // estimate-trajectory on longer ways: a round trip, and a real recording where there is one.
 
@@ -77,10 +77,10 @@ Drive kitti_drive(const std::filesystem::path& folder, std::size_t count) {
 
 // Where a quick ICP of somebody else puts the 154th scan relative to the first; good to some cm.
 TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
-  const char* data = std::getenv("SIGHTLINE_DATA");
-  if (data == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA does not name a folder with recordings";
-  const Drive drive = kitti_drive(std::filesystem::path(data) / "kitti_0005", 154);
-  if (drive.scans.empty()) GTEST_SKIP() << "no kitti_0005 in SIGHTLINE_DATA";
+  const RealData data = real_data("kitti_0005");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const Drive drive = kitti_drive(data.folder, 154);
+  ASSERT_FALSE(drive.scans.empty()) << "a scan of " << data.folder << " is missing or cannot be read";
   PassContext ctx;
   ctx.threads = 2;
   const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, drive);
@@ -92,13 +92,11 @@ TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
 
 // Official poses that start wrong: 0.86 m a scan where the scans show 0.69 m.
 TEST(EstimateTrajectorySlow, NoticesThatTheFirstPosesOfAWellKnownRecordingAreWrong) {
-  const char* data = std::getenv("SIGHTLINE_DATA");
-  if (data == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA does not name a folder with recordings";
-  const std::filesystem::path folder = std::filesystem::path(data) / "kitti00_head";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no kitti00_head in SIGHTLINE_DATA";
+  const RealData data = real_data("kitti00_head");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   RecordingOptions options;
-  options.scans = folder / "data";
-  options.poses = folder / "KITTI_00_gt_velodyne_frame.txt";
+  options.scans = data.folder / "data";
+  options.poses = data.folder / "KITTI_00_gt_velodyne_frame.txt";
   options.poses_of = PosesOf::kSensor;
   options.sensor = "hdl-64e";
   const Result<Recording> recording = open_recording(options, 2);

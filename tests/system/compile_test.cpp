@@ -64,6 +64,20 @@ TEST(Compile, RunsNothingTwiceAndOnlyWhatAChangeReaches) {
       << changed.err;
 }
 
+TEST(Compile, DrawsTheRangesOfAMapAndOfItsConfiguration) {
+  const std::string map = compiled_map().string();
+  for (const std::string& target : {map, config()}) {
+    const ProgramResult drawn =
+        run_sightline("dump " + target + " -q --what ranges --format svg");
+    ASSERT_EQ(drawn.status, 0) << drawn.err;
+    EXPECT_NE(drawn.out.find("<svg xmlns="), std::string::npos);
+    EXPECT_NE(drawn.out.find("within 10 cm"), std::string::npos);
+  }
+  const ProgramResult refused = run_sightline("dump " + map + " --what ranges --format png");
+  EXPECT_EQ(refused.status, 64);
+  EXPECT_NE(refused.err.find("ranges are drawn as svg"), std::string::npos) << refused.err;
+}
+
 TEST(Compile, RefusesToReplaceItsOutputUnlessForced) {
   const ProgramResult refused =
       run_sightline("compile " + config() + " -q -o " + compiled_map().string());

@@ -1,12 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "compiler/base/atomic_file.h"
+#include "tests/support/real_data.h"
 #include "tests/system/program.h"
 
 // A compile among other programs: progress that they read, inputs that they watch, and recordings
@@ -170,13 +170,12 @@ TEST(Everyday, InitOfATownCompilesUnchanged) {
   EXPECT_EQ(again.status, 64) << "a configuration that may be edited is not overwritten";
 }
 
-TEST(Everyday, InitOfARealDriveCompilesUnchanged) {
-  const char* data = std::getenv("SIGHTLINE_DATA");
-  if (data == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA names no folder of recordings";
+TEST(EverydayRealDrive, InitOfARealDriveCompilesUnchanged) {
+  const RealData data = real_data("kitti_0005");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   const fs::path folder = fresh_folder();
   const std::string yaml = (folder / "drive.yaml").string();
-  const ProgramResult drafted =
-      run_sightline("init " + (fs::path(data) / "kitti_0005").string() + " -o " + yaml);
+  const ProgramResult drafted = run_sightline("init " + data.folder.string() + " -o " + yaml);
   ASSERT_EQ(drafted.status, 0) << drafted.err;
   EXPECT_THAT(drafted.err, HasSubstr("hdl-64e"));
   const ProgramResult compiled =

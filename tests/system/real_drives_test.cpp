@@ -1,13 +1,13 @@
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
 #include "compiler/base/atomic_file.h"
+#include "tests/support/real_data.h"
 #include "tests/system/program.h"
 
-// Recordings of real vehicles, in the folder that SIGHTLINE_DATA names; skipped where it is unset.
+// Recordings of real vehicles (tests/README.md); skipped where the one that is needed is missing.
 
 namespace sightline {
 namespace {
@@ -16,12 +16,7 @@ namespace fs = std::filesystem;
 
 class RealDrive : public ::testing::Test {
  protected:
-  void SetUp() override {
-    const char* data = std::getenv("SIGHTLINE_DATA");
-    if (data == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA names no folder of recordings";
-    data_ = data;
-    folder_ = fresh_folder();
-  }
+  void SetUp() override { folder_ = fresh_folder(); }
   ProgramResult compile(const std::string& yaml, const std::string& flags = "") const {
     EXPECT_TRUE(write_file_atomically(folder_ / "drive.yaml", yaml, IfExists::kReplace));
     return run_sightline("compile " + (folder_ / "drive.yaml").string() + " -q " + flags + " -o " +
@@ -35,12 +30,13 @@ class RealDrive : public ::testing::Test {
     EXPECT_EQ(run.status, 0) << run.err;
     return "--model " + (folder_ / "town.slmap").string() + " --set annotation.ranges_m=10,30";
   }
-  fs::path data_;
   fs::path folder_;
 };
 
 TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
-  const ProgramResult run = compile("mapping: {scans: " + (data_ / "kitti_0005").string() +
+  const RealData data = real_data("kitti_0005");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const ProgramResult run = compile("mapping: {scans: " + data.folder.string() +
                                     ", sensor: hdl-64e, poses_of: sensor}\n");
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_NE(run.err.find("too short"), std::string::npos) << "71 m promise nothing";
@@ -53,7 +49,9 @@ TEST_F(RealDrive, WithoutPosesIsEstimatedMappedAndAnnotated) {
 }
 
 TEST_F(RealDrive, TooShortToTrainOnTakesAModelTrainedElsewhere) {
-  const fs::path mulran = data_ / "mulran_kaist03" / "mulran_kaist03";
+  const RealData data = real_data("mulran_kaist03");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const fs::path mulran = data.folder / "mulran_kaist03";
   const std::string yaml = "mapping: {scans: " + (mulran / "Scans").string() +
                            ", poses: " + (mulran / "optimized_poses.txt").string() +
                            ", sensor: os1-64, poses_of: sensor}\n";
@@ -66,7 +64,9 @@ TEST_F(RealDrive, TooShortToTrainOnTakesAModelTrainedElsewhere) {
 }
 
 TEST_F(RealDrive, AtUtmCoordinatesKeepsItsMillimetres) {
-  const fs::path apollo = data_ / "apollo_sunnyvale_ndt" / "test_data" / "pcds";
+  const RealData data = real_data("apollo_sunnyvale_ndt");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const fs::path apollo = data.folder / "test_data" / "pcds";
   const ProgramResult run = compile("mapping: {scans: " + apollo.string() +
                                         ", poses: " + (apollo / "poses.txt").string() +
                                         ", sensor: hdl-64e, poses_of: sensor}\n",

@@ -1,13 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <numbers>
 #include <sstream>
 
 #include "compiler/base/atomic_file.h"
+#include "tests/support/real_data.h"
 #include "tests/system/program.h"
 
 // A vehicle that hides the rear 70 degrees from its own sensor: what a site sees comes from the
@@ -52,9 +52,9 @@ double occupancy(const std::map<std::string, std::vector<double>>& depth, double
 }
 
 TEST(RearSector, IsSeenByTheMapWhereTheVehicleHasPassed) {
-  const char* data = std::getenv("SIGHTLINE_DATA");
-  if (data == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA names no folder of recordings";
-  const fs::path recording = fs::path(data) / "mulran_kaist03" / "mulran_kaist03";
+  const RealData data = real_data("mulran_kaist03");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const fs::path recording = data.folder / "mulran_kaist03";
   const fs::path yaml = fresh_folder() / "drive.yaml";
   ASSERT_TRUE(write_file_atomically(yaml,
                                     "mapping: {scans: " + (recording / "Scans").string() +

@@ -1,4 +1,3 @@
-#include <cstdlib>
 #include <set>
 
 #include "formats/foreign/open_scan_container.h"
@@ -6,8 +5,9 @@
 #include "formats/foreign/recording.h"
 #include "formats/foreign/text_lines.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/real_data.h"
 
-// Every file of the folder interop/ of SIGHTLINE_DATA stands in interop_files.csv, which
+// Every file of the set interop (tests/README.md) stands in interop_files.csv, which
 // interop_values.py made without any code of ours: it is read as that says, or refused.
 
 namespace sightline {
@@ -101,9 +101,9 @@ void expect_refused(const std::filesystem::path& file, const Expected& expected)
 }
 
 TEST(InteropFiles, AreReadAsAnIndependentReaderReadsThemOrRefusedWithTheirCode) {
-  const char* data = std::getenv("SIGHTLINE_DATA");
-  if (data == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA names no folder of recordings";
-  const std::filesystem::path folder = std::filesystem::path(data) / "interop";
+  const RealData data = real_data("interop");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const std::filesystem::path& folder = data.folder;
   std::set<std::string> known;
   for (const Expected& expected : expected_files()) {
     known.insert(expected.file);

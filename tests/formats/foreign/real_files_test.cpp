@@ -1,37 +1,29 @@
-#include <cstdlib>
-
 #include "formats/foreign/open_recording.h"
 #include "formats/foreign/read_point_cloud.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/real_data.h"
 
-// Files that other people's programs wrote. They are not part of the project: SIGHTLINE_DATA names
-// the folder where they are unpacked.
+// Files that other people's programs wrote. They are not part of the project (tests/README.md).
 
 namespace sightline {
 namespace {
 
-class RealFiles : public testing::Test {
- protected:
-  void SetUp() override {
-    const char* folder = std::getenv("SIGHTLINE_DATA");
-    if (folder == nullptr) GTEST_SKIP() << "SIGHTLINE_DATA names no folder of recordings";
-    data_ = folder;
-  }
-  std::filesystem::path data_;
-};
-
 // The same scan was published as PCD and as PLY.
-TEST_F(RealFiles, GiveTheSamePointsInTwoFormats) {
-  const auto pcd = read_point_cloud(data_ / "interop/ndt_omp/251371071.pcd");
-  const auto ply = read_point_cloud(data_ / "interop/small_gicp/source.ply");
+TEST(RealFiles, GiveTheSamePointsInTwoFormats) {
+  const RealData data = real_data("interop");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const auto pcd = read_point_cloud(data.folder / "ndt_omp/251371071.pcd");
+  const auto ply = read_point_cloud(data.folder / "small_gicp/source.ply");
   ASSERT_TRUE(pcd.has_value() && ply.has_value());
   EXPECT_EQ(pcd->points_m, ply->points_m);
   EXPECT_EQ(pcd->intensity, ply->intensity);
 }
 
-TEST_F(RealFiles, Kitti0005OpensWithoutPosesAtTenScansASecond) {
+TEST(RealFiles, Kitti0005OpensWithoutPosesAtTenScansASecond) {
+  const RealData data = real_data("kitti_0005");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   RecordingOptions options;
-  options.scans = (data_ / "kitti_0005").string();
+  options.scans = data.folder.string();
   options.sensor = "hdl-64e";
   const Result<Recording> recording = open_recording(options, 2);
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
@@ -44,9 +36,11 @@ TEST_F(RealFiles, Kitti0005OpensWithoutPosesAtTenScansASecond) {
   EXPECT_EQ(first->zero_count, 1U);
 }
 
-TEST_F(RealFiles, MulranTakesTheFirstRowsOfItsWholeRunAndSaysSo) {
+TEST(RealFiles, MulranTakesTheFirstRowsOfItsWholeRunAndSaysSo) {
+  const RealData data = real_data("mulran_kaist03");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   RecordingOptions options;
-  const std::filesystem::path folder = data_ / "mulran_kaist03" / "mulran_kaist03";
+  const std::filesystem::path folder = data.folder / "mulran_kaist03";
   options.scans = (folder / "Scans").string();
   options.poses = (folder / "optimized_poses.txt").string();
   options.stamps = (folder / "times.txt").string();
@@ -68,9 +62,11 @@ TEST_F(RealFiles, MulranTakesTheFirstRowsOfItsWholeRunAndSaysSo) {
   EXPECT_NEAR(length_m, 24.0, 1.0);
 }
 
-TEST_F(RealFiles, ApolloKeepsTheMillimetresOfUtm) {
+TEST(RealFiles, ApolloKeepsTheMillimetresOfUtm) {
+  const RealData data = real_data("apollo_sunnyvale_ndt");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   RecordingOptions options;
-  const std::filesystem::path folder = data_ / "apollo_sunnyvale_ndt" / "test_data" / "pcds";
+  const std::filesystem::path folder = data.folder / "test_data" / "pcds";
   options.scans = folder.string();
   options.poses = (folder / "poses.txt").string();
   options.poses_of = PosesOf::kSensor;
@@ -87,10 +83,12 @@ TEST_F(RealFiles, ApolloKeepsTheMillimetresOfUtm) {
   EXPECT_EQ(cloud->points_m.size() + cloud->nonfinite_count + cloud->zero_count, 99305U);
 }
 
-TEST_F(RealFiles, Kitti00TakesItsPosesByFrame) {
+TEST(RealFiles, Kitti00TakesItsPosesByFrame) {
+  const RealData data = real_data("kitti00_head");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   RecordingOptions options;
-  options.scans = (data_ / "kitti00_head" / "data").string();
-  options.poses = (data_ / "kitti00_head" / "KITTI_00_gt_velodyne_frame.txt").string();
+  options.scans = (data.folder / "data").string();
+  options.poses = (data.folder / "KITTI_00_gt_velodyne_frame.txt").string();
   options.poses_of = PosesOf::kSensor;
   options.sensor = "hdl-64e";
   const Result<Recording> recording = open_recording(options, 2);
