@@ -5,6 +5,7 @@
 #include <map>
 
 #include "compiler/driver/pipelines.h"
+#include "compiler/pipeline/runner.h"
 #include "formats/map/map_writer.h"
 
 namespace sightline::golden {
