@@ -109,7 +109,7 @@ int run_one(const BenchOptions& options, std::uint64_t seed) {
   for (const std::string& kind : options.poses) {
     const std::vector<Pose> given = disturbed(truth, options.spacing_m, seed);
     EstimateTrajectoryOptions estimate = options.estimate;
-    estimate.mode = kind == "none" ? "estimate" : "refine";
+    estimate.mode = kind == "none" ? PoseMode::kEstimate : PoseMode::kRefine;
     for (std::size_t i = 0; i < drive.scans.size(); ++i) {
       drive.scans[i].T_world_vehicle = std::nullopt;
       if (kind != "none") drive.scans[i].T_world_vehicle = given[i];
