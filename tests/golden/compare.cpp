@@ -15,7 +15,9 @@ std::string outside_verdict(const StepOutput& output) {
     return "inputs: what the passes are given changed: the town's generator, its configuration or "
            "how recordings are read";
   }
-  return output.step + ": bytes changed, what they are made of did not: find out why, or " +
+  return output.step +
+         ": bytes changed, what they are made of did not: emit-map or the encoding of maps "
+         "changed; find out why, or " +
          kUpdate;
 }
 

@@ -153,11 +153,13 @@ Result<void> add_run(const std::string& name, const Plan& plan, const RunOptions
   return {};
 }
 
-StepOutput map_file(const CompiledMap& map) {
+// The dump of a compiled map leaves out most of what it was made of; its file holds all of it.
+StepOutput map_file(const CompiledMap& map, const StepOutput& emit) {
   const std::vector<std::byte> bytes = encode_map(map);
   StepOutput output;
   output.step = output.artifact = "map-file";
-  output.inputs = {"inputs", "map"};
+  output.inputs = emit.inputs;
+  output.inputs.push_back(emit.artifact);
   output.digest = sha256(bytes);
   output.table.facts = {{"bytes", static_cast<std::int64_t>(bytes.size())}};
   return output;
@@ -180,7 +182,9 @@ Result<Compiled> add_compile(const std::string& name, const CompileConfig& confi
   if (model != nullptr) artifacts.provide(compile.given_model, *model);
   SIGHTLINE_TRY(add_run(name, compile.plan, options, artifacts, runs));
   Compiled compiled{artifacts.get(compile.map), artifacts.get(compile.model)};
-  runs.back().steps.push_back(map_file(compiled.map));
+  SIGHTLINE_ASSIGN(const StepOutput emit,
+                   output_of(compile.plan, compile.plan.steps().back(), artifacts));
+  runs.back().steps.push_back(map_file(compiled.map, emit));
   return compiled;
 }
 
