@@ -22,6 +22,14 @@ Flag quiet_flag(bool& is_quiet) {
           .target = &is_quiet};
 }
 
+Flag world_flag(std::string& world) {
+  return {.names = "--world",
+          .value = "WORLD",
+          .help = "Where the recordings' coordinates lie: local, utm:ZONE (utm:32N) or "
+                  "enu:LATITUDE,LONGITUDE,ALTITUDE",
+          .target = &world};
+}
+
 Flag expires_flag(std::string& time) {
   return {.names = "--expires",
           .value = "TIME",

@@ -18,6 +18,9 @@ Flag force_flag(bool& is_forced);
 // -q,--quiet
 Flag quiet_flag(bool& is_quiet);
 
+// --world WORLD
+Flag world_flag(std::string& world);
+
 // --expires TIME
 Flag expires_flag(std::string& time);
 

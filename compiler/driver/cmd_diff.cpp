@@ -85,11 +85,7 @@ Verb diff_verb() {
        .help = "A longer stretch is split into pieces",
        .target = &flags->options.longest_m,
        .minimum = 0.001},
-      {.names = "--world",
-       .value = "WORLD",
-       .help = "Where the maps' coordinates lie, for geojson: local, utm:ZONE (utm:32N) or "
-               "enu:LATITUDE,LONGITUDE,ALTITUDE",
-       .target = &flags->world}};
+      world_flag(flags->world)};
   verb.run = [flags]() -> Result<int> {
     const Result<bool> is_same = diff(*flags);
     if (!is_same) report_error(is_same.error());

@@ -172,11 +172,7 @@ Verb export_verb() {
        .target = &flags->format,
        .choices = {"autoware", "csv", "geojson", "octomap", "pcd", "ply"},
        .is_required = true},
-      {.names = "--world",
-       .value = "WORLD",
-       .help = "Where the recording's coordinates lie: local, utm:ZONE (utm:32N) or "
-               "enu:LATITUDE,LONGITUDE,ALTITUDE",
-       .target = &flags->world},
+      world_flag(flags->world),
       {.names = "--leaf",
        .value = "METRES",
        .help = "Thin points to one centroid in each voxel of this edge; 0 keeps all. Of octomap: the "
