@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "compiler/base/hash.h"
+#include "formats/base/hash.h"
 
 namespace sightline {
 namespace {

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/bytes.h"
-#include "compiler/base/result.h"
-#include "formats/table.h"
+#include "formats/base/bytes.h"
+#include "formats/base/result.h"
+#include "formats/text/table.h"
 
 // What every artifact has, found by overload (X is the artifact's struct, all in its own pair of
 // files formats/x.{h,cpp}):

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "formats/table.h"
+#include "formats/text/table.h"
 
 namespace sightline {
 namespace {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <string_view>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 
 // Where on the Earth a recording's coordinates lie.
 

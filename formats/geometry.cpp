@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "compiler/base/portable_math.h"
+#include "formats/base/portable_math.h"
 
 namespace sightline {
 namespace {

@@ -4,9 +4,9 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 
-#include "compiler/base/bytes.h"
-#include "compiler/base/result.h"
-#include "formats/table.h"
+#include "formats/base/bytes.h"
+#include "formats/base/result.h"
+#include "formats/text/table.h"
 
 // Poses, frames, and how they are written.
 

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "compiler/base/portable_math.h"
+#include "formats/base/portable_math.h"
 
 namespace sightline {
 

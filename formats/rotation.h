@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 // What Eigen's AngleAxis does, with the same bits on every machine: its sines and arc tangents are
-// the C library's (compiler/base/portable_math.h).
+// the C library's (formats/base/portable_math.h).
 
 namespace sightline {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "compiler/pipeline/options.h"
+#include "passes/pass/options.h"
 
 namespace sightline {
 namespace {

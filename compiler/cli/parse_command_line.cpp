@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "compiler/cli/flag_value.h"
-#include "compiler/pipeline/options.h"
+#include "passes/pass/options.h"
 
 // The one file that talks to CLI11, which splits the words into flags, values and positionals. What
 // they mean and every message is ours.

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 
 // The command line as plain data. Each verb is described once; parsing, --help, the manual page and
 // the completion of shells are made from that description, so they cannot contradict each other.

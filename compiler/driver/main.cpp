@@ -1,5 +1,5 @@
-#include "compiler/driver/command_line.h"
-#include "compiler/driver/commands.h"
+#include "compiler/cli/command_line.h"
+#include "compiler/commands/commands.h"
 
 int main(int argc, char** argv) {
   return sightline::run_command_line(sightline::sightline_program(), {argv + 1, argv + argc});

@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "compiler/driver/compile_config.h"
+#include "compiler/config/compile_config.h"
 #include "compiler/pipeline/artifact_set.h"
-#include "formats/depth_images.h"
-#include "formats/drive_tracks.h"
-#include "formats/driven_places.h"
-#include "formats/evaluation.h"
+#include "formats/annotation/evaluation.h"
+#include "formats/drive/drive_tracks.h"
+#include "formats/drive/driven_places.h"
 #include "formats/map/compiled_map.h"
-#include "formats/sharpness.h"
-#include "formats/surface.h"
-#include "formats/surface_points.h"
+#include "formats/surroundings/depth_images.h"
+#include "formats/surroundings/sharpness.h"
+#include "formats/surroundings/surface.h"
+#include "formats/surroundings/surface_points.h"
 
 // The passes of each verb, in their order. Every struct is a plan with the wires that its user
 // provides or looks at.

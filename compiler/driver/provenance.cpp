@@ -8,7 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "compiler/base/version.h"
+#include "formats/base/version.h"
 
 namespace sightline {
 namespace {

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "compiler/driver/compile_config.h"
+#include "compiler/config/compile_config.h"
 #include "compiler/pipeline/runner.h"
-#include "formats/recording_cards.h"
+#include "formats/drive/recording_cards.h"
 
 namespace sightline {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "compiler/gate/exceptions.h"
-#include "compiler/gate/rules.h"
+#include "compiler/gate/rules/rules.h"
 
 namespace sightline {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include "compiler/base/result.h"
 #include "compiler/gate/finding.h"
 #include "compiler/gate/observation.h"
 #include "compiler/gate/settings.h"
+#include "formats/base/result.h"
 #include "formats/map/compiled_map.h"
 #include "formats/map/map_reader.h"
 

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "compiler/base/atomic_file.h"
+#include "formats/base/atomic_file.h"
 
 namespace sightline {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 
 namespace sightline {
 

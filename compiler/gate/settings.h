@@ -10,9 +10,9 @@
 #include <variant>
 #include <vector>
 
-#include "compiler/base/result.h"
 #include "compiler/gate/finding.h"
-#include "compiler/gate/rules.h"
+#include "compiler/gate/rules/rules.h"
+#include "formats/base/result.h"
 
 namespace sightline {
 

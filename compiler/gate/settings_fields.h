@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "compiler/gate/settings.h"
-#include "compiler/pipeline/options.h"
+#include "passes/pass/options.h"
 
 // The numbers and words of the gate's settings as option fields: its reader and its published
 // schema work from them.

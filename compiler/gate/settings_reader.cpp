@@ -1,7 +1,7 @@
-#include "compiler/base/atomic_file.h"
 #include "compiler/gate/settings.h"
 #include "compiler/gate/settings_fields.h"
 #include "compiler/pipeline/option_yaml.h"
+#include "formats/base/atomic_file.h"
 
 namespace sightline {
 namespace {

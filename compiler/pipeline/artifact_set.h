@@ -4,8 +4,8 @@
 #include <memory>
 #include <utility>
 
-#include "compiler/base/hash.h"
 #include "compiler/pipeline/plan.h"
+#include "formats/base/hash.h"
 
 namespace sightline {
 

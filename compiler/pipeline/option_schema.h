@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/pipeline/options.h"
+#include "passes/pass/options.h"
 
 namespace sightline {
 

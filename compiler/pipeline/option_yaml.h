@@ -4,9 +4,9 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
 #include "compiler/pipeline/yaml_tree.h"
+#include "formats/base/result.h"
+#include "passes/pass/options.h"
 
 // Sets options from YAML. Errors carry the line; the file is the caller's to add.
 

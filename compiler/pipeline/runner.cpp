@@ -9,7 +9,7 @@
 #include <new>
 #include <set>
 
-#include "compiler/pipeline/cache.h"
+#include "compiler/store/cache.h"
 
 namespace sightline {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

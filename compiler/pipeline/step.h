@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "compiler/base/hash.h"
 #include "formats/artifact.h"
+#include "formats/base/hash.h"
 #include "passes/pass/pass.h"
 
 // How a pass, which is a plain function, becomes a step of a plan. Types are read off its

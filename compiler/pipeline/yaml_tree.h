@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 
 namespace sightline {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "compiler/base/random.h"
 #include "examples/town/buildings.h"
+#include "formats/base/random.h"
 
 namespace sightline::town {
 namespace {

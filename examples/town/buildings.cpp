@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 
 namespace sightline::town {
 namespace {

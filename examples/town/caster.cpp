@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 
 // Embree's tree of boxes proposes triangles, in float; which of them a ray meets, and where, is
 // decided here in double, so that a town is recorded with the same bits on every processor.

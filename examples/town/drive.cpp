@@ -4,11 +4,11 @@
 #include <cmath>
 #include <string>
 
-#include "compiler/base/check.h"
-#include "compiler/base/parallel.h"
-#include "compiler/base/portable_math.h"
-#include "compiler/base/random.h"
 #include "examples/town/sensor.h"
+#include "formats/base/check.h"
+#include "formats/base/parallel.h"
+#include "formats/base/portable_math.h"
+#include "formats/base/random.h"
 #include "formats/rotation.h"
 
 namespace sightline::town {

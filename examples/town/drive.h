@@ -10,9 +10,9 @@
 #include "examples/town/sensor.h"
 #include "examples/town/town.h"
 #include "examples/town/traffic.h"
-#include "formats/drive.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/sensor_profile.h"
 #include "formats/geometry.h"
-#include "formats/sensor_profile.h"
 
 // Drives through a town: what a real recording would hold, and the truth that it would not.
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "compiler/base/random.h"
 #include "examples/town/mesh.h"
+#include "formats/base/random.h"
 
 namespace sightline::town {
 namespace {

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/base/random.h"
 #include "examples/town/mesh.h"
 #include "examples/town/plan_route.h"
+#include "formats/base/random.h"
 
 namespace sightline::town {
 namespace {

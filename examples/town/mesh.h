@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "compiler/base/portable_math.h"
+#include "formats/base/portable_math.h"
 
 // The exact geometry of a town: triangles, each with what it belongs to. Town coordinates: metres,
 // z up, the driven line begins at the origin.

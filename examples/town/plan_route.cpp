@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "compiler/base/portable_math.h"
 #include "examples/town/mesh.h"
+#include "formats/base/portable_math.h"
 
 namespace sightline::town {
 namespace {

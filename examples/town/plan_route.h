@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "compiler/base/random.h"
 #include "examples/town/plan.h"
+#include "formats/base/random.h"
 
 // What routes of every shape are put together from; part of plan.
 

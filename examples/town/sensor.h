@@ -2,11 +2,11 @@
 
 #include <vector>
 
-#include "compiler/base/random.h"
-#include "compiler/base/result.h"
 #include "examples/town/caster.h"
+#include "formats/base/random.h"
+#include "formats/base/result.h"
+#include "formats/drive/sensor_profile.h"
 #include "formats/geometry.h"
-#include "formats/sensor_profile.h"
 
 // A spinning LiDAR: rings, azimuth steps, noise along the ray, returns that fail to come.
 

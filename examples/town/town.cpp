@@ -4,8 +4,8 @@
 #include <set>
 #include <string>
 
-#include "compiler/base/random.h"
 #include "examples/town/make_plan.h"
+#include "formats/base/random.h"
 
 namespace sightline::town {
 namespace {

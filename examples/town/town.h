@@ -3,12 +3,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "compiler/base/result.h"
 #include "examples/town/buildings.h"
 #include "examples/town/change.h"
 #include "examples/town/furniture.h"
 #include "examples/town/mesh.h"
 #include "examples/town/plan.h"
+#include "formats/base/result.h"
 
 // A town made from a seed, hard in the ways in which real towns are: wide streets, open places,
 // smooth walls and repeating facades among easy ones.

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "compiler/base/portable_math.h"
-#include "compiler/base/random.h"
+#include "formats/base/portable_math.h"
+#include "formats/base/random.h"
 
 namespace sightline::town {
 namespace {

@@ -6,10 +6,10 @@
 #include <string>
 #include <system_error>
 
-#include "compiler/base/atomic_file.h"
-#include "compiler/base/parallel.h"
 #include "examples/town/drive.h"
-#include "formats/foreign/pcd_writer.h"
+#include "formats/base/atomic_file.h"
+#include "formats/base/parallel.h"
+#include "formats/foreign/clouds/pcd_writer.h"
 
 namespace sightline::town {
 namespace {

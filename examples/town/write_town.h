@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <filesystem>
 
-#include "compiler/base/result.h"
 #include "examples/town/town.h"
+#include "formats/base/result.h"
 
 namespace sightline::town {
 

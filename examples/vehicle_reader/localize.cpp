@@ -12,8 +12,8 @@
 #include <cstdlib>
 #include <utility>
 
-#include "compiler/base/portable_math.h"
-#include "formats/foreign/read_point_cloud.h"
+#include "formats/base/portable_math.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/map/map_reader.h"
 #include "formats/reader/reader.h"
 #include "passes/matching/localizer.h"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "compiler/base/parallel.h"
+#include "formats/base/parallel.h"
 #include "formats/grid/point_grid.h"
 
 namespace sightline {

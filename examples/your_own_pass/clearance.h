@@ -1,8 +1,8 @@
 #pragma once
 
-#include "formats/ndt_map.h"
-#include "formats/site_column.h"
-#include "formats/sites.h"
+#include "formats/annotation/site_column.h"
+#include "formats/annotation/sites.h"
+#include "formats/surroundings/ndt_map.h"
 #include "passes/pass/pass.h"
 
 // A pass of your own, complete: options, one free function, and what it says of itself. The steps

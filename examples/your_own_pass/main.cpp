@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "compiler/driver/config_file.h"
+#include "compiler/config/config_file.h"
 #include "compiler/pipeline/runner.h"
 #include "examples/your_own_pass/clearance.h"
 #include "formats/map/map_reader.h"

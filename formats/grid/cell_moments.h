@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "formats/ndt_map.h"
+#include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
 

@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "formats/cell_index.h"
+#include "formats/grid/cell_index.h"
 
 namespace sightline {
 

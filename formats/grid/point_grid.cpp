@@ -3,7 +3,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 
 namespace sightline {
 namespace {

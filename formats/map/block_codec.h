@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 
 // How the bytes of a layer or section are carried in the file.
 

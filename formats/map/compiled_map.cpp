@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/base/parallel.h"
+#include "formats/base/parallel.h"
 #include "formats/map/factor_layer.h"
 #include "formats/reader/map_layout.h"
 

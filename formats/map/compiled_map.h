@@ -7,18 +7,18 @@
 #include <utility>
 #include <vector>
 
-#include "compiler/base/hash.h"
+#include "formats/annotation/error_model.h"
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
+#include "formats/annotation/predicted_error.h"
+#include "formats/annotation/range_table.h"
+#include "formats/annotation/sites.h"
 #include "formats/artifact.h"
-#include "formats/error_model.h"
-#include "formats/factor_table.h"
-#include "formats/measured_error.h"
-#include "formats/ndt_map.h"
-#include "formats/predicted_error.h"
-#include "formats/range_table.h"
-#include "formats/sensor_profile.h"
-#include "formats/sharpness.h"
-#include "formats/sites.h"
-#include "formats/trajectory.h"
+#include "formats/base/hash.h"
+#include "formats/drive/sensor_profile.h"
+#include "formats/drive/trajectory.h"
+#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/sharpness.h"
 
 namespace sightline {
 

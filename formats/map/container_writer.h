@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/hash.h"
-#include "compiler/base/result.h"
+#include "formats/base/hash.h"
+#include "formats/base/result.h"
 #include "formats/map/packed_block.h"
-#include "formats/ndt_map.h"
+#include "formats/surroundings/ndt_map.h"
 
 // Puts a file together from its parts, knowing nothing of what they mean but for the range layers,
 // from which it makes what is derived: the layers "contents", the section "look-up" and its

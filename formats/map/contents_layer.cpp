@@ -4,7 +4,7 @@
 #include <array>
 #include <cstring>
 
-#include "compiler/base/bytes.h"
+#include "formats/base/bytes.h"
 #include "formats/reader/map_layout.h"
 
 namespace sightline {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/hash.h"
+#include "formats/base/hash.h"
 #include "formats/map/packed_block.h"
-#include "formats/ndt_map.h"
+#include "formats/surroundings/ndt_map.h"
 
 // The layer "contents" of a tile (schemas/map_format.md): what lies behind it, told a second time,
 // so that a file that lost its directory still tells what it holds.

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/factor_table.h"
-#include "formats/ndt_map.h"
-#include "formats/sites.h"
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/sites.h"
+#include "formats/surroundings/ndt_map.h"
 
 // The map factors as engineers find them in a map (schemas/map_format.md): an optional layer of
 // each tile with sites, and an optional section with the factors' names. No vehicle needs them.

@@ -1,6 +1,6 @@
 #include "formats/map/map_digests.h"
 
-#include "compiler/base/bytes.h"
+#include "formats/base/bytes.h"
 
 namespace sightline {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/hash.h"
-#include "formats/ndt_map.h"
+#include "formats/base/hash.h"
+#include "formats/surroundings/ndt_map.h"
 
 // How digests nest: blocks in tiles, tiles and sections in the map (schemas/map_format.md). Only
 // what is required counts, so that optional layers can be dropped without changing any digest.

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/hash.h"
+#include "formats/base/hash.h"
 
 namespace sightline {
 

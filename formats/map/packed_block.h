@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/hash.h"
-#include "compiler/base/result.h"
+#include "formats/base/hash.h"
+#include "formats/base/result.h"
 #include "formats/map/block_codec.h"
 #include "formats/reader/map_container.h"
 

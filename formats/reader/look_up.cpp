@@ -9,7 +9,7 @@
 #include <limits>
 #include <string_view>
 
-#include "compiler/base/bytes.h"
+#include "formats/base/bytes.h"
 #include "formats/reader/map_checks.h"
 #include "map_generated.h"
 

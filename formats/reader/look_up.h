@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 #include "formats/reader/opened_map.h"
 
 // The section "look-up" of a compiled map (schemas/map_format.md): sites by place, in pages that

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 #include "formats/reader/opened_map.h"
 
 // What must hold of a manifest and a directory before anything in them is used. FlatBuffers'

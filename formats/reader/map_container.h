@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 #include "formats/reader/opened_map.h"
 
 namespace sightline {

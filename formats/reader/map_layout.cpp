@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "compiler/base/bytes.h"
+#include "formats/base/bytes.h"
 
 namespace sightline {
 namespace {

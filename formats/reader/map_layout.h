@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 
 // The fixed parts of a compiled map (schemas/map_format.md), shared by its writer and its readers.
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 
 namespace sightline {
 

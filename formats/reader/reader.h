@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/mapped_file.h"

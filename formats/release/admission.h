@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 #include "formats/release/release_record.h"
 #include "formats/release/root_record.h"
 

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/hash.h"
-#include "compiler/base/result.h"
+#include "formats/base/hash.h"
+#include "formats/base/result.h"
 
 // Records are lines "key value\n" in one fixed order, each value with one way to write it
 // (schemas/release_format.md).

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/hash.h"
-#include "compiler/base/result.h"
-#include "formats/sensor_profile.h"
+#include "formats/base/hash.h"
+#include "formats/base/result.h"
+#include "formats/drive/sensor_profile.h"
 
 namespace sightline {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 #include "formats/release/signing_key.h"
 
 namespace sightline {

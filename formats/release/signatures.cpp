@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 #include "formats/release/base64.h"
 
 namespace sightline {

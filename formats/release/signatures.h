@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 #include "formats/release/signing_key.h"
 
 // Signatures beside a record, in the form of `minisign` (prehashed, "ED"): a file of four lines for

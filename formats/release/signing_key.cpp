@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "compiler/base/bytes.h"
-#include "compiler/base/check.h"
+#include "formats/base/bytes.h"
+#include "formats/base/check.h"
 #include "formats/release/base64.h"
 
 namespace sightline {

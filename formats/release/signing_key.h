@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 
 // Ed25519 keys in the files of minisign, so that keys made by either program serve the other
 // (schemas/release_format.md).

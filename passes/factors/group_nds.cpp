@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "compiler/base/parallel.h"
-#include "passes/factors/normal_entropy.h"
+#include "formats/base/parallel.h"
+#include "passes/factors/paper/normal_entropy.h"
 
 namespace sightline {
 namespace {

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "formats/ndt_map.h"
-#include "formats/sites.h"
-#include "passes/factors/self_score.h"
+#include "formats/annotation/sites.h"
+#include "formats/surroundings/ndt_map.h"
+#include "passes/factors/paper/self_score.h"
 
 namespace sightline {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/ndt_map.h"
+#include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
 

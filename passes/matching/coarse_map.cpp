@@ -3,7 +3,7 @@
 #include <map>
 #include <utility>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 #include "formats/grid/cell_moments.h"
 
 namespace sightline {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "formats/ndt_map.h"
+#include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
 

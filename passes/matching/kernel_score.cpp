@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 
 namespace sightline {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 #include "passes/matching/coarse_map.h"
 
 // Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A level that

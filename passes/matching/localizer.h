@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/drive.h"
-#include "formats/ndt_map.h"
+#include "formats/drive/drive.h"
+#include "formats/surroundings/ndt_map.h"
 #include "passes/matching/matcher.h"
 #include "passes/matching/scan_cutter.h"
 

@@ -3,8 +3,8 @@
 #include <Eigen/LU>
 #include <span>
 
-#include "compiler/base/hash.h"
-#include "compiler/base/portable_math.h"
+#include "formats/base/hash.h"
+#include "formats/base/portable_math.h"
 
 namespace sightline {
 namespace {

@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "formats/cell_index.h"
-#include "formats/ndt_map.h"
+#include "formats/grid/cell_index.h"
+#include "formats/surroundings/ndt_map.h"
 #include "passes/matching/match_kernel.h"
 
 namespace sightline {

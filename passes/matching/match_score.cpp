@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "compiler/base/portable_math.h"
+#include "formats/base/portable_math.h"
 
 // Magnusson's score (The Three-Dimensional Normal-Distributions Transform, 2009, section 6.2). All
 // NDs of a point share the point's Jacobian, so their first and second derivatives by the position

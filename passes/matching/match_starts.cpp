@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "compiler/base/portable_math.h"
+#include "formats/base/portable_math.h"
 
 namespace sightline {
 namespace {

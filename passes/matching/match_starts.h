@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "formats/annotation/measured_error.h"
 #include "formats/geometry.h"
-#include "formats/measured_error.h"
 
 namespace sightline {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 #include "passes/matching/scan_preparation.h"
 
 namespace sightline {

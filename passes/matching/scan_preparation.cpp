@@ -8,7 +8,7 @@
 #include <numeric>
 #include <optional>
 
-#include "formats/cell_index.h"
+#include "formats/grid/cell_index.h"
 #include "passes/matching/voxel_table.h"
 
 namespace sightline {

@@ -4,8 +4,8 @@
 #include <array>
 #include <bit>
 
-#include "compiler/base/check.h"
-#include "formats/cell_index.h"
+#include "formats/base/check.h"
+#include "formats/grid/cell_index.h"
 
 // A table with a place for every cell of the box needs no comparing and no sorting. What would make
 // it slow is filling it with zeros, so a bit says whether a place was ever written, and the bits,

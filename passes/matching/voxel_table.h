@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/ndt_map.h"
+#include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
 

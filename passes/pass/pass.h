@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <string_view>
 
-#include "compiler/base/result.h"
-#include "compiler/pipeline/options.h"
-#include "compiler/pipeline/pass_context.h"
+#include "formats/base/result.h"
+#include "passes/pass/options.h"
+#include "passes/pass/pass_context.h"
 
 namespace sightline {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "compiler/base/random.h"
-#include "formats/foreign/read_point_cloud.h"
+#include "formats/base/random.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/bench/posed_set.h"
 
 namespace sightline {

@@ -6,9 +6,9 @@
 #include <map>
 #include <numeric>
 
-#include "compiler/base/check.h"
-#include "compiler/base/parallel.h"
-#include "compiler/base/random.h"
+#include "formats/base/check.h"
+#include "formats/base/parallel.h"
+#include "formats/base/random.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
 #include "formats/map/map_writer.h"

@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "passes/build_ndt.h"
+#include "passes/map/build_ndt.h"
 #include "passes/matching/match_grid.h"
 #include "tests/bench/bench_clouds.h"
 #include "tests/bench/pcl_map.h"

@@ -17,9 +17,9 @@
 #include <map>
 #include <thread>
 
-#include "compiler/base/atomic_file.h"
+#include "formats/base/atomic_file.h"
 #include "formats/map/block_codec.h"
-#include "formats/map/map_side.h"
+#include "formats/map/diff/map_side.h"
 #include "formats/reader/mapped_file.h"
 #include "map_generated.h"
 #include "tests/bench/big_map.h"

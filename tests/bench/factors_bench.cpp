@@ -4,13 +4,13 @@
 #include <map>
 #include <memory>
 
-#include "compiler/base/check.h"
-#include "compiler/base/random.h"
-#include "passes/build_ndt.h"
-#include "passes/build_surface.h"
-#include "passes/cast_rays.h"
-#include "passes/cast_scans.h"
-#include "passes/compute_factors.h"
+#include "formats/base/check.h"
+#include "formats/base/random.h"
+#include "passes/factors/compute_factors.h"
+#include "passes/map/build_ndt.h"
+#include "passes/map/build_surface.h"
+#include "passes/rays/cast_rays.h"
+#include "passes/rays/cast_scans.h"
 
 // What it costs to annotate a site: a street with walls on both sides, cut by crossings every 50 m,
 // and a site every metre of its middle. Time is for one site on one thread. The argument is the

@@ -5,9 +5,9 @@
 #include <ctime>
 #include <vector>
 
-#include "compiler/base/random.h"
-#include "passes/learn/forest_prediction.h"
-#include "passes/train_model.h"
+#include "formats/base/random.h"
+#include "passes/model/forest/forest_prediction.h"
+#include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
 
 // How long a model takes: training on 100 000 rows (held-out forests, importances and all), and the

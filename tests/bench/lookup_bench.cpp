@@ -2,7 +2,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/reader.h"
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/random.h"
-#include "compiler/base/stopwatch.h"
 #include "examples/town/drive.h"
-#include "passes/build_ndt.h"
+#include "formats/base/random.h"
+#include "formats/base/stopwatch.h"
+#include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/bench/pcl_ndt.h"

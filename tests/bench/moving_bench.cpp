@@ -8,11 +8,11 @@
 #include <ctime>
 #include <unordered_map>
 
-#include "compiler/base/check.h"
 #include "examples/town/drive.h"
 #include "examples/town/town.h"
-#include "formats/ndt_map.h"
-#include "passes/remove_moving.h"
+#include "formats/base/check.h"
+#include "formats/surroundings/ndt_map.h"
+#include "passes/map/remove_moving.h"
 
 namespace sightline {
 namespace {

@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/random.h"
-#include "compiler/base/stopwatch.h"
+#include "formats/base/random.h"
+#include "formats/base/stopwatch.h"
 #include "formats/reader/reader.h"
 
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/foreign/pcd_writer.h"
-#include "formats/foreign/read_point_cloud.h"
+#include "formats/foreign/clouds/pcd_writer.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/bench/bench_clouds.h"
 #include "tests/bench/pcl_map.h"
 #include "tests/bench/side_by_side.h"

@@ -7,13 +7,13 @@
 #include <chrono>
 #include <cstdio>
 
-#include "formats/foreign/open_recording.h"
-#include "passes/build_ndt.h"
-#include "passes/estimate_trajectory.h"
-#include "passes/ingest.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "passes/ingest/ingest.h"
+#include "passes/map/build_ndt.h"
+#include "passes/map/measure_sharpness.h"
 #include "passes/matching/matcher.h"
 #include "passes/matching/scan_preparation.h"
-#include "passes/measure_sharpness.h"
+#include "passes/trajectory/estimate_trajectory.h"
 
 namespace {
 

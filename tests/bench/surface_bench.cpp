@@ -15,11 +15,11 @@
 #include <numbers>
 #include <set>
 
-#include "compiler/base/check.h"
 #include "examples/town/drive.h"
 #include "examples/town/town.h"
-#include "passes/build_ndt.h"
-#include "passes/build_surface.h"
+#include "formats/base/check.h"
+#include "passes/map/build_ndt.h"
+#include "passes/map/build_surface.h"
 #include "tests/bench/surface_shapes.h"
 
 namespace sightline {

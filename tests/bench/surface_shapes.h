@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "formats/ndt_map.h"
+#include "formats/surroundings/ndt_map.h"
 
 // Shapes that a cleaned point cloud could be turned into for rays, to compare them with what the
-// product uses (passes/surface_caster.h).
+// product uses (passes/rays/surface_caster.h).
 
 namespace sightline {
 

@@ -8,7 +8,7 @@
 #include <ctime>
 
 #include "examples/town/drive.h"
-#include "passes/estimate_trajectory.h"
+#include "passes/trajectory/estimate_trajectory.h"
 
 namespace {
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "compiler/base/random.h"
 #include "examples/town/town.h"
+#include "formats/base/random.h"
 
 namespace sightline::town {
 namespace {

@@ -7,8 +7,8 @@
 #include <map>
 #include <sstream>
 
-#include "compiler/base/atomic_file.h"
-#include "formats/foreign/read_point_cloud.h"
+#include "formats/base/atomic_file.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
 
 namespace sightline::town {
 namespace {

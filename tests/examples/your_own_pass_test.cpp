@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "compiler/base/random.h"
 #include "examples/your_own_pass/clearance.h"
+#include "formats/base/random.h"
 
 // Step 4: the three kinds of test that every pass has.
 

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 #include "formats/geometry.h"
 
 namespace sightline {

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 
 namespace sightline {
 

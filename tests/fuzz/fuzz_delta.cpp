@@ -9,12 +9,12 @@
 #include <fstream>
 #include <string>
 
-#include "compiler/base/atomic_file.h"
-#include "compiler/base/check.h"
-#include "formats/map/apply_delta.h"
-#include "formats/map/delta_format.h"
-#include "formats/map/make_delta.h"
-#include "formats/map/map_digest_check.h"
+#include "formats/base/atomic_file.h"
+#include "formats/base/check.h"
+#include "formats/map/delta/apply_delta.h"
+#include "formats/map/delta/delta_format.h"
+#include "formats/map/delta/make_delta.h"
+#include "formats/map/delta/map_digest_check.h"
 #include "formats/map/map_writer.h"
 #include "tests/fuzz/delta_base.h"
 #include "tests/fuzz/fuzz.h"

@@ -1,8 +1,8 @@
 // The input is a manifest: it is put into a small map whose tiles are sound, with every checksum
 // and digest right, and must be refused or describe a map that can be used.
 
-#include "compiler/base/check.h"
-#include "formats/map/describe.h"
+#include "compiler/views/text/describe.h"
+#include "formats/base/check.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/reader.h"

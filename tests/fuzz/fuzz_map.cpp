@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 #include "formats/map/compiled_map.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"

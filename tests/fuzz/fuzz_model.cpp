@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "compiler/base/check.h"
-#include "formats/error_model.h"
-#include "passes/learn/forest_prediction.h"
+#include "formats/annotation/error_model.h"
+#include "formats/base/check.h"
+#include "passes/model/forest/forest_prediction.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace sightline {

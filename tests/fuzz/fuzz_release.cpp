@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "compiler/base/check.h"
+#include "formats/base/check.h"
 #include "formats/release/admission.h"
 #include "formats/release/signatures.h"
 #include "tests/formats/release/signed_records.h"

@@ -4,7 +4,7 @@
 #include <optional>
 #include <span>
 
-#include "compiler/base/hash.h"
+#include "formats/base/hash.h"
 
 namespace sightline {
 

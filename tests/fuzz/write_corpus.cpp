@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <string>
 
-#include "compiler/base/atomic_file.h"
-#include "formats/map/make_delta.h"
+#include "formats/base/atomic_file.h"
+#include "formats/map/delta/make_delta.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/release/signed_records.h"

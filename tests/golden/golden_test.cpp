@@ -17,9 +17,9 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/atomic_file.h"
+#include "formats/base/atomic_file.h"
 #include "passes/matching/kernel_score.h"
-#include "passes/surface_caster.h"
+#include "passes/rays/surface_caster.h"
 #include "tests/golden/compare.h"
 #include "tests/golden/libm_digest.h"
 #include "tests/golden/step_outputs.h"

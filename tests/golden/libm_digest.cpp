@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "compiler/base/hash.h"
+#include "formats/base/hash.h"
 
 namespace sightline::golden {
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/hash.h"
-#include "compiler/base/result.h"
-#include "formats/table.h"
+#include "formats/base/hash.h"
+#include "formats/base/result.h"
+#include "formats/text/table.h"
 
 // What the golden test sees of a pipeline. Which steps there are, in which order, and what they
 // take and make comes from the pipeline; step_outputs.cpp alone knows how a pipeline is put

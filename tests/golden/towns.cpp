@@ -1,9 +1,9 @@
 #include "tests/golden/towns.h"
 
-#include "compiler/base/atomic_file.h"
 #include "examples/town/drive.h"
 #include "examples/town/write_town.h"
-#include "formats/foreign/pcd_writer.h"
+#include "formats/base/atomic_file.h"
+#include "formats/foreign/clouds/pcd_writer.h"
 
 namespace sightline::golden {
 namespace {

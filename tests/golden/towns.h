@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/result.h"
+#include "formats/base/result.h"
 
 // The towns that golden files are made of.
 

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "compiler/base/random.h"
-#include "formats/drive.h"
-#include "formats/trajectory.h"
+#include "formats/base/random.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
 
 // Worlds of upright boxes on level ground, and drives through them with exact rays, small enough
 // for tests of what scans are turned into.

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "formats/error_model.h"
-#include "formats/sites.h"
+#include "formats/annotation/error_model.h"
+#include "formats/annotation/sites.h"
 
 // A model whose out-of-fold predictions and labels are written by hand, and the sites it belongs
 // to.

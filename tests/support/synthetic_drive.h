@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/random.h"
-#include "formats/factor_table.h"
-#include "formats/measured_error.h"
-#include "formats/sites.h"
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
+#include "formats/annotation/sites.h"
+#include "formats/base/random.h"
 
 // A drive whose factors and errors come from a formula, for tests of learning and choosing. Places
 // differ in how far their walls are, slowly along the route (correlation 0.5 at 24 m); factors see

@@ -3,8 +3,8 @@
 #include <string>
 #include <utility>
 
-#include "compiler/base/random.h"
-#include "formats/driven_places.h"
+#include "formats/base/random.h"
+#include "formats/drive/driven_places.h"
 #include "tests/support/synthetic_drive.h"
 
 namespace sightline {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 
 namespace sightline {
 namespace {

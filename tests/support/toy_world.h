@@ -3,9 +3,9 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/ndt_map.h"
-#include "formats/sites.h"
-#include "formats/surface_points.h"
+#include "formats/annotation/sites.h"
+#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/surface_points.h"
 
 // Worlds drawn as text, for tests. One character is a square of 1 m; the last line is y in [0, 1),
 // lines above it lie further along +y; columns run along +x from x = 0.

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "formats/driven_places.h"
-#include "passes/train_model.h"
+#include "formats/drive/driven_places.h"
+#include "passes/model/train_model.h"
 
 namespace sightline {
 

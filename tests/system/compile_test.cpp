@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "compiler/base/atomic_file.h"
+#include "formats/base/atomic_file.h"
 #include "tests/system/evaluation_schema.h"
 #include "tests/system/program.h"
 

@@ -12,7 +12,7 @@
 #include <map>
 #include <sstream>
 
-#include "compiler/base/atomic_file.h"
+#include "formats/base/atomic_file.h"
 #include "tests/system/exported_town.h"
 #include "tests/system/program.h"
 

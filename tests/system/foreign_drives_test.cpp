@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <numbers>
 
-#include "formats/foreign/open_recording.h"
-#include "formats/foreign/pcd_writer.h"
-#include "formats/foreign/pose_file.h"
-#include "formats/foreign/ros_messages.h"
+#include "formats/foreign/clouds/pcd_writer.h"
+#include "formats/foreign/logs/ros_messages.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/text/pose_file.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/foreign/bag_files.h"

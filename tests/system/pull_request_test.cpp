@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "compiler/base/atomic_file.h"
-#include "formats/quoted_text.h"
+#include "formats/base/atomic_file.h"
+#include "formats/text/quoted_text.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/scratch_folder.h"
 #include "tests/system/program.h"
@@ -126,10 +126,12 @@ const std::string& release() {
 void expect_valid_forms(const Pipeline& judged) {
   const auto schema = [](const char* file) { return Json::parse(text_of(kRoot / file)); };
   EXPECT_EQ(schema_faults(schema("schemas/gate.schema.json"), judged.json), "");
-  EXPECT_EQ(schema_faults(schema("tests/gate/schemas/sarif-2.1.0-rtm.5.json"), judged.sarif), "");
+  EXPECT_EQ(
+      schema_faults(schema("tests/compiler/gate/schemas/sarif-2.1.0-rtm.5.json"), judged.sarif),
+      "");
   const ProgramResult xml = run_command("xmllint --noout --nonet --schema '" +
-                                        (kRoot / "tests/gate/schemas/JUnit.xsd").string() + "' '" +
-                                        (judged.out / "gate.junit.xml").string() + "'");
+                                        (kRoot / "tests/compiler/gate/schemas/JUnit.xsd").string() +
+                                        "' '" + (judged.out / "gate.junit.xml").string() + "'");
   EXPECT_EQ(xml.status, 0) << xml.err;
 }
 

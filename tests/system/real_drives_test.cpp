@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "compiler/base/atomic_file.h"
+#include "formats/base/atomic_file.h"
 #include "tests/support/real_data.h"
 #include "tests/system/program.h"
 

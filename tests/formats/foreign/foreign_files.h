@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/base/atomic_file.h"
-#include "formats/foreign/read_point_cloud.h"
+#include "formats/base/atomic_file.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
 
 // What the tests of foreign formats share.
 

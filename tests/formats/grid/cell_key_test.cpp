@@ -6,7 +6,7 @@
 #include <limits>
 #include <set>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 
 namespace sightline {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 
 namespace sightline {
 namespace {

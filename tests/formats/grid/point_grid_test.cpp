@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 
 namespace sightline {
 namespace {

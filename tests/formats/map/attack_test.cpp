@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "compiler/base/atomic_file.h"
+#include "formats/base/atomic_file.h"
 #include "formats/map/block_codec.h"
 #include "formats/map/container_writer.h"
 #include "formats/map/map_reader.h"

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 
 namespace sightline {
 namespace {

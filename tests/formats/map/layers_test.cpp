@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 #include "formats/reader/map_layout.h"
 #include "tests/formats/map/random_map.h"
 

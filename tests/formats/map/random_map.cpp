@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 
 namespace sightline {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "compiler/base/atomic_file.h"
+#include "formats/base/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/reader.h"
 #include "tests/formats/map/random_map.h"

@@ -10,7 +10,7 @@
 #include <optional>
 #include <thread>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 #include "formats/grid/point_grid.h"
 #include "formats/map/container_writer.h"
 #include "formats/map/map_writer.h"

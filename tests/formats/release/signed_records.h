@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/base/random.h"
+#include "formats/base/random.h"
 #include "formats/release/admission.h"
 #include "formats/release/signatures.h"
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/ndt_map.h"
+#include "formats/surroundings/ndt_map.h"
 
 // Every factor once more, as plainly as its definition reads: no shells, no sharing, no look-up but
 // std::map. The oracle of the fast ones; written from schemas/definitions.md alone.

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "passes/factors/feature_count.h"
+#include "passes/factors/paper/feature_count.h"
 
 namespace sightline {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "examples/town/drive.h"
-#include "passes/build_ndt.h"
+#include "passes/map/build_ndt.h"
 #include "passes/matching/coarse_map.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/matching/allocation_counter.h"

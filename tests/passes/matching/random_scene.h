@@ -4,8 +4,8 @@
 #include <map>
 #include <vector>
 
-#include "compiler/base/random.h"
-#include "formats/ndt_map.h"
+#include "formats/base/random.h"
+#include "formats/surroundings/ndt_map.h"
 
 // A room to match in: a floor and four walls with a dent, measured with noise, and the map of it.
 

@@ -1,7 +1,0 @@
-#include "compiler/base/version.h"
-
-namespace sightline {
-
-std::string program_version() { return SIGHTLINE_VERSION; }
-
-}  // namespace sightline

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+
+#include "compiler/pipeline/runner.h"
+#include "formats/base/error.h"
+
+// What people see while a command runs: data goes to stdout and nothing else does; log, warnings
+// and progress go to stderr.
+
+namespace sightline {
+
+enum class Verbosity {
+  kQuiet,   // warnings
+  kNormal,  // and one line for each finished step
+  kVerbose  // and when each step starts, why it ran, and what it cost
+};
+
+// Reports a run on stderr; when that is a terminal, unless quiet, with a moving line that has the
+// share done and the time that remains. `printed` tables go to stdout as CSV.
+RunObserver console_observer(Verbosity verbosity);
+
+// Of a pass that has done so much in this time, if it goes on like this.
+double seconds_left(double elapsed_s, std::size_t done, std::size_t total);
+
+// "SL2006 truncated-scan: ..." on stderr; returns the exit status that belongs to it.
+int report_error(const Error& error);
+
+// A table of pass times and memory, for --time-passes.
+std::string time_table(const std::vector<StepReport>& reports);
+
+// Why each step ran or did not, for --explain.
+std::string explanation(const std::vector<StepReport>& reports);
+
+// From here on Ctrl-C says that finished passes are kept and ends with the status of an incomplete
+// run; unfinished files are removed by the next run.
+void explain_interruption();
+
+}  // namespace sightline

@@ -1,0 +1,136 @@
+#include "compiler/cli/run_flags.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
+#include "compiler/cli/progress_json.h"
+#include "passes/matching/kernel_score.h"
+
+namespace sightline {
+namespace {
+
+// Error: bad-argument where this processor does not have it.
+Result<void> choose_kernel(const std::string& name) {
+  MatchKernel kernel = MatchKernel::kFastest;
+  if (name == "portable") kernel = MatchKernel::kPortable;
+  if (name == "avx2") kernel = MatchKernel::kAvx2;
+  if (name == "avx512") kernel = MatchKernel::kAvx512;
+  if (!is_supported(kernel)) {
+    return Error{ErrorCode::kBadArgument, "this processor does not have " + name, "", "--kernel"};
+  }
+  replace_fastest_kernel(kernel);
+  return {};
+}
+
+// JSON on stderr stands there alone; on a descriptor of its own beside what people see.
+Result<RunObserver> observer_of(const RunFlags& flags) {
+  const RunObserver console = console_observer(flags.is_quiet     ? Verbosity::kQuiet
+                                               : flags.is_verbose ? Verbosity::kVerbose
+                                                                  : Verbosity::kNormal);
+  if (flags.json_progress == 0) return console;
+  SIGHTLINE_TRY(check_progress_descriptor(flags.json_progress));
+  RunObserver json = json_observer(flags.json_progress);
+  if (flags.json_progress != STDERR_FILENO) return both(console, std::move(json));
+  json.printed = console.printed;
+  return json;
+}
+
+}  // namespace
+
+void add_run_flags(Verb& verb, RunFlags& flags) {
+  verb.positionals.push_back({.name = "CONFIG",
+                              .help = "YAML configuration (schemas/config.schema.json)",
+                              .target = &flags.config_file});
+  add_flags_of_every_run(verb, flags);
+}
+
+void add_flags_of_every_run(Verb& verb, RunFlags& flags) {
+  const std::vector<Flag> of_every_run = {
+      {.names = "--set",
+       .value = "KEY=VALUE",
+       .help = "Override one value of the configuration: section.key=value",
+       .target = &flags.overrides},
+      {.names = "--threads",
+       .value = "N",
+       .help = "Threads to use; 0 takes all there are",
+       .target = &flags.threads,
+       .minimum = 0,
+       .maximum = 1024},
+      {.names = "--cache",
+       .value = "FOLDER",
+       .help = "Finished artifacts, in place of .sightline-cache beside the configuration",
+       .target = &flags.cache_directory},
+      {.names = "--no-cache",
+       .help = "Run every pass and keep nothing",
+       .target = &flags.no_cache},
+      {.names = "--print-after",
+       .value = "PASS",
+       .help = "Print the result of this pass on stdout, as CSV",
+       .target = &flags.print_after},
+      {.names = "--stop-after",
+       .value = "PASS",
+       .help = "End after this pass",
+       .target = &flags.stop_after},
+      {.names = "--time-passes",
+       .help = "Print time and peak memory of each pass on stderr",
+       .target = &flags.time_passes},
+      {.names = "--explain",
+       .help = "Print why each pass ran or did not, on stderr",
+       .target = &flags.explain},
+      {.names = "--json-progress",
+       .value = "N",
+       .help = "Report progress as one JSON object a line, on stderr instead of the lines for "
+               "people, or on file descriptor N",
+       .target = &flags.json_progress,
+       .minimum = 1,
+       .bare_value = "2"},
+      quiet_flag(flags.is_quiet),
+      {.names = "-v,--verbose",
+       .help = "Also log when each pass starts, why it ran, and what it cost",
+       .target = &flags.is_verbose,
+       .excludes = "--quiet"},
+      {.names = "--kernel",
+       .value = "NAME",
+       .help = "The matcher's inner loop, which changes no result",
+       .target = &flags.kernel,
+       .choices = {"fastest", "portable", "avx2", "avx512"},
+       .is_hidden = true}};
+  verb.flags.insert(verb.flags.end(), of_every_run.begin(), of_every_run.end());
+}
+
+RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
+  RunOptions options;
+  options.threads = flags.threads;
+  options.seed = static_cast<std::uint64_t>(config.annotation.seed);
+  options.print_after = flags.print_after;
+  options.stop_after = flags.stop_after;
+  if (flags.no_cache) return options;
+  options.cache_directory = flags.cache_directory;
+  if (flags.cache_directory.empty()) {
+    options.cache_directory =
+        std::filesystem::path(flags.config_file).parent_path() / ".sightline-cache";
+  }
+  return options;
+}
+
+Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,
+                                          const RunFlags& flags, const CompileConfig& config,
+                                          ArtifactSet& artifacts) {
+  SIGHTLINE_TRY(choose_kernel(flags.kernel));
+  SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags));
+  explain_interruption();
+  std::vector<StepReport> reports;
+  const Result<void> run = run_plan(plan, wanted, run_options(flags, config), observer,
+                                    artifacts, reports);
+  if (flags.explain) std::fputs(explanation(reports).c_str(), stderr);
+  if (flags.time_passes) std::fputs(time_table(reports).c_str(), stderr);
+  if (!run) return run.error();
+  return reports;
+}
+
+}  // namespace sightline

@@ -1,0 +1,45 @@
+#include "compiler/commands/commands.h"
+
+#include "formats/base/version.h"
+
+namespace sightline {
+namespace {
+
+void add_group(Program& program, const std::string& group, const std::vector<Verb>& verbs) {
+  for (const Verb& verb : verbs) {
+    program.verbs.push_back(verb);
+    program.verbs.back().group = group;
+  }
+}
+
+}  // namespace
+
+Program sightline_program() {
+  Program program;
+  program.name = "sightline";
+  program.version = program_version();
+  program.summary =
+      "sightline compiles recorded drives into a map that tells a vehicle how far it must look at "
+      "each place.";
+  program.first_steps = {
+      "sightline init recordings/ -o drive.yaml       # look at them, write a configuration",
+      "sightline compile drive.yaml -o drive.slmap    # make the map",
+      "sightline inspect drive.slmap                  # what the map says of itself"};
+  program.details =
+      "Data goes to stdout, log and progress to stderr, in colour only on a terminal and without "
+      "NO_COLOR. Exit status: 0 done, 64 usage, 65 input, 66 version, 67 corrupt, 68 signature, 69 "
+      "gate, 74 system, 75 incomplete; diff alone: 0 same, 1 different, 2 trouble. "
+      "schemas/error_codes.md lists every failure with its remedy.";
+  add_group(program, "Make a map", {init_verb(), compile_verb(), train_verb()});
+  add_group(program, "Look at it", {inspect_verb(), dump_verb(), export_verb(), report_verb()});
+  add_group(program, "Judge it", {verify_verb(), evaluate_verb(), diff_verb(), gate_verb()});
+  add_group(program, "Change a map file",
+            {delta_verb(), apply_verb(), strip_verb(), recover_verb()});
+  add_group(program, "Release it to a fleet",
+            {key_verb(), root_verb(), release_verb(), sign_verb(), admit_verb()});
+  add_group(program, "About the program", {passes_verb(), completion_verb(), man_verb()});
+  add_group(program, "About the program", {help_verb(verb_names(program))});
+  return program;
+}
+
+}  // namespace sightline

@@ -1,0 +1,147 @@
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include "compiler/commands/commands.h"
+#include "compiler/commands/fleet/signing_files.h"
+#include "formats/release/record_text.h"
+#include "formats/release/signatures.h"
+
+namespace sightline {
+namespace {
+
+struct AdmitFlags {
+  std::string root;
+  std::string next_root;
+  std::string release;
+  std::string seen;
+  std::string now;
+  std::string sensor;
+  std::string map_id;
+  std::string present;
+  std::string map;
+};
+
+struct SignedText {
+  std::string text;
+  std::string signatures;
+};
+
+Result<SignedText> read_signed(const std::string& file) {
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
+  SIGHTLINE_ASSIGN(const std::string signatures, read_record_text(signatures_of(file), kLargestSignatureFile));
+  return SignedText{text, signatures};
+}
+
+Result<RootRecord> read_root(const AdmitFlags& flags) {
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(flags.root, kLargestRecord));
+  Result<RootRecord> root = decode_root_record(text);
+  if (!root) return in_file(root.error(), flags.root);
+  return root;
+}
+
+Result<VehicleFacts> facts_of(const AdmitFlags& flags) {
+  VehicleFacts facts;
+  SIGHTLINE_ASSIGN(const std::int64_t now, read_time(flags.now));
+  facts.now_s = now;
+  if (!flags.seen.empty()) {
+    SIGHTLINE_ASSIGN(const std::string seen, read_record_text(flags.seen, kLargestRecord));
+    facts.seen_release = seen;
+  }
+  if (!flags.map_id.empty()) facts.map_id = flags.map_id;
+  if (flags.sensor.empty()) return facts;
+  facts.sensor = digest_of_hex(flags.sensor);
+  if (facts.sensor) return facts;
+  return Error{ErrorCode::kBadArgument, "--sensor takes 64 hexadecimal digits", "", ""};
+}
+
+Result<void> admit_root(const AdmitFlags& flags, const RootRecord& trusted) {
+  SIGHTLINE_ASSIGN(const SignedText next, read_signed(flags.next_root));
+  const Result<RootRecord> root = next_root(trusted, next.text, next.signatures);
+  if (!root) return in_file(root.error(), flags.next_root);
+  std::fputs(encode(*root).c_str(), stdout);
+  return {};
+}
+
+Result<void> admit(const AdmitFlags& flags) {
+  SIGHTLINE_ASSIGN(const RootRecord root, read_root(flags));
+  if (!flags.next_root.empty()) return admit_root(flags, root);
+  SIGHTLINE_ASSIGN(const VehicleFacts facts, facts_of(flags));
+  SIGHTLINE_ASSIGN(const SignedText release, read_signed(flags.release));
+  const Result<ReleaseRecord> record =
+      admit_release(release.text, release.signatures, root, facts);
+  if (!record) return in_file(record.error(), flags.release);
+  if (!flags.map.empty()) {
+    SIGHTLINE_TRY(check_map(flags.map, *record));
+  }
+  std::fputs(encode(*record).c_str(), stdout);
+  std::printf("fetch %s\n", to_text(plan_fetch(flags.present, *record)).c_str());
+  return {};
+}
+
+Result<void> run_admit(const AdmitFlags& flags) {
+  if (flags.next_root.empty() == flags.release.empty()) {
+    return Error{ErrorCode::kBadArgument, "either a RELEASE or --next-root is needed", "", ""};
+  }
+  return admit(flags);
+}
+
+}  // namespace
+
+Verb admit_verb() {
+  const auto flags = std::make_shared<AdmitFlags>();
+  Verb verb;
+  verb.name = "admit";
+  verb.summary =
+      "In the vehicle: may this root, release or map be trusted, and what to fetch?";
+  verb.details =
+      "Checks signatures, fleet, counter, expiry, reader, sensor and, with --map, the map's size, "
+      "digest, contents and manifest, in the order of schemas/release_format.md. Prints the record "
+      "and \"fetch nothing\", \"fetch map NAME SIZE SHA256\" or \"fetch delta NAME SIZE "
+      "SHA256\".";
+  verb.examples = {"sightline admit --root root --next-root root.2",
+                   "sightline admit --root root --seen seen --present town.slmap release",
+                   "sightline admit --root root --seen seen release --map incoming.slmap"};
+  verb.positionals = {{.name = "RELEASE",
+                       .help = "The release record, with its .minisig",
+                       .target = &flags->release,
+                       .is_required = false}};
+  verb.flags = {
+      {.names = "--root",
+       .value = "FILE",
+       .help = "The root record that is trusted",
+       .target = &flags->root,
+       .is_required = true},
+      {.names = "--next-root",
+       .value = "FILE",
+       .help = "Check this root, with its .minisig, and print it; takes no RELEASE",
+       .target = &flags->next_root},
+      {.names = "--seen",
+       .value = "FILE",
+       .help = "The newest release record admitted before",
+       .target = &flags->seen},
+      {.names = "--now",
+       .value = "TIME",
+       .help = "UTC as 2026-12-01T00:00:00Z, in place of the clock",
+       .target = &flags->now},
+      {.names = "--sensor",
+       .value = "SHA256",
+       .help = "Digest of this vehicle's sensor profile",
+       .target = &flags->sensor},
+      {.names = "--map-id",
+       .value = "ID",
+       .help = "The map this vehicle wants",
+       .target = &flags->map_id},
+      {.names = "--present",
+       .value = "FILE",
+       .help = "The map that the vehicle has (.slmap)",
+       .target = &flags->present},
+      {.names = "--map",
+       .value = "FILE",
+       .help = "The map to check against the release (.slmap)",
+       .target = &flags->map}};
+  verb.run = [flags] { return exit_status_of(run_admit(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline

@@ -1,0 +1,86 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/commands/commands.h"
+#include "compiler/commands/fleet/signing_files.h"
+#include "formats/base/atomic_file.h"
+#include "formats/release/record_text.h"
+#include "formats/release/signatures.h"
+
+namespace sightline {
+namespace {
+
+struct SignFlags {
+  std::string record;
+  std::string key;
+  std::string passphrase_file;
+};
+
+// "release 9 of metropolis": nothing else is signed, so that no signature means something it should
+// not.
+Result<std::string> title_of(const std::string& text) {
+  const Result<ReleaseRecord> release = decode_release_record(text);
+  if (release) return "release " + std::to_string(release->counter) + " of " + release->fleet;
+  const Result<RootRecord> root = decode_root_record(text);
+  if (root) return "root " + std::to_string(root->version) + " of " + root->fleet;
+  return text.starts_with("sightline-root ") ? root.error() : release.error();
+}
+
+// The signatures that are there already, still of this record; none where there is no file.
+Result<std::string> earlier_signatures(const std::string& file, const std::string& text,
+                                       const PublicKey& key) {
+  std::error_code failure;
+  if (!std::filesystem::exists(file, failure)) return std::string();
+  SIGHTLINE_ASSIGN(std::string earlier, read_record_text(file, kLargestSignatureFile));
+  const Result<std::vector<Signature>> signatures = parse_signatures(earlier);
+  if (!signatures) return in_file(signatures.error(), file);
+  for (const Signature& signature : *signatures) {
+    if (signature.key_id != key.id) continue;
+    const bool is_same = is_valid(signature, text, key);
+    return Error{
+        is_same ? ErrorCode::kOutputExists : ErrorCode::kBadSignature,
+        is_same ? "this key has signed already" : "signatures of another record; remove them first",
+        file, ""};
+  }
+  return earlier;
+}
+
+Result<void> sign_record(const SignFlags& flags) {
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(flags.record, kLargestRecord));
+  const Result<std::string> title = title_of(text);
+  if (!title) return in_file(title.error(), flags.record);
+  SIGHTLINE_ASSIGN(const SecretKey key, read_secret_key(flags.key, flags.passphrase_file));
+  const std::string file = signatures_of(flags.record);
+  SIGHTLINE_ASSIGN(const std::string earlier, earlier_signatures(file, text, public_key_of(key)));
+  const std::string signatures = earlier + sign(text, key, *title);
+  SIGHTLINE_TRY(write_file_atomically(file, signatures, IfExists::kReplace));
+  std::printf("%s signed by %s\n", title->c_str(), to_hex(key.id).c_str());
+  return {};
+}
+
+}  // namespace
+
+Verb sign_verb() {
+  const auto flags = std::make_shared<SignFlags>();
+  Verb verb;
+  verb.name = "sign";
+  verb.summary = "Add a signature to a root or release record, in RECORD.minisig";
+  verb.details =
+      "Signers take turns, each on a machine of their own. `minisign -V` verifies the first "
+      "signature of the file, and `tail -n +5 RECORD.minisig` without it the second.";
+  verb.examples = {"sightline sign release --key alice.key",
+                   "sightline sign release --key bob.key --passphrase-file -"};
+  verb.positionals = {{.name = "RECORD", .help = "The record", .target = &flags->record}};
+  verb.flags = {{.names = "--key",
+                 .value = "FILE",
+                 .help = "The secret key (.key)",
+                 .target = &flags->key,
+                 .is_required = true},
+                passphrase_flag(flags->passphrase_file)};
+  verb.run = [flags] { return exit_status_of(sign_record(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline

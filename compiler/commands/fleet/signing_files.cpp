@@ -1,0 +1,105 @@
+#include "compiler/commands/fleet/signing_files.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+
+#include "compiler/cli/console.h"
+#include "formats/base/atomic_file.h"
+#include "formats/release/record_text.h"
+
+namespace sightline {
+namespace {
+
+std::int64_t clock_s() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::seconds>(now).count();
+}
+
+// "+30d"
+std::optional<std::int64_t> days_ahead(std::string_view text) {
+  if (!text.starts_with('+') || !text.ends_with('d')) return {};
+  const std::string_view digits = text.substr(1, text.size() - 2);
+  std::int64_t days = 0;
+  const auto [stop, failure] = std::from_chars(digits.data(), digits.data() + digits.size(), days);
+  if (failure != std::errc() || stop != digits.data() + digits.size()) return {};
+  if (days < 0 || days > 36500) return {};
+  return days;
+}
+
+}  // namespace
+
+Result<std::optional<std::string>> read_passphrase(const std::string& file) {
+  if (file.empty()) return std::optional<std::string>();
+  std::string line;
+  if (file == "-") {
+    std::getline(std::cin, line);
+    return std::optional<std::string>(line);
+  }
+  SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
+  return std::optional<std::string>(text.substr(0, text.find('\n')));
+}
+
+Result<void> write_secret_file(const std::string& path, const std::string& text) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (descriptor < 0) {
+    const bool exists = errno == EEXIST;
+    return Error{exists ? ErrorCode::kOutputExists : ErrorCode::kCannotWrite,
+                 exists ? "a secret key is never replaced" : std::strerror(errno), path, ""};
+  }
+  const ssize_t count = ::write(descriptor, text.data(), text.size());
+  const bool is_whole = count == static_cast<ssize_t>(text.size()) && ::fsync(descriptor) == 0;
+  ::close(descriptor);
+  if (is_whole) return {};
+  ::unlink(path.c_str());
+  return Error{ErrorCode::kCannotWrite, "the secret key cannot be written", path, ""};
+}
+
+Result<SecretKey> read_secret_key(const std::string& file, const std::string& passphrase_file) {
+  SIGHTLINE_ASSIGN(const std::optional<std::string> passphrase, read_passphrase(passphrase_file));
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
+  Result<SecretKey> key = decode_secret_key_file(text, passphrase);
+  if (!key) return in_file(key.error(), file);
+  return key;
+}
+
+Result<PublicKey> read_public_key(const std::string& file) {
+  SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
+  const Result<PublicKey> key = decode_public_key_file(text);
+  if (!key) return in_file(key.error(), file);
+  return key;
+}
+
+Result<std::string> read_record_text(const std::string& file, std::size_t most_bytes) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return Error{ErrorCode::kFileNotFound, "cannot open", file, ""};
+  std::string text(most_bytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (stream.bad()) return Error{ErrorCode::kCannotRead, "cannot read", file, ""};
+  if (text.size() > most_bytes) {
+    return Error{ErrorCode::kTooLarge,
+                 "more than " + std::to_string(most_bytes) + " bytes, which no such file has", file,
+                 ""};
+  }
+  return text;
+}
+
+std::string signatures_of(const std::string& file) { return file + ".minisig"; }
+
+Result<std::int64_t> read_time(const std::string& text) {
+  if (text.empty()) return clock_s();
+  if (const std::optional<std::int64_t> days = days_ahead(text)) return clock_s() + *days * 86400;
+  const std::optional<std::int64_t> seconds = utc_seconds(text);
+  if (seconds) return *seconds;
+  return Error{ErrorCode::kBadArgument,
+               "found \"" + text + "\", expected a time as 2026-12-01T00:00:00Z or +30d", "", ""};
+}
+
+}  // namespace sightline

@@ -1,0 +1,97 @@
+#include <cstdio>
+#include <memory>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
+#include "compiler/commands/commands.h"
+#include "compiler/views/text/map_diff_json.h"
+#include "compiler/views/text/map_diff_text.h"
+#include "formats/map/diff/diff_maps.h"
+
+namespace sightline {
+namespace {
+
+// As diff(1) and every script that asks it.
+constexpr int kSame = 0;
+constexpr int kDifferent = 1;
+constexpr int kTrouble = 2;
+
+struct DiffFlags {
+  std::string before;
+  std::string after;
+  std::string format = "text";
+  std::string world = "local";
+  MapDiffOptions options;
+  bool is_quiet = false;
+};
+
+Result<std::string> text_of(const MapDiff& diff, const std::string& format, const World& world) {
+  if (format == "json") return to_json(diff);
+  if (format == "markdown") return to_markdown(diff);
+  if (format == "geojson") return to_geojson(diff, world);
+  return to_text(diff);
+}
+
+Result<bool> diff(const DiffFlags& flags) {
+  SIGHTLINE_ASSIGN(const World world, parse_world(flags.world));
+  SIGHTLINE_ASSIGN(const MapDiff found, diff_maps(std::filesystem::path(flags.before),
+                                          std::filesystem::path(flags.after), flags.options));
+  if (!flags.is_quiet) {
+    SIGHTLINE_ASSIGN(const std::string text, text_of(found, flags.format, world));
+    std::fputs(text.c_str(), stdout);
+  }
+  return found.is_same();
+}
+
+}  // namespace
+
+Verb diff_verb() {
+  const auto flags = std::make_shared<DiffFlags>();
+  Verb verb;
+  verb.name = "diff";
+  verb.summary = "Show what changed between two maps: streets, ranges, promises, definitions";
+  verb.details =
+      "Exit status: 0 the maps are the same, 1 they differ, 2 trouble (64 an unknown flag).\n\n"
+      "Sites are matched by place: the old map is asked where each site of the new one lies, as a "
+      "vehicle would ask. Tiles with equal digests are not read. Form markdown is for a pull "
+      "request, geojson for a GIS; json is described in schemas/diff.schema.json.";
+  verb.examples = {
+      "sightline diff old.slmap new.slmap",
+      "sightline diff old.slmap new.slmap -q || echo changed",
+      "sightline diff old.slmap new.slmap --format markdown >> \"$GITHUB_STEP_SUMMARY\"",
+      "sightline diff old.slmap new.slmap --format geojson --world utm:33N > changed.geojson"};
+  verb.positionals = {
+      {.name = "BEFORE", .help = "The old map (.slmap)", .target = &flags->before},
+      {.name = "AFTER", .help = "The new map (.slmap)", .target = &flags->after}};
+  verb.flags = {
+      {.names = "--format",
+       .value = "FORMAT",
+       .help = "Form of the output",
+       .target = &flags->format,
+       .choices = {"text", "json", "markdown", "geojson"}},
+      quiet_flag(flags->is_quiet),
+      {.names = "--tolerance-m",
+       .value = "METRES",
+       .help = "An ND whose mean moved no farther stayed",
+       .target = &flags->options.tolerance_m,
+       .minimum = 0.0},
+      {.names = "--join-m",
+       .value = "METRES",
+       .help = "Changes along the route no farther apart count as one stretch",
+       .target = &flags->options.join_m,
+       .minimum = 0.0},
+      {.names = "--longest-m",
+       .value = "METRES",
+       .help = "A longer stretch is split into pieces",
+       .target = &flags->options.longest_m,
+       .minimum = 0.001},
+      world_flag(flags->world)};
+  verb.run = [flags]() -> Result<int> {
+    const Result<bool> is_same = diff(*flags);
+    if (!is_same) report_error(is_same.error());
+    return !is_same ? kTrouble : *is_same ? kSame : kDifferent;
+  };
+  return verb;
+}
+
+}  // namespace sightline

@@ -1,0 +1,166 @@
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <optional>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/commands/commands.h"
+#include "compiler/gate/forms/gate_text.h"
+#include "compiler/gate/gate.h"
+#include "formats/base/atomic_file.h"
+#include "formats/map/map_reader.h"
+
+namespace sightline {
+namespace {
+
+using Writer = std::string (*)(const GateReport&);
+
+struct Form {
+  const char* name;
+  Writer write;
+  const char* help;
+};
+
+constexpr Form kForms[] = {{"text", &to_text, "Also write the text to this file"},
+                           {"json", &to_json, "Also write JSON (schemas/gate.schema.json)"},
+                           {"junit", &to_junit, "Also write JUnit XML"},
+                           {"sarif", &to_sarif, "Also write SARIF 2.1.0"},
+                           {"github", &to_github, "Also write GitHub annotations"},
+                           {"markdown", &to_markdown, "Also write Markdown"}};
+
+struct GateFlags {
+  std::string map;
+  std::string old_map;
+  std::string rules;
+  std::string evaluation;
+  std::string today;  // empty: by the clock
+  std::vector<std::string> formats = {"text"};
+  std::vector<std::string> files = std::vector<std::string>(std::size(kForms));  // empty: none
+  bool is_forced = false;
+};
+
+// What a map file holds, kept while it is judged.
+struct LoadedMap {
+  CompiledMap map;
+  MapSummary summary;
+};
+
+Result<LoadedMap> load_map(const std::string& file) {
+  SIGHTLINE_ASSIGN(MapSummary summary, verify_map(file));
+  SIGHTLINE_ASSIGN(CompiledMap map, read_map(file));
+  return LoadedMap{std::move(map), std::move(summary)};
+}
+
+std::string day_by_the_clock() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[16];
+  std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
+  return text;
+}
+
+Result<GateReport> judge_files(const GateFlags& flags, const GateSettings& settings) {
+  SIGHTLINE_ASSIGN(const LoadedMap map, load_map(flags.map));
+  const GateMap subject{flags.map, map.map, map.summary};
+  std::optional<LoadedMap> old_file;
+  std::optional<GateMap> old_map;
+  if (!flags.old_map.empty()) {
+    SIGHTLINE_ASSIGN(LoadedMap loaded, load_map(flags.old_map));
+    old_file = std::move(loaded);
+    old_map.emplace(GateMap{flags.old_map, old_file->map, old_file->summary});
+  }
+  std::optional<Observation> observation;
+  if (!flags.evaluation.empty()) {
+    SIGHTLINE_ASSIGN(Observation read, read_observation(flags.evaluation));
+    observation = std::move(read);
+  }
+  return judge({subject, old_map ? &*old_map : nullptr, observation ? &*observation : nullptr},
+               settings, flags.today.empty() ? day_by_the_clock() : flags.today);
+}
+
+Result<void> write_report(const GateFlags& flags, const GateReport& report) {
+  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  for (std::size_t i = 0; i < std::size(kForms); ++i) {
+    if (std::ranges::find(flags.formats, kForms[i].name) != flags.formats.end()) {
+      std::fputs(kForms[i].write(report).c_str(), stdout);
+    }
+    if (flags.files[i].empty()) continue;
+    SIGHTLINE_TRY(write_file_atomically(flags.files[i], kForms[i].write(report), if_exists));
+  }
+  return {};
+}
+
+Result<void> gate(const GateFlags& flags) {
+  GateSettings settings = default_gate_settings();
+  if (!flags.rules.empty()) {
+    SIGHTLINE_ASSIGN(GateSettings read, read_gate_settings(flags.rules));
+    settings = std::move(read);
+  }
+  SIGHTLINE_ASSIGN(const GateReport report, judge_files(flags, settings));
+  SIGHTLINE_TRY(write_report(flags, report));
+  if (report.passes()) return {};
+  return Error{ErrorCode::kGateFailed,
+               "found " + std::to_string(report.violations(Severity::kError)) + " errors and " +
+                   std::to_string(report.violations(Severity::kWarning)) +
+                   " warnings; the gate fails at any " +
+                   std::string(severity_name(settings.fails_at)),
+               flags.map, ""};
+}
+
+std::vector<std::string> form_names() {
+  std::vector<std::string> names;
+  for (const Form& form : kForms) names.emplace_back(form.name);
+  return names;
+}
+
+}  // namespace
+
+Verb gate_verb() {
+  const auto flags = std::make_shared<GateFlags>();
+  Verb verb;
+  verb.name = "gate";
+  verb.summary = "Judge a map by rules, alone and against the one before it";
+  verb.details =
+      "Exit status 0: the map passes, 69: it does not. Rules, their thresholds and exceptions by "
+      "place are described in schemas/gate_rules.md.";
+  verb.examples = {
+      "sightline gate town.slmap",
+      "sightline gate town.slmap --against release.slmap --rules town.yaml --json gate.json",
+      "sightline gate town.slmap --against release.slmap --format github --junit gate.xml \\\n"
+      "      --sarif gate.sarif --markdown summary.md"};
+  verb.positionals = {map_positional(flags->map, "The map to judge")};
+  verb.flags = {{.names = "--against",
+                 .value = "FILE",
+                 .help = "An older map (.slmap): judge the change too",
+                 .target = &flags->old_map},
+                {.names = "--rules",
+                 .value = "FILE",
+                 .help = "YAML with thresholds and exceptions, perhaps in a section 'gate'",
+                 .target = &flags->rules},
+                {.names = "--evaluation",
+                 .value = "FILE",
+                 .help = "What `sightline evaluate --json` wrote for this map",
+                 .target = &flags->evaluation},
+                {.names = "--today",
+                 .value = "DATE",
+                 .help = "The day on which exceptions end, as 2026-12-01, in place of today (UTC)",
+                 .target = &flags->today},
+                {.names = "--format",
+                 .value = "FORMAT",
+                 .help = "Form of the output",
+                 .target = &flags->formats,
+                 .choices = form_names()}};
+  for (std::size_t i = 0; i < std::size(kForms); ++i) {
+    verb.flags.push_back({.names = std::string("--") + kForms[i].name,
+                          .value = "FILE",
+                          .help = kForms[i].help,
+                          .target = &flags->files[i]});
+  }
+  verb.flags.push_back(force_flag(flags->is_forced));
+  verb.run = [flags] { return exit_status_of(gate(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline

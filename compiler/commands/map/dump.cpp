@@ -1,0 +1,258 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "compiler/cli/run_flags.h"
+#include "compiler/commands/commands.h"
+#include "compiler/driver/pipelines.h"
+#include "compiler/views/picture/dump_picture.h"
+#include "compiler/views/text/table_rows.h"
+#include "formats/base/atomic_file.h"
+#include "formats/map/map_reader.h"
+
+namespace sightline {
+namespace {
+
+struct DumpFlags {
+  RunFlags run;  // config_file is the target: a configuration, a map, a model or an artifact
+  std::string what;
+  std::string format = "text";
+  int site = -1;
+  std::string box;  // empty: everything
+};
+
+// The plan of a compile in which every pass runs.
+Plan complete_plan() {
+  CompileConfig config;
+  config.localization.scans = "any";
+  return compile_plan(config).plan;
+}
+
+// What --what may name: every artifact of a compile, and the recordings it reads.
+std::vector<std::string> dumpable_names() {
+  const Plan plan = complete_plan();
+  std::vector<std::string> names = {"recordings"};
+  for (const AnyWire wire : plan.made()) names.push_back(plan.artifact(wire).name);
+  return names;
+}
+
+Result<Table> table_of_map(const DumpFlags& flags) {
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.run.config_file));
+  Result<Table> table = dump(map, flags.what);
+  if (table) return table;
+  Error error = table.error();
+  error.file = flags.run.config_file;
+  error.message += "; everything else can be dumped from the configuration that compiled it";
+  return error;
+}
+
+Result<Table> table_of_model(const DumpFlags& flags) {
+  SIGHTLINE_ASSIGN(const ErrorModel model, read_model(flags.run.config_file));
+  if (flags.what == "model") return dump(model);
+  if (flags.what == "recordings") return recordings_table(model);
+  return Error{ErrorCode::kBadArgument, "--what: a model holds the tables model and recordings",
+               flags.run.config_file, ""};
+}
+
+// The plan of a compile, and the wanted artifacts of it.
+struct Made {
+  CompilePlan compile;
+  ArtifactSet artifacts;
+};
+
+// Runs what the artifacts of these names need, from the cache where it can. Error: unknown-name
+// where the configuration makes none of that name.
+Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names) {
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  Made made{compile_plan(config), {}};
+  std::vector<AnyWire> wanted;
+  for (const std::string& name : names) {
+    wanted.push_back(made.compile.plan.find(name));
+    if (wanted.back() != AnyWire{}) continue;
+    return Error{ErrorCode::kUnknownName, "--what: this configuration makes no " + name,
+                 flags.run.config_file, ""};
+  }
+  SIGHTLINE_TRY(provide_drives(made.compile, made.artifacts));
+  SIGHTLINE_TRY(run_steps(made.compile.plan, wanted, flags.run, config, made.artifacts));
+  return made;
+}
+
+// Of every recording that the configuration names; reads files and runs no pass.
+Result<Table> recordings_of_config(const DumpFlags& flags) {
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  CompilePlan compile = compile_plan(config);
+  if (!config.evaluation.scans.empty()) measure_evaluation_drive(config, compile);
+  ArtifactSet artifacts;
+  SIGHTLINE_TRY(provide_drives(compile, artifacts));
+  return dump(artifacts.get(compile.cards));
+}
+
+Result<Table> table_of_config(const DumpFlags& flags) {
+  if (flags.what == "recordings") return recordings_of_config(flags);
+  SIGHTLINE_ASSIGN(const Made made, make(flags, {flags.what}));
+  const ArtifactSet::Entry& entry =
+      made.artifacts.entry(made.compile.plan.find(flags.what));
+  return entry.type->print(entry.value.get());
+}
+
+Result<PictureSources> sources_of_config(const DumpFlags& flags) {
+  std::vector<std::string> names = {"nds", "sites"};
+  if (flags.what == "points") names = {"points"};
+  if (flags.what == "depth") names = {"depth", "nds"};
+  if (flags.what == "ranges") names = {"nds", "sites", "ranges"};
+  SIGHTLINE_ASSIGN(const Made made, make(flags, names));
+  const auto& [compile, artifacts] = made;
+  PictureSources sources;
+  if (flags.what == "points") {
+    sources.points = std::make_shared<const SurfacePoints>(artifacts.get(compile.points));
+    return sources;
+  }
+  if (flags.what == "depth") {
+    sources.depth = std::make_shared<const DepthImages>(artifacts.get(compile.depth));
+  }
+  if (flags.what == "ranges") {
+    sources.ranges = std::make_shared<const RangeTable>(artifacts.get(compile.ranges));
+  }
+  sources.ndt = std::make_shared<const NdtMap>(artifacts.get(compile.ndt));
+  sources.sites = artifacts.get(compile.sites);
+  return sources;
+}
+
+Result<PictureSources> sources_of_map(const DumpFlags& flags) {
+  SIGHTLINE_ASSIGN(CompiledMap map, read_map(flags.run.config_file));
+  PictureSources sources;
+  sources.ndt = std::make_shared<const NdtMap>(std::move(map.ndt));
+  sources.sites = std::move(map.sites);
+  sources.ranges = std::make_shared<const RangeTable>(std::move(map.ranges));
+  return sources;
+}
+
+// An artifact file of the cache says itself what it is.
+Result<Table> table_of_artifact(const DumpFlags& flags) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(flags.run.config_file));
+  const Plan plan = complete_plan();
+  for (const AnyWire wire : plan.made()) {
+    const ArtifactType& type = *plan.artifact(wire).type;
+    if (!type.read) continue;
+    const Result<std::shared_ptr<const void>> artifact = type.read(bytes);
+    if (artifact) return type.print(artifact->get());
+    if (artifact.error().code == ErrorCode::kBadLayer) continue;  // another type's
+    Error error = artifact.error();
+    error.file = flags.run.config_file;
+    return error;
+  }
+  return Error{ErrorCode::kUnsupportedFormat, "no pass of this program makes such an artifact",
+               flags.run.config_file, ""};
+}
+
+enum class Target { kConfig, kMap, kModel, kArtifact };
+
+Target target_of(const DumpFlags& flags) {
+  const std::filesystem::path extension = std::filesystem::path(flags.run.config_file).extension();
+  if (extension == ".sla") return Target::kArtifact;
+  if (extension == ".slmodel") return Target::kModel;
+  return extension == ".slmap" ? Target::kMap : Target::kConfig;
+}
+
+Result<void> dump_picture(const DumpFlags& flags) {
+  PictureWish wish;
+  wish.what = flags.what;
+  wish.format = flags.format == "svg" ? PictureFormat::kSvg : PictureFormat::kPng;
+  wish.site = flags.site;
+  if (!flags.box.empty()) {
+    SIGHTLINE_ASSIGN(const MapBox box, parse_box(flags.box));
+    wish.box = box;
+  }
+  const bool is_drawable =
+      target_of(flags) == Target::kMap || target_of(flags) == Target::kConfig;
+  const std::vector<std::string> drawable = {"depth", "nds", "points", "ranges"};
+  if (!is_drawable || std::ranges::find(drawable, wish.what) == drawable.end()) {
+    return Error{ErrorCode::kBadArgument,
+                 "--format: only depth, nds, points and ranges of a configuration or a map can be "
+                 "drawn",
+                 "", ""};
+  }
+  SIGHTLINE_ASSIGN(const PictureSources sources, target_of(flags) == Target::kMap ? sources_of_map(flags) : sources_of_config(flags));
+  SIGHTLINE_ASSIGN(const std::string picture, draw_picture(wish, sources));
+  std::fwrite(picture.data(), 1, picture.size(), stdout);
+  return {};
+}
+
+Result<Table> table_of(const DumpFlags& flags) {
+  switch (target_of(flags)) {
+    case Target::kArtifact:
+      return table_of_artifact(flags);
+    case Target::kMap:
+      return table_of_map(flags);
+    case Target::kModel:
+      return table_of_model(flags);
+    case Target::kConfig:
+      return table_of_config(flags);
+  }
+  SIGHTLINE_CHECK(false);
+}
+
+Result<void> run_dump(const DumpFlags& flags) {
+  if (target_of(flags) != Target::kArtifact && flags.what.empty()) {
+    return Error{ErrorCode::kBadArgument,
+                 "--what is required for a map, a model or a configuration", "", ""};
+  }
+  if (flags.format == "png" || flags.format == "svg") return dump_picture(flags);
+  SIGHTLINE_ASSIGN(const TableFormat format, parse_table_format(flags.format));
+  SIGHTLINE_ASSIGN(Table table, table_of(flags));
+  Result<void> kept;
+  if (flags.site >= 0) kept = keep_site(flags.site, table);
+  if (kept && !flags.box.empty()) kept = keep_box(flags.box, table);
+  if (!kept) return kept;
+  std::fputs(format_table(table, format).c_str(), stdout);
+  return {};
+}
+
+}  // namespace
+
+Verb dump_verb() {
+  const auto flags = std::make_shared<DumpFlags>();
+  Verb verb;
+  verb.name = "dump";
+  verb.summary = "Print every number of a map or of any step on the way to it";
+  verb.details =
+      "What is not in the cache is computed from the configuration. Numbers have full precision; "
+      "units stand in the column names. Of nds, --format also takes png and svg, of depth and "
+      "points png, of ranges svg.";
+  verb.examples = {
+      "sightline dump town.slmap --what ranges --format csv > ranges.csv",
+      "sightline dump town.yaml --what factors --site 40",
+      "sightline dump town.yaml --what depth --site 40 --format png > seen_from_40.png",
+      "sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg",
+      "sightline dump town.slmap --what ranges --format svg > route.svg    # the tightest limit",
+      "sightline dump city.slmodel --what recordings    # SHA-256 of what it was trained on",
+      "sightline dump town.yaml --what recordings       # the same of recordings at hand"};
+  verb.flags = {{.names = "--what",
+                 .value = "TABLE",
+                 .help = "The table to print",
+                 .target = &flags->what,
+                 .choices = dumpable_names()},
+                {.names = "--format",
+                 .value = "FORMAT",
+                 .help = "Form of the output",
+                 .target = &flags->format,
+                 .choices = {"text", "csv", "json", "png", "svg"}},
+                {.names = "--site",
+                 .value = "SITE",
+                 .help = "Only the rows of this site, counted from 0",
+                 .target = &flags->site,
+                 .minimum = 0},
+                {.names = "--box",
+                 .value = "X0,Y0,X1,Y1",
+                 .help = "Only NDs inside, in map coordinates, m",
+                 .target = &flags->box}};
+  add_run_flags(verb, flags->run);
+  verb.positionals.front().name = "TARGET";
+  verb.positionals.front().help =
+      "A map (.slmap), a model (.slmodel), a configuration (.yaml) or a cached artifact (.sla)";
+  verb.run = [flags] { return exit_status_of(run_dump(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline

@@ -1,0 +1,190 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/cli/run_flags.h"
+#include "compiler/commands/commands.h"
+#include "compiler/driver/pipelines.h"
+#include "compiler/views/exports/autoware.h"
+#include "compiler/views/exports/geojson.h"
+#include "compiler/views/exports/nd_mesh.h"
+#include "compiler/views/exports/octomap.h"
+#include "compiler/views/exports/points.h"
+#include "formats/base/atomic_file.h"
+#include "formats/map/map_reader.h"
+#include "passes/map/remove_moving.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportFlags {
+  RunFlags run;  // config_file is the target: a map or a configuration
+  std::string output;
+  std::string format;
+  std::string world = "local";
+  double leaf_m = 0.2;
+  bool is_forced = false;
+
+  [[nodiscard]] bool is_map() const { return fs::path(run.config_file).extension() == ".slmap"; }
+  [[nodiscard]] IfExists if_exists() const {
+    return is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  }
+};
+
+// What made the map, from the configuration that did: no map carries it.
+Result<SurfacePoints> surface_of(const ExportFlags& flags, const CompileConfig& config) {
+  const CompilePlan compile = compile_plan(config);
+  ArtifactSet artifacts;
+  SIGHTLINE_TRY(provide_drives(compile, artifacts));
+  SIGHTLINE_TRY(run_steps(compile.plan, {compile.points}, flags.run, config, artifacts));
+  return artifacts.get(compile.points);
+}
+
+std::vector<PointXyzi> means_of(const NdtMap& ndt) {
+  std::vector<PointXyzi> points;
+  for (const Nd& nd : ndt.nds) {
+    const Eigen::Vector3f p_m = nd.mean_m.cast<float>();
+    points.push_back({p_m.x(), p_m.y(), p_m.z(), static_cast<float>(nd.point_count)});
+  }
+  return points;
+}
+
+Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map) {
+  for (const std::string& name : dump_names()) {
+    if (name == "model" || (name == "factors" && map.factors.factors.empty())) continue;
+    SIGHTLINE_ASSIGN(const Table table, dump(map, name));
+    SIGHTLINE_TRY(write_file_atomically(fs::path(flags.output) / (name + ".csv"),
+                              format_table(table, TableFormat::kCsv), flags.if_exists()));
+  }
+  return {};
+}
+
+Result<void> export_map(const ExportFlags& flags, const World& world) {
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.run.config_file));
+  if (flags.format == "csv") return export_tables(flags, map);
+  if (flags.format == "pcd") {
+    return write_pcd_binary(flags.output, means_of(map.ndt), flags.if_exists());
+  }
+  if (flags.format == "ply") {
+    return write_file_atomically(flags.output, nd_ellipsoids_ply(map.ndt), flags.if_exists());
+  }
+  if (flags.format == "geojson") {
+    SIGHTLINE_ASSIGN(const std::string json, to_geojson(map, world));
+    return write_file_atomically(flags.output, json, flags.if_exists());
+  }
+  return Error{ErrorCode::kBadArgument,
+               "--format " + flags.format +
+                   " needs the drive's scans, which no map carries: export the configuration that "
+                   "compiled it",
+               flags.run.config_file, ""};
+}
+
+Result<void> write_autoware(const ExportFlags& flags, const AutowareMap& map) {
+  const fs::path folder = flags.output;
+  for (const AutowareSquare& square : map.squares) {
+    SIGHTLINE_TRY(write_pcd_binary(folder / "pointcloud_map.pcd" / square.file,
+                                                  square.points, flags.if_exists()));
+  }
+  SIGHTLINE_TRY(write_file_atomically(folder / "map_projector_info.yaml",
+                                                       map.projector_yaml, flags.if_exists()));
+  // Last: a loader that finds it finds all that it names.
+  return write_file_atomically(folder / "pointcloud_map_metadata.yaml", map.metadata_yaml,
+                               flags.if_exists());
+}
+
+Result<void> write_octomap(const ExportFlags& flags, const CompileConfig& config,
+                           const SurfacePoints& surface) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> tree, octomap_bt(surface, {flags.leaf_m, config.passes.options(kRemoveMoving).carve_range_m, flags.run.threads}));
+  return write_file_atomically(flags.output, tree, flags.if_exists());
+}
+
+// Squares of an earlier export would be read as part of this one.
+Result<void> check_folder(const ExportFlags& flags) {
+  std::error_code failure;
+  const bool is_used = fs::exists(flags.output, failure) && !fs::is_empty(flags.output, failure);
+  if (!is_used) return {};
+  return Error{ErrorCode::kOutputExists,
+               "the folder is not empty; a map directory is written whole: name another",
+               flags.output, ""};
+}
+
+Result<void> export_points(const ExportFlags& flags, const World& world) {
+  if (flags.format == "csv" || flags.format == "geojson") {
+    return Error{ErrorCode::kBadArgument, "--format " + flags.format + " needs a map (.slmap)",
+                 flags.run.config_file, ""};
+  }
+  if (flags.format == "autoware") {
+    SIGHTLINE_TRY(check_folder(flags));
+  }
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  SIGHTLINE_ASSIGN(const SurfacePoints surface, surface_of(flags, config));
+  if (flags.format == "octomap") return write_octomap(flags, config, surface);
+  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points, thinned_points(surface, flags.leaf_m));
+  if (flags.format == "ply") {
+    return write_file_atomically(flags.output, points_ply(points), flags.if_exists());
+  }
+  if (flags.format == "pcd") {
+    std::vector<PointXyzi> written;
+    for (const Eigen::Vector3d& point_m : points) {
+      const Eigen::Vector3f p_m = point_m.cast<float>();
+      written.push_back({p_m.x(), p_m.y(), p_m.z(), 0.0F});
+    }
+    return write_pcd_binary(flags.output, written, flags.if_exists());
+  }
+  SIGHTLINE_ASSIGN(const AutowareMap map, autoware_map(points, surface.frame, world));
+  return write_autoware(flags, map);
+}
+
+Result<void> run_export(const ExportFlags& flags) {
+  SIGHTLINE_ASSIGN(const World world, parse_world(flags.world));
+  return flags.is_map() ? export_map(flags, world) : export_points(flags, world);
+}
+
+}  // namespace
+
+Verb export_verb() {
+  const auto flags = std::make_shared<ExportFlags>();
+  Verb verb;
+  verb.name = "export";
+  verb.summary = "Write a map in forms that other programs open";
+  verb.details =
+      "Of a map (.slmap): geojson is the route with the annotation of each site (QGIS), csv a "
+      "folder of tables, ply the NDs as coloured ellipsoids (CloudCompare), pcd their means with "
+      "the number of points as intensity. Of a configuration (.yaml): autoware is a map directory "
+      "of 20 m squares, pcd and ply are its points, octomap the space that its rays found free or "
+      "occupied (.bt: octovis, octomap_server), what moved taken out, in voxels of --leaf and up to "
+      "remove-moving.carve_range_m from the sensor. pcd, ply, csv and octomap are in map "
+      "coordinates.";
+  verb.examples = {
+      "sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
+      "sightline export town.slmap --format ply -o nds.ply",
+      "sightline export town.yaml --format autoware -o town_map/",
+      "sightline export town.yaml --format octomap -o town.bt"};
+  verb.flags = {
+      required_output_flag(flags->output, "The file to write; of csv and autoware: the folder"),
+      force_flag(flags->is_forced),
+      {.names = "--format",
+       .value = "FORMAT",
+       .help = "Form of the output",
+       .target = &flags->format,
+       .choices = {"autoware", "csv", "geojson", "octomap", "pcd", "ply"},
+       .is_required = true},
+      world_flag(flags->world),
+      {.names = "--leaf",
+       .value = "METRES",
+       .help = "Thin points to one centroid in each voxel of this edge; 0 keeps all. Of octomap: the "
+               "edge of its voxels",
+       .target = &flags->leaf_m,
+       .minimum = 0.0,
+       .maximum = 100.0}};
+  add_run_flags(verb, flags->run);
+  verb.positionals.front().name = "TARGET";
+  verb.positionals.front().help = "A map (.slmap) or a configuration (.yaml)";
+  verb.run = [flags] { return exit_status_of(run_export(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline

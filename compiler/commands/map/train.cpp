@@ -1,0 +1,157 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/cli/run_flags.h"
+#include "compiler/commands/commands.h"
+#include "compiler/config/place_names.h"
+#include "compiler/driver/pipelines.h"
+#include "formats/base/atomic_file.h"
+#include "formats/drive/driven_places.h"
+#include "passes/model/choose_ranges.h"
+
+namespace sightline {
+namespace {
+
+struct TrainFlags {
+  RunFlags run;
+  std::vector<std::string> configs;
+  std::string output;
+  bool with_evaluation = false;
+  bool is_forced = false;
+};
+
+// A place, still without a name, and a key that names everything its numbers were made of.
+struct MeasuredPlace {
+  DrivenPlace place;
+  Digest key{};
+};
+
+Result<void> check_output(const TrainFlags& flags) {
+  std::error_code failure;
+  if (!flags.is_forced && std::filesystem::exists(flags.output, failure)) {
+    return Error{ErrorCode::kOutputExists, "the output exists already; --force replaces it",
+                 flags.output, ""};
+  }
+  return {};
+}
+
+Result<CompileConfig> load_config(const TrainFlags& flags, const std::string& file) {
+  Result<CompileConfig> config = load_compile_config(file, flags.run.overrides);
+  if (config && flags.with_evaluation && config->evaluation.scans.empty()) {
+    return Error{ErrorCode::kMissingKey,
+                 "evaluation.scans: --with-evaluation asks for a second drive and none is named",
+                 file, ""};
+  }
+  return config;
+}
+
+Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig& config,
+                                    const std::string& file) {
+  RunFlags run = flags.run;
+  run.config_file = file;
+  CompilePlan compile = compile_plan(config);
+  std::vector<Wire<MeasuredError>> drives = {compile.measured};
+  if (flags.with_evaluation) drives.push_back(measure_evaluation_drive(config, compile));
+  ArtifactSet artifacts;
+  SIGHTLINE_TRY(provide_drives(compile, artifacts));
+  std::vector<AnyWire> wanted = {compile.sites, compile.factors};
+  wanted.insert(wanted.end(), drives.begin(), drives.end());
+  SIGHTLINE_TRY(run_steps(compile.plan, wanted, run, config, artifacts));
+  MeasuredPlace measured;
+  measured.place = {"", artifacts.get(compile.sites), artifacts.get(compile.factors), {},
+                    recording_cards(compile, artifacts)};
+  for (const Wire<MeasuredError> drive : drives) {
+    measured.place.drives.push_back(artifacts.get(drive));
+  }
+  DigestBuilder key;
+  key.add(sha256(to_bytes(measured.place.recordings)));
+  for (const AnyWire wire : wanted) key.add(artifacts.entry(wire).key);
+  measured.key = key.finish();
+  return measured;
+}
+
+// All places, a key that names everything they were made of, and the first configuration, which
+// says how to learn from them.
+struct TrainingPlaces {
+  DrivenPlaces places;
+  Digest key{};
+  CompileConfig first_config;
+};
+
+Result<TrainingPlaces> measure_places(const TrainFlags& flags) {
+  TrainingPlaces training;
+  std::vector<DrivenPlace>& places = training.places.places;
+  DigestBuilder key;
+  const std::vector<std::string> names = place_names(flags.configs);
+  for (const std::string& file : flags.configs) {
+    SIGHTLINE_ASSIGN(const CompileConfig config, load_config(flags, file));
+    if (places.empty()) training.first_config = config;
+    if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", file.c_str());
+    SIGHTLINE_ASSIGN(MeasuredPlace measured, measure_place(flags, config, file));
+    measured.place.name = names[places.size()];
+    key.add(measured.place.name);
+    key.add(measured.key);
+    places.push_back(std::move(measured.place));
+  }
+  training.key = key.finish();
+  return training;
+}
+
+Result<void> train(const TrainFlags& flags) {
+  SIGHTLINE_TRY(check_output(flags));
+  SIGHTLINE_ASSIGN(TrainingPlaces training, measure_places(flags));
+  const CompileConfig& config = training.first_config;
+  const TrainPlan plan = train_plan(config);
+  ArtifactSet artifacts;
+  artifacts.provide(plan.places, std::move(training.places), training.key);
+  RunFlags run = flags.run;
+  run.config_file = flags.configs.front();
+  SIGHTLINE_TRY(run_steps(plan.plan, {}, run, config, artifacts));
+  const ErrorModel& model = artifacts.get(plan.model);
+  SIGHTLINE_TRY(write_file_atomically(flags.output, to_bytes(model),
+                            flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
+  if (flags.run.is_quiet) return {};
+  std::string text = to_text(model) + "\nWhat it promises in places like these\n";
+  for (const std::string& promise : promises_of(config.passes.options(kChooseRanges), model)) {
+    text += promise + "\n";
+  }
+  std::fputs(text.c_str(), stdout);
+  return {};
+}
+
+}  // namespace
+
+Verb train_verb() {
+  const auto flags = std::make_shared<TrainFlags>();
+  Verb verb;
+  verb.name = "train";
+  verb.summary = "Train an error model on many drives, for maps made elsewhere";
+  verb.details =
+      "Each configuration is one place: its mapping drive makes the map, its localization drive is "
+      "measured in it. What a place was measured at is cached, so a further place costs its own "
+      "time alone. The model card on stdout is of places that the trees did not see.\n\n"
+      "With --with-evaluation the evaluation drive of each place is measured too, and the model "
+      "learns what one drive's measurements say of the next. Such a drive can judge no map that "
+      "this model annotates.";
+  verb.examples = {"sightline train north.yaml south.yaml old-town.yaml -o city.slmodel",
+                   "sightline train town-*/town.yaml -o towns.slmodel --with-evaluation",
+                   "sightline compile street.yaml -o street.slmap --model city.slmodel",
+                   "sightline inspect city.slmodel    # the model card again"};
+  verb.positionals = {{.name = "CONFIG",
+                       .help = "YAML configurations, one for each place",
+                       .target = &flags->configs}};
+  verb.flags = {required_output_flag(flags->output, "The model to write (.slmodel)"),
+                force_flag(flags->is_forced),
+                {.names = "--with-evaluation",
+                 .help = "Learn from each place's evaluation drive as well, and from what one "
+                         "drive says of the other",
+                 .target = &flags->with_evaluation}};
+  add_flags_of_every_run(verb, flags->run);
+  verb.run = [flags] { return exit_status_of(train(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline

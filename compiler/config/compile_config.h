@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "compiler/config/config_file.h"
+#include "compiler/pipeline/settings.h"
+#include "formats/foreign/recording/recording.h"
+#include "passes/pass/default_ranges.h"
+
+namespace sightline {
+
+enum class Split { kAuto, kEvenOdd };
+
+// What several passes must agree on; each of them takes it from here.
+struct AnnotationOptions {
+  std::vector<double> ranges_m = default_ranges_m();
+  std::vector<double> limits_m = {0.10, 0.25};
+  double leaf_m = 1.0;
+  double tile_m = 64.0;
+  int seed = 1;
+  // even-odd: one recording is both drives; even scans map, odd scans localize. auto: even-odd
+  // where no localization drive is named.
+  Split split = Split::kAuto;
+};
+std::vector<OptionField> option_fields(AnnotationOptions& options);
+
+// One YAML file: everything a compile and its evaluation depend on.
+struct CompileConfig {
+  AnnotationOptions annotation;
+  RecordingOptions mapping;
+  // What else on the vehicle scanned during the mapping drive; no scans: there is none.
+  std::array<RecordingOptions, 3> other_sensors;
+  RecordingOptions localization;  // no scans: see AnnotationOptions::split
+  RecordingOptions evaluation;    // an independent drive, for `evaluate`
+  PassSettings passes;  // options of passes, with what they share
+
+  [[nodiscard]] bool is_split() const { return localization.scans.empty(); }
+};
+
+// "mapping-2" of the first of other_sensors, and so on.
+std::string other_sensor_section(std::size_t index);
+
+// The sections of the file that speak of drives and of what passes share, in its order.
+std::vector<ConfigSection> drive_sections(CompileConfig& config);
+// What `sightline gate` reads of the same file.
+ConfigSection gate_section();
+
+// Reads the file into `config` and `sections`, which are all that it may name (the drives' sections
+// point into `config`, those of passes hold their options), then the overrides
+// ("section.key=value"). Paths become relative to the file's folder; options of passes become
+// `config.passes`. Errors: those of read_yaml and set_override, missing-key (no mapping drive),
+// bad-value (a split beside a localization drive).
+Result<void> read_compile_config(const std::filesystem::path& file,
+                                 const std::vector<std::string>& overrides,
+                                 std::vector<ConfigSection> sections, CompileConfig& config);
+
+// Every value that `config` sets, as texts, by section and key.
+struct EffectiveValue {
+  std::string section;
+  std::string key;
+  std::string value;
+};
+std::vector<EffectiveValue> effective_values(CompileConfig config);
+
+}  // namespace sightline

@@ -1,0 +1,123 @@
+#include "compiler/config/config_file.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "compiler/pipeline/option_schema.h"
+#include "compiler/pipeline/option_yaml.h"
+#include "formats/base/atomic_file.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Result<ConfigSection*> find_section(std::string_view name, std::vector<ConfigSection>& sections) {
+  std::vector<std::string> known;
+  for (ConfigSection& section : sections) {
+    if (section.name == name) return &section;
+    known.push_back(section.name);
+  }
+  return unknown_key(name, "at the top level", known);
+}
+
+Result<OptionField*> find_field(std::string_view name, ConfigSection& section) {
+  std::vector<std::string> known;
+  for (OptionField& field : section.fields) {
+    if (field.name == name) return &field;
+    known.push_back(field.name);
+  }
+  return unknown_key(name, "in section '" + section.name + "'", known);
+}
+
+Result<void> read_sections(const std::string& text, std::vector<ConfigSection>& sections) {
+  SIGHTLINE_ASSIGN(const YamlNode root, parse_yaml(text));
+  if (root.kind != YamlNode::Kind::kMap) {
+    return Error{ErrorCode::kMalformedText, "a configuration is a map of sections", "", "line 1"};
+  }
+  for (std::size_t i = 0; i < root.keys.size(); ++i) {
+    const Result<ConfigSection*> section = find_section(root.keys[i].scalar, sections);
+    if (!section) return placed(section.error(), root.keys[i]);
+    if (!(*section)->schema.empty()) continue;
+    SIGHTLINE_TRY(set_fields(root.values[i], "section '" + (*section)->name + "'", (*section)->fields));
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<ConfigSection> sections_of(const Plan& plan) {
+  std::vector<ConfigSection> sections;
+  for (const PassSection& pass : plan.sections()) {
+    sections.push_back({pass.name, pass.help, pass.fields, {}, pass.options});
+  }
+  return sections;
+}
+
+PassSettings settings_of(const std::vector<ConfigSection>& sections) {
+  PassSettings settings;
+  for (const ConfigSection& section : sections) {
+    if (!section.options) continue;
+    for (const OptionField& field : section.fields) {
+      settings.own[section.name][field.name] = to_text(field);
+    }
+  }
+  return settings;
+}
+
+Result<void> read_yaml(const std::filesystem::path& file, std::vector<ConfigSection>& sections) {
+  SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
+  const Result<void> read = read_sections(text, sections);
+  if (read) return {};
+  Error error = read.error();
+  error.file = file.string();
+  return error;
+}
+
+Result<void> set_override(std::string_view assignment, std::vector<ConfigSection>& sections) {
+  const std::size_t equals = assignment.find('=');
+  const std::size_t dot = assignment.substr(0, equals).find('.');
+  if (equals == std::string_view::npos || dot == std::string_view::npos) {
+    return Error{ErrorCode::kBadArgument,
+                 "found '" + std::string(assignment) + "', expected section.key=value", "--set",
+                 ""};
+  }
+  SIGHTLINE_ASSIGN(ConfigSection* const section, find_section(assignment.substr(0, dot), sections));
+  SIGHTLINE_ASSIGN(OptionField* const field, find_field(assignment.substr(dot + 1, equals - dot - 1), *section));
+  return set_from_text(*field, assignment.substr(equals + 1));
+}
+
+std::string to_yaml(const std::vector<ConfigSection>& sections) {
+  std::string text;
+  for (const ConfigSection& section : sections) {
+    if (section.fields.empty()) continue;
+    text += "# " + section.help + "\n" + section.name + ":\n";
+    for (const OptionField& field : section.fields) {
+      text += "  # " + field.help + "\n  " + field.name + ": " + json_text(field) + "\n";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string to_json_schema(const std::vector<ConfigSection>& sections) {
+  Json root = {{"$schema", "http://json-schema.org/draft-07/schema#"},
+               {"title", "sightline configuration"},
+               {"type", "object"},
+               {"additionalProperties", false},
+               {"properties", Json::object()}};
+  for (const ConfigSection& section : sections) {
+    if (!section.schema.empty()) {
+      root["properties"][section.name] = Json::parse(section.schema);
+      continue;
+    }
+    root["properties"][section.name] = {
+        {"description", section.help},
+        {"type", Json::array({"object", "null"})},
+        {"additionalProperties", false},
+        {"properties", Json::parse(properties_schema(section.fields))}};
+  }
+  return root.dump(2) + "\n";
+}
+
+}  // namespace sightline

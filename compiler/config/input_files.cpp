@@ -1,0 +1,62 @@
+#include "compiler/config/input_files.h"
+#include "formats/foreign/recording/open_recording.h"
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<void> add_recording(const RecordingOptions& options, InputFiles& inputs) {
+  if (options.scans.empty()) return {};
+  SIGHTLINE_ASSIGN(const Recording recording, list_recording(options));
+  for (const RecordedScan& scan : recording.scans) inputs.files.push_back(scan.file);
+  for (const std::string& file : {options.poses, options.stamps}) {
+    if (!file.empty()) inputs.files.emplace_back(file);
+  }
+  if (!recording.container) inputs.folders.emplace_back(options.scans);
+  return {};
+}
+
+void sort_once(std::vector<fs::path>& paths) {
+  std::ranges::sort(paths);
+  paths.erase(std::unique(paths.begin(), paths.end()), paths.end());
+}
+
+std::string escaped(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    if (c == ' ' || c == '#') text += '\\';
+    if (c == '$') text += '$';
+    text += c;
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file,
+                               const fs::path& model) {
+  InputFiles inputs;
+  inputs.files.push_back(file);
+  if (!model.empty()) inputs.files.push_back(model);
+  std::vector<const RecordingOptions*> recordings = {&config.mapping, &config.localization};
+  for (const RecordingOptions& sensor : config.other_sensors) recordings.push_back(&sensor);
+  for (const RecordingOptions* recording : recordings) {
+    SIGHTLINE_TRY(add_recording(*recording, inputs));
+  }
+  sort_once(inputs.files);
+  sort_once(inputs.folders);
+  return inputs;
+}
+
+std::string depfile_text(const std::string& target, const InputFiles& inputs) {
+  std::string text = escaped(target) + ":";
+  for (const std::vector<fs::path>* paths : {&inputs.files, &inputs.folders}) {
+    for (const fs::path& path : *paths) text += " \\\n  " + escaped(path.string());
+  }
+  return text + "\n";
+}
+
+}  // namespace sightline

@@ -1,0 +1,75 @@
+#include "compiler/gate/rules/rules.h"
+
+#include <algorithm>
+
+#include "formats/text/text_grid.h"
+
+namespace sightline {
+namespace {
+
+using enum Severity;
+using enum Needs;
+using enum Bound;
+
+// What the exceptions themselves give rise to.
+const GateRule kRulesOfExceptions[] = {
+    {"exception-expired", kExceptions, kWarning, kAtMost, 0.0, "days",
+     "An exception is past its end and covers nothing any more", nullptr},
+    {"exception-unused", kExceptions, kNote, kAtMost, 0.0, "exceptions",
+     "An exception that has not expired covers no finding", nullptr},
+};
+
+std::vector<GateRule> join() {
+  std::vector<GateRule> all;
+  for (const std::span<const GateRule> part :
+       {rules_of_map(), rules_of_poses(), rules_of_observation(), rules_of_identity(),
+        rules_of_stretches(), rules_of_change(), std::span<const GateRule>(kRulesOfExceptions)}) {
+    all.insert(all.end(), part.begin(), part.end());
+  }
+  return all;
+}
+
+}  // namespace
+
+std::optional<double> Threshold::at(std::optional<double> limit_m) const {
+  for (const auto& [of_limit_m, value] : at_limits) {
+    if (limit_m && *limit_m == of_limit_m) return value;
+  }
+  return allowed;
+}
+
+bool is_within(double value, Bound bound, double allowed) {
+  // Sums of the same numbers in another order end a little apart; nobody means that by a threshold.
+  constexpr double kSlack = 1e-9;
+  return bound == Bound::kAtMost ? value <= allowed + kSlack : value >= allowed - kSlack;
+}
+
+std::string told(double value, std::string_view unit) {
+  if (unit == "share") return fixed(100.0 * value, 1) + " %";
+  if (unit == "of the longest") return fixed(value, 3) + " of the longest";
+  if (unit == "of the limit") return fixed(value, 2) + " of the limit";
+  if (unit == "m") return fixed(value, value < 1.0 && value > -1.0 ? 3 : 1) + " m";
+  if (unit == "nat" || unit == "deg") {
+    return fixed(value, 3) + (unit == "deg" ? " degrees" : " nat");
+  }
+  if (unit.empty()) return fixed(value, 2);
+  return fixed(value, 0) + " " + std::string(unit);
+}
+
+std::span<const GateRule> gate_rules() {
+  static const std::vector<GateRule> kAll = join();
+  return kAll;
+}
+
+std::string rules_table() {
+  std::string text = "| rule | severity | allowed | what is judged |\n|---|---|---|---|\n";
+  for (const GateRule& rule : gate_rules()) {
+    const std::string side = rule.bound == Bound::kAtMost ? "at most " : "at least ";
+    text += "| `" + std::string(rule.id) + "` | " + std::string(severity_name(rule.severity)) +
+            " | " + (rule.allowed ? side + told(*rule.allowed, rule.unit) : "no bound") + " | " +
+            std::string(rule.summary) + " |\n";
+  }
+  return text;
+}
+
+}  // namespace sightline

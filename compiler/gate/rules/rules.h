@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/gate/finding.h"
+#include "compiler/gate/observation.h"
+#include "compiler/gate/rules/site_pairs.h"
+#include "formats/map/compiled_map.h"
+
+// The rules of the gate (schemas/gate_rules.md): pure functions over a compiled map, an old one
+// beside it, and what a drive observed in it.
+
+namespace sightline {
+
+// What a rule looks at. The old map and the observation may be missing.
+struct GateInput {
+  const CompiledMap* map = nullptr;
+  std::string format;  // of the map file, "1.0"
+  const CompiledMap* old_map = nullptr;
+  std::string old_format;
+  SitePairs pairs;  // of the sites of both maps, where there is an old one
+  const Observation* observation = nullptr;
+  double stretch_m = 100.0;       // how much route is judged at a time in one map
+  double change_stretch_m = 20.0;  // and in the change between two
+};
+
+// On which side of the threshold a number may lie.
+enum class Bound : std::uint8_t { kAtLeast, kAtMost };
+
+// The threshold of a rule, and where it differs for single limits.
+struct Threshold {
+  std::optional<double> allowed;  // none: the rule tells the number and judges nothing
+  std::vector<std::pair<double, double>> at_limits;  // limit_m, allowed
+  [[nodiscard]] std::optional<double> at(std::optional<double> limit_m) const;
+};
+
+// What a rule found, of the whole map or of one place.
+struct Found {
+  std::optional<double> limit_m;
+  std::optional<RouteStretch> place;
+  double value = 0.0;
+  std::string message;    // a sentence without the threshold
+  bool is_known = true;   // false: not judged, for the reason that the message gives
+};
+
+using RuleFunction = std::vector<Found> (*)(const GateInput& input, const Threshold& threshold);
+
+enum class Needs : std::uint8_t { kMap, kObservation, kOldMap, kExceptions };
+
+struct GateRule {
+  std::string_view id;  // stable: "expected-coverage"
+  Needs needs = Needs::kMap;
+  Severity severity = Severity::kError;  // unless the settings say otherwise
+  Bound bound = Bound::kAtMost;
+  std::optional<double> allowed;  // unless the settings say otherwise
+  std::string_view unit;
+  std::string_view summary;  // what is judged, for people: a sentence without a full stop
+  RuleFunction find = nullptr;  // nullptr: the gate itself finds it (exceptions)
+};
+
+// Every rule, in the order in which they are told. Ids are never reused.
+std::span<const GateRule> gate_rules();
+
+// The rules as the table of schemas/gate_rules.md.
+std::string rules_table();
+
+bool is_within(double value, Bound bound, double allowed);
+
+// "74.2 %" of a share, "41.2 m", "0.031 nat".
+std::string told(double value, std::string_view unit);
+
+// The rules by what they need; gate_rules() joins them.
+std::span<const GateRule> rules_of_map();
+std::span<const GateRule> rules_of_poses();
+std::span<const GateRule> rules_of_observation();
+std::span<const GateRule> rules_of_identity();
+std::span<const GateRule> rules_of_stretches();
+std::span<const GateRule> rules_of_change();
+
+}  // namespace sightline

@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <cmath>
+
+#include "compiler/gate/rules/rules.h"
+
+// Two maps: are they of one kind at all?
+
+namespace sightline {
+namespace {
+
+// Counts differences and tells them.
+class Differences {
+ public:
+  void add(const std::string& what, const std::string& before, const std::string& after) {
+    if (before == after) return;
+    ++count_;
+    text_ += (text_.empty() ? "" : ", ") + what + " " + before + " became " + after;
+  }
+  void add(const std::string& what, double before, double after) {
+    add(what, format_double(before), format_double(after));
+  }
+  [[nodiscard]] std::vector<Found> found(const std::string& what) const {
+    return {{std::nullopt, std::nullopt, static_cast<double>(count_),
+             count_ == 0 ? what + " did not change" : what + " changed: " + text_}};
+  }
+
+ private:
+  int count_ = 0;
+  std::string text_;
+};
+
+std::string told_point(const Eigen::Vector3d& point_m) {
+  return "(" + format_double(point_m.x()) + ", " + format_double(point_m.y()) + ", " +
+         format_double(point_m.z()) + ")";
+}
+
+std::string told_list(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : " ") + format_double(value);
+  return text;
+}
+
+std::vector<Found> find_frame(const GateInput& input, const Threshold&) {
+  const CompiledMap& now = *input.map;
+  const CompiledMap& old = *input.old_map;
+  Differences differences;
+  differences.add("origin", told_point(old.ndt.frame.origin_world_m),
+                  told_point(now.ndt.frame.origin_world_m));
+  differences.add("tile", old.ndt.tile_m, now.ndt.tile_m);
+  differences.add("cell", old.ndt.cell_m, now.ndt.cell_m);
+  differences.add("spacing of sites", old.sites.spacing_m, now.sites.spacing_m);
+  differences.add("reach", old.reach_m, now.reach_m);
+  return differences.found("the map's frame");
+}
+
+std::vector<Found> find_format(const GateInput& input, const Threshold&) {
+  Differences differences;
+  differences.add("version", input.old_format, input.format);
+  return differences.found("the file format");
+}
+
+std::string version_of(const std::vector<NamedVersion>& definitions, const std::string& name) {
+  const auto found = std::ranges::find(definitions, name, &NamedVersion::name);
+  return found == definitions.end() ? "none" : "v" + std::to_string(found->version);
+}
+
+std::vector<Found> find_definitions(const GateInput& input, const Threshold&) {
+  Differences differences;
+  for (const NamedVersion& definition : input.old_map->definitions) {
+    differences.add(definition.name, "v" + std::to_string(definition.version),
+                    version_of(input.map->definitions, definition.name));
+  }
+  for (const NamedVersion& definition : input.map->definitions) {
+    const std::string before = version_of(input.old_map->definitions, definition.name);
+    if (before == "none") {
+      differences.add(definition.name, before, "v" + std::to_string(definition.version));
+    }
+  }
+  return differences.found("a definition");
+}
+
+std::vector<Found> find_limits(const GateInput& input, const Threshold&) {
+  Differences differences;
+  differences.add("limits", told_list(input.old_map->predicted.limits_m),
+                  told_list(input.map->predicted.limits_m));
+  differences.add("ranges", told_list(input.old_map->ranges.ranges_m),
+                  told_list(input.map->ranges.ranges_m));
+  differences.add("rule", std::string(selection_name(input.old_map->ranges.selection)),
+                  std::string(selection_name(input.map->ranges.selection)));
+  return differences.found("what ranges are chosen for and from");
+}
+
+std::string told_model(const CompiledMap& map) {
+  return to_hex(map.model.digest).substr(0, 12);
+}
+
+// Whether a place is one that the model was trained on is part of what it predicts there.
+std::string told_out_of_fold(const CompiledMap& map) {
+  const auto count = std::ranges::count_if(map.predicted.out_of_fold, [](auto is) { return is != 0; });
+  return std::to_string(count) + " of " + std::to_string(map.predicted.out_of_fold.size());
+}
+
+std::vector<Found> find_model(const GateInput& input, const Threshold&) {
+  Differences differences;
+  differences.add("model", told_model(*input.old_map), told_model(*input.map));
+  differences.add("sites that it was trained on", told_out_of_fold(*input.old_map),
+                  told_out_of_fold(*input.map));
+  return differences.found("the error model");
+}
+
+std::vector<Found> find_sensor(const GateInput& input, const Threshold&) {
+  const SensorProfile& now = input.map->sensor;
+  const SensorProfile& old = input.old_map->sensor;
+  Differences differences;
+  differences.add("name", old.name, now.name);
+  differences.add("beams", old.ring_count(), now.ring_count());
+  differences.add("least range", old.min_range_m, now.min_range_m);
+  differences.add("greatest range", old.max_range_m, now.max_range_m);
+  differences.add("height", old.height_m, now.height_m);
+  return differences.found("the sensor");
+}
+
+std::vector<Found> find_release(const GateInput& input, const Threshold&) {
+  const auto growth = static_cast<double>(input.map->release) -
+                      static_cast<double>(input.old_map->release);
+  return {{std::nullopt, std::nullopt, growth,
+           "release " + std::to_string(input.old_map->release) + " is followed by " +
+               std::to_string(input.map->release)}};
+}
+
+using enum Severity;
+using enum Needs;
+using enum Bound;
+
+const GateRule kRules[] = {
+    {"frame-change", kOldMap, kError, kAtMost, 0.0, "differences",
+     "Origin, tile, cell, spacing of sites or reach differ: a vehicle's coordinates may no longer "
+     "fit",
+     find_frame},
+    {"format-change", kOldMap, kWarning, kAtMost, 0.0, "differences",
+     "The file has another format version", find_format},
+    {"definition-change", kOldMap, kWarning, kAtMost, 0.0, "differences",
+     "Numbers of both maps were computed by different definitions", find_definitions},
+    {"limits-change", kOldMap, kError, kAtMost, 0.0, "differences",
+     "Limits, ranges or the rule of choice differ", find_limits},
+    {"model-change", kOldMap, kNote, kAtMost, 0.0, "differences",
+     "The error model differs, or what it was trained on: numbers may change where no street did",
+     find_model},
+    {"sensor-change", kOldMap, kWarning, kAtMost, 0.0, "differences",
+     "The localizing sensor differs", find_sensor},
+    {"release-order", kOldMap, kError, kAtLeast, 0.0, "releases",
+     "By how much the release counter grew; it may never fall", find_release},
+};
+
+}  // namespace
+
+std::span<const GateRule> rules_of_identity() { return kRules; }
+
+}  // namespace sightline

@@ -1,0 +1,108 @@
+#include <algorithm>
+
+#include "compiler/gate/rules/rules.h"
+#include "compiler/gate/rules/stretches.h"
+
+namespace sightline {
+namespace {
+
+std::string within(double limit_m) { return " within " + format_double(limit_m) + " m"; }
+
+const LimitPromise* promise_of(const CompiledMap& map, double limit_m) {
+  const auto found = std::ranges::find(map.ranges.promises, limit_m, &LimitPromise::limit_m);
+  return found == map.ranges.promises.end() ? nullptr : &*found;
+}
+
+std::vector<Found> find_coverage(const GateInput& input, const Threshold&) {
+  std::vector<Found> found;
+  for (const ObservedLimit& limit : input.observation->limits) {
+    found.push_back({limit.limit_m, std::nullopt, limit.coverage,
+                     "on drive " + input.observation->drive + " the coverage" +
+                         within(limit.limit_m) + " was " + told(limit.coverage, "share")});
+  }
+  return found;
+}
+
+std::vector<Found> find_broken_promise(const GateInput& input, const Threshold&) {
+  std::vector<Found> found;
+  for (const ObservedLimit& limit : input.observation->limits) {
+    const LimitPromise* promise = promise_of(*input.map, limit.limit_m);
+    if (promise == nullptr || !promise->is_earned) {
+      found.push_back({limit.limit_m, std::nullopt, 0.0,
+                       "nothing was promised" + within(limit.limit_m), false});
+      continue;
+    }
+    const double promised = 1.0 - promise->alpha;
+    found.push_back({limit.limit_m, std::nullopt, promised - limit.coverage,
+                     "coverage" + within(limit.limit_m) + " was promised as " +
+                         told(promised, "share") + " and observed as " +
+                         told(limit.coverage, "share")});
+  }
+  return found;
+}
+
+// The last site of the stretch that begins at a site: so much further along its run.
+std::size_t end_of(const Sites& sites, std::size_t first, double length_m) {
+  std::size_t last = first;
+  while (last + 1 < sites.sites.size() && sites.sites[last + 1].run == sites.sites[first].run &&
+         sites.sites[last + 1].s_m - sites.sites[first].s_m < length_m) {
+    ++last;
+  }
+  return last;
+}
+
+std::vector<Found> find_worst_stretch(const GateInput& input, const Threshold&) {
+  std::vector<Found> found;
+  const Sites& sites = input.map->sites;
+  for (const ObservedLimit& limit : input.observation->limits) {
+    const RouteStretch place =
+        stretch_between(sites, limit.worst_begin_site,
+                        end_of(sites, limit.worst_begin_site, input.observation->stretch_m));
+    found.push_back({limit.limit_m, place, limit.worst_coverage,
+                     told(place) + ": the coverage" + within(limit.limit_m) + " on drive " +
+                         input.observation->drive + " was " + told(limit.worst_coverage, "share")});
+  }
+  return found;
+}
+
+std::vector<Found> found_ratios(const GateInput& input, double ObservedLimit::*ratio,
+                                const std::string& of_what) {
+  std::vector<Found> found;
+  for (const ObservedLimit& limit : input.observation->limits) {
+    found.push_back({limit.limit_m, std::nullopt, limit.*ratio,
+                     "matching" + within(limit.limit_m) + " took " +
+                         told(limit.*ratio, "of the longest") + " range's " + of_what});
+  }
+  return found;
+}
+
+std::vector<Found> find_time(const GateInput& input, const Threshold&) {
+  return found_ratios(input, &ObservedLimit::time_ratio, "time");
+}
+
+std::vector<Found> find_work(const GateInput& input, const Threshold&) {
+  return found_ratios(input, &ObservedLimit::work_ratio, "work");
+}
+
+using enum Severity;
+using enum Needs;
+using enum Bound;
+
+const GateRule kRules[] = {
+    {"observed-coverage", kObservation, kError, kAtLeast, 0.80, "share",
+     "Share of the judged sites of an independent drive within the limit", find_coverage},
+    {"observed-promise", kObservation, kError, kAtMost, 0.02, "share",
+     "By how much the coverage observed falls short of an earned promise", find_broken_promise},
+    {"observed-worst-stretch", kObservation, kError, kAtLeast, 0.50, "share",
+     "Coverage observed on the worst stretch of route", find_worst_stretch},
+    {"observed-work", kObservation, kWarning, kAtMost, 0.95, "of the longest",
+     "Points x iterations at the chosen ranges, over those at the longest", find_work},
+    {"observed-time", kObservation, kWarning, kAtMost, 1.0, "of the longest",
+     "CPU time of a match at the chosen ranges, over that at the longest", find_time},
+};
+
+}  // namespace
+
+std::span<const GateRule> rules_of_observation() { return kRules; }
+
+}  // namespace sightline

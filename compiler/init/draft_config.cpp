@@ -1,0 +1,247 @@
+#include "compiler/init/draft_config.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include "compiler/init/look_at_drive.h"
+#include "compiler/init/yaml_text.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/grid/point_grid.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Fewer measure nothing; more than these name a drive.
+constexpr std::size_t kFewestScans = 20;
+
+struct Drives {
+  std::vector<FoundDrive> drives;        // in the order of their roles
+  std::vector<FoundDrive> same_vehicle;  // further sensors of the first drive
+  std::vector<PassedOver> passed_over;
+};
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+bool is_called_map(const FoundDrive& drive, const fs::path& folder) {
+  for (const fs::path& part : drive.scans.lexically_relative(folder)) {
+    if (lower(part.string()).starts_with("map")) return true;
+  }
+  return false;
+}
+
+// Whether one drive comes near the other for at least half of its way. Without poses nothing tells.
+bool may_meet(const FoundDrive& a, const FoundDrive& b) {
+  constexpr double kNear_m = 15.0;
+  constexpr std::size_t kLooks = 50;
+  if (a.positions_m.empty() || b.positions_m.empty()) return true;
+  const PointGrid other(b.positions_m);
+  std::size_t near = 0;
+  for (std::size_t k = 0; k < kLooks; ++k) {
+    const Eigen::Vector3d& at_m = a.positions_m[k * a.positions_m.size() / kLooks];
+    if (other.nearest(at_m, kNear_m)) ++near;
+  }
+  return 2 * near >= kLooks;
+}
+
+void pass_over(const FoundDrive& drive, const std::string& reason, Drives& drives) {
+  drives.passed_over.push_back({drive.scans, reason});
+}
+
+// The mapping drive first, then those that can be measured in its map.
+Drives assign_roles(std::vector<FoundDrive> found, const fs::path& folder) {
+  Drives drives;
+  std::stable_partition(found.begin(), found.end(),
+                        [&](const FoundDrive& drive) { return is_called_map(drive, folder); });
+  // A few scans make no map where there is a drive beside them.
+  std::stable_partition(found.begin(), found.end(),
+                        [](const FoundDrive& drive) { return drive.scan_count >= kFewestScans; });
+  for (FoundDrive& drive : found) {
+    if (drives.drives.empty()) {
+      drives.drives.push_back(std::move(drive));
+      continue;
+    }
+    const FoundDrive& mapping = drives.drives.front();
+    if (!drive.poses.empty() && drive.poses == mapping.poses && drive.scans != mapping.scans &&
+        drive.scan_count >= kFewestScans) {
+      drives.same_vehicle.push_back(std::move(drive));
+    } else if (drive.scan_count < kFewestScans) {
+      pass_over(drive, "too few scans for a drive of its own", drives);
+    } else if (!may_meet(drive, mapping)) {
+      pass_over(drive,
+                "by their poses it does not meet the mapping drive; give it a configuration "
+                "of its own",
+                drives);
+    } else if (drives.drives.size() == 3) {
+      pass_over(drive, "three drives have their roles already", drives);
+    } else {
+      drives.drives.push_back(std::move(drive));
+    }
+  }
+  return drives;
+}
+
+// Without a slash at its end.
+fs::path absolute_folder(const fs::path& folder) {
+  const fs::path absolute = (fs::current_path() / folder).lexically_normal();
+  return absolute.has_filename() ? absolute : absolute.parent_path();
+}
+
+Result<Drives> look_at_all(const fs::path& folder) {
+  SIGHTLINE_ASSIGN(ScanSearch search, find_scans(folder));
+  std::vector<FoundDrive> found;
+  std::vector<PassedOver> passed_over = search.passed_over;
+  for (const FoundScans& scans : search.found) {
+    Result<FoundDrive> drive = look_at_drive(scans);
+    if (drive) {
+      found.push_back(std::move(*drive));
+    } else {
+      passed_over.push_back({scans.scans, drive.error().message});
+    }
+  }
+  Drives drives = assign_roles(std::move(found), absolute_folder(folder));
+  drives.passed_over.insert(drives.passed_over.begin(), passed_over.begin(), passed_over.end());
+  return drives;
+}
+
+Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passed_over) {
+  constexpr std::size_t kMost = 5;
+  std::string message =
+      "no drive was found: a folder of " + scan_endings_text() + " files, a ROS bag or a pcap";
+  for (std::size_t i = 0; i < std::min(kMost, passed_over.size()); ++i) {
+    message += "; " + passed_over[i].path.string() + ": " + passed_over[i].reason;
+  }
+  if (passed_over.size() > kMost) {
+    message += "; and " + std::to_string(passed_over.size() - kMost) + " more";
+  }
+  return {ErrorCode::kEmptyDirectory, message, folder.string(), ""};
+}
+
+bool is_path(const std::string& key) { return key == "poses" || key == "stamps"; }
+
+std::string length_text(const FoundDrive& drive) {
+  if (drive.positions_m.empty()) return "";
+  return ", " + std::to_string(static_cast<int>(std::lround(drive.length_m))) + " m by their poses";
+}
+
+void write_other_sensors(const Drives& drives, YamlText& yaml) {
+  std::vector<std::string> others;
+  for (const FoundDrive& drive : drives.same_vehicle) {
+    others.push_back("scans: " + YamlText::scalar(yaml.path(drive.scans)));
+  }
+  const FoundDrive& first = drives.drives.front();
+  for (const std::string& topic : first.other_topics) {
+    others.push_back("scans: " + YamlText::scalar(yaml.path(first.scans)) +
+                     ", topic: " + YamlText::scalar(topic));
+  }
+  if (others.empty()) return;
+  yaml.line("");
+  yaml.comment(
+      "The same vehicle has more sensors. Nothing tells where they sit: measure it, and take the # "
+      "away (mapping-2 to mapping-4).");
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    yaml.line("# mapping-" + std::to_string(i + 2) + ": {" + others[i] +
+              ", lidar_x_m: 0, lidar_y_m: 0, lidar_z_m: 0, lidar_yaw_deg: 0}");
+  }
+}
+
+void write_drive(const FoundDrive& drive, const std::string& role, YamlText& yaml) {
+  yaml.line(role + ":");
+  yaml.comment(drive.contents + length_text(drive) + ".", "  ");
+  yaml.line("  scans: " + YamlText::scalar(yaml.path(drive.scans)));
+  for (const GuessedKey& guess : drive.keys) {
+    if (!guess.reason.empty()) yaml.comment_once(guess.key + ": " + guess.reason + ".", "  ");
+    yaml.line("  " + guess.key + ": " +
+              YamlText::scalar(is_path(guess.key) ? yaml.path(guess.value) : guess.value));
+  }
+}
+
+void write_head(const fs::path& folder, const fs::path& file, YamlText& yaml) {
+  const std::string name = file.empty() ? "drive.yaml" : file.filename().string();
+  yaml.comment("Written by `sightline init` from what lies in " + folder.string() +
+               ". Each key says what it was guessed from; check those that you know better.");
+  yaml.line("#");
+  yaml.line("#   sightline compile " + name + " -o " + fs::path(name).stem().string() +
+            ".slmap     # makes the map");
+  yaml.line("#   sightline passes --config     # every other key with its default");
+  yaml.line("#");
+  yaml.comment("Paths are relative to the folder of this file.");
+  yaml.line("");
+}
+
+// What a short drive cannot do, where its poses tell how short it is.
+void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
+  constexpr double kTwoBlocks_m = 30.0;
+  constexpr double kPromise_m = 1200.0;
+  const bool has_poses = !mapping.positions_m.empty();
+  const bool is_too_short =
+      has_poses ? mapping.length_m < kTwoBlocks_m : mapping.scan_count < kFewestScans;
+  if (!is_too_short && (!has_poses || mapping.length_m >= kPromise_m)) return;
+  yaml.line("");
+  if (is_too_short) {
+    yaml.comment(
+        "This drive is too short to train an error model on (two blocks of 15 m): compile with "
+        "--model FILE, a model trained elsewhere by `sightline train`.");
+  } else {
+    yaml.comment(
+        "Below 1.2 km no risk of 5 % can be promised; the map says which promise was "
+        "earned.");
+  }
+}
+
+std::string summary_of(const FoundDrive& drive, const std::string& role) {
+  std::string sensor;
+  for (const GuessedKey& guess : drive.keys) {
+    if (guess.key == "sensor") sensor = guess.value;
+    if (guess.key == "rings") sensor = guess.value + " rings";
+  }
+  return role + ": " + drive.scans.string() + ", " + std::to_string(drive.scan_count) + " scans, " +
+         sensor + ", " +
+         (drive.poses.empty() ? "poses to be estimated"
+                              : "poses " + fs::path(drive.poses).filename().string());
+}
+
+}  // namespace
+
+Result<ConfigDraft> draft_config(const fs::path& folder, const fs::path& file) {
+  constexpr std::array<const char*, 3> kRoles = {"mapping", "localization", "evaluation"};
+  constexpr std::array<const char*, 3> kTasks = {
+      "The drive that makes the map.",
+      "A second drive that is matched against the map, to measure error.",
+      "An independent drive that judges the finished map (sightline evaluate)."};
+  SIGHTLINE_ASSIGN(const Drives drives, look_at_all(folder));
+  if (drives.drives.empty()) return nothing_found(folder, drives.passed_over);
+  ConfigDraft draft;
+  YamlText yaml(absolute_folder(file.parent_path()));
+  write_head(folder, file, yaml);
+  for (std::size_t i = 0; i < drives.drives.size(); ++i) {
+    if (i > 0) yaml.line("");
+    yaml.comment(kTasks[i]);
+    write_drive(drives.drives[i], kRoles[i], yaml);
+    if (i == 0) write_other_sensors(drives, yaml);
+    draft.summary.push_back(summary_of(drives.drives[i], kRoles[i]));
+  }
+  if (drives.drives.size() == 1) {
+    yaml.line("");
+    yaml.comment("One drive is both: even scans make the map, odd scans are localized in it.");
+    yaml.line("annotation:");
+    yaml.line("  split: even-odd");
+  }
+  write_shortness(drives.drives.front(), yaml);
+  if (!drives.passed_over.empty()) yaml.line("");
+  for (const PassedOver& passed : drives.passed_over) {
+    yaml.comment("Not used: " + yaml.path(passed.path) + ": " + passed.reason + ".");
+  }
+  draft.yaml = yaml.text();
+  return draft;
+}
+
+}  // namespace sightline

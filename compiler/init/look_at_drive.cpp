@@ -1,0 +1,277 @@
+#include "compiler/init/look_at_drive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "compiler/init/guess_sensor.h"
+#include "compiler/init/pose_overlap.h"
+#include "formats/foreign/logs/ros_bag.h"
+#include "formats/foreign/logs/ros_messages.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string percent(double share) {
+  return std::to_string(static_cast<int>(std::lround(100.0 * share))) + " %";
+}
+
+std::string rounded(double value, double step) {
+  return format_double(std::round(value / step) * step);
+}
+
+Error no_lidar(const fs::path& file, const std::string& what) {
+  return {ErrorCode::kUnsupportedFormat, what + ": no scans of a LiDAR in its own frame",
+          file.string(), ""};
+}
+
+// First, last and some between: what is wrong with a recording mostly shows in them.
+Result<std::vector<PointCloudFile>> read_samples(const Recording& recording) {
+  constexpr std::size_t kSamples = 5;
+  std::vector<PointCloudFile> samples;
+  const std::size_t last = recording.scans.size() - 1;
+  std::size_t taken = recording.scans.size();
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    const std::size_t index = k * last / (kSamples - 1);
+    if (index == taken) continue;
+    taken = index;
+    SIGHTLINE_ASSIGN(PointCloudFile sample, read_listed_scan(recording, index));
+    samples.push_back(std::move(sample));
+  }
+  return samples;
+}
+
+Result<void> check_reach(const fs::path& scans, const std::vector<PointCloudFile>& samples) {
+  constexpr double kNear_m = 0.5;
+  constexpr double kFar_m = 2000.0;
+  std::vector<double> away_m;
+  for (const PointCloudFile& sample : samples) {
+    for (const Eigen::Vector3d& point_m : sample.points_m) away_m.push_back(point_m.norm());
+  }
+  if (away_m.empty()) return no_lidar(scans, "no points");
+  const auto middle = away_m.begin() + static_cast<std::ptrdiff_t>(away_m.size() / 2);
+  std::ranges::nth_element(away_m, middle);
+  const std::string found = "half of the points lie within " + rounded(*middle, 0.01) + " m";
+  if (*middle < kNear_m || *middle > kFar_m) return no_lidar(scans, found);
+  return {};
+}
+
+void add_sensor(const SensorGuess& guess, FoundDrive& drive) {
+  if (!guess.profile.empty()) {
+    drive.keys.push_back({"sensor", guess.profile, guess.reason});
+  } else {
+    drive.keys.push_back({"rings", std::to_string(guess.rings), guess.reason});
+    drive.keys.push_back({"lowest_beam_deg", format_double(guess.lowest_beam_deg), ""});
+    drive.keys.push_back({"highest_beam_deg", format_double(guess.highest_beam_deg), ""});
+  }
+  if (guess.height_m) {
+    drive.keys.push_back({"height_m", format_double(*guess.height_m),
+                          "where most returns near the sensor and below it lie: "
+                          "the ground"});
+  }
+}
+
+// Where poses may come from, and why the ones before were not taken.
+struct PoseSource {
+  std::string file;
+  std::string topic;
+  std::string words() const { return topic.empty() ? fs::path(file).filename().string() : topic; }
+};
+
+struct Candidate {
+  PoseSource source;
+  RecordingOptions options;
+  Recording recording;
+  PoseOverlap overlap;
+};
+
+std::vector<PoseSource> pose_sources(const FoundScans& found) {
+  std::vector<PoseSource> sources;
+  if (is_ros_bag(found.scans)) {
+    const Result<std::vector<BagTopic>> topics = list_bag_topics(found.scans);
+    if (topics) {
+      for (const BagTopic& topic : *topics) {
+        if (is_pose_message(topic.type)) sources.push_back({found.scans.string(), topic.name});
+      }
+    }
+  }
+  for (const fs::path& file : found.pose_files) sources.push_back({file.string(), ""});
+  return sources;
+}
+
+// Empty: the poses do.
+std::string objection(const PoseOverlap& overlap) {
+  constexpr double kLeast = 0.2;
+  if (!overlap.is_z_up) return "its poses do not move level with z up, like a camera's";
+  if (overlap.pairs > 0 && overlap.share < kLeast) {
+    return "it lays only " + percent(overlap.share) + " of upright returns on those of other scans";
+  }
+  return "";
+}
+
+// A file that says why it has these poses ("poses_true.tum") is no better than "poses.tum" unless
+// scans say so.
+bool is_better(const Candidate& a, const Candidate& b) {
+  constexpr double kClear = 0.05;
+  if (std::abs(a.overlap.share - b.overlap.share) > kClear) {
+    return a.overlap.share > b.overlap.share;
+  }
+  return a.source.words().size() < b.source.words().size();
+}
+
+// The best of those that fit; `remarks` collects what is to be said of the others.
+std::optional<Candidate> choose_poses(const FoundScans& found, const RecordingOptions& options,
+                                      double height_m, std::string& remarks) {
+  std::optional<Candidate> best;
+  const auto remark = [&](const Candidate& other, const std::string& what) {
+    remarks += (remarks.empty() ? "" : "; ") + other.source.words() + ": " + what;
+  };
+  for (const PoseSource& source : pose_sources(found)) {
+    Candidate candidate{source, options, {}, {}};
+    candidate.options.poses = source.file;
+    candidate.options.poses_topic = source.topic;
+    Result<Recording> recording = list_recording(candidate.options);
+    if (!recording) {
+      remark(candidate, recording.error().message);
+      continue;
+    }
+    candidate.recording = std::move(*recording);
+    const Result<PoseOverlap> overlap = measure_overlap(candidate.recording, height_m);
+    if (!overlap || !objection(*overlap).empty()) {
+      remark(candidate, overlap ? objection(*overlap) : overlap.error().message);
+      continue;
+    }
+    candidate.overlap = *overlap;
+    if (best && !is_better(candidate, *best)) {
+      remark(candidate, "fits too");
+      continue;
+    }
+    if (best) remark(*best, "fits too");
+    best = std::move(candidate);
+  }
+  return best;
+}
+
+void add_poses(const Candidate& chosen, const std::string& remarks, FoundDrive& drive) {
+  const PoseOverlap& overlap = chosen.overlap;
+  std::string reason = "fits the scans in number and time";
+  if (overlap.pairs > 0) {
+    reason += " and lays " + percent(overlap.share) +
+              " of upright returns on those of scans 2 m away";
+  }
+  if (!remarks.empty()) reason += ". Not taken: " + remarks;
+  drive.keys.push_back({"poses", chosen.source.file, reason});
+  if (!chosen.source.topic.empty()) {
+    drive.keys.push_back({"poses_topic", chosen.source.topic, ""});
+  }
+  if (overlap.yaw_deg == 0.0) {
+    drive.keys.push_back({"poses_of", "sensor",
+                          "scans fit as they are; if these are a vehicle's poses, say `vehicle` "
+                          "and where the sensor sits: lidar_x_m, lidar_y_m, lidar_z_m, "
+                          "lidar_roll_deg, lidar_pitch_deg, lidar_yaw_deg"});
+  } else {
+    drive.keys.push_back({"poses_of", "vehicle", "scans fit only when they are turned"});
+    drive.keys.push_back({"lidar_yaw_deg", format_double(overlap.yaw_deg), ""});
+  }
+  drive.poses = chosen.source.file;
+  drive.length_m = overlap.length_m;
+  for (const RecordedScan& scan : chosen.recording.scans) {
+    if (scan.T_world_vehicle) drive.positions_m.push_back(scan.T_world_vehicle->translation());
+  }
+}
+
+void add_no_poses(const std::string& remarks, FoundDrive& drive) {
+  drive.keys.push_back({"poses_of", "sensor",
+                        "no poses " + std::string(remarks.empty() ? "were found" : "fit") +
+                            ": the compiler estimates those of the sensor" +
+                            (remarks.empty() ? "" : ". Not taken: " + remarks)});
+}
+
+// Times of the scans: those of a file of stamps that fits, where neither names nor poses tell.
+void choose_stamps(const FoundScans& found, RecordingOptions& options, FoundDrive& drive) {
+  for (const fs::path& file : found.stamp_files) {
+    RecordingOptions with_stamps = options;
+    with_stamps.stamps = file.string();
+    if (!list_recording(with_stamps)) continue;
+    options = with_stamps;
+    drive.keys.push_back({"stamps", file.string(), "a time for every scan, by row"});
+    return;
+  }
+}
+
+// Of a bag with several: the one with the most scans.
+Result<void> choose_topic(RecordingOptions& options, FoundDrive& drive) {
+  if (!is_ros_bag(options.scans)) return {};
+  SIGHTLINE_ASSIGN(const std::vector<BagTopic> topics, list_bag_topics(options.scans));
+  std::size_t most = 0;
+  for (const BagTopic& topic : topics) {
+    if (topic.type != kPointCloud2) continue;
+    drive.other_topics.push_back(topic.name);
+    if (topic.message_count <= most) continue;
+    most = topic.message_count;
+    options.topic = topic.name;
+  }
+  std::erase(drive.other_topics, options.topic);
+  if (!options.topic.empty()) {
+    drive.keys.push_back(
+        {"topic", options.topic, std::to_string(most) + " messages of sensor_msgs/PointCloud2"});
+  }
+  return {};
+}
+
+// Whether anything but the rate tells when the scans were made.
+bool has_times(RecordingOptions options) {
+  std::vector<std::int64_t> last_ns;
+  for (const double rate_hz : {10.0, 20.0}) {
+    options.rate_hz = rate_hz;
+    const Result<Recording> recording = list_recording(options);
+    if (!recording) return true;
+    last_ns.push_back(recording->scans.back().stamp_ns);
+  }
+  return last_ns.front() == last_ns.back();
+}
+
+std::string contents_of(const Recording& recording) {
+  const std::string count = std::to_string(recording.scans.size());
+  if (recording.container) return count + " scans";
+  return count + " scans, " + recording.scans.front().name + " to " + recording.scans.back().name;
+}
+
+}  // namespace
+
+Result<FoundDrive> look_at_drive(const FoundScans& found) {
+  FoundDrive drive;
+  drive.scans = found.scans;
+  RecordingOptions options;
+  options.scans = found.scans.string();
+  SIGHTLINE_TRY(choose_topic(options, drive));
+  SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
+  if (recording.scans.size() < 2) return no_lidar(found.scans, "a single scan");
+  SIGHTLINE_ASSIGN(const std::vector<PointCloudFile> samples, read_samples(recording));
+  SIGHTLINE_TRY(check_reach(found.scans, samples));
+  drive.scan_count = recording.scans.size();
+  drive.contents = contents_of(recording);
+  choose_stamps(found, options, drive);
+  const SensorGuess sensor = guess_sensor(samples);
+  std::string remarks;
+  const std::optional<Candidate> poses =
+      choose_poses(found, options, sensor.height_m.value_or(1.8), remarks);
+  if (poses) {
+    add_poses(*poses, remarks, drive);
+  } else {
+    add_no_poses(remarks, drive);
+  }
+  if (!recording.container && !has_times(poses ? poses->options : options)) {
+    drive.keys.push_back({"rate_hz", "10",
+                          "nothing tells the times of the scans: ten a second are assumed"});
+  }
+  add_sensor(sensor, drive);
+  return drive;
+}
+
+}  // namespace sightline

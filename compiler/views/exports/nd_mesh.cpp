@@ -1,0 +1,127 @@
+#include "compiler/views/exports/nd_mesh.h"
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "formats/base/bytes.h"
+
+namespace sightline {
+namespace {
+
+using Face = std::array<std::int32_t, 3>;
+
+struct Sphere {
+  std::vector<Eigen::Vector3d> vertices;  // of unit length
+  std::vector<Face> faces;                // counter-clockwise from outside
+};
+
+Sphere icosahedron() {
+  const double t = (1.0 + std::sqrt(5.0)) / 2.0;
+  Sphere sphere;
+  for (const double a : {-1.0, 1.0}) {
+    for (const double b : {-t, t}) {
+      sphere.vertices.push_back(Eigen::Vector3d(0.0, a, b).normalized());
+      sphere.vertices.push_back(Eigen::Vector3d(a, b, 0.0).normalized());
+      sphere.vertices.push_back(Eigen::Vector3d(b, 0.0, a).normalized());
+    }
+  }
+  // Faces are the triples of neighbours: vertices at the length of an edge.
+  const double edge = 2.0 / std::sqrt(1.0 + t * t);
+  const auto are_near = [&](std::size_t i, std::size_t j) {
+    return std::abs((sphere.vertices[i] - sphere.vertices[j]).norm() - edge) < 1e-9;
+  };
+  for (std::size_t i = 0; i < 12; ++i) {
+    for (std::size_t j = i + 1; j < 12; ++j) {
+      for (std::size_t k = j + 1; k < 12; ++k) {
+        if (!are_near(i, j) || !are_near(j, k) || !are_near(i, k)) continue;
+        const Eigen::Vector3d& a = sphere.vertices[i];
+        const bool is_outward =
+            a.dot((sphere.vertices[j] - a).cross(sphere.vertices[k] - a)) > 0.0;
+        const auto first = static_cast<std::int32_t>(i);
+        const auto second = static_cast<std::int32_t>(is_outward ? j : k);
+        const auto third = static_cast<std::int32_t>(is_outward ? k : j);
+        sphere.faces.push_back({first, second, third});
+      }
+    }
+  }
+  return sphere;
+}
+
+// Each face becomes four, new vertices lie on the sphere.
+Sphere divided(const Sphere& coarse) {
+  Sphere fine{coarse.vertices, {}};
+  std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> middles;
+  const auto middle = [&](std::int32_t a, std::int32_t b) {
+    const auto [at, is_new] = middles.try_emplace(std::minmax(a, b), 0);
+    if (is_new) {
+      at->second = static_cast<std::int32_t>(fine.vertices.size());
+      const Eigen::Vector3d sum = fine.vertices[static_cast<std::size_t>(a)] +
+                                  fine.vertices[static_cast<std::size_t>(b)];
+      fine.vertices.push_back(sum.normalized());
+    }
+    return at->second;
+  };
+  for (const auto& [a, b, c] : coarse.faces) {
+    const std::int32_t ab = middle(a, b);
+    const std::int32_t bc = middle(b, c);
+    const std::int32_t ca = middle(c, a);
+    for (const Face& face : {Face{a, ab, ca}, Face{b, bc, ab}, Face{c, ca, bc}, Face{ab, bc, ca}}) {
+      fine.faces.push_back(face);
+    }
+  }
+  return fine;
+}
+
+// Told apart by those who see colours differently too.
+std::array<std::uint8_t, 3> colour_of(const Nd& nd) {
+  switch (dimension_class(nd)) {
+    case 1:
+      return {230, 159, 0};
+    case 2:
+      return {0, 114, 178};
+    default:
+      return {153, 153, 153};
+  }
+}
+
+void put_vertices(const Nd& nd, const Sphere& sphere, ByteWriter& writer) {
+  constexpr double kSigmas = 2.0;
+  const Eigen::Vector3d radii_m = kSigmas * nd.eigenvalues_m2.cwiseSqrt();
+  const std::array<std::uint8_t, 3> colour = colour_of(nd);
+  for (const Eigen::Vector3d& vertex : sphere.vertices) {
+    const Eigen::Vector3d p_m = nd.mean_m + nd.eigenvectors * radii_m.cwiseProduct(vertex);
+    for (int axis = 0; axis < 3; ++axis) writer.put(static_cast<float>(p_m[axis]));
+    for (const std::uint8_t channel : colour) writer.put(channel);
+  }
+}
+
+}  // namespace
+
+std::vector<std::byte> nd_ellipsoids_ply(const NdtMap& map) {
+  const Sphere sphere = divided(icosahedron());
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\n"
+      "comment NDs at two standard deviations; line orange, plane blue, volume grey\n"
+      "element vertex " +
+      std::to_string(map.nds.size() * kEllipsoidVertices) +
+      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
+      "property uchar green\nproperty uchar blue\nelement face " +
+      std::to_string(map.nds.size() * kEllipsoidFaces) +
+      "\nproperty list uchar int vertex_indices\nend_header\n";
+  ByteWriter writer;
+  writer.append(header.data(), header.size());
+  for (const Nd& nd : map.nds) put_vertices(nd, sphere, writer);
+  std::int32_t first = 0;
+  for (std::size_t i = 0; i < map.nds.size(); ++i) {
+    for (const Face& face : sphere.faces) {
+      writer.put(std::uint8_t{3});
+      for (const std::int32_t vertex : face) writer.put(first + vertex);
+    }
+    first += static_cast<std::int32_t>(kEllipsoidVertices);
+  }
+  return writer.take();
+}
+
+}  // namespace sightline

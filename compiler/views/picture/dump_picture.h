@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "compiler/views/picture/ndt_picture.h"
+#include "formats/annotation/range_table.h"
+#include "formats/annotation/sites.h"
+#include "formats/base/result.h"
+#include "formats/surroundings/depth_images.h"
+#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/surface_points.h"
+
+namespace sightline {
+
+enum class PictureFormat { kPng, kSvg };
+
+// What a picture is asked for.
+struct PictureWish {
+  std::string what;  // "depth", "nds", "points" or "ranges"
+  PictureFormat format = PictureFormat::kPng;
+  int site = -1;              // of a depth image; below 0: none named
+  std::optional<MapBox> box;  // of NDs and ranges; without one all of them
+};
+
+// What the target of a dump holds of that which can be drawn; null where it is not there.
+struct PictureSources {
+  std::shared_ptr<const DepthImages> depth;
+  std::shared_ptr<const NdtMap> ndt;
+  std::shared_ptr<const SurfacePoints> points;
+  std::shared_ptr<const RangeTable> ranges;
+  Sites sites;  // none where they are not known
+};
+
+// "x0,y0,x1,y1" in map coordinates, m. Error: bad-argument.
+Result<MapBox> parse_box(const std::string& text);
+
+// The bytes of the picture's file. Errors: bad-argument (no such picture, no such site, a box of no
+// extent).
+Result<std::string> draw_picture(const PictureWish& wish, const PictureSources& sources);
+
+}  // namespace sightline

@@ -1,0 +1,162 @@
+#include "compiler/views/picture/ranges_picture.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "compiler/views/picture/colours.h"
+#include "compiler/views/picture/nd_ellipse.h"
+#include "compiler/views/picture/route_svg.h"
+#include "formats/text/text_grid.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kMargin_m = 40.0;
+constexpr std::size_t kLimit = 0;  // limits ascend: the tightest
+constexpr double kNdWidth_m = 0.7;
+constexpr double kWidth_px = 1000.0;
+
+// Lengths that follow the size of the picture.
+struct Sizes {
+  double font_m = 0.0;
+  double route_m = 0.0;
+  double legend_m = 0.0;  // height of the band below the map
+};
+
+Sizes sizes_of(const MapBox& box) {
+  const double width_m = box.high_x_m - box.low_x_m;
+  const double height_m = box.high_y_m - box.low_y_m;
+  const double font_m = width_m / 55.0;
+  return {font_m, std::max(width_m, height_m) / 110.0, 4.0 * font_m};
+}
+
+// One ND of each column of cells, that of the most points: those above and below it hide behind it.
+std::vector<const Nd*> standing_nds(const NdtMap& map, const MapBox& box) {
+  std::map<std::pair<std::int64_t, std::int64_t>, const Nd*> columns;
+  for (const Nd& nd : map.nds) {
+    if (!box.contains(nd.mean_m) || is_lying_plane(nd)) continue;
+    const Nd*& kept = columns[{nd.key.x, nd.key.y}];
+    if (kept == nullptr || nd.point_count > kept->point_count) kept = &nd;
+  }
+  std::vector<const Nd*> nds;
+  for (const auto& [column, nd] : columns) nds.push_back(nd);
+  return nds;
+}
+
+// Decimetres are enough for the background, and keep the file small.
+std::string nd_path(const NdtMap& map, const MapBox& box) {
+  std::string path;
+  for (const Nd* nd : standing_nds(map, box)) {
+    const NdEllipse ellipse = ellipse_from_above(*nd);
+    const Eigen::Vector2d along_m = 2.0 * ellipse.long_radius_m * ellipse.long_axis;
+    const Eigen::Vector2d begin_m = ellipse.centre_m - 0.5 * along_m;
+    path += "M" + fixed(begin_m.x(), 1) + " " + fixed(-begin_m.y(), 1) + "l" +
+            fixed(along_m.x(), 1) + " " + fixed(-along_m.y(), 1);
+  }
+  return "<path d=\"" + path + "\" fill=\"none\" stroke=\"#a4a9b0\" stroke-linecap=\"round\" " +
+         "stroke-width=\"" + fixed(kNdWidth_m, 1) + "\"/>\n";
+}
+
+// The ranges that the route takes at the limit, as indices into ranges_m. Colours are spread over
+// these alone, so that neighbours can be told apart.
+struct Scale {
+  std::size_t first = 0;
+  std::size_t last = 0;
+
+  [[nodiscard]] std::string colour(std::size_t range) const {
+    return colour_name(range_colour_on_paper(range - first, last - first + 1));
+  }
+};
+
+Scale scale_of(const RangeTable& ranges) {
+  if (ranges.site_count == 0) return {};
+  Scale scale{ranges.ranges_m.size(), 0};
+  for (std::size_t i = kLimit; i < ranges.range_index.size(); i += ranges.promises.size()) {
+    scale.first = std::min(scale.first, std::size_t{ranges.range_index[i]});
+    scale.last = std::max(scale.last, std::size_t{ranges.range_index[i]});
+  }
+  return scale;
+}
+
+bool is_unmet(const RangeTable& ranges, std::size_t site) {
+  return (ranges.flags[site * ranges.promises.size() + kLimit] & kUnmet) != 0;
+}
+
+std::string dot(double x_m, double y_m, double radius_m) {
+  return "<circle cx=\"" + fixed(x_m, 2) + "\" cy=\"" + fixed(y_m, 2) + "\" r=\"" +
+         fixed(radius_m, 2) + "\"/>\n";
+}
+
+std::string unmet_dots(const Sites& sites, const RangeTable& ranges, double radius_m) {
+  std::string svg;
+  for (std::size_t i = 0; i < sites.sites.size(); ++i) {
+    const Eigen::Vector3d& p_m = sites.sites[i].p_map_m;
+    if (is_unmet(ranges, i)) svg += dot(p_m.x(), -p_m.y(), radius_m);
+  }
+  return svg;
+}
+
+std::string text_at(double x_m, double y_m, const std::string& text) {
+  return "<text x=\"" + fixed(x_m, 2) + "\" y=\"" + fixed(y_m, 2) + "\">" + text + "</text>\n";
+}
+
+std::string limit_name(double limit_m) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g cm", 100.0 * limit_m);
+  return text;
+}
+
+// Two lines below the map: what the colours mean, then a swatch for each range.
+std::string legend(const RangeTable& ranges, const MapBox& box, const Scale& scale,
+                   bool has_unmet) {
+  const double font_m = sizes_of(box).font_m;
+  double x_m = box.low_x_m + 1.5 * font_m;
+  double y_m = -box.low_y_m + 1.3 * font_m;
+  std::string svg = "<g font-size=\"" + fixed(font_m, 2) + "\" fill=\"#222\">\n";
+  svg += text_at(x_m, y_m,
+                 "How far to look for a localization error within " +
+                     limit_name(ranges.promises[kLimit].limit_m) + ", in m");
+  y_m += 1.6 * font_m;
+  for (std::size_t i = scale.first; i <= scale.last; ++i) {
+    svg += "<rect x=\"" + fixed(x_m, 2) + "\" y=\"" + fixed(y_m - 0.75 * font_m, 2) +
+           "\" width=\"" + fixed(1.6 * font_m, 2) + "\" height=\"" + fixed(0.8 * font_m, 2) +
+           "\" fill=\"" + scale.colour(i) + "\"/>\n" +
+           text_at(x_m + 1.9 * font_m, y_m, fixed(ranges.ranges_m[i], 0));
+    x_m += 3.7 * font_m;
+  }
+  if (has_unmet) {
+    svg += dot(x_m + 0.5 * font_m, y_m - 0.35 * font_m, 0.25 * font_m) +
+           text_at(x_m + 1.2 * font_m, y_m, "no range is good enough");
+  }
+  return svg + "</g>\n";
+}
+
+}  // namespace
+
+MapBox ranges_picture_box(const Sites& sites) { return box_of_route(sites, kMargin_m); }
+
+std::string ranges_picture_svg(const NdtMap& map, const Sites& sites, const RangeTable& ranges,
+                               const MapBox& box) {
+  const Sizes sizes = sizes_of(box);
+  const double width_m = box.high_x_m - box.low_x_m;
+  const double height_m = box.high_y_m - box.low_y_m + sizes.legend_m;
+  const std::string view = fixed(box.low_x_m, 2) + " " + fixed(-box.high_y_m, 2) + " " +
+                           fixed(width_m, 2) + " " + fixed(height_m, 2);
+  bool has_unmet = false;
+  for (std::size_t i = 0; i < sites.sites.size(); ++i) has_unmet |= is_unmet(ranges, i);
+  const Scale scale = scale_of(ranges);
+  const auto colour_of = [&](std::size_t range) { return scale.colour(range); };
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"" + view + "\" width=\"" +
+         fixed(kWidth_px, 0) + "\" height=\"" + fixed(kWidth_px * height_m / width_m, 0) +
+         "\" font-family=\"sans-serif\">\n<rect x=\"" + fixed(box.low_x_m, 2) + "\" y=\"" +
+         fixed(-box.high_y_m, 2) + "\" width=\"100%\" height=\"100%\" fill=\"white\"/>\n" +
+         nd_path(map, box) + route_svg(sites, ranges, kLimit, sizes.route_m, colour_of) +
+         unmet_dots(sites, ranges, 0.25 * sizes.route_m) + scale_bar_svg(box, "#222") +
+         legend(ranges, box, scale, has_unmet) + "</svg>\n";
+}
+
+}  // namespace sightline

@@ -1,0 +1,108 @@
+#include "compiler/views/report/report.h"
+
+#include <algorithm>
+
+#include "compiler/views/report/page/page_assets.h"
+#include "compiler/views/report/page/page_data.h"
+#include "compiler/views/report/sections/sections.h"
+#include "formats/text/quoted_text.h"
+
+namespace sightline {
+namespace {
+
+Result<void> check_sources(const ReportSources& sources) {
+  const std::size_t sites = sources.map->sites.sites.size();
+  const bool has_sites =
+      sites > 0 && sources.map->quality.size() == sources.map->ranges.promises.size();
+  const bool is_judged =
+      !sources.evaluation ||
+      (sources.evaluation->site_count == sites &&
+       sources.evaluation->limits_m == sources.map->predicted.limits_m &&
+       sources.evaluation->statics.size() == sources.map->ranges.ranges_m.size());
+  const bool is_measured = !sources.measured || sources.measured->scan_of_site.size() == sites;
+  const bool is_seen = !sources.depth || sources.depth->site_count == sites;
+  if (has_sites && is_judged && is_measured && is_seen) return {};
+  return Error{ErrorCode::kMismatchedInputs,
+               "what was measured, judged or cast is not of this map's " + std::to_string(sites) +
+                   " sites, its ranges and its limits",
+               sources.map_file, ""};
+}
+
+// A map may be stripped of its factors, or older than virtual scans.
+bool has_virtual_points(const CompiledMap& map) {
+  const std::vector<std::string>& factors = map.factors.factors;
+  return std::find(factors.begin(), factors.end(), "virtual_points") != factors.end();
+}
+
+Result<std::vector<Section>> sections_of(const ReportSources& sources) {
+  const CompiledMap& map = *sources.map;
+  std::vector<Section> all = {summary_section(sources), map_section(sources)};
+  if (sources.diff) all.push_back(diff_section(*sources.diff));
+  if (sources.evaluation) {
+    all.push_back(ranges_section(*sources.evaluation, map.sites));
+    all.push_back(ideal_section(*sources.evaluation, map.sites));
+    all.push_back(choice_section(*sources.evaluation, map.sites));
+  }
+  if (sources.tracks) all.push_back(tracks_section(*sources.tracks));
+  all.push_back(trust_section(sources));
+  if (sources.measured && has_virtual_points(map)) {
+    SIGHTLINE_ASSIGN(const FactorReport factors, factor_report(map.factors, *sources.measured));
+    all.push_back(factors_section(factors, map));
+  }
+  all.push_back(making_section(sources));
+  for (const auto& make : {passes_section, provenance_section}) {
+    SIGHTLINE_ASSIGN(Section section, make(sources));
+    all.push_back(std::move(section));
+  }
+  return all;
+}
+
+// The drive that mapped is what people know a map by; its id is a digest unless they chose one.
+std::string title_of(const CompiledMap& map) {
+  const std::string& drive = map.measurement.mapping_drive;
+  return drive.empty() ? map.map_id : drive;
+}
+
+std::string header(const ReportSources& sources, const std::vector<Section>& all) {
+  const CompiledMap& map = *sources.map;
+  std::string html = "<header>\n<p class=\"kind\">sightline map report</p>\n<h1>" +
+                     xml_text(title_of(map)) + "</h1>\n" +
+                     paragraph("Map " + map.map_id + ", version " + map.version + ", release " +
+                               std::to_string(map.release) +
+                               ". How far a vehicle must look at each place of this map to know "
+                               "where it is, what that saves, and what it rests on.") +
+                     "</header>\n<nav aria-label=\"Contents\"><ul>\n";
+  for (const Section& section : all) {
+    html += "<li><a href=\"#" + section.id + "\">" + xml_text(section.title) + "</a></li>\n";
+  }
+  return html + "</ul></nav>\n";
+}
+
+}  // namespace
+
+Result<std::string> report_html(const ReportSources& sources) {
+  SIGHTLINE_TRY(check_sources(sources));
+  SIGHTLINE_ASSIGN(const std::vector<Section> all, sections_of(sources));
+  std::string html =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      // Nothing is fetched, whatever a map's texts may hold.
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data: "
+      "blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>" +
+      xml_text(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +
+      std::string(page_style()) + range_colours_css(sources.map->ranges.ranges_m.size()) +
+      std::string(library_style()) + "</style>\n</head>\n<body>\n" + header(sources, all) +
+      "<main>\n";
+  for (const Section& section : all) {
+    html += "<section id=\"" + section.id + "\">\n<h2>" + xml_text(section.title) + "</h2>\n" +
+            section.html + "</section>\n";
+  }
+  html += "</main>\n";
+  if (!page_script().empty()) {
+    html += "<script type=\"application/json\" id=\"data\">" + page_data_json(sources) +
+            "</script>\n<script>\n" + std::string(page_script()) + "</script>\n";
+  }
+  return html + "</body>\n</html>\n";
+}
+
+}  // namespace sightline

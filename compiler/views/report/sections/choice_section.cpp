@@ -1,0 +1,182 @@
+#include <algorithm>
+
+#include "compiler/views/picture/charts/chart_svg.h"
+#include "compiler/views/report/sections/along.h"
+#include "compiler/views/report/sections/sections.h"
+
+// What the paper's section V shows: the ranges that the map names, and how they fare.
+
+namespace sightline {
+namespace {
+
+std::string words_of(Rule rule) {
+  switch (rule) {
+    case Rule::kMap:
+      return "this map";
+    case Rule::kMean:
+      return "mean rule (the paper's)";
+    case Rule::kProbability:
+      return "probability rule";
+    case Rule::kStaticEqualCoverage:
+      return "shortest static range of equal coverage";
+    case Rule::kStaticLongest:
+      return "longest static range";
+    case Rule::kOracle:
+      return "oracle (ideal case)";
+  }
+  return "";
+}
+
+double error_at(const Evaluation& evaluation, std::size_t limit, Rule rule, std::size_t i) {
+  return evaluation.error_m[i * evaluation.statics.size() + evaluation.chosen(limit, rule, i)];
+}
+
+double time_at(const Evaluation& evaluation, std::size_t limit, Rule rule, std::size_t i) {
+  return evaluation.time_ms[i * evaluation.statics.size() + evaluation.chosen(limit, rule, i)];
+}
+
+std::string rules_table(const Evaluation& evaluation, std::size_t limit) {
+  TextGrid grid = {{"rule", "coverage (%)", "mean error (cm)", "95th percentile (cm)",
+                    "mean range (m)", "time ratio", "work ratio", "unmet (%)", "worst stretch (%)",
+                    "its sites"}};
+  for (std::size_t i = 0; i < kRuleCount; ++i) {
+    const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
+    grid.push_back(
+        {words_of(score.rule), percent(score.coverage), centimetres(score.mean_error_m),
+         centimetres(score.p95_error_m), fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
+         fixed(score.work_ratio, 3), percent(score.unmet_share), percent(score.worst_coverage),
+         std::to_string(score.worst_begin_site) + " to " + std::to_string(score.worst_end_site)});
+  }
+  return html_table(grid, "Rules at a limit of " + limit_text(evaluation.limits_m[limit]) +
+                              "; ratios are to the longest static range, the worst stretch is " +
+                              metres(evaluation.stretch_m) + " of route");
+}
+
+// "93.1 (12.4 m)"
+std::string streets_table(const Evaluation& evaluation, std::size_t limit) {
+  if (evaluation.streets.empty()) return "";
+  TextGrid grid = {{"rule"}, {"share of sites (%)"}};
+  for (std::size_t i = 0; i < kRuleCount; ++i) grid.push_back({words_of(static_cast<Rule>(i))});
+  for (const StreetScore& score : evaluation.streets) {
+    if (score.limit_m != evaluation.limits_m[limit]) continue;
+    if (score.rule == Rule::kMap) {
+      grid[0].emplace_back(street_type_name(score.street));
+      grid[1].push_back(percent(score.site_share));
+    }
+    grid[2 + static_cast<std::size_t>(score.rule)].push_back(percent(score.coverage) + " (" +
+                                                             fixed(score.mean_range_m, 1) + " m)");
+  }
+  return html_table(grid, "By type of street: coverage in % and, in brackets, mean range");
+}
+
+std::string figure_ten(const Evaluation& evaluation, const Sites& sites, std::size_t limit) {
+  const Along along(evaluation, sites);
+  const std::string limit_words = limit_text(evaluation.limits_m[limit]);
+  Chart time = route_chart("Matching time: static and this map's ranges", "matching time (ms)");
+  time.height_px = 230.0;
+  time.series.push_back(along.series(
+      "static " + metres(evaluation.statics.back().range_m), kGrey,
+      [&](std::size_t i) { return time_at(evaluation, limit, Rule::kStaticLongest, i); }));
+  time.series.push_back(along.series("this map, " + limit_words, kBlue, [&](std::size_t i) {
+    return time_at(evaluation, limit, Rule::kMap, i);
+  }));
+  Chart range =
+      route_chart("Selected ranges, and where they missed the limit", "selected range (m)");
+  range.height_px = 230.0;
+  range.series.push_back(along.series("selected range", kBlue, [&](std::size_t i) {
+    return evaluation.statics[evaluation.chosen(limit, Rule::kMap, i)].range_m;
+  }));
+  range.series.back().mark = Mark::kSteps;
+  range.bands = along.bands([&](std::size_t i) {
+    return error_at(evaluation, limit, Rule::kMap, i) > evaluation.limits_m[limit];
+  });
+  range.band_name = "error above " + limit_words;
+  const std::string number = std::to_string(limit);
+  return html_figure(
+      {"figure-10-" + number, "Figure 10, limit " + limit_words + ".",
+       "Above: matching time with the longest static range and with the ranges of this map. Below: "
+       "the "
+       "ranges of this map; bars mark places where the selected range did not keep the error "
+       "within the limit on this drive.",
+       chart_svg(time) + chart_svg(range), "choice-" + number});
+}
+
+double coverage_of_range(const Evaluation& evaluation, std::size_t limit, std::size_t range) {
+  double met = 0.0;
+  for (std::size_t i = 0; i < evaluation.sites.size(); ++i) {
+    const double error_m = evaluation.error_m[i * evaluation.statics.size() + range];
+    met += error_m <= evaluation.limits_m[limit] ? 1.0 : 0.0;
+  }
+  return met / static_cast<double>(evaluation.sites.size());
+}
+
+ChartSeries static_ranges(const Evaluation& evaluation, std::size_t limit) {
+  ChartSeries series = {"static ranges", kGrey, Mark::kPoints, {}, {}, {}, 3.5, false};
+  const double longest_ms = evaluation.statics.back().mean_time_ms;
+  for (std::size_t range = 0; range < evaluation.statics.size(); ++range) {
+    const double time_ms = evaluation.statics[range].mean_time_ms;
+    series.x.push_back(longest_ms > 0.0 ? time_ms / longest_ms : 0.0);
+    series.y.push_back(100.0 * coverage_of_range(evaluation, limit, range));
+    series.labels.push_back(metres(evaluation.statics[range].range_m));
+  }
+  return series;
+}
+
+// Drawn smaller the later, so that rules that agree are all seen.
+ChartSeries rule_point(const Evaluation& evaluation, std::size_t limit, Rule rule,
+                       const std::string& colour, double size_px) {
+  const RuleScore& score = evaluation.score(limit, rule);
+  return {words_of(rule),           colour, Mark::kPoints, {score.time_ratio},
+          {100.0 * score.coverage}, {},     size_px,       false};
+}
+
+// Coverage against time: what lies farther up and to the left is better.
+std::string pareto(const Evaluation& evaluation, std::size_t limit) {
+  Chart chart;
+  const std::string limit_words = limit_text(evaluation.limits_m[limit]);
+  chart.title = "Coverage against matching time at " + limit_words;
+  chart.x_label = "mean matching time / that of the longest static range";
+  chart.y_label = "sites within " + limit_words + " (%)";
+  chart.width_px = 640.0;
+  chart.height_px = 360.0;
+  const ChartSeries points = static_ranges(evaluation, limit);
+  ChartSeries line = points;
+  line.mark = Mark::kLine;
+  line.name.clear();
+  line.size_px = 1.2;
+  line.is_dashed = true;
+  chart.series = {line,
+                  points,
+                  rule_point(evaluation, limit, Rule::kMap, kBlue, 9.0),
+                  rule_point(evaluation, limit, Rule::kProbability, kPink, 5.5),
+                  rule_point(evaluation, limit, Rule::kMean, kOrange, 6.0),
+                  rule_point(evaluation, limit, Rule::kOracle, kGreen, 6.0)};
+  chart.greatest_y = 100.0;
+  chart.least_x = 0.0;
+  chart.greatest_x = 1.1;
+  return html_figure(
+      {"pareto-" + std::to_string(limit), "Coverage against time, " + limit_words + ".",
+       "Each static range is a grey point. A rule is worth its trouble where it lies "
+       "above the dashed line: more of the route within the limit for the same time.",
+       chart_svg(chart), ""});
+}
+
+}  // namespace
+
+Section choice_section(const Evaluation& evaluation, const Sites& sites) {
+  Section section = {"choice", "What this map says, and how it fares", ""};
+  section.html = paragraph(
+      std::to_string(evaluation.out_of_fold_count) + " of the " +
+      std::to_string(evaluation.sites.size()) +
+      " judged sites were predicted by trees that never saw their place. Coverage is the share of "
+      "judged sites whose error at the selected range is within the limit; it stands beside time, "
+      "because a shorter range buys time with misses.");
+  for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
+    section.html += "<h3>Limit " + limit_text(evaluation.limits_m[limit]) + "</h3>\n" +
+                    rules_table(evaluation, limit) + figure_ten(evaluation, sites, limit) +
+                    pareto(evaluation, limit) + streets_table(evaluation, limit);
+  }
+  return section;
+}
+
+}  // namespace sightline

@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numeric>
+
+#include "compiler/views/report/sections/sections.h"
+#include "formats/text/quoted_text.h"
+
+namespace sightline {
+namespace {
+
+// A cell whose colour says how strong a correlation is: blue falls, orange rises.
+std::string correlation_cell(double correlation) {
+  char style[80];
+  std::snprintf(style, sizeof style, "--share:%.0f%%;--hue:var(--%s)",
+                80.0 * std::min(1.0, std::abs(correlation)), correlation < 0.0 ? "blue" : "orange");
+  return std::string("<td class=\"heat\" style=\"") + style + "\">" + fixed(correlation, 2) +
+         "</td>";
+}
+
+double strength(const FactorReport& report, std::size_t factor) {
+  double sum = 0.0;
+  for (const FactorsAtRange& range : report.ranges) sum += std::abs(range.rank_correlation[factor]);
+  return sum;
+}
+
+std::string correlation_table(const FactorReport& report) {
+  std::vector<std::size_t> order(report.factors.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return strength(report, a) > strength(report, b);
+  });
+  std::string html =
+      "<div class=\"scroll\"><table id=\"correlations\"><caption>Rank correlation (Spearman) of "
+      "each "
+      "factor with the measured mean error, strongest first</caption>\n<thead><tr><th "
+      "scope=\"col\">factor</th>";
+  for (const FactorsAtRange& range : report.ranges) {
+    html += "<th scope=\"col\">" + metres(range.range_m) + "</th>";
+  }
+  html += "</tr></thead><tbody>\n";
+  for (const std::size_t factor : order) {
+    html += "<tr><th scope=\"row\">" + xml_text(report.factors[factor]) + "</th>";
+    for (const FactorsAtRange& range : report.ranges) {
+      html += correlation_cell(range.rank_correlation[factor]);
+    }
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+std::string expectation_table(const FactorReport& report) {
+  TextGrid grid = {{"range (m)"},          {"points expected"},
+                   {"points measured"},    {"correlation over sites (r)"},
+                   {"time expected (ms)"}, {"time measured (ms)"}};
+  for (const FactorsAtRange& range : report.ranges) {
+    const std::string column[] = {
+        fixed(range.range_m, 0),          fixed(range.virtual_points, 0),
+        fixed(range.measured_points, 0),  fixed(range.point_correlation, 3),
+        fixed(range.expected_time_ms, 2), fixed(range.measured_time_ms, 2)};
+    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+  }
+  return html_table(grid, "Points and time foretold from the map alone, and measured; r = " +
+                              fixed(report.point_correlation, 3) + " over all ranges");
+}
+
+// Of the model's card: factors by how much worse held-out places are predicted without them.
+std::string importance_figure(const CompiledMap& map) {
+  constexpr std::size_t kMostShown = 12;
+  std::vector<std::pair<double, std::string>> importances;
+  for (const auto& [name, value] : map.model.card) {
+    if (!name.starts_with("importance_") || !name.ends_with("_m")) continue;
+    importances.emplace_back(1000.0 * std::strtod(value.c_str(), nullptr),
+                             name.substr(11, name.size() - 13));
+  }
+  if (importances.empty()) return "";
+  std::stable_sort(importances.begin(), importances.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  if (importances.size() > kMostShown) importances.resize(kMostShown);
+  TextGrid grid = {{"factor", "importance (mm)"}};
+  for (const auto& [importance_mm, name] : importances) {
+    grid.push_back({name, fixed(importance_mm, 2)});
+  }
+  return html_table(
+      grid,
+      "By how much the error of predictions for held-out places rises when a factor's "
+      "values are swapped");
+}
+
+}  // namespace
+
+Section factors_section(const FactorReport& factors, const CompiledMap& map) {
+  Section section = {"factors", "What the factors know before anyone drives", ""};
+  section.html = paragraph(
+                     "Factors are worked out from the map alone, at every site and range. Orange: "
+                     "the more of it "
+                     "the greater the error; blue: the less.") +
+                 correlation_table(factors) + expectation_table(factors) + importance_figure(map);
+  return section;
+}
+
+}  // namespace sightline

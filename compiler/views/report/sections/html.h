@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compiler/views/picture/charts/chart.h"
+#include "formats/text/text_grid.h"
+
+// Pieces of the page. Texts are escaped here; what is called html is not.
+
+namespace sightline {
+
+struct Section {
+  std::string id;
+  std::string title;
+  std::string html;
+};
+
+std::string paragraph(const std::string& text);
+
+// The first row is the head; the first column names the rows; numbers stand under each other.
+std::string html_table(const TextGrid& grid, const std::string& caption);
+
+// Names and values, two columns without a head.
+std::string fact_table(const std::vector<std::pair<std::string, std::string>>& facts);
+
+// A figure: what it is called, what one sees, and a picture. `live`: the name of the drawing that
+// the page's scripts put in its place; empty: the picture stays.
+struct Figure {
+  std::string id;
+  std::string name;     // "Figure 5"
+  std::string caption;  // what one sees
+  std::string picture_html;
+  std::string live;
+};
+std::string html_figure(const Figure& figure);
+
+// Colours of the page, the same in its style sheet.
+inline const std::string kBlue = "var(--blue)";
+inline const std::string kOrange = "var(--orange)";
+inline const std::string kGreen = "var(--green)";
+inline const std::string kGrey = "var(--grey)";
+inline const std::string kPink = "var(--pink)";
+inline const std::string kPurple = "var(--purple)";
+std::string range_colour(std::size_t range);
+
+// The style that gives `count` ranges their colours, from dark violet to yellow on paper and paler
+// where the page is dark (viridis).
+std::string range_colours_css(std::size_t count);
+
+std::string centimetres(double length_m);  // "8.3"
+std::string percent(double share);         // "94.3"
+std::string limit_text(double limit_m);    // "10 cm"
+std::string metres(double length_m);       // "15 m"
+
+}  // namespace sightline

@@ -1,0 +1,94 @@
+#include "compiler/views/picture/charts/chart_svg.h"
+#include "compiler/views/report/sections/along.h"
+#include "compiler/views/report/sections/sections.h"
+#include "formats/grid/site_shape.h"
+
+// What the paper's section II shows: error and matching time for every static range.
+
+namespace sightline {
+namespace {
+
+std::string table_one(const Evaluation& evaluation) {
+  TextGrid grid = {{"range (m)"},
+                   {"mean error (cm)"},
+                   {"mean matching time (ms)"},
+                   {"greatest of the sites' mean times (ms)"},
+                   {"greatest time of a single match (ms)"},
+                   {"mean time / that of the longest range"},
+                   {"work / that of the longest range"}};
+  const StaticScore& longest = evaluation.statics.back();
+  const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
+  for (const StaticScore& score : evaluation.statics) {
+    const std::string column[] = {fixed(score.range_m, 0),
+                                  centimetres(score.mean_error_m),
+                                  fixed(score.mean_time_ms, 2),
+                                  fixed(score.max_site_time_ms, 2),
+                                  fixed(score.max_run_time_ms, 2),
+                                  fixed(ratio(score.mean_time_ms, longest.mean_time_ms), 2),
+                                  fixed(ratio(score.mean_work, longest.mean_work), 2)};
+    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+  }
+  return html_table(grid,
+                    "Table I. Error and matching time for different static ranges, means over " +
+                        std::to_string(evaluation.sites.size()) + " sites");
+}
+
+std::string figure_five(const Evaluation& evaluation, const Sites& sites) {
+  const Along along(evaluation, sites);
+  Chart chart =
+      route_chart("Localization error along the route for every range", "localization error (cm)");
+  const SiteShape shape{evaluation.statics.size()};
+  for (std::size_t range = 0; range < shape.rows; ++range) {
+    chart.series.push_back(along.series(
+        metres(evaluation.statics[range].range_m), range_colour(range),
+        [&](std::size_t i) { return 100.0 * evaluation.error_m[shape.index(i, range)]; }));
+    chart.series.back().size_px = 1.2;
+  }
+  return html_figure(
+      {"figure-5", "Figure 5.",
+       "Mean localization error at every metre of the route, one line for each static range: where "
+       "a "
+       "street offers little, a short range errs more, and how much differs from place to place.",
+       chart_svg(chart), "error-along"});
+}
+
+std::string figure_six(const Evaluation& evaluation) {
+  Chart chart;
+  chart.title = "Mean and greatest matching time for every range";
+  chart.x_label = "observation range (m)";
+  chart.y_label = "matching time (ms)";
+  ChartSeries mean = {"mean over sites", kBlue, Mark::kBars, {}, {}, {}, 1.6, false};
+  ChartSeries most = {"greatest of the sites' means", kOrange, Mark::kBars, {}, {}, {}, 1.6, false};
+  for (const StaticScore& score : evaluation.statics) {
+    mean.x.push_back(score.range_m);
+    mean.y.push_back(score.mean_time_ms);
+    most.x.push_back(score.range_m);
+    most.y.push_back(score.max_site_time_ms);
+    chart.x_ticks.push_back(score.range_m);
+  }
+  const double margin_m = mean.x.size() > 1 ? 0.6 * (mean.x[1] - mean.x[0]) : 1.0;
+  chart.least_x = mean.x.front() - margin_m;
+  chart.greatest_x = mean.x.back() + margin_m;
+  chart.series = {mean, most};
+  return html_figure({"figure-6", "Figure 6.",
+                      "Average and greatest matching time for every static range: what looking "
+                      "farther costs (CPU time of one thread: crop, thin out and match).",
+                      chart_svg(chart), ""});
+}
+
+}  // namespace
+
+Section ranges_section(const Evaluation& evaluation, const Sites& sites) {
+  const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
+  Section section = {"ranges", "What range does to error and time", ""};
+  section.html = paragraph(
+      "Drive " + evaluation.drive + " was matched against the map at " +
+      std::to_string(evaluation.sites.size()) + " of " + std::to_string(evaluation.site_count) +
+      " sites and at every range, from several starts around the reference pose. The error is the "
+      "distance from " +
+      (is_known ? "the known pose." : "the match at the sensor's full range."));
+  section.html += table_one(evaluation) + figure_five(evaluation, sites) + figure_six(evaluation);
+  return section;
+}
+
+}  // namespace sightline

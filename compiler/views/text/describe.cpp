@@ -1,0 +1,211 @@
+#include "compiler/views/text/describe.h"
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+
+namespace sightline {
+namespace {
+
+// Like printf, for the few numbers that people read here.
+template <class... T>
+std::string formatted(const char* format, T... values) {
+  std::array<char, 160> line{};
+  std::snprintf(line.data(), line.size(), format, values...);
+  return line.data();
+}
+
+std::string percent(double share) { return formatted("%.1f %%", 100.0 * share); }
+
+std::string percent_of(std::size_t part, std::size_t whole) {
+  return percent(whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole));
+}
+
+std::string field(const char* name, const std::string& value) {
+  return formatted("  %-22s ", name) + value + "\n";
+}
+
+double route_m(const Sites& sites) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < sites.sites.size(); ++i) {
+    if (sites.sites[i].run == sites.sites[i - 1].run) {
+      length_m += sites.sites[i].s_m - sites.sites[i - 1].s_m;
+    }
+  }
+  return length_m;
+}
+
+std::string describe_map(const CompiledMap& map) {
+  const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
+  const std::size_t runs =
+      map.sites.sites.empty() ? 0 : map.sites.sites.back().run + std::size_t{1};
+  return "map " + map.map_id + "\n" +
+         field("version", map.version + ", release " + std::to_string(map.release)) +
+         field("written by", map.writer) +
+         field("frame", formatted("world minus (%.15g, %.15g, %.15g) m", origin_m.x(), origin_m.y(),
+                                  origin_m.z())) +
+         field("NDs", formatted("%zu of %g m, from %llu points; %llu cells too sparse, %llu flat",
+                                map.ndt.nds.size(), map.ndt.cell_m,
+                                static_cast<unsigned long long>(map.ndt.point_count),
+                                static_cast<unsigned long long>(map.ndt.sparse_cell_count),
+                                static_cast<unsigned long long>(map.ndt.degenerate_cell_count))) +
+         field("sites",
+               formatted("%zu, every %g m, in %zu runs of %.0f m together", map.sites.sites.size(),
+                         map.sites.spacing_m, runs, route_m(map.sites))) +
+         field("reach", formatted("%g m around a site", map.reach_m));
+}
+
+std::string localizer_text(const MeasurementCard& card) {
+  if (card.localizer.empty()) return "not recorded";
+  const std::string coarse = card.coarse_cells > 1
+                                 ? formatted(", first on cells %u times as long", card.coarse_cells)
+                                 : "";
+  return card.localizer + coarse + formatted(", scans thinned to %g m", card.leaf_m);
+}
+
+std::string describe_trajectory(const TrajectoryQuality& trajectory) {
+  static constexpr std::array kSources = {"as given", "given, then refined", "estimated"};
+  std::string text = field("poses", kSources[static_cast<std::size_t>(trajectory.source)]);
+  if (trajectory.odometry_edges == 0) return text;
+  return text + field("pose graph",
+                      formatted("%u steps, %u loops; off by %.1f cm and %.3f degrees (RMS)",
+                                trajectory.odometry_edges, trajectory.loop_edges,
+                                100.0 * trajectory.rms_translation_residual_m,
+                                trajectory.rms_rotation_residual_rad * 180.0 / std::numbers::pi));
+}
+
+std::string describe_measurement(const CompiledMap& map) {
+  const MeasurementCard& card = map.measurement;
+  const bool is_known = card.reference == ErrorReference::kKnownPose;
+  return "measured error\n" +
+         field("mapping", card.mapping_drive + ", " + card.mapping_scans + " scans") +
+         field("localization",
+               card.localization_drive + ", " + card.localization_scans + " scans") +
+         field("reference", is_known ? "known poses" : "match at the sensor's full range") +
+         field("localizer", localizer_text(card)) +
+         field("offsets", formatted("%zu starts at every site", card.offsets.size())) +
+         field("measured sites", formatted("%u of ", card.measured_site_count) +
+                                     std::to_string(map.sites.sites.size())) +
+         field("sensor", map.sensor.name + formatted(", %d beams", map.sensor.ring_count()));
+}
+
+std::string describe_promise(const LimitPromise& promise) {
+  std::string text = field("promise", promise.is_earned ? "earned" : "not earned");
+  if (!promise.statement.empty()) text += field("", promise.statement);
+  if (promise.is_earned) text += field("coverage promised", percent(1.0 - promise.alpha));
+  return text + field("p*", formatted("%.4f (%s, %u blocks)", promise.probability_threshold,
+                                      promise.method.c_str(), promise.block_count));
+}
+
+std::string histogram(const CompiledMap& map, std::size_t limit) {
+  std::vector<std::size_t> counts(map.ranges.ranges_m.size(), 0);
+  for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
+    ++counts[map.ranges.range(site, limit)];
+  }
+  std::string text;
+  constexpr double kWidth = 40.0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const double share =
+        static_cast<double>(counts[i]) / static_cast<double>(map.ranges.site_count);
+    text +=
+        formatted("    %5g m %7zu  %5.1f %%  ", map.ranges.ranges_m[i], counts[i], 100.0 * share) +
+        std::string(static_cast<std::size_t>(kWidth * share + 0.5), '#') + "\n";
+  }
+  return text;
+}
+
+std::string describe_limit(const CompiledMap& map, std::size_t limit) {
+  const LimitPromise& promise = map.ranges.promises[limit];
+  const LimitQuality& quality = map.quality[limit];
+  const std::size_t sites = map.sites.sites.size();
+  std::string text = "limit " + formatted("%g m\n", promise.limit_m) + describe_promise(promise);
+  text += field("coverage expected", percent(quality.expected_coverage));
+  if (map.measurement.measured_site_count > 0) {
+    text += field("coverage measured", percent(quality.measured_coverage) +
+                                           " of the sites that the localization drive passed");
+  }
+  text += field("mean range", formatted("%.1f m", quality.mean_range_m));
+  text += field("unmet", percent_of(quality.unmet_count, sites) + " of sites");
+  text += field("extrapolated", percent_of(quality.extrapolated_count, sites) + " of sites");
+  return text + histogram(map, limit);
+}
+
+// A fact of the model's card, told for people: three digits where the card has seventeen.
+std::string describe_fact(const std::string& name, const std::string& value) {
+  const auto is_of = [&](std::string_view first, std::string_view last) {
+    return name.starts_with(first) && name.ends_with(last);
+  };
+  const auto between = [&](std::string_view first, std::string_view last) {
+    return name.substr(first.size(), name.size() - first.size() - last.size());
+  };
+  const double number = std::strtod(value.c_str(), nullptr);
+  if (is_of("range_", "_m_r_squared")) {
+    return field(("R^2 at " + between("range_", "_m_r_squared") + " m").c_str(),
+                 formatted("%.2f", number));
+  }
+  if (is_of("range_", "_m_rmse_m")) {
+    return field(("RMSE at " + between("range_", "_m_rmse_m") + " m").c_str(),
+                 formatted("%.1f cm", 100.0 * number));
+  }
+  if (is_of("importance_", "_m")) {
+    return field(("of " + between("importance_", "_m")).c_str(),
+                 formatted("%.2f mm importance", 1000.0 * number));
+  }
+  return field(name.c_str(), value);
+}
+
+std::string describe_model(const ModelRecord& model) {
+  std::string text = "error model\n" + field("sha256", to_hex(model.digest)) +
+                     field("in this map", model.bytes.empty() ? "no, stripped" : "yes");
+  for (const auto& [name, value] : model.card) text += describe_fact(name, value);
+  return text;
+}
+
+}  // namespace
+
+std::string describe(const CompiledMap& map) {
+  std::string text = describe_map(map) + describe_measurement(map);
+  if (map.trajectory) text += describe_trajectory(*map.trajectory);
+  if (map.sharpness) text += to_text(*map.sharpness) + "\n";
+  text += "ranges\n" + field("rule", std::string(selection_name(map.ranges.selection)) +
+                                         formatted(", dilated by %g m", map.ranges.dilation_m));
+  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
+    text += describe_limit(map, limit);
+  }
+  text += describe_model(map.model) + "definitions\n";
+  for (const NamedVersion& definition : map.definitions) {
+    text += field(definition.name.c_str(), formatted("v%u", definition.version));
+  }
+  return text;
+}
+
+std::string describe(const ErrorModel& model) {
+  const ModelRecord record = record_of(model);
+  return "error model\n" + field("sha256", to_hex(record.digest)) +
+         field("encoding", std::to_string(record.encoding_version)) + "\n" + to_text(model);
+}
+
+std::string describe(const MapSummary& summary) {
+  std::string text = "file\n" + field("format", summary.format) +
+                     field("root digest", to_hex(summary.root_digest)) +
+                     field("size", std::to_string(summary.file_size) + " bytes, " +
+                                       std::to_string(summary.tile_count) + " tiles");
+  text += formatted("    %-14s %8s %10s %12s %12s\n", "part", "blocks", "rows", "raw bytes",
+                    "stored bytes");
+  const auto line = [&](const std::string& name, std::uint64_t blocks, std::uint64_t rows,
+                        std::uint64_t raw, std::uint64_t stored) {
+    text +=
+        formatted("    %-14s %8llu %10llu %12llu %12llu\n", name.c_str(),
+                  static_cast<unsigned long long>(blocks), static_cast<unsigned long long>(rows),
+                  static_cast<unsigned long long>(raw), static_cast<unsigned long long>(stored));
+  };
+  line("manifest", 1, 1, summary.manifest_size, summary.manifest_size);
+  for (const MapSummary::Blocks& blocks : summary.blocks) {
+    line(blocks.name, blocks.block_count, blocks.row_count, blocks.raw_size, blocks.stored_size);
+  }
+  line("directory", 1, 1, summary.directory_size, summary.directory_size);
+  return text;
+}
+
+}  // namespace sightline

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "formats/annotation/street_type.h"
+
+// The rows of an evaluation (formats/annotation/evaluation.h).
+
+namespace sightline {
+
+// One static range: a column of the paper's Table I.
+struct StaticScore {
+  double range_m = 0.0;
+  double mean_error_m = 0.0;
+  double mean_time_ms = 0.0;
+  double max_site_time_ms = 0.0;  // greatest of the sites' means over offsets
+  double max_run_time_ms = 0.0;   // greatest of single runs
+  double mean_work = 0.0;
+  double r_squared = 0.0;  // of predicted mean error; 0 where all measured errors are one
+  double rmse_m = 0.0;
+};
+
+// Who chooses the range.
+enum class Rule : std::uint8_t {
+  kMap,                  // as the map says
+  kMean,                 // the paper's: shortest with predicted mean error within the limit
+  kProbability,          // shortest with P(error <= limit) >= p*, dilated
+  kStaticEqualCoverage,  // shortest static range that covers what the map covers, else the longest
+  kStaticLongest,
+  kOracle,  // shortest that truly met the limit, else the longest
+};
+inline constexpr std::size_t kRuleCount = 6;
+// "map", "mean", "probability", "static-equal-coverage", ...
+std::string_view rule_name(Rule rule);
+
+// One rule at one limit. Shares are of judged sites; ratios are to the static longest range, and 0
+// where that took no time.
+struct RuleScore {
+  double limit_m = 0.0;
+  Rule rule = Rule::kMap;
+  double coverage = 0.0;  // error at the chosen range <= limit
+  double mean_error_m = 0.0;
+  double p95_error_m = 0.0;  // linear interpolation
+  double mean_range_m = 0.0;
+  double time_ratio = 0.0;
+  double work_ratio = 0.0;
+  double mean_time_ms = 0.0;
+  double max_site_time_ms = 0.0;
+  double max_run_time_ms = 0.0;
+  double unmet_share = 0.0;         // no range was predicted, or was, good enough
+  double extrapolated_share = 0.0;  // kMap only
+  double worst_coverage = 0.0;      // of the worst stretch of route
+  std::uint32_t worst_begin_site = 0;
+  std::uint32_t worst_end_site = 0;  // its last site
+};
+
+// One rule at one limit over the judged sites of one type of street.
+struct StreetScore {
+  double limit_m = 0.0;
+  Rule rule = Rule::kMap;
+  StreetType street = StreetType::kUnknown;
+  std::uint32_t site_count = 0;
+  double site_share = 0.0;  // of all judged sites
+  double coverage = 0.0;
+  double mean_error_m = 0.0;
+  double p95_error_m = 0.0;
+  double mean_range_m = 0.0;
+  double time_ratio = 0.0;  // to the static longest range at the same sites
+  double work_ratio = 0.0;
+};
+
+// Pairs (site, range) whose predicted P(error <= limit) lies in one tenth.
+struct ReliabilityBin {
+  double limit_m = 0.0;
+  double promised = 0.0;  // mean predicted probability
+  double observed = 0.0;  // share that met the limit
+  std::uint32_t count = 0;
+};
+
+struct JudgedSite {
+  std::uint32_t site = 0;
+  std::uint32_t run = 0;
+  double s_m = 0.0;
+  double p_x_map_m = 0.0;
+  double p_y_map_m = 0.0;
+  StreetType street = StreetType::kUnknown;
+};
+
+}  // namespace sightline

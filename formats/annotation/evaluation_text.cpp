@@ -1,0 +1,146 @@
+#include <algorithm>
+#include <cmath>
+
+#include "formats/annotation/evaluation.h"
+#include "formats/text/text_grid.h"
+
+namespace sightline {
+namespace {
+
+std::string centimetres(double length_m) { return fixed(100.0 * length_m, 1); }
+std::string percent(double share) { return fixed(100.0 * share, 1); }
+
+std::string table_one(const Evaluation& evaluation) {
+  TextGrid grid = {{"range (m)"},           {"error (cm)"},         {"time, mean (ms)"},
+               {"max over sites (ms)"}, {"max over runs (ms)"}, {"time / longest"},
+               {"work / longest"},      {"predicted: R^2"}};
+  const StaticScore& longest = evaluation.statics.back();
+  for (const StaticScore& score : evaluation.statics) {
+    const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
+    const std::string column[] = {fixed(score.range_m, 0),
+                                  centimetres(score.mean_error_m),
+                                  fixed(score.mean_time_ms, 1),
+                                  fixed(score.max_site_time_ms, 1),
+                                  fixed(score.max_run_time_ms, 1),
+                                  fixed(ratio(score.mean_time_ms, longest.mean_time_ms), 2),
+                                  fixed(ratio(score.mean_work, longest.mean_work), 2),
+                                  fixed(score.r_squared, 2)};
+    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+  }
+  return std::string("Table I. Error and matching time for different ranges\n") + aligned(grid);
+}
+
+std::string table_two(const Evaluation& evaluation) {
+  TextGrid grid = {{"ideal case"},         {"time, mean (ms)"}, {"max over sites (ms)"},
+               {"max over runs (ms)"}, {"mean range (m)"},  {"error (cm)"}};
+  const auto append = [&](const std::string& title, const RuleScore& score) {
+    const std::string column[] = {title,
+                                  fixed(score.mean_time_ms, 1),
+                                  fixed(score.max_site_time_ms, 1),
+                                  fixed(score.max_run_time_ms, 1),
+                                  fixed(score.mean_range_m, 1),
+                                  centimetres(score.mean_error_m)};
+    for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
+  };
+  append(std::string("static ") + fixed(evaluation.statics.back().range_m, 0) + " m",
+         evaluation.score(0, Rule::kStaticLongest));
+  for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
+    append(std::string("dynamic ") + fixed(100.0 * evaluation.limits_m[limit], 0) + " cm",
+           evaluation.score(limit, Rule::kOracle));
+  }
+  return std::string("Table II. Matching time where the error is known beforehand\n") +
+         aligned(grid);
+}
+
+const JudgedSite& judged_site(const Evaluation& evaluation, std::uint32_t site) {
+  return *std::ranges::lower_bound(evaluation.sites, site, {}, &JudgedSite::site);
+}
+
+// "120 to 219, (31, -4) to (88, 12)": sites, and where they lie.
+std::string worst_place(const Evaluation& evaluation, const RuleScore& score) {
+  const auto place = [&](std::uint32_t site) {
+    const JudgedSite& judged = judged_site(evaluation, site);
+    // Plus 0: no minus before a zero.
+    return "(" + fixed(std::round(judged.p_x_map_m) + 0.0, 0) + ", " +
+           fixed(std::round(judged.p_y_map_m) + 0.0, 0) + ")";
+  };
+  return std::to_string(score.worst_begin_site) + " to " + std::to_string(score.worst_end_site) +
+         ", " + place(score.worst_begin_site) + " to " + place(score.worst_end_site);
+}
+
+std::string heading(const Evaluation& evaluation, const std::string& what, std::size_t limit) {
+  return what + " at a limit of " + fixed(100.0 * evaluation.limits_m[limit], 0) + " cm";
+}
+
+std::string rules_at(const Evaluation& evaluation, std::size_t limit) {
+  TextGrid grid = {{"rule", "coverage %", "error cm", "p95 cm", "range m", "time ratio",
+                    "work ratio", "unmet %", "worst stretch %", "its sites, map x, y (m)"}};
+  for (std::size_t i = 0; i < kRuleCount; ++i) {
+    const RuleScore& score = evaluation.score(limit, static_cast<Rule>(i));
+    grid.push_back({std::string(rule_name(score.rule)), percent(score.coverage),
+                    centimetres(score.mean_error_m), centimetres(score.p95_error_m),
+                    fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
+                    fixed(score.work_ratio, 3), percent(score.unmet_share),
+                    percent(score.worst_coverage), worst_place(evaluation, score)});
+  }
+  return heading(evaluation, "Rules", limit) + " (ratios to the static longest range; worst " +
+         fixed(evaluation.stretch_m, 0) + " m of route)\n" + aligned(grid);
+}
+
+// "93.1 (12.4 m, 6.0 cm)"
+std::string street_cell(const StreetScore& score) {
+  return percent(score.coverage) + " (" + fixed(score.mean_range_m, 1) + " m, " +
+         centimetres(score.mean_error_m) + " cm)";
+}
+
+std::string streets_at(const Evaluation& evaluation, std::size_t limit) {
+  TextGrid grid = {{"rule"}, {"share of sites %"}};
+  for (std::size_t i = 0; i < kRuleCount; ++i) {
+    grid.push_back({std::string(rule_name(static_cast<Rule>(i)))});
+  }
+  for (const StreetScore& score : evaluation.streets) {
+    if (score.limit_m != evaluation.limits_m[limit]) continue;
+    if (score.rule == Rule::kMap) {
+      grid[0].emplace_back(street_type_name(score.street));
+      grid[1].push_back(percent(score.site_share));
+    }
+    grid[2 + static_cast<std::size_t>(score.rule)].push_back(street_cell(score));
+  }
+  return heading(evaluation, "Coverage % by type of street (mean range, mean error)", limit) +
+         "\n" + aligned(grid);
+}
+
+std::string reliability_at(const Evaluation& evaluation, std::size_t limit) {
+  TextGrid grid = {{"promised %"}, {"observed %"}, {"pairs"}};
+  for (const ReliabilityBin& bin : evaluation.reliability) {
+    if (bin.limit_m != evaluation.limits_m[limit]) continue;
+    grid[0].push_back(percent(bin.promised));
+    grid[1].push_back(percent(bin.observed));
+    grid[2].push_back(std::to_string(bin.count));
+  }
+  return heading(evaluation, "Calibration: P(error <= limit) over pairs of site and range", limit) +
+         "\n" + aligned(grid);
+}
+
+}  // namespace
+
+std::string to_text(const Evaluation& evaluation) {
+  const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
+  std::string text =
+      std::string("Drive ") + evaluation.drive + ": " + std::to_string(evaluation.sites.size()) +
+      " of " + std::to_string(evaluation.site_count) + " sites judged against " +
+      (is_known ? "known poses" : "the match at full range") + "; " +
+      std::to_string(evaluation.out_of_fold_count) + " of them predicted out of fold\n\n";
+  text += table_one(evaluation);
+  text += "\n";
+  text += table_two(evaluation);
+  for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
+    text += "\n";
+    text += rules_at(evaluation, limit);
+    if (!evaluation.streets.empty()) text += "\n" + streets_at(evaluation, limit);
+    text += "\n" + reliability_at(evaluation, limit);
+  }
+  return text;
+}
+
+}  // namespace sightline

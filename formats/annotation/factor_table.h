@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/grid/site_shape.h"
+
+namespace sightline {
+
+// Map factors of every site at every range.
+struct FactorTable {
+  std::vector<double> ranges_m;      // ascending
+  std::vector<std::string> factors;  // column names, "feature_count", ...
+  std::uint32_t site_count = 0;
+  std::vector<double> values;  // [site][range][factor]
+
+  [[nodiscard]] SiteShape shape() const { return {ranges_m.size(), factors.size()}; }
+
+  [[nodiscard]] double at(std::size_t site, std::size_t range, std::size_t factor) const {
+    return values[shape().index(site, range, factor)];
+  }
+};
+
+template <>
+struct ArtifactTraits<FactorTable> {
+  static constexpr std::string_view kName = "factor-table";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+Result<void> validate(const FactorTable& table);
+Table dump(const FactorTable& table);
+void encode(const FactorTable& table, ByteWriter& writer);
+void decode(ByteReader& reader, FactorTable& table);
+
+}  // namespace sightline

@@ -1,0 +1,186 @@
+#include "formats/annotation/measured_error.h"
+
+#include <cmath>
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kBytesPerOffset = 4 * sizeof(double);
+constexpr std::size_t kBytesPerRow = 13 * sizeof(double) + sizeof(std::uint32_t);
+
+// The numbers of a row but point_count, with the names they are printed under, in the order of dump
+// and encoding.
+struct RowField {
+  const char* name;
+  double ErrorRow::*value;
+};
+constexpr RowField kRowFields[] = {{"mean_m", &ErrorRow::mean_m},
+                                   {"median_m", &ErrorRow::median_m},
+                                   {"p90_m", &ErrorRow::p90_m},
+                                   {"max_m", &ErrorRow::max_m},
+                                   {"longitudinal_m", &ErrorRow::longitudinal_m},
+                                   {"lateral_m", &ErrorRow::lateral_m},
+                                   {"yaw_rad", &ErrorRow::yaw_rad},
+                                   {"lost_share", &ErrorRow::lost_share},
+                                   {"mean_iterations", &ErrorRow::mean_iterations},
+                                   {"mean_work", &ErrorRow::mean_work},
+                                   {"max_work", &ErrorRow::max_work},
+                                   {"mean_time_ms", &ErrorRow::mean_time_ms},
+                                   {"max_time_ms", &ErrorRow::max_time_ms}};
+static_assert(std::size(kRowFields) * sizeof(double) + sizeof(std::uint32_t) == kBytesPerRow);
+
+std::string to_text(ErrorReference reference) {
+  switch (reference) {
+    case ErrorReference::kKnownPose:
+      return "known-pose";
+    case ErrorReference::kFullRangeMatch:
+      return "full-range-match";
+  }
+  return "";
+}
+
+Error invalid(const std::string& message, const std::string& place) {
+  return {ErrorCode::kInvalidArtifact, message, "", place};
+}
+
+Result<void> validate_setup(const MeasuredError& measured) {
+  if (to_text(measured.reference).empty()) return invalid("found an unknown reference", "");
+  for (std::size_t i = 0; i < measured.ranges_m.size(); ++i) {
+    const double before_m = i == 0 ? 0.0 : measured.ranges_m[i - 1];
+    if (!(measured.ranges_m[i] > before_m) || !std::isfinite(measured.ranges_m[i])) {
+      return invalid("found range " + format_double(measured.ranges_m[i]) + " m after " +
+                         format_double(before_m) + " m, expected ascending ones",
+                     "range " + std::to_string(i));
+    }
+  }
+  for (std::size_t i = 0; i < measured.offsets.size(); ++i) {
+    const InitialOffset& offset = measured.offsets[i];
+    if (!std::isfinite(offset.x_m) || !std::isfinite(offset.y_m) || !std::isfinite(offset.z_m) ||
+        !std::isfinite(offset.yaw_rad)) {
+      return invalid("found an offset that is not finite", "offset " + std::to_string(i));
+    }
+  }
+  if (measured.rows.size() != measured.shape().size(measured.scan_of_site.size())) {
+    return invalid("found " + std::to_string(measured.rows.size()) + " rows for " +
+                       std::to_string(measured.scan_of_site.size()) + " sites and " +
+                       std::to_string(measured.ranges_m.size()) + " ranges",
+                   "");
+  }
+  return {};
+}
+
+Result<void> validate_row(const ErrorRow& row, bool has_scan, const std::string& place) {
+  bool is_zero = row.point_count == 0;
+  for (const RowField& field : kRowFields) {
+    const double value = row.*field.value;
+    if (!std::isfinite(value) || value < 0.0) {
+      return invalid(std::string("found ") + field.name + " = " + format_double(value) +
+                         ", expected a finite number that is not negative",
+                     place);
+    }
+    is_zero = is_zero && value == 0.0;
+  }
+  if (!has_scan && !is_zero) return invalid("found a result where no scan was matched", place);
+  if (row.lost_share > 1.0) {
+    return invalid("found lost_share = " + format_double(row.lost_share) + ", expected at most 1",
+                   place);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> validate(const MeasuredError& measured) {
+  SIGHTLINE_TRY(validate_setup(measured));
+  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
+    if (measured.scan_of_site[site] < -1) {
+      return invalid(
+          "found scan " + std::to_string(measured.scan_of_site[site]) + ", expected an index or -1",
+          "site " + std::to_string(site));
+    }
+    for (std::size_t range = 0; range < measured.ranges_m.size(); ++range) {
+      SIGHTLINE_TRY(validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
+                       "site " + std::to_string(site) + ", range " + std::to_string(range)));
+    }
+  }
+  return {};
+}
+
+Table dump(const MeasuredError& measured) {
+  Table table;
+  table.name = "measured";
+  table.facts.emplace_back("drive", measured.drive);
+  table.facts.emplace_back("scans", std::string(scan_selection_name(measured.matching.scans)));
+  table.facts.emplace_back("localizer", measured.matching.localizer);
+  table.facts.emplace_back("coarse_cells", std::int64_t{measured.matching.coarse_cells});
+  table.facts.emplace_back("leaf_m", measured.matching.leaf_m);
+  table.facts.emplace_back("reference", to_text(measured.reference));
+  table.facts.emplace_back("offset_count", static_cast<std::int64_t>(measured.offsets.size()));
+  for (std::size_t k = 0; k < measured.offsets.size(); ++k) {
+    const std::string name = "offset_" + std::to_string(k) + "_";
+    table.facts.emplace_back(name + "x_m", measured.offsets[k].x_m);
+    table.facts.emplace_back(name + "y_m", measured.offsets[k].y_m);
+    table.facts.emplace_back(name + "z_m", measured.offsets[k].z_m);
+    table.facts.emplace_back(name + "yaw_rad", measured.offsets[k].yaw_rad);
+  }
+  table.columns = {"site", "range_m", "scan", "point_count"};
+  for (const RowField& field : kRowFields) table.columns.emplace_back(field.name);
+  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
+    for (std::size_t range = 0; range < measured.ranges_m.size(); ++range) {
+      const ErrorRow& row = measured.row(site, range);
+      std::vector<Cell> cells = {static_cast<std::int64_t>(site), measured.ranges_m[range],
+                                 measured.scan_of_site[site], std::int64_t{row.point_count}};
+      for (const RowField& field : kRowFields) cells.emplace_back(row.*field.value);
+      table.rows.push_back(std::move(cells));
+    }
+  }
+  return table;
+}
+
+void encode(const MeasuredError& measured, ByteWriter& writer) {
+  writer.put_string(measured.drive);
+  writer.put(measured.matching.scans);
+  writer.put_string(measured.matching.localizer);
+  writer.put(measured.matching.coarse_cells);
+  writer.put(measured.matching.leaf_m);
+  writer.put(measured.reference);
+  writer.put_array(measured.ranges_m);
+  writer.put<std::uint64_t>(measured.offsets.size());
+  for (const InitialOffset& offset : measured.offsets) {
+    writer.put(offset.x_m);
+    writer.put(offset.y_m);
+    writer.put(offset.z_m);
+    writer.put(offset.yaw_rad);
+  }
+  writer.put_array(measured.scan_of_site);
+  writer.put<std::uint64_t>(measured.rows.size());
+  for (const ErrorRow& row : measured.rows) {
+    writer.put(row.point_count);
+    for (const RowField& field : kRowFields) writer.put(row.*field.value);
+  }
+}
+
+void decode(ByteReader& reader, MeasuredError& measured) {
+  reader.get_string(measured.drive);
+  reader.get(measured.matching.scans);
+  reader.get_string(measured.matching.localizer);
+  reader.get(measured.matching.coarse_cells);
+  reader.get(measured.matching.leaf_m);
+  reader.get(measured.reference);
+  reader.get_array(measured.ranges_m);
+  measured.offsets.resize(reader.get_count(kBytesPerOffset));
+  for (InitialOffset& offset : measured.offsets) {
+    reader.get(offset.x_m);
+    reader.get(offset.y_m);
+    reader.get(offset.z_m);
+    reader.get(offset.yaw_rad);
+  }
+  reader.get_array(measured.scan_of_site);
+  measured.rows.resize(reader.get_count(kBytesPerRow));
+  for (ErrorRow& row : measured.rows) {
+    reader.get(row.point_count);
+    for (const RowField& field : kRowFields) reader.get(row.*field.value);
+  }
+}
+
+}  // namespace sightline

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/drive/drive.h"
+#include "formats/grid/site_shape.h"
+
+namespace sightline {
+
+// One start of the matcher relative to the reference pose, in the vehicle's frame.
+struct InitialOffset {
+  double x_m = 0.0;
+  double y_m = 0.0;
+  double z_m = 0.0;
+  double yaw_rad = 0.0;
+};
+
+// What the errors were measured against.
+enum class ErrorReference : std::uint8_t { kKnownPose, kFullRangeMatch };
+
+// The runs from all offsets at one site and range. Lengths in metres, angles in radians.
+struct ErrorRow {
+  double mean_m = 0.0;  // of the 3D translation distance
+  double median_m = 0.0;
+  double p90_m = 0.0;  // linear interpolation
+  double max_m = 0.0;
+  double longitudinal_m = 0.0;  // mean absolute component along the vehicle's x
+  double lateral_m = 0.0;       // along its y
+  double yaw_rad = 0.0;         // mean absolute
+  double lost_share = 0.0;      // runs that ended more than 0.5 m off
+  std::uint32_t point_count = 0;  // of the subsampled scan
+  double mean_iterations = 0.0;
+  double mean_work = 0.0;  // points x iterations: deterministic stand-in for time
+  double max_work = 0.0;
+  // CPU time of crop, subsample and match, one thread. The only numbers of any artifact that differ
+  // from run to run: they serve reports and nothing else, and never enter a map.
+  double mean_time_ms = 0.0;
+  double max_time_ms = 0.0;
+};
+
+// How the scans of a drive were matched.
+struct MatchingCard {
+  ScanSelection scans = ScanSelection::kAll;  // of the recording
+  std::string localizer = "searching";  // "Localizers" in schemas/definitions.md
+  std::uint32_t coarse_cells = 1;       // of its first level
+  double leaf_m = 1.0;                  // voxel grid to which scans were thinned
+};
+
+// Localization error of one drive at the sites of a map.
+struct MeasuredError {
+  std::string drive;
+  MatchingCard matching;
+  ErrorReference reference = ErrorReference::kKnownPose;
+  std::vector<double> ranges_m;
+  std::vector<InitialOffset> offsets;
+  // Per site: recording_index of the scan that was matched there, or -1 where the drive has none near.
+  std::vector<std::int64_t> scan_of_site;
+  std::vector<ErrorRow> rows;  // [site][range]; all zero where there was no scan
+
+  [[nodiscard]] SiteShape shape() const { return {ranges_m.size()}; }
+
+  [[nodiscard]] const ErrorRow& row(std::size_t site, std::size_t range) const {
+    return rows[shape().index(site, range)];
+  }
+};
+
+template <>
+struct ArtifactTraits<MeasuredError> {
+  static constexpr std::string_view kName = "measured-error";
+  static constexpr std::uint32_t kVersion = 2;
+};
+
+Result<void> validate(const MeasuredError& measured);
+Table dump(const MeasuredError& measured);
+void encode(const MeasuredError& measured, ByteWriter& writer);
+void decode(ByteReader& reader, MeasuredError& measured);
+
+}  // namespace sightline

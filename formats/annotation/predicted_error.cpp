@@ -1,0 +1,129 @@
+#include "formats/annotation/predicted_error.h"
+
+#include <cmath>
+#include <string>
+
+namespace sightline {
+namespace {
+
+Error invalid(std::size_t site, const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", "site " + std::to_string(site)};
+}
+
+bool is_ascending_and_positive(const std::vector<double>& values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i]) || values[i] <= (i == 0 ? 0.0 : values[i - 1])) return false;
+  }
+  return !values.empty();
+}
+
+Result<void> validate_shape(const PredictedError& predicted) {
+  if (!is_ascending_and_positive(predicted.ranges_m) ||
+      !is_ascending_and_positive(predicted.limits_m)) {
+    return Error{ErrorCode::kInvalidArtifact, "ranges or limits are not positive and ascending", "",
+                 ""};
+  }
+  if (predicted.mean_m.size() != predicted.mean_shape().size(predicted.site_count) ||
+      predicted.within_probability.size() !=
+          predicted.probability_shape().size(predicted.site_count) ||
+      predicted.extrapolated.size() != predicted.site_count ||
+      predicted.out_of_fold.size() != predicted.site_count ||
+      predicted.has_history.size() != predicted.site_count) {
+    return Error{ErrorCode::kInvalidArtifact,
+                 "predictions do not fill " + std::to_string(predicted.site_count) + " sites x " +
+                     std::to_string(predicted.ranges_m.size()) + " ranges",
+                 "", ""};
+  }
+  return {};
+}
+
+Result<void> validate_pair(const PredictedError& predicted, std::size_t site, std::size_t range) {
+  const double mean_m = predicted.mean(site, range);
+  if (!std::isfinite(mean_m) || mean_m < 0.0) {
+    return invalid(site, "found a predicted mean error of " + format_double(mean_m) + " m");
+  }
+  double previous = 0.0;
+  for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
+    const double probability = predicted.probability(site, range, limit);
+    if (!(probability >= previous && probability <= 1.0)) {
+      return invalid(site, "found a probability of " + format_double(probability) + ", expected " +
+                               format_double(previous) + " to 1");
+    }
+    previous = probability;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> validate(const PredictedError& predicted) {
+  SIGHTLINE_TRY(validate_shape(predicted));
+  for (std::size_t site = 0; site < predicted.site_count; ++site) {
+    if (predicted.extrapolated[site] > 1 || predicted.out_of_fold[site] > 1 ||
+        predicted.has_history[site] > 1) {
+      return invalid(site, "found a flag that is neither 0 nor 1");
+    }
+    for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
+      SIGHTLINE_TRY(validate_pair(predicted, site, range));
+    }
+  }
+  return {};
+}
+
+Table dump(const PredictedError& predicted) {
+  Table table;
+  table.name = "predicted-error";
+  table.columns = {"site", "range_m", "extrapolated", "out_of_fold",
+                   "has_history", "mean_error_m"};
+  for (const double limit_m : predicted.limits_m) {
+    table.columns.push_back("p_within_" + format_double(limit_m) + "_m");
+  }
+  for (std::size_t site = 0; site < predicted.site_count; ++site) {
+    for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
+      std::vector<Cell> row = {static_cast<std::int64_t>(site), predicted.ranges_m[range],
+                               std::int64_t{predicted.extrapolated[site]},
+                               std::int64_t{predicted.out_of_fold[site]},
+                               std::int64_t{predicted.has_history[site]},
+                               predicted.mean(site, range)};
+      for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
+        row.emplace_back(predicted.probability(site, range, limit));
+      }
+      table.rows.push_back(std::move(row));
+    }
+  }
+  return table;
+}
+
+void encode_predictions(const PredictedError& predicted, ByteWriter& writer) {
+  writer.put_array(predicted.ranges_m);
+  writer.put_array(predicted.limits_m);
+  writer.put(predicted.site_count);
+  writer.put_array(predicted.mean_m);
+  writer.put_array(predicted.within_probability);
+  writer.put_array(predicted.extrapolated);
+  writer.put_array(predicted.out_of_fold);
+  writer.put_array(predicted.has_history);
+}
+
+void decode_predictions(ByteReader& reader, PredictedError& predicted) {
+  reader.get_array(predicted.ranges_m);
+  reader.get_array(predicted.limits_m);
+  reader.get(predicted.site_count);
+  reader.get_array(predicted.mean_m);
+  reader.get_array(predicted.within_probability);
+  reader.get_array(predicted.extrapolated);
+  reader.get_array(predicted.out_of_fold);
+  reader.get_array(predicted.has_history);
+}
+
+void encode(const PredictedError& predicted, ByteWriter& writer) {
+  encode_predictions(predicted, writer);
+  writer.put(predicted.support_margin);
+}
+
+void decode(ByteReader& reader, PredictedError& predicted) {
+  decode_predictions(reader, predicted);
+  reader.get(predicted.support_margin);
+}
+
+}  // namespace sightline

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/grid/site_shape.h"
+
+namespace sightline {
+
+// What the error model says of every site at every range.
+struct PredictedError {
+  std::vector<double> ranges_m;  // ascending
+  std::vector<double> limits_m;  // ascending
+  std::uint32_t site_count = 0;
+  double support_margin = 0.25;  // by which `extrapolated` was judged (PredictErrorOptions)
+  std::vector<double> mean_m;              // [site][range]: predicted mean error
+  std::vector<double> within_probability;  // [site][range][limit]: P(error <= limit)
+  std::vector<std::uint8_t> extrapolated;  // [site]: 1 where factors lie outside what the model saw
+  // [site]: 1 where the model was trained on this site, and trees that never saw the place speak.
+  std::vector<std::uint8_t> out_of_fold;
+  // [site]: 1 where errors that an earlier drive measured near it were among the features.
+  std::vector<std::uint8_t> has_history;
+
+  [[nodiscard]] SiteShape mean_shape() const { return {ranges_m.size()}; }
+  [[nodiscard]] SiteShape probability_shape() const { return {ranges_m.size(), limits_m.size()}; }
+
+  [[nodiscard]] double mean(std::size_t site, std::size_t range) const {
+    return mean_m[mean_shape().index(site, range)];
+  }
+  [[nodiscard]] double probability(std::size_t site, std::size_t range, std::size_t limit) const {
+    return within_probability[probability_shape().index(site, range, limit)];
+  }
+};
+
+template <>
+struct ArtifactTraits<PredictedError> {
+  static constexpr std::string_view kName = "predicted-error";
+  static constexpr std::uint32_t kVersion = 3;
+};
+
+Result<void> validate(const PredictedError& predicted);
+Table dump(const PredictedError& predicted);
+void encode(const PredictedError& predicted, ByteWriter& writer);
+void decode(ByteReader& reader, PredictedError& predicted);
+
+// The predictions without support_margin, as a model keeps its own.
+void encode_predictions(const PredictedError& predicted, ByteWriter& writer);
+void decode_predictions(ByteReader& reader, PredictedError& predicted);
+
+}  // namespace sightline

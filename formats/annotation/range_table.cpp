@@ -1,0 +1,184 @@
+#include "formats/annotation/range_table.h"
+
+#include <cmath>
+#include <string>
+
+namespace sightline {
+namespace {
+
+Error invalid(const std::string& place, const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", place};
+}
+
+bool is_share(double value) { return value >= 0.0 && value <= 1.0; }
+
+Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
+  const LimitPromise& promise = table.promises[limit];
+  const double above_m = limit == 0 ? 0.0 : table.promises[limit - 1].limit_m;
+  const std::string place = "limit " + std::to_string(limit);
+  if (!std::isfinite(promise.limit_m) || promise.limit_m <= above_m) {
+    return invalid(place, "found a limit of " + format_double(promise.limit_m) +
+                              " m, expected ascending ones above 0");
+  }
+  if (!is_share(promise.probability_threshold) || !is_share(promise.history_threshold) || !is_share(promise.alpha) ||
+      !is_share(promise.delta) || !is_share(promise.calibration_miss_share)) {
+    return invalid(place, "a threshold, alpha, delta or share of misses lies outside 0 to 1");
+  }
+  return {};
+}
+
+Result<void> validate_shape(const RangeTable& table) {
+  const std::size_t pairs = table.shape().size(table.site_count);
+  if (table.ranges_m.empty() || table.ranges_m.size() > 256 || table.promises.empty()) {
+    return invalid("", "found " + std::to_string(table.ranges_m.size()) + " ranges and " +
+                           std::to_string(table.promises.size()) +
+                           " limits, expected 1 to 256 and at least 1");
+  }
+  if (table.range_index.size() != pairs || table.flags.size() != pairs) {
+    return invalid("", "choices do not fill " + std::to_string(table.site_count) + " sites x " +
+                           std::to_string(table.promises.size()) + " limits");
+  }
+  if (table.selection != Selection::kMean && table.selection != Selection::kProbability) {
+    return invalid("", "found an unknown selection");
+  }
+  if (!std::isfinite(table.dilation_m) || table.dilation_m < 0.0) {
+    return invalid("", "found a dilation of " + format_double(table.dilation_m) + " m");
+  }
+  for (std::size_t i = 0; i < table.ranges_m.size(); ++i) {
+    const double below_m = i == 0 ? 0.0 : table.ranges_m[i - 1];
+    if (!std::isfinite(table.ranges_m[i]) || table.ranges_m[i] <= below_m) {
+      return invalid("", "ranges are not positive and ascending");
+    }
+  }
+  return {};
+}
+
+Result<void> validate_choice(const RangeTable& table, std::size_t site, std::size_t limit) {
+  const std::size_t i = table.shape().index(site, limit);
+  const std::string place = "site " + std::to_string(site);
+  if (table.range_index[i] >= table.ranges_m.size()) {
+    return invalid(place, "found range " + std::to_string(table.range_index[i]) + " of " +
+                              std::to_string(table.ranges_m.size()));
+  }
+  if ((table.flags[i] & ~(kUnmet | kExtrapolated)) != 0) {
+    return invalid(place, "found an unknown flag");
+  }
+  if ((table.flags[i] & kUnmet) != 0 && table.range_index[i] + 1u != table.ranges_m.size()) {
+    return invalid(place, "no range is good enough, yet the longest was not taken");
+  }
+  if (limit > 0 && table.range_index[i] > table.range_index[i - 1]) {
+    return invalid(place, "a looser limit looks further than a tighter one");
+  }
+  return {};
+}
+
+void append_facts(const RangeTable& table, Table& out) {
+  out.facts.emplace_back("selection", std::string(selection_name(table.selection)));
+  out.facts.emplace_back("dilation_m", table.dilation_m);
+  for (const LimitPromise& promise : table.promises) {
+    const std::string limit = "limit_" + format_double(promise.limit_m) + "_m_";
+    out.facts.emplace_back(limit + "method", promise.method);
+    out.facts.emplace_back(limit + "probability_threshold", promise.probability_threshold);
+    out.facts.emplace_back(limit + "history_threshold", promise.history_threshold);
+    out.facts.emplace_back(limit + "alpha", promise.alpha);
+    out.facts.emplace_back(limit + "delta", promise.delta);
+    out.facts.emplace_back(limit + "block_count", std::int64_t{promise.block_count});
+    out.facts.emplace_back(limit + "is_earned", std::int64_t{promise.is_earned ? 1 : 0});
+    out.facts.emplace_back(limit + "calibration_miss_share", promise.calibration_miss_share);
+    out.facts.emplace_back(limit + "statement", promise.statement);
+  }
+}
+
+}  // namespace
+
+const std::vector<std::string>& risk_control_names() {
+  static const std::vector<std::string> kNames = {"conformal", "learn-then-test", "empirical",
+                                                  "fixed"};
+  return kNames;
+}
+
+const std::string& risk_control_name(RiskControl control) {
+  return risk_control_names().at(static_cast<std::size_t>(control));
+}
+
+std::string_view selection_name(Selection selection) {
+  return selection == Selection::kMean ? "mean" : "probability";
+}
+
+Result<void> validate(const RangeTable& table) {
+  SIGHTLINE_TRY(validate_shape(table));
+  for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
+    SIGHTLINE_TRY(validate_promise(table, limit));
+    for (std::size_t site = 0; site < table.site_count; ++site) {
+      SIGHTLINE_TRY(validate_choice(table, site, limit));
+    }
+  }
+  return {};
+}
+
+Table dump(const RangeTable& table) {
+  Table out;
+  out.name = "ranges";
+  append_facts(table, out);
+  out.columns = {"site", "limit_m", "range_m", "unmet", "extrapolated"};
+  for (std::size_t site = 0; site < table.site_count; ++site) {
+    for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
+      const std::uint8_t flags = table.flags[site * table.promises.size() + limit];
+      out.rows.push_back({static_cast<std::int64_t>(site), table.promises[limit].limit_m,
+                          table.range_m(site, limit), std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
+                          std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0}});
+    }
+  }
+  return out;
+}
+
+void encode(const RangeTable& table, ByteWriter& writer) {
+  writer.put_array(table.ranges_m);
+  writer.put(table.selection);
+  writer.put(table.dilation_m);
+  writer.put<std::uint8_t>(table.extrapolated_takes_longest ? 1 : 0);
+  writer.put<std::uint64_t>(table.promises.size());
+  for (const LimitPromise& promise : table.promises) {
+    writer.put(promise.limit_m);
+    writer.put(promise.probability_threshold);
+    writer.put(promise.history_threshold);
+    writer.put(promise.alpha);
+    writer.put(promise.delta);
+    writer.put(promise.block_count);
+    writer.put<std::uint8_t>(promise.is_earned ? 1 : 0);
+    writer.put(promise.calibration_miss_share);
+    writer.put_string(promise.method);
+    writer.put_string(promise.statement);
+  }
+  writer.put(table.site_count);
+  writer.put_array(table.range_index);
+  writer.put_array(table.flags);
+}
+
+void decode(ByteReader& reader, RangeTable& table) {
+  constexpr std::size_t kBytesPerPromise = 6 * sizeof(double) + 4 + 1 + 2 * sizeof(std::uint64_t);
+  reader.get_array(table.ranges_m);
+  reader.get(table.selection);
+  reader.get(table.dilation_m);
+  table.extrapolated_takes_longest = reader.get<std::uint8_t>() != 0;
+  table.promises.resize(reader.get_count(kBytesPerPromise));
+  for (LimitPromise& promise : table.promises) {
+    reader.get(promise.limit_m);
+    reader.get(promise.probability_threshold);
+    reader.get(promise.history_threshold);
+    reader.get(promise.alpha);
+    reader.get(promise.delta);
+    reader.get(promise.block_count);
+    const auto is_earned = reader.get<std::uint8_t>();
+    if (is_earned > 1) reader.fail();
+    promise.is_earned = is_earned == 1;
+    reader.get(promise.calibration_miss_share);
+    reader.get_string(promise.method);
+    reader.get_string(promise.statement);
+  }
+  reader.get(table.site_count);
+  reader.get_array(table.range_index);
+  reader.get_array(table.flags);
+}
+
+}  // namespace sightline

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/grid/site_shape.h"
+
+namespace sightline {
+
+enum class Selection : std::uint8_t { kMean, kProbability };
+
+std::string_view selection_name(Selection selection);  // "mean", "probability"
+
+// What sets the probability that is asked for (schemas/definitions.md, "Choice of range").
+enum class RiskControl : std::uint8_t { kConformal, kLearnThenTest, kEmpirical, kFixed };
+
+// "conformal", "learn-then-test", "empirical", "fixed".
+const std::vector<std::string>& risk_control_names();
+const std::string& risk_control_name(RiskControl control);
+
+// Flags of a chosen range, as stored in the map.
+inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: the longest was taken
+inline constexpr std::uint8_t kExtrapolated = 2;  // outside the model's support
+
+// The promise behind the ranges of one limit.
+struct LimitPromise {
+  double limit_m = 0.0;
+  double probability_threshold = 0.0;   // p*; 0 under the mean rule
+  double history_threshold = 0.0;       // p* of sites with measured history; 0 where there are none
+  double alpha = 0.0;                   // expected share of misses named by the user
+  double delta = 0.0;                   // learn-then-test only
+  std::uint32_t block_count = 0;        // of the calibration
+  bool is_earned = false;               // false: too few blocks, or no threshold reached alpha
+  double calibration_miss_share = 0.0;  // out of fold, on the range chosen after dilation
+  std::string method;     // "mean", "conformal", "learn-then-test", "empirical", "fixed"
+  std::string statement;  // one sentence for people: what is promised, or why nothing is
+};
+
+// How far to look at every site.
+struct RangeTable {
+  std::vector<double> ranges_m;  // the choice, ascending
+  Selection selection = Selection::kProbability;
+  double dilation_m = 0.0;
+  bool extrapolated_takes_longest = true;  // a site unlike the training looks as far as can be
+  std::vector<LimitPromise> promises;  // one per limit, ascending limit_m
+  std::uint32_t site_count = 0;
+  std::vector<std::uint8_t> range_index;  // [site][limit], into ranges_m; a looser limit never
+                                          // looks further
+  std::vector<std::uint8_t> flags;        // [site][limit]
+
+  [[nodiscard]] SiteShape shape() const { return {promises.size()}; }
+
+  [[nodiscard]] std::size_t range(std::size_t site, std::size_t limit) const {
+    return range_index[shape().index(site, limit)];
+  }
+  [[nodiscard]] double range_m(std::size_t site, std::size_t limit) const {
+    return ranges_m[range(site, limit)];
+  }
+  [[nodiscard]] std::uint8_t flags_of(std::size_t site, std::size_t limit) const {
+    return flags[shape().index(site, limit)];
+  }
+};
+
+template <>
+struct ArtifactTraits<RangeTable> {
+  static constexpr std::string_view kName = "range-table";
+  static constexpr std::uint32_t kVersion = 3;
+};
+
+Result<void> validate(const RangeTable& table);
+Table dump(const RangeTable& table);
+void encode(const RangeTable& table, ByteWriter& writer);
+void decode(ByteReader& reader, RangeTable& table);
+
+}  // namespace sightline

@@ -1,0 +1,99 @@
+#include "formats/annotation/sites.h"
+
+#include <cmath>
+
+namespace sightline {
+namespace {
+
+Error invalid(std::size_t site, const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", "site " + std::to_string(site)};
+}
+
+Result<void> validate_order(const Sites& sites, std::size_t i) {
+  const Site& site = sites.sites[i];
+  const bool starts_run = i == 0 || site.run != sites.sites[i - 1].run;
+  if (starts_run) {
+    const std::uint32_t expected = i == 0 ? 0 : sites.sites[i - 1].run + 1;
+    if (site.run != expected || site.s_m != 0.0) {
+      return invalid(i, "found run " + std::to_string(site.run) + " starting at " +
+                            format_double(site.s_m) + " m, expected run " +
+                            std::to_string(expected) + " at 0 m");
+    }
+    return {};
+  }
+  if (!(site.s_m > sites.sites[i - 1].s_m) || !std::isfinite(site.s_m)) {
+    return invalid(i, "found " + format_double(site.s_m) + " m after " +
+                          format_double(sites.sites[i - 1].s_m) + " m, expected ascending ones");
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> positions_m(const Sites& sites) {
+  std::vector<Eigen::Vector3d> found_m;
+  for (const Site& site : sites.sites) found_m.push_back(site.p_map_m);
+  return found_m;
+}
+
+Result<void> validate(const Sites& sites) {
+  if (!sites.frame.origin_world_m.allFinite() || !std::isfinite(sites.spacing_m) ||
+      sites.spacing_m <= 0.0) {
+    return Error{ErrorCode::kInvalidArtifact, "the sites' origin or spacing makes no sense", "",
+                 ""};
+  }
+  for (std::size_t i = 0; i < sites.sites.size(); ++i) {
+    SIGHTLINE_TRY(validate_order(sites, i));
+    if (!is_rigid(sites.sites[i].T_map_vehicle)) {
+      return invalid(i, "found a pose that is no rigid motion");
+    }
+    if (!sites.sites[i].p_map_m.allFinite()) {
+      return invalid(i, "found a sensor origin that is not finite");
+    }
+  }
+  return {};
+}
+
+Table dump(const Sites& sites) {
+  Table table;
+  table.name = "sites";
+  append_facts(sites.frame, table);
+  table.facts.emplace_back("spacing_m", sites.spacing_m);
+  table.columns = {"site", "run", "s_m", "p_x_m", "p_y_m", "p_z_m"};
+  append_pose_columns(table.columns);
+  for (std::size_t i = 0; i < sites.sites.size(); ++i) {
+    const Site& site = sites.sites[i];
+    std::vector<Cell> row = {static_cast<std::int64_t>(i), std::int64_t{site.run}, site.s_m};
+    for (int axis = 0; axis < 3; ++axis) row.emplace_back(site.p_map_m[axis]);
+    append_cells(site.T_map_vehicle, row);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+void encode(const Sites& sites, ByteWriter& writer) {
+  encode(sites.frame, writer);
+  writer.put(sites.spacing_m);
+  writer.put<std::uint64_t>(sites.sites.size());
+  for (const Site& site : sites.sites) {
+    writer.put(site.run);
+    writer.put(site.s_m);
+    encode(site.T_map_vehicle, writer);
+    for (int axis = 0; axis < 3; ++axis) writer.put(site.p_map_m[axis]);
+  }
+}
+
+void decode(ByteReader& reader, Sites& sites) {
+  constexpr std::size_t kBytesPerSite = 4 + 8 + 12 * 8 + 3 * 8;
+  decode(reader, sites.frame);
+  reader.get(sites.spacing_m);
+  sites.sites.resize(reader.get_count(kBytesPerSite));
+  for (Site& site : sites.sites) {
+    reader.get(site.run);
+    reader.get(site.s_m);
+    decode(reader, site.T_map_vehicle);
+    for (int axis = 0; axis < 3; ++axis) reader.get(site.p_map_m[axis]);
+  }
+}
+
+}  // namespace sightline

@@ -1,0 +1,143 @@
+#include "formats/base/error.h"
+
+#include "formats/base/check.h"
+
+namespace sightline {
+
+const std::vector<ErrorCodeInfo>& all_error_codes() {
+  using enum ErrorCode;
+  static const std::vector<ErrorCodeInfo> kCodes = {
+      {kBadArgument, "bad-argument"},
+      {kUnknownKey, "unknown-key"},
+      {kBadValue, "bad-value"},
+      {kMissingKey, "missing-key"},
+      {kOutputExists, "output-exists"},
+      {kUnknownPass, "unknown-pass"},
+      {kUnknownName, "unknown-name"},
+      {kFileNotFound, "file-not-found"},
+      {kEmptyDirectory, "empty-directory"},
+      {kGitLfsPointer, "git-lfs-pointer"},
+      {kUnsupportedFormat, "unsupported-format"},
+      {kMalformedHeader, "malformed-header"},
+      {kTruncatedScan, "truncated-scan"},
+      {kEmptyScan, "empty-scan"},
+      {kMissingField, "missing-field"},
+      {kMalformedPose, "malformed-pose"},
+      {kFewerPosesThanScans, "fewer-poses-than-scans"},
+      {kNotARotation, "not-a-rotation"},
+      {kTimeRunsBackwards, "time-runs-backwards"},
+      {kNoFinitePoints, "no-finite-points"},
+      {kDriveTooShort, "drive-too-short"},
+      {kNoPoses, "no-poses"},
+      {kNoOverlap, "no-overlap"},
+      {kTrajectoryLost, "trajectory-lost"},
+      {kEmptyMap, "empty-map"},
+      {kMixedFormats, "mixed-formats"},
+      {kMalformedText, "malformed-text"},
+      {kNoTrainingRows, "no-training-rows"},
+      {kMismatchedInputs, "mismatched-inputs"},
+      {kInvalidArtifact, "invalid-artifact"},
+      {kWrongBase, "wrong-base"},
+      {kFutureVersion, "future-version"},
+      {kUnknownRequiredFeature, "unknown-required-feature"},
+      {kOldVersion, "old-version"},
+      {kBadMagic, "bad-magic"},
+      {kTruncatedFile, "truncated-file"},
+      {kChecksumMismatch, "checksum-mismatch"},
+      {kDigestMismatch, "digest-mismatch"},
+      {kOutOfBounds, "out-of-bounds"},
+      {kBadManifest, "bad-manifest"},
+      {kBadOrder, "bad-order"},
+      {kBadLayer, "bad-layer"},
+      {kTooLarge, "too-large"},
+      {kBadDelta, "bad-delta"},
+      {kWrongKey, "wrong-key"},
+      {kTooFewSignatures, "too-few-signatures"},
+      {kBadSignature, "bad-signature"},
+      {kMalformedSignature, "malformed-signature"},
+      {kMalformedRecord, "malformed-record"},
+      {kUnsafeName, "unsafe-name"},
+      {kReplayedRelease, "replayed-release"},
+      {kExpired, "expired"},
+      {kRootOutOfOrder, "root-out-of-order"},
+      {kWrongFleet, "wrong-fleet"},
+      {kWrongSensor, "wrong-sensor"},
+      {kNotAsReleased, "not-as-released"},
+      {kLongerThanReleased, "longer-than-released"},
+      {kGateFailed, "gate-failed"},
+      {kInterrupted, "interrupted"},
+      {kCannotOpen, "cannot-open"},
+      {kCannotRead, "cannot-read"},
+      {kCannotWrite, "cannot-write"},
+      {kDiskFull, "disk-full"},
+      {kOutOfMemory, "out-of-memory"},
+  };
+  return kCodes;
+}
+
+std::string_view error_name(ErrorCode code) {
+  for (const ErrorCodeInfo& info : all_error_codes()) {
+    if (info.code == code) return info.name;
+  }
+  return "unknown";
+}
+
+ErrorClass error_class(ErrorCode code) {
+  switch (static_cast<int>(code) / 1000) {
+    case 1:
+      return ErrorClass::kUsage;
+    case 2:
+      return ErrorClass::kInput;
+    case 3:
+      return ErrorClass::kVersion;
+    case 4:
+      return ErrorClass::kCorrupt;
+    case 5:
+      return ErrorClass::kSignature;
+    case 6:
+      return ErrorClass::kGate;
+    case 7:
+      return ErrorClass::kIncomplete;
+    default:
+      return ErrorClass::kSystem;
+  }
+}
+
+int exit_status(ErrorCode code) {
+  switch (error_class(code)) {
+    case ErrorClass::kUsage:
+      return 64;
+    case ErrorClass::kInput:
+      return 65;
+    case ErrorClass::kVersion:
+      return 66;
+    case ErrorClass::kCorrupt:
+      return 67;
+    case ErrorClass::kSignature:
+      return 68;
+    case ErrorClass::kGate:
+      return 69;
+    case ErrorClass::kSystem:
+      return 74;
+    case ErrorClass::kIncomplete:
+      return 75;
+  }
+  return 74;
+}
+
+std::string to_string(const Error& error) {
+  std::string text = "SL" + std::to_string(static_cast<int>(error.code)) + " ";
+  text += error_name(error.code);
+  text += ": ";
+  if (!error.file.empty()) text += error.file;
+  if (!error.place.empty()) text += (error.file.empty() ? "(" : " (") + error.place + ")";
+  if (!error.file.empty() || !error.place.empty()) text += ": ";
+  return text + error.message;
+}
+
+Error in_file(Error error, const std::string& path) {
+  if (error.file.empty()) error.file = path;
+  return error;
+}
+
+}  // namespace sightline

@@ -1,0 +1,197 @@
+#include "formats/drive/drive.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace sightline {
+namespace {
+
+class MemoryScanStore : public ScanStore {
+ public:
+  explicit MemoryScanStore(std::vector<Scan> scans) : scans_(std::move(scans)) {}
+
+  Result<Scan> read(std::size_t index) const override {
+    SIGHTLINE_CHECK(index < scans_.size());
+    return scans_[index];
+  }
+
+ private:
+  std::vector<Scan> scans_;
+};
+
+Error invalid(std::size_t scan, const std::string& what) {
+  return {ErrorCode::kInvalidArtifact, what, "", "scan " + std::to_string(scan)};
+}
+
+void encode(const ScanInfo& scan, ByteWriter& writer) {
+  writer.put(scan.recording_index);
+  writer.put(scan.stamp_ns);
+  writer.put_string(scan.source);
+  writer.put(scan.point_count);
+  writer.put(scan.nonfinite_count);
+  writer.put(scan.zero_count);
+  writer.put<std::uint8_t>(scan.T_world_vehicle.has_value() ? 1 : 0);
+  if (scan.T_world_vehicle) encode(*scan.T_world_vehicle, writer);
+  writer.put(scan.sensor_index);
+  writer.put<std::uint8_t>(scan.has_point_times ? 1 : 0);
+}
+
+void decode(ByteReader& reader, ScanInfo& scan) {
+  reader.get(scan.recording_index);
+  reader.get(scan.stamp_ns);
+  reader.get_string(scan.source);
+  reader.get(scan.point_count);
+  reader.get(scan.nonfinite_count);
+  reader.get(scan.zero_count);
+  const auto has_pose = reader.get<std::uint8_t>();
+  if (has_pose > 1) reader.fail();
+  if (has_pose == 1) decode(reader, scan.T_world_vehicle.emplace());
+  reader.get(scan.sensor_index);
+  const auto has_point_times = reader.get<std::uint8_t>();
+  if (has_point_times > 1) reader.fail();
+  scan.has_point_times = has_point_times == 1;
+}
+
+// Errors: time-runs-backwards, invalid-artifact.
+Result<void> check_order(const Drive& drive, std::size_t i) {
+  const ScanInfo& scan = drive.scans[i];
+  const ScanInfo& before = drive.scans[i - 1];
+  const bool is_later =
+      scan.stamp_ns > before.stamp_ns ||
+      (scan.stamp_ns == before.stamp_ns && scan.sensor_index > before.sensor_index);
+  if (!is_later) {
+    return Error{ErrorCode::kTimeRunsBackwards,
+                 "its time is not after that of the scan before it", scan.source,
+                 "scan " + std::to_string(i)};
+  }
+  if (scan.recording_index <= before.recording_index) {
+    return invalid(i, "its place in the recording is not after that of the scan before it");
+  }
+  return {};
+}
+
+}  // namespace
+
+std::shared_ptr<const ScanStore> memory_scan_store(std::vector<Scan> scans) {
+  return std::make_shared<MemoryScanStore>(std::move(scans));
+}
+
+bool Drive::has_poses() const {
+  return !scans.empty() && std::ranges::all_of(scans, [](const ScanInfo& scan) {
+    return scan.T_world_vehicle.has_value();
+  });
+}
+
+const SensorProfile& Drive::sensor_of(const ScanInfo& scan) const {
+  if (scan.sensor_index == 0) return sensor;
+  SIGHTLINE_CHECK(scan.sensor_index <= other_sensors.size());
+  return other_sensors[scan.sensor_index - 1];
+}
+
+std::string_view scan_selection_name(ScanSelection selection) {
+  constexpr std::string_view kNames[] = {"all", "even", "odd"};
+  return kNames[static_cast<std::size_t>(selection)];
+}
+
+bool is_selected(const ScanInfo& scan, ScanSelection selection) {
+  switch (selection) {
+    case ScanSelection::kAll:
+      return true;
+    case ScanSelection::kEven:
+      return scan.recording_index % 2 == 0;
+    case ScanSelection::kOdd:
+      return scan.recording_index % 2 == 1;
+  }
+  return true;
+}
+
+Result<void> validate(const Drive& drive) {
+  SIGHTLINE_TRY(validate(drive.sensor));
+  for (const SensorProfile& other : drive.other_sensors) {
+    SIGHTLINE_TRY(validate(other));
+  }
+  if (!drive.frame.origin_world_m.allFinite()) {
+    return Error{ErrorCode::kInvalidArtifact, "the map frame's origin is not finite", "", ""};
+  }
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    const ScanInfo& scan = drive.scans[i];
+    if (scan.T_world_vehicle && !is_rigid(*scan.T_world_vehicle)) {
+      return invalid(i, "its pose is no rotation and translation");
+    }
+    if (scan.sensor_index > drive.other_sensors.size()) {
+      return invalid(i, "it is of a sensor that the drive does not have");
+    }
+    SIGHTLINE_TRY(i == 0 ? Result<void>() : check_order(drive, i));
+  }
+  return {};
+}
+
+Table dump(const Drive& drive) {
+  Table table;
+  table.name = "drive";
+  table.facts = {{"drive", drive.name},
+                 {"sensor", drive.sensor.name},
+                 {"frame_origin_x_m", drive.frame.origin_world_m.x()},
+                 {"frame_origin_y_m", drive.frame.origin_world_m.y()},
+                 {"frame_origin_z_m", drive.frame.origin_world_m.z()}};
+  for (const SensorProfile& other : drive.other_sensors) {
+    table.facts.emplace_back("other_sensor", other.name);
+  }
+  table.columns = {"recording_index", "sensor_index",    "stamp_ns",   "source",
+                   "point_count",     "nonfinite_count", "zero_count", "has_point_times"};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      table.columns.push_back("T_world_vehicle_" + std::to_string(row) + std::to_string(column));
+    }
+  }
+  for (const ScanInfo& scan : drive.scans) {
+    std::vector<Cell>& cells = table.rows.emplace_back();
+    cells = {static_cast<std::int64_t>(scan.recording_index),
+             static_cast<std::int64_t>(scan.sensor_index),
+             scan.stamp_ns,
+             scan.source,
+             static_cast<std::int64_t>(scan.point_count),
+             static_cast<std::int64_t>(scan.nonfinite_count),
+             static_cast<std::int64_t>(scan.zero_count),
+             std::int64_t{scan.has_point_times ? 1 : 0}};
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        cells.push_back(scan.T_world_vehicle ? Cell((*scan.T_world_vehicle)(row, column))
+                                             : Cell(std::string()));
+      }
+    }
+  }
+  return table;
+}
+
+void encode(const Drive& drive, ByteWriter& writer) {
+  writer.put_string(drive.name);
+  encode(drive.sensor, writer);
+  writer.put<std::uint64_t>(drive.other_sensors.size());
+  for (const SensorProfile& other : drive.other_sensors) encode(other, writer);
+  encode(drive.frame, writer);
+  writer.put<std::uint64_t>(drive.scans.size());
+  for (const ScanInfo& scan : drive.scans) encode(scan, writer);
+}
+
+void decode(ByteReader& reader, Drive& drive) {
+  // The fixed part of a scan without a pose, and of a profile.
+  constexpr std::size_t kLeastScanSize = 4 + 8 + 8 + 3 * 8 + 1 + 4 + 1;
+  constexpr std::size_t kLeastSensorSize = 8 + 8 + 4 * 8 + 12 * 8;
+  reader.get_string(drive.name);
+  decode(reader, drive.sensor);
+  drive.other_sensors.clear();
+  drive.other_sensors.resize(reader.get_count(kLeastSensorSize));
+  for (SensorProfile& other : drive.other_sensors) decode(reader, other);
+  decode(reader, drive.frame);
+  drive.scans.clear();
+  drive.scans.resize(reader.get_count(kLeastScanSize));
+  for (ScanInfo& scan : drive.scans) decode(reader, scan);
+}
+
+Drive with_store(Drive drive, std::shared_ptr<const ScanStore> store) {
+  drive.store = std::move(store);
+  return drive;
+}
+
+}  // namespace sightline

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/drive/sensor_profile.h"
+#include "formats/geometry.h"
+
+namespace sightline {
+
+// One revolution of the LiDAR: finite returns only, in the sensor's frame, metres.
+struct Scan {
+  std::int64_t stamp_ns = 0;
+  std::vector<Eigen::Vector3d> points_m = {};
+  // When each point was measured, ns after stamp_ns (before it where negative); empty: not known.
+  std::vector<std::int32_t> time_offset_ns = {};
+};
+
+// Where the scans of a drive are. The one artifact that refers to something outside itself: a
+// drive is larger than memory may be, so its scans are read one at a time.
+class ScanStore {
+ public:
+  virtual ~ScanStore() = default;
+  // The finite points of one scan, (0,0,0) left out. Safe from several threads.
+  virtual Result<Scan> read(std::size_t index) const = 0;
+};
+
+// Scans that are in memory already: generated ones, and those of tests.
+std::shared_ptr<const ScanStore> memory_scan_store(std::vector<Scan> scans);
+
+struct ScanInfo {
+  std::uint32_t recording_index =
+      0;  // 0-based position in the recording, before anything is skipped
+  std::int64_t stamp_ns = 0;
+  std::string source;                   // file name within the recording; empty in memory
+  std::uint64_t point_count = 0;        // finite returns
+  std::uint64_t nonfinite_count = 0;    // NaN or infinite, dropped
+  std::uint64_t zero_count = 0;         // exactly (0,0,0), dropped
+  std::optional<Pose> T_world_vehicle;  // as given, in the recording's own coordinates
+  std::uint32_t sensor_index = 0;       // of the drive's sensors, see Drive::sensor_of
+  bool has_point_times = false;         // its points carry times of their own
+};
+
+// A recording after ingest: scans in order of time. Scans of two sensors may have the same time; the
+// sensor listed first then comes first.
+struct Drive {
+  std::string name;
+  SensorProfile sensor;  // the first; the one that localizes
+  std::vector<SensorProfile> other_sensors;
+  MapFrame frame;  // near the first given pose; origin zero where there are no poses
+  std::vector<ScanInfo> scans;
+  std::shared_ptr<const ScanStore> store;  // not encoded; index = position in `scans`
+
+  [[nodiscard]] bool has_poses() const;  // every scan has one
+  // The sensor that made a scan: its place in the vehicle, its beams, its ranges.
+  [[nodiscard]] const SensorProfile& sensor_of(const ScanInfo& scan) const;
+};
+
+template <>
+struct ArtifactTraits<Drive> {
+  static constexpr std::string_view kName = "drive";
+  static constexpr std::uint32_t kVersion = 2;
+  static constexpr bool kRefersOutside = true;  // the store: the runner does not cache drives
+};
+
+// Which scans of a recording a pass uses, by recording_index.
+enum class ScanSelection : std::uint8_t { kAll, kEven, kOdd };
+std::string_view scan_selection_name(ScanSelection selection);  // all, even, odd
+bool is_selected(const ScanInfo& scan, ScanSelection selection);
+
+Result<void> validate(const Drive& drive);  // says nothing about the store
+Table dump(const Drive& drive);
+// All but the store: a decoded drive has none until with_store() gives it back.
+void encode(const Drive& drive, ByteWriter& writer);
+void decode(ByteReader& reader, Drive& drive);
+
+// The drive with its scans behind it, for example after decode.
+Drive with_store(Drive drive, std::shared_ptr<const ScanStore> store);
+
+}  // namespace sightline

@@ -1,0 +1,219 @@
+#include "formats/drive/drive_tracks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/base/parallel.h"
+#include "formats/base/statistics.h"
+#include "formats/text/text_grid.h"
+
+namespace sightline {
+namespace {
+
+Error invalid(const std::string& message, const std::string& place) {
+  return {ErrorCode::kInvalidArtifact, message, "", place};
+}
+
+std::vector<double> numbers_of(const DriveTracks& tracks, std::size_t rule,
+                               double TrackStep::*number) {
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < tracks.scans.size(); ++i) {
+    numbers.push_back(tracks.step(rule, i).*number);
+  }
+  return numbers;
+}
+
+double ratio_to_longest(const DriveTracks& tracks, std::size_t rule, double TrackStep::*number) {
+  const double longest = ordered_sum(numbers_of(tracks, tracks.rules.size() - 1, number));
+  return longest > 0.0 ? ordered_sum(numbers_of(tracks, rule, number)) / longest : 0.0;
+}
+
+bool is_judged_at(const TrackRule& rule, double limit_m) {
+  return rule.is_static() || rule.limit_m == limit_m;
+}
+
+Result<void> validate_rules(const DriveTracks& tracks) {
+  const std::size_t limit_count = tracks.limits_m.size();
+  if (limit_count == 0 || tracks.rules.size() <= limit_count || tracks.scans.empty() ||
+      tracks.steps.size() != tracks.rules.size() * tracks.scans.size()) {
+    return invalid("a replay needs limits, static ranges and scans, and a step for each", "");
+  }
+  for (std::size_t i = 0; i < tracks.rules.size(); ++i) {
+    const TrackRule& rule = tracks.rules[i];
+    const bool is_map = i < limit_count;
+    const bool is_in_place = is_map ? rule.limit_m == tracks.limits_m[i] && !rule.is_static()
+                                    : rule.limit_m == 0.0 && rule.is_static();
+    if (!is_in_place || !std::isfinite(rule.limit_m + rule.static_range_m)) {
+      return invalid("a rule is out of place", "rule " + std::to_string(i));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+TrackScore score_track(const DriveTracks& tracks, std::size_t rule, double limit_m) {
+  std::vector<double> errors_m = numbers_of(tracks, rule, &TrackStep::error_m);
+  std::ranges::sort(errors_m);
+  const auto within = std::ranges::upper_bound(errors_m, limit_m) - errors_m.begin();
+  TrackScore score;
+  score.coverage = static_cast<double>(within) / static_cast<double>(errors_m.size());
+  score.mean_error_m = mean_of(errors_m);
+  score.p95_error_m = quantile_of_sorted(errors_m, 0.95);
+  score.max_error_m = errors_m.back();
+  score.mean_range_m = mean_of(numbers_of(tracks, rule, &TrackStep::range_m));
+  score.time_ratio = ratio_to_longest(tracks, rule, &TrackStep::time_ms);
+  score.work_ratio = ratio_to_longest(tracks, rule, &TrackStep::work);
+  score.mean_time_ms = mean_of(numbers_of(tracks, rule, &TrackStep::time_ms));
+  for (std::size_t i = 0; i < tracks.scans.size(); ++i) {
+    const std::uint8_t flags = tracks.step(rule, i).flags;
+    score.track_count += (flags & kTrackBegins) != 0 ? 1 : 0;
+    score.lost_count += (flags & kTrackLost) != 0 ? 1 : 0;
+  }
+  return score;
+}
+
+Result<void> validate(const DriveTracks& tracks) {
+  const bool is_known = tracks.reference == ErrorReference::kKnownPose ||
+                        tracks.reference == ErrorReference::kFullRangeMatch;
+  if (!is_known || !(tracks.lost_beyond_m > 0.0) || !std::isfinite(tracks.lost_beyond_m)) {
+    return invalid("the reference is unknown, or no distance says when a track is lost", "");
+  }
+  SIGHTLINE_TRY(validate_rules(tracks));
+  for (std::size_t i = 0; i < tracks.steps.size(); ++i) {
+    const TrackStep& step = tracks.steps[i];
+    const double numbers[] = {step.range_m, step.error_m, step.time_ms, step.work};
+    const bool are_usable = std::ranges::all_of(
+        numbers, [](double number) { return std::isfinite(number) && number >= 0.0; });
+    if (!are_usable || step.flags > (kTrackBegins | kTrackLost)) {
+      return invalid("a step makes no sense", "step " + std::to_string(i));
+    }
+  }
+  for (const TrackedScan& scan : tracks.scans) {
+    if (!std::isfinite(scan.p_x_map_m + scan.p_y_map_m)) {
+      return invalid("the place of a scan is not finite",
+                     "scan " + std::to_string(scan.recording_index));
+    }
+  }
+  return {};
+}
+
+Table dump(const DriveTracks& tracks) {
+  Table table;
+  table.name = "continuous-localization";
+  const bool is_known = tracks.reference == ErrorReference::kKnownPose;
+  table.facts = {{"drive", tracks.drive},
+                 {"reference", std::string(is_known ? "known-pose" : "full-range-match")},
+                 {"scan_count", static_cast<std::int64_t>(tracks.scans.size())},
+                 {"lost_beyond_m", tracks.lost_beyond_m}};
+  table.columns = {"rule",        "limit_m",    "static_range_m", "coverage",   "mean_error_m",
+                   "p95_error_m", "max_error_m", "mean_range_m",  "time_ratio", "work_ratio",
+                   "mean_time_ms", "track_count", "lost_count"};
+  for (const double limit_m : tracks.limits_m) {
+    for (std::size_t i = 0; i < tracks.rules.size(); ++i) {
+      const TrackRule& rule = tracks.rules[i];
+      if (!is_judged_at(rule, limit_m)) continue;
+      const TrackScore score = score_track(tracks, i, limit_m);
+      table.rows.push_back({std::string(rule.is_static() ? "static" : "map"), limit_m,
+                            rule.static_range_m, score.coverage, score.mean_error_m,
+                            score.p95_error_m, score.max_error_m, score.mean_range_m,
+                            score.time_ratio, score.work_ratio, score.mean_time_ms,
+                            std::int64_t{score.track_count}, std::int64_t{score.lost_count}});
+    }
+  }
+  return table;
+}
+
+std::vector<Table> tables(const DriveTracks& tracks) {
+  Table scans{"continuous-localization-scans",
+              {"recording_index", "p_x_m", "p_y_m", "rule", "limit_m", "range_m", "error_m",
+               "time_ms", "work", "begins", "is_lost"},
+              {},
+              {}};
+  for (std::size_t i = 0; i < tracks.scans.size(); ++i) {
+    const TrackedScan& scan = tracks.scans[i];
+    for (std::size_t rule = 0; rule < tracks.rules.size(); ++rule) {
+      const TrackStep& step = tracks.step(rule, i);
+      scans.rows.push_back({std::int64_t{scan.recording_index}, scan.p_x_map_m, scan.p_y_map_m,
+                            std::string(tracks.rules[rule].is_static() ? "static" : "map"),
+                            tracks.rules[rule].limit_m, step.range_m, step.error_m, step.time_ms,
+                            step.work, std::int64_t{(step.flags & kTrackBegins) != 0 ? 1 : 0},
+                            std::int64_t{(step.flags & kTrackLost) != 0 ? 1 : 0}});
+    }
+  }
+  return {dump(tracks), scans};
+}
+
+void encode(const DriveTracks& tracks, ByteWriter& writer) {
+  writer.put_string(tracks.drive);
+  writer.put(tracks.reference);
+  writer.put(tracks.lost_beyond_m);
+  writer.put_array(tracks.limits_m);
+  writer.put<std::uint64_t>(tracks.rules.size());
+  for (const TrackRule& rule : tracks.rules) {
+    writer.put(rule.limit_m);
+    writer.put(rule.static_range_m);
+  }
+  writer.put<std::uint64_t>(tracks.scans.size());
+  for (const TrackedScan& scan : tracks.scans) {
+    writer.put(scan.recording_index);
+    writer.put(scan.p_x_map_m);
+    writer.put(scan.p_y_map_m);
+  }
+  writer.put<std::uint64_t>(tracks.steps.size());
+  for (const TrackStep& step : tracks.steps) {
+    for (const double number : {step.range_m, step.error_m, step.time_ms, step.work}) {
+      writer.put(number);
+    }
+    writer.put(step.flags);
+  }
+}
+
+void decode(ByteReader& reader, DriveTracks& tracks) {
+  reader.get_string(tracks.drive);
+  reader.get(tracks.reference);
+  reader.get(tracks.lost_beyond_m);
+  reader.get_array(tracks.limits_m);
+  tracks.rules.resize(reader.get_count(2 * sizeof(double)));
+  for (TrackRule& rule : tracks.rules) {
+    reader.get(rule.limit_m);
+    reader.get(rule.static_range_m);
+  }
+  tracks.scans.resize(reader.get_count(4 + 2 * sizeof(double)));
+  for (TrackedScan& scan : tracks.scans) {
+    reader.get(scan.recording_index);
+    reader.get(scan.p_x_map_m);
+    reader.get(scan.p_y_map_m);
+  }
+  tracks.steps.resize(reader.get_count(4 * sizeof(double) + 1));
+  for (TrackStep& step : tracks.steps) {
+    for (double* number : {&step.range_m, &step.error_m, &step.time_ms, &step.work}) {
+      reader.get(*number);
+    }
+    reader.get(step.flags);
+  }
+}
+
+std::string to_text(const DriveTracks& tracks) {
+  std::string text = "Continuous localization: " + std::to_string(tracks.scans.size()) +
+                     " scans, each matched from what the poses before it foretell; lost beyond " +
+                     fixed(tracks.lost_beyond_m, 1) + " m\n";
+  for (const double limit_m : tracks.limits_m) {
+    TextGrid grid = {{"at " + fixed(100.0 * limit_m, 0) + " cm", "coverage %", "error cm", "p95 cm",
+                      "max cm", "range m", "time ratio", "work ratio", "lost"}};
+    for (std::size_t i = 0; i < tracks.rules.size(); ++i) {
+      const TrackRule& rule = tracks.rules[i];
+      if (!is_judged_at(rule, limit_m)) continue;
+      const TrackScore score = score_track(tracks, i, limit_m);
+      grid.push_back({rule.is_static() ? "static " + fixed(rule.static_range_m, 0) + " m" : "map",
+                      fixed(100.0 * score.coverage, 1), fixed(100.0 * score.mean_error_m, 1),
+                      fixed(100.0 * score.p95_error_m, 1), fixed(100.0 * score.max_error_m, 1),
+                      fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
+                      fixed(score.work_ratio, 3), std::to_string(score.lost_count)});
+    }
+    text += aligned(grid);
+  }
+  return text;
+}
+
+}  // namespace sightline

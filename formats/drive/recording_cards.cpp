@@ -1,0 +1,54 @@
+#include "formats/drive/recording_cards.h"
+
+#include <set>
+
+namespace sightline {
+namespace {
+
+Error invalid(const RecordingCard& card, const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", "recording '" + card.role + "'"};
+}
+
+}  // namespace
+
+Result<void> validate(const RecordingCards& recordings) {
+  if (recordings.cards.empty()) {
+    return Error{ErrorCode::kInvalidArtifact, "found no recording, expected at least one", "", ""};
+  }
+  std::set<std::string> roles;
+  for (const RecordingCard& card : recordings.cards) {
+    if (card.role.empty() || card.name.empty()) return invalid(card, "its role or name is empty");
+    if (!roles.insert(card.role).second) return invalid(card, "found its role twice");
+    if (card.digest == Digest{}) return invalid(card, "its digest was never taken");
+  }
+  return {};
+}
+
+Table dump(const RecordingCards& recordings) {
+  Table table{"recordings", {"role", "name", "sha256"}, {}, {}};
+  for (const RecordingCard& card : recordings.cards) {
+    table.rows.push_back({card.role, card.name, to_hex(card.digest)});
+  }
+  return table;
+}
+
+void encode(const RecordingCards& recordings, ByteWriter& writer) {
+  writer.put<std::uint64_t>(recordings.cards.size());
+  for (const RecordingCard& card : recordings.cards) {
+    writer.put_string(card.role);
+    writer.put_string(card.name);
+    writer.append(card.digest.data(), card.digest.size());
+  }
+}
+
+void decode(ByteReader& reader, RecordingCards& recordings) {
+  constexpr std::size_t kBytesPerCard = 2 * sizeof(std::uint64_t) + sizeof(Digest);
+  recordings.cards.resize(reader.get_count(kBytesPerCard));
+  for (RecordingCard& card : recordings.cards) {
+    reader.get_string(card.role);
+    reader.get_string(card.name);
+    for (std::uint8_t& byte : card.digest) reader.get(byte);
+  }
+}
+
+}  // namespace sightline

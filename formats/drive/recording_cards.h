@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/base/hash.h"
+
+namespace sightline {
+
+// A recording that something was made from, so that whoever holds recordings can tell whether they
+// are these.
+struct RecordingCard {
+  std::string role;  // section of the configuration: "mapping", "mapping-2", "localization", ...
+  std::string name;
+  Digest digest{};  // Recording::digest; schemas/model_format.md says how it is made
+  friend bool operator==(const RecordingCard&, const RecordingCard&) = default;
+};
+
+// All recordings behind the numbers of one place.
+struct RecordingCards {
+  std::vector<RecordingCard> cards;  // at least one; each role once
+  friend bool operator==(const RecordingCards&, const RecordingCards&) = default;
+};
+
+template <>
+struct ArtifactTraits<RecordingCards> {
+  static constexpr std::string_view kName = "recording-cards";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+// Error: invalid-artifact, also for a digest of zeros, which nobody took.
+Result<void> validate(const RecordingCards& recordings);
+Table dump(const RecordingCards& recordings);
+void encode(const RecordingCards& recordings, ByteWriter& writer);
+void decode(ByteReader& reader, RecordingCards& recordings);
+
+}  // namespace sightline

@@ -1,0 +1,145 @@
+#include "formats/drive/trajectory.h"
+
+#include <cmath>
+
+namespace sightline {
+namespace {
+
+Error invalid(std::size_t pose, const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", "pose " + std::to_string(pose)};
+}
+
+std::string to_text(PoseSource source) {
+  switch (source) {
+    case PoseSource::kGiven:
+      return "given";
+    case PoseSource::kRefined:
+      return "refined";
+    case PoseSource::kEstimated:
+      return "estimated";
+  }
+  return "";
+}
+
+using Covariance = Eigen::Matrix<double, 6, 6>;
+
+// Symmetric to the last bit: only one triangle is written.
+bool is_covariance(const Covariance& covariance) {
+  return covariance.allFinite() && covariance == covariance.transpose() &&
+         covariance.diagonal().minCoeff() >= 0.0;
+}
+
+void encode_covariance(const Covariance& covariance, ByteWriter& writer) {
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j <= i; ++j) writer.put(covariance(i, j));
+  }
+}
+
+void decode_covariance(ByteReader& reader, Covariance& covariance) {
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      reader.get(covariance(i, j));
+      covariance(j, i) = covariance(i, j);
+    }
+  }
+}
+
+bool is_residual(double value) { return std::isfinite(value) && value >= 0.0; }
+
+}  // namespace
+
+Trajectory rebase(const Trajectory& trajectory, const MapFrame& to) {
+  Trajectory told = trajectory;
+  told.frame = to;
+  for (TrajectoryPose& pose : told.poses) {
+    pose.T_map_vehicle = rebase(pose.T_map_vehicle, trajectory.frame, to);
+  }
+  return told;
+}
+
+Result<void> validate(const Trajectory& trajectory) {
+  if (!trajectory.frame.origin_world_m.allFinite() || to_text(trajectory.source).empty() ||
+      !is_residual(trajectory.rms_translation_residual_m) ||
+      !is_residual(trajectory.rms_rotation_residual_rad)) {
+    return Error{ErrorCode::kInvalidArtifact,
+                 "a trajectory's origin, source or residuals make no sense", "", ""};
+  }
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
+    const TrajectoryPose& pose = trajectory.poses[i];
+    if (!is_rigid(pose.T_map_vehicle)) return invalid(i, "found a pose that is no rigid motion");
+    if (!is_covariance(pose.covariance)) return invalid(i, "found a covariance that is none");
+    if (i == 0) continue;
+    const TrajectoryPose& before = trajectory.poses[i - 1];
+    if (pose.recording_index <= before.recording_index) {
+      return invalid(i, "found recording index " + std::to_string(pose.recording_index) +
+                            " after " + std::to_string(before.recording_index) +
+                            ", expected ascending ones");
+    }
+    if (pose.stamp_ns < before.stamp_ns) {
+      return invalid(i, "found stamp " + std::to_string(pose.stamp_ns) + " after " +
+                            std::to_string(before.stamp_ns) + " ns, expected ascending ones");
+    }
+  }
+  return {};
+}
+
+Table dump(const Trajectory& trajectory) {
+  Table table;
+  table.name = "trajectory";
+  append_facts(trajectory.frame, table);
+  table.facts.emplace_back("source", to_text(trajectory.source));
+  table.facts.emplace_back("odometry_edges", std::int64_t{trajectory.odometry_edges});
+  table.facts.emplace_back("loop_edges", std::int64_t{trajectory.loop_edges});
+  table.facts.emplace_back("prior_edges", std::int64_t{trajectory.prior_edges});
+  table.facts.emplace_back("rms_translation_residual_m", trajectory.rms_translation_residual_m);
+  table.facts.emplace_back("rms_rotation_residual_rad", trajectory.rms_rotation_residual_rad);
+  table.columns = {"recording_index", "stamp_ns"};
+  append_pose_columns(table.columns);
+  const std::vector<std::string> sigmas = {"sigma_x_m",    "sigma_y_m",    "sigma_z_m",
+                                           "sigma_rx_rad", "sigma_ry_rad", "sigma_rz_rad"};
+  table.columns.insert(table.columns.end(), sigmas.begin(), sigmas.end());
+  for (const TrajectoryPose& pose : trajectory.poses) {
+    std::vector<Cell> row = {std::int64_t{pose.recording_index}, pose.stamp_ns};
+    append_cells(pose.T_map_vehicle, row);
+    for (int i = 0; i < 6; ++i) row.emplace_back(std::sqrt(pose.covariance(i, i)));
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+void encode(const Trajectory& trajectory, ByteWriter& writer) {
+  encode(trajectory.frame, writer);
+  writer.put(trajectory.source);
+  writer.put(trajectory.odometry_edges);
+  writer.put(trajectory.loop_edges);
+  writer.put(trajectory.prior_edges);
+  writer.put(trajectory.rms_translation_residual_m);
+  writer.put(trajectory.rms_rotation_residual_rad);
+  writer.put<std::uint64_t>(trajectory.poses.size());
+  for (const TrajectoryPose& pose : trajectory.poses) {
+    writer.put(pose.recording_index);
+    writer.put(pose.stamp_ns);
+    encode(pose.T_map_vehicle, writer);
+    encode_covariance(pose.covariance, writer);
+  }
+}
+
+void decode(ByteReader& reader, Trajectory& trajectory) {
+  constexpr std::size_t kBytesPerPose = 4 + 8 + 12 * 8 + 21 * 8;
+  decode(reader, trajectory.frame);
+  reader.get(trajectory.source);
+  reader.get(trajectory.odometry_edges);
+  reader.get(trajectory.loop_edges);
+  reader.get(trajectory.prior_edges);
+  reader.get(trajectory.rms_translation_residual_m);
+  reader.get(trajectory.rms_rotation_residual_rad);
+  trajectory.poses.resize(reader.get_count(kBytesPerPose));
+  for (TrajectoryPose& pose : trajectory.poses) {
+    reader.get(pose.recording_index);
+    reader.get(pose.stamp_ns);
+    decode(reader, pose.T_map_vehicle);
+    decode_covariance(reader, pose.covariance);
+  }
+}
+
+}  // namespace sightline

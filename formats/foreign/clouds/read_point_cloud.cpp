@@ -1,0 +1,185 @@
+#include "formats/foreign/clouds/read_point_cloud.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "formats/base/atomic_file.h"
+#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/clouds/gzip.h"
+#include "formats/foreign/text/lower_extension.h"
+
+namespace sightline {
+namespace {
+
+// Files that people hand over as scans and that are none, known by their first bytes. At least four
+// bytes each: a KITTI .bin begins with any float.
+struct Stranger {
+  std::string_view signature;
+  ErrorCode code;
+  std::string_view what;
+};
+
+constexpr Stranger kStrangers[] = {
+    {"version https://git-lfs", ErrorCode::kGitLfsPointer,
+     "a git-LFS pointer lies here instead of the scan; run `git lfs pull` where the recording was "
+     "cloned"},
+    {"ASTM-E57", ErrorCode::kUnsupportedFormat,
+     "E57 is not read; convert it, for example with CloudCompare, to binary PCD"},
+    {{"PK\x03\x04", 4}, ErrorCode::kUnsupportedFormat, "a zip archive; unpack it"},
+    {"7z\xbc\xaf", ErrorCode::kUnsupportedFormat, "a 7z archive; unpack it"},
+    {{"\xfd"
+      "7zXZ",
+      5},
+     ErrorCode::kUnsupportedFormat,
+     "xz-compressed; unpack it with `xz -d`"},
+    {{"\x28\xb5\x2f\xfd", 4},
+     ErrorCode::kUnsupportedFormat,
+     "zstd-compressed; unpack it with `zstd -d`"},
+    {{"\xd4\xc3\xb2\xa1", 4},
+     ErrorCode::kUnsupportedFormat,
+     "a pcap holds many scans; name the file itself as `scans`"},
+    {{"\x4d\x3c\xb2\xa1", 4},
+     ErrorCode::kUnsupportedFormat,
+     "a pcap holds many scans; name the file itself as `scans`"},
+    {{"\x0a\x0d\x0d\x0a", 4},
+     ErrorCode::kUnsupportedFormat,
+     "pcapng is not read; convert it with `editcap -F pcap in.pcapng out.pcap`"},
+    {"#ROSBAG", ErrorCode::kUnsupportedFormat,
+     "a ROS bag holds many scans; name the file itself as `scans`"},
+    {"\x89MCAP", ErrorCode::kUnsupportedFormat, "an MCAP log; export its scans as PCD"},
+    {"\x93NUMPY", ErrorCode::kUnsupportedFormat,
+     "a numpy array; write its columns x y z intensity as float32 with tofile() to a .bin"},
+    {"# vtk DataFile", ErrorCode::kUnsupportedFormat,
+     "VTK is not read; convert it, for example with `pcl_vtk2pcd in.vtk out.pcd`"},
+    {"solid ", ErrorCode::kUnsupportedFormat,
+     "an STL mesh is no scan; sample its surface to points, for example with CloudCompare"},
+    {"<?xml", ErrorCode::kUnsupportedFormat,
+     "XML (Collada, X3D, ...) is not read; sample the model to points and save them as PCD"},
+};
+
+// Files without a signature, known by their names.
+struct StrangeName {
+  std::string_view extension;
+  std::string_view what;
+};
+
+constexpr std::string_view kNotAScan =
+    "a mesh is no scan; sample its surface to points, for example with CloudCompare";
+constexpr std::string_view kColumns =
+    "text without a header is not read; give it a PCD header (FIELDS x y z, DATA ascii), for "
+    "example with CloudCompare";
+constexpr StrangeName kStrangeNames[] = {
+    {".obj", kNotAScan}, {".off", kNotAScan}, {".stl", kNotAScan},
+    {".xyz", kColumns},  {".txt", kColumns},  {".csv", kColumns},
+    {".asc", kColumns},  {".pts", kColumns},  {".json", "JSON is not read; save the points as PCD"},
+};
+
+// The formats that are read. All texts that name them are made from these endings.
+struct CloudKind {
+  std::string_view ending;
+  std::array<std::string_view, 2> signatures;  // the file begins with one of them; empty: none
+  bool is_known_by_ending;                     // where the file begins with no signature
+  Result<PointCloudFile> (*parse)(const FileBytes& file);
+};
+
+constexpr CloudKind kKinds[] = {
+    {".pcd", {"# .PCD"}, true, parse_pcd},
+    {".ply", {"ply\n", "ply\r\n"}, true, parse_ply},
+    {".las", {"LASF"}, false, parse_las},
+    {".bin", {}, true, parse_float_bin},
+};
+
+bool begins_as(const CloudKind& kind, std::string_view text) {
+  return std::ranges::any_of(kind.signatures, [&](std::string_view signature) {
+    return !signature.empty() && text.starts_with(signature);
+  });
+}
+
+Result<void> refuse_strangers(const FileBytes& file) {
+  const std::string_view text = file.text();
+  for (const Stranger& stranger : kStrangers) {
+    if (text.starts_with(stranger.signature)) {
+      return file.error(stranger.code, std::string(stranger.what), at_byte(0));
+    }
+  }
+  return {};
+}
+
+Result<PointCloudFile> parse_by_kind(const FileBytes& file, const std::string& extension) {
+  for (const CloudKind& kind : kKinds) {
+    if (begins_as(kind, file.text())) return kind.parse(file);
+  }
+  for (const CloudKind& kind : kKinds) {
+    if (kind.is_known_by_ending && extension == kind.ending) return kind.parse(file);
+  }
+  for (const StrangeName& strange : kStrangeNames) {
+    if (extension != strange.extension) continue;
+    return file.error(ErrorCode::kUnsupportedFormat, std::string(strange.what), at_byte(0));
+  }
+  return file.error(ErrorCode::kUnsupportedFormat,
+                    "not known by name or content as " + scan_endings_text() +
+                        "; convert the scan to one of them",
+                    at_byte(0));
+}
+
+constexpr std::string_view kGzipEnding = ".gz";
+
+// "drive/0.bin" of "drive/0.bin.gz".
+std::filesystem::path without_gz(std::filesystem::path path) {
+  if (lower_extension(path) == kGzipEnding) path.replace_extension();
+  return path;
+}
+
+Result<PointCloudFile> parse_unpacked(const FileBytes& file) {
+  if (file.bytes.empty()) return file.error(ErrorCode::kEmptyScan, "the file is empty", at_byte(0));
+  SIGHTLINE_TRY(refuse_strangers(file));
+  SIGHTLINE_ASSIGN(PointCloudFile cloud, parse_by_kind(file, lower_extension(file.file)));
+  return with_returns(std::move(cloud), file.file, "");
+}
+
+}  // namespace
+
+bool is_scan_ending(std::string_view extension) {
+  return extension == kGzipEnding || std::ranges::any_of(kKinds, [&](const CloudKind& kind) {
+           return extension == kind.ending;
+         });
+}
+
+std::string scan_endings_text() {
+  std::string text(kKinds[0].ending);
+  for (std::size_t i = 1; i < std::size(kKinds); ++i) {
+    text += i + 1 < std::size(kKinds) ? ", " : " or ";
+    text += kKinds[i].ending;
+  }
+  return text;
+}
+
+Result<PointCloudFile> with_returns(PointCloudFile cloud, const std::string& file,
+                                    const std::string& place) {
+  if (!cloud.points_m.empty()) return cloud;
+  return Error{ErrorCode::kNoFinitePoints,
+               "none of the points is a return: " + std::to_string(cloud.nonfinite_count) +
+                   " are NaN or infinite, " + std::to_string(cloud.zero_count) + " are (0,0,0)",
+               file, place};
+}
+
+Result<PointCloudFile> parse_point_cloud(std::span<const std::byte> bytes,
+                                         const std::filesystem::path& path) {
+  const FileBytes file{bytes, path.string()};
+  if (!is_gzip(file.text())) return parse_unpacked(file);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> unpacked, unpack_gzip(file));
+  // Once: a gzip in a gzip has neither the name nor the signature of a scan.
+  Result<PointCloudFile> cloud = parse_unpacked({unpacked, without_gz(path).string()});
+  if (cloud) return cloud;
+  Error error = cloud.error();
+  error.file = file.file;
+  return error;
+}
+
+Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path) {
+  SIGHTLINE_ASSIGN(const FileContent content, read_file_content(path));
+  return parse_point_cloud(content.bytes(), path);
+}
+
+}  // namespace sightline

@@ -1,0 +1,206 @@
+#include "formats/foreign/recording/open_recording.h"
+
+#include <algorithm>
+#include <numbers>
+#include <span>
+
+#include "formats/base/atomic_file.h"
+#include "formats/base/parallel.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/logs/open_scan_container.h"
+#include "formats/foreign/recording/scan_association.h"
+#include "formats/foreign/recording/scan_files.h"
+#include "formats/rotation.h"
+
+namespace sightline {
+namespace {
+
+Pose mounting(const RecordingOptions& options) {
+  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+  Pose T_vehicle_lidar = Pose::Identity();
+  T_vehicle_lidar.translate(
+      Eigen::Vector3d(options.lidar_x_m, options.lidar_y_m, options.lidar_z_m));
+  const AxisAngle yaw{Eigen::Vector3d::UnitZ(), options.lidar_yaw_deg * kRadPerDeg};
+  const AxisAngle pitch{Eigen::Vector3d::UnitY(), options.lidar_pitch_deg * kRadPerDeg};
+  const AxisAngle roll{Eigen::Vector3d::UnitX(), options.lidar_roll_deg * kRadPerDeg};
+  for (const AxisAngle& turn : {yaw, pitch, roll}) T_vehicle_lidar.rotate(rotation_matrix(turn));
+  return T_vehicle_lidar;
+}
+
+Result<SensorProfile> sensor_of(const RecordingOptions& options) {
+  SIGHTLINE_ASSIGN(SensorProfile profile, sensor_profile(options.sensor));
+  if (options.rings == 1 || options.rings < 0 ||
+      options.lowest_beam_deg >= options.highest_beam_deg) {
+    return Error{ErrorCode::kBadValue,
+                 "rings must be 0 or at least 2, and lowest_beam_deg below highest_beam_deg", "",
+                 ""};
+  }
+  if (options.rings > 0) {
+    profile.name.append("-").append(std::to_string(options.rings)).append("-rings");
+    profile.beam_elevations_deg.clear();
+    for (int i = 0; i < options.rings; ++i) {
+      profile.beam_elevations_deg.push_back(options.lowest_beam_deg +
+                                             (options.highest_beam_deg - options.lowest_beam_deg) *
+                                                 i / (options.rings - 1));
+    }
+  }
+  if (options.height_m != 0.0) profile.height_m = options.height_m;
+  profile.T_vehicle_lidar = mounting(options);
+  const bool are_of_sensor = options.poses_of == PosesOf::kSensor;
+  if (are_of_sensor && !profile.T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
+    return Error{ErrorCode::kBadValue,
+                 "the poses are the sensor's own, so its place in the vehicle (lidar_x_m, ...) has "
+                 "no meaning",
+                 "", ""};
+  }
+  SIGHTLINE_TRY(validate(profile));
+  return profile;
+}
+
+// Every file is read once here, so that the digest names what later passes will see. A file of many
+// scans was read when it was opened.
+Result<void> take_digests(Recording& recording, int threads) {
+  if (recording.container) {
+    for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+      recording.scans[i].content = recording.container->scans()[i].content;
+    }
+    return {};
+  }
+  std::vector<std::optional<Error>> failures(recording.scans.size());
+  parallel_for(recording.scans.size(), threads, [&](std::size_t i) {
+    const Result<FileContent> file = read_file_content(recording.scans[i].file);
+    if (file) {
+      recording.scans[i].content = sha256(file->bytes());
+      recording.scans[i].content_xxh3 = xxh3(file->bytes());
+    } else {
+      failures[i] = file.error();
+    }
+  });
+  for (const std::optional<Error>& failure : failures) {
+    if (failure) return *failure;
+  }
+  return {};
+}
+
+Digest digest_of(const Recording& recording) {
+  ByteWriter writer;
+  writer.put_string(recording.name);
+  encode(recording.sensor, writer);
+  for (const RecordedScan& scan : recording.scans) {
+    writer.put_string(scan.name);
+    writer.put(scan.stamp_ns);
+    writer.put_array(std::span<const std::uint8_t>(scan.content));
+    writer.put<std::uint8_t>(scan.T_world_vehicle ? 1 : 0);
+    if (scan.T_world_vehicle) encode(*scan.T_world_vehicle, writer);
+  }
+  return sha256(writer.bytes());
+}
+
+Error changed(const RecordedScan& scan) {
+  return {ErrorCode::kMismatchedInputs,
+          "the file is not the one that was there when the recording was opened",
+          scan.file.string(), ""};
+}
+
+Result<PointCloudFile> read_contained(const ScanContainer& container, const RecordedScan& scan,
+                                      std::size_t index) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, container.read(index));
+  if (sha256(bytes) != scan.content) return changed(scan);
+  SIGHTLINE_ASSIGN(PointCloudFile cloud, container.parse(bytes, index));
+  return with_returns(std::move(cloud), scan.file.string(), "scan " + std::to_string(index));
+}
+
+Result<PointCloudFile> read_checked(const RecordedScan& scan) {
+  SIGHTLINE_ASSIGN(const FileContent file, read_file_content(scan.file));
+  if (xxh3(file.bytes()) != scan.content_xxh3) return changed(scan);
+  return parse_point_cloud(file.bytes(), scan.file);
+}
+
+Result<PointCloudFile> read_scan(const ScanContainer* container, const RecordedScan& scan,
+                                 std::size_t index) {
+  return container ? read_contained(*container, scan, index) : read_checked(scan);
+}
+
+// Offsets from the stamp. A clock far from that of the stamps says only how the points follow each
+// other.
+void count_from(std::int64_t stamp_ns, PointCloudFile& cloud) {
+  constexpr std::int64_t kNear_ns = 2'000'000'000;
+  if (!cloud.time_origin_ns) return;
+  const std::int64_t shift_ns = *cloud.time_origin_ns - stamp_ns;
+  const bool has_first = !cloud.time_offset_ns.empty();
+  const std::int32_t first_ns = has_first ? std::ranges::min(cloud.time_offset_ns) : 0;
+  const bool is_same_clock = shift_ns >= -kNear_ns && shift_ns <= kNear_ns;
+  const auto add_ns = static_cast<std::int32_t>(is_same_clock ? shift_ns : -first_ns);
+  for (std::int32_t& offset_ns : cloud.time_offset_ns) offset_ns += add_ns;
+}
+
+class RecordedScanStore : public ScanStore {
+ public:
+  explicit RecordedScanStore(const Recording& recording)
+      : scans_(recording.scans), container_(recording.container) {}
+
+  Result<Scan> read(std::size_t index) const override {
+    SIGHTLINE_CHECK(index < scans_.size());
+    const RecordedScan& scan = scans_[index];
+    SIGHTLINE_ASSIGN(PointCloudFile cloud, read_scan(container_.get(), scan, index));
+    count_from(scan.stamp_ns, cloud);
+    return Scan{scan.stamp_ns, std::move(cloud.points_m), std::move(cloud.time_offset_ns)};
+  }
+
+ private:
+  std::vector<RecordedScan> scans_;
+  std::shared_ptr<const ScanContainer> container_;
+};
+
+// The scans' files, or names of the parts of the one file that holds them.
+Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& options,
+                                                      Recording& recording) {
+  if (!is_scan_container(options.scans)) {
+    if (options.topic.empty()) return list_scan_files(options.scans);
+    return Error{ErrorCode::kBadValue, "topic is for bags, found " + options.scans, "", ""};
+  }
+  SIGHTLINE_ASSIGN(std::shared_ptr<const ScanContainer> container, open_scan_container(options.scans, options.topic));
+  recording.container = std::move(container);
+  recording.warnings = recording.container->warnings();
+  return std::vector<std::filesystem::path>(recording.container->scans().size(), options.scans);
+}
+
+}  // namespace
+
+Result<Recording> list_recording(const RecordingOptions& options) {
+  const std::filesystem::path folder = options.scans;
+  Recording recording;
+  const std::filesystem::path last =
+      folder.has_filename() ? folder.filename() : folder.parent_path().filename();
+  recording.name = options.name.empty() ? last.string() : options.name;
+  SIGHTLINE_ASSIGN(SensorProfile sensor, sensor_of(options));
+  recording.sensor = std::move(sensor);
+  SIGHTLINE_ASSIGN(const std::vector<std::filesystem::path> files, list_scans(options, recording));
+  SIGHTLINE_TRY(describe_scans(options, files, recording));
+  return recording;
+}
+
+Result<Recording> open_recording(const RecordingOptions& options, int threads) {
+  SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
+  SIGHTLINE_TRY(take_digests(recording, threads));
+  recording.digest = digest_of(recording);
+  return recording;
+}
+
+Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index) {
+  SIGHTLINE_CHECK(index < recording.scans.size());
+  return read_scan(recording.container.get(), recording.scans[index], index);
+}
+
+Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t index) {
+  SIGHTLINE_CHECK(index < recording.scans.size());
+  if (!recording.container) return read_point_cloud(recording.scans[index].file);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(index));
+  return recording.container->parse(bytes, index);
+}
+
+std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording) {
+  return std::make_shared<RecordedScanStore>(recording);
+}
+
+}  // namespace sightline

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/recording/recording.h"
+
+namespace sightline {
+
+// Lists the scans of a folder, or of a file that holds many (a bag or a pcap, see
+// open_scan_container), gives each a time and a pose, and takes digests of all of them on up to
+// `threads` threads (0: all).
+//
+// Times: the stamps file, by row; else those of the file that holds the scans; else file names that
+// are times (15 digits and more, or decimals); else the times of the pose file; else index /
+// rate_hz. Poses: Apollo by id = number in the scan's name; TUM by time where the scans have times
+// of their own, interpolated between rows at most 1 s apart; all others by row. By row means: the
+// row whose 0-based number is the scan's number where there are more rows than scans and names are
+// numbers, else the scan's position. Rows that no scan uses are a warning, and so are scans before
+// the first and behind the last pose of a bag, which have none.
+//
+// Errors: file-not-found, cannot-open, cannot-read, empty-directory, mixed-formats,
+// unsupported-format, unknown-name, bad-value, fewer-poses-than-scans, mismatched-inputs (fewer
+// stamps than scans), and those of read_poses, read_bag_poses, read_stamps and open_scan_container.
+Result<Recording> open_recording(const RecordingOptions& options, int threads = 1);
+
+// The same without digests, so that no scan file is read: what there is, when and from where.
+// read_recorded_scan cannot read from it.
+Result<Recording> list_recording(const RecordingOptions& options);
+
+// One scan with its counts, read from its file. Errors: those of read_point_cloud, and
+// mismatched-inputs where the file is not the one that was opened.
+Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index);
+
+// The scan as it lies there now, whether or not it is the one that was opened. Errors: those of
+// read_point_cloud.
+Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t index);
+
+// Reads scans from their files one at a time and checks them again each time; index = position in
+// recording.scans. Point times become offsets from the scan's stamp; where they count from a clock
+// of their own (no time within 2 s of the stamp), the first point is at the stamp. Keeps what it
+// needs of the recording.
+std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording);
+
+}  // namespace sightline

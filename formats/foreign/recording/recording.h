@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/base/hash.h"
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/foreign/logs/scan_container.h"
+#include "formats/foreign/text/pose_file.h"
+
+namespace sightline {
+
+enum class PosesOf { kVehicle, kSensor };
+
+struct RecordingOptions {
+  std::string name;                  // of the drive; empty: the last part of `scans`
+  std::string scans;                 // folder with one point cloud file per scan, or a file of many
+  std::string topic;                 // of a bag's scans; empty: its only one
+  std::string poses;                 // pose file or bag; empty: there are none
+  std::string poses_topic;           // of a bag's poses; empty: its only one
+  PoseFormat pose_format = PoseFormat::kAuto;  // or kitti, tum, apollo
+  PosesOf poses_of = PosesOf::kVehicle;  // kSensor: the mounting below does not apply
+  std::string stamps;                // file with one time a line; empty: see open_recording
+  double rate_hz = 10.0;             // scans a second, where nothing tells their times
+  std::string sensor = "generic-16";  // name of a built-in profile
+  int rings = 0;                      // 0: the profile's own beams; else this many, evenly from
+  double lowest_beam_deg = -15.0;     // here
+  double highest_beam_deg = 15.0;     // to here
+  double height_m = 0.0;              // of the sensor above ground; 0: the profile's own
+  // Where the sensor sits in the vehicle's frame: T_vehicle_lidar = translation * Rz(yaw) Ry(pitch)
+  // Rx(roll).
+  double lidar_x_m = 0.0;
+  double lidar_y_m = 0.0;
+  double lidar_z_m = 0.0;
+  double lidar_roll_deg = 0.0;
+  double lidar_pitch_deg = 0.0;
+  double lidar_yaw_deg = 0.0;
+};
+
+struct RecordedScan {
+  std::filesystem::path file;
+  std::string name;  // the file's; "drive.bag#12" in a file of many scans
+  std::int64_t stamp_ns = 0;
+  std::optional<Pose> T_world_vehicle;
+  Digest content{};  // SHA-256 of the file, or of what a file of many says of this scan
+  std::uint64_t content_xxh3 = 0;  // of the file; 0 in a file of many. Ten times as fast to compare
+};
+
+// Somebody's recording, opened but not read: which files, when, and from where.
+struct Recording {
+  std::string name;
+  SensorProfile sensor;
+  // In natural order of their names (2 before 10), or in the order of the file that holds them.
+  std::vector<RecordedScan> scans;
+  std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
+  std::vector<std::string> warnings;  // what was assumed, for the person who brought it
+  // Names everything above but the warnings: equal for equal contents, wherever the folder lies.
+  Digest digest{};
+};
+
+template <>
+struct ArtifactTraits<Recording> {
+  static constexpr std::string_view kName = "recording";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+Result<void> validate(const Recording& recording);
+Table dump(const Recording& recording);
+
+}  // namespace sightline

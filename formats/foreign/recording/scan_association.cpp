@@ -1,0 +1,228 @@
+#include "formats/foreign/recording/scan_association.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/foreign/logs/ros_bag.h"
+#include "formats/foreign/recording/scan_files.h"
+#include "formats/foreign/text/pose_file.h"
+
+namespace sightline {
+namespace {
+
+using Files = std::vector<std::filesystem::path>;
+
+// Which row of a table belongs to which scan.
+struct RowChoice {
+  std::vector<std::size_t> row_of_scan;
+  std::string warning;  // empty where every row is used
+};
+
+// `rows` >= number of files.
+RowChoice choose_rows(const Files& files, std::size_t rows, const std::string& table) {
+  RowChoice choice;
+  bool names_are_rows = rows > files.size();
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::optional<std::int64_t> number = scan_number(files[i]);
+    names_are_rows = names_are_rows && number && *number < static_cast<std::int64_t>(rows) &&
+                     (i == 0 || *number > *scan_number(files[i - 1]));
+    choice.row_of_scan.push_back(i);
+  }
+  if (names_are_rows) {
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      choice.row_of_scan[i] = static_cast<std::size_t>(*scan_number(files[i]));
+    }
+  }
+  if (rows > files.size()) {
+    choice.warning = table + " has " + std::to_string(rows) + " rows for " +
+                     std::to_string(files.size()) + " scans: " + files.front().filename().string() +
+                     " takes row " + std::to_string(choice.row_of_scan.front()) + " (from 0), " +
+                     files.back().filename().string() + " row " +
+                     std::to_string(choice.row_of_scan.back()) +
+                     (names_are_rows ? ", by the number in its name" : ", by its position");
+  }
+  return choice;
+}
+
+using Stamps = std::vector<std::optional<std::int64_t>>;
+
+Result<Stamps> stamps_from_file(const std::string& path, const Files& files, Recording& recording) {
+  SIGHTLINE_ASSIGN(const std::vector<std::int64_t> rows, read_stamps(path));
+  if (rows.size() < files.size()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "found " + std::to_string(rows.size()) + " times for " +
+                     std::to_string(files.size()) + " scans",
+                 path, ""};
+  }
+  const RowChoice choice = choose_rows(files, rows.size(), path);
+  if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
+  Stamps stamps;
+  for (const std::size_t row : choice.row_of_scan) stamps.emplace_back(rows[row]);
+  return stamps;
+}
+
+// Those of the file that holds the scans, or their names where all of them are times; else empty.
+Stamps stamps_of_themselves(const Recording& recording, const Files& files) {
+  Stamps stamps;
+  if (recording.container) {
+    for (const ContainedScan& scan : recording.container->scans()) {
+      stamps.emplace_back(scan.stamp_ns);
+    }
+    return stamps;
+  }
+  for (const std::filesystem::path& file : files) {
+    stamps.push_back(scan_stamp_ns(file));
+    if (!stamps.back()) return {};
+  }
+  return stamps;
+}
+
+Error fewer_poses(const std::string& path, const std::string& what) {
+  return {ErrorCode::kFewerPosesThanScans, what, path, ""};
+}
+
+Result<std::vector<PoseRow>> poses_by_row(const std::string& path, const Files& files,
+                                          const std::vector<PoseRow>& rows, Recording& recording) {
+  if (rows.size() < files.size()) {
+    return fewer_poses(path, "found " + std::to_string(rows.size()) + " poses for " +
+                                 std::to_string(files.size()) + " scans");
+  }
+  const RowChoice choice = choose_rows(files, rows.size(), path);
+  if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
+  std::vector<PoseRow> poses;
+  for (const std::size_t row : choice.row_of_scan) poses.push_back(rows[row]);
+  return poses;
+}
+
+Result<std::vector<PoseRow>> poses_by_id(const std::string& path, const Files& files,
+                                         const std::vector<PoseRow>& rows) {
+  std::vector<PoseRow> poses;
+  for (const std::filesystem::path& file : files) {
+    const std::optional<std::int64_t> number = scan_number(file);
+    const auto row = std::ranges::find_if(
+        rows, [&](const PoseRow& candidate) { return number && candidate.id == number; });
+    if (row == rows.end()) {
+      return fewer_poses(path, "no pose has the number of " + file.filename().string() + " as id");
+    }
+    poses.push_back(*row);
+  }
+  return poses;
+}
+
+std::optional<PoseRow> pose_at(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
+  // Farther apart than this a straight line says little about where the vehicle was.
+  constexpr std::int64_t kLongestGap_ns = 1'000'000'000;
+  const auto after = std::ranges::lower_bound(rows, stamp_ns, {},
+                                              [](const PoseRow& row) { return *row.stamp_ns; });
+  if (after != rows.end() && *after->stamp_ns == stamp_ns) return *after;
+  if (after == rows.begin() || after == rows.end()) return std::nullopt;
+  const PoseRow& before = *std::prev(after);
+  const std::int64_t gap_ns = *after->stamp_ns - *before.stamp_ns;
+  if (gap_ns > kLongestGap_ns) return std::nullopt;
+  PoseRow pose;
+  pose.stamp_ns = stamp_ns;
+  pose.T_world_vehicle =
+      interpolate(before.T_world_vehicle, after->T_world_vehicle,
+                  static_cast<double>(stamp_ns - *before.stamp_ns) / static_cast<double>(gap_ns));
+  return pose;
+}
+
+Result<std::vector<PoseRow>> poses_by_time(const std::string& path, const Files& files,
+                                           const std::vector<PoseRow>& rows,
+                                           const Stamps& stamps_ns) {
+  std::vector<PoseRow> poses;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::optional<PoseRow> pose = pose_at(rows, *stamps_ns[i]);
+    if (!pose) {
+      return fewer_poses(path, "no poses around time " + format_stamp(*stamps_ns[i]) + " s of " +
+                                   files[i].filename().string());
+    }
+    poses.push_back(*pose);
+  }
+  return poses;
+}
+
+using Poses = std::vector<std::optional<PoseRow>>;
+
+// A topic begins later than the scans and ends earlier, or has gaps: those scans have no pose.
+Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stamps_ns,
+                             Recording& recording) {
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_bag_poses(options.poses, options.poses_topic));
+  if (stamps_ns.empty()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "a bag's poses are found by time, and the scans have no times of their own; name "
+                 "a file of stamps",
+                 options.poses, ""};
+  }
+  Poses poses;
+  std::size_t missing = 0;
+  for (const std::optional<std::int64_t>& stamp_ns : stamps_ns) {
+    poses.push_back(pose_at(rows, *stamp_ns));
+    missing += poses.back() ? 0 : 1;
+  }
+  if (missing == stamps_ns.size()) {
+    return fewer_poses(options.poses, "none of the " + std::to_string(rows.size()) +
+                                          " poses is at the time of a scan");
+  }
+  if (missing > 0) {
+    recording.warnings.push_back(options.poses + ": " + std::to_string(missing) + " of " +
+                                 std::to_string(stamps_ns.size()) +
+                                 " scans have no poses around them in time");
+  }
+  return poses;
+}
+
+Result<std::vector<PoseRow>> poses_from_file(const RecordingOptions& options, const Files& files,
+                                             const Stamps& stamps_ns, Recording& recording) {
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_poses(options.poses, options.pose_format));
+  if (!rows.empty() && rows.front().id) return poses_by_id(options.poses, files, rows);
+  if (!rows.empty() && rows.front().stamp_ns && !stamps_ns.empty()) {
+    return poses_by_time(options.poses, files, rows, stamps_ns);
+  }
+  return poses_by_row(options.poses, files, rows, recording);
+}
+
+// One for each scan; none at all where no poses are named.
+Result<Poses> poses_of_scans(const RecordingOptions& options, const Files& files,
+                             const Stamps& stamps_ns, Recording& recording) {
+  if (options.poses.empty()) return Poses(files.size());
+  if (is_ros_bag(options.poses)) return poses_from_bag(options, stamps_ns, recording);
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, poses_from_file(options, files, stamps_ns, recording));
+  return Poses(rows.begin(), rows.end());
+}
+
+std::string name_of(const Recording& recording, const Files& files, std::size_t index) {
+  const std::string name = files[index].filename().string();
+  return recording.container ? name + "#" + std::to_string(index) : name;
+}
+
+}  // namespace
+
+Result<void> describe_scans(const RecordingOptions& options,
+                            const std::vector<std::filesystem::path>& files, Recording& recording) {
+  Stamps stamps_ns = stamps_of_themselves(recording, files);
+  if (!options.stamps.empty()) {
+    SIGHTLINE_ASSIGN(Stamps given, stamps_from_file(options.stamps, files, recording));
+    stamps_ns = std::move(given);
+  }
+  SIGHTLINE_ASSIGN(const Poses poses, poses_of_scans(options, files, stamps_ns, recording));
+  if (!(options.rate_hz > 0.0)) {
+    return Error{ErrorCode::kBadValue, "rate_hz must be above 0", "", ""};
+  }
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    RecordedScan& scan = recording.scans.emplace_back();
+    scan.file = files[i];
+    scan.name = name_of(recording, files, i);
+    const auto index_ns =
+        static_cast<std::int64_t>(std::llround(static_cast<double>(i) * 1e9 / options.rate_hz));
+    scan.stamp_ns = index_ns;
+    if (const std::optional<PoseRow>& pose = poses[i]) {
+      scan.T_world_vehicle = pose->T_world_vehicle;
+      scan.stamp_ns = pose->stamp_ns.value_or(index_ns);
+    }
+    if (!stamps_ns.empty()) scan.stamp_ns = *stamps_ns[i];
+  }
+  return {};
+}
+
+}  // namespace sightline

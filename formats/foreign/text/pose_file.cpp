@@ -1,0 +1,214 @@
+#include "formats/foreign/text/pose_file.h"
+
+#include <Eigen/SVD>
+#include <cmath>
+#include <string>
+
+#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/text/text_lines.h"
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+// Farther off than this is no rounding: a wrong column order, or a scale.
+constexpr double kRotationTolerance = 1e-3;
+constexpr std::size_t kKittiColumns = 12;
+constexpr std::size_t kTumColumns = 8;
+constexpr std::size_t kApolloColumns = 9;
+
+// One line of the file, for messages.
+struct Row {
+  const FileBytes& file;
+  std::size_t line;
+  const std::vector<std::string_view>& words;
+
+  [[nodiscard]] Error error(ErrorCode code, std::string message) const {
+    return file.error(code, std::move(message), at_line(line));
+  }
+};
+
+Result<PoseFormat> format_of(const Row& row, PoseFormat expected) {
+  const std::size_t columns = row.words.size();
+  PoseFormat found = PoseFormat::kAuto;
+  if (columns == kKittiColumns) found = PoseFormat::kKitti;
+  if (columns == kTumColumns) found = PoseFormat::kTum;
+  if (columns == kApolloColumns) found = PoseFormat::kApollo;
+  if (found != PoseFormat::kAuto && (expected == PoseFormat::kAuto || expected == found)) {
+    return found;
+  }
+  const std::string wanted = expected == PoseFormat::kKitti ? "12 (KITTI)"
+                             : expected == PoseFormat::kTum ? "8 (TUM: t x y z qx qy qz qw)"
+                             : expected == PoseFormat::kApollo
+                                 ? "9 (Apollo: id t x y z qx qy qz qw)"
+                                 : "12 (KITTI), 8 (TUM) or 9 (Apollo)";
+  return row.error(ErrorCode::kMalformedPose,
+                   "found " + std::to_string(columns) + " columns, expected " + wanted);
+}
+
+// The numbers from column `first` on.
+Result<std::vector<double>> finite_numbers(const Row& row, std::size_t first) {
+  std::vector<double> numbers;
+  for (std::size_t i = first; i < row.words.size(); ++i) {
+    const std::optional<double> number = to_number<double>(row.words[i]);
+    if (!number || !std::isfinite(*number)) {
+      return row.error(ErrorCode::kMalformedPose,
+                       "found " + in_quotes(row.words[i]) + ", expected a finite number");
+    }
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+// The rotation nearest to a matrix that is one but for rounding (Kabsch: U V^T).
+Result<Eigen::Matrix3d> nearest_rotation(const Row& row, const Eigen::Matrix3d& matrix) {
+  const Eigen::Matrix3d excess = matrix * matrix.transpose() - Eigen::Matrix3d::Identity();
+  const double deviation = excess.cwiseAbs().maxCoeff();
+  if (!(deviation <= kRotationTolerance) || matrix.determinant() <= 0.0) {
+    return row.error(ErrorCode::kNotARotation, "the 3x3 part is no rotation: its rows are off by " +
+                                                   format_double(deviation) +
+                                                   ", its determinant is " +
+                                                   format_double(matrix.determinant()));
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
+  return rotation;
+}
+
+Result<PoseRow> kitti_row(const Row& row) {
+  SIGHTLINE_ASSIGN(const std::vector<double> numbers, finite_numbers(row, 0));
+  Eigen::Matrix<double, 3, 4> matrix;
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    matrix(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
+  }
+  SIGHTLINE_ASSIGN(const Eigen::Matrix3d rotation, nearest_rotation(row, matrix.leftCols<3>()));
+  PoseRow pose;
+  pose.T_world_vehicle.linear() = rotation;
+  pose.T_world_vehicle.translation() = matrix.col(3);
+  return pose;
+}
+
+// Columns from `first` on: t x y z qx qy qz qw.
+Result<PoseRow> stamped_row(const Row& row, std::size_t first) {
+  PoseRow pose;
+  pose.stamp_ns = parse_stamp_ns(row.words[first]);
+  if (!pose.stamp_ns) {
+    return row.error(ErrorCode::kMalformedPose,
+                     "found " + in_quotes(row.words[first]) + ", expected a time in seconds");
+  }
+  SIGHTLINE_ASSIGN(const std::vector<double> numbers, finite_numbers(row, first + 1));
+  const std::vector<double>& n = numbers;
+  const Eigen::Quaterniond rotation(n[6], n[3], n[4], n[5]);
+  if (!(std::abs(rotation.norm() - 1.0) <= kRotationTolerance)) {
+    return row.error(ErrorCode::kNotARotation, "the norm of the quaternion is " +
+                                                   format_double(rotation.norm()) + ", expected 1");
+  }
+  pose.T_world_vehicle.linear() = rotation.normalized().toRotationMatrix();
+  pose.T_world_vehicle.translation() = Eigen::Vector3d(n[0], n[1], n[2]);
+  return pose;
+}
+
+Result<PoseRow> parse_row(const Row& row, PoseFormat format) {
+  if (format == PoseFormat::kKitti) return kitti_row(row);
+  if (format == PoseFormat::kTum) return stamped_row(row, 0);
+  SIGHTLINE_ASSIGN(PoseRow pose, stamped_row(row, 1));
+  pose.id = to_number<std::int64_t>(row.words[0]);
+  if (!pose.id) {
+    return row.error(ErrorCode::kMalformedPose,
+                     "found " + in_quotes(row.words[0]) + ", expected a whole number as id");
+  }
+  return pose;
+}
+
+Error backwards(const FileBytes& file, std::size_t line, std::int64_t before_ns,
+                std::int64_t stamp_ns) {
+  return file.error(ErrorCode::kTimeRunsBackwards,
+                    "found time " + format_stamp(stamp_ns) + " s, expected one after " +
+                        format_stamp(before_ns) + " s",
+                    at_line(line));
+}
+
+// Calls row(line number, words) for every line that is neither blank nor a comment.
+template <class Body>
+Result<void> for_each_row(const FileBytes& file, Body body) {
+  if (file.text().starts_with("version https://git-lfs")) {
+    return file.error(ErrorCode::kGitLfsPointer,
+                      "a git-LFS pointer lies here; run `git lfs pull` where it was cloned",
+                      at_line(1));
+  }
+  LineReader reader(file.text());
+  std::string_view line;
+  std::vector<std::string_view> words;
+  while (reader.next(line)) {
+    split_words(line, words, " \t\r,");
+    if (words.empty() || words.front().starts_with('#')) continue;
+    SIGHTLINE_TRY(body(reader.number(), words));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseFormat format) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(path));
+  const FileBytes file{bytes, path.string()};
+  std::vector<PoseRow> poses;
+  const auto add = [&](std::size_t line,
+                       const std::vector<std::string_view>& words) -> Result<void> {
+    const Row row{file, line, words};
+    SIGHTLINE_ASSIGN(const PoseFormat found, format_of(row, format));
+    format = found;  // all further lines are like the first
+    SIGHTLINE_ASSIGN(const PoseRow pose, parse_row(row, format));
+    if (pose.stamp_ns && !poses.empty() && *pose.stamp_ns <= *poses.back().stamp_ns) {
+      return backwards(file, line, *poses.back().stamp_ns, *pose.stamp_ns);
+    }
+    poses.push_back(pose);
+    return {};
+  };
+  SIGHTLINE_TRY(for_each_row(file, add));
+  return poses;
+}
+
+Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(path));
+  const FileBytes file{bytes, path.string()};
+  std::vector<std::int64_t> stamps_ns;
+  const auto add = [&](std::size_t line,
+                       const std::vector<std::string_view>& words) -> Result<void> {
+    const std::optional<std::int64_t> stamp_ns = parse_stamp_ns(words.front());
+    if (!stamp_ns) {
+      return file.error(ErrorCode::kMalformedText,
+                        "found " + in_quotes(words.front()) + ", expected a time in seconds",
+                        at_line(line));
+    }
+    if (!stamps_ns.empty() && *stamp_ns <= stamps_ns.back()) {
+      return backwards(file, line, stamps_ns.back(), *stamp_ns);
+    }
+    stamps_ns.push_back(*stamp_ns);
+    return {};
+  };
+  SIGHTLINE_TRY(for_each_row(file, add));
+  return stamps_ns;
+}
+
+Result<void> write_tum(const std::filesystem::path& path, std::span<const PoseRow> rows,
+                       IfExists if_exists) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  std::string text = "# t_s x_m y_m z_m qx qy qz qw\n";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Eigen::Vector3d position_m = rows[i].T_world_vehicle.translation();
+    Eigen::Quaterniond rotation(rows[i].T_world_vehicle.linear());
+    // q and -q are one rotation: one of them is written.
+    if (rotation.w() < 0.0) rotation.coeffs() = -rotation.coeffs();
+    text += format_stamp(rows[i].stamp_ns.value_or(static_cast<std::int64_t>(i) * kSecond));
+    for (const double number : {position_m.x(), position_m.y(), position_m.z(), rotation.x(),
+                                rotation.y(), rotation.z(), rotation.w()}) {
+      text += ' ';
+      text += format_double(number);
+    }
+    text += "\n";
+  }
+  return write_file_atomically(path, text, if_exists);
+}
+
+}  // namespace sightline

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "formats/base/atomic_file.h"
+#include "formats/base/result.h"
+#include "formats/geometry.h"
+
+namespace sightline {
+
+// One row of a pose file. Whose pose it is (the vehicle's or the sensor's) no file says; the name
+// follows the default.
+struct PoseRow {
+  std::optional<std::int64_t> stamp_ns;
+  std::optional<std::int64_t> id;
+  Pose T_world_vehicle = Pose::Identity();
+};
+
+enum class PoseFormat {
+  kAuto,    // by the number of columns
+  kKitti,   // 12: the upper three rows of the matrix, row by row
+  kTum,     // 8: t x y z qx qy qz qw
+  kApollo,  // 9: id t x y z qx qy qz qw
+};
+
+// Reads poses, one a line; blank lines and lines that begin with # are skipped, columns may be
+// apart by blanks, tabs or commas. Rotations that are off by rounding (norm of a quaternion or
+// products of the matrix's rows within 1e-3) are made exact; times are taken from their decimal
+// digits, so nanoseconds survive. Errors, with the line: file-not-found, cannot-read,
+// git-lfs-pointer, malformed-pose, not-a-rotation, time-runs-backwards (a time that is not after
+// the one before).
+Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseFormat format);
+
+// Writes "t x y z qx qy qz qw", with every digit that reads back as the same number; a row without
+// a time takes its index as seconds. Errors: output-exists, disk-full, cannot-write.
+Result<void> write_tum(const std::filesystem::path& path, std::span<const PoseRow> rows,
+                       IfExists if_exists = IfExists::kRefuse);
+
+// One time a line, as in a pose file; further columns are ignored.
+// Errors as read_poses, malformed-text for what is no time.
+Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path);
+
+// A time as people write it: seconds in decimals ("1567410201.7452047", "1.5e9"), or, where it is a
+// whole number too large for seconds, microseconds (15 to 17 digits) or nanoseconds (18 and more).
+// No rounding down to the nanosecond, half a nanosecond rounds up. nullopt: no time.
+std::optional<std::int64_t> parse_stamp_ns(std::string_view word);
+
+// Seconds with nine decimals, which parse_stamp_ns reads back exactly.
+std::string format_stamp(std::int64_t stamp_ns);
+
+}  // namespace sightline

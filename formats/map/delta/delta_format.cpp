@@ -1,0 +1,229 @@
+#include "formats/map/delta/delta_format.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "formats/base/bytes.h"
+
+namespace sightline {
+namespace {
+
+// As that of a map, with another letter.
+constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'S', 'L', 'D', '\r', '\n', 0x1A, '\n'};
+constexpr std::size_t kReservedSize = 16;
+
+Error at_byte(ErrorCode code, const std::string& message, std::uint64_t byte) {
+  return {code, message, "", "byte " + std::to_string(byte)};
+}
+
+void get(ByteReader& reader, Digest& digest) {
+  for (std::uint8_t& byte : digest) reader.get(byte);
+}
+
+void put(ByteWriter& writer, const DeltaStep& step) {
+  writer.put(step.kind);
+  for (int i = 0; i < 7; ++i) writer.put(std::uint8_t{0});
+  writer.put(step.size);
+  writer.put(step.base_offset);
+  writer.put(step.base_size);
+  writer.put(step.packed_size);
+  writer.put(step.packed_checksum);
+  writer.put(step.checksum);
+}
+
+DeltaHeader read_fields(std::span<const std::byte> front) {
+  ByteReader reader(front.subspan(kMagic.size(), kDeltaHeaderSize - kMagic.size()));
+  DeltaHeader header;
+  reader.get(header.major);
+  reader.get(header.minor);
+  (void)reader.get<std::uint32_t>();
+  reader.get(header.compatible_features);
+  reader.get(header.incompatible_features);
+  reader.get(header.file_size);
+  reader.get(header.base.size);
+  get(reader, header.base.root_digest);
+  reader.get(header.base.header_checksum);
+  reader.get(header.result_size);
+  get(reader, header.result_root);
+  get(reader, header.result_sha256);
+  reader.get(header.step_count);
+  reader.get(header.steps_checksum);
+  reader.get(header.zstd_version);
+  reader.get(header.zstd_level);
+  return header;
+}
+
+Result<void> check_start(std::span<const std::byte> front) {
+  const std::size_t compared = std::min(front.size(), kMagic.size());
+  if (!front.empty() && std::memcmp(front.data(), kMagic.data(), compared) != 0) {
+    return at_byte(ErrorCode::kBadMagic, "this is no delta, or one damaged by a transfer as text",
+                   0);
+  }
+  if (front.size() < kDeltaHeaderSize) {
+    return at_byte(ErrorCode::kTruncatedFile,
+                   "found " + std::to_string(front.size()) + " bytes, expected at least " +
+                       std::to_string(kDeltaHeaderSize),
+                   front.size());
+  }
+  ByteReader reader(front.subspan(kDeltaHeaderSize - 8, 8));
+  if (reader.get<std::uint64_t>() != xxh3(front.first(kDeltaHeaderSize - 8))) {
+    return at_byte(ErrorCode::kChecksumMismatch, "the header does not match its checksum",
+                   kDeltaHeaderSize - 8);
+  }
+  return {};
+}
+
+Result<void> check_sizes(const DeltaHeader& header, std::uint64_t file_size) {
+  if (file_size < header.file_size) {
+    return at_byte(ErrorCode::kTruncatedFile,
+                   "found " + std::to_string(file_size) + " bytes, expected " +
+                       std::to_string(header.file_size),
+                   file_size);
+  }
+  if (file_size > header.file_size) {
+    return at_byte(ErrorCode::kOutOfBounds,
+                   "found " + std::to_string(file_size) + " bytes, expected " +
+                       std::to_string(header.file_size),
+                   header.file_size);
+  }
+  if (header.step_count > kMostSteps || header.result_size > kLargestResult) {
+    return at_byte(ErrorCode::kTooLarge,
+                   std::to_string(header.step_count) + " steps make " +
+                       std::to_string(header.result_size) + " bytes",
+                   header.step_count > kMostSteps ? 160 : 88);
+  }
+  if (kDeltaHeaderSize + header.step_count * kDeltaStepSize > file_size) {
+    return at_byte(ErrorCode::kTruncatedFile, "the steps do not fit into the file", file_size);
+  }
+  return {};
+}
+
+// What a step of its kind may ask for; what does not apply must be 0.
+bool is_allowed(const DeltaStep& step) {
+  const bool has_base = step.base_size > 0;
+  const bool has_payload = step.packed_size > 0 && step.packed_size <= kLargestStep;
+  switch (step.kind) {
+    case DeltaStepKind::kCopy:
+      return step.base_size == step.size && step.packed_size == 0 && step.packed_checksum == 0;
+    case DeltaStepKind::kPlain:
+      return !has_base && step.base_offset == 0 && step.packed_size == step.size;
+    case DeltaStepKind::kPacked:
+      return !has_base && step.base_offset == 0 && has_payload;
+    case DeltaStepKind::kPatch:
+    case DeltaStepKind::kRepack:
+      return has_base && step.base_size <= kLargestPrefix && has_payload;
+  }
+  return false;
+}
+
+Result<void> check_step(const DeltaStep& step, const DeltaHeader& header, std::uint64_t copied_to,
+                        std::uint64_t byte) {
+  const bool is_sized = step.size > 0 && step.size <= kLargestStep;
+  const bool is_inside =
+      step.base_offset <= header.base.size && step.base_size <= header.base.size - step.base_offset;
+  if (!is_sized || !is_inside || !is_allowed(step)) {
+    return at_byte(ErrorCode::kBadDelta, "a step asks for what its kind does not allow", byte);
+  }
+  if (step.kind == DeltaStepKind::kCopy && step.base_offset < copied_to) {
+    return at_byte(ErrorCode::kBadDelta, "copies must ascend in the base", byte);
+  }
+  if (step.kind == DeltaStepKind::kRepack && header.zstd_version == 0) {
+    return at_byte(ErrorCode::kBadDelta, "the header does not say how to pack anew", byte);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_delta_front(DeltaHeader header, std::span<const DeltaStep> steps) {
+  ByteWriter step_bytes;
+  header.step_count = steps.size();
+  header.file_size = kDeltaHeaderSize + steps.size() * kDeltaStepSize;
+  for (const DeltaStep& step : steps) {
+    put(step_bytes, step);
+    header.file_size += step.packed_size;
+  }
+  header.steps_checksum = xxh3(step_bytes.bytes());
+  ByteWriter writer;
+  writer.append(kMagic.data(), kMagic.size());
+  writer.put(header.major);
+  writer.put(header.minor);
+  writer.put<std::uint32_t>(kDeltaHeaderSize);
+  writer.put(header.compatible_features);
+  writer.put(header.incompatible_features);
+  writer.put(header.file_size);
+  writer.put(header.base.size);
+  writer.append(header.base.root_digest.data(), header.base.root_digest.size());
+  writer.put(header.base.header_checksum);
+  writer.put(header.result_size);
+  writer.append(header.result_root.data(), header.result_root.size());
+  writer.append(header.result_sha256.data(), header.result_sha256.size());
+  writer.put(header.step_count);
+  writer.put(header.steps_checksum);
+  writer.put(header.zstd_version);
+  writer.put(header.zstd_level);
+  for (std::size_t i = 0; i < kReservedSize; ++i) writer.put(std::uint8_t{0});
+  writer.put(xxh3(writer.bytes()));
+  SIGHTLINE_CHECK(writer.bytes().size() == kDeltaHeaderSize);
+  writer.append(step_bytes.bytes().data(), step_bytes.bytes().size());
+  return writer.take();
+}
+
+Result<DeltaHeader> decode_delta_header(std::span<const std::byte> front, std::uint64_t file_size) {
+  SIGHTLINE_TRY(check_start(front));
+  const DeltaHeader header = read_fields(front);
+  if (header.major != kDeltaMajor) {
+    return at_byte(header.major > kDeltaMajor ? ErrorCode::kFutureVersion : ErrorCode::kOldVersion,
+                   "a delta of format " + std::to_string(header.major) + "." +
+                       std::to_string(header.minor) + ", this program reads 1.x",
+                   8);
+  }
+  if (header.incompatible_features != 0) {
+    return at_byte(ErrorCode::kUnknownRequiredFeature,
+                   "required features are unknown to this program", 24);
+  }
+  SIGHTLINE_TRY(check_sizes(header, file_size));
+  return header;
+}
+
+Result<std::vector<DeltaStep>> decode_delta_steps(std::span<const std::byte> bytes,
+                                                  const DeltaHeader& header) {
+  SIGHTLINE_CHECK(bytes.size() == header.step_count * kDeltaStepSize);
+  if (xxh3(bytes) != header.steps_checksum) {
+    return at_byte(ErrorCode::kChecksumMismatch, "the steps do not match their checksum",
+                   kDeltaHeaderSize);
+  }
+  ByteReader reader(bytes);
+  std::vector<DeltaStep> steps(header.step_count);
+  std::uint64_t made = 0;
+  std::uint64_t copied_to = 0;
+  std::uint64_t payload_end = kDeltaHeaderSize + bytes.size();
+  for (DeltaStep& step : steps) {
+    const std::uint64_t byte = kDeltaHeaderSize + reader.offset();
+    const auto kind = reader.get<std::uint64_t>();  // with the 7 zeros that follow it
+    step.kind = static_cast<DeltaStepKind>(kind);
+    reader.get(step.size);
+    reader.get(step.base_offset);
+    reader.get(step.base_size);
+    reader.get(step.packed_size);
+    reader.get(step.packed_checksum);
+    reader.get(step.checksum);
+    if (kind > 0xff) return at_byte(ErrorCode::kBadDelta, "a step of an unknown kind", byte);
+    SIGHTLINE_TRY(check_step(step, header, copied_to, byte));
+    if (step.kind == DeltaStepKind::kCopy) copied_to = step.base_offset + step.base_size;
+    made += step.size;
+    payload_end += step.packed_size;
+  }
+  if (made != header.result_size || payload_end != header.file_size) {
+    return at_byte(ErrorCode::kBadDelta,
+                   "the steps make " + std::to_string(made) + " bytes from a delta of " +
+                       std::to_string(payload_end) + ", expected " +
+                       std::to_string(header.result_size) + " and " +
+                       std::to_string(header.file_size),
+                   kDeltaHeaderSize);
+  }
+  return steps;
+}
+
+}  // namespace sightline

@@ -1,0 +1,99 @@
+#include "formats/map/delta/part_file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace sightline {
+namespace {
+
+Error failure(ErrorCode code, const std::filesystem::path& path, const char* what, int number) {
+  const bool is_full = number == ENOSPC || number == EDQUOT;
+  return {is_full ? ErrorCode::kDiskFull : code, std::string(what) + ": " + std::strerror(number),
+          path.string(), ""};
+}
+
+}  // namespace
+
+PartFile::PartFile(PartFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      offset_(other.offset_),
+      kept_(other.kept_),
+      is_comparing_(other.is_comparing_),
+      found_(std::move(other.found_)) {}
+
+PartFile::~PartFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<PartFile> PartFile::open(const std::filesystem::path& path) {
+  // A link would let whoever may write to the folder choose another file to be overwritten; a pipe
+  // would wait for ever.
+  const int descriptor =
+      ::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644);
+  if (descriptor < 0) return failure(ErrorCode::kCannotOpen, path, "cannot open", errno);
+  PartFile file(path, descriptor);
+  struct stat status {};
+  if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode) || status.st_nlink != 1) {
+    return Error{ErrorCode::kCannotOpen, "not a regular file of one name", path.string(), ""};
+  }
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+    return failure(ErrorCode::kCannotOpen, path, "another process is at work on it", errno);
+  }
+  return file;
+}
+
+Result<bool> PartFile::is_there(std::span<const std::byte> bytes) {
+  found_.resize(bytes.size());
+  std::size_t done = 0;
+  while (done < found_.size()) {
+    const ssize_t count = ::pread(descriptor_, found_.data() + done, found_.size() - done,
+                                  static_cast<off_t>(offset_ + done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return failure(ErrorCode::kCannotRead, path_, "cannot read", errno);
+    if (count == 0) return false;
+    done += static_cast<std::size_t>(count);
+  }
+  return std::ranges::equal(found_, bytes);
+}
+
+Result<void> PartFile::put(std::span<const std::byte> bytes) {
+  if (is_comparing_) {
+    SIGHTLINE_ASSIGN(const bool there, is_there(bytes));
+    if (there) {
+      offset_ += bytes.size();
+      kept_ = offset_;
+      return {};
+    }
+    is_comparing_ = false;
+    if (::ftruncate(descriptor_, static_cast<off_t>(offset_)) != 0) {
+      return failure(ErrorCode::kCannotWrite, path_, "cannot shorten", errno);
+    }
+  }
+  while (!bytes.empty()) {
+    const ssize_t count =
+        ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset_));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return failure(ErrorCode::kCannotWrite, path_, "cannot write", errno);
+    offset_ += static_cast<std::uint64_t>(count);
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  return {};
+}
+
+Result<void> PartFile::finish() {
+  if (::ftruncate(descriptor_, static_cast<off_t>(offset_)) != 0) {
+    return failure(ErrorCode::kCannotWrite, path_, "cannot shorten", errno);
+  }
+  if (::fsync(descriptor_) != 0) return failure(ErrorCode::kCannotWrite, path_, "cannot sync", errno);
+  return {};
+}
+
+}  // namespace sightline

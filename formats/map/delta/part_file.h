@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "formats/base/result.h"
+
+namespace sightline {
+
+// A file that is made from its beginning to its end, perhaps in several goes: what an earlier go
+// left is compared and kept as long as it is right; from the first wrong byte on it is written anew.
+class PartFile {
+ public:
+  // Makes the file where there is none. One process at a time: it holds a lock until it is closed.
+  // Errors: cannot-open (no regular file, a link, locked), cannot-write.
+  static Result<PartFile> open(const std::filesystem::path& path);
+
+  PartFile(PartFile&& other) noexcept;
+  PartFile& operator=(PartFile&&) = delete;
+  ~PartFile();  // the file stays
+
+  // The next bytes. Errors: cannot-read, cannot-write, disk-full.
+  Result<void> put(std::span<const std::byte> bytes);
+
+  // The file ends here and is on the disk. Errors: cannot-write, disk-full.
+  Result<void> finish();
+
+  // Bytes that were there already.
+  [[nodiscard]] std::uint64_t kept() const { return kept_; }
+
+ private:
+  PartFile(std::filesystem::path path, int descriptor)
+      : path_(std::move(path)), descriptor_(descriptor) {}
+  [[nodiscard]] Result<bool> is_there(std::span<const std::byte> bytes);
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::uint64_t offset_ = 0;
+  std::uint64_t kept_ = 0;
+  bool is_comparing_ = true;
+  std::vector<std::byte> found_;
+};
+
+}  // namespace sightline

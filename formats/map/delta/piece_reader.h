@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "formats/base/result.h"
+
+namespace sightline {
+
+// A regular file that is read piece by piece; not mapped, so that memory does not grow with it.
+class PieceReader {
+ public:
+  // Errors: file-not-found, cannot-open, cannot-read (a folder, a pipe, a device).
+  static Result<PieceReader> open(const std::filesystem::path& path);
+
+  PieceReader(PieceReader&& other) noexcept;
+  PieceReader& operator=(PieceReader&&) = delete;
+  ~PieceReader();
+
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+  // Errors: cannot-read; truncated-file where the file has become shorter.
+  [[nodiscard]] Result<std::vector<std::byte>> read(std::uint64_t offset,
+                                                    std::uint64_t size) const;
+
+ private:
+  PieceReader(std::filesystem::path path, int descriptor)
+      : path_(std::move(path)), descriptor_(descriptor) {}
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace sightline

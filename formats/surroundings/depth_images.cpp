@@ -1,0 +1,80 @@
+#include "formats/surroundings/depth_images.h"
+
+#include <cmath>
+
+namespace sightline {
+namespace {
+
+Error invalid(std::string message, std::string place) {
+  return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
+}
+
+}  // namespace
+
+Result<void> validate(const DepthImages& images) {
+  if (images.azimuth_count == 0 || images.elevation_count == 0) {
+    return invalid("a depth image has no cells", "");
+  }
+  const bool numbers_make_sense =
+      std::isfinite(images.first_elevation_deg) && images.elevation_step_deg > 0.0 &&
+      images.near_m >= 0.0 && images.longest_range_m > images.near_m &&
+      std::isfinite(images.elevation_step_deg) && std::isfinite(images.longest_range_m);
+  if (!numbers_make_sense) return invalid("elevations or range limits make no sense", "");
+  const std::size_t expected = images.site_count * images.cells_per_site();
+  if (images.distance_m.size() != expected) {
+    return invalid("found " + std::to_string(images.distance_m.size()) + " cells, expected " +
+                       std::to_string(expected),
+                   "");
+  }
+  for (std::size_t i = 0; i < images.distance_m.size(); ++i) {
+    if (!(images.distance_m[i] >= 0.0F)) {
+      return invalid("a distance is negative or not a number",
+                     "site " + std::to_string(i / images.cells_per_site()));
+    }
+  }
+  return {};
+}
+
+Table dump(const DepthImages& images) {
+  Table table;
+  table.name = "depth";
+  table.facts = {{"near_m", images.near_m}, {"longest_range_m", images.longest_range_m}};
+  table.columns = {"site", "elevation_deg", "azimuth_deg", "distance_m"};
+  table.rows.reserve(images.distance_m.size());
+  std::size_t cell = 0;
+  for (std::uint32_t site = 0; site < images.site_count; ++site) {
+    for (std::uint32_t row = 0; row < images.elevation_count; ++row) {
+      const double elevation_deg = images.first_elevation_deg + row * images.elevation_step_deg;
+      for (std::uint32_t column = 0; column < images.azimuth_count; ++column) {
+        const double azimuth_deg = (column + 0.5) * 360.0 / images.azimuth_count;
+        table.rows.push_back({std::int64_t{site}, elevation_deg, azimuth_deg,
+                              static_cast<double>(images.distance_m[cell++])});
+      }
+    }
+  }
+  return table;
+}
+
+void encode(const DepthImages& images, ByteWriter& writer) {
+  writer.put(images.azimuth_count);
+  writer.put(images.elevation_count);
+  writer.put(images.first_elevation_deg);
+  writer.put(images.elevation_step_deg);
+  writer.put(images.near_m);
+  writer.put(images.longest_range_m);
+  writer.put(images.site_count);
+  writer.put_array(images.distance_m);
+}
+
+void decode(ByteReader& reader, DepthImages& images) {
+  reader.get(images.azimuth_count);
+  reader.get(images.elevation_count);
+  reader.get(images.first_elevation_deg);
+  reader.get(images.elevation_step_deg);
+  reader.get(images.near_m);
+  reader.get(images.longest_range_m);
+  reader.get(images.site_count);
+  reader.get_array(images.distance_m);
+}
+
+}  // namespace sightline

@@ -1,0 +1,103 @@
+#include "formats/surroundings/surface.h"
+
+#include <cmath>
+
+namespace sightline {
+namespace {
+
+Error invalid(std::string message, std::string place) {
+  return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
+}
+
+Result<void> validate_patch(const SurfacePatch& patch, std::size_t index) {
+  const bool is_unit = std::abs(patch.normal.squaredNorm() - 1.0) < 1e-9;
+  if (!patch.centre_m.allFinite() || !is_unit) {
+    return invalid("the centre is not finite or the normal not of unit length",
+                   "patch " + std::to_string(index));
+  }
+  if (!(patch.half_side_m > 0.0) || !std::isfinite(patch.half_side_m)) {
+    return invalid("the side is not positive", "patch " + std::to_string(index));
+  }
+  return {};
+}
+
+std::pair<TileKey, CellKey> order_of(const SurfacePatch& patch, const Surface& surface) {
+  return {tile_of(patch.key, surface.cell_m, surface.tile_m), patch.key};
+}
+
+}  // namespace
+
+Eigen::Vector3d side_of(const SurfacePatch& patch) {
+  constexpr double kSteepestGround = 0.9;  // height of its normal
+  const bool is_ground = patch.normal.z() > kSteepestGround;
+  const Eigen::Vector3d across(is_ground ? 1.0 : 0.0, 0.0, is_ground ? 0.0 : 1.0);
+  return across.cross(patch.normal).normalized();
+}
+
+Result<void> validate(const Surface& surface) {
+  if (!is_tiling(surface.cell_m, surface.tile_m)) {
+    return invalid("a tile is no multiple of a surface cell", "");
+  }
+  if (!surface.frame.origin_world_m.allFinite()) return invalid("the frame is not finite", "");
+  for (std::size_t i = 0; i < surface.patches.size(); ++i) {
+    SIGHTLINE_TRY(validate_patch(surface.patches[i], i));
+    if (i > 0 &&
+        !(order_of(surface.patches[i - 1], surface) < order_of(surface.patches[i], surface))) {
+      return invalid("patches must ascend by tile and key", "patch " + std::to_string(i));
+    }
+  }
+  return {};
+}
+
+Table dump(const Surface& surface) {
+  Table table;
+  table.name = "surface";
+  append_facts(surface.frame, table);
+  table.facts.emplace_back("cell_m", surface.cell_m);
+  table.facts.emplace_back("tile_m", surface.tile_m);
+  table.columns = {"key_x",      "key_y",    "key_z",    "centre_x_m", "centre_y_m",
+                   "centre_z_m", "normal_x", "normal_y", "normal_z",   "half_side_m"};
+  table.rows.reserve(surface.patches.size());
+  for (const SurfacePatch& patch : surface.patches) {
+    std::vector<Cell> row = {std::int64_t{patch.key.x}, std::int64_t{patch.key.y},
+                             std::int64_t{patch.key.z}};
+    for (int i = 0; i < 3; ++i) row.emplace_back(patch.centre_m[i]);
+    for (int i = 0; i < 3; ++i) row.emplace_back(patch.normal[i]);
+    row.emplace_back(patch.half_side_m);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+void encode(const Surface& surface, ByteWriter& writer) {
+  encode(surface.frame, writer);
+  writer.put(surface.cell_m);
+  writer.put(surface.tile_m);
+  writer.put<std::uint64_t>(surface.patches.size());
+  for (const SurfacePatch& patch : surface.patches) {
+    writer.put(patch.key.x);
+    writer.put(patch.key.y);
+    writer.put(patch.key.z);
+    for (int i = 0; i < 3; ++i) writer.put(patch.centre_m[i]);
+    for (int i = 0; i < 3; ++i) writer.put(patch.normal[i]);
+    writer.put(patch.half_side_m);
+  }
+}
+
+void decode(ByteReader& reader, Surface& surface) {
+  constexpr std::size_t kPatchSize = 3 * sizeof(std::int32_t) + 7 * sizeof(double);
+  decode(reader, surface.frame);
+  reader.get(surface.cell_m);
+  reader.get(surface.tile_m);
+  surface.patches.resize(reader.get_count(kPatchSize));
+  for (SurfacePatch& patch : surface.patches) {
+    reader.get(patch.key.x);
+    reader.get(patch.key.y);
+    reader.get(patch.key.z);
+    for (int i = 0; i < 3; ++i) reader.get(patch.centre_m[i]);
+    for (int i = 0; i < 3; ++i) reader.get(patch.normal[i]);
+    reader.get(patch.half_side_m);
+  }
+}
+
+}  // namespace sightline

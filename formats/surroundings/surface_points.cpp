@@ -1,0 +1,168 @@
+#include "formats/surroundings/surface_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/base/check.h"
+
+namespace sightline {
+namespace {
+
+Error invalid(const std::string& message, const std::string& place) {
+  return Error{ErrorCode::kInvalidArtifact, message, "", place};
+}
+
+Result<void> validate(const PlacedScan& scan, const std::string& place) {
+  if (!is_rigid(scan.T_map_lidar)) return invalid("its pose is no rotation and translation", place);
+  if (!(scan.min_range_m >= 0.0 && scan.max_range_m >= scan.min_range_m)) {
+    return invalid("its ranges make no sense", place);
+  }
+  return {};
+}
+
+void encode(const PlacedScan& scan, ByteWriter& writer) {
+  writer.put(scan.index);
+  encode(scan.T_map_lidar, writer);
+  writer.put(scan.min_range_m);
+  writer.put(scan.max_range_m);
+}
+
+void decode(ByteReader& reader, PlacedScan& scan) {
+  reader.get(scan.index);
+  decode(reader, scan.T_map_lidar);
+  reader.get(scan.min_range_m);
+  reader.get(scan.max_range_m);
+}
+
+}  // namespace
+
+Result<void> validate(const SurfacePoints& points) {
+  if (!points.frame.origin_world_m.allFinite() || !std::isfinite(points.voxel_m) ||
+      points.voxel_m < 0.0) {
+    return invalid("the surface points' origin or voxel size makes no sense", "");
+  }
+  for (std::size_t i = 0; i < points.points_m.size(); ++i) {
+    if (points.points_m[i].allFinite()) continue;
+    return invalid("found a point that is not finite", "standing point " + std::to_string(i));
+  }
+  for (std::size_t i = 0; i < points.scans.size(); ++i) {
+    const std::string place = "scan " + std::to_string(i);
+    SIGHTLINE_TRY(validate(points.scans[i], place));
+    if (i > 0 && points.scans[i].index <= points.scans[i - 1].index) {
+      return invalid("its index is not after that of the scan before it", place);
+    }
+  }
+  for (std::size_t i = 1; i < points.moved_voxels.size(); ++i) {
+    if (points.moved_voxels[i - 1] < points.moved_voxels[i]) continue;
+    return invalid("the voxels that moved are not in order", "voxel " + std::to_string(i));
+  }
+  return {};
+}
+
+Table dump(const SurfacePoints& points) {
+  Table table;
+  table.name = "surface-points";
+  append_facts(points.frame, table);
+  const auto add_count = [&](const char* name, std::uint64_t count) {
+    table.facts.emplace_back(name, static_cast<std::int64_t>(count));
+  };
+  add_count("scan_count", points.scans.size());
+  add_count("standing_count", points.standing_count + points.points_m.size());
+  add_count("moving_count", points.moving_count);
+  add_count("out_of_range_count", points.out_of_range_count);
+  table.facts.emplace_back("voxel_m", points.voxel_m);
+  table.columns = {"x_m", "y_m", "z_m", "is_moving"};
+  for (const Eigen::Vector3d& point : points.points_m) {
+    table.rows.push_back({point.x(), point.y(), point.z(), std::int64_t{0}});
+  }
+  for (const CellKey& key : points.moved_voxels) {
+    const Eigen::Vector3d centre_m = cell_centre_m(key, points.voxel_m);
+    table.rows.push_back({centre_m.x(), centre_m.y(), centre_m.z(), std::int64_t{1}});
+  }
+  return table;
+}
+
+void encode(const SurfacePoints& points, ByteWriter& writer) {
+  encode(points.frame, writer);
+  writer.put<std::uint64_t>(points.points_m.size());
+  for (const Eigen::Vector3d& point : points.points_m) {
+    for (int axis = 0; axis < 3; ++axis) writer.put(point[axis]);
+  }
+  writer.put<std::uint64_t>(points.scans.size());
+  for (const PlacedScan& scan : points.scans) encode(scan, writer);
+  writer.put(points.voxel_m);
+  writer.put<std::uint64_t>(points.moved_voxels.size());
+  for (const CellKey& key : points.moved_voxels) {
+    writer.put(key.x);
+    writer.put(key.y);
+    writer.put(key.z);
+  }
+  writer.put(points.standing_count);
+  writer.put(points.moving_count);
+  writer.put(points.out_of_range_count);
+}
+
+void decode(ByteReader& reader, SurfacePoints& points) {
+  constexpr std::size_t kScanSize = 4 + 12 * 8 + 2 * 8;
+  decode(reader, points.frame);
+  points.points_m.resize(reader.get_count(3 * sizeof(double)));
+  for (Eigen::Vector3d& point : points.points_m) {
+    for (int axis = 0; axis < 3; ++axis) reader.get(point[axis]);
+  }
+  points.scans.resize(reader.get_count(kScanSize));
+  for (PlacedScan& scan : points.scans) decode(reader, scan);
+  reader.get(points.voxel_m);
+  points.moved_voxels.resize(reader.get_count(3 * sizeof(std::int32_t)));
+  for (CellKey& key : points.moved_voxels) {
+    reader.get(key.x);
+    reader.get(key.y);
+    reader.get(key.z);
+  }
+  reader.get(points.standing_count);
+  reader.get(points.moving_count);
+  reader.get(points.out_of_range_count);
+}
+
+void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& /*trajectory*/) {
+  points.store = drive.store;
+}
+
+SurfacePointReader::SurfacePointReader(const SurfacePoints& points) : points_(points) {
+  SIGHTLINE_CHECK(points.scans.empty() || points.store != nullptr);
+  for (const CellKey& key : points.moved_voxels) moved_.add(key);
+}
+
+std::size_t SurfacePointReader::part_count() const {
+  return points_.scans.size() + (points_.points_m.empty() ? 0 : 1);
+}
+
+Result<std::vector<Eigen::Vector3d>> SurfacePointReader::read(std::size_t part,
+                                                              bool wants_moving) const {
+  SIGHTLINE_CHECK(part < part_count());
+  std::vector<Eigen::Vector3d> chosen_m;
+  if (part == points_.scans.size()) {
+    if (!wants_moving) chosen_m = points_.points_m;
+    return chosen_m;
+  }
+  const PlacedScan& placed = points_.scans[part];
+  SIGHTLINE_ASSIGN(const Scan scan, points_.store->read(placed.index));
+  chosen_m.reserve(wants_moving ? 0 : scan.points_m.size());
+  for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
+    if (!is_within_range(placed, point_lidar_m)) continue;
+    const Eigen::Vector3d point_m = placed.T_map_lidar * point_lidar_m;
+    const bool is_moving =
+        moved_.size() > 0 && moved_.find(cell_key(point_m, points_.voxel_m)) != CellIndex::kNone;
+    if (is_moving == wants_moving) chosen_m.push_back(point_m);
+  }
+  return chosen_m;
+}
+
+Result<std::vector<Eigen::Vector3d>> SurfacePointReader::standing(std::size_t part) const {
+  return read(part, false);
+}
+
+Result<std::vector<Eigen::Vector3d>> SurfacePointReader::moving(std::size_t part) const {
+  return read(part, true);
+}
+
+}  // namespace sightline

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "formats/artifact.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
+#include "formats/geometry.h"
+#include "formats/grid/cell_index.h"
+#include "formats/surroundings/ndt_map.h"
+
+namespace sightline {
+
+// A scan of a drive in the map: its returns between the two ranges belong there.
+struct PlacedScan {
+  std::uint32_t index = 0;  // of the drive's scans
+  Pose T_map_lidar = Pose::Identity();
+  double min_range_m = 0.0;
+  double max_range_m = 0.0;
+};
+inline bool is_within_range(const PlacedScan& scan, const Eigen::Vector3d& point_lidar_m) {
+  const double range_m = point_lidar_m.norm();
+  return range_m >= scan.min_range_m && range_m <= scan.max_range_m;
+}
+
+// What stood still: the returns of a mapping drive in the map frame, without what moved. They may
+// be more than memory holds, so a recording's are not here but read again scan by scan (see
+// SurfacePointReader); here is which voxels moved.
+struct SurfacePoints {
+  MapFrame frame;
+  std::vector<Eigen::Vector3d> points_m;   // that lie in memory: made ones, none of a recording's
+  std::vector<PlacedScan> scans;           // in the drive's order
+  double voxel_m = 0.0;                    // edge of a voxel; 0 when nothing was looked for
+  std::vector<CellKey> moved_voxels;       // ascending: what was removed
+  std::uint64_t standing_count = 0;        // returns of the scans
+  std::uint64_t moving_count = 0;          // returns in voxels that moved
+  std::uint64_t out_of_range_count = 0;    // outside the sensor's minimum and maximum range
+  std::shared_ptr<const ScanStore> store;  // of the drive; not encoded, see reattach
+};
+
+template <>
+struct ArtifactTraits<SurfacePoints> {
+  static constexpr std::string_view kName = "surface-points";
+  static constexpr std::uint32_t kVersion = 2;
+};
+
+// Says nothing about the store.
+Result<void> validate(const SurfacePoints& points);
+// The points that lie in memory, and the centres of the voxels that moved.
+Table dump(const SurfacePoints& points);
+void encode(const SurfacePoints& points, ByteWriter& writer);
+void decode(ByteReader& reader, SurfacePoints& points);
+
+// After decode: gives the points back the scans that they are read from.
+void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& trajectory);
+
+// Reads surface points part by part. Keeps a reference to them.
+class SurfacePointReader {
+ public:
+  explicit SurfacePointReader(const SurfacePoints& points);
+
+  // The scans and, last, what lies in memory if anything does.
+  [[nodiscard]] std::size_t part_count() const;
+  // Standing points of one part in the map frame, in the part's order; and those that moved. Safe
+  // from several threads. Errors: what reading a scan says.
+  [[nodiscard]] Result<std::vector<Eigen::Vector3d>> standing(std::size_t part) const;
+  [[nodiscard]] Result<std::vector<Eigen::Vector3d>> moving(std::size_t part) const;
+
+ private:
+  [[nodiscard]] Result<std::vector<Eigen::Vector3d>> read(std::size_t part,
+                                                          bool wants_moving) const;
+
+  const SurfacePoints& points_;
+  CellIndex moved_;
+};
+
+}  // namespace sightline

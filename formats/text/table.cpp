@@ -1,0 +1,105 @@
+#include "formats/text/table.h"
+
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "formats/text/quoted_text.h"
+#include "formats/text/text_grid.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string plain(const Cell& cell) {
+  if (const auto* number = std::get_if<std::int64_t>(&cell)) return std::to_string(*number);
+  if (const auto* number = std::get_if<double>(&cell)) return format_double(*number);
+  return std::get<std::string>(cell);
+}
+
+// A name need not be UTF-8; what is none of it is replaced.
+std::string json_text(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Json json_value(const Cell& cell) {
+  return std::visit([](const auto& value) { return Json(value); }, cell);  // not finite: null
+}
+
+template <class T, class Format>
+std::string joined(const std::vector<T>& items, std::string_view separator, Format format) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) text += separator;
+    text += format(items[i]);
+  }
+  return text;
+}
+
+std::string to_csv(const Table& table) {
+  std::string text;
+  for (const auto& [name, value] : table.facts) text += "# " + name + ": " + plain(value) + "\n";
+  text += joined(table.columns, ",", csv_field) + "\n";
+  for (const std::vector<Cell>& row : table.rows) {
+    text += joined(row, ",", [](const Cell& cell) { return csv_field(plain(cell)); }) + "\n";
+  }
+  return text;
+}
+
+// One line a row: a table may be larger than a tree of JSON values should be.
+std::string to_json(const Table& table) {
+  Json facts = Json::object();
+  for (const auto& [name, value] : table.facts) facts[name] = json_value(value);
+  std::string text = "{\"name\": " + json_text(table.name) + ", \"facts\": " + json_text(facts);
+  text += ",\n \"columns\": " + json_text(table.columns) + ",\n \"rows\": [";
+  text += joined(table.rows, ",", [](const std::vector<Cell>& row) {
+    Json cells = Json::array();
+    for (const Cell& cell : row) cells.push_back(json_value(cell));
+    return "\n  " + json_text(cells);
+  });
+  return text + "]}\n";
+}
+
+std::string to_aligned_text(const Table& table) {
+  std::string text;
+  for (const auto& [name, value] : table.facts) text += name + ": " + plain(value) + "\n";
+  TextGrid grid = {table.columns};
+  for (const std::vector<Cell>& row : table.rows) {
+    std::vector<std::string>& line = grid.emplace_back();
+    for (const Cell& cell : row) line.push_back(plain(cell));
+  }
+  return text + aligned(grid, FirstColumn::kRight);
+}
+
+}  // namespace
+
+std::string format_double(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  char buffer[32];
+  const std::to_chars_result end = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return {buffer, end.ptr};
+}
+
+std::string format_table(const Table& table, TableFormat format) {
+  switch (format) {
+    case TableFormat::kCsv:
+      return to_csv(table);
+    case TableFormat::kJson:
+      return to_json(table);
+    case TableFormat::kText:
+      return to_aligned_text(table);
+  }
+  return {};
+}
+
+Result<TableFormat> parse_table_format(std::string_view name) {
+  if (name == "csv") return TableFormat::kCsv;
+  if (name == "json") return TableFormat::kJson;
+  if (name == "text") return TableFormat::kText;
+  return Error{ErrorCode::kUnknownName,
+               "unknown format '" + std::string(name) + "', expected csv, json or text", "", ""};
+}
+
+}  // namespace sightline

@@ -1,0 +1,152 @@
+#include "passes/emit/emit_map.h"
+
+#include <algorithm>
+
+#include "formats/base/hash.h"
+#include "formats/base/version.h"
+#include "passes/model/forest/history.h"
+
+namespace sightline {
+namespace {
+
+// Versions of the definitions in schemas/definitions.md by which a map's numbers were computed.
+const std::vector<NamedVersion>& definitions() {
+  static const std::vector<NamedVersion> kDefinitions = {{"choice-of-range", 2},
+                                                         {"factor-of-mapping-drive", 1},
+                                                         {"factors-of-the-paper", 1},
+                                                         {"factors-of-virtual-scan", 2},
+                                                         {"localizers", 3},
+                                                         {"measured-error", 2},
+                                                         {"ndt-map", 1},
+                                                         {"sites", 1}};
+  return kDefinitions;
+}
+
+std::string derived_map_id(const Drive& mapping, const MapFrame& frame) {
+  DigestBuilder builder;
+  builder.add("sightline map id");
+  builder.add(mapping.name);
+  ByteWriter writer;
+  encode(frame, writer);
+  for (const ScanInfo& scan : mapping.scans) {
+    writer.put(scan.recording_index);
+    writer.put(scan.stamp_ns);
+    writer.put(scan.point_count);
+  }
+  builder.add(writer.bytes());
+  // 128 bits name a recording beyond doubt and still fit on a line.
+  return to_hex(builder.finish()).substr(0, 32);
+}
+
+bool is_printable(const std::string& text) {
+  return !text.empty() && std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~'; });
+}
+
+Result<void> check_options(const EmitMapOptions& options) {
+  if (!is_printable(options.version) ||
+      (!options.map_id.empty() && !is_printable(options.map_id))) {
+    return Error{ErrorCode::kBadValue, "version and map_id must be printable ASCII without spaces",
+                 "", ""};
+  }
+  return {};
+}
+
+Result<void> check_measured(const EmitMapInputs& inputs) {
+  if (inputs.measured.scan_of_site.size() == inputs.sites.sites.size() &&
+      inputs.measured.ranges_m == inputs.ranges.ranges_m) {
+    return {};
+  }
+  return Error{ErrorCode::kMismatchedInputs,
+               "errors were measured at " + std::to_string(inputs.measured.scan_of_site.size()) +
+                   " sites, expected the map's " + std::to_string(inputs.sites.sites.size()) +
+                   " and the ranges that are chosen from",
+               "", ""};
+}
+
+MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
+  MeasurementCard card;
+  card.mapping_drive = inputs.mapping.name;
+  card.mapping_scans = scan_selection_name(options.mapping_scans);
+  card.localization_drive = inputs.localization.name;
+  card.localization_scans = scan_selection_name(inputs.measured.matching.scans);
+  card.reference = inputs.measured.reference;
+  card.offsets = inputs.measured.offsets;
+  card.localizer = inputs.measured.matching.localizer;
+  card.coarse_cells = inputs.measured.matching.coarse_cells;
+  card.leaf_m = inputs.measured.matching.leaf_m;
+  card.measured_site_count = static_cast<std::uint32_t>(std::ranges::count_if(
+      inputs.measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; }));
+  return card;
+}
+
+// With what the predictions were told besides.
+FactorTable factors_of(const EmitMapInputs& inputs) {
+  const bool is_told = std::ranges::count(inputs.predicted.has_history, std::uint8_t{1}) > 0;
+  return is_told ? with_measured_columns(inputs.factors, inputs.measured) : inputs.factors;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(EmitMapOptions& options) {
+  return {text("map_id", options.map_id, "name of the map; empty: made of the recording"),
+          text("version", options.version, "version for people"),
+          integer("release", options.release, "counter that only ever grows", 1, 2'000'000'000),
+          number("reach_m", options.reach_m,
+                 "a site farther away than this says nothing about a position, m", 0.1, 1000.0),
+          shared(choice("mapping_scans", options.mapping_scans, "scans that made the map",
+                        {"all", "even", "odd"})),
+          flag("has_factors", options.has_factors,
+               "keep the map factors, which inspect --site explains a choice with")};
+}
+
+Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
+                             const EmitMapInputs& inputs) {
+  SIGHTLINE_TRY(check_options(options));
+  SIGHTLINE_TRY(check_measured(inputs));
+  CompiledMap map;
+  map.map_id =
+      options.map_id.empty() ? derived_map_id(inputs.mapping, inputs.ndt.frame) : options.map_id;
+  map.version = options.version;
+  map.release = static_cast<std::uint64_t>(options.release);
+  map.writer = "sightline " + program_version();
+  map.ndt = inputs.ndt;
+  map.sites = inputs.sites;
+  map.predicted = inputs.predicted;
+  map.ranges = inputs.ranges;
+  map.reach_m = options.reach_m;
+  map.sensor = inputs.localization.sensor;
+  map.measurement = card_of(options, inputs);
+  map.definitions = definitions();
+  map.model = record_of(inputs.model);
+  if (options.has_factors) map.factors = factors_of(inputs);
+  if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
+  if (inputs.mapping_trajectory != nullptr) {
+    map.trajectory = quality_of(*inputs.mapping_trajectory);
+  }
+  map.quality.resize(map.ranges.promises.size());
+  const Result<void> valid = validate(map);
+  if (!valid) {
+    return Error{ErrorCode::kMismatchedInputs, valid.error().message, "", valid.error().place};
+  }
+  map.quality = quality_of(map, inputs.measured);
+  const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
+  if (unmeasured > 0) {
+    ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
+             std::to_string(map.sites.sites.size()) + " sites");
+  }
+  return map;
+}
+
+Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
+                                  const Drive& mapping, const Drive& localization,
+                                  const NdtMap& ndt, const Sites& sites,
+                                  const PredictedError& predicted, const RangeTable& ranges,
+                                  const MeasuredError& measured, const ErrorModel& model,
+                                  const FactorTable& factors, const Sharpness& sharpness,
+                                  const Trajectory& mapping_trajectory) {
+  return emit_map(ctx, options,
+                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors,
+                   &sharpness, &mapping_trajectory});
+}
+
+}  // namespace sightline

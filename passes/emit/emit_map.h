@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/annotation/error_model.h"
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
+#include "formats/annotation/predicted_error.h"
+#include "formats/annotation/range_table.h"
+#include "formats/annotation/sites.h"
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
+#include "formats/map/compiled_map.h"
+#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/sharpness.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct EmitMapOptions {
+  std::string map_id;                 // empty: made of the mapping drive's content
+  std::string version = "1";          // for people
+  int release = 1;                    // only ever grows
+  double reach_m = 10.0;              // a site farther away than this says nothing about a position
+  ScanSelection mapping_scans = ScanSelection::kAll;  // that made the map
+  bool has_factors = true;  // for engineers; no vehicle needs them
+};
+std::vector<OptionField> option_fields(EmitMapOptions& options);
+
+struct EmitMapInputs {
+  const Drive& mapping;
+  const Drive& localization;
+  const NdtMap& ndt;
+  const Sites& sites;
+  const PredictedError& predicted;
+  const RangeTable& ranges;
+  const MeasuredError& measured;
+  const ErrorModel& model;
+  const FactorTable& factors;
+  const Sharpness* sharpness = nullptr;  // where it was measured
+  const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
+};
+
+// Joins what the passes before it made into the map that is written to a file (encode_map). The
+// map id names the mapping drive's content and frame, so that compiling the same recording again
+// gives another release of the same map. Where predictions were told of an earlier drive, what it
+// measured joins the factors (passes/model/forest/history.h, with_measured_columns). Warns of sites
+// that were not measured.
+// Errors: mismatched-inputs (sites, frames, ranges or limits differ), bad-value (version or id
+// empty or not printable).
+Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
+                             const EmitMapInputs& inputs);
+
+// The same as a pass.
+Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
+                                  const Drive& mapping, const Drive& localization,
+                                  const NdtMap& ndt, const Sites& sites,
+                                  const PredictedError& predicted, const RangeTable& ranges,
+                                  const MeasuredError& measured, const ErrorModel& model,
+                                  const FactorTable& factors, const Sharpness& sharpness,
+                                  const Trajectory& mapping_trajectory);
+inline constexpr Pass kEmitMap{"emit-map", 6, "map", "The map file", &emit_map_step};
+
+}  // namespace sightline

@@ -1,0 +1,180 @@
+#include "passes/emit/prove_annotation.h"
+
+#include <algorithm>
+#include <bit>
+#include <optional>
+
+#include "passes/model/choose_ranges.h"
+#include "passes/model/forest/history.h"
+#include "passes/model/predict_error.h"
+
+namespace sightline {
+namespace {
+
+Error unfounded(const std::string& place, const std::string& message) {
+  return {ErrorCode::kDigestMismatch, message, "", place};
+}
+
+std::string at_site(std::size_t site) { return "site " + std::to_string(site); }
+
+// Bit for bit: what is stored is exact.
+bool is_same(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+
+Result<PredictedError> predicted_again(PassContext& ctx, const CompiledMap& map,
+                                       const ErrorModel& model) {
+  PredictErrorOptions options;
+  options.support_margin = map.predicted.support_margin;
+  const std::optional<MeasuredError> told = measured_of_columns(map.factors);
+  return told ? predict_error_with_history(ctx, options, model, map.sites, map.factors, *told)
+              : predict_error(ctx, options, model, map.sites, map.factors);
+}
+
+Result<void> compare_numbers(const PredictedError& stored, const PredictedError& again) {
+  const SiteShape means = stored.mean_shape();
+  const SiteShape shares = stored.probability_shape();
+  for (std::size_t row = 0; row < stored.mean_m.size(); ++row) {
+    const std::string range = " at " + format_double(stored.ranges_m[means.row_of(row)]) + " m";
+    if (!is_same(stored.mean_m[row], again.mean_m[row])) {
+      return unfounded(at_site(means.site_of(row)),
+                       "found a predicted error of " + format_double(stored.mean_m[row]) + " m" +
+                           range + ", its factors and the forest give " +
+                           format_double(again.mean_m[row]) + " m");
+    }
+    for (std::size_t i = row * shares.columns; i < (row + 1) * shares.columns; ++i) {
+      if (is_same(stored.within_probability[i], again.within_probability[i])) continue;
+      return unfounded(at_site(shares.site_of(i)),
+                       "found P(error <= " + format_double(stored.limits_m[shares.column_of(i)]) +
+                           " m) = " + format_double(stored.within_probability[i]) + range +
+                           ", its factors and the forest give " +
+                           format_double(again.within_probability[i]));
+    }
+  }
+  return {};
+}
+
+Result<void> compare_flags(const PredictedError& stored, const PredictedError& again) {
+  for (std::size_t site = 0; site < stored.site_count; ++site) {
+    const bool is_told = stored.has_history[site] == again.has_history[site];
+    if (stored.extrapolated[site] != again.extrapolated[site] ||
+        stored.out_of_fold[site] != again.out_of_fold[site] || !is_told) {
+      return unfounded(at_site(site), "its prediction is flagged otherwise than its factors, the "
+                                      "model's support and the model's sites demand");
+    }
+  }
+  return {};
+}
+
+ChooseRangesOptions choice_options(const CompiledMap& map) {
+  const LimitPromise& promise = map.ranges.promises.front();
+  ChooseRangesOptions options;
+  options.selection = map.ranges.selection;
+  options.dilation_m = map.ranges.dilation_m;
+  // Under the mean rule nothing is controlled, and the method is called "mean".
+  const auto control = std::ranges::find(risk_control_names(), promise.method);
+  if (control != risk_control_names().end()) {
+    options.risk_control = static_cast<RiskControl>(control - risk_control_names().begin());
+  }
+  options.alpha = promise.alpha;
+  options.delta = promise.delta;
+  options.probability_threshold = promise.probability_threshold;  // of "fixed"
+  options.extrapolated_takes_longest = map.ranges.extrapolated_takes_longest;
+  return options;
+}
+
+bool is_same(const LimitPromise& a, const LimitPromise& b) {
+  return is_same(a.limit_m, b.limit_m) &&
+         is_same(a.probability_threshold, b.probability_threshold) &&
+         is_same(a.history_threshold, b.history_threshold) && is_same(a.alpha, b.alpha) &&
+         is_same(a.delta, b.delta) && a.block_count == b.block_count &&
+         a.is_earned == b.is_earned &&
+         is_same(a.calibration_miss_share, b.calibration_miss_share) && a.method == b.method &&
+         a.statement == b.statement;
+}
+
+Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) {
+  for (std::size_t limit = 0; limit < stored.promises.size(); ++limit) {
+    if (is_same(stored.promises[limit], again.promises[limit])) continue;
+    return unfounded("limit " + format_double(stored.promises[limit].limit_m) + " m",
+                     "found the promise \"" + stored.promises[limit].statement +
+                         "\", the model gives \"" + again.promises[limit].statement + "\"");
+  }
+  const SiteShape shape = stored.shape();
+  for (std::size_t i = 0; i < stored.range_index.size(); ++i) {
+    if (stored.range_index[i] == again.range_index[i] && stored.flags[i] == again.flags[i]) {
+      continue;
+    }
+    return unfounded(
+        at_site(shape.site_of(i)),
+        "found " + format_double(stored.ranges_m[stored.range_index[i]]) + " m, flags " +
+            std::to_string(stored.flags[i]) + ", for a limit of " +
+            format_double(stored.promises[shape.row_of(i)].limit_m) +
+            " m, its predictions give " + format_double(again.ranges_m[again.range_index[i]]) +
+            " m, flags " + std::to_string(again.flags[i]));
+  }
+  return {};
+}
+
+Result<void> compare_quality(const CompiledMap& map) {
+  const std::vector<LimitQuality> again = quality_of(map, MeasuredError{});
+  for (std::size_t limit = 0; limit < again.size(); ++limit) {
+    const LimitQuality& stored = map.quality[limit];
+    if (stored.unmet_count == again[limit].unmet_count &&
+        stored.extrapolated_count == again[limit].extrapolated_count &&
+        is_same(stored.mean_range_m, again[limit].mean_range_m) &&
+        is_same(stored.expected_coverage, again[limit].expected_coverage)) {
+      continue;
+    }
+    return unfounded("limit " + format_double(map.ranges.promises[limit].limit_m) + " m",
+                     "the quality that the map names is not that of its sites");
+  }
+  return {};
+}
+
+std::uint32_t count_of(const std::vector<std::uint8_t>& flags) {
+  return static_cast<std::uint32_t>(std::ranges::count(flags, std::uint8_t{1}));
+}
+
+}  // namespace
+
+Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& map) {
+  if (map.factors.factors.empty()) {
+    return Error{ErrorCode::kBadLayer,
+                 "the map was stripped of its factors: its annotation cannot be made again", "", ""};
+  }
+  SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
+  SIGHTLINE_ASSIGN(const PredictedError predicted, predicted_again(ctx, map, model));
+  Result<void> follows = compare_numbers(map.predicted, predicted);
+  if (follows) follows = compare_flags(map.predicted, predicted);
+  if (!follows) return follows.error();
+  SIGHTLINE_ASSIGN(const RangeTable ranges, choose_ranges(ctx, choice_options(map), map.sites, map.predicted, model));
+  follows = compare_choices(map.ranges, ranges);
+  if (follows) follows = compare_quality(map);
+  if (!follows) return follows.error();
+  AnnotationProof proof;
+  proof.site_count = map.predicted.site_count;
+  proof.out_of_fold_count = count_of(map.predicted.out_of_fold);
+  proof.forest_count = proof.site_count - proof.out_of_fold_count;
+  proof.history_count = count_of(map.predicted.has_history);
+  return proof;
+}
+
+std::string to_text(const AnnotationProof& proof) {
+  std::string text = "annotation of " + std::to_string(proof.site_count) +
+                     " sites proven: ranges, flags and promises follow from the predictions; " +
+                     std::to_string(proof.forest_count) +
+                     " sites' predictions were made again by the forest from their factors";
+  if (proof.history_count > 0) {
+    text += " (" + std::to_string(proof.history_count) +
+            " of them with what an earlier drive is stored to have measured)";
+  }
+  if (proof.out_of_fold_count > 0) {
+    text += "; " + std::to_string(proof.out_of_fold_count) +
+            " sites trained the model, and theirs are those that it keeps of the same place and "
+            "factors, made by trees that are not kept";
+  }
+  return text + "\n";
+}
+
+}  // namespace sightline

@@ -1,0 +1,186 @@
+#include "passes/factors/compute_factors.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+
+#include "formats/base/parallel.h"
+#include "passes/factors/group_nds.h"
+#include "passes/factors/paper/dimensions.h"
+#include "passes/factors/paper/feature_count.h"
+#include "passes/factors/paper/normal_entropy.h"
+#include "passes/factors/paper/occupancy_ratio.h"
+#include "passes/factors/paper/r_average.h"
+#include "passes/factors/paper/score_entropy.h"
+#include "passes/factors/virtual/crlb.h"
+#include "passes/factors/virtual/flat_050.h"
+#include "passes/factors/virtual/hz_lmin.h"
+#include "passes/factors/virtual/virtual_match.h"
+#include "passes/matching/scan_preparation.h"
+
+// Sites are taken in groups of consecutive ones. A group gathers the NDs within reach of any of its
+// sites and works out once what belongs to the ND alone: class, bin of the normal, and the grid of
+// self scores. Each site then sorts its NDs by distance, sums over shells, and localizes its
+// virtual scan, which is most of the work.
+
+namespace sightline {
+namespace {
+
+// Enough for neighbours to share most of their NDs; few enough for the grids to stay in memory.
+constexpr std::size_t kSitesPerGroup = 64;
+
+constexpr std::size_t kFactorCount = 20;
+constexpr std::array<std::string_view, kFactorCount> kFactorNames = {
+    "feature_count", "d1_count", "d2_count",        "d3_count",       "d1_ratio",
+    "d2_ratio",      "d3_ratio", "occupancy_ratio", "normal_entropy", "r_average",
+    "score_entropy", "crlb_max", "crlb_min",        "crlb_heading",   "crlb_yaw",
+    "hz_lmin",       "flat_050", "virtual_points",  "virtual_error",  "rival_score"};
+
+// What all sites share.
+struct World {
+  const NdtMap& map;
+  const MatchGrid grid;
+  const Localizer localizer;
+  const TileIndex index;
+  const std::vector<double>& ranges_m;
+};
+
+// What one site sees.
+struct View {
+  const Site& site;
+  std::span<const float> depth_m;
+  std::span<const Eigen::Vector3d> virtual_points_m;
+};
+
+VirtualMatch match_virtual_scan(const World& world, const View& view, double range_m,
+                                double loose_heading_deg) {
+  const std::vector<Eigen::Vector3d> points_m = crop(view.virtual_points_m, range_m);
+  return virtual_match(world.localizer, {view.site.p_map_m, view.site.T_map_vehicle.linear(),
+                                         points_m, loose_heading_deg});
+}
+
+// Fills [range][factor] of one site; returns how many virtual points lie in no valid ND.
+std::size_t compute_site(const World& world, const GroupNds& group, const View& view,
+                         std::span<double> values) {
+  const Vicinity vicinity = vicinity_of(view.site.p_map_m, group.nds, group.all, world.ranges_m);
+  const std::vector<double> counts = feature_count(vicinity);
+  const std::vector<ByDimension> dimensions = dimension_counts(vicinity, group.dimension_class);
+  const std::vector<double> occupancy = occupancy_ratio(view.depth_m, world.ranges_m);
+  const std::vector<double> normals = normal_entropy(vicinity, group.normal_bin);
+  const std::vector<double> distances_m = r_average(vicinity);
+  const std::vector<ShiftGrid> scores = self_scores(vicinity, group.self_score);
+  const std::vector<ScanInformation> informations = scan_information(
+      view.site.p_map_m, view.virtual_points_m, world.map, world.grid, world.ranges_m);
+  for (std::size_t range = 0; range < world.ranges_m.size(); ++range) {
+    const auto& [d1, d2, d3] = dimensions[range];
+    const auto [d1_ratio, d2_ratio, d3_ratio] = dimension_ratios(dimensions[range]);
+    const Crlb bound = crlb(informations[range].pose);
+    const VirtualMatch match =
+        match_virtual_scan(world, view, world.ranges_m[range], bound.heading_deg);
+    // In the order of kFactorNames.
+    const std::array<double, kFactorCount> row = {
+        counts[range],
+        d1,
+        d2,
+        d3,
+        d1_ratio,
+        d2_ratio,
+        d3_ratio,
+        occupancy[range],
+        normals[range],
+        distances_m[range],
+        score_entropy(scores[range]),
+        bound.max_m,
+        bound.min_m,
+        bound.heading_deg,
+        bound.yaw_rad,
+        hz_lmin(informations[range].planar_normals),
+        flat_050(scores[range]),
+        static_cast<double>(informations[range].point_count),
+        match.error_m,
+        match.rival_score};
+    std::copy(row.begin(), row.end(), values.subspan(range * kFactorCount).begin());
+  }
+  return informations.back().unmatched_count;
+}
+
+Error mismatched(std::string message) {
+  return {ErrorCode::kMismatchedInputs, std::move(message), "", "pass compute-factors"};
+}
+
+Result<void> check_inputs(const NdtMap& map, const Sites& sites, const DepthImages& depth,
+                          const VirtualScans& scans, double longest_m) {
+  if (map.frame != sites.frame) return mismatched("map and sites lie in different frames");
+  const std::size_t expected = sites.sites.size();
+  if (depth.site_count != expected || scans.site_count() != expected) {
+    return mismatched("found depth images of " + std::to_string(depth.site_count) +
+                      " sites and virtual scans of " + std::to_string(scans.site_count()) +
+                      ", expected " + std::to_string(expected));
+  }
+  const double reach_m = std::min(depth.longest_range_m, scans.longest_range_m);
+  if (reach_m < longest_m) {
+    return mismatched("depth images or virtual scans end at " + std::to_string(reach_m) +
+                      " m, before the longest range of " + std::to_string(longest_m) + " m");
+  }
+  return {};
+}
+
+Result<void> check_ranges(const std::vector<double>& ranges_m) {
+  const bool ascends = std::adjacent_find(ranges_m.begin(), ranges_m.end(),
+                                          std::greater_equal<>()) == ranges_m.end();
+  if (!ranges_m.empty() && ranges_m.front() > 0.0 && ascends) return {};
+  return Error{ErrorCode::kBadValue, "ranges_m must ascend from above 0", "",
+               "pass compute-factors"};
+}
+
+void warn_of_unmatched(const PassContext& ctx, std::span<const std::size_t> unmatched,
+                       std::size_t point_count) {
+  std::size_t total = 0;
+  for (const std::size_t count : unmatched) total += count;
+  if (total == 0) return;
+  ctx.warn(std::to_string(total) + " of " + std::to_string(point_count) +
+           " virtual points lie in no valid ND and tell nothing of the pose");
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(ComputeFactorsOptions& options) {
+  return {shared(numbers("ranges_m", options.ranges_m, "observation ranges, m", 1.0, 1000.0))};
+}
+
+Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOptions& options,
+                                    const NdtMap& map, const Sites& sites, const DepthImages& depth,
+                                    const VirtualScans& scans) {
+  SIGHTLINE_TRY(check_ranges(options.ranges_m));
+  const double longest_m = options.ranges_m.back();
+  SIGHTLINE_TRY(check_inputs(map, sites, depth, scans, longest_m));
+  FactorTable table;
+  table.ranges_m = options.ranges_m;
+  table.factors.assign(kFactorNames.begin(), kFactorNames.end());
+  table.site_count = depth.site_count;
+  const std::size_t site_count = sites.sites.size();
+  const SiteShape shape = table.shape();
+  table.values.resize(shape.size(site_count));
+  const World world{map, make_match_grid(map), make_localizer(map, localizer_options(LocalizerKind::kSearching)),
+                    tile_index(map), options.ranges_m};
+  std::vector<std::size_t> unmatched(site_count);
+  std::atomic<std::size_t> done = 0;
+  // Groups one after another, so that one group's grids at a time are in memory.
+  for (std::size_t begin = 0; begin < site_count; begin += kSitesPerGroup) {
+    const std::size_t size = std::min(kSitesPerGroup, site_count - begin);
+    const std::span<const Site> members = std::span(sites.sites).subspan(begin, size);
+    const GroupNds group =
+        gather_nds(map, world.index, world.grid, {members, longest_m}, ctx.threads);
+    parallel_for(size, ctx.threads, [&](std::size_t i) {
+      const std::size_t site = begin + i;
+      const View view{members[i], depth.image_of(site), scans.points_of(site)};
+      unmatched[site] = compute_site(
+          world, group, view, std::span(table.values).subspan(shape.size(site), shape.size(1)));
+      ctx.progress(++done, site_count);
+    });
+  }
+  warn_of_unmatched(ctx, unmatched, scans.points_m.size());
+  return table;
+}
+
+}  // namespace sightline

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "formats/surroundings/ndt_map.h"
+#include "passes/matching/match_grid.h"
+
+// What a virtual scan tells about the pose of the sensor (schemas/definitions.md, "virtual scan").
+
+namespace sightline {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// What the samples within one range add up to. Motion is x -> x + t + w cross (x - p), map axes,
+// rows and columns in the order t_x, t_y, t_z, w_x, w_y, w_z.
+struct ScanInformation {
+  Matrix6d pose = Matrix6d::Zero();  // sum of J^T Sigma^-1 J, without prior
+  Eigen::Matrix2d planar_normals =
+      Eigen::Matrix2d::Zero();      // sum of n n^T, horizontal part, 2D NDs
+  std::size_t point_count = 0;      // samples, in valid NDs or not
+  std::size_t unmatched_count = 0;  // of them, in no valid ND
+};
+
+// One for each range, nearer samples first. `points_m` are relative to p_map_m; `grid` was made
+// from `map`.
+std::vector<ScanInformation> scan_information(const Eigen::Vector3d& p_map_m,
+                                              std::span<const Eigen::Vector3d> points_m,
+                                              const NdtMap& map, const MatchGrid& grid,
+                                              const std::vector<double>& ranges_m);
+
+}  // namespace sightline

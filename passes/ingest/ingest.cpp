@@ -1,0 +1,220 @@
+#include "passes/ingest/ingest.h"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <optional>
+
+#include "formats/base/parallel.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/text/pose_file.h"
+
+namespace sightline {
+namespace {
+
+// What one scan's file says, without its points.
+struct ScanCounts {
+  std::uint64_t point_count = 0;
+  std::uint64_t nonfinite_count = 0;
+  std::uint64_t zero_count = 0;
+  bool may_be_cut = false;
+  bool is_far_away = false;  // no point near the sensor
+  bool has_point_times = false;
+  bool has_unclear_times = false;
+};
+
+ScanCounts count(const PointCloudFile& cloud) {
+  // Farther than any LiDAR sees: then these are no coordinates of the sensor.
+  constexpr double kFarthest_m = 2000.0;
+  ScanCounts counts;
+  counts.point_count = cloud.points_m.size();
+  counts.nonfinite_count = cloud.nonfinite_count;
+  counts.zero_count = cloud.zero_count;
+  counts.may_be_cut = cloud.may_be_cut;
+  counts.has_point_times = !cloud.time_offset_ns.empty();
+  counts.has_unclear_times = cloud.has_unclear_times;
+  counts.is_far_away = std::ranges::all_of(cloud.points_m, [](const Eigen::Vector3d& point_m) {
+    return point_m.squaredNorm() > kFarthest_m * kFarthest_m;
+  });
+  return counts;
+}
+
+Result<void> check_times(const Recording& recording) {
+  for (std::size_t i = 1; i < recording.scans.size(); ++i) {
+    const std::int64_t before_ns = recording.scans[i - 1].stamp_ns;
+    if (recording.scans[i].stamp_ns > before_ns) continue;
+    return Error{ErrorCode::kTimeRunsBackwards,
+                 "found time " + format_stamp(recording.scans[i].stamp_ns) +
+                     " s, expected one after " + format_stamp(before_ns) + " s of " +
+                     recording.scans[i - 1].name,
+                 recording.scans[i].file.string(), "scan " + std::to_string(i)};
+  }
+  return {};
+}
+
+// A pause in the recording: a step far longer than the usual one and than a scan.
+void warn_of_gaps(const PassContext& ctx, const Recording& recording) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  std::vector<std::int64_t> steps_ns;
+  for (std::size_t i = 1; i < recording.scans.size(); ++i) {
+    steps_ns.push_back(recording.scans[i].stamp_ns - recording.scans[i - 1].stamp_ns);
+  }
+  if (steps_ns.empty()) return;
+  std::vector<std::int64_t> sorted_ns = steps_ns;
+  const auto middle = sorted_ns.begin() + static_cast<std::ptrdiff_t>(sorted_ns.size() / 2);
+  std::ranges::nth_element(sorted_ns, middle);
+  const std::int64_t least_ns = std::max(kSecond_ns, 3 * *middle);
+  const auto is_gap = [&](std::int64_t step_ns) { return step_ns > least_ns; };
+  const auto first = std::ranges::find_if(steps_ns, is_gap);
+  if (first == steps_ns.end()) return;
+  const auto before = static_cast<std::size_t>(first - steps_ns.begin());
+  ctx.warn("drive " + recording.name + ": " +
+           std::to_string(std::ranges::count_if(steps_ns, is_gap)) +
+           " gaps in time, the first of " + format_stamp(*first) + " s between scan " +
+           std::to_string(before) + " (" + recording.scans[before].name + ") and scan " +
+           std::to_string(before + 1) + " (" + recording.scans[before + 1].name + ")");
+}
+
+// Stops early after a failure, and still reports the same one for any number of threads: that of
+// the lowest index, since a scan is skipped only behind a known failure.
+Result<std::vector<ScanCounts>> count_all(PassContext& ctx, const Recording& recording) {
+  const std::size_t total = recording.scans.size();
+  std::vector<ScanCounts> counts(total);
+  std::vector<std::optional<Error>> failures(total);
+  std::atomic<std::size_t> first_failure = total;
+  std::atomic<std::size_t> done = 0;
+  parallel_for(total, ctx.threads, [&](std::size_t i) {
+    if (i > first_failure.load()) return;
+    const Result<PointCloudFile> cloud = read_recorded_scan(recording, i);
+    if (cloud) {
+      counts[i] = count(*cloud);
+    } else {
+      failures[i] = cloud.error();
+      std::size_t known = first_failure.load();
+      while (i < known && !first_failure.compare_exchange_weak(known, i)) {
+      }
+    }
+    ctx.progress(done.fetch_add(1) + 1, total);
+  });
+  if (first_failure.load() < total) return *failures[first_failure.load()];
+  return counts;
+}
+
+void warn_of(const PassContext& ctx, const Recording& recording,
+             const std::vector<ScanCounts>& counts) {
+  for (const std::string& warning : recording.warnings) ctx.warn(warning);
+  ScanCounts sum;
+  std::size_t cut_scans = 0;
+  std::size_t far_scans = 0;
+  std::size_t unclear_scans = 0;
+  for (const ScanCounts& scan : counts) {
+    sum.point_count += scan.point_count;
+    sum.nonfinite_count += scan.nonfinite_count;
+    sum.zero_count += scan.zero_count;
+    cut_scans += scan.may_be_cut ? 1 : 0;
+    far_scans += scan.is_far_away ? 1 : 0;
+    unclear_scans += scan.has_unclear_times ? 1 : 0;
+  }
+  const std::string drive = "drive " + recording.name + ": ";
+  if (sum.nonfinite_count + sum.zero_count > 0) {
+    ctx.warn(drive + "dropped " + std::to_string(sum.nonfinite_count) +
+             " NaN or infinite points and " + std::to_string(sum.zero_count) +
+             " at (0,0,0), kept " + std::to_string(sum.point_count));
+  }
+  if (cut_scans > 0) {
+    ctx.warn(drive + std::to_string(cut_scans) +
+             " text scans end without a line end; their last number may be cut");
+  }
+  if (far_scans > 0) {
+    ctx.warn(drive + std::to_string(far_scans) +
+             " scans have no point within 2 km of the sensor; they look like world coordinates, "
+             "expected the sensor's");
+  }
+  if (unclear_scans > 0) {
+    ctx.warn(drive + std::to_string(unclear_scans) +
+             " scans have point times that span no scan of 2 ms to 2 s in any unit; they were left "
+             "out, and motion within these scans stays");
+  }
+  warn_of_gaps(ctx, recording);
+}
+
+std::vector<ScanInfo> describe(const Recording& recording, const std::vector<ScanCounts>& counts) {
+  std::vector<ScanInfo> scans;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const RecordedScan& recorded = recording.scans[i];
+    ScanInfo& scan = scans.emplace_back();
+    scan.recording_index = static_cast<std::uint32_t>(i);
+    scan.stamp_ns = recorded.stamp_ns;
+    scan.source = recorded.name;
+    scan.point_count = counts[i].point_count;
+    scan.nonfinite_count = counts[i].nonfinite_count;
+    scan.zero_count = counts[i].zero_count;
+    scan.T_world_vehicle = recorded.T_world_vehicle;
+    scan.has_point_times = counts[i].has_point_times;
+  }
+  return scans;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(IngestOptions& options) {
+  return {shared(number("tile_m", options.tile_m, "edge of a map tile, m", 1.0, 4096.0))};
+}
+
+std::vector<OptionField> option_fields(RecordingOptions& options) {
+  return {
+      text("name", options.name, "name of the drive; empty: the folder's"),
+      text("scans", options.scans,
+           "folder with one file per scan (" + scan_endings_text() +
+               "); or a ROS bag, or a Velodyne pcap"),
+      text("topic", options.topic, "of a bag's sensor_msgs/PointCloud2; empty: its only one"),
+      text("poses", options.poses,
+           "pose file or ROS bag; empty: the compiler estimates the trajectory"),
+      text("poses_topic", options.poses_topic, "of a bag's poses or odometry; empty: its only one"),
+      choice("pose_format", options.pose_format, "format of a pose file",
+             {"auto", "kitti", "tum", "apollo"}),
+      choice("poses_of", options.poses_of, "whose poses they are", {"vehicle", "sensor"}),
+      text("stamps", options.stamps, "file with one time a line; empty: from names or poses"),
+      number("rate_hz", options.rate_hz, "scans a second, where nothing tells their times", 0.01,
+             1000.0),
+      choice("sensor", options.sensor, "sensor profile", sensor_profile_names()),
+      integer("rings", options.rings, "number of evenly spaced beams; 0: the profile's own", 0,
+              1024),
+      number("lowest_beam_deg", options.lowest_beam_deg, "elevation of the lowest, degrees", -90.0,
+             90.0),
+      number("highest_beam_deg", options.highest_beam_deg, "elevation of the highest, degrees",
+             -90.0, 90.0),
+      number("height_m", options.height_m, "sensor above ground, m; 0: the profile's own", 0.0,
+             100.0),
+      number("lidar_x_m", options.lidar_x_m, "sensor in the vehicle's frame, m", -100.0, 100.0),
+      number("lidar_y_m", options.lidar_y_m, "sensor in the vehicle's frame, m", -100.0, 100.0),
+      number("lidar_z_m", options.lidar_z_m, "sensor in the vehicle's frame, m", -100.0, 100.0),
+      number("lidar_roll_deg", options.lidar_roll_deg, "about the vehicle's x, degrees", -180.0,
+             180.0),
+      number("lidar_pitch_deg", options.lidar_pitch_deg, "about the vehicle's y, degrees", -180.0,
+             180.0),
+      number("lidar_yaw_deg", options.lidar_yaw_deg, "about the vehicle's z, degrees", -180.0,
+             180.0),
+  };
+}
+
+Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording) {
+  if (recording.scans.empty()) {
+    return Error{ErrorCode::kDriveTooShort, "drive " + recording.name + " has no scans", "", ""};
+  }
+  SIGHTLINE_TRY(check_times(recording));
+  SIGHTLINE_ASSIGN(const std::vector<ScanCounts> counts, count_all(ctx, recording));
+  warn_of(ctx, recording, counts);
+  Drive drive;
+  drive.name = recording.name;
+  drive.sensor = recording.sensor;
+  drive.scans = describe(recording, counts);
+  if (drive.has_poses()) {
+    const Eigen::Vector3d first_m = drive.scans.front().T_world_vehicle->translation();
+    drive.frame = frame_near(first_m, options.tile_m);
+  }
+  return with_store(std::move(drive), recorded_scan_store(recording));
+}
+
+}  // namespace sightline

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formats/annotation/measured_error.h"
+#include "formats/annotation/sites.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
+#include "formats/surroundings/ndt_map.h"
+#include "passes/matching/localizer.h"
+#include "passes/matching/match_starts.h"
+#include "passes/pass/default_ranges.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct MeasureErrorOptions {
+  std::vector<double> ranges_m = default_ranges_m();
+  double leaf_m = 1.0;
+  StartPattern starts;
+  ScanSelection scans = ScanSelection::kAll;
+  double site_radius_m = 1.0;  // the scan of a site lies no farther from it
+  // full-range: the match at the sensor's full range, the paper's choice; known: the poses given
+  ErrorReference reference = ErrorReference::kFullRangeMatch;
+  LocalizerKind localizer = LocalizerKind::kSearching;  // "Localizers" in schemas/definitions.md
+  int coarse_cells = 1;
+};
+std::vector<OptionField> option_fields(MeasureErrorOptions& options);
+
+// How far off the matcher ends when it localizes a drive at the sites of a map: at each site the
+// nearest scan is cropped at every range, subsampled, matched from every initial offset and
+// compared with the reference, as defined in schemas/definitions.md ("Measured error", v2).
+// `trajectory` is that of `localization_drive`, in any frame of the same world. Sites without a
+// scan near are counted in a warning and keep rows of zeros. Errors: mismatched-inputs (trajectory
+// and drive, or map and sites, do not belong together), empty-map, no-overlap (no site has a scan
+// near), and what reading a scan returns.
+Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
+                                    const Drive& localization_drive, const Trajectory& trajectory,
+                                    const NdtMap& map, const Sites& sites);
+inline constexpr Pass kMeasureError{"measure-error", 8, "measured", "Localization error of a drive",
+                                    &measure_error};
+
+}  // namespace sightline

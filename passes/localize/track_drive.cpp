@@ -1,0 +1,278 @@
+#include "passes/localize/track_drive.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "formats/base/parallel.h"
+#include "formats/base/stopwatch.h"
+#include "formats/drive/trajectory_of_drive.h"
+#include "formats/grid/point_grid.h"
+#include "formats/rotation.h"
+#include "passes/matching/localizer.h"
+#include "passes/pass/scan_selection.h"
+
+namespace sightline {
+namespace {
+
+// Scans that are read before all replays go on over them: a second of driving.
+constexpr std::size_t kScansInBlock = 16;
+
+// A pause in the recording after which the speed says nothing of where the vehicle is.
+constexpr std::int64_t kLongestStep_ns = 2'000'000'000;
+
+// What all replays share.
+struct Setup {
+  const TrackDriveOptions& options;
+  const Drive& drive;
+  const PointGrid& places;  // of the sites' sensors
+  const RangeTable& ranges;
+  const Localizer& localizer;
+  const std::vector<InitialOffset>& offsets;
+  const std::vector<std::size_t>& scans;  // indices into the drive, in time order
+};
+
+// A scan in memory, and where it truly was.
+struct KnownScan {
+  Scan scan;
+  Pose T_map_reference = Pose::Identity();
+  bool follows = false;  // on the scan before it: no gap in time or on the map
+};
+
+// One replay between two scans.
+struct Replay {
+  TrackRule rule;
+  std::size_t limit = 0;  // where the map chooses
+  std::size_t begun_count = 0;
+  bool is_on_track = false;
+  Pose T_map_last = Pose::Identity();     // as found
+  Pose T_before_last = Pose::Identity();  // the motion that led there, in the vehicle's frame
+  std::int64_t last_step_ns = 0;          // how long it took
+  std::vector<TrackStep> steps;
+  ScanCutter cutter;
+};
+
+// A motion that goes on evenly for another time.
+Pose scaled(const Pose& motion, double factor) {
+  const AxisAngle turn = axis_angle(motion.linear());
+  Pose result = Pose::Identity();
+  result.linear() = rotation_matrix({turn.axis, factor * turn.angle_rad});
+  result.translation() = factor * motion.translation();
+  return result;
+}
+
+// The map's range at a place, looked up as a vehicle does.
+double range_at(const Setup& setup, std::size_t limit, const Pose& T_map_vehicle) {
+  const Eigen::Vector3d p_map_m = T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
+  const std::optional<NearPoint> nearest = setup.places.nearest(p_map_m, setup.options.reach_m);
+  return nearest ? setup.ranges.range_m(nearest->index, limit) : setup.ranges.ranges_m.back();
+}
+
+// How long it is from the scan before to this one.
+std::int64_t step_ns(const Setup& setup, std::size_t position) {
+  if (position == 0) return 0;
+  const auto stamp_ns = [&](std::size_t i) { return setup.drive.scans[setup.scans[i]].stamp_ns; };
+  return stamp_ns(position) - stamp_ns(position - 1);
+}
+
+// From outside, as a satellite receiver and the wheels would tell it: the next start of the
+// measured set, and the speed of the step before.
+Pose begin_track(const Setup& setup, const KnownScan& now, const KnownScan* before,
+                 Replay& replay) {
+  const InitialOffset& offset = setup.offsets[replay.begun_count++ % setup.offsets.size()];
+  replay.T_before_last = Pose::Identity();
+  if (before != nullptr && now.follows) {
+    replay.T_before_last = before->T_map_reference.inverse(Eigen::Isometry) * now.T_map_reference;
+  }
+  replay.is_on_track = true;
+  return now.T_map_reference * start_pose(offset);
+}
+
+Pose foretold(const Replay& replay, std::int64_t this_step_ns) {
+  const double factor = replay.last_step_ns > 0 ? static_cast<double>(this_step_ns) /
+                                                      static_cast<double>(replay.last_step_ns)
+                                                : 1.0;
+  return replay.T_map_last * scaled(replay.T_before_last, factor);
+}
+
+void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
+                 const KnownScan* before, Replay& replay) {
+  TrackStep step;
+  const std::int64_t this_step_ns = step_ns(setup, position);
+  const bool goes_on = replay.is_on_track && now.follows;
+  const Pose T_map_start =
+      goes_on ? foretold(replay, this_step_ns) : begin_track(setup, now, before, replay);
+  step.range_m = replay.rule.is_static() ? replay.rule.static_range_m
+                                         : range_at(setup, replay.limit, T_map_start);
+  const double begin_ms = thread_cpu_ms();
+  ScanForMatch scan = make_scan_for_match(setup.localizer, replay.cutter, now.scan,
+                                          setup.drive.sensor, {step.range_m, setup.options.matching.leaf_m});
+  const MatchResult found = localize(setup.localizer, scan, T_map_start);
+  step.time_ms = thread_cpu_ms() - begin_ms;
+  step.work = static_cast<double>(found.work);
+  step.error_m = (found.T_map_sensor.translation() - now.T_map_reference.translation()).norm();
+  if (goes_on) {
+    replay.T_before_last = replay.T_map_last.inverse(Eigen::Isometry) * found.T_map_sensor;
+  } else {
+    step.flags |= kTrackBegins;
+  }
+  replay.last_step_ns = this_step_ns;
+  replay.T_map_last = found.T_map_sensor;
+  if (step.error_m > setup.options.lost_beyond_m) {
+    step.flags |= kTrackLost;
+    replay.is_on_track = false;
+  }
+  replay.steps.push_back(step);
+}
+
+// Those selected whose given pose lies within reach of a site.
+std::vector<std::size_t> scans_on_map(const TrackDriveOptions& options, const Drive& drive,
+                                      const Trajectory& in_map, const PointGrid& places) {
+  const ScanSelection selection = options.matching.scans;
+  std::vector<std::size_t> scans;
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    if (!is_selected(drive.scans[i], selection)) continue;
+    const Eigen::Vector3d p_map_m =
+        in_map.poses[i].T_map_vehicle * drive.sensor.T_vehicle_lidar.translation();
+    if (places.nearest(p_map_m, options.reach_m)) scans.push_back(i);
+  }
+  return scans;
+}
+
+// The scan at a position among those on the map.
+Result<KnownScan> known_scan(const Setup& setup, const Trajectory& in_map, std::size_t position) {
+  const std::size_t index = setup.scans[position];
+  SIGHTLINE_ASSIGN(Scan scan, setup.drive.store->read(index));
+  KnownScan known;
+  known.T_map_reference = in_map.poses[index].T_map_vehicle;
+  if (setup.options.matching.reference != ErrorReference::kKnownPose) {
+    ScanCutter cutter;
+    ScanForMatch full =
+        make_scan_for_match(setup.localizer, cutter, scan, setup.drive.sensor,
+                            {setup.drive.sensor.max_range_m, setup.options.matching.leaf_m});
+    known.T_map_reference = localize(setup.localizer, full, known.T_map_reference).T_map_sensor;
+  }
+  known.scan = std::move(scan);
+  const bool is_even_step = setup.options.matching.scans == ScanSelection::kAll;
+  const std::size_t next = is_even_step ? 1 : 2;  // in the recording
+  known.follows = position > 0 && index - setup.scans[position - 1] <= next &&
+                  step_ns(setup, position) <= kLongestStep_ns;
+  return known;
+}
+
+// Replays of the block that begins at `first`; `before` is the scan before it, or null.
+Result<KnownScan> follow_block(const PassContext& ctx, const Setup& setup, const Trajectory& in_map,
+                               std::size_t first, const KnownScan* before,
+                               std::vector<Replay>& replays) {
+  const std::size_t count = std::min(kScansInBlock, setup.scans.size() - first);
+  std::vector<KnownScan> known(count);
+  std::vector<std::optional<Error>> failures(count);
+  parallel_for(count, ctx.threads, [&](std::size_t i) {
+    Result<KnownScan> scan = known_scan(setup, in_map, first + i);
+    if (scan) {
+      known[i] = std::move(*scan);
+    } else {
+      failures[i] = scan.error();
+    }
+  });
+  for (const std::optional<Error>& failure : failures) {
+    if (failure) return *failure;
+  }
+  parallel_for(replays.size(), ctx.threads, [&](std::size_t r) {
+    for (std::size_t i = 0; i < count; ++i) {
+      follow_scan(setup, first + i, known[i], i == 0 ? before : &known[i - 1], replays[r]);
+    }
+  });
+  return std::move(known.back());
+}
+
+std::vector<Replay> replays_of(const RangeTable& ranges) {
+  std::vector<Replay> replays;
+  for (std::size_t limit = 0; limit < ranges.promises.size(); ++limit) {
+    Replay& replay = replays.emplace_back();
+    replay.rule.limit_m = ranges.promises[limit].limit_m;
+    replay.limit = limit;
+  }
+  for (const double range_m : ranges.ranges_m) {
+    replays.emplace_back().rule.static_range_m = range_m;
+  }
+  return replays;
+}
+
+Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+                          const Sites& sites, const RangeTable& ranges) {
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
+  if (!(map.frame == sites.frame) || ranges.site_count != sites.sites.size()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "the map, its sites and its ranges do not belong together", "", ""};
+  }
+  if (map.nds.empty()) {
+    return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", ""};
+  }
+  return {};
+}
+
+DriveTracks to_tracks(const Setup& setup, const Trajectory& in_map,
+                      const std::vector<Replay>& replays) {
+  DriveTracks tracks;
+  tracks.drive = setup.drive.name;
+  tracks.reference = setup.options.matching.reference;
+  tracks.lost_beyond_m = setup.options.lost_beyond_m;
+  for (const LimitPromise& promise : setup.ranges.promises) {
+    tracks.limits_m.push_back(promise.limit_m);
+  }
+  for (const std::size_t scan : setup.scans) {
+    const Eigen::Vector3d p_map_m =
+        in_map.poses[scan].T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
+    tracks.scans.push_back({setup.drive.scans[scan].recording_index, p_map_m.x(), p_map_m.y()});
+  }
+  for (const Replay& replay : replays) {
+    tracks.rules.push_back(replay.rule);
+    tracks.steps.insert(tracks.steps.end(), replay.steps.begin(), replay.steps.end());
+  }
+  return tracks;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(TrackDriveOptions& options) {
+  std::vector<OptionField> fields = {
+      number("lost_beyond_m", options.lost_beyond_m,
+             "continuous localization: an error above this ends a track, m", 0.01, 100.0),
+      shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m", 0.1,
+             1000.0))};
+  // How scans are matched is measure-error's to say.
+  for (OptionField& field : option_fields(options.matching)) {
+    fields.push_back(shared(std::move(field)));
+  }
+  return fields;
+}
+
+Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
+                                const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+                                const Sites& sites, const RangeTable& ranges) {
+  SIGHTLINE_TRY(check_inputs(drive, trajectory, map, sites, ranges));
+  const Trajectory in_map = rebase(trajectory, map.frame);
+  const PointGrid places(positions_m(sites));
+  const std::vector<std::size_t> scans = scans_on_map(options, drive, in_map, places);
+  if (scans.empty()) {
+    return Error{ErrorCode::kNoOverlap,
+                 "drive '" + drive.name + "' has no scan within " + format_double(options.reach_m) +
+                     " m of any of " + std::to_string(sites.sites.size()) + " sites",
+                 "", ""};
+  }
+  const MeasureErrorOptions& matching = options.matching;
+  const Localizer localizer =
+      make_localizer(map, localizer_options(matching.localizer, matching.coarse_cells));
+  const std::vector<InitialOffset> offsets = initial_offsets(matching.starts);
+  const Setup setup{options, drive, places, ranges, localizer, offsets, scans};
+  std::vector<Replay> replays = replays_of(ranges);
+  KnownScan before;
+  for (std::size_t first = 0; first < scans.size(); first += kScansInBlock) {
+    SIGHTLINE_ASSIGN(KnownScan last, follow_block(ctx, setup, in_map, first, first == 0 ? nullptr : &before, replays));
+    before = std::move(last);
+    ctx.progress(std::min(first + kScansInBlock, scans.size()), scans.size());
+  }
+  return to_tracks(setup, in_map, replays);
+}
+
+}  // namespace sightline

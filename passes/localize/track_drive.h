@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/range_table.h"
+#include "formats/annotation/sites.h"
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/drive_tracks.h"
+#include "formats/drive/trajectory.h"
+#include "formats/surroundings/ndt_map.h"
+#include "passes/localize/measure_error.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct TrackDriveOptions {
+  double lost_beyond_m = 1.0;  // an error above this ends a track
+  double reach_m = 10.0;       // a site farther away than this says nothing; the map's own
+  MeasureErrorOptions matching;  // how a scan is matched, and against what it is judged
+};
+std::vector<OptionField> option_fields(TrackDriveOptions& options);
+
+// Replays a drive through a map as a vehicle localizes ("Continuous localization" in
+// schemas/definitions.md): at the map's range for each limit, and at each of its ranges throughout.
+// Errors: mismatched-inputs (trajectory and drive, or map, sites and ranges, do not belong
+// together), empty-map, no-overlap (no scan within reach of a site), and what reading a scan says.
+Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
+                                const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+                                const Sites& sites, const RangeTable& ranges);
+inline constexpr Pass kTrackDrive{"track-drive", 4, "tracks", "Replaying a drive as a vehicle localizes",
+                                  &track_drive};
+
+}  // namespace sightline

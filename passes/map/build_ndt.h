@@ -1,0 +1,33 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/surface_points.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct BuildNdtOptions {
+  double cell_m = 2.0;
+  double tile_m = 64.0;
+  int min_points = 10;
+};
+std::vector<OptionField> option_fields(BuildNdtOptions& options);
+
+// The normal distributions of what stood still, as defined in schemas/definitions.md ("NDT map",
+// v1), in the frame of `points`. Cells with too few points or no extent are counted in a warning.
+// Errors: bad-value (a tile that is no multiple of the cell), empty-map (no valid cell),
+// invalid-artifact (a point that is not finite or lies beyond the grid).
+Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
+                         const SurfacePoints& points);
+inline constexpr Pass kBuildNdt{"build-ndt", 1, "nds", "The NDT map", &build_ndt};
+
+// The same from plain points, for passes that match scans while the map grows. The points must be
+// finite and within 2^30 cells of the origin, the options a tiling. The order of points decides the
+// last bits; the number of threads (0 = all there are) does not.
+NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,
+                       const BuildNdtOptions& options, int threads);
+
+}  // namespace sightline

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/surroundings/surface.h"
+#include "formats/surroundings/surface_points.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct BuildSurfaceOptions {
+  double cell_m = 0.5;
+  double tile_m = 64.0;
+  int min_points = 3;
+};
+std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
+
+// Square patches that rays can hit, in the frame of `points`: one for each cell that holds
+// enough points, through their mean, facing along their least spread, as wide as the points are
+// spread.
+// Errors: bad-value (a tile that is no multiple of the cell), empty-map (no patch),
+// invalid-artifact (a point that the grid cannot hold).
+Result<Surface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
+                              const SurfacePoints& points);
+inline constexpr Pass kBuildSurface{"build-surface", 2, "surface", "The surface that rays hit",
+                                    &build_surface};
+
+}  // namespace sightline

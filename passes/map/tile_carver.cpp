@@ -1,0 +1,285 @@
+#include "passes/map/tile_carver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "passes/map/scan_rays.h"
+
+// A return says that something was there, and that nothing was between it and the sensor. A voxel
+// that some scans hit and many others look through held something that moved.
+//
+// Carving by voxels alone eats what stands: a ray that grazes the ground, or passes a wall at a
+// small angle, crosses many voxels whose points it does not touch; a thin pole fills a small part
+// of its voxel. So a scan contradicts a voxel only when one of its rays
+// - passes near the centre of the voxel's own points, not anywhere through the voxel;
+// - goes on well beyond it;
+// - and, where the voxel is the lowest of its place, passes below its points: ground stays;
+// and when the scan hit nothing that stands above the ground in a neighbouring voxel.
+//
+// A tile needs two readings of its scans: one to know its voxels, one to look through them.
+
+namespace sightline {
+namespace {
+
+// A ray passes through a voxel's points when it comes this near their mean, in voxels.
+constexpr double kTouch_voxels = 0.5;
+// No ray goes on below the ground: one that passes this far below what seems to be ground says that
+// it is not. Noise of ranges and poses stays below it.
+constexpr double kBelowGround_m = 0.03;
+// So that what lies at exactly a range is decided by its distance, not by rounding of a box.
+constexpr double kSlack_m = 0.01;
+// Edge of the columns that are near a sensor or not as a whole.
+constexpr double kColumn_m = 4.0;
+
+using Box2 = Eigen::AlignedBox2d;
+
+Box2 box_of(const TileKey& tile, double tile_m) {
+  const Eigen::Vector2d low_m(tile.x * tile_m, tile.y * tile_m);
+  return {low_m, low_m + Eigen::Vector2d::Constant(tile_m)};
+}
+
+Box2 with_halo(const Box2& box, double halo_m) {
+  return {box.min() - Eigen::Vector2d::Constant(halo_m),
+          box.max() + Eigen::Vector2d::Constant(halo_m)};
+}
+
+Eigen::Vector2d centre_m(const CellKey& key, double voxel_m) {
+  return cell_centre_m(key, voxel_m).head<2>();
+}
+
+// Where the tile's verdicts depend on what lies there.
+Box2 reach_of_tile(const CarveOptions& options, const TileKey& tile) {
+  return with_halo(box_of(tile, options.tile_m), reach_of_judgement_m(options.voxel_m));
+}
+
+// Voxels of which it is told together whether they are near a sensor.
+struct Column {
+  Box2 box;
+  std::vector<std::uint32_t> voxels;
+};
+
+class TileCarver {
+ public:
+  TileCarver(const CarveOptions& options, const ScanStore& store, std::span<const PlacedScan> scans,
+             const TileKey& tile)
+      : options_(options),
+        store_(store),
+        scans_(scans),
+        tile_(box_of(tile, options.tile_m)),
+        reach_(reach_of_tile(options, tile)),
+        origins_(origins_of(scans)),
+        hit_voxels_(scans.size()) {}
+
+  Result<void> look() {
+    SIGHTLINE_TRY(collect());
+    mark_ground(seen_);
+    gather_neighbours();
+    return carve();
+  }
+
+  [[nodiscard]] const SeenVoxels& seen() const { return seen_; }
+
+  [[nodiscard]] TileFindings findings() const {
+    TileFindings found;
+    const std::vector<std::uint8_t> moved = judge(seen_);
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+      const CellKey key = seen_.keys()[v];
+      if (moved[v] == 0 || !is_inside(centre_m(key, options_.voxel_m))) continue;
+      found.moved_voxels.push_back(key);
+      found.moving_count += seen_.values()[v].point_count;
+    }
+    std::ranges::sort(found.moved_voxels);
+    return found;
+  }
+
+ private:
+  Result<void> collect() {
+    for (std::uint32_t k = 0; k < scans_.size(); ++k) {
+      const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
+      if (reach_.exteriorDistance(origin_m) > scans_[k].max_range_m) continue;
+      SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
+      for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
+        if (!is_within_range(scans_[k], point_lidar_m)) continue;
+        add_return(scans_[k].T_map_lidar * point_lidar_m, k);
+      }
+    }
+    return {};
+  }
+
+  void add_return(const Eigen::Vector3d& point_m, std::uint32_t k) {
+    // By the voxel's centre, so that a voxel belongs to one tile as a whole.
+    const CellKey key = cell_key(point_m, options_.voxel_m);
+    const Eigen::Vector2d at_m = centre_m(key, options_.voxel_m);
+    if (!reach_.contains(at_m)) return;
+    const std::uint32_t v = seen_.insert(key).number;
+    SeenVoxel& voxel = seen_.values()[v];
+    voxel.sum_m += point_m;
+    ++voxel.point_count;
+    if (voxel.hits > 0 && voxel.last_scan == k) return;
+    ++voxel.hits;
+    voxel.last_scan = k;
+    hit_voxels_[k].push_back(v);
+  }
+
+  // Lists that say which voxels touch one that stands above the ground.
+  void gather_neighbours() {
+    near_begin_.push_back(0);
+    for (std::size_t v = 0; v < seen_.size(); ++v) {
+      if (!seen_.values()[v].is_ground) {
+        const std::vector<std::uint32_t> found = neighbours(seen_, v, 1);
+        near_.insert(near_.end(), found.begin(), found.end());
+      }
+      near_begin_.push_back(near_.size());
+    }
+  }
+
+  Result<void> carve() {
+    const std::vector<Column> columns = columns_to_ask_about();
+    std::vector<std::uint32_t> spared_by(seen_.size(), kNoScan);
+    for (std::uint32_t k = 0; k < scans_.size(); ++k) {
+      const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
+      if (reach_.exteriorDistance(origin_m) > options_.carve_range_m) continue;
+      SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
+      spare_what_it_hit(k, spared_by);
+      std::vector<Eigen::Vector3d> returns_m;
+      for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
+        if (is_within_range(scans_[k], point_lidar_m)) returns_m.push_back(point_lidar_m);
+      }
+      const ScanRays rays(returns_m);
+      for (const Column& column : columns) {
+        if (column.box.exteriorDistance(origin_m) > options_.carve_range_m) continue;
+        for (const std::uint32_t v : column.voxels) {
+          if (spared_by[v] != k) look_through(scans_[k].T_map_lidar, rays, seen_.values()[v]);
+        }
+      }
+    }
+    return {};
+  }
+
+  // Scans that may look into a place.
+  std::size_t scans_near(const Box2& box) const {
+    std::size_t count = 0;
+    origins_.visit_over(with_halo(box, options_.carve_range_m + kSlack_m), [&](std::size_t k) {
+      const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
+      if (box.exteriorDistance(origin_m) <= options_.carve_range_m) ++count;
+    });
+    return count;
+  }
+
+  std::vector<Column> columns_to_ask_about() const {
+    std::vector<std::pair<TileKey, std::uint32_t>> order;
+    for (std::uint32_t v = 0; v < seen_.size(); ++v) {
+      const Eigen::Vector2d at_m = centre_m(seen_.keys()[v], options_.voxel_m) / kColumn_m;
+      order.push_back({{floor_to_int(at_m.x()), floor_to_int(at_m.y())}, v});
+    }
+    std::ranges::sort(order);
+    std::vector<Column> columns;
+    std::size_t scan_count = 0;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      if (i == 0 || order[i].first != order[i - 1].first) {
+        columns.push_back({box_of(order[i].first, kColumn_m), {}});
+        scan_count = scans_near(columns.back().box);
+      }
+      const std::uint32_t v = order[i].second;
+      if (!stands_anyway(seen_.values()[v], scan_count)) columns.back().voxels.push_back(v);
+    }
+    return columns;
+  }
+
+  // A scan does not contradict what it hit, nor what is beside something standing that it hit.
+  void spare_what_it_hit(std::uint32_t k, std::vector<std::uint32_t>& spared_by) const {
+    for (const std::uint32_t v : hit_voxels_[k]) {
+      spared_by[v] = k;
+      for (std::size_t i = near_begin_[v]; i < near_begin_[v + 1]; ++i) spared_by[near_[i]] = k;
+    }
+  }
+
+  void look_through(const Pose& T_map_lidar, const ScanRays& rays, SeenVoxel& voxel) const {
+    const Eigen::Vector3d from_sensor_m = voxel.mean_m() - T_map_lidar.translation();
+    if (from_sensor_m.squaredNorm() > options_.carve_range_m * options_.carve_range_m) return;
+    Look look;
+    look.at_m = T_map_lidar.linear().transpose() * from_sensor_m;
+    look.touch_m = kTouch_voxels * options_.voxel_m;
+    if (voxel.is_ground) {
+      look.least_below_m = kBelowGround_m;
+      look.up = T_map_lidar.linear().row(2);
+    }
+    if (rays.pass_through(look)) ++voxel.misses;
+  }
+
+  bool is_inside(const Eigen::Vector2d& at_m) const {
+    return (at_m.array() >= tile_.min().array()).all() &&
+           (at_m.array() < tile_.max().array()).all();
+  }
+
+  static constexpr std::uint32_t kNoScan = 0xffffffff;
+
+  const CarveOptions& options_;
+  const ScanStore& store_;
+  std::span<const PlacedScan> scans_;
+  Box2 tile_;
+  Box2 reach_;         // with the surroundings that decide about its voxels
+  PointGrid origins_;  // of the scans
+  SeenVoxels seen_;
+  std::vector<std::vector<std::uint32_t>> hit_voxels_;  // of each scan, each once
+  std::vector<std::uint32_t> near_;
+  std::vector<std::size_t> near_begin_;  // of each voxel in near_
+};
+
+}  // namespace
+
+Result<TileFindings> find_moving_in_tile(const CarveOptions& options, const ScanStore& store,
+                                         std::span<const PlacedScan> scans, const TileKey& tile) {
+  TileCarver carver(options, store, scans, tile);
+  SIGHTLINE_TRY(carver.look());
+  return carver.findings();
+}
+
+Result<SeenVoxels> look_at_tile(const CarveOptions& options, const ScanStore& store,
+                                std::span<const PlacedScan> scans, const TileKey& tile) {
+  TileCarver carver(options, store, scans, tile);
+  SIGHTLINE_TRY(carver.look());
+  return carver.seen();
+}
+
+PointGrid origins_of(std::span<const PlacedScan> scans) {
+  constexpr double kCell_m = 16.0;  // sensors see several times as far
+  std::vector<Eigen::Vector3d> origins_m;
+  for (const PlacedScan& scan : scans) origins_m.push_back(scan.T_map_lidar.translation());
+  return PointGrid(origins_m, kCell_m);
+}
+
+std::vector<PlacedScan> scans_of_tile(const CarveOptions& options,
+                                      std::span<const PlacedScan> scans, const PointGrid& origins,
+                                      const TileKey& tile) {
+  double range_m = options.carve_range_m;
+  for (const PlacedScan& scan : scans) range_m = std::max(range_m, scan.max_range_m);
+  std::vector<std::size_t> near;
+  origins.visit_over(with_halo(reach_of_tile(options, tile), range_m + kSlack_m),
+                     [&](std::size_t k) { near.push_back(k); });
+  std::ranges::sort(near);
+  std::vector<PlacedScan> found;
+  for (const std::size_t k : near) found.push_back(scans[k]);
+  return found;
+}
+
+std::vector<TileKey> tiles_to_look_at(const CarveOptions& options,
+                                      std::span<const PlacedScan> scans) {
+  const double range_m = options.carve_range_m + reach_of_judgement_m(options.voxel_m);
+  std::set<TileKey> tiles;
+  for (const PlacedScan& scan : scans) {
+    const Eigen::Vector2d origin_m = scan.T_map_lidar.translation().head<2>();
+    const auto index_of = [&](double x_m) { return floor_to_int(x_m / options.tile_m); };
+    for (int x = index_of(origin_m.x() - range_m); x <= index_of(origin_m.x() + range_m); ++x) {
+      for (int y = index_of(origin_m.y() - range_m); y <= index_of(origin_m.y() + range_m); ++y) {
+        if (box_of({x, y}, options.tile_m).exteriorDistance(origin_m) <= range_m) {
+          tiles.insert({x, y});
+        }
+      }
+    }
+  }
+  return {tiles.begin(), tiles.end()};
+}
+
+}  // namespace sightline

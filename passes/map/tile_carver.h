@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/base/result.h"
+#include "formats/grid/point_grid.h"
+#include "formats/surroundings/surface_points.h"
+#include "passes/map/moving_verdict.h"
+
+namespace sightline {
+
+struct CarveOptions {
+  double voxel_m = 0.2;
+  double carve_range_m = 60.0;
+  double tile_m = 128.0;
+};
+
+// What moved within one tile; see remove_moving.
+struct TileFindings {
+  std::vector<CellKey> moved_voxels;  // ascending
+  std::uint64_t moving_count = 0;     // returns in them
+};
+
+// Where the scans' sensors were, in their order.
+PointGrid origins_of(std::span<const PlacedScan> scans);
+
+// Those that may reach a tile or look into it, in their order. `origins` are of the scans.
+std::vector<PlacedScan> scans_of_tile(const CarveOptions& options,
+                                      std::span<const PlacedScan> scans, const PointGrid& origins,
+                                      const TileKey& tile);
+
+// Looks at one tile with all scans that reach it, one scan in memory at a time. What is found does
+// not depend on where tiles begin and end. Errors: what reading a scan says.
+Result<TileFindings> find_moving_in_tile(const CarveOptions& options, const ScanStore& store,
+                                         std::span<const PlacedScan> scans, const TileKey& tile);
+
+// What the scans say of the voxels of a tile and of those around it, before any verdict: hits,
+// misses, and which are ground. A voxel that stands whatever a scan says is asked of none: no
+// misses. Errors: what reading a scan says.
+Result<SeenVoxels> look_at_tile(const CarveOptions& options, const ScanStore& store,
+                                std::span<const PlacedScan> scans, const TileKey& tile);
+
+// The tiles in which something can be found, ascending: those within the carving range of a scan.
+std::vector<TileKey> tiles_to_look_at(const CarveOptions& options,
+                                      std::span<const PlacedScan> scans);
+
+}  // namespace sightline

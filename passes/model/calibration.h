@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "formats/annotation/error_model.h"
+#include "formats/annotation/range_table.h"
+#include "passes/model/selection.h"
+
+namespace sightline {
+
+struct CalibrationOptions {
+  RiskControl risk_control = RiskControl::kConformal;
+  double alpha = 0.05;
+  double delta = 0.1;
+  double fixed_threshold = 0.8;
+  double dilation_m = 3.0;
+};
+
+// One limit calibrated on the model's own sites.
+struct Calibration {
+  LimitPromise promise;
+  Choice choice;  // of the model's sites, at the threshold
+};
+
+// Which of the model's cases set a threshold: it is applied to sites of the same kind.
+enum class CaseKind : std::uint8_t { kMapOnly, kHistory };
+
+// Sets p* of one limit for one kind of case by applying the probability rule, with dilation and with `tighter` (the
+// choice for the next tighter limit; null for the tightest) as cap, to the model's out-of-fold
+// predictions, and counting misses block by block. Thresholds tried: 0.005, 0.010, ..., 1.
+Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
+                                  CaseKind kind, const CalibrationOptions& options,
+                                  const Choice* tighter);
+
+// What the mean rule reached out of fold; it promises nothing.
+LimitPromise assess_mean_rule(const ErrorModel& model, std::size_t limit);
+
+}  // namespace sightline

@@ -1,0 +1,220 @@
+#include "passes/model/choose_ranges.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "passes/model/calibration.h"
+#include "passes/model/selection.h"
+
+namespace sightline {
+namespace {
+
+// A range is stored as one byte, in the table and in the map.
+constexpr std::size_t kMostRanges = 255;
+
+Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
+                          const ErrorModel& model) {
+  if (predicted.site_count != sites.sites.size()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "found predictions of " + std::to_string(predicted.site_count) +
+                     " sites, expected " + std::to_string(sites.sites.size()),
+                 "", ""};
+  }
+  if (predicted.ranges_m != model.out_of_fold.ranges_m ||
+      predicted.limits_m != model.out_of_fold.limits_m) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "predictions and model are of different ranges or limits", "", ""};
+  }
+  const bool has_history = std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0;
+  if (has_history && !model.card.knows_history) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "predictions use measured history, of which the model knows nothing", "", ""};
+  }
+  if (predicted.ranges_m.size() > kMostRanges) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "found " + std::to_string(predicted.ranges_m.size()) +
+                     " ranges, expected at most " + std::to_string(kMostRanges),
+                 "", ""};
+  }
+  return {};
+}
+
+struct Chosen {
+  std::vector<LimitPromise> promises;
+  std::vector<Choice> choices;  // [limit], of the map's sites
+};
+
+Chosen choose_all_by_mean(const ChooseRangesOptions& options, const PredictedError& predicted,
+                          const ErrorModel& model) {
+  Chosen chosen;
+  for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
+    chosen.promises.push_back(assess_mean_rule(model, limit));
+    chosen.choices.push_back(choose_by_mean(predicted, predicted.limits_m[limit]));
+    mark_extrapolated(predicted, options.extrapolated_takes_longest, chosen.choices.back());
+  }
+  return chosen;
+}
+
+// What is promised of a map of which some or all sites have measured history.
+LimitPromise joined(const LimitPromise& map_only, const LimitPromise& history, bool everywhere) {
+  LimitPromise promise = history;
+  promise.probability_threshold = map_only.probability_threshold;
+  if (everywhere) return promise;
+  promise.is_earned = map_only.is_earned && history.is_earned;
+  promise.block_count = std::min(map_only.block_count, history.block_count);
+  promise.calibration_miss_share =
+      std::max(map_only.calibration_miss_share, history.calibration_miss_share);
+  promise.statement =
+      "with measured history: " + history.statement + "; elsewhere: " + map_only.statement;
+  return promise;
+}
+
+// Calibrates limit after limit, each capped by the choice for the tighter one before it.
+class Calibrator {
+ public:
+  Calibrator(const ErrorModel& model, const ChooseRangesOptions& options)
+      : model_(model),
+        options_{options.risk_control, options.alpha, options.delta, options.probability_threshold,
+                 options.dilation_m} {}
+
+  LimitPromise next(CaseKind kind, std::size_t limit) {
+    std::optional<Choice>& tighter = tighter_[static_cast<std::size_t>(kind)];
+    Calibration calibration =
+        calibrate_probability(model_, limit, kind, options_, tighter ? &*tighter : nullptr);
+    tighter = std::move(calibration.choice);
+    return calibration.promise;
+  }
+
+ private:
+  const ErrorModel& model_;
+  CalibrationOptions options_;
+  std::optional<Choice> tighter_[2];  // of the model's sites, by kind
+};
+
+// Blocks of one place say how it varies within itself, not how the next place differs from it.
+void withdraw_elsewhere(const PredictedError& predicted, const ErrorModel& model,
+                        LimitPromise& promise) {
+  const auto own_count = std::ranges::count(predicted.out_of_fold, std::uint8_t{1});
+  const bool is_elsewhere = own_count < std::ssize(predicted.out_of_fold);
+  if (model.card.places.size() > 1 || !is_elsewhere || !promise.is_earned) return;
+  promise.is_earned = false;
+  promise.statement =
+      "nothing is promised: the model learnt from one place alone, and these sites lie in another; "
+      "train it on two or more";
+}
+
+// A promise is about places like those of the training; it says nothing where most sites are not.
+void withdraw_where_unlike(const Choice& choice, LimitPromise& promise) {
+  const auto unlike_count = std::ranges::count_if(
+      choice.flags, [](std::uint8_t flags) { return (flags & kExtrapolated) != 0; });
+  if (2 * unlike_count <= std::ssize(choice.flags) || !promise.is_earned) return;
+  promise.is_earned = false;
+  promise.statement =
+      "nothing is promised: " + std::to_string(unlike_count) + " of " +
+      std::to_string(choice.flags.size()) +
+      " sites are unlike all that the model learnt from; train it on places, and with "
+      "a sensor, like these";
+}
+
+Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Sites& sites,
+                                 const PredictedError& predicted, const ErrorModel& model) {
+  const auto history_count = std::ranges::count(predicted.has_history, std::uint8_t{1});
+  const bool everywhere = history_count == std::ssize(predicted.has_history);
+  const std::vector<RoutePoint> route = route_of(sites);
+  Calibrator calibrator(model, options);
+  Chosen chosen;
+  for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
+    LimitPromise promise = calibrator.next(CaseKind::kMapOnly, limit);
+    if (history_count > 0) {
+      promise = joined(promise, calibrator.next(CaseKind::kHistory, limit), everywhere);
+    }
+    withdraw_elsewhere(predicted, model, promise);
+    Choice choice = choose_by_probability(
+        predicted, limit, {promise.probability_threshold, promise.history_threshold});
+    mark_extrapolated(predicted, options.extrapolated_takes_longest, choice);
+    withdraw_where_unlike(choice, promise);
+    dilate(route, options.dilation_m, choice);
+    if (limit > 0) cap_by_tighter(chosen.choices.back(), choice);
+    chosen.promises.push_back(promise);
+    chosen.choices.push_back(std::move(choice));
+  }
+  return chosen;
+}
+
+RangeTable to_table(const PredictedError& predicted, Chosen chosen) {
+  RangeTable table;
+  table.ranges_m = predicted.ranges_m;
+  table.site_count = predicted.site_count;
+  for (std::size_t site = 0; site < predicted.site_count; ++site) {
+    for (const Choice& choice : chosen.choices) {
+      table.range_index.push_back(choice.range_index[site]);
+      table.flags.push_back(choice.flags[site]);
+    }
+  }
+  table.promises = std::move(chosen.promises);
+  return table;
+}
+
+void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
+  for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
+    std::size_t unmet_count = 0;
+    for (std::size_t site = 0; site < table.site_count; ++site) {
+      unmet_count += (table.flags_of(site, limit) & kUnmet) != 0 ? 1 : 0;
+    }
+    if (unmet_count == 0) continue;
+    ctx.warn("no range is good enough for " + format_double(table.promises[limit].limit_m) +
+             " m at " + std::to_string(unmet_count) + " of " + std::to_string(table.site_count) +
+             " sites: they look as far as there is, and are flagged");
+  }
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
+  return {
+      choice("selection", options.selection,
+             "rule: by probability with a promise, or by mean as the paper does",
+             {"mean", "probability"}),
+      choice("risk_control", options.risk_control, "what sets the probability that is asked for",
+             risk_control_names()),
+      number("alpha", options.alpha, "share of misses that is allowed", 0.0001, 0.5),
+      number("delta", options.delta, "learn-then-test: how often the promise itself may fail",
+             0.0001, 0.5),
+      number("probability_threshold", options.probability_threshold,
+             "the probability asked for where risk_control is fixed", 0.0, 1.0),
+      number("dilation_m", options.dilation_m,
+             "a site looks as far as any neighbour within this, m", 0.0, 100.0),
+      flag("extrapolated_takes_longest", options.extrapolated_takes_longest,
+           "look as far as there is where factors lie beyond what the model saw")};
+}
+
+std::vector<std::string> promises_of(const ChooseRangesOptions& options, const ErrorModel& model) {
+  std::vector<std::string> statements;
+  if (options.selection == Selection::kMean) return statements;
+  Calibrator calibrator(model, options);
+  for (std::size_t limit = 0; limit < model.out_of_fold.limits_m.size(); ++limit) {
+    statements.push_back("map only: " + calibrator.next(CaseKind::kMapOnly, limit).statement);
+    if (!model.card.knows_history) continue;
+    statements.push_back("with measured history: " +
+                         calibrator.next(CaseKind::kHistory, limit).statement);
+  }
+  return statements;
+}
+
+Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
+                                 const Sites& sites, const PredictedError& predicted,
+                                 const ErrorModel& model) {
+  SIGHTLINE_TRY(check_inputs(sites, predicted, model));
+  const bool is_mean = options.selection == Selection::kMean;
+  RangeTable table =
+      to_table(predicted, is_mean ? choose_all_by_mean(options, predicted, model)
+                                  : choose_all_by_probability(options, sites, predicted, model));
+  table.selection = options.selection;
+  table.dilation_m = is_mean ? 0.0 : options.dilation_m;
+  table.extrapolated_takes_longest = options.extrapolated_takes_longest;
+  warn_of_flags(ctx, table);
+  return table;
+}
+
+}  // namespace sightline

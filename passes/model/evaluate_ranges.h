@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/evaluation.h"
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
+#include "formats/annotation/predicted_error.h"
+#include "formats/annotation/range_table.h"
+#include "formats/annotation/sites.h"
+#include "formats/base/result.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct EvaluateRangesOptions {
+  double stretch_m = 100.0;  // of route, for the worst stretch
+  // The probability rule's row of a map whose own ranges come from the mean rule.
+  double probability_threshold = 0.8;
+  double dilation_m = 3.0;
+};
+std::vector<OptionField> option_fields(EvaluateRangesOptions& options);
+
+// Judges a map's ranges, and the rules they could have come from, on a drive
+// (formats/annotation/evaluation.h; schemas/definitions.md, "Judging a choice"). The rows of both
+// rules are worked out from `predicted` alone, without the map's treatment of extrapolated sites;
+// the probability rule takes the map's own p* and dilation where it has them. The worst stretch is
+// that of `stretch_m` of consecutive judged sites of one run, or the longest run's where none is as
+// long. Types of street are told from `factors`, which may be without any. Errors:
+// mismatched-inputs where the inputs differ in sites, ranges or limits; no-overlap where the drive
+// has no scan near any site.
+Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
+                                   const Sites& sites, const PredictedError& predicted,
+                                   const RangeTable& ranges, const FactorTable& factors,
+                                   const MeasuredError& judged);
+inline constexpr Pass kEvaluateRanges{"evaluate-ranges", 2, "evaluation", "Judging the choice",
+                                      &evaluate_ranges};
+
+}  // namespace sightline

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/regression_forest.h"
+#include "formats/base/result.h"
+#include "passes/model/forest/feature_rows.h"
+#include "passes/model/forest/labelled_rows.h"
+
+namespace sightline {
+
+struct ForestOptions {
+  int tree_count = 200;
+  int least_leaf_rows = 5;
+  double feature_share = 0.4;  // of the features, tried at each split
+  int tree_rows = 8000;       // of more training rows, a tree grows on as many drawn for it
+};
+
+// A tree as it was grown on a bootstrap sample: a child always comes after its parent, and
+// leaf_values[child - nodes.size()] is what the grower itself would predict there.
+struct GrownTree {
+  std::vector<TreeNode> nodes;
+  std::vector<float> leaf_values;
+};
+
+// Trees of a random forest (Breiman 2001), each from its own bootstrap sample and with a random
+// choice of features at each split. Time is bounded: where rows are many, a tree sees some of them;
+// together the trees see all. Tree i depends on the set, the options and mix(seed, i) alone.
+// At most `threads` trees are grown at a time. Error: out-of-memory.
+Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const LabelledRows& training,
+                                          const ForestOptions& options, std::uint64_t seed,
+                                          int threads);
+
+// Grown and labelled (passes/model/forest/labelled_tree.h): what prediction needs.
+Result<RegressionForest> grow_forest(const FeatureRows& features, const LabelledRows& training,
+                                     const ForestOptions& options, std::uint64_t seed, int threads);
+
+}  // namespace sightline

@@ -1,0 +1,173 @@
+#include "passes/model/forest/lesson.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "passes/model/forest/history.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kNoHistory = static_cast<std::size_t>(-1);
+
+// One drive's labels beside another drive's findings.
+struct Case {
+  std::size_t place = 0;
+  std::size_t label_drive = 0;
+  std::size_t history_drive = kNoHistory;
+};
+
+std::vector<Case> cases_of(const DrivenPlaces& places) {
+  std::vector<Case> cases;
+  for (std::size_t place = 0; place < places.places.size(); ++place) {
+    const std::size_t drive_count = places.places[place].drives.size();
+    for (std::size_t label = 0; label < drive_count; ++label) {
+      cases.push_back({place, label, kNoHistory});
+      for (std::size_t history = 0; history < drive_count; ++history) {
+        if (history != label) cases.push_back({place, label, history});
+      }
+    }
+  }
+  return cases;
+}
+
+// What "all" means: every factor but a direction, which turns with the map's axes and tells a place
+// nothing of its own.
+std::vector<std::string> chosen_factors(const LessonOptions& options, const DrivenPlaces& places) {
+  if (options.features == FeatureSet::kPaper) return paper_factors();
+  std::vector<std::string> names = places.places.front().factors.factors;
+  std::erase_if(names, [](const std::string& name) { return name.ends_with("_heading"); });
+  return names;
+}
+
+// Of the sites that were appended last, as many as the place has.
+void append_labels(const DrivenPlace& place, const MeasuredError& measured, Lesson& lesson) {
+  const std::size_t first = lesson.sites.size() - place.sites.sites.size();
+  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
+    const bool has_label = lesson.sites[first + site].has_label == 1;
+    for (std::size_t range = 0; range < lesson.range_count; ++range) {
+      lesson.labels.push_back(has_label ? measured.row(site, range).mean_m : 0.0);
+    }
+  }
+}
+
+void append_rows(const FeatureRows& rows, Lesson& lesson) {
+  lesson.features.names = rows.names;
+  lesson.features.row_count += rows.row_count;
+  lesson.features.values.insert(lesson.features.values.end(), rows.values.begin(),
+                                rows.values.end());
+}
+
+// The sites of a case; `first_run` keeps runs of different cases apart.
+void append_sites(const DrivenPlace& place, const Case& of, const History* history,
+                  std::uint32_t first_run, Lesson& lesson) {
+  const MeasuredError& measured = place.drives[of.label_drive];
+  const std::vector<StreetType> streets = street_types(place.factors);
+  for (std::size_t i = 0; i < place.sites.sites.size(); ++i) {
+    const Site& site = place.sites.sites[i];
+    TrainedSite trained;
+    trained.p_world_m = place.sites.frame.origin_world_m + site.p_map_m;
+    trained.place = static_cast<std::uint32_t>(of.place);
+    trained.run = first_run + site.run;
+    trained.s_m = site.s_m;
+    trained.has_history = history != nullptr ? history->is_known[i] : std::uint8_t{0};
+    // A case with history is about places that have one; elsewhere it would repeat the other case.
+    const bool is_repeat = history != nullptr && trained.has_history == 0;
+    trained.has_label = measured.scan_of_site[i] >= 0 && !is_repeat ? 1 : 0;
+    trained.street = streets[i];
+    lesson.sites.push_back(trained);
+  }
+}
+
+void append_case(const DrivenPlaces& places, const Case& of, const FeatureRows& factors,
+                         Lesson& lesson) {
+  const DrivenPlace& place = places.places[of.place];
+  const bool has_history = of.history_drive != kNoHistory;
+  History history;
+  if (has_history) history = history_of(place.sites, place.drives[of.history_drive]);
+  const History* told = has_history ? &history : nullptr;
+  append_rows(lesson.knows_history ? with_history(factors, told) : factors, lesson);
+  const std::uint32_t first_run = lesson.sites.empty() ? 0 : lesson.sites.back().run + 1;
+  append_sites(place, of, told, first_run, lesson);
+  append_labels(place, place.drives[of.label_drive], lesson);
+}
+
+// Cuts each place into blocks, which all its cases share.
+Result<void> append_blocks(const LessonOptions& options, const DrivenPlaces& places,
+                           const std::vector<Case>& cases, Lesson& lesson) {
+  std::vector<std::vector<std::uint32_t>> block_of_site;  // [place][site]
+  for (std::size_t p = 0; p < places.places.size(); ++p) {
+    const DrivenPlace& place = places.places[p];
+    std::vector<std::uint8_t> has_label(place.sites.sites.size(), 0);
+    PlaceCard card;
+    card.name = place.name;
+    card.recordings = place.recordings;
+    for (const MeasuredError& drive : place.drives) {
+      card.drives.push_back(drive.drive);
+      for (std::size_t i = 0; i < has_label.size(); ++i) {
+        if (drive.scan_of_site[i] >= 0) has_label[i] = 1;
+      }
+    }
+    const int least_blocks = lesson.holds_out_places ? 1 : 2;
+    SIGHTLINE_ASSIGN(RouteBlocks blocks, cut_route(place.sites, has_label, options.block_m, least_blocks));
+    for (std::uint32_t& block : blocks.block_of_site) block += lesson.folds.block_count();
+    card.labelled_route_m = blocks.labelled_route_m;
+    card.block_count = blocks.block_count;
+    const auto place_fold = static_cast<std::uint32_t>(p);
+    for (std::uint32_t block = 0; block < blocks.block_count; ++block) {
+      lesson.folds.fold_of_block.push_back(lesson.holds_out_places ? place_fold
+                                                                   : lesson.folds.block_count());
+    }
+    lesson.folds.labelled_route_m += blocks.labelled_route_m;
+    lesson.places.push_back(std::move(card));
+    block_of_site.push_back(std::move(blocks.block_of_site));
+  }
+  std::size_t site = 0;
+  for (const Case& of : cases) {
+    for (const std::uint32_t block : block_of_site[of.place]) lesson.sites[site++].block = block;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& places) {
+  SIGHTLINE_TRY(validate(places));
+  Lesson lesson;
+  lesson.range_count = places.places.front().factors.ranges_m.size();
+  lesson.knows_history = std::ranges::any_of(
+      places.places, [](const DrivenPlace& place) { return place.drives.size() > 1; });
+  lesson.holds_out_places = options.hold_out == HoldOut::kPlaces ||
+                            (options.hold_out == HoldOut::kAuto && places.places.size() >= 3);
+  std::vector<FeatureRows> factors;
+  for (const DrivenPlace& place : places.places) {
+    SIGHTLINE_ASSIGN(FeatureRows rows, gather_features(place.factors, chosen_factors(options, places)));
+    factors.push_back(std::move(rows));
+  }
+  const std::vector<Case> cases = cases_of(places);
+  for (const Case& of : cases) append_case(places, of, factors[of.place], lesson);
+  SIGHTLINE_TRY(append_blocks(options, places, cases, lesson));
+  deal_blocks(static_cast<std::uint32_t>(options.fold_count), lesson.folds);
+  return lesson;
+}
+
+LabelledRows labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out,
+                          std::size_t most_rows) {
+  std::vector<std::size_t> sites;
+  for (std::size_t site = 0; site < lesson.sites.size(); ++site) {
+    if (lesson.sites[site].has_label == 1 && leave_out[site] == 0) sites.push_back(site);
+  }
+  const std::size_t row_count = lesson.shape().size(sites.size());
+  const std::size_t stride = std::max<std::size_t>(1, (row_count + most_rows - 1) / most_rows);
+  LabelledRows training;
+  for (std::size_t i = 0; i < sites.size(); i += stride) {
+    for (std::size_t range = 0; range < lesson.range_count; ++range) {
+      const std::size_t row = lesson.shape().index(sites[i], range);
+      training.rows.push_back(static_cast<std::uint32_t>(row));
+      training.labels.push_back(lesson.labels[row]);
+    }
+  }
+  return training;
+}
+
+}  // namespace sightline

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/annotation/error_model.h"
+#include "formats/base/result.h"
+#include "formats/drive/driven_places.h"
+#include "passes/model/forest/feature_rows.h"
+#include "passes/model/forest/folds.h"
+#include "passes/model/forest/grow_trees.h"
+
+// All that there is to learn, laid out as rows. A place gives one case for each drive (no history,
+// that drive's errors as labels), and one more for each ordered pair of drives: what the first
+// found is history, what the second found is the label. A drive is never both.
+
+namespace sightline {
+
+enum class FeatureSet { kPaper, kAll };  // the paper's eleven factors, or all there are
+// What is held out together: blocks of route or whole places; kAuto: places where there are three.
+enum class HoldOut { kAuto, kBlocks, kPlaces };
+
+struct LessonOptions {
+  FeatureSet features = FeatureSet::kAll;
+  double block_m = 60.0;          // route held out together, at least
+  int fold_count = 5;             // at most
+  HoldOut hold_out = HoldOut::kAuto;
+};
+
+struct Lesson {
+  FeatureRows features;            // [site][range]
+  std::vector<TrainedSite> sites;  // of all cases, with a label or without; each with its block
+  std::vector<double> labels;      // [site][range]; 0 where there is none
+  std::size_t range_count = 0;
+  Folds folds;
+  std::vector<PlaceCard> places;
+  bool holds_out_places = false;
+  bool knows_history = false;  // some place was driven twice
+
+  [[nodiscard]] SiteShape shape() const { return {range_count}; }
+};
+
+// Errors: those of validate(DrivenPlaces), gather_features and cut_route.
+Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& places);
+
+// The labelled rows of the sites where `leave_out` is 0. Where they are more than `most_rows`,
+// every second, third, ... site of them alone: neighbours tell nearly the same.
+LabelledRows labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out,
+                           std::size_t most_rows);
+
+}  // namespace sightline

@@ -1,0 +1,165 @@
+#include "passes/model/forest/out_of_fold.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "formats/base/parallel.h"
+#include "formats/base/random.h"
+#include "passes/model/forest/forest_prediction.h"
+
+namespace sightline {
+namespace {
+
+// Keys of the random streams of a fold; the forest over everything takes key 0.
+constexpr std::uint64_t kFoldKey = 1;
+constexpr std::uint64_t kShuffleKey = std::uint64_t{1} << 32;
+
+std::vector<std::uint32_t> rows_of_fold(const Lesson& lesson, std::uint32_t fold) {
+  std::vector<std::uint32_t> rows;
+  for (std::size_t site = 0; site < lesson.sites.size(); ++site) {
+    if (lesson.folds.fold_of_block[lesson.sites[site].block] != fold) continue;
+    for (std::size_t range = 0; range < lesson.range_count; ++range) {
+      rows.push_back(static_cast<std::uint32_t>(lesson.shape().index(site, range)));
+    }
+  }
+  return rows;
+}
+
+double squared_error(const Lesson& lesson, const std::vector<std::uint32_t>& rows,
+                     const std::vector<double>& mean) {
+  std::vector<double> squares(rows.size(), 0.0);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (lesson.sites[lesson.shape().site_of(rows[i])].has_label == 0) continue;
+    const double residual = mean[i] - lesson.labels[rows[i]];
+    squares[i] = residual * residual;
+  }
+  return ordered_sum(squares);
+}
+
+// Rows enough to tell how much a feature matters; more would only take longer.
+constexpr std::size_t kImportanceRows = 20000;
+
+// Every second, third, ... of the rows where they are too many.
+std::vector<std::uint32_t> thinned(const std::vector<std::uint32_t>& rows, std::size_t most) {
+  const std::size_t stride = std::max<std::size_t>(1, (rows.size() + most - 1) / most);
+  std::vector<std::uint32_t> kept;
+  for (std::size_t i = 0; i < rows.size(); i += stride) kept.push_back(rows[i]);
+  return kept;
+}
+
+// Squared error of rows after they swapped their values of one feature.
+double shuffled_squared_error(const Lesson& lesson, const PreparedForest& forest,
+                              const std::vector<std::uint32_t>& rows, std::size_t feature,
+                              std::uint64_t seed) {
+  FeatureRows shuffled;
+  shuffled.names = lesson.features.names;
+  shuffled.row_count = rows.size();
+  for (const std::uint32_t row : rows) {
+    const float* values = lesson.features.row(row);
+    shuffled.values.insert(shuffled.values.end(), values, values + shuffled.names.size());
+  }
+  Random random(seed);
+  for (std::size_t i = rows.size(); i > 1; --i) {
+    std::swap(shuffled.at(i - 1, feature), shuffled.at(random.below(i), feature));
+  }
+  std::vector<std::uint32_t> order(rows.size());
+  std::iota(order.begin(), order.end(), 0U);
+  return squared_error(lesson, rows, forest.predict(shuffled, order, 1).mean);
+}
+
+void store(const std::vector<std::uint32_t>& rows, const ForestPrediction& prediction,
+           PredictedError& predicted) {
+  const std::size_t limit_count = predicted.limits_m.size();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    predicted.mean_m[rows[i]] = prediction.mean[i];
+    for (std::size_t limit = 0; limit < limit_count; ++limit) {
+      predicted.within_probability[rows[i] * limit_count + limit] =
+          prediction.within[i * limit_count + limit];
+    }
+  }
+}
+
+// What the folds add to.
+struct FoldSums {
+  PredictedError& predicted;
+  std::vector<double> squares;  // of errors: [0] as predicted, [1 + f] with feature f shuffled
+  std::size_t judged_count = 0;  // rows in those sums
+};
+
+std::size_t labelled_count(const Lesson& lesson, const std::vector<std::uint32_t>& rows) {
+  return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [&](std::uint32_t row) {
+    return lesson.sites[lesson.shape().site_of(row)].has_label == 1;
+  }));
+}
+
+void predict_fold(const PassContext& ctx, const Lesson& lesson, const RegressionForest& forest,
+                  std::uint32_t fold, FoldSums& out) {
+  const PreparedForest prepared(forest, out.predicted.limits_m);
+  const std::vector<std::uint32_t> rows = rows_of_fold(lesson, fold);
+  const ForestPrediction prediction = prepared.predict(lesson.features, rows, ctx.threads);
+  store(rows, prediction, out.predicted);
+  const std::vector<std::uint32_t> judged =
+      thinned(rows, kImportanceRows / lesson.folds.fold_count + 1);
+  out.squares[0] += squared_error(
+      lesson, judged, prepared.predict(lesson.features, judged, ctx.threads).mean);
+  const std::size_t feature_count = lesson.features.names.size();
+  const std::vector<double> shuffled =
+      parallel_map<double>(feature_count, ctx.threads, [&](std::size_t feature) {
+        const std::uint64_t key = kShuffleKey + fold * feature_count + feature;
+        return shuffled_squared_error(lesson, prepared, judged, feature, mix(ctx.seed, key));
+      });
+  for (std::size_t i = 0; i < feature_count; ++i) out.squares[1 + i] += shuffled[i];
+  out.judged_count += labelled_count(lesson, judged);
+}
+
+std::vector<double> rmse_rises(const FoldSums& sums) {
+  const auto row_count = static_cast<double>(std::max<std::size_t>(1, sums.judged_count));
+  const auto rmse = [&](double sum) { return std::sqrt(sum / row_count); };
+  std::vector<double> rises;
+  for (std::size_t i = 1; i < sums.squares.size(); ++i) {
+    rises.push_back(rmse(sums.squares[i]) - rmse(sums.squares[0]));
+  }
+  return rises;
+}
+
+PredictedError sized_for(const std::vector<TrainedSite>& sites, PredictedError predicted) {
+  const std::size_t site_count = sites.size();
+  predicted.site_count = static_cast<std::uint32_t>(site_count);
+  predicted.mean_m.assign(predicted.mean_shape().size(site_count), 0.0);
+  predicted.within_probability.assign(predicted.probability_shape().size(site_count), 0.0);
+  predicted.extrapolated.assign(site_count, 0);
+  predicted.out_of_fold.assign(site_count, 1);
+  for (const TrainedSite& site : sites) predicted.has_history.push_back(site.has_history);
+  return predicted;
+}
+
+}  // namespace
+
+Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOptions& options,
+                                      const Lesson& lesson, PredictedError predicted) {
+  OutOfFold result{sized_for(lesson.sites, std::move(predicted)), {}};
+  FoldSums sums{result.predicted, std::vector<double>(1 + lesson.features.names.size(), 0.0)};
+  for (std::uint32_t fold = 0; fold < lesson.folds.fold_count; ++fold) {
+    const LabelledRows training =
+        labelled_rows(lesson, sites_near_fold(lesson.sites, lesson.folds, fold, options.buffer_m),
+                      options.most_rows);
+    if (training.rows.empty()) {
+      return Error{ErrorCode::kDriveTooShort,
+                   "a buffer of " + format_double(options.buffer_m) +
+                       " m around held-out blocks leaves nothing to learn from in " +
+                       format_double(lesson.folds.labelled_route_m) +
+                       " m of route; a longer drive is needed",
+                   "", "fold " + std::to_string(fold)};
+    }
+    SIGHTLINE_ASSIGN(const RegressionForest forest, grow_forest(
+        lesson.features, training, options.forest, mix(ctx.seed, kFoldKey + fold), ctx.threads));
+    predict_fold(ctx, lesson, forest, fold, sums);
+    ctx.progress(fold + 1, lesson.folds.fold_count + 1);
+  }
+  result.importance = rmse_rises(sums);
+  return result;
+}
+
+}  // namespace sightline

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/predicted_error.h"
+#include "formats/base/result.h"
+#include "passes/model/forest/grow_trees.h"
+#include "passes/model/forest/lesson.h"
+#include "passes/pass/pass_context.h"
+
+namespace sightline {
+
+struct OutOfFoldOptions {
+  ForestOptions forest;
+  double buffer_m = 25.0;
+  std::size_t most_rows = 100000;  // that a forest learns from
+};
+
+// Predictions of every site by trees that saw nothing within the buffer of its fold.
+struct OutOfFold {
+  PredictedError predicted;
+  // [feature]: by how much the RMSE over labelled rows rises when the rows of a fold swap their
+  // values of this feature, m.
+  std::vector<double> importance;
+};
+
+// `predicted` names ranges and limits; its numbers are filled in. Error: drive-too-short where the
+// buffer leaves a fold nothing to learn from; out-of-memory.
+Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOptions& options,
+                                      const Lesson& lesson, PredictedError predicted);
+
+}  // namespace sightline

@@ -1,0 +1,193 @@
+#include "passes/model/predict_error.h"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "formats/grid/point_grid.h"
+#include "passes/model/forest/feature_rows.h"
+#include "passes/model/forest/forest_prediction.h"
+#include "passes/model/forest/history.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kSamePlace_m = 1e-3;
+
+Result<void> check_inputs(const ErrorModel& model, const Sites& sites, const FactorTable& factors) {
+  if (factors.site_count != sites.sites.size()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "found factors of " + std::to_string(factors.site_count) + " sites, expected " +
+                     std::to_string(sites.sites.size()),
+                 "", ""};
+  }
+  if (factors.ranges_m != model.out_of_fold.ranges_m) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "factors and model are of different ranges; the model needs " +
+                     std::to_string(model.ranges.size()) + " of " +
+                     format_double(model.ranges.front().range_m) + " to " +
+                     format_double(model.ranges.back().range_m) + " m",
+                 "", ""};
+  }
+  return {};
+}
+
+std::vector<std::string> factors_of(const ErrorModel& model) {
+  std::vector<std::string> names;
+  for (const FeatureCard& feature : model.features) names.push_back(feature.name);
+  names.pop_back();  // range_m is added to every row anyway
+  std::erase_if(names, is_history_feature);
+  return names;
+}
+
+PointGrid grid_of(const std::vector<TrainedSite>& sites) {
+  std::vector<Eigen::Vector3d> places_m;
+  for (const TrainedSite& site : sites) places_m.push_back(site.p_world_m);
+  return PointGrid(places_m);
+}
+
+// The case of this place with these features (the lowest index), if there is one.
+std::optional<std::size_t> own_case(const ErrorModel& model, const PointGrid& places,
+                                    const Eigen::Vector3d& p_world_m, std::uint64_t digest) {
+  std::optional<std::size_t> found;
+  places.visit_within(p_world_m, kSamePlace_m, [&](const NearPoint& point) {
+    if (model.sites[point.index].factor_digest != digest) return;
+    found = std::min(found.value_or(point.index), point.index);
+  });
+  return found;
+}
+
+// A feature outside what training saw at its range, and by more than the margin.
+bool is_outside_support(const ErrorModel& model, const FeatureRows& features, std::size_t row,
+                        double margin) {
+  const std::size_t range = model.shape().row_of(row);
+  for (std::size_t i = 0; i < model.features.size(); ++i) {
+    const double least = model.features[i].support_min[range];
+    const double greatest = model.features[i].support_max[range];
+    const double slack = margin * (greatest - least);
+    const double value = features.row(row)[i];
+    if (value < least - slack || value > greatest + slack) return true;
+  }
+  return false;
+}
+
+// The rows that the model's forest expects. `told`: null where no earlier drive is known.
+Result<FeatureRows> features_for(const ErrorModel& model, const FactorTable& factors,
+                                 const History* told) {
+  Result<FeatureRows> rows = gather_features(factors, factors_of(model));
+  if (!rows || !model.card.knows_history) return rows;
+  return with_history(*rows, told);
+}
+
+PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
+                                       const ErrorModel& model, const FeatureRows& features) {
+  std::vector<std::uint32_t> rows(features.row_count);
+  std::iota(rows.begin(), rows.end(), 0U);
+  PredictedError predicted;
+  predicted.ranges_m = model.out_of_fold.ranges_m;
+  predicted.limits_m = model.out_of_fold.limits_m;
+  predicted.support_margin = margin;
+  predicted.site_count = static_cast<std::uint32_t>(model.shape().site_of(features.row_count));
+  ForestPrediction prediction =
+      PreparedForest(model.forest, predicted.limits_m).predict(features, rows, ctx.threads);
+  predicted.mean_m = std::move(prediction.mean);
+  predicted.within_probability = std::move(prediction.within);
+  predicted.extrapolated.assign(predicted.site_count, 0);
+  predicted.out_of_fold.assign(predicted.site_count, 0);
+  predicted.has_history.assign(predicted.site_count, 0);
+  for (std::size_t row = 0; row < features.row_count; ++row) {
+    if (is_outside_support(model, features, row, margin)) {
+      predicted.extrapolated[model.shape().site_of(row)] = 1;
+    }
+  }
+  return predicted;
+}
+
+void take_out_of_fold(const ErrorModel& model, std::size_t trained, std::size_t site,
+                      PredictedError& predicted) {
+  const auto copy = [&](const std::vector<double>& from, std::vector<double>& to,
+                        const SiteShape& shape) {
+    std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(shape.size(trained)), shape.size(1),
+                to.begin() + static_cast<std::ptrdiff_t>(shape.size(site)));
+  };
+  copy(model.out_of_fold.mean_m, predicted.mean_m, predicted.mean_shape());
+  copy(model.out_of_fold.within_probability, predicted.within_probability,
+       predicted.probability_shape());
+  predicted.extrapolated[site] = model.out_of_fold.extrapolated[trained];
+  predicted.out_of_fold[site] = 1;
+}
+
+// `told` is null, or of these sites.
+Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions& options,
+                               const ErrorModel& model,
+                               std::pair<const Sites&, const FactorTable&> map,
+                               const History* told) {
+  const auto& [sites, factors] = map;
+  SIGHTLINE_ASSIGN(const FeatureRows features, features_for(model, factors, told));
+  PredictedError predicted = whole_forest_prediction(ctx, options.support_margin, model, features);
+  if (told != nullptr) predicted.has_history = told->is_known;
+  const PointGrid places = grid_of(model.sites);
+  std::size_t flattered_count = 0;
+  for (std::size_t site = 0; site < sites.sites.size(); ++site) {
+    const Eigen::Vector3d p_world_m = sites.frame.origin_world_m + sites.sites[site].p_map_m;
+    const std::uint64_t digest = features_digest(features, site, model.ranges.size());
+    const std::optional<std::size_t> own = own_case(model, places, p_world_m, digest);
+    if (own) {
+      take_out_of_fold(model, *own, site, predicted);
+    } else if (places.nearest(p_world_m, model.card.buffer_m)) {
+      ++flattered_count;
+    }
+  }
+  if (flattered_count > 0) {
+    ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(sites.sites.size()) +
+             " sites lie within " + format_double(model.card.buffer_m) +
+             " m of where the model was trained, but are not its own sites: if this is the same "
+             "place, the forest knows it, and predictions there may flatter");
+  }
+  return predicted;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(PredictErrorOptions& options) {
+  return {number("support_margin", options.support_margin,
+                 "how far beyond the training's extremes a factor is still known, as a share of "
+                 "their spread",
+                 0.0, 10.0),
+          choice("history", options.history,
+                 "whether a model made elsewhere (--model) is told what the localization drive "
+                 "measured here",
+                 {"auto", "never"})};
+}
+
+Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
+                                     const ErrorModel& model, const Sites& sites,
+                                     const FactorTable& factors) {
+  SIGHTLINE_TRY(check_inputs(model, sites, factors));
+  return predict(ctx, options, model, {sites, factors}, nullptr);
+}
+
+Result<PredictedError> predict_error_with_history(PassContext& ctx,
+                                                  const PredictErrorOptions& options,
+                                                  const ErrorModel& model, const Sites& sites,
+                                                  const FactorTable& factors,
+                                                  const MeasuredError& history) {
+  SIGHTLINE_TRY(check_inputs(model, sites, factors));
+  if (history.scan_of_site.size() != sites.sites.size() || history.ranges_m != factors.ranges_m) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "the earlier drive was measured at other sites or ranges", "", ""};
+  }
+  if (!model.card.knows_history) {
+    ctx.warn("the model was trained on places that were driven once: it cannot tell what drive '" +
+             history.drive + "' measured here is worth, and does not use it");
+    return predict(ctx, options, model, {sites, factors}, nullptr);
+  }
+  ctx.warn("the errors of drive '" + history.drive +
+           "' are told to the model: figures judged on that drive flatter");
+  const History told = history_of(sites, history);
+  return predict(ctx, options, model, {sites, factors}, &told);
+}
+
+}  // namespace sightline

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/error_model.h"
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
+#include "formats/annotation/predicted_error.h"
+#include "formats/annotation/sites.h"
+#include "formats/base/result.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+enum class HistoryUse { kAuto, kNever };
+
+struct PredictErrorOptions {
+  // A feature counts as known up to this share of the training's spread outside its extremes.
+  double support_margin = 0.25;
+  // auto: what a localization drive measured here is history to a model made elsewhere.
+  HistoryUse history = HistoryUse::kAuto;
+};
+std::vector<OptionField> option_fields(PredictErrorOptions& options);
+
+// What the model says of every site at every range: mean error, and P(error <= limit) for the
+// model's limits. A site that the model was trained on (same place to a millimetre, same factors)
+// gets its out-of-fold prediction, since the whole forest remembers its error; all others the whole
+// forest. A site is extrapolated where a feature at any range lies outside the support.
+// Sites that are not the model's own but lie within its buffer of them are counted in a warning:
+// their prediction may flatter.
+// Errors: mismatched-inputs where sites, factors and model differ in count, ranges or factors;
+// invalid-artifact for a factor that is not finite.
+Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
+                                     const ErrorModel& model, const Sites& sites,
+                                     const FactorTable& factors);
+inline constexpr Pass kPredictError{"predict-error", 3, "predicted", "What the model says of each site",
+                                    &predict_error};
+
+// The same where an earlier drive was measured on this map: what it found within 6 m of a site is
+// among the site's features (schemas/definitions.md, "Measured history"). A model that was never
+// told of history ignores it, which a warning says.
+Result<PredictedError> predict_error_with_history(PassContext& ctx,
+                                                  const PredictErrorOptions& options,
+                                                  const ErrorModel& model, const Sites& sites,
+                                                  const FactorTable& factors,
+                                                  const MeasuredError& history);
+inline constexpr Pass kPredictErrorWithHistory =
+    variant_of(kPredictError, &predict_error_with_history);
+
+}  // namespace sightline

@@ -1,0 +1,252 @@
+#include "passes/model/train_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "formats/base/parallel.h"
+#include "formats/base/random.h"
+#include "formats/base/statistics.h"
+#include "formats/text/table.h"
+#include "passes/model/forest/lesson.h"
+#include "passes/model/forest/out_of_fold.h"
+#include "passes/model/selection.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::uint64_t kWholeForestKey = 0;
+
+// A drive with less route than two blocks still gets a map: shorter blocks judge it, and since they
+// are not independent of each other, choose-ranges promises nothing on them. Lets `options` say
+// what block and buffer were used.
+Result<Lesson> prepare_lesson(const PassContext& ctx, const DrivenPlaces& places,
+                              TrainModelOptions& options) {
+  constexpr double kShortestBlock_m = 15.0;  // below this a block sees nothing but its neighbours
+  LessonOptions wanted{options.features, options.block_m, options.folds, options.hold_out};
+  Result<Lesson> lesson = make_lesson(wanted, places);
+  if (lesson || lesson.error().code != ErrorCode::kDriveTooShort) return lesson;
+  if (options.block_m <= kShortestBlock_m) return lesson;
+  wanted.block_m = kShortestBlock_m;
+  SIGHTLINE_ASSIGN(Lesson short_lesson, make_lesson(wanted, places));
+  const std::string wanted_m = format_double(options.block_m);
+  options.block_m = short_lesson.folds.labelled_route_m / short_lesson.folds.block_count();
+  options.buffer_m = std::min(options.buffer_m, options.block_m / 2.0);
+  ctx.warn("the drive is too short for two blocks of " + wanted_m + " m: it is judged on " +
+           std::to_string(short_lesson.folds.block_count()) + " blocks of " +
+           std::to_string(static_cast<int>(options.block_m)) +
+           " m, whose figures flatter; nothing is promised");
+  return short_lesson;
+}
+
+// Least and greatest value of each feature among labelled rows, per range.
+std::vector<FeatureCard> feature_cards(const Lesson& lesson,
+                                       const std::vector<double>& importance) {
+  std::vector<FeatureCard> cards(lesson.features.names.size());
+  for (std::size_t feature = 0; feature < cards.size(); ++feature) {
+    cards[feature].name = lesson.features.names[feature];
+    cards[feature].importance_m = importance[feature];
+    cards[feature].support_min.assign(lesson.range_count, std::numeric_limits<double>::infinity());
+    cards[feature].support_max.assign(lesson.range_count, -std::numeric_limits<double>::infinity());
+  }
+  for (std::size_t row = 0; row < lesson.features.row_count; ++row) {
+    if (lesson.sites[lesson.shape().site_of(row)].has_label == 0) continue;
+    const std::size_t range = lesson.shape().row_of(row);
+    for (std::size_t feature = 0; feature < cards.size(); ++feature) {
+      const double value = lesson.features.row(row)[feature];
+      double& least = cards[feature].support_min[range];
+      double& greatest = cards[feature].support_max[range];
+      least = std::min(least, value);
+      greatest = std::max(greatest, value);
+    }
+  }
+  return cards;
+}
+
+void warn_of_constant_factors(const PassContext& ctx, const std::vector<FeatureCard>& cards) {
+  std::string names;
+  for (const FeatureCard& card : cards) {
+    const auto least = std::min_element(card.support_min.begin(), card.support_min.end());
+    const auto greatest = std::max_element(card.support_max.begin(), card.support_max.end());
+    if (*least == *greatest) names += (names.empty() ? "" : ", ") + card.name;
+  }
+  if (!names.empty()) ctx.warn("factors that never vary teach nothing: " + names);
+}
+
+struct Fit {
+  double mean_label_m = 0.0;
+  double r_squared = 0.0;
+  double rmse_m = 0.0;
+};
+
+// Of the out-of-fold means at one range, over the cases with or without history.
+Fit fit_at(const Lesson& lesson, const PredictedError& predicted, std::size_t range,
+           std::uint8_t has_history) {
+  std::vector<double> labels, squares, residuals;
+  for (std::size_t i = 0; i < lesson.sites.size(); ++i) {
+    if (lesson.sites[i].has_label == 0 || lesson.sites[i].has_history != has_history) continue;
+    const double label = lesson.labels[lesson.shape().index(i, range)];
+    const double residual = predicted.mean(i, range) - label;
+    labels.push_back(label);
+    residuals.push_back(residual * residual);
+  }
+  if (labels.empty()) return {};
+  const auto count = static_cast<double>(labels.size());
+  const double mean = ordered_sum(labels) / count;
+  for (const double label : labels) squares.push_back((label - mean) * (label - mean));
+  const double total = ordered_sum(squares);
+  const double left = ordered_sum(residuals);
+  return {mean, total > 0.0 ? 1.0 - left / total : 0.0, std::sqrt(left / count)};
+}
+
+std::vector<RangeCard> range_cards(const Lesson& lesson, const PredictedError& predicted) {
+  std::vector<RangeCard> cards;
+  for (std::size_t range = 0; range < lesson.range_count; ++range) {
+    const Fit map_only = fit_at(lesson, predicted, range, 0);
+    const Fit told = fit_at(lesson, predicted, range, 1);
+    cards.push_back({predicted.ranges_m[range], map_only.mean_label_m, map_only.r_squared,
+                     map_only.rmse_m, told.r_squared, told.rmse_m});
+  }
+  return cards;
+}
+
+// The labelled cases of one type of street, told nothing of earlier drives.
+std::vector<std::size_t> cases_in(const Lesson& lesson, StreetType street) {
+  std::vector<std::size_t> cases;
+  for (std::size_t i = 0; i < lesson.sites.size(); ++i) {
+    const TrainedSite& site = lesson.sites[i];
+    if (site.has_label == 1 && site.has_history == 0 && site.street == street) cases.push_back(i);
+  }
+  return cases;
+}
+
+std::vector<StreetCard> street_cards(const Lesson& lesson, const PredictedError& predicted) {
+  std::vector<StreetCard> cards;
+  for (const double limit_m : predicted.limits_m) {
+    const Choice choice = choose_by_mean(predicted, limit_m);
+    for (std::size_t type = 1; type < kStreetTypeCount; ++type) {
+      const std::vector<std::size_t> cases = cases_in(lesson, static_cast<StreetType>(type));
+      if (cases.empty()) continue;
+      std::vector<double> met, ranges, errors;
+      for (const std::size_t i : cases) {
+        const std::size_t range = choice.range_index[i];
+        errors.push_back(lesson.labels[lesson.shape().index(i, range)]);
+        ranges.push_back(predicted.ranges_m[range]);
+        met.push_back(errors.back() <= limit_m ? 1.0 : 0.0);
+      }
+      cards.push_back({limit_m, static_cast<StreetType>(type),
+                       static_cast<std::uint32_t>(cases.size()), mean_of(met), mean_of(ranges),
+                       mean_of(errors)});
+    }
+  }
+  return cards;
+}
+
+TrainingCard training_card(const PassContext& ctx, const TrainModelOptions& options,
+                           const Lesson& lesson, ErrorReference reference) {
+  TrainingCard card;
+  card.places = lesson.places;
+  card.reference = reference;
+  card.feature_set = options.features == FeatureSet::kPaper ? "paper" : "all";
+  card.hold_out = lesson.holds_out_places ? "places" : "blocks";
+  card.seed = ctx.seed;
+  card.tree_count = static_cast<std::uint32_t>(options.trees);
+  card.least_leaf_rows = static_cast<std::uint32_t>(options.least_leaf_rows);
+  card.feature_share = options.feature_share;
+  card.block_m = options.block_m;
+  card.buffer_m = options.buffer_m;
+  card.labelled_route_m = lesson.folds.labelled_route_m;
+  card.block_count = lesson.folds.block_count();
+  card.fold_count = lesson.folds.fold_count;
+  card.knows_history = lesson.knows_history;
+  return card;
+}
+
+ForestOptions forest_options(const TrainModelOptions& options) {
+  return {options.trees, options.least_leaf_rows, options.feature_share, options.tree_rows};
+}
+
+Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainModelOptions& options,
+                                           const Lesson& lesson) {
+  const std::vector<std::uint8_t> leave_none_out(lesson.sites.size(), 0);
+  const LabelledRows all =
+      labelled_rows(lesson, leave_none_out, static_cast<std::size_t>(options.most_rows));
+  return grow_forest(lesson.features, all, forest_options(options), mix(ctx.seed, kWholeForestKey),
+                     ctx.threads);
+}
+
+Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
+                            const DrivenPlaces& places) {
+  TrainModelOptions options = wanted;
+  SIGHTLINE_ASSIGN(Lesson lesson, prepare_lesson(ctx, places, options));
+  PredictedError predicted;
+  predicted.ranges_m = places.places.front().factors.ranges_m;
+  predicted.limits_m = options.limits_m;
+  const OutOfFoldOptions out_of_fold_options{forest_options(options), options.buffer_m,
+                                             static_cast<std::size_t>(options.most_rows)};
+  SIGHTLINE_ASSIGN(OutOfFold out_of_fold, predict_out_of_fold(ctx, out_of_fold_options, lesson, std::move(predicted)));
+  SIGHTLINE_ASSIGN(RegressionForest forest, grow_whole_forest(ctx, options, lesson));
+  ErrorModel model;
+  model.card = training_card(ctx, options, lesson, places.places.front().drives.front().reference);
+  model.features = feature_cards(lesson, out_of_fold.importance);
+  warn_of_constant_factors(ctx, model.features);
+  model.ranges = range_cards(lesson, out_of_fold.predicted);
+  model.streets = street_cards(lesson, out_of_fold.predicted);
+  model.forest = std::move(forest);
+  for (std::size_t i = 0; i < lesson.sites.size(); ++i) {
+    lesson.sites[i].factor_digest = features_digest(lesson.features, i, lesson.range_count);
+  }
+  model.sites = std::move(lesson.sites);
+  model.out_of_fold = std::move(out_of_fold.predicted);
+  model.measured_mean_m = std::move(lesson.labels);
+  return model;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(TrainModelOptions& options) {
+  return {
+      choice("features", options.features,
+             "factors to learn from: the paper's eleven, or all there are", {"paper", "all"}),
+      shared(numbers("limits_m", options.limits_m, "accuracies that vehicles need, m", 0.001, 100.0)),
+      integer("trees", options.trees, "trees of the forest", 1, 10000),
+      integer("least_leaf_rows", options.least_leaf_rows, "training rows in a leaf, at least", 1,
+              1000),
+      number("feature_share", options.feature_share, "share of the features tried at a split", 0.01,
+             1.0),
+      integer("tree_rows", options.tree_rows,
+              "rows that one tree grows on, drawn anew for each, where there are more", 100,
+              10'000'000),
+      number("block_m", options.block_m,
+             "route held out together, at least, m; below 60 nothing is promised", 5.0, 10000.0),
+      number("buffer_m", options.buffer_m,
+             "distance from held-out sites to what trains, m; below 25 nothing is promised", 0.0,
+             1000.0),
+      integer("folds", options.folds, "parts of the route that are held out in turn", 2, 100),
+      choice("hold_out", options.hold_out,
+             "what is held out together: blocks of route, whole places, or (auto) places where "
+             "there are at least three",
+             {"auto", "blocks", "places"}),
+      integer("most_rows", options.most_rows,
+              "rows that one forest learns from; of more, every second, third, ... site is taken",
+              1000, 10'000'000)};
+}
+
+Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
+                               const DrivenPlaces& places) {
+  if (places.places.size() == 1) {
+    ctx.warn(
+        "the model learns from one place alone: where it annotates another, nothing is promised");
+  }
+  return train_on(ctx, wanted, places);
+}
+
+Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
+                                    const Sites& sites, const FactorTable& factors,
+                                    const MeasuredError& measured,
+                                    const RecordingCards& recordings) {
+  return train_on(ctx, wanted, {{{measured.drive, sites, factors, {measured}, recordings}}});
+}
+
+}  // namespace sightline

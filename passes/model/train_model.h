@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/annotation/error_model.h"
+#include "formats/base/result.h"
+#include "formats/drive/driven_places.h"
+#include "passes/model/forest/lesson.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct TrainModelOptions {
+  FeatureSet features = FeatureSet::kAll;
+  std::vector<double> limits_m = {0.10, 0.25};
+  int trees = 200;
+  int least_leaf_rows = 5;
+  double feature_share = 0.4;
+  int tree_rows = 8000;
+  double block_m = 60.0;
+  double buffer_m = 25.0;
+  int folds = 5;
+  // auto: whole places are held out where there are at least three, blocks of route elsewhere.
+  HoldOut hold_out = HoldOut::kAuto;
+  int most_rows = 100000;  // that one forest learns from
+};
+std::vector<OptionField> option_fields(TrainModelOptions& options);
+
+// Learns the mean localization error from map factors, measured history and range: one forest over
+// rows (case of a site with a scan, range; passes/model/forest/lesson.h says which cases there
+// are), and out-of-fold predictions of every case by trees that saw nothing within buffer_m of its
+// fold (schemas/definitions.md, "Error model"). A single place with less route than two blocks is
+// judged on shorter ones, which a warning says and the model's card shows. Equal inputs, options
+// and seed give equal bytes for any thread count. Factors that never vary are named in a warning,
+// and so is a model that knows one place alone.
+// Errors: mismatched-inputs where sites, factors and errors are not of one map or lack a factor;
+// invalid-artifact for a factor or error that is not finite; no-training-rows; drive-too-short
+// where not even two blocks of 15 m fit, or the buffer leaves a fold nothing to learn from.
+Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
+                               const DrivenPlaces& places);
+inline constexpr Pass kTrainModel{"train-model", 5, "model", "The error model", &train_model};
+
+// The same from the one place that the model is for, without a warning that it knows no other.
+Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
+                                    const Sites& sites, const FactorTable& factors,
+                                    const MeasuredError& measured,
+                                    const RecordingCards& recordings);
+inline constexpr Pass kTrainModelHere = variant_of(kTrainModel, &train_model_here);
+
+}  // namespace sightline

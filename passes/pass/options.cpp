@@ -1,0 +1,206 @@
+#include "passes/pass/options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+Error bad_value(const OptionField& field, std::string_view found, const std::string& expected) {
+  return {ErrorCode::kBadValue,
+          field.name + ": found '" + std::string(found) + "', expected " + expected, "", ""};
+}
+
+std::string interval(const OptionField& field) {
+  return "a number in [" + format_double(field.minimum) + ", " + format_double(field.maximum) + "]";
+}
+
+template <class T>
+bool parse_number(std::string_view text, T& number) {
+  text = trimmed(text);
+  const std::from_chars_result end =
+      std::from_chars(text.data(), text.data() + text.size(), number);
+  return end.ec == std::errc() && end.ptr == text.data() + text.size();
+}
+
+bool is_within(const OptionField& field, double number) {
+  return std::isfinite(number) && number >= field.minimum && number <= field.maximum;
+}
+
+Result<void> set_bool(const OptionField& field, bool& value, std::string_view text) {
+  if (text != "true" && text != "false") return bad_value(field, text, "true or false");
+  value = text == "true";
+  return {};
+}
+
+Result<void> set_int(const OptionField& field, int& value, std::string_view text) {
+  int number = 0;
+  if (!parse_number(text, number) || !is_within(field, number)) {
+    return bad_value(field, text, "a whole number" + interval(field).substr(8));
+  }
+  value = number;
+  return {};
+}
+
+Result<void> set_double(const OptionField& field, double& value, std::string_view text) {
+  double number = 0.0;
+  if (!parse_number(text, number) || !is_within(field, number)) {
+    return bad_value(field, text, interval(field));
+  }
+  value = number;
+  return {};
+}
+
+Error unknown_choice(const OptionField& field, std::string_view text) {
+  std::string expected = "one of";
+  for (const std::string& known : field.choices) expected += " " + known;
+  const std::string near = nearest_name(text, field.choices);
+  if (!near.empty()) expected += "; did you mean " + near + "?";
+  return bad_value(field, text, expected);
+}
+
+Result<void> set_string(const OptionField& field, std::string& value, std::string_view text) {
+  const bool is_known = std::ranges::find(field.choices, text) != field.choices.end();
+  if (!field.choices.empty() && !is_known) return unknown_choice(field, text);
+  value = text;
+  return {};
+}
+
+Result<void> set_enum(const OptionField& field, const EnumValue& value, std::string_view text) {
+  const auto found = std::ranges::find(field.choices, text);
+  if (found == field.choices.end()) return unknown_choice(field, text);
+  value.set(static_cast<std::size_t>(found - field.choices.begin()));
+  return {};
+}
+
+Result<void> set_list(const OptionField& field, std::vector<double>& value, std::string_view text) {
+  std::string_view rest = text;
+  if (rest.starts_with('[') && rest.ends_with(']')) rest = rest.substr(1, rest.size() - 2);
+  std::vector<double> list;
+  while (true) {
+    const std::size_t comma = rest.find(',');
+    double number = 0.0;
+    if (!parse_number(rest.substr(0, comma), number) || !is_within(field, number) ||
+        (!list.empty() && number <= list.back())) {
+      return bad_value(field, text, "an ascending list, each " + interval(field));
+    }
+    list.push_back(number);
+    if (comma == std::string_view::npos) break;
+    rest.remove_prefix(comma + 1);
+  }
+  value = list;
+  return {};
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+OptionField shared(OptionField field) {
+  field.is_shared = true;
+  return field;
+}
+
+OptionField flag(std::string name, bool& value, std::string help) {
+  return {std::move(name), &value, std::move(help), 0.0, 0.0, {}};
+}
+
+OptionField integer(std::string name, int& value, std::string help, int minimum, int maximum) {
+  return {std::move(name),
+          &value,
+          std::move(help),
+          static_cast<double>(minimum),
+          static_cast<double>(maximum),
+          {}};
+}
+
+OptionField number(std::string name, double& value, std::string help, double minimum,
+                   double maximum) {
+  return {std::move(name), &value, std::move(help), minimum, maximum, {}};
+}
+
+OptionField numbers(std::string name, std::vector<double>& value, std::string help, double minimum,
+                    double maximum) {
+  return {std::move(name), &value, std::move(help), minimum, maximum, {}};
+}
+
+OptionField choice(std::string name, std::string& value, std::string help,
+                   std::vector<std::string> choices) {
+  return {std::move(name), &value, std::move(help), 0.0, 0.0, std::move(choices)};
+}
+
+OptionField text(std::string name, std::string& value, std::string help) {
+  return {std::move(name), &value, std::move(help), 0.0, 0.0, {}};
+}
+
+Result<void> set_from_text(OptionField& field, std::string_view value) {
+  value = trimmed(value);
+  if (bool* const* target = std::get_if<bool*>(&field.value)) {
+    return set_bool(field, **target, value);
+  }
+  if (int* const* target = std::get_if<int*>(&field.value)) return set_int(field, **target, value);
+  if (double* const* target = std::get_if<double*>(&field.value)) {
+    return set_double(field, **target, value);
+  }
+  if (std::string* const* target = std::get_if<std::string*>(&field.value)) {
+    return set_string(field, **target, value);
+  }
+  if (const EnumValue* target = std::get_if<EnumValue>(&field.value)) {
+    return set_enum(field, *target, value);
+  }
+  return set_list(field, *std::get<std::vector<double>*>(field.value), value);
+}
+
+std::string to_text(const OptionField& field) {
+  if (bool* const* value = std::get_if<bool*>(&field.value)) return **value ? "true" : "false";
+  if (int* const* value = std::get_if<int*>(&field.value)) return std::to_string(**value);
+  if (double* const* value = std::get_if<double*>(&field.value)) return format_double(**value);
+  if (std::string* const* value = std::get_if<std::string*>(&field.value)) return **value;
+  if (const EnumValue* value = std::get_if<EnumValue>(&field.value)) {
+    return field.choices.at(value->get());
+  }
+  std::string text;
+  for (const double number : *std::get<std::vector<double>*>(field.value)) {
+    text += (text.empty() ? "" : ", ") + format_double(number);
+  }
+  return text;
+}
+
+std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
+  std::string best;
+  // Farther than a third of the word is a guess, not a typing error.
+  std::size_t least = std::max<std::size_t>(2, name.size() / 3) + 1;
+  for (const std::string& candidate : known) {
+    const std::size_t distance = edit_distance(name, candidate);
+    if (distance < least) {
+      least = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace sightline

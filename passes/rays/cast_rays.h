@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/annotation/sites.h"
+#include "formats/surroundings/depth_images.h"
+#include "formats/surroundings/surface.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+// The localizing sensor's field, in cells of one ray each.
+struct CastRaysOptions {
+  int azimuth_count = 360;
+  int elevation_count = 31;
+  double first_elevation_deg = -15.0;
+  double elevation_step_deg = 1.0;
+  double near_m = 0.5;
+  double longest_range_m = 50.0;
+};
+std::vector<OptionField> option_fields(CastRaysOptions& options);
+
+// What a level sensor would see of the surface from every site: one ray a cell, in map axes, both
+// faces and the ground count. Definition: schemas/definitions.md, `occupancy_ratio`.
+// Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far, or
+// elevations beyond the poles).
+Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
+                              const Surface& surface, const Sites& sites);
+inline constexpr Pass kCastRays{"cast-rays", 3, "depth", "Depth images", &cast_rays};
+
+}  // namespace sightline

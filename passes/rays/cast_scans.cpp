@@ -1,0 +1,81 @@
+#include "passes/rays/cast_scans.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "formats/rotation.h"
+#include "passes/matching/scan_preparation.h"
+#include "passes/rays/surface_caster.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+// Beam by beam, so that the rays of a packet are neighbours.
+std::vector<Eigen::Vector3d> directions_of(const SensorProfile& sensor) {
+  const auto azimuth_count = static_cast<int>(std::lround(360.0 / sensor.azimuth_step_deg));
+  std::vector<Eigen::Vector3d> directions;
+  directions.reserve(sensor.beam_elevations_deg.size() * static_cast<std::size_t>(azimuth_count));
+  for (const double elevation_deg : sensor.beam_elevations_deg) {
+    const double elevation_rad = elevation_deg * kRadPerDeg;
+    for (int i = 0; i < azimuth_count; ++i) {
+      const double azimuth_rad = i * sensor.azimuth_step_deg * kRadPerDeg;
+      directions.push_back(direction_of(azimuth_rad, elevation_rad));
+    }
+  }
+  return directions;
+}
+
+std::vector<Eigen::Vector3d> subsampled_hits(const std::vector<Eigen::Vector3d>& directions,
+                                             std::span<const double> distance_m, double leaf_m) {
+  std::vector<Eigen::Vector3d> hits_m;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    if (std::isfinite(distance_m[i])) hits_m.emplace_back(distance_m[i] * directions[i]);
+  }
+  return voxel_subsample(hits_m, leaf_m);
+}
+
+VirtualScans join(const std::vector<std::vector<Eigen::Vector3d>>& scan_of_site,
+                  const CastScansOptions& options) {
+  VirtualScans scans;
+  scans.longest_range_m = options.longest_range_m;
+  scans.leaf_m = options.leaf_m;
+  for (const std::vector<Eigen::Vector3d>& scan : scan_of_site) {
+    scans.points_m.insert(scans.points_m.end(), scan.begin(), scan.end());
+    scans.end.push_back(scans.points_m.size());
+  }
+  return scans;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(CastScansOptions& options) {
+  return {
+      number("near_m", options.near_m, "nothing nearer is hit, m", 0.0, 100.0),
+      shared(number("longest_range_m", options.longest_range_m, "nothing further is hit, m", 1.0, 1000.0)),
+      shared(number("leaf_m", options.leaf_m, "edge of the localizer's voxels, m", 0.05, 10.0))};
+}
+
+Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
+                                const Surface& surface, const Sites& sites,
+                                const SensorProfile& sensor) {
+  if (options.longest_range_m <= options.near_m) {
+    return Error{ErrorCode::kBadValue, "longest_range_m must be beyond near_m", "",
+                 "pass cast-scans"};
+  }
+  const RayFan fan{directions_of(sensor), options.near_m, options.longest_range_m};
+  std::vector<std::vector<Eigen::Vector3d>> scan_of_site(sites.sites.size());
+  const Result<void> cast = cast_at_sites(
+      ctx, surface, sites, fan, [&](std::size_t site, std::span<const double> distance_m) {
+        scan_of_site[site] = subsampled_hits(fan.directions, distance_m, options.leaf_m);
+      });
+  if (!cast) {
+    Error error = cast.error();
+    error.place = "pass cast-scans";
+    return error;
+  }
+  return join(scan_of_site, options);
+}
+
+}  // namespace sightline

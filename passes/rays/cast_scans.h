@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/annotation/sites.h"
+#include "formats/drive/sensor_profile.h"
+#include "formats/surroundings/surface.h"
+#include "formats/surroundings/virtual_scans.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct CastScansOptions {
+  double near_m = 0.5;
+  double longest_range_m = 50.0;
+  double leaf_m = 1.0;  // the localizer's
+};
+std::vector<OptionField> option_fields(CastScansOptions& options);
+
+// What the localizing sensor would measure at every site: each of its beams at each azimuth step,
+// the first along map +x, cast level from p on the surface and subsampled on the localizer's voxel
+// grid. Definition: schemas/definitions.md, "virtual scan".
+// Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far).
+Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
+                                const Surface& surface, const Sites& sites,
+                                const SensorProfile& sensor);
+inline constexpr Pass kCastScans{"cast-scans", 3, "virtual-scans", "Virtual scans", &cast_scans};
+
+}  // namespace sightline

@@ -1,0 +1,277 @@
+#include "passes/rays/surface_caster.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <numeric>
+#include <optional>
+
+#include "formats/base/check.h"
+#include "formats/base/parallel.h"
+#include "passes/rays/site_blocks.h"
+
+// Embree works in float, and its last bits differ from one instruction set to the next: which rays
+// just touch an edge, and which of two patches is the nearer one. So it only proposes: it sees
+// patches that are larger by what its arithmetic may be off, and a function of ours that it calls
+// for each of them decides in double, from the patch as it is.
+
+namespace sightline {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kPacket = 8;  // rays; the width of AVX2
+// Of a ray to the plane of a patch, as a sine (0.6 degrees): what is seen more edge-on is not hit.
+constexpr double kLeastSlope = 0.01;
+
+std::atomic<CasterIsa> chosen_isa = CasterIsa::kFastest;
+
+const char* device_config(CasterIsa isa) {
+  switch (isa) {
+    case CasterIsa::kSse2:
+      return "isa=sse2,set_affinity=0";
+    case CasterIsa::kAvx:
+      return "isa=avx,set_affinity=0";
+    case CasterIsa::kAvx2:
+      return "isa=avx2,set_affinity=0";
+    case CasterIsa::kFastest:
+      break;
+  }
+  return "max_isa=avx2,set_affinity=0";  // packets are as wide as its vectors
+}
+
+using Device = std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)>;
+
+Device make_device() {
+  Device device(rtcNewDevice(device_config(chosen_isa)), &rtcReleaseDevice);
+  SIGHTLINE_CHECK(device != nullptr);
+  SIGHTLINE_CHECK(
+      rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED) == 1);
+  return device;
+}
+
+// A patch as doubles see it.
+struct ExactPatch {
+  Eigen::Vector3d centre_m, normal, side, other_side;
+  double half_side_m = 0.0;
+};
+
+ExactPatch exact_patch(const SurfacePatch& patch) {
+  const Eigen::Vector3d side = side_of(patch);
+  return {patch.centre_m, patch.normal, side, patch.normal.cross(side), patch.half_side_m};
+}
+
+// A patch as seen from the place where rays begin.
+struct SeenPatch {
+  const ExactPatch& patch;
+  double ahead_m, aside_m, other_aside_m;  // of its centre, along its normal and its sides
+
+  SeenPatch(const ExactPatch& seen, const Eigen::Vector3d& p_m) : patch(seen) {
+    const Eigen::Vector3d to_centre_m = patch.centre_m - p_m;
+    ahead_m = patch.normal.dot(to_centre_m);
+    aside_m = patch.side.dot(to_centre_m);
+    other_aside_m = patch.other_side.dot(to_centre_m);
+  }
+  // At which a ray meets it; +inf where it does not, or hardly turns towards it.
+  [[nodiscard]] double distance_m(const Eigen::Vector3d& direction) const {
+    const double slope = patch.normal.dot(direction);
+    if (std::abs(slope) < kLeastSlope) return kInfinity;
+    const double distance_m = ahead_m / slope;
+    const double off_m = distance_m * patch.side.dot(direction) - aside_m;
+    const double other_off_m = distance_m * patch.other_side.dot(direction) - other_aside_m;
+    const bool is_inside =
+        std::abs(off_m) <= patch.half_side_m && std::abs(other_off_m) <= patch.half_side_m;
+    return is_inside ? distance_m : kInfinity;
+  }
+};
+
+// How far Embree's floats may be off where a ray meets a patch: coordinates in a scene reach
+// kSiteBlock_m + far_m, a float keeps 2^-24 of them, a slope of kLeastSlope stretches that a
+// hundredfold, and a handful of operations add up.
+double margin_m(double far_m) { return 5e-5 * (kSiteBlock_m + far_m); }
+
+// Eight rays from anywhere: what differs from site to site is filled in before each use.
+struct Packet {
+  alignas(32) std::array<int, kPacket> valid;
+  RTCRayHit8 rays;
+};
+
+std::vector<Packet> packets_of(const RayFan& fan) {
+  const std::size_t ray_count = fan.directions.size();
+  const double margin = margin_m(fan.far_m);
+  std::vector<Packet> packets((ray_count + kPacket - 1) / kPacket);
+  for (std::size_t i = 0; i < packets.size() * kPacket; ++i) {
+    Packet& packet = packets[i / kPacket];
+    const std::size_t lane = i % kPacket;
+    const Eigen::Vector3f direction = fan.directions[std::min(i, ray_count - 1)].cast<float>();
+    packet.valid[lane] = i < ray_count ? -1 : 0;
+    packet.rays.ray.dir_x[lane] = direction.x();
+    packet.rays.ray.dir_y[lane] = direction.y();
+    packet.rays.ray.dir_z[lane] = direction.z();
+    packet.rays.ray.tnear[lane] = static_cast<float>(std::max(0.0, fan.near_m - margin));
+    packet.rays.ray.tfar[lane] = static_cast<float>(fan.far_m + margin);
+    packet.rays.ray.time[lane] = 0.0F;
+    packet.rays.ray.mask[lane] = ~0U;
+    packet.rays.ray.id[lane] = static_cast<unsigned>(lane);
+    packet.rays.ray.flags[lane] = 0;
+    packet.rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+    packet.rays.hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
+    packet.rays.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+  }
+  return packets;
+}
+
+void set_origin(const Eigen::Vector3f& origin_m, Packet& packet) {
+  std::fill_n(packet.rays.ray.org_x, kPacket, origin_m.x());
+  std::fill_n(packet.rays.ray.org_y, kPacket, origin_m.y());
+  std::fill_n(packet.rays.ray.org_z, kPacket, origin_m.z());
+}
+
+// What a packet is to be compared with in double, and the nearest hit of each of its rays.
+struct ExactCast : RTCIntersectContext {
+  std::span<const ExactPatch> patches;
+  Eigen::Vector3d p_m;
+  const Eigen::Vector3d* directions = nullptr;  // of the packet's rays
+  double near_m = 0.0;
+  double far_m = 0.0;
+  double margin_m = 0.0;
+  std::array<double, kPacket> distance_m;
+};
+
+// Embree calls this for each patch that rays of a packet may meet: it proposes, doubles decide.
+// Embree goes on as far as another patch could still be nearer in double, which a filter may ask by
+// setting tfar.
+void decide_in_double(const RTCFilterFunctionNArguments* call) {
+  auto& cast = *static_cast<ExactCast*>(call->context);
+  const unsigned count = call->N;
+  std::size_t seen_index = cast.patches.size();
+  std::optional<SeenPatch> seen;
+  for (unsigned i = 0; i < count; ++i) {
+    if (call->valid[i] != -1) continue;
+    call->valid[i] = 0;
+    const std::size_t index = RTCHitN_primID(call->hit, count, i);
+    if (index >= cast.patches.size()) continue;
+    if (index != seen_index) seen.emplace(cast.patches[index], cast.p_m);
+    seen_index = index;
+    const std::size_t lane = RTCRayN_id(call->ray, count, i);
+    const double distance_m = seen->distance_m(cast.directions[lane]);
+    if (!(distance_m >= cast.near_m && distance_m <= cast.far_m)) continue;
+    if (!(distance_m < cast.distance_m[lane])) continue;
+    call->valid[i] = -1;
+    cast.distance_m[lane] = distance_m;
+    RTCRayN_tfar(call->ray, count, i) = static_cast<float>(distance_m + cast.margin_m);
+  }
+}
+
+// Four corners of each patch, relative to the block and further out by the margin. A quadrangle has
+// a tight box around it where a disc has a cube, so that far fewer boxes overlap on walls and
+// ground.
+RTCGeometry geometry_of(RTCDevice device, std::span<const ExactPatch> patches,
+                        const Eigen::Vector3d& origin_m, double margin) {
+  const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
+  const std::size_t count = std::max<std::size_t>(1, patches.size());
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4 * count));
+  auto* corners = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(std::uint32_t), count));
+  SIGHTLINE_CHECK(vertices != nullptr && corners != nullptr);
+  std::fill_n(vertices, 12, 0.0F);  // without any patch: one of no extent
+  std::iota(corners, corners + 4 * count, 0U);
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const double half_m = patches[i].half_side_m + margin;
+    const Eigen::Vector3d u_m = half_m * patches[i].side;
+    const Eigen::Vector3d v_m = half_m * patches[i].other_side;
+    const Eigen::Vector3d centre_m = patches[i].centre_m - origin_m;
+    const std::array<Eigen::Vector3d, 4> around_m = {centre_m - u_m - v_m, centre_m + u_m - v_m,
+                                                     centre_m + u_m + v_m, centre_m - u_m + v_m};
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      const Eigen::Vector3f at_m = around_m[corner].cast<float>();
+      std::copy_n(at_m.data(), 3, vertices + 3 * (4 * i + corner));
+    }
+  }
+  rtcSetGeometryIntersectFilterFunction(geometry, &decide_in_double);
+  return geometry;
+}
+
+// Casts a fan of rays on the patches of one block.
+class BlockCaster {
+ public:
+  BlockCaster(RTCDevice device, const Surface& surface, const SiteBlock& block, const RayFan& fan)
+      : origin_m_(block.origin_m), fan_(fan), scene_(rtcNewScene(device)) {
+    for (const std::uint32_t patch : block.patches) {
+      patches_.push_back(exact_patch(surface.patches[patch]));
+    }
+    // Robust: no ray slips between the two triangles that a quadrangle is for Embree.
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    const RTCGeometry geometry = geometry_of(device, patches_, origin_m_, margin_m(fan.far_m));
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene_, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene_);
+    SIGHTLINE_CHECK(rtcGetDeviceError(device) == RTC_ERROR_NONE);
+  }
+  ~BlockCaster() { rtcReleaseScene(scene_); }
+  BlockCaster(const BlockCaster&) = delete;
+  BlockCaster& operator=(const BlockCaster&) = delete;
+
+  void cast(const Eigen::Vector3d& p_map_m, std::span<const Packet> packets,
+            std::span<double> distance_m) const {
+    const Eigen::Vector3f origin_m = (p_map_m - origin_m_).cast<float>();
+    ExactCast exact;
+    rtcInitIntersectContext(&exact);
+    exact.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;  // neighbours: a third faster
+    exact.patches = patches_;
+    exact.p_m = p_map_m;
+    exact.near_m = fan_.near_m;
+    exact.far_m = fan_.far_m;
+    exact.margin_m = margin_m(fan_.far_m);
+    for (std::size_t first = 0; first < distance_m.size(); first += kPacket) {
+      Packet packet = packets[first / kPacket];
+      set_origin(origin_m, packet);
+      exact.directions = fan_.directions.data() + first;
+      exact.distance_m.fill(kInfinity);
+      rtcIntersect8(packet.valid.data(), scene_, &exact, &packet.rays);
+      const std::size_t count = std::min(kPacket, distance_m.size() - first);
+      std::copy_n(exact.distance_m.begin(), count,
+                  distance_m.begin() + static_cast<std::ptrdiff_t>(first));
+    }
+  }
+
+ private:
+  Eigen::Vector3d origin_m_;
+  const RayFan& fan_;
+  std::vector<ExactPatch> patches_;
+  RTCScene scene_;
+};
+
+}  // namespace
+
+void replace_caster_isa(CasterIsa isa) { chosen_isa = isa; }
+
+Result<void> cast_at_sites(PassContext& ctx, const Surface& surface, const Sites& sites,
+                           const RayFan& fan, const TakeDistances& take) {
+  if (surface.frame != sites.frame) {
+    return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "", ""};
+  }
+  const std::vector<Packet> packets = packets_of(fan);
+  const Device device = make_device();
+  std::atomic<std::size_t> done = 0;
+  // Blocks one after another, so that one scene at a time is in memory; sites side by side.
+  for (const SiteBlock& block : blocks_of_sites(sites, surface, fan.far_m)) {
+    const BlockCaster caster(device.get(), surface, block, fan);
+    parallel_for(block.sites.size(), ctx.threads, [&](std::size_t i) {
+      std::vector<double> distance_m(fan.directions.size());
+      caster.cast(sites.sites[block.sites[i]].p_map_m, packets, distance_m);
+      take(block.sites[i], distance_m);
+      ctx.progress(++done, sites.sites.size());
+    });
+  }
+  return {};
+}
+
+}  // namespace sightline

@@ -1,0 +1,255 @@
+#include "passes/trajectory/align_drive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "formats/base/parallel.h"
+#include "formats/drive/trajectory_of_drive.h"
+#include "formats/rotation.h"
+#include "passes/matching/matcher.h"
+#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/pose_graph.h"
+
+namespace sightline {
+namespace {
+
+// So many scans, evenly over the drive, are looked for everywhere.
+constexpr std::size_t kQueries = 8;
+// A match is believed when its points score at least this, and so many of them have an ND near. In
+// its place a scan of a generated town scores about 2.5, elsewhere 1 to 1.7.
+constexpr double kLeastLikelihood = 1.8;
+constexpr double kLeastScoredShare = 0.4;
+// A placement that another scan confirms moves it no farther than this.
+constexpr double kConfirms_m = 1.0;
+constexpr double kConfirms_rad = 0.05;
+// Of a match with the map, which is made of another day's scans; and of one own step.
+constexpr double kMatchSigma_m = 0.03;
+constexpr double kMatchSigma_rad = 0.002;
+constexpr double kStepSigma_m = 0.005;
+constexpr double kStepSigma_rad = 0.0005;
+
+struct MapMatch {
+  Pose T_map_lidar = Pose::Identity();
+  double likelihood = 0.0;
+  bool is_good = false;
+};
+
+MapMatch match_to_map(const MatchGrid& grid, const std::vector<Eigen::Vector3d>& points_m,
+                      const Pose& T_map_start) {
+  const MatchResult found = match(grid, points_m, T_map_start);
+  MapMatch result{found.T_map_sensor, found.nearest_voxel_likelihood};
+  const double share = found.scored_points / std::max(1.0, static_cast<double>(points_m.size()));
+  result.is_good = result.likelihood >= kLeastLikelihood && share >= kLeastScoredShare;
+  return result;
+}
+
+bool is_near(const Pose& a, const Pose& b) {
+  const Pose between = a.inverse() * b;
+  return between.translation().norm() <= kConfirms_m &&
+         rotation_angle_rad(between.linear()) <= kConfirms_rad;
+}
+
+struct Query {
+  std::size_t scan = 0;
+  Pose T_own_lidar = Pose::Identity();
+  std::vector<Eigen::Vector3d> points_m;
+};
+
+Result<std::vector<Query>> make_queries(const Drive& drive, const std::vector<Pose>& T_own_lidar) {
+  std::vector<Query> queries;
+  const std::size_t count = std::min(kQueries, drive.scans.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    Query query;
+    query.scan = (2 * i + 1) * drive.scans.size() / (2 * count);
+    query.T_own_lidar = T_own_lidar[query.scan];
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, query.scan));
+    query.points_m = scan.to_match_m;
+    queries.push_back(std::move(query));
+  }
+  return queries;
+}
+
+// Where a sensor may have been: on the route, looking ahead or back.
+std::vector<Pose> candidates(const Sites& sites, double step_m) {
+  std::vector<Pose> places;
+  double next_m = 0.0;
+  std::optional<std::uint32_t> run;
+  for (const Site& site : sites.sites) {
+    if (run == site.run && site.s_m < next_m) continue;
+    run = site.run;
+    next_m = site.s_m + step_m;
+    Pose ahead = site.T_map_vehicle;
+    ahead.translation() = site.p_map_m;
+    places.push_back(ahead);
+    Pose back = ahead;
+    back.linear() = ahead.linear() * rotation_matrix({Eigen::Vector3d::UnitZ(), std::numbers::pi});
+    places.push_back(back);
+  }
+  return places;
+}
+
+struct Placement {
+  Pose T_map_own = Pose::Identity();
+  std::size_t anchor = 0;  // a scan that it is known from
+  double support = 0.0;    // likelihoods of the scans that confirm it
+  int confirmed = 0;
+};
+
+// The best place of one scan anywhere.
+std::optional<Placement> place_anywhere(const MatchGrid& grid, const Query& query,
+                                        const std::vector<Pose>& places) {
+  MapMatch best;
+  for (const Pose& place : places) {
+    const MapMatch found = match_to_map(grid, query.points_m, place);
+    if (found.is_good && found.likelihood > best.likelihood) best = found;
+  }
+  if (!best.is_good) return std::nullopt;
+  return Placement{best.T_map_lidar * query.T_own_lidar.inverse(), query.scan};
+}
+
+void confirm(const MatchGrid& grid, const std::vector<Query>& queries, Placement& placement) {
+  for (const Query& query : queries) {
+    const Pose start = placement.T_map_own * query.T_own_lidar;
+    const MapMatch found = match_to_map(grid, query.points_m, start);
+    if (!found.is_good || !is_near(found.T_map_lidar, start)) continue;
+    placement.support += found.likelihood;
+    ++placement.confirmed;
+  }
+}
+
+// The placement that scans all over the drive speak for; among them that the drive's own poses are
+// the map's already.
+std::optional<Placement> place(PassContext& ctx, const MatchGrid& grid,
+                               const std::vector<Query>& queries, const std::vector<Pose>& places) {
+  std::vector<std::optional<Placement>> found(queries.size() + 1);
+  found.back() = Placement{Pose::Identity(), queries.front().scan};
+  parallel_for(queries.size(), ctx.threads,
+               [&](std::size_t i) { found[i] = place_anywhere(grid, queries[i], places); });
+  parallel_for(found.size(), ctx.threads, [&](std::size_t i) {
+    if (found[i]) confirm(grid, queries, *found[i]);
+  });
+  std::optional<Placement> best;
+  for (const std::optional<Placement>& placement : found) {
+    if (placement && (!best || placement->support > best->support)) best = placement;
+  }
+  // A scan that finds a place confirms itself; it takes another to be believed.
+  const int needed = queries.size() > 1 ? 2 : 1;
+  return best && best->confirmed >= needed ? best : std::nullopt;
+}
+
+struct Followed {
+  std::vector<Pose> T_map_lidar;
+  std::vector<bool> is_matched;
+};
+
+// From the anchor to both ends: each scan is expected where its neighbour's match puts it.
+Result<Followed> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
+                        const std::vector<Pose>& T_own_lidar, const Placement& placement) {
+  const std::size_t count = drive.scans.size();
+  Followed followed{std::vector<Pose>(count), std::vector<bool>(count)};
+  std::size_t done = 0;
+  const auto visit = [&](std::size_t k, const Pose& T_map_own) -> Result<Pose> {
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
+    const Pose start = T_map_own * T_own_lidar[k];
+    const MapMatch found = match_to_map(grid, scan.to_match_m, start);
+    followed.is_matched[k] = found.is_good && is_near(found.T_map_lidar, start);
+    followed.T_map_lidar[k] = followed.is_matched[k] ? found.T_map_lidar : start;
+    ctx.progress(++done, count);
+    return Pose(followed.T_map_lidar[k] * T_own_lidar[k].inverse());
+  };
+  Pose T_map_own = placement.T_map_own;
+  for (std::size_t k = placement.anchor; k < count; ++k) {
+    SIGHTLINE_ASSIGN(const Pose next, visit(k, T_map_own));
+    T_map_own = next;
+  }
+  T_map_own = followed.T_map_lidar[placement.anchor] * T_own_lidar[placement.anchor].inverse();
+  for (std::size_t k = placement.anchor; k-- > 0;) {
+    SIGHTLINE_ASSIGN(const Pose next, visit(k, T_map_own));
+    T_map_own = next;
+  }
+  return followed;
+}
+
+PoseGraph graph_of(const Followed& followed, const std::vector<Pose>& T_own_lidar) {
+  PoseGraph graph;
+  for (std::uint32_t k = 0; k < T_own_lidar.size(); ++k) {
+    if (k > 0) {
+      graph.odometry.push_back(
+          {k - 1, k, T_own_lidar[k - 1].inverse() * T_own_lidar[k], kStepSigma_m, kStepSigma_rad});
+    }
+    if (followed.is_matched[k]) {
+      graph.priors.push_back({k, followed.T_map_lidar[k], kMatchSigma_m, kMatchSigma_rad});
+    }
+  }
+  return graph;
+}
+
+Trajectory trajectory_of(const Drive& drive, const NdtMap& map, const PoseGraph& graph,
+                         const GraphSolution& solution) {
+  Trajectory trajectory;
+  trajectory.frame = map.frame;
+  trajectory.source = PoseSource::kRefined;
+  trajectory.odometry_edges = static_cast<std::uint32_t>(graph.odometry.size());
+  trajectory.prior_edges = static_cast<std::uint32_t>(graph.priors.size());
+  trajectory.rms_translation_residual_m = solution.rms_translation_m;
+  trajectory.rms_rotation_residual_rad = solution.rms_rotation_rad;
+  const Pose T_lidar_vehicle = drive.sensor.T_vehicle_lidar.inverse();
+  for (std::size_t k = 0; k < drive.scans.size(); ++k) {
+    TrajectoryPose pose{drive.scans[k].recording_index, drive.scans[k].stamp_ns,
+                        solution.T_map_pose[k] * T_lidar_vehicle};
+    // Neighbours lean on the same walls: no claim to be better than one match.
+    pose.covariance.diagonal().head<3>().setConstant(kMatchSigma_m * kMatchSigma_m);
+    pose.covariance.diagonal().tail<3>().setConstant(kMatchSigma_rad * kMatchSigma_rad);
+    trajectory.poses.push_back(pose);
+  }
+  return trajectory;
+}
+
+void warn_of_unmatched(const PassContext& ctx, const Drive& drive, const Followed& followed) {
+  const auto unmatched = std::ranges::count(followed.is_matched, false);
+  if (unmatched == 0) return;
+  ctx.warn(std::to_string(unmatched) + " of " + std::to_string(drive.scans.size()) +
+           " scans of drive " + drive.name +
+           " do not match the map and follow the drive's own steps");
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(AlignDriveOptions& options) {
+  return {choice("mode", options.mode,
+                 "auto: poses that were not given are matched against the map; align: all are",
+                 {"auto", "given", "align"}),
+          number("candidate_step_m", options.candidate_step_m,
+                 "places of the route from which a drive is looked for, m", 0.5, 50.0)};
+}
+
+Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
+                               const Drive& drive, const Trajectory& own, const NdtMap& map,
+                               const Sites& sites) {
+  const bool is_given = own.source == PoseSource::kGiven;
+  if (options.mode == AlignMode::kGiven || (options.mode == AlignMode::kAuto && is_given)) return own;
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, own));
+  if (map.nds.empty()) return Error{ErrorCode::kEmptyMap, "the map has no ND to match", "", ""};
+  const Trajectory near = rebase(own, map.frame);
+  std::vector<Pose> T_own_lidar;
+  for (const TrajectoryPose& pose : near.poses) {
+    T_own_lidar.push_back(pose.T_map_vehicle * drive.sensor.T_vehicle_lidar);
+  }
+  SIGHTLINE_ASSIGN(const std::vector<Query> queries, make_queries(drive, T_own_lidar));
+  const MatchGrid grid = make_match_grid(map, surface_information_per_m2);
+  const std::optional<Placement> placement =
+      place(ctx, grid, queries, candidates(sites, options.candidate_step_m));
+  if (!placement) {
+    return Error{ErrorCode::kNoOverlap, "no two scans agree on where the drive was in the map", "",
+                 "drive " + drive.name};
+  }
+  SIGHTLINE_ASSIGN(const Followed followed, follow(ctx, grid, drive, T_own_lidar, *placement));
+  warn_of_unmatched(ctx, drive, followed);
+  const PoseGraph graph = graph_of(followed, T_own_lidar);
+  SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, followed.T_map_lidar));
+  return trajectory_of(drive, map, graph, solution);
+}
+
+}  // namespace sightline

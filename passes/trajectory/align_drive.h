@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "formats/annotation/sites.h"
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
+#include "formats/surroundings/ndt_map.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+enum class AlignMode { kAuto, kGiven, kAlign };
+
+struct AlignDriveOptions {
+  // auto: given poses are in the map's world and stay; estimated and refined ones are aligned.
+  // given: nothing is aligned. align: everything is.
+  AlignMode mode = AlignMode::kAuto;
+  double candidate_step_m = 2.0;  // places of the route from which scans are looked for
+};
+std::vector<OptionField> option_fields(AlignDriveOptions& options);
+
+// The trajectory of another drive of the place, told in the map's frame. `own` is what the drive
+// knows of itself, in a frame of its own or nearly in the map's. A few scans are matched against
+// the map from everywhere on the route, both ways round; the placement that most of them confirm is
+// followed through the drive, scan by scan, and a pose graph joins those matches with the drive's
+// own steps, so that stretches beside the map are bridged. Errors: mismatched-inputs (`own` is not
+// of the drive), empty-map, no-overlap (no placement is confirmed), trajectory-lost (no solution),
+// and what reading a scan says.
+Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
+                               const Drive& drive, const Trajectory& own, const NdtMap& map,
+                               const Sites& sites);
+inline constexpr Pass kAlignDrive{"align-drive", 2, "aligned", "A second drive in the map of the first",
+                                  &align_drive};
+
+}  // namespace sightline

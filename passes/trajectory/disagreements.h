@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/drive/drive.h"
+#include "passes/trajectory/odometry.h"
+
+namespace sightline {
+
+// A stretch on which given poses move otherwise than the scans show.
+struct PoseDisagreement {
+  std::uint32_t first = 0;  // scans, by their place in the drive
+  std::uint32_t last = 0;
+  double given_m = 0.0;  // how far the last one is from the first
+  double matched_m = 0.0;
+  double off_m = 0.0;  // the difference of the two motions
+  double off_rad = 0.0;
+};
+
+// Compares motions over about 3 m of way: 0.15 m and 5 % of the way, or 1 degree and 5 % of the
+// turn, are allowed. Stretches that touch are told as one. Scans without a given pose or that could
+// not be matched say nothing.
+std::vector<PoseDisagreement> find_disagreements(const std::vector<std::optional<Pose>>& given,
+                                                 const Odometry& odometry);
+
+std::string to_text(const PoseDisagreement& disagreement, const Drive& drive);
+
+}  // namespace sightline

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+enum class PoseMode { kAuto, kGiven, kRefine, kEstimate };
+enum class BadPoses { kIgnore, kWarn, kRepair, kRefuse };
+
+struct EstimateTrajectoryOptions {
+  // auto: given poses as they are where every scan has one, refined where some have, estimated
+  // where none has. given, refine and estimate say it outright.
+  PoseMode mode = PoseMode::kAuto;
+  // What happens where given poses move otherwise than the scans show: nothing is compared, a
+  // warning says so, poses are refined as well, or they are refused.
+  BadPoses bad_poses = BadPoses::kWarn;
+  double prior_sigma_m = 0.5;  // refine: how far a given pose is to be believed
+  double prior_sigma_deg = 2.0;
+  double prior_correlation_m = 100.0;  // given poses share their error over this much of the way
+  double local_map_m = 50.0;           // scans are matched to what was seen on this much of the way
+  bool closes_loops = true;            // match again where the route comes back to a place
+};
+std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
+
+// Where the vehicle was at each scan of the drive, in the drive's frame.
+// Estimated: the first scan's vehicle frame (refined: where given poses put it). Each scan is
+// matched by NDT to a map of the latest ones from where constant velocity would take it; a pose
+// graph takes that odometry, loops where the route comes back to a place, and, when refining, the
+// given poses; then the small planes that several scans saw say how well each pose is known, and
+// where poses were given all are adjusted to them. Given poses are compared with that odometry and kept. Scans are
+// taken as rigid, as every later pass takes them. Errors: no-poses (mode given or refine without),
+// mismatched-inputs (bad poses are refused; place: the scans), trajectory-lost (matching fails and
+// no given pose helps; place: the scan), drive-too-short (fewer than two scans to match), and what
+// reading a scan says.
+Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
+                                       const Drive& drive);
+inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 5, "trajectory", "Where the vehicle was",
+                                          &estimate_trajectory};
+
+}  // namespace sightline

@@ -1,0 +1,123 @@
+#include "passes/trajectory/local_map.h"
+
+#include <cmath>
+#include <utility>
+
+#include "formats/rotation.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kCoarseCell_m = 2.0;
+constexpr double kFineCell_m = 1.0;
+// Fewer than a map needs, because a local one begins with a single scan.
+constexpr double kLeastPoints = 6.0;
+// lambda_1 of a valid ND ("NDT map" in schemas/definitions.md, v1).
+constexpr double kLeastExtent_m2 = 1e-6;
+// Standard deviations across and along the surface of a cell.
+constexpr double kThinnest_m = 0.05;
+constexpr double kAlong_m = 2.0;
+// A scan joins the local map when the vehicle has come this far since the last one that did.
+constexpr double kKeyframeStep_m = 1.0;
+constexpr double kKeyframeTurn_rad = 0.1;
+
+}  // namespace
+
+// A wall holds a point in its normal; along the wall the points of a cell end where the field of
+// view did, not where the wall does. Taken for shape, that end would tilt each scan a little,
+// always the same way.
+Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
+  Eigen::Vector3d variance_m2 = nd.eigenvalues_m2.cwiseMax(kThinnest_m * kThinnest_m);
+  const double along_m2 = kAlong_m * kAlong_m;
+  const int dimensions = dimension_class(nd);
+  if (dimensions == 2) {
+    variance_m2[0] = variance_m2[1] = along_m2;
+  } else if (dimensions == 1) {
+    const bool is_upright = std::abs(nd.eigenvectors(2, 0)) > 0.7;
+    variance_m2[0] = along_m2;
+    // A ring of the sensor is a line as well, but no edge.
+    if (!is_upright) variance_m2[1] = variance_m2[2] = along_m2;
+  }
+  return nd.eigenvectors * variance_m2.cwiseInverse().asDiagonal() * nd.eigenvectors.transpose();
+}
+
+RollingCells::Cell& RollingCells::cell_of(const Eigen::Vector3d& point_m) {
+  const CellKey key = cell_key(point_m, cell_m_);
+  if (last_ >= cells_.size() || cells_[last_].key != key) {
+    last_ = index_.add(key);
+    if (last_ == cells_.size()) cells_.emplace_back().key = key;
+  }
+  cells_[last_].is_changed = true;
+  return cells_[last_];
+}
+
+void RollingCells::add(const std::vector<Eigen::Vector3d>& points_m, double sign) {
+  for (const Eigen::Vector3d& point_m : points_m) {
+    Cell& cell = cell_of(point_m);
+    cell.moments.add(point_m - cell_centre_m(cell.key, cell_m_), sign);
+  }
+}
+
+// Places left behind go: the last cell takes the place of an empty one.
+void RollingCells::forget_empty_cells() {
+  const std::size_t count = cells_.size();
+  for (std::size_t i = 0; i < cells_.size();) {
+    if (cells_[i].moments.count > 0.5) {
+      ++i;
+      continue;
+    }
+    if (i + 1 < cells_.size()) cells_[i] = cells_.back();
+    cells_.pop_back();
+  }
+  if (cells_.size() == count) return;
+  index_ = CellIndex();
+  for (const Cell& cell : cells_) index_.add(cell.key);
+}
+
+MatchGrid RollingCells::grid() {
+  forget_empty_cells();
+  NdtMap map;
+  map.cell_m = cell_m_;
+  for (Cell& cell : cells_) {
+    if (cell.moments.count < kLeastPoints) continue;
+    if (std::exchange(cell.is_changed, false)) cell.nd = nd_of(cell.key, cell.moments, cell_m_);
+    if (cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2) map.nds.push_back(cell.nd);
+  }
+  return make_match_grid(map, surface_information_per_m2);
+}
+
+LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m) {
+  RollingCells coarse(kCoarseCell_m);
+  RollingCells fine(kFineCell_m);
+  coarse.add(points_m, 1.0);
+  fine.add(points_m, 1.0);
+  return {coarse.grid(), fine.grid()};
+}
+
+LocalMap::LocalMap(double reach_m)
+    : reach_m_(reach_m), coarse_(kCoarseCell_m), fine_(kFineCell_m) {}
+
+void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar,
+                   double driven_m) {
+  KeyScan& key = scans_.emplace_back();
+  key.driven_m = driven_m;
+  key.points_m.reserve(points_m.size());
+  for (const Eigen::Vector3d& point_m : points_m) key.points_m.push_back(T_map_lidar * point_m);
+  coarse_.add(key.points_m, 1.0);
+  fine_.add(key.points_m, 1.0);
+  while (scans_.front().driven_m < driven_m - reach_m_) {
+    coarse_.add(scans_.front().points_m, -1.0);
+    fine_.add(scans_.front().points_m, -1.0);
+    scans_.pop_front();
+  }
+  grids_ = {coarse_.grid(), fine_.grid()};
+  T_map_last_ = T_map_lidar;
+}
+
+bool LocalMap::wants(const Pose& T_map_lidar) const {
+  const Pose step = T_map_last_.inverse() * T_map_lidar;
+  return step.translation().norm() >= kKeyframeStep_m ||
+         rotation_angle_rad(step.linear()) >= kKeyframeTurn_rad;
+}
+
+}  // namespace sightline

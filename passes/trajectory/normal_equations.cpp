@@ -1,0 +1,98 @@
+#include "passes/trajectory/normal_equations.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "formats/rotation.h"
+
+namespace sightline {
+namespace {
+
+// Holds the first pose where no prior does.
+constexpr double kFixed_m = 1e-4;
+constexpr double kFixed_rad = 1e-6;
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d matrix;
+  matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return matrix;
+}
+
+// Huber's weight of a residual that is as long as so many sigmas.
+double huber(double sigmas) { return sigmas > 1.0 ? 1.0 / sigmas : 1.0; }
+
+// Residuals in map axes: where `to` is, less where `from` puts it.
+void add_edge(const GraphEdge& edge, bool is_doubted, const std::vector<Pose>& poses,
+              Equations& all) {
+  const Pose& from = poses[edge.from];
+  const Pose expected = from * edge.T_from_to;
+  const Pose& to = poses[edge.to];
+  Vector6d residual;
+  residual << to.translation() - expected.translation(),
+      rotation_vector(to.linear() * expected.linear().transpose());
+  Vector6d information;
+  information.head<3>().setConstant(1.0 / (edge.sigma_m * edge.sigma_m));
+  information.tail<3>().setConstant(1.0 / (edge.sigma_rad * edge.sigma_rad));
+  if (is_doubted) {
+    information *= huber(std::sqrt(residual.dot(information.cwiseProduct(residual))));
+  }
+  Matrix6d by_from = -Matrix6d::Identity();
+  by_from.block<3, 3>(0, 3) = cross_matrix(expected.translation() - from.translation());
+  const Matrix6d weighted = by_from.transpose() * information.asDiagonal();
+  const Matrix6d own = information.asDiagonal();
+  add_block(edge.from, edge.from, weighted * by_from, all);
+  add_block(edge.to, edge.to, own, all);
+  if (edge.from < edge.to) {
+    add_block(edge.to, edge.from, own * by_from, all);
+  } else {
+    add_block(edge.from, edge.to, weighted, all);
+  }
+  all.gradient.segment<6>(6 * static_cast<Eigen::Index>(edge.from)) += weighted * residual;
+  all.gradient.segment<6>(6 * static_cast<Eigen::Index>(edge.to)) += own * residual;
+}
+
+void add_prior(const GraphPrior& prior, const std::vector<Pose>& poses, Equations& all) {
+  const Pose& pose = poses[prior.pose];
+  Vector6d residual;
+  residual << pose.translation() - prior.T_map_pose.translation(),
+      rotation_vector(pose.linear() * prior.T_map_pose.linear().transpose());
+  Vector6d information;
+  information.head<3>().setConstant(1.0 / (prior.sigma_m * prior.sigma_m));
+  information.tail<3>().setConstant(1.0 / (prior.sigma_rad * prior.sigma_rad));
+  information *= huber(std::sqrt(residual.dot(information.cwiseProduct(residual))));
+  const Matrix6d own = information.asDiagonal();
+  add_block(prior.pose, prior.pose, own, all);
+  all.gradient.segment<6>(6 * static_cast<Eigen::Index>(prior.pose)) += own * residual;
+}
+
+}  // namespace
+
+void add_block(std::uint32_t row, std::uint32_t column, const Matrix6d& block, Equations& all) {
+  const auto [place, is_new] = all.blocks.try_emplace({row, column}, block);
+  if (!is_new) place->second += block;
+}
+
+void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations& all) {
+  for (const GraphEdge& edge : graph.odometry) add_edge(edge, true, poses, all);
+  for (const GraphEdge& edge : graph.loops) add_edge(edge, true, poses, all);
+  for (const GraphPrior& prior : graph.priors) add_prior(prior, poses, all);
+  if (graph.priors.empty()) add_prior({0, poses[0], kFixed_m, kFixed_rad}, poses, all);
+}
+
+Eigen::SparseMatrix<double> matrix_of(const Equations& all) {
+  std::vector<Eigen::Triplet<double>> triplets;
+  triplets.reserve(36 * all.blocks.size());
+  for (const auto& [key, block] : all.blocks) {
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j < 6; ++j) {
+        triplets.emplace_back(static_cast<int>(6 * key.first) + i,
+                              static_cast<int>(6 * key.second) + j, block(i, j));
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> matrix(all.gradient.size(), all.gradient.size());
+  matrix.setFromTriplets(triplets.begin(), triplets.end());
+  return matrix;
+}
+
+}  // namespace sightline

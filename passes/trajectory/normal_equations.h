@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "passes/matching/match_score.h"
+#include "passes/trajectory/pose_graph.h"
+
+// Normal equations over poses, in blocks of 6: steps of each pose along map axes, order dx dy dz wx
+// wy wz (m, rad).
+
+namespace sightline {
+
+using BlockKey = std::pair<std::uint32_t, std::uint32_t>;  // row >= column
+
+struct Equations {
+  std::map<BlockKey, Matrix6d> blocks;
+  Eigen::VectorXd gradient;
+};
+
+void add_block(std::uint32_t row, std::uint32_t column, const Matrix6d& block, Equations& all);
+
+// Edges and priors at these poses, each weighted by its sigmas and by Huber's weight of its
+// residual. Where there are no priors the first pose is held.
+void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations& all);
+
+// The lower triangle.
+Eigen::SparseMatrix<double> matrix_of(const Equations& all);
+
+}  // namespace sightline

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct UndistortScansOptions {
+  bool enabled = true;
+};
+std::vector<OptionField> option_fields(UndistortScansOptions& options);
+
+// The drive with every scan as if it had been measured at once, at its stamp: a point with a time
+// of its own moves by what the vehicle moved between that time and the stamp. Between two poses of
+// the trajectory the vehicle moves evenly, in position and (about one axis) in rotation; before the
+// first pose, behind the last one and next to a gap of more than 1 s it moves on as it did on the
+// other side of the scan, and stands still where there is none.
+//
+// The scans are changed when they are read, one in memory; they carry no times any more. Where no
+// scan has times, or when disabled, it is the same drive. Warns when times are there and not used,
+// and of scans that are taken to stand still. Error: mismatched-inputs (not one pose for each
+// scan).
+Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
+                              const Drive& drive, const Trajectory& trajectory);
+inline constexpr Pass kUndistortScans{"undistort-scans", 2, "undistorted", "Motion during a scan",
+                                      &undistort_scans};
+
+}  // namespace sightline

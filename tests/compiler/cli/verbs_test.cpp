@@ -1,0 +1,168 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "compiler/cli/command_line.h"
+#include "compiler/cli/flag_value.h"
+#include "compiler/cli/help_text.h"
+#include "compiler/cli/parse_command_line.h"
+#include "compiler/commands/commands.h"
+#include "formats/base/atomic_file.h"
+
+// What all verbs of the program have in common.
+
+namespace sightline {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// What the program prints on stdout when it is run with these words.
+std::string output_of(const std::vector<std::string>& words) {
+  ::testing::internal::CaptureStdout();
+  const int status = run_command_line(sightline_program(), words);
+  const std::string text = ::testing::internal::GetCapturedStdout();
+  EXPECT_EQ(status, 0) << ::testing::PrintToString(words);
+  return text;
+}
+
+std::string help_of(const Verb& verb) { return help_text("sightline " + verb.name, verb); }
+
+// The commands of an example: of "sightline a && sightline b > c # d" the words behind "sightline".
+std::vector<std::vector<std::string>> commands_in(const std::string& example) {
+  const std::set<std::string> ends = {"|", "||", "&&", ">", ">>", "#"};
+  std::vector<std::vector<std::string>> commands;
+  bool is_command = false;
+  std::istringstream words(example);
+  for (std::string word; words >> word;) {
+    if (word == "sightline" || word == "<(sightline") {
+      commands.emplace_back();
+      is_command = true;
+    } else if (ends.contains(word)) {
+      is_command = false;
+    } else if (is_command && word != "\\") {
+      commands.back().push_back(word.ends_with(')') ? word.substr(0, word.size() - 1) : word);
+    }
+  }
+  return commands;
+}
+
+TEST(Verbs, ShowExamplesThatCanBeParsed) {
+  for (const Verb& verb : sightline_program().verbs) {
+    std::set<std::string> shown;
+    for (const std::string& example : verb.examples) {
+      for (std::vector<std::string> words : commands_in(example)) {
+        const Program program = sightline_program();
+        const Verb* const called = find_verb(program, words.front());
+        ASSERT_NE(called, nullptr) << example;
+        shown.insert(words.front());
+        words.erase(words.begin());
+        const Result<void> parsed = parse_words("sightline", *called, words);
+        EXPECT_TRUE(parsed.has_value()) << example << ": " << to_string(parsed.error());
+      }
+    }
+    EXPECT_TRUE(shown.contains(verb.name)) << verb.name << " has no example of its own";
+  }
+}
+
+TEST(Verbs, MeanTheSameByTheSameFlag) {
+  // Where a file is named, the help says which; it may differ.
+  const std::set<std::string> with_own_help = {"--output", "--map",  "--json",
+                                               "--format", "--site", "--fleet"};
+  std::map<std::string, Flag> known;
+  for (const Verb& verb : sightline_program().verbs) {
+    for (const Flag& flag : verb.flags) {
+      const auto [first, is_new] = known.emplace(long_name(flag), flag);
+      if (is_new) continue;
+      EXPECT_EQ(flag.names, first->second.names) << verb.name;
+      EXPECT_EQ(flag.value, first->second.value) << verb.name << " " << flag.names;
+      if (with_own_help.contains(long_name(flag))) continue;
+      EXPECT_EQ(flag.help.substr(0, 12), first->second.help.substr(0, 12)) << verb.name;
+    }
+  }
+  std::map<std::string, std::string> letters;
+  for (const auto& [name, flag] : known) {
+    if (names_of(flag).size() == 1) continue;
+    EXPECT_TRUE(letters.emplace(names_of(flag).front(), name).second)
+        << names_of(flag).front() << " is short for two flags";
+  }
+}
+
+TEST(Verbs, CanReplaceWhatTheyWrite) {
+  for (const Verb& verb : sightline_program().verbs) {
+    const auto has = [&](const std::string& name) {
+      return std::ranges::find(verb.flags, name, &long_name) != verb.flags.end();
+    };
+    EXPECT_FALSE(has("--out")) << verb.name << ": the flag is called --output";
+    // apply promises a map that was not there before.
+    if (verb.name == "apply" || !has("--output")) continue;
+    EXPECT_TRUE(has("--force")) << verb.name;
+  }
+}
+
+TEST(Verbs, AreDescribedInOneLineOfOurOwnWords) {
+  const Program program = sightline_program();
+  std::vector<std::string> texts = {help_text(program)};
+  for (const Verb& verb : program.verbs) {
+    EXPECT_FALSE(verb.summary.ends_with('.')) << verb.name;
+    for (const Flag& flag : shown_flags(verb)) {
+      EXPECT_FALSE(flag.help.empty() || flag.help.ends_with('.')) << verb.name << flag.names;
+    }
+    texts.push_back(help_of(verb));
+  }
+  for (const std::string& text : texts) {
+    for (const std::string& line : lines_of(text)) EXPECT_LE(line.size(), kHelpColumns) << line;
+    for (const char* word : {"INT", "TEXT:", "FLOAT", "UINT", "REQUIRED", "Excludes", "Positionals",
+                             "SUBCOMMAND", " ..."}) {
+      EXPECT_THAT(text, Not(HasSubstr(word)));
+    }
+  }
+  for (const std::string& line : lines_of(help_text(program))) {
+    EXPECT_FALSE(line.starts_with("    ") && line.find("--") == std::string::npos)
+        << "a summary is longer than one line: " << line;
+  }
+}
+
+TEST(Verbs, AreExplainedByHelpAsByTheirFlag) {
+  const Program program = sightline_program();
+  EXPECT_EQ(output_of({"help"}), output_of({"--help"}));
+  for (const Verb& verb : program.verbs) {
+    const std::string help = output_of({"help", verb.name});
+    EXPECT_EQ(help, output_of({verb.name, "--help"}));
+    EXPECT_EQ(help, output_of({verb.name, "-h", "--no-such-flag"})) << "help comes first";
+  }
+}
+
+// Rewritten by tests/update_golden.sh.
+TEST(Verbs, AreExplainedAsReviewed) {
+  const std::string folder = std::string(SIGHTLINE_ROOT) + "/tests/golden/help/";
+  for (const Verb& verb : sightline_program().verbs) {
+    const Result<std::string> reviewed = read_text_file(folder + verb.name + ".txt");
+    ASSERT_TRUE(reviewed.has_value()) << to_string(reviewed.error());
+    EXPECT_EQ(help_of(verb), *reviewed) << "tests/update_golden.sh rewrites " << verb.name;
+  }
+}
+
+TEST(Verbs, ReportAWrongTableWithTheNearestName) {
+  const Program program = sightline_program();
+  const Result<void> parsed =
+      parse_words("sightline dump", *find_verb(program, "dump"), {"a.slmap", "--what", "nd"});
+  ASSERT_FALSE(parsed.has_value());
+  EXPECT_EQ(to_string(parsed.error()),
+            "SL1007 unknown-name: --what: 'nd' is not known; did you mean 'nds'?");
+  EXPECT_EQ(exit_status(parsed.error().code), 64);
+}
+
+}  // namespace
+}  // namespace sightline

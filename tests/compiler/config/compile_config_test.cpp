@@ -1,0 +1,127 @@
+#include "compiler/driver/pipelines.h"
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "formats/base/atomic_file.h"
+#include "passes/factors/compute_factors.h"
+#include "passes/localize/measure_error.h"
+#include "passes/map/build_ndt.h"
+#include "passes/model/train_model.h"
+#include "passes/rays/cast_rays.h"
+#include "passes/rays/cast_scans.h"
+#include "tests/support/json_schema.h"
+#include "tests/support/scratch_folder.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = SIGHTLINE_ROOT;
+
+Result<CompileConfig> load(const std::string& yaml,
+                           const std::vector<std::string>& overrides = {}) {
+  const fs::path file = scratch_folder() / "compile_config_test" / "drive.yaml";
+  EXPECT_TRUE(write_file_atomically(file, yaml, IfExists::kReplace));
+  return load_compile_config(file, overrides);
+}
+
+// What a step of the compile runs with.
+std::string option_of(const CompileConfig& config, const std::string& step,
+                      const std::string& option) {
+  const CompilePlan compile = compile_plan(config);
+  for (const PassStep& planned : compile.plan.steps()) {
+    if (planned.name != step) continue;
+    for (const auto& [name, value] : planned.options) {
+      if (name == option) return value;
+    }
+  }
+  return "no such option";
+}
+
+// YAML as JSON: plain scalars become numbers and booleans where they read as such.
+nlohmann::json json_of(const YAML::Node& node) {
+  nlohmann::json json;
+  if (node.IsMap()) {
+    for (const auto& entry : node) json[entry.first.Scalar()] = json_of(entry.second);
+  } else if (node.IsSequence()) {
+    for (const YAML::Node& item : node) json.push_back(json_of(item));
+  } else if (node.IsScalar()) {
+    json = nlohmann::json::parse(node.Scalar(), nullptr, false);
+    const bool is_quoted = node.Tag() == "!";
+    if (is_quoted || json.is_discarded()) json = node.Scalar();
+  }
+  return json;
+}
+
+bool is_valid(const nlohmann::json& document) {
+  const nlohmann::json published =
+      nlohmann::json::parse(*read_text_file(kRoot / "schemas/config.schema.json"));
+  return schema_faults(published, document).empty();
+}
+
+TEST(CompileConfig, IsDescribedByThePublishedSchema) {
+  CompileConfig config;
+  const Result<std::string> published = read_text_file(kRoot / "schemas/config.schema.json");
+  ASSERT_TRUE(published.has_value());
+  EXPECT_TRUE(*published == to_json_schema(published_sections(config)))
+      << "run tests/update_golden.sh and review the diff";
+}
+
+TEST(CompileConfig, OfTheExampleIsValidByAnIndependentValidator) {
+  EXPECT_TRUE(is_valid(json_of(YAML::LoadFile((kRoot / "examples/town/town.yaml").string()))));
+  CompileConfig config;
+  EXPECT_TRUE(is_valid(json_of(YAML::Load(to_yaml(published_sections(config))))));
+  EXPECT_FALSE(is_valid(json_of(YAML::Load("build-ndt: {cel_m: 1.0}"))));
+  EXPECT_FALSE(is_valid(json_of(YAML::Load("build-ndt: {cell_m: -1.0}"))));
+}
+
+TEST(CompileConfig, SpreadsWhatPassesShare) {
+  const Result<CompileConfig> config = load(
+      "mapping: {scans: a}\nlocalization: {scans: b}\n"
+      "annotation: {ranges_m: [5, 35], limits_m: [0.2], leaf_m: 0.5, tile_m: 32}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_EQ(config->passes.options(kMeasureError).ranges_m, (std::vector<double>{5.0, 35.0}));
+  EXPECT_EQ(config->passes.options(kComputeFactors).ranges_m, (std::vector<double>{5.0, 35.0}));
+  EXPECT_EQ(config->passes.options(kCastRays).longest_range_m, 35.0);
+  EXPECT_EQ(config->passes.options(kCastScans).leaf_m, 0.5);
+  EXPECT_EQ(config->passes.options(kMeasureError).leaf_m, 0.5);
+  EXPECT_EQ(config->passes.options(kTrainModel).limits_m, std::vector<double>{0.2});
+  EXPECT_EQ(config->passes.options(kBuildNdt).tile_m, 32.0);
+  EXPECT_EQ(option_of(*config, "remove-moving", "scans"), "all");
+}
+
+TEST(CompileConfig, SplitsARecordingThatIsBothDrives) {
+  const Result<CompileConfig> config = load("mapping: {scans: a}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_TRUE(config->is_split());
+  EXPECT_EQ(option_of(*config, "remove-moving", "scans"), "even");
+  EXPECT_EQ(option_of(*config, "choose-sites", "scans"), "even");
+  EXPECT_EQ(option_of(*config, "measure-error", "scans"), "odd");
+  EXPECT_EQ(option_of(*config, "emit-map", "mapping_scans"), "even");
+}
+
+TEST(CompileConfig, TakesPathsFromTheFilesFolderAndOverridesFromTheCommandLine) {
+  const Result<CompileConfig> config =
+      load("mapping: {scans: a/scans, poses: ../p.tum}\n", {"build-ndt.cell_m=1.0"});
+  ASSERT_TRUE(config.has_value());
+  const fs::path folder = scratch_folder() / "compile_config_test";
+  EXPECT_EQ(config->mapping.scans, (folder / "a/scans").string());
+  EXPECT_EQ(fs::path(config->mapping.poses), scratch_folder() / "p.tum");
+  EXPECT_EQ(config->passes.options(kBuildNdt).cell_m, 1.0);
+}
+
+TEST(CompileConfig, RefusesNoDriveAndTwoWaysToLocalize) {
+  EXPECT_EQ(load("build-ndt: {cell_m: 1.0}\n").error().code, ErrorCode::kMissingKey);
+  EXPECT_EQ(load("mapping: {scans: a}\nlocalization: {scans: b}\nannotation: {split: even-odd}\n")
+                .error()
+                .code,
+            ErrorCode::kBadValue);
+}
+
+}  // namespace
+}  // namespace sightline

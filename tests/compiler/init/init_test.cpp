@@ -1,0 +1,332 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <fstream>
+#include <numbers>
+
+#include "compiler/driver/pipelines.h"
+#include "compiler/init/draft_config.h"
+#include "compiler/init/guess_sensor.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/text/pose_file.h"
+#include "tests/formats/foreign/bag_files.h"
+#include "tests/support/box_world.h"
+
+// Folders of recordings as people have them, drawn in a street of boxes.
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr double kHeight_m = 1.7;
+constexpr double kRadians = std::numbers::pi / 180.0;
+
+// Houses of different depth on both sides, so that a scan fits in one place alone.
+BoxWorld street() {
+  BoxWorld world;
+  Random random(7);
+  for (int i = -8; i < 20; ++i) {
+    const double x_m = 6.0 * i;
+    for (const double side : {-1.0, 1.0}) {
+      const double near_m = random.uniform(5.0, 12.0);
+      const double low_m = side > 0.0 ? near_m : -near_m - 3.0;
+      world.boxes.push_back({{x_m, low_m, 0.0},
+                             {x_m + random.uniform(1.0, 5.0), low_m + 3.0, random.uniform(2.0, 9.0)}});
+    }
+  }
+  return world;
+}
+
+PointCloudFile scan_with(const std::vector<double>& beams_deg, const Pose& T_world_lidar) {
+  static const BoxWorld kStreet = street();
+  PointCloudFile scan;
+  for (double azimuth_deg = 0.1; azimuth_deg < 360.0; azimuth_deg += 1.5) {
+    for (const double beam_deg : beams_deg) {
+      const double flat = std::cos(beam_deg * kRadians);
+      const Eigen::Vector3d direction(flat * std::cos(azimuth_deg * kRadians),
+                                      flat * std::sin(azimuth_deg * kRadians),
+                                      std::sin(beam_deg * kRadians));
+      const double range_m =
+          kStreet.cast(T_world_lidar.translation(), T_world_lidar.linear() * direction);
+      if (range_m < 60.0) scan.points_m.emplace_back(range_m * direction);
+    }
+  }
+  return scan;
+}
+
+struct Way {
+  double begin_x_m = 0.0;
+  int scans = 24;
+  double turned_deg = 0.0;  // of the sensor in the frame of its poses
+};
+
+// Down the street, a metre a scan, weaving a little.
+Pose pose_on(const Way& way, int scan) {
+  Pose T = Pose::Identity();
+  T.translation() = Eigen::Vector3d(way.begin_x_m + scan, std::sin(0.3 * scan), kHeight_m);
+  T.rotate(Eigen::AngleAxisd(0.1 * std::cos(0.3 * scan), Eigen::Vector3d::UnitZ()));
+  return T;
+}
+
+Pose lidar_on(const Way& way, int scan) {
+  Pose T = pose_on(way, scan);
+  T.rotate(Eigen::AngleAxisd(way.turned_deg * kRadians, Eigen::Vector3d::UnitZ()));
+  return T;
+}
+
+// As KITTI writes them.
+void write_scans(const fs::path& folder, const Way& way) {
+  fs::create_directories(folder);
+  for (int i = 0; i < way.scans; ++i) {
+    const PointCloudFile scan =
+        scan_with(sensor_profile("vlp-16")->beam_elevations_deg, lidar_on(way, i));
+    std::string bytes;
+    for (const Eigen::Vector3d& p_m : scan.points_m) {
+      const Eigen::Vector3f p = p_m.cast<float>();
+      bytes += as_bytes({p.x(), p.y(), p.z(), 0.5F});
+    }
+    std::ofstream(folder / (std::to_string(i) + ".bin"), std::ios::binary) << bytes;
+  }
+}
+
+void write_poses(const fs::path& file, const Way& way) {
+  std::vector<PoseRow> rows;
+  for (int i = 0; i < way.scans; ++i) rows.push_back({i * 100'000'000LL, {}, pose_on(way, i)});
+  ASSERT_TRUE(write_tum(file, rows).has_value());
+}
+
+// `axes` says which of x, y and z of the way each axis of the file is.
+void write_kitti(const fs::path& file, const Way& way, const Eigen::Matrix3d& axes) {
+  std::ofstream stream(file);
+  for (int i = 0; i < way.scans; ++i) {
+    const Pose T = pose_on(way, 0).inverse() * pose_on(way, i);
+    const Eigen::Matrix3d R = axes * T.linear() * axes.transpose();
+    const Eigen::Vector3d t_m = axes * T.translation();
+    for (int row = 0; row < 3; ++row) {
+      stream << R(row, 0) << ' ' << R(row, 1) << ' ' << R(row, 2) << ' ' << t_m[row]
+             << (row < 2 ? ' ' : '\n');
+    }
+  }
+}
+
+class Init : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / ("sightline_init_" + std::string(test->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  // The text that init writes beside the recordings, and what the compiler reads from it.
+  CompileConfig draft() {
+    const Result<ConfigDraft> made = draft_config(folder_, folder_ / "drive.yaml");
+    if (!made) {
+      ADD_FAILURE() << to_string(made.error());
+      return {};
+    }
+    yaml_ = made->yaml;
+    std::ofstream(folder_ / "drive.yaml") << yaml_;
+    const Result<CompileConfig> config = load_compile_config(folder_ / "drive.yaml", {});
+    EXPECT_TRUE(config.has_value()) << to_string(config.error()) << "\n" << yaml_;
+    return config ? *config : CompileConfig{};
+  }
+  std::string path(const std::string& below) const { return (folder_ / below).string(); }
+
+  fs::path folder_;
+  std::string yaml_;
+};
+
+TEST_F(Init, GivesThreeDrivesTheirRolesAndTheirPoses) {
+  for (const std::string name : {"2024-01", "mapping", "2024-02"}) {
+    write_scans(folder_ / name / "scans", {});
+    write_poses(folder_ / name / "poses.tum", {});
+  }
+  const CompileConfig config = draft();
+  EXPECT_EQ(config.mapping.scans, path("mapping/scans"));
+  EXPECT_EQ(config.mapping.poses, path("mapping/poses.tum"));
+  EXPECT_EQ(config.mapping.poses_of, PosesOf::kSensor);
+  EXPECT_EQ(config.mapping.sensor, "vlp-16");
+  EXPECT_NEAR(config.mapping.height_m, kHeight_m, 0.05);
+  EXPECT_EQ(config.localization.scans, path("2024-01/scans"));
+  EXPECT_EQ(config.evaluation.scans, path("2024-02/scans"));
+  EXPECT_THAT(yaml_, HasSubstr("scans: mapping/scans")) << "paths beneath the file are relative";
+  EXPECT_TRUE(open_recording(config.mapping).has_value());
+}
+
+TEST_F(Init, SplitsASingleDriveAndLeavesItsPosesToTheCompiler) {
+  write_scans(folder_, {});
+  const CompileConfig config = draft();
+  EXPECT_EQ(config.annotation.split, Split::kEvenOdd);
+  EXPECT_TRUE(fs::equivalent(config.mapping.scans, folder_));
+  EXPECT_EQ(config.mapping.poses, "");
+  EXPECT_TRUE(config.localization.scans.empty());
+  EXPECT_THAT(yaml_, HasSubstr("no poses were found"));
+}
+
+TEST_F(Init, TakesThePosesOfTheSensorBeforeThoseOfTheCamera) {
+  write_scans(folder_ / "velodyne", {});
+  Eigen::Matrix3d camera;  // x right, y down, z forward
+  camera << 0, -1, 0, 0, 0, -1, 1, 0, 0;
+  write_kitti(folder_ / "poses.txt", {}, camera);
+  EXPECT_EQ(draft().mapping.poses, "");
+  EXPECT_THAT(yaml_, HasSubstr("like a camera's"));
+  write_kitti(folder_ / "poses_of_lidar.txt", {}, Eigen::Matrix3d::Identity());
+  EXPECT_EQ(draft().mapping.poses, path("poses_of_lidar.txt"));
+}
+
+TEST_F(Init, SaysHowTheSensorIsTurnedInTheFrameOfThePoses) {
+  for (const double turned_deg : {90.0, 180.0, -90.0}) {
+    fs::remove_all(folder_ / "scans");
+    fs::remove(folder_ / "poses.tum");
+    const Way way{0.0, 24, turned_deg};
+    write_scans(folder_ / "scans", way);
+    write_poses(folder_ / "poses.tum", way);
+    const CompileConfig config = draft();
+    EXPECT_EQ(config.mapping.poses_of, PosesOf::kVehicle);
+    EXPECT_EQ(config.mapping.lidar_yaw_deg, turned_deg);
+    EXPECT_TRUE(open_recording(config.mapping).has_value());
+  }
+}
+
+TEST_F(Init, LeavesOutPosesThatTheScansContradict) {
+  write_scans(folder_ / "scans", {});
+  std::vector<PoseRow> rows;
+  for (int i = 0; i < 24; ++i) {
+    PoseRow& row = rows.emplace_back();
+    row.stamp_ns = i * 100'000'000LL;
+    row.T_world_vehicle.translation() = Eigen::Vector3d(0.0, 3.0 * i, 0.0);
+    row.T_world_vehicle.rotate(Eigen::AngleAxisd(1.0 * i, Eigen::Vector3d::UnitZ()));
+  }
+  ASSERT_TRUE(write_tum(folder_ / "poses.tum", rows).has_value());
+  EXPECT_EQ(draft().mapping.poses, "");
+  EXPECT_THAT(yaml_, HasSubstr("of upright returns on those of other scans"));
+}
+
+TEST_F(Init, OffersASecondSensorOfTheVehicleButDoesNotGuessWhereItSits) {
+  write_scans(folder_ / "front", {});
+  write_scans(folder_ / "rear", {});
+  write_poses(folder_ / "poses.tum", {});
+  const CompileConfig config = draft();
+  EXPECT_EQ(config.mapping.scans, path("front"));
+  EXPECT_TRUE(config.is_split());
+  EXPECT_TRUE(config.other_sensors[0].scans.empty());
+  EXPECT_THAT(yaml_, HasSubstr("# mapping-2: {scans: rear, lidar_x_m: 0"));
+  // As it will be read once the # is gone.
+  std::string uncommented = yaml_;
+  uncommented.replace(uncommented.find("# mapping-2"), 2, "");
+  std::ofstream(folder_ / "drive.yaml") << uncommented;
+  const Result<CompileConfig> both = load_compile_config(folder_ / "drive.yaml", {});
+  ASSERT_TRUE(both.has_value()) << to_string(both.error());
+  EXPECT_EQ(both->other_sensors[0].scans, path("rear"));
+}
+
+TEST_F(Init, DoesNotMeasureADriveElsewhereInThisMap) {
+  write_scans(folder_ / "a" / "scans", {});
+  write_poses(folder_ / "a" / "poses.tum", {});
+  write_scans(folder_ / "b" / "scans", {60.0});
+  write_poses(folder_ / "b" / "poses.tum", {60.0});
+  const CompileConfig config = draft();
+  EXPECT_EQ(config.mapping.scans, path("a/scans"));
+  EXPECT_TRUE(config.localization.scans.empty());
+  EXPECT_THAT(yaml_, HasSubstr("does not meet the mapping drive"));
+}
+
+TEST_F(Init, ReadsWhatABagHolds) {
+  std::vector<BagMessage> messages;
+  const Way way;
+  for (int i = 0; i < way.scans; ++i) {
+    const std::uint32_t seconds = 100U + static_cast<std::uint32_t>(i);
+    const PointCloudFile scan =
+        scan_with(sensor_profile("vlp-16")->beam_elevations_deg, lidar_on(way, i));
+    std::string data;
+    for (const Eigen::Vector3d& p_m : scan.points_m) {
+      const Eigen::Vector3f p = p_m.cast<float>();
+      data += as_bytes({p.x(), p.y(), p.z()});
+    }
+    const std::string cloud =
+        cloud_message(seconds, 0, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}},
+                      static_cast<std::uint32_t>(scan.points_m.size()), 12, data);
+    messages.push_back({"/points", "sensor_msgs/PointCloud2", seconds, 0, cloud});
+    if (i % 2 == 0) messages.push_back({"/rear/points", "sensor_msgs/PointCloud2", seconds, 0, cloud});
+    const Pose T = pose_on(way, i);
+    const Eigen::Quaterniond q(T.linear());
+    messages.push_back({"/pose", "geometry_msgs/PoseStamped", seconds, 0,
+                        ros_header(seconds, 0) +
+                            as_bytes({T.translation().x(), T.translation().y(),
+                                      T.translation().z(), q.x(), q.y(), q.z(), q.w()})});
+  }
+  write_bag(folder_ / "drive.bag", messages);
+  const CompileConfig config = draft();
+  EXPECT_EQ(config.mapping.scans, path("drive.bag"));
+  EXPECT_EQ(config.mapping.topic, "/points");
+  EXPECT_EQ(config.mapping.poses, path("drive.bag"));
+  EXPECT_EQ(config.mapping.poses_topic, "/pose");
+  EXPECT_EQ(config.mapping.sensor, "vlp-16");
+  EXPECT_THAT(yaml_, HasSubstr("# mapping-2: {scans: drive.bag, topic: /rear/points"));
+}
+
+TEST_F(Init, WritesNamesThatYamlReadsBack) {
+  fs::path scans = folder_ / "scans";
+  write_scans(scans, {0.0, 21});
+  for (const char* name : {"two words", "it's \"quoted\"", "a#b", "key: value", "-dash", "[list]",
+                           "stra\xC3\x9F" "e", "back\\slash", "true", "*star"}) {
+    fs::rename(scans, folder_ / name);
+    scans = folder_ / name;
+    EXPECT_EQ(draft().mapping.scans, path(name));
+  }
+}
+
+TEST_F(Init, RefusesAFolderWithoutADriveAndSaysWhatItPassedOver) {
+  const Result<ConfigDraft> missing = draft_config(folder_ / "nowhere", "");
+  ASSERT_FALSE(missing.has_value());
+  EXPECT_EQ(missing.error().code, ErrorCode::kFileNotFound);
+  const Result<ConfigDraft> empty = draft_config(folder_, "");
+  ASSERT_FALSE(empty.has_value());
+  EXPECT_EQ(empty.error().code, ErrorCode::kEmptyDirectory);
+  for (const char* name : {"1.pcd", "2.pcd"}) {
+    std::ofstream(folder_ / name) << "version https://git-lfs.github.com/spec/v1\n";
+  }
+  const Result<ConfigDraft> pointers = draft_config(folder_, "");
+  ASSERT_FALSE(pointers.has_value());
+  EXPECT_THAT(pointers.error().message, HasSubstr("git lfs pull"));
+}
+
+TEST(GuessSensor, TellsEveryBuiltInProfileByItsBeams) {
+  for (const std::string& name : sensor_profile_names()) {
+    const std::vector<double> beams_deg = sensor_profile(name)->beam_elevations_deg;
+    const std::vector<PointCloudFile> scans = {scan_with(beams_deg, lidar_on({}, 3)),
+                                               scan_with(beams_deg, lidar_on({}, 9))};
+    const SensorGuess guess = guess_sensor(scans);
+    ASSERT_FALSE(guess.profile.empty()) << name << ": " << guess.reason;
+    EXPECT_EQ(sensor_profile(guess.profile)->beam_elevations_deg, beams_deg) << name;
+    ASSERT_TRUE(guess.height_m.has_value()) << name;
+    EXPECT_NEAR(*guess.height_m, kHeight_m, 0.05) << name;
+  }
+}
+
+TEST(GuessSensor, CountsTheBeamsOfASensorThatIsNotBuiltIn) {
+  std::vector<double> beams_deg;
+  for (int i = 0; i < 40; ++i) beams_deg.push_back(-25.0 + i);
+  const std::vector<PointCloudFile> scans = {scan_with(beams_deg, lidar_on({}, 3)),
+                                             scan_with(beams_deg, lidar_on({}, 9))};
+  const SensorGuess guess = guess_sensor(scans);
+  EXPECT_EQ(guess.profile, "");
+  EXPECT_EQ(guess.rings, 40);
+  EXPECT_NEAR(guess.lowest_beam_deg, -25.0, 0.01);
+  EXPECT_NEAR(guess.highest_beam_deg, 14.0, 0.01);
+}
+
+TEST(GuessSensor, AsksForTheNameWhereNothingTells) {
+  const SensorGuess guess = guess_sensor({});
+  EXPECT_TRUE(sensor_profile(guess.profile).has_value());
+  EXPECT_THAT(guess.reason, HasSubstr("please name the sensor"));
+  EXPECT_FALSE(guess.height_m.has_value());
+}
+
+}  // namespace
+}  // namespace sightline

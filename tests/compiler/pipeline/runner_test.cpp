@@ -1,0 +1,190 @@
+#include "compiler/pipeline/runner.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "formats/base/atomic_file.h"
+
+namespace sightline {
+
+// The smallest artifact and two passes over it.
+struct Number {
+  std::int64_t value = 0;
+};
+template <>
+struct ArtifactTraits<Number> {
+  static constexpr std::string_view kName = "number";
+  static constexpr std::uint32_t kVersion = 1;
+};
+Result<void> validate(const Number& number) {
+  if (number.value < 1000) return {};
+  return Error{ErrorCode::kInvalidArtifact, "a number must stay below 1000", "", ""};
+}
+Table dump(const Number& number) { return {"number", {"value"}, {{number.value}}, {}}; }
+void encode(const Number& number, ByteWriter& writer) { writer.put(number.value); }
+void decode(ByteReader& reader, Number& number) { reader.get(number.value); }
+
+struct ScaleOptions {
+  int factor = 2;
+};
+std::vector<OptionField> option_fields(ScaleOptions& options) {
+  return {integer("factor", options.factor, "what to multiply by", -1000, 1000)};
+}
+
+namespace {
+
+int g_calls = 0;  // how often a pass really ran
+
+Result<Number> scale(PassContext& ctx, const ScaleOptions& options, const Number& a) {
+  ++g_calls;
+  ctx.warn("scaled once");
+  if (options.factor == 0) return Error{ErrorCode::kNoOverlap, "nothing left", "", ""};
+  return Number{a.value * options.factor};
+}
+
+Result<Number> add(PassContext& /*ctx*/, const ScaleOptions& /*options*/, const Number& a,
+                   const Number& b) {
+  ++g_calls;
+  return Number{a.value + b.value};
+}
+
+constexpr Pass kScale{"scale", 1, "scaled", "A number times another", &scale};
+constexpr Pass kAdd{"add", 1, "sum", "The sum of two numbers", &add};
+
+class Runner : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    options_.cache_directory =
+        std::filesystem::path(::testing::TempDir()) /
+        (std::string("runner_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(options_.cache_directory);
+    options_.threads = 1;
+    g_calls = 0;
+  }
+  void TearDown() override { std::filesystem::remove_all(options_.cache_directory); }
+
+  // source -> scale -> scaled; source, scaled -> add -> sum
+  Result<void> run(int factor, std::int64_t source = 3, bool wants_all = true) {
+    Plan plan;
+    const Wire<Number> source_wire = plan.input<Number>("source");
+    scaled_ = plan.run_as("", kScale, ScaleOptions{factor}, source_wire);
+    sum_ = plan.run(kAdd, source_wire, scaled_);
+    artifacts_ = {};
+    artifacts_.provide(source_wire, Number{source}, sha256(std::to_string(source)));
+    reports_.clear();
+    std::vector<AnyWire> wanted;
+    if (!wants_all) wanted = {scaled_};
+    return run_plan(plan, wanted, options_, observer_, artifacts_, reports_);
+  }
+
+  Wire<Number> scaled_;
+  Wire<Number> sum_;
+  RunOptions options_;
+  RunObserver observer_;
+  ArtifactSet artifacts_;
+  std::vector<StepReport> reports_;
+};
+
+TEST_F(Runner, RunsEachStepOnItsInputs) {
+  ASSERT_TRUE(run(2));
+  EXPECT_EQ(artifacts_.get(scaled_).value, 6);
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
+  EXPECT_EQ(reports_.at(0).reason, "never ran here");
+  EXPECT_EQ(reports_.at(0).warnings, std::vector<std::string>{"scaled once"});
+  EXPECT_GT(reports_.at(0).peak_memory_mib, 0.0);
+}
+
+TEST_F(Runner, DoesNothingTwice) {
+  ASSERT_TRUE(run(2));
+  ASSERT_TRUE(run(2));
+  EXPECT_EQ(g_calls, 2);
+  EXPECT_TRUE(reports_.at(1).from_cache);
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
+}
+
+TEST_F(Runner, RunsAgainWhatAChangeReachesAndSaysWhy) {
+  ASSERT_TRUE(run(2));
+  ASSERT_TRUE(run(5));
+  EXPECT_EQ(g_calls, 4);
+  EXPECT_EQ(reports_.at(0).reason, "option factor was 2, is 5");
+  EXPECT_EQ(reports_.at(1).reason, "input scaled changed");
+  ASSERT_TRUE(run(5, 4));
+  EXPECT_EQ(reports_.at(0).reason, "input source changed");
+  EXPECT_EQ(artifacts_.get(sum_).value, 24);
+}
+
+TEST_F(Runner, GoesOnFromWhereAFailedRunStopped) {
+  ASSERT_TRUE(run(2));
+  const Result<void> failed = run(0);
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().code, ErrorCode::kNoOverlap);
+  EXPECT_EQ(failed.error().place, "pass scale");
+  ASSERT_TRUE(run(2));
+  EXPECT_EQ(g_calls, 3) << "the first run's results are still there";
+}
+
+TEST_F(Runner, NamesThePassWhoseOutputIsInvalidAndKeepsNothingOfIt) {
+  const Result<void> failed = run(500);
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().code, ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(failed.error().place, "pass scale");
+  EXPECT_FALSE(artifacts_.has(scaled_));
+  ASSERT_FALSE(run(500));
+  EXPECT_EQ(g_calls, 2);
+}
+
+TEST_F(Runner, MakesADamagedCacheFileAnewAndSaysSo) {
+  ASSERT_TRUE(run(2));
+  for (const auto& entry : std::filesystem::directory_iterator(options_.cache_directory)) {
+    if (entry.path().extension() != ".sla") continue;
+    std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(30);
+    file.put('\x7f');
+  }
+  ASSERT_TRUE(run(2));
+  EXPECT_EQ(g_calls, 4);
+  ASSERT_FALSE(reports_.at(0).warnings.empty());
+  EXPECT_NE(reports_.at(0).warnings.at(0).find("checksum-mismatch"), std::string::npos);
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
+}
+
+TEST_F(Runner, RemovesUnfinishedFilesOfAnInterruptedRun) {
+  ASSERT_TRUE(run(2));
+  const std::filesystem::path unfinished = options_.cache_directory / "scale-12.sla.99.tmp";
+  ASSERT_TRUE(write_file_atomically(unfinished, std::string_view("half"), IfExists::kRefuse));
+  ASSERT_TRUE(run(2));
+  EXPECT_FALSE(std::filesystem::exists(unfinished));
+}
+
+TEST_F(Runner, StopsAndPrintsWhereItIsAsked) {
+  std::vector<std::string> printed;
+  observer_.printed = [&](const std::string& pass, const Table& table) {
+    printed.push_back(pass + ":" + format_table(table, TableFormat::kCsv));
+  };
+  options_.print_after = {"scale"};
+  options_.stop_after = "scale";
+  ASSERT_TRUE(run(2));
+  EXPECT_EQ(printed, std::vector<std::string>{"scale:value\n6\n"});
+  EXPECT_FALSE(artifacts_.has(sum_));
+}
+
+TEST_F(Runner, RunsOnlyWhatTheWantedArtifactNeeds) {
+  ASSERT_TRUE(run(2, 3, /*wants_all=*/false));
+  EXPECT_TRUE(artifacts_.has(scaled_));
+  EXPECT_FALSE(artifacts_.has(sum_));
+  EXPECT_EQ(g_calls, 1);
+}
+
+TEST_F(Runner, RefusesThePassThatDoesNotExistBeforeAnythingRuns) {
+  options_.stop_after = "scael";
+  const Result<void> refused = run(2);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnknownPass);
+  EXPECT_NE(refused.error().message.find("did you mean scale?"), std::string::npos);
+  EXPECT_EQ(g_calls, 0);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,181 @@
+#include "compiler/views/report/page/page_data.h"
+
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <algorithm>
+#include <map>
+#include <numbers>
+
+#include "compiler/views/picture/relief.h"
+#include "compiler/views/text/describe_site.h"
+#include "formats/base/random.h"
+#include "tests/compiler/views/report/sources.h"
+#include "tests/compiler/views/report/unpacked.h"
+
+namespace sightline {
+namespace {
+
+using Json = nlohmann::json;
+
+Json data_of(const MadeSources& made) { return Json::parse(page_data_json(made.sources())); }
+
+std::vector<unsigned char> greys_of(const std::string& base64_png) {
+  const std::vector<unsigned char> file = bytes_of_base64(base64_png);
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_memory(&image, file.data(), file.size()) == 0) return {};
+  image.format = PNG_FORMAT_GRAY;
+  std::vector<unsigned char> greys(PNG_IMAGE_SIZE(image));
+  png_image_finish_read(&image, nullptr, greys.data(), 0, nullptr);
+  return greys;
+}
+
+template <class T>
+std::vector<float> as_floats(const std::vector<T>& values) {
+  return {values.begin(), values.end()};
+}
+
+TEST(PageData, HoldsTheNumbersOfMapAndEvaluation) {
+  const MadeSources made = made_sources(1);
+  const Json data = data_of(made);
+  EXPECT_EQ(data.at("ranges_m").get<std::vector<double>>(), made.map.ranges.ranges_m);
+  EXPECT_EQ(unpacked<float>(data["predicted"]["mean_m"]), as_floats(made.map.predicted.mean_m));
+  EXPECT_EQ(unpacked<float>(data["predicted"]["probability"]),
+            as_floats(made.map.predicted.within_probability));
+  EXPECT_EQ(unpacked<std::uint8_t>(data["choice"]["range_index"]), made.map.ranges.range_index);
+  EXPECT_EQ(unpacked<std::uint8_t>(data["choice"]["flags"]), made.map.ranges.flags);
+  EXPECT_EQ(unpacked<float>(data["judged"]["error_m"]), as_floats(made.evaluation.error_m));
+  EXPECT_EQ(unpacked<float>(data["judged"]["time_ms"]), as_floats(made.evaluation.time_ms));
+  EXPECT_EQ(unpacked<std::uint8_t>(data["judged"]["chosen"]), made.evaluation.chosen_range_index);
+  const std::vector<std::uint32_t> judged = unpacked<std::uint32_t>(data["judged"]["site"]);
+  ASSERT_EQ(judged.size(), made.evaluation.sites.size());
+  for (std::size_t i = 0; i < judged.size(); ++i) {
+    EXPECT_EQ(judged[i], made.evaluation.sites[i].site);
+  }
+}
+
+TEST(PageData, NoNameEndsTheScriptThatItIsIn) {
+  MadeSources made = made_sources(1);
+  made.evaluation.drive = "</script> \"a\\b\"\n\t\x01 \xff";  // the last is no UTF-8
+  const std::string text = page_data_json(made.sources());
+  EXPECT_EQ(text.find('<'), std::string::npos);
+  EXPECT_EQ(Json::parse(text)["judged"]["drive"], "</script> \"a\\b\"\n\t\x01 \ufffd");
+}
+
+TEST(PageData, HoldsSitesAndTheirTexts) {
+  const MadeSources made = made_sources(2);
+  const Json data = data_of(made);
+  const std::vector<double> x_m = unpacked<double>(data["sites"]["x_m"]);
+  const std::size_t per_block = data["texts"]["sites_per_block"].get<std::size_t>();
+  ASSERT_EQ(x_m.size(), made.map.sites.sites.size());
+  for (std::size_t site = 0; site < x_m.size(); ++site) {
+    EXPECT_EQ(x_m[site], made.map.sites.sites[site].p_map_m.x());
+    const std::string& block =
+        data["texts"]["blocks"][site / per_block].get_ref<const std::string&>();
+    const std::vector<unsigned char> bytes = inflated(block, 1U << 20U);
+    auto begin = bytes.begin();
+    for (std::size_t i = 0; i < site % per_block; ++i) begin = std::find(begin, bytes.end(), 0) + 1;
+    EXPECT_EQ(std::string(begin, std::find(begin, bytes.end(), 0)), *describe_site(made.map, site));
+  }
+}
+
+TEST(PageData, WaysOfAllRunsAreLaidEndToEnd) {
+  const MadeSources made = made_sources(3);
+  const std::vector<double> route_m = unpacked<double>(data_of(made)["sites"]["route_m"]);
+  for (std::size_t i = 0; i < route_m.size(); ++i) {
+    EXPECT_NEAR(route_m[i], static_cast<double>(i), 1e-9);
+  }
+}
+
+// Every ND of the map lies in its tile where it lay, to a millimetre, with its axes.
+TEST(PageData, NdsAreWhereTheyAre) {
+  const MadeSources made = made_sources(4);
+  const Json nds = data_of(made)["nds"];
+  std::size_t i = 0;
+  for (const Json& tile : nds["tiles"]) {
+    const std::vector<std::uint16_t> place = unpacked<std::uint16_t>(tile["place_m"]);
+    const std::vector<std::uint16_t> height = unpacked<std::uint16_t>(tile["height"]);
+    const std::vector<std::uint16_t> radius = unpacked<std::uint16_t>(tile["radius"]);
+    const std::vector<std::uint8_t> turn = unpacked<std::uint8_t>(tile["turn"]);
+    for (std::size_t k = 0; k < height.size(); ++k, ++i) {
+      const Nd& nd = made.map.ndt.nds[i];
+      EXPECT_NEAR((tile["x"].get<int>() + place[2 * k] / 65535.0) * 64.0, nd.mean_m.x(), 1e-3);
+      EXPECT_NEAR((tile["y"].get<int>() + place[2 * k + 1] / 65535.0) * 64.0, nd.mean_m.y(), 1e-3);
+      EXPECT_NEAR(nds["lowest_z_m"].get<double>() + 0.01 * height[k], nd.mean_m.z(), 0.006);
+      // Two standard deviations along the direction that `turn` names are the longer radius.
+      const double angle = turn[k] * std::numbers::pi / 256.0;
+      const Eigen::Vector2d along(std::cos(angle), std::sin(angle));
+      const double variance = along.dot(nd.covariance_m2.topLeftCorner<2, 2>() * along);
+      EXPECT_NEAR(0.001 * radius[2 * k], 2.0 * std::sqrt(variance),
+                  0.002 + 2e-3 * radius[2 * k] * 1e-3);
+      EXPECT_GE(radius[2 * k], radius[2 * k + 1]);
+    }
+  }
+  EXPECT_EQ(i, made.map.ndt.nds.size());
+}
+
+TEST(PageData, DepthImagesReadBackToHalfAStep) {
+  const MadeSources made = made_sources(5);
+  const Json depth = data_of(made)["depth"];
+  const std::vector<std::uint32_t> sites = unpacked<std::uint32_t>(depth["site"]);
+  ASSERT_FALSE(sites.empty());
+  const std::vector<unsigned char> greys = greys_of(depth["images"][1].get<std::string>());
+  ASSERT_EQ(greys.size(), 360U * 31U);
+  for (std::size_t row = 0; row < 31; ++row) {
+    for (std::size_t column = 0; column < 360; ++column) {
+      // The middle is map +x, to its left +y; the upper row is the highest.
+      const std::size_t azimuth = (180 + 359 - column) % 360;
+      const double distance_m =
+          static_cast<double>(made.depth.image_of(sites[1])[(30 - row) * 360 + azimuth]);
+      const unsigned char grey = greys[row * 360 + column];
+      if (distance_m > 50.0) {
+        EXPECT_EQ(grey, 255);
+      } else {
+        EXPECT_NEAR(grey * 50.0 / 254.0, distance_m, 0.1);
+      }
+    }
+  }
+}
+
+TEST(PageData, ManyDepthImagesAreThinnedOut) {
+  DepthImages images;
+  images.site_count = 6000;
+  images.azimuth_count = 90;
+  Random random(1);
+  for (std::size_t i = 0; i < images.cells_per_site() * images.site_count; ++i) {
+    images.distance_m.push_back(static_cast<float>(random.uniform(0.0, 50.0)));
+  }
+  const PageJson json = depth_json(images);
+  EXPECT_LT(json.dump().size(), 7'000'000U);
+  const std::vector<std::uint32_t> sites = unpacked<std::uint32_t>(json["site"]);
+  EXPECT_GT(sites.size(), 1000U);
+  EXPECT_EQ(sites[0], 0U);
+  EXPECT_EQ(sites[2] - sites[1], sites[1] - sites[0]);
+}
+
+TEST(PageData, WhatMovedLiesInColumnsOfVoxels) {
+  const Json tiles = data_of(made_sources(6))["moved"]["tiles"];
+  ASSERT_EQ(tiles.size(), 2U);
+  EXPECT_EQ(tiles[0]["x"], -2);  // -75 m
+  EXPECT_EQ(unpacked<std::uint8_t>(tiles[0]["height"]), std::vector<std::uint8_t>{2});
+  EXPECT_EQ(unpacked<std::uint16_t>(tiles[0]["cell"]), (std::vector<std::uint16_t>{212, 5}));
+  EXPECT_EQ(unpacked<std::uint16_t>(tiles[1]["cell"]), (std::vector<std::uint16_t>{4, 4}));
+}
+
+TEST(PageData, ReliefTellsHeightsOverTheRoad) {
+  MadeSources made = made_sources(7);
+  for (Site& site : made.map.sites.sites) site.p_map_m.z() = made.map.sensor.height_m;
+  const Json relief = data_of(made)["relief"];
+  ASSERT_EQ(relief["tiles"].size(), 1U);
+  const std::vector<unsigned char> greys = greys_of(relief["tiles"][0]["image"].get<std::string>());
+  ASSERT_EQ(greys.size(), 256U * 256U);
+  // Patch 10 reaches from x = 5 to 5.5 m and lies at 5 m.
+  const unsigned char grey = greys[255 * 256 + 21];
+  EXPECT_NEAR(relief["lowest_m"].get<double>() + relief["step_m"].get<double>() * (grey - 1), 5.0,
+              0.03);
+  EXPECT_EQ(greys[0], 0);
+}
+
+}  // namespace
+}  // namespace sightline

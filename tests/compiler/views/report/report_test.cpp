@@ -1,0 +1,112 @@
+#include "compiler/views/report/report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/text/text_grid.h"
+#include "tests/compiler/views/report/sources.h"
+
+namespace sightline {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(Report, HoldsEveryTableAndFigure) {
+  const Result<std::string> html = report_html(made_sources(1).sources());
+  ASSERT_TRUE(html.has_value());
+  for (const char* part :
+       {"Table I.", "Table II.", "id=\"figure-5\"", "id=\"figure-6\"", "id=\"figure-7\"",
+        "id=\"figure-8\"", "id=\"figure-10-0\"", "id=\"figure-10-1\"", "id=\"figure-11\"",
+        "id=\"pareto-0\"", "id=\"pareto-1\"", "id=\"calibration\"", "id=\"correlations\"",
+        "removed as moving", "build-ndt.cell_m", "ab12"}) {
+    EXPECT_THAT(*html, HasSubstr(part));
+  }
+}
+
+TEST(Report, TablesSayWhatTheEvaluationSays) {
+  const MadeSources made = made_sources(2);
+  const Result<std::string> html = report_html(made.sources());
+  ASSERT_TRUE(html.has_value());
+  for (const StaticScore& score : made.evaluation.statics) {
+    EXPECT_THAT(*html, HasSubstr("<td>" + fixed(100.0 * score.mean_error_m, 1) + "</td>"));
+  }
+  for (std::size_t limit = 0; limit < made.evaluation.limits_m.size(); ++limit) {
+    const RuleScore& score = made.evaluation.score(limit, Rule::kMap);
+    EXPECT_THAT(*html,
+                HasSubstr("<th scope=\"row\">this map</th><td>" + fixed(100.0 * score.coverage, 1) +
+                          "</td><td>" + fixed(100.0 * score.mean_error_m, 1) + "</td><td>" +
+                          fixed(100.0 * score.p95_error_m, 1) + "</td><td>" +
+                          fixed(score.mean_range_m, 1) + "</td><td>" + fixed(score.time_ratio, 3)));
+  }
+}
+
+TEST(Report, EqualSourcesGiveEqualBytes) {
+  EXPECT_EQ(*report_html(made_sources(3).sources()), *report_html(made_sources(3).sources()));
+}
+
+// Scripts may hold addresses in what they never show; the policy of the page keeps them from being
+// asked.
+TEST(Report, FetchesNothing) {
+  const std::string html = *report_html(made_sources(4).sources());
+  const std::string markup = html.substr(0, html.find("<script"));
+  EXPECT_THAT(markup, HasSubstr("default-src 'none'"));
+  for (const char* what : {"<link", "src=\"http", "href=\"http", "url(http", "@import"}) {
+    EXPECT_EQ(markup.find(what), std::string::npos) << what;
+  }
+}
+
+TEST(Report, TextsOfAMapCannotBecomeMarkup) {
+  MadeSources made = made_sources(5);
+  made.map.map_id = "<script>alert(1)</script>";
+  made.evaluation.drive = "</script><b>";
+  const std::string html = *report_html(made.sources());
+  EXPECT_THAT(html, Not(HasSubstr("<script>alert")));
+  EXPECT_THAT(html, Not(HasSubstr("</script><b>")));
+  EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(1)"));
+}
+
+TEST(Report, IsNamedAfterTheDriveElseAfterTheMap) {
+  MadeSources made = made_sources(5);
+  made.map.map_id = "0123abcd";
+  made.map.measurement.mapping_drive = "old town, noon";
+  std::string html = *report_html(made.sources());
+  EXPECT_THAT(html, HasSubstr("<title>old town, noon – sightline report</title>"));
+  EXPECT_THAT(html, HasSubstr("<h1>old town, noon</h1>\n<p>Map 0123abcd, version "));
+  made.map.measurement.mapping_drive.clear();
+  html = *report_html(made.sources());
+  EXPECT_THAT(html, HasSubstr("<title>0123abcd – sightline report</title>"));
+}
+
+TEST(Report, OfAMapAloneSaysWhatIsNotKnown) {
+  const MadeSources made = made_sources(6);
+  ReportSources alone;
+  alone.map = &made.map;
+  const Result<std::string> html = report_html(alone);
+  ASSERT_TRUE(html.has_value());
+  EXPECT_THAT(*html, HasSubstr("there is no provenance file"));
+  EXPECT_THAT(*html, HasSubstr("the points were not at hand"));
+  EXPECT_THAT(*html, Not(HasSubstr("figure-5")));
+}
+
+TEST(Report, RefusesWhatIsOfAnotherMap) {
+  MadeSources made = made_sources(7);
+  made.depth.site_count = 149;
+  EXPECT_EQ(report_html(made.sources()).error().code, ErrorCode::kMismatchedInputs);
+  made = made_sources(7);
+  made.evaluation.site_count = 10;
+  EXPECT_EQ(report_html(made.sources()).error().code, ErrorCode::kMismatchedInputs);
+}
+
+TEST(Report, RefusesAProvenanceThatIsNotJson) {
+  const MadeSources made = made_sources(8);
+  ReportSources sources = made.sources();
+  sources.provenance = "[1, 2";
+  const Result<std::string> html = report_html(sources);
+  ASSERT_FALSE(html.has_value());
+  EXPECT_EQ(html.error().code, ErrorCode::kMalformedText);
+  EXPECT_EQ(html.error().file, "made.slmap.provenance.json");
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,99 @@
+#include "compiler/views/text/describe_site.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/formats/map/random_map.h"
+
+namespace sightline {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// Ten sites, a metre apart, that all look 10 m for 0.1 m, but site 4, which needs 20 m, and its
+// neighbours within 1 m.
+CompiledMap short_route() {
+  CompiledMap map;
+  map.sites.sites.resize(10);
+  map.ranges.ranges_m = map.predicted.ranges_m = map.factors.ranges_m = {10.0, 20.0};
+  map.ranges.dilation_m = 1.0;
+  map.ranges.site_count = map.predicted.site_count = map.factors.site_count = 10;
+  map.ranges.promises.resize(1);
+  map.ranges.promises[0].limit_m = 0.1;
+  map.ranges.promises[0].probability_threshold = 0.8;
+  map.predicted.limits_m = {0.1};
+  map.predicted.has_history.assign(10, 0);
+  map.factors.factors = {"feature_count", "crlb_max", "crlb_min", "crlb_heading"};
+  for (std::size_t i = 0; i < 10; ++i) {
+    const bool is_hard = i == 4;
+    const bool is_near = i >= 3 && i <= 5;
+    map.sites.sites[i].s_m = static_cast<double>(i);
+    map.sites.sites[i].p_map_m.x() = static_cast<double>(i);
+    map.predicted.mean_m.insert(map.predicted.mean_m.end(), {is_hard ? 0.3 : 0.05, 0.04});
+    map.predicted.within_probability.insert(map.predicted.within_probability.end(),
+                                            {is_hard ? 0.5 : 0.9, 0.95});
+    map.ranges.range_index.push_back(is_near ? 1 : 0);
+    map.ranges.flags.push_back(0);
+    const double count = 100.0 + static_cast<double>(i % 3);
+    for (int range = 0; range < 2; ++range) {
+      const double weak_m = is_hard ? 0.4 : 0.020 + 0.001 * static_cast<double>(i % 4);
+      map.factors.values.insert(map.factors.values.end(), {count, weak_m, 0.01, 5.0});
+    }
+  }
+  return map;
+}
+
+TEST(DescribeSite, SaysWhichRangeMeetsThePromiseAndWhichFactorsAreFarOff) {
+  const Result<std::string> text = describe_site(short_route(), 4);
+  ASSERT_TRUE(text.has_value());
+  EXPECT_THAT(*text, HasSubstr("within 0.1 m: look 20 m"));
+  EXPECT_THAT(*text, HasSubstr("p* = 0.800 is first met at 20 m"));
+  EXPECT_THAT(*text, HasSubstr("nearest that does with less: site 2, 2.0 m back, 10 m"));
+  EXPECT_THAT(*text, HasSubstr("crlb_max"));
+  EXPECT_THAT(*text, Not(HasSubstr("feature_count")));
+  EXPECT_THAT(*text, HasSubstr("weakest along the road: 5 degrees from map +x, 5 off the road"));
+  EXPECT_THAT(*text, HasSubstr("40.0 times"));
+}
+
+TEST(DescribeSite, NamesTheNeighbourThatAsksForMore) {
+  EXPECT_THAT(*describe_site(short_route(), 3),
+              HasSubstr("longer for the sake of site 4, 1.0 m away"));
+  EXPECT_THAT(*describe_site(short_route(), 0), Not(HasSubstr("longer")));
+}
+
+TEST(DescribeSite, SaysSoWhereNoRangeIsGoodEnough) {
+  CompiledMap map = short_route();
+  map.predicted.within_probability[9] = 0.6;  // site 4 at 20 m
+  map.ranges.flags[4] = kUnmet | kExtrapolated;
+  const std::string text = *describe_site(map, 4);
+  EXPECT_THAT(text, HasSubstr("no range meets p* = 0.800"));
+  EXPECT_THAT(text, HasSubstr("unmet"));
+  EXPECT_THAT(text, HasSubstr("extrapolated"));
+}
+
+TEST(DescribeSite, AsksASiteWithHistoryForItsOwnProbability) {
+  CompiledMap map = short_route();
+  map.ranges.promises[0].history_threshold = 0.5;
+  map.predicted.has_history[4] = 1;
+  EXPECT_THAT(*describe_site(map, 4), HasSubstr("p* = 0.500 is first met at 10 m"));
+  EXPECT_THAT(*describe_site(map, 6), HasSubstr("p* = 0.800 is first met at 10 m"));
+}
+
+TEST(DescribeSite, ExplainsAnyMapWithAndWithoutFactors) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    CompiledMap map = random_map({.seed = seed});
+    for (std::size_t site = 0; site < map.sites.sites.size(); site += 3) {
+      EXPECT_TRUE(describe_site(map, site).has_value());
+    }
+    map.factors = {};
+    EXPECT_THAT(*describe_site(map, 0), HasSubstr("holds no factors"));
+  }
+}
+
+TEST(DescribeSite, RefusesASiteThatIsNotThere) {
+  EXPECT_EQ(describe_site(short_route(), 10).error().code, ErrorCode::kBadArgument);
+}
+
+}  // namespace
+}  // namespace sightline

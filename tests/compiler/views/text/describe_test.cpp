@@ -1,0 +1,47 @@
+#include "compiler/views/text/describe.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/map/map_writer.h"
+#include "tests/formats/map/random_map.h"
+
+namespace sightline {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Describe, TellsSitesRangesPromisesAndModel) {
+  const CompiledMap map = random_map({.seed = 1});
+  const std::string text = describe(map);
+  EXPECT_THAT(text, HasSubstr("40, every 1 m, in 2 runs of 38 m together"));
+  EXPECT_THAT(text, HasSubstr("limit 0.1 m"));
+  EXPECT_THAT(text, HasSubstr("limit 0.25 m"));
+  EXPECT_THAT(text, HasSubstr("not earned"));
+  EXPECT_THAT(text, HasSubstr("95.0 %"));
+  EXPECT_THAT(text, HasSubstr("unmet"));
+  EXPECT_THAT(text, HasSubstr("tree_count"));
+  EXPECT_THAT(text, HasSubstr("even scans"));
+  EXPECT_THAT(text, HasSubstr(to_hex(map.model.digest)));
+}
+
+TEST(Describe, CountsEverySiteInTheHistogramOfALimit) {
+  CompiledMap map = random_map({.seed = 2, .site_count = 4, .limits_m = {0.1}});
+  map.ranges.range_index = {0, 0, 0, 1};
+  map.ranges.flags = {0, 0, 0, 0};
+  EXPECT_THAT(describe(map),
+              HasSubstr("   10 m       3   75.0 %  ##############################\n"));
+  EXPECT_THAT(describe(map), HasSubstr("   50 m       0    0.0 %  \n"));
+}
+
+TEST(Describe, TellsWhatTheFileIsMadeOf) {
+  const std::vector<std::byte> file = encode_map(random_map({.seed = 3}));
+  const std::string text = describe(*verify_map(file));
+  EXPECT_THAT(text, HasSubstr(std::to_string(file.size()) + " bytes"));
+  for (const char* part : {"ndt", "range", "error-model", "manifest", "directory", "root digest"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,99 @@
+#include "formats/annotation/evaluation.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/support/artifact_checks.h"
+
+namespace sightline {
+namespace {
+
+// Two judged sites of three, one range, one limit.
+Evaluation small_evaluation() {
+  Evaluation evaluation;
+  evaluation.drive = "second";
+  evaluation.site_count = 3;
+  evaluation.out_of_fold_count = 1;
+  evaluation.stretch_m = 100.0;
+  evaluation.limits_m = {0.1};
+  evaluation.statics = {{10.0, 0.2, 3.0, 4.0, 5.0, 600.0, 0.5, 0.1}};
+  for (std::size_t i = 0; i < kRuleCount; ++i) {
+    RuleScore score;
+    score.limit_m = 0.1;
+    score.rule = static_cast<Rule>(i);
+    score.coverage = 0.5;
+    evaluation.rules.push_back(score);
+  }
+  evaluation.reliability = {{0.1, 0.85, 0.8, 2}};
+  evaluation.sites = {{0, 0, 0.0, 1.0, 2.0, StreetType::kLane}, {2, 0, 2.0, 3.0, 2.0}};
+  evaluation.streets = {{0.1, Rule::kMap, StreetType::kLane, 1, 0.5, 1.0, 0.1, 0.1, 10.0, 1.0, 1.0}};
+  evaluation.error_m = {0.1, 0.3};
+  evaluation.time_ms = {3.0, 3.0};
+  evaluation.chosen_range_index.assign(2 * kRuleCount, 0);
+  return evaluation;
+}
+
+ErrorCode code_of(const Evaluation& evaluation) {
+  const Result<void> valid = validate(evaluation);
+  return valid ? ErrorCode{} : valid.error().code;
+}
+
+TEST(Evaluation, SurvivesTheDisk) { expect_survives_disk(small_evaluation()); }
+
+TEST(Evaluation, PrintsEveryTableWithAsManyCellsAsColumns) {
+  const std::vector<Table> all = tables(small_evaluation());
+  ASSERT_EQ(all.size(), 6u);
+  for (const Table& table : all) {
+    EXPECT_FALSE(table.rows.empty()) << table.name;
+    for (const std::vector<Cell>& row : table.rows) {
+      EXPECT_EQ(row.size(), table.columns.size()) << table.name;
+    }
+  }
+}
+
+TEST(Evaluation, IsReadableForPeople) {
+  const std::string text = to_text(small_evaluation());
+  EXPECT_NE(text.find("2 of 3 sites judged against known poses"), std::string::npos) << text;
+  EXPECT_NE(text.find("Table II."), std::string::npos);
+  EXPECT_NE(text.find("static-equal-coverage        50.0"), std::string::npos) << text;
+  EXPECT_NE(text.find("0 to 0, (1, 2) to (1, 2)"), std::string::npos) << text;
+  EXPECT_NE(text.find("100.0 (10.0 m, 10.0 cm)"), std::string::npos) << text;
+  EXPECT_NE(text.find("observed %  80.0"), std::string::npos) << text;
+}
+
+TEST(Evaluation, RefusesScoresOutOfPlace) {
+  Evaluation swapped = small_evaluation();
+  std::swap(swapped.rules[0], swapped.rules[1]);
+  EXPECT_EQ(code_of(swapped), ErrorCode::kInvalidArtifact);
+  Evaluation above_one = small_evaluation();
+  above_one.rules[2].coverage = 1.5;
+  EXPECT_EQ(code_of(above_one), ErrorCode::kInvalidArtifact);
+  Evaluation no_number = small_evaluation();
+  no_number.statics[0].rmse_m = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(code_of(no_number), ErrorCode::kInvalidArtifact);
+}
+
+TEST(Evaluation, RefusesAStretchOrAStreetThatIsNone) {
+  Evaluation backwards = small_evaluation();
+  backwards.rules[1].worst_begin_site = 2;
+  EXPECT_EQ(code_of(backwards), ErrorCode::kInvalidArtifact);
+  Evaluation unknown = small_evaluation();
+  unknown.streets[0].street = StreetType::kUnknown;
+  EXPECT_EQ(code_of(unknown), ErrorCode::kInvalidArtifact);
+}
+
+TEST(Evaluation, RefusesSitesAndRangesThatAreNotThere) {
+  Evaluation no_site = small_evaluation();
+  no_site.sites[1].site = 3;
+  EXPECT_EQ(code_of(no_site), ErrorCode::kInvalidArtifact);
+  Evaluation no_range = small_evaluation();
+  no_range.chosen_range_index[3] = 1;
+  EXPECT_EQ(code_of(no_range), ErrorCode::kInvalidArtifact);
+  Evaluation fewer = small_evaluation();
+  fewer.error_m.pop_back();
+  EXPECT_EQ(code_of(fewer), ErrorCode::kInvalidArtifact);
+}
+
+}  // namespace
+}  // namespace sightline

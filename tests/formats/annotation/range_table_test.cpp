@@ -1,0 +1,69 @@
+#include "formats/annotation/range_table.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/artifact_checks.h"
+
+namespace sightline {
+namespace {
+
+RangeTable two_sites() {
+  RangeTable table;
+  table.ranges_m = {10.0, 15.0, 20.0};
+  table.dilation_m = 3.0;
+  table.promises = {{0.1, 0.8, 0.7, 0.05, 0.0, 20, true, 0.04, "conformal", "kept"},
+                    {0.25, 0.7, 0.6, 0.05, 0.0, 20, false, 0.06, "conformal", "not kept"}};
+  table.site_count = 2;
+  table.range_index = {2, 1, 1, 0};
+  table.flags = {kUnmet, 0, kExtrapolated, 0};
+  return table;
+}
+
+ErrorCode code_of(const RangeTable& table) {
+  const Result<void> valid = validate(table);
+  return valid ? ErrorCode{} : valid.error().code;
+}
+
+TEST(RangeTable, SurvivesTheDisk) { expect_survives_disk(two_sites()); }
+
+TEST(RangeTable, IsPrintedPerSiteAndLimit) {
+  const Table table = dump(two_sites());
+  ASSERT_EQ(table.rows.size(), 4u);
+  EXPECT_EQ(table.rows[0],
+            (std::vector<Cell>{std::int64_t{0}, 0.1, 20.0, std::int64_t{1}, std::int64_t{0}}));
+  EXPECT_EQ(table.rows[2],
+            (std::vector<Cell>{std::int64_t{1}, 0.1, 15.0, std::int64_t{0}, std::int64_t{1}}));
+}
+
+TEST(RangeTable, RefusesALooserLimitThatLooksFurther) {
+  RangeTable table = two_sites();
+  table.range_index[3] = 2;
+  EXPECT_EQ(code_of(table), ErrorCode::kInvalidArtifact);
+}
+
+TEST(RangeTable, RefusesAnUnmetSiteThatDoesNotLookAsFarAsItCan) {
+  RangeTable table = two_sites();
+  table.range_index[0] = 1;
+  EXPECT_EQ(code_of(table), ErrorCode::kInvalidArtifact);
+}
+
+TEST(RangeTable, RefusesWhatLiesOutOfBounds) {
+  RangeTable no_range = two_sites();
+  no_range.range_index[0] = 3;
+  EXPECT_EQ(code_of(no_range), ErrorCode::kInvalidArtifact);
+  RangeTable no_flag = two_sites();
+  no_flag.flags[1] = 4;
+  EXPECT_EQ(code_of(no_flag), ErrorCode::kInvalidArtifact);
+  RangeTable no_share = two_sites();
+  no_share.promises[0].alpha = 1.5;
+  EXPECT_EQ(code_of(no_share), ErrorCode::kInvalidArtifact);
+  RangeTable descending = two_sites();
+  descending.promises[1].limit_m = 0.05;
+  EXPECT_EQ(code_of(descending), ErrorCode::kInvalidArtifact);
+  RangeTable fewer = two_sites();
+  fewer.flags.pop_back();
+  EXPECT_EQ(code_of(fewer), ErrorCode::kInvalidArtifact);
+}
+
+}  // namespace
+}  // namespace sightline

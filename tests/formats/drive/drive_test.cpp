@@ -1,0 +1,97 @@
+#include "formats/drive/drive.h"
+
+#include "tests/support/artifact_checks.h"
+
+namespace sightline {
+namespace {
+
+Drive two_scans() {
+  Drive drive;
+  drive.name = "loop, first";
+  drive.sensor.beam_elevations_deg = {-1.0, 1.0};
+  drive.frame.origin_world_m = Eigen::Vector3d(588288.0, 4141184.0, -64.0);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    ScanInfo& scan = drive.scans.emplace_back();
+    scan.recording_index = i;
+    scan.stamp_ns = 1'567'410'201'745'204'700 + static_cast<std::int64_t>(i);
+    scan.source = i == 0 ? "000000.pcd" : "000001.pcd";
+    scan.point_count = 10 + i;
+    scan.nonfinite_count = 2;
+    scan.zero_count = 3;
+    scan.T_world_vehicle = Pose::Identity();
+    scan.T_world_vehicle->translation() = Eigen::Vector3d(588348.947978, 4141240.223859, i);
+  }
+  return drive;
+}
+
+TEST(Drive, SurvivesDiskWithAndWithoutPoses) {
+  Drive drive = two_scans();
+  EXPECT_TRUE(drive.has_poses());
+  expect_survives_disk(drive);
+  drive.scans[1].T_world_vehicle.reset();
+  EXPECT_FALSE(drive.has_poses());
+  expect_survives_disk(drive);
+  EXPECT_FALSE(Drive{}.has_poses());
+}
+
+TEST(Drive, GetsItsScansBackAfterDisk) {
+  const Result<Drive> decoded = from_bytes<Drive>(to_bytes(two_scans()));
+  ASSERT_TRUE(decoded.has_value());
+  EXPECT_EQ(decoded->store, nullptr);
+  Scan scan;
+  scan.stamp_ns = 7;
+  scan.points_m = {Eigen::Vector3d(1, 2, 3)};
+  const Drive whole = with_store(*decoded, memory_scan_store({Scan{}, scan}));
+  const Result<Scan> read = whole.store->read(1);
+  ASSERT_TRUE(read.has_value());
+  EXPECT_EQ(read->stamp_ns, 7);
+  EXPECT_EQ(read->points_m, scan.points_m);
+}
+
+TEST(Drive, TellsWhichOfItsSensorsMadeAScan) {
+  Drive drive = two_scans();
+  drive.other_sensors.push_back(*sensor_profile("vlp-16"));
+  drive.other_sensors[0].T_vehicle_lidar.translation().x() = -1.5;
+  drive.scans[1].sensor_index = 1;
+  drive.scans[1].has_point_times = true;
+  EXPECT_EQ(&drive.sensor_of(drive.scans[0]), &drive.sensor);
+  EXPECT_EQ(&drive.sensor_of(drive.scans[1]), &drive.other_sensors[0]);
+  expect_survives_disk(drive);
+  // Two sensors may scan at one time; the one listed first comes first.
+  drive.scans[1].stamp_ns = drive.scans[0].stamp_ns;
+  EXPECT_TRUE(validate(drive).has_value());
+  std::swap(drive.scans[0].sensor_index, drive.scans[1].sensor_index);
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kTimeRunsBackwards);
+  drive = two_scans();
+  drive.scans[1].sensor_index = 1;
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kInvalidArtifact);
+}
+
+TEST(Drive, EvenAndOddScansAreToldByTheirPlaceInTheRecording) {
+  ScanInfo scan;
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    scan.recording_index = i;
+    EXPECT_TRUE(is_selected(scan, ScanSelection::kAll));
+    EXPECT_EQ(is_selected(scan, ScanSelection::kEven), i % 2 == 0);
+    EXPECT_EQ(is_selected(scan, ScanSelection::kOdd), i % 2 == 1);
+  }
+}
+
+TEST(Drive, RefusesTimesThatDoNotAdvanceAndPosesThatAreNone) {
+  Drive drive = two_scans();
+  drive.scans[1].stamp_ns = drive.scans[0].stamp_ns;
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kTimeRunsBackwards);
+  EXPECT_EQ(validate(drive).error().place, "scan 1");
+  drive = two_scans();
+  drive.scans[1].recording_index = 0;
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kInvalidArtifact);
+  drive = two_scans();
+  drive.scans[0].T_world_vehicle->linear() *= 1.1;
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kInvalidArtifact);
+  drive = two_scans();
+  drive.sensor.beam_elevations_deg.clear();
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kInvalidArtifact);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,96 @@
+#include "formats/drive/trajectory.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "formats/base/random.h"
+#include "tests/support/artifact_checks.h"
+
+namespace sightline {
+namespace {
+
+Pose turned(double yaw_rad, const Eigen::Vector3d& position_m) {
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  pose.translation() = position_m;
+  return pose;
+}
+
+Trajectory two_poses() {
+  Trajectory trajectory;
+  trajectory.frame.origin_world_m = {64.0, -128.0, 0.0};
+  trajectory.source = PoseSource::kRefined;
+  trajectory.odometry_edges = 1;
+  trajectory.prior_edges = 2;
+  trajectory.rms_translation_residual_m = 0.01;
+  trajectory.poses = {{3, 100, turned(0.0, {1.0, 2.0, 3.0})},
+                      {4, 200, turned(0.5, {2.0, 2.0, 3.0})}};
+  trajectory.poses[1].covariance.diagonal().setConstant(0.04);
+  trajectory.poses[1].covariance(0, 5) = trajectory.poses[1].covariance(5, 0) = 0.01;
+  return trajectory;
+}
+
+ErrorCode code_of(const Trajectory& trajectory) {
+  const Result<void> valid = validate(trajectory);
+  return valid ? ErrorCode{} : valid.error().code;
+}
+
+TEST(Trajectory, SurvivesTheDisk) { expect_survives_disk(two_poses()); }
+
+TEST(Trajectory, IsPrintedWithItsPosesAndWhereTheyCameFrom) {
+  const Table table = dump(two_poses());
+  EXPECT_EQ(table.columns,
+            (std::vector<std::string>{"recording_index", "stamp_ns", "x_m", "y_m", "z_m", "qx",
+                                      "qy", "qz", "qw", "sigma_x_m", "sigma_y_m", "sigma_z_m",
+                                      "sigma_rx_rad", "sigma_ry_rad", "sigma_rz_rad"}));
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(table.rows[1][0], Cell(std::int64_t{4}));
+  EXPECT_EQ(table.rows[1][2], Cell(2.0));
+  EXPECT_NEAR(std::get<double>(table.rows[1][7]), std::sin(0.25), 1e-15);
+  EXPECT_EQ(table.rows[0][9], Cell(0.0));
+  EXPECT_EQ(table.rows[1][9], Cell(0.2));
+  EXPECT_EQ(table.facts[3].second, Cell(std::string("refined")));
+}
+
+TEST(Trajectory, ToldInAnotherFrameStaysWhereItIsInTheWorld) {
+  Random random(1);
+  for (int i = 0; i < 100; ++i) {
+    const Trajectory before = two_poses();
+    MapFrame to;
+    for (int axis = 0; axis < 3; ++axis) {
+      to.origin_world_m[axis] = 64.0 * static_cast<double>(random.below(100000));
+    }
+    const Trajectory after = rebase(before, to);
+    ASSERT_EQ(after.frame, to);
+    for (std::size_t k = 0; k < before.poses.size(); ++k) {
+      const Eigen::Vector3d world_before =
+          before.poses[k].T_map_vehicle.translation() + before.frame.origin_world_m;
+      const Eigen::Vector3d world_after =
+          after.poses[k].T_map_vehicle.translation() + to.origin_world_m;
+      ASSERT_LT((world_before - world_after).norm(), 1e-8);
+      ASSERT_EQ(before.poses[k].T_map_vehicle.linear(), after.poses[k].T_map_vehicle.linear());
+    }
+  }
+}
+
+TEST(Trajectory, RefusesWhatIsNoTrajectory) {
+  Trajectory sheared = two_poses();
+  sheared.poses[1].T_map_vehicle.linear()(0, 0) += 0.01;
+  EXPECT_EQ(code_of(sheared), ErrorCode::kInvalidArtifact);
+  Trajectory backwards = two_poses();
+  backwards.poses[1].stamp_ns = 99;
+  EXPECT_EQ(code_of(backwards), ErrorCode::kInvalidArtifact);
+  Trajectory repeated = two_poses();
+  repeated.poses[1].recording_index = 3;
+  EXPECT_EQ(code_of(repeated), ErrorCode::kInvalidArtifact);
+  Trajectory residual = two_poses();
+  residual.rms_rotation_residual_rad = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(code_of(residual), ErrorCode::kInvalidArtifact);
+  Trajectory source = two_poses();
+  source.source = static_cast<PoseSource>(7);
+  EXPECT_EQ(code_of(source), ErrorCode::kInvalidArtifact);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,101 @@
+#include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/real_data.h"
+
+// Files that other people's programs wrote. They are not part of the project (tests/README.md).
+
+namespace sightline {
+namespace {
+
+// The same scan was published as PCD and as PLY.
+TEST(RealFiles, GiveTheSamePointsInTwoFormats) {
+  const RealData data = real_data("interop");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const auto pcd = read_point_cloud(data.folder / "ndt_omp/251371071.pcd");
+  const auto ply = read_point_cloud(data.folder / "small_gicp/source.ply");
+  ASSERT_TRUE(pcd.has_value() && ply.has_value());
+  EXPECT_EQ(pcd->points_m, ply->points_m);
+  EXPECT_EQ(pcd->intensity, ply->intensity);
+}
+
+TEST(RealFiles, Kitti0005OpensWithoutPosesAtTenScansASecond) {
+  const RealData data = real_data("kitti_0005");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  RecordingOptions options;
+  options.scans = data.folder.string();
+  options.sensor = "hdl-64e";
+  const Result<Recording> recording = open_recording(options, 2);
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  ASSERT_EQ(recording->scans.size(), 154U);
+  EXPECT_EQ(recording->scans.back().stamp_ns, 15'300'000'000);
+  EXPECT_FALSE(recording->scans.back().T_world_vehicle.has_value());
+  const Result<PointCloudFile> first = read_recorded_scan(*recording, 0);
+  ASSERT_TRUE(first.has_value()) << to_string(first.error());
+  EXPECT_EQ(first->points_m.size(), 123397U);
+  EXPECT_EQ(first->zero_count, 1U);
+}
+
+TEST(RealFiles, MulranTakesTheFirstRowsOfItsWholeRunAndSaysSo) {
+  const RealData data = real_data("mulran_kaist03");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  RecordingOptions options;
+  const std::filesystem::path folder = data.folder / "mulran_kaist03";
+  options.scans = (folder / "Scans").string();
+  options.poses = (folder / "optimized_poses.txt").string();
+  options.stamps = (folder / "times.txt").string();
+  options.poses_of = PosesOf::kSensor;
+  options.sensor = "os1-64";
+  const Result<Recording> recording = open_recording(options, 2);
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  ASSERT_EQ(recording->scans.size(), 21U);
+  EXPECT_EQ(recording->scans[0].stamp_ns, 1567410201745204700);
+  EXPECT_EQ(recording->warnings.size(), 2U);
+  // 24 m in keyframes about 1.2 m apart.
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < recording->scans.size(); ++i) {
+    length_m += (recording->scans[i].T_world_vehicle->translation() -
+                 recording->scans[i - 1].T_world_vehicle->translation())
+                    .norm();
+    EXPECT_TRUE(is_rigid(*recording->scans[i].T_world_vehicle));
+  }
+  EXPECT_NEAR(length_m, 24.0, 1.0);
+}
+
+TEST(RealFiles, ApolloKeepsTheMillimetresOfUtm) {
+  const RealData data = real_data("apollo_sunnyvale_ndt");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  RecordingOptions options;
+  const std::filesystem::path folder = data.folder / "test_data" / "pcds";
+  options.scans = folder.string();
+  options.poses = (folder / "poses.txt").string();
+  options.poses_of = PosesOf::kSensor;
+  const Result<Recording> recording = open_recording(options, 2);
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  ASSERT_EQ(recording->scans.size(), 2U);
+  EXPECT_EQ(recording->scans[0].stamp_ns, 1223328152391680000);
+  const Pose& T_world_sensor = *recording->scans[0].T_world_vehicle;
+  const MapFrame frame = frame_near(T_world_sensor.translation(), 64.0);
+  const Eigen::Vector3d position_m = rebase(T_world_sensor, {}, frame).translation();
+  EXPECT_TRUE(position_m.isApprox(Eigen::Vector3d(60.947978, 56.223859, 33.905676), 1e-9));
+  const Result<PointCloudFile> cloud = read_recorded_scan(*recording, 0);
+  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
+  EXPECT_EQ(cloud->points_m.size() + cloud->nonfinite_count + cloud->zero_count, 99305U);
+}
+
+TEST(RealFiles, Kitti00TakesItsPosesByFrame) {
+  const RealData data = real_data("kitti00_head");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  RecordingOptions options;
+  options.scans = (data.folder / "data").string();
+  options.poses = (data.folder / "KITTI_00_gt_velodyne_frame.txt").string();
+  options.poses_of = PosesOf::kSensor;
+  options.sensor = "hdl-64e";
+  const Result<Recording> recording = open_recording(options, 2);
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  ASSERT_EQ(recording->scans.size(), 6U);
+  EXPECT_NEAR(recording->scans[5].T_world_vehicle->translation().x(), 4.291719, 1e-6);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,195 @@
+
+#include <numbers>
+
+#include "formats/foreign/clouds/pcd_writer.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/text/pose_file.h"
+#include "tests/formats/foreign/foreign_files.h"
+
+namespace sightline {
+namespace {
+
+// A folder of scans of one point each, named as told.
+class RecordingTest : public testing::Test {
+ protected:
+  void write_scans(std::initializer_list<const char*> names) {
+    float x_m = 1.0F;
+    for (const char* name : names) {
+      const PointXyzi point{x_m, 2.0F, 3.0F, 0.0F};
+      ASSERT_TRUE(write_pcd_binary(folder_ / "scans" / name, std::span(&point, 1)).has_value());
+      x_m += 1.0F;
+    }
+  }
+  // One TUM row a second from `first` on, x = its index.
+  static std::string tum(int count, int first = 0) {
+    std::string text;
+    for (int i = 0; i < count; ++i) {
+      text.append(std::to_string(first + i)).append(" ").append(std::to_string(i));
+      text.append(" 0 0 0 0 0 1\n");
+    }
+    return text;
+  }
+  RecordingOptions options(std::string_view poses = "", std::string_view stamps = "") {
+    RecordingOptions made;
+    made.scans = (folder_ / "scans").string();
+    if (!poses.empty()) made.poses = folder_.write("poses.txt", poses).string();
+    if (!stamps.empty()) made.stamps = folder_.write("times.txt", stamps).string();
+    return made;
+  }
+  ErrorCode refusal(const RecordingOptions& made) {
+    const Result<Recording> recording = open_recording(made);
+    EXPECT_FALSE(recording.has_value());
+    return recording ? ErrorCode{} : recording.error().code;
+  }
+  static double x_m(const RecordedScan& scan) { return scan.T_world_vehicle->translation().x(); }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(RecordingTest, WithoutPosesAndTimesScansFollowTheRate) {
+  write_scans({"0.pcd", "1.pcd", "2.pcd"});
+  const Result<Recording> recording = open_recording(options());
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  EXPECT_EQ(recording->name, "scans");
+  EXPECT_EQ(recording->scans.at(2).stamp_ns, 200'000'000);
+  EXPECT_FALSE(recording->scans.at(0).T_world_vehicle.has_value());
+  EXPECT_TRUE(recording->warnings.empty());
+}
+
+TEST_F(RecordingTest, TumRowsBelongToScansByLineAndGiveTheirTimes) {
+  write_scans({"a1.pcd", "a2.pcd"});
+  const Result<Recording> recording = open_recording(options(tum(2, 100)));
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  EXPECT_EQ(recording->scans.at(1).stamp_ns, 101'000'000'000);
+  EXPECT_EQ(x_m(recording->scans.at(1)), 1.0);
+}
+
+TEST_F(RecordingTest, WhereThereAreMoreRowsTheNumberInTheNameIsTheRow) {
+  write_scans({"000002.pcd", "000003.pcd"});
+  const Result<Recording> recording = open_recording(options(tum(6)));
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  EXPECT_EQ(x_m(recording->scans.at(0)), 2.0);
+  EXPECT_EQ(x_m(recording->scans.at(1)), 3.0);
+  ASSERT_EQ(recording->warnings.size(), 1U);
+  EXPECT_NE(recording->warnings.front().find("6 rows for 2 scans"), std::string::npos);
+}
+
+TEST_F(RecordingTest, WhereNamesAreNoRowsTheFirstRowsAreUsed) {
+  write_scans({"first.pcd", "second.pcd"});
+  const Result<Recording> recording = open_recording(options(tum(6)));
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  EXPECT_EQ(x_m(recording->scans.at(1)), 1.0);
+  EXPECT_EQ(recording->warnings.size(), 1U);
+}
+
+TEST_F(RecordingTest, ScansNamedByTimeTakeThePoseOfThatTime) {
+  write_scans({"100500000000000000.pcd", "101000000000000000.pcd"});
+  const Result<Recording> recording = open_recording(
+      options("100500000 1 0 0 0 0 0 1\n100999999.5 3 0 0 0 0 0 1\n101000000.5 5 0 0 0 0 0 1\n"));
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  EXPECT_EQ(x_m(recording->scans.at(0)), 1.0);
+  EXPECT_NEAR(x_m(recording->scans.at(1)), 4.0, 1e-12);  // halfway between two rows
+  EXPECT_EQ(recording->scans.at(1).stamp_ns, 101000000000000000);
+}
+
+TEST_F(RecordingTest, StampsFileGivesTimesAndTumIsInterpolatedAtThem) {
+  write_scans({"0.pcd", "1.pcd"});
+  const Result<Recording> recording = open_recording(options(tum(5), "0.25\n3.5\n"));
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  EXPECT_NEAR(x_m(recording->scans.at(0)), 0.25, 1e-12);
+  EXPECT_NEAR(x_m(recording->scans.at(1)), 3.5, 1e-12);
+  EXPECT_EQ(recording->scans.at(1).stamp_ns, 3'500'000'000);
+}
+
+TEST_F(RecordingTest, ApolloRowsBelongToScansById) {
+  write_scans({"1.pcd", "2.pcd"});
+  const Result<Recording> recording =
+      open_recording(options("2 10.5 22 0 0 0 0 0 1\n3 11 33 0 0 0 0 0 1\n1 12 11 0 0 0 0 0 1\n"));
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  EXPECT_EQ(x_m(recording->scans.at(0)), 11.0);
+  EXPECT_EQ(x_m(recording->scans.at(1)), 22.0);
+  EXPECT_EQ(refusal(options("2 10.5 22 0 0 0 0 0 1\n3 11 33 0 0 0 0 0 1\n")),
+            ErrorCode::kFewerPosesThanScans);
+}
+
+TEST_F(RecordingTest, RefusesFewerPosesOrTimesThanScans) {
+  write_scans({"0.pcd", "1.pcd", "2.pcd"});
+  const Result<Recording> recording = open_recording(options(tum(2)));
+  ASSERT_FALSE(recording.has_value());
+  EXPECT_EQ(recording.error().code, ErrorCode::kFewerPosesThanScans);
+  EXPECT_NE(recording.error().message.find("found 2 poses for 3 scans"), std::string::npos);
+  EXPECT_EQ(refusal(options("# none\n")), ErrorCode::kFewerPosesThanScans);
+  EXPECT_EQ(refusal(options("", "1\n2\n")), ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(refusal(options(tum(3), "0\n1\n9\n")), ErrorCode::kFewerPosesThanScans);  // not at 9 s
+}
+
+TEST_F(RecordingTest, RefusesOptionsThatContradictThemselves) {
+  write_scans({"0.pcd"});
+  RecordingOptions made = options();
+  made.sensor = "vlp-61";
+  EXPECT_EQ(refusal(made), ErrorCode::kUnknownName);
+  made = options();
+  made.poses_of = PosesOf::kSensor;
+  made.lidar_z_m = 1.8;
+  EXPECT_EQ(refusal(made), ErrorCode::kBadValue);
+  made = options();
+  made.rate_hz = 0.0;
+  EXPECT_EQ(refusal(made), ErrorCode::kBadValue);
+  made = options();
+  made.rings = 1;
+  EXPECT_EQ(refusal(made), ErrorCode::kBadValue);
+}
+
+TEST_F(RecordingTest, TheSensorIsDescribedByItsProfileAndItsMounting) {
+  write_scans({"0.pcd"});
+  RecordingOptions made = options();
+  made.rings = 3;
+  made.height_m = 2.5;
+  made.lidar_x_m = 1.0;
+  made.lidar_yaw_deg = 90.0;
+  const Result<Recording> recording = open_recording(made);
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  const SensorProfile& sensor = recording->sensor;
+  EXPECT_EQ(sensor.beam_elevations_deg, (std::vector<double>{-15.0, 0.0, 15.0}));
+  EXPECT_EQ(sensor.height_m, 2.5);
+  EXPECT_TRUE((sensor.T_vehicle_lidar * Eigen::Vector3d::UnitX())
+                  .isApprox(Eigen::Vector3d(1.0, 1.0, 0.0), 1e-12));
+}
+
+TEST_F(RecordingTest, ItsDigestNamesContentsAndNotPlaces) {
+  write_scans({"0.pcd", "1.pcd"});
+  const Digest digest = open_recording(options(tum(2)))->digest;
+  EXPECT_EQ(open_recording(options(tum(2)), 2)->digest, digest);
+  std::filesystem::create_directory(folder_ / "elsewhere");
+  std::filesystem::copy(folder_ / "scans", folder_ / "elsewhere" / "scans");
+  RecordingOptions moved = options(tum(2));
+  moved.scans = (folder_ / "elsewhere" / "scans/").string();
+  EXPECT_EQ(open_recording(moved)->digest, digest);
+  EXPECT_NE(open_recording(options())->digest, digest);
+  EXPECT_NE(open_recording(options(tum(2, 1)))->digest, digest);
+  const PointXyzi point{9.0F, 2.0F, 3.0F, 0.0F};
+  ASSERT_TRUE(
+      write_pcd_binary(folder_ / "scans" / "1.pcd", std::span(&point, 1), IfExists::kReplace)
+          .has_value());
+  EXPECT_NE(open_recording(options(tum(2)))->digest, digest);
+}
+
+TEST_F(RecordingTest, ItsStoreReadsScansAndNoticesWhenAFileChanged) {
+  write_scans({"0.pcd", "1.pcd"});
+  const Result<Recording> recording = open_recording(options(tum(2)));
+  ASSERT_TRUE(recording.has_value());
+  const std::shared_ptr<const ScanStore> store = recorded_scan_store(*recording);
+  const Result<Scan> scan = store->read(1);
+  ASSERT_TRUE(scan.has_value()) << to_string(scan.error());
+  EXPECT_EQ(scan->stamp_ns, 1'000'000'000);
+  EXPECT_EQ(scan->points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(2, 2, 3)});
+  const PointXyzi point{9.0F, 2.0F, 3.0F, 0.0F};
+  ASSERT_TRUE(
+      write_pcd_binary(folder_ / "scans" / "1.pcd", std::span(&point, 1), IfExists::kReplace)
+          .has_value());
+  EXPECT_EQ(store->read(1).error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_TRUE(store->read(0).has_value());
+}
+
+}  // namespace
+}  // namespace sightline

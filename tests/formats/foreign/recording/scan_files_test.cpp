@@ -1,0 +1,71 @@
+#include "formats/foreign/recording/scan_files.h"
+
+#include "tests/formats/foreign/foreign_files.h"
+
+namespace sightline {
+namespace {
+
+std::vector<std::string> names(const std::vector<std::filesystem::path>& files) {
+  std::vector<std::string> list;
+  for (const std::filesystem::path& file : files) list.push_back(file.filename().string());
+  return list;
+}
+
+TEST(ScanFiles, AreListedInNaturalOrder) {
+  const ScratchFolder folder;
+  for (const char* name : {"scan10.pcd", "scan2.pcd", "scan1.PCD", ".hidden.pcd", "notes.txt"}) {
+    folder.write(name, "x");
+  }
+  std::filesystem::create_directory(folder / "folder.pcd");
+  const auto files = list_scan_files(folder.path());
+  ASSERT_TRUE(files.has_value()) << to_string(files.error());
+  EXPECT_EQ(names(*files), (std::vector<std::string>{"scan1.PCD", "scan2.pcd", "scan10.pcd"}));
+}
+
+TEST(ScanFiles, NaturalOrderIsAnOrder) {
+  const std::vector<std::string> ordered = {
+      "1", "01", "2",    "9b",    "10",  "10a", "10b",
+      "a", "a1", "a1.9", "a1.10", "a02", "a2",  "99999999999999999999999",
+      "b"};
+  for (const std::string& a : ordered) {
+    EXPECT_FALSE(natural_less(a, a));
+    for (const std::string& b : ordered) {
+      EXPECT_EQ(natural_less(a, b) || natural_less(b, a), a != b) << a << " " << b;
+      EXPECT_FALSE(natural_less(a, b) && natural_less(b, a)) << a << " " << b;
+      for (const std::string& c : ordered) {
+        if (natural_less(a, b) && natural_less(b, c)) {
+          EXPECT_TRUE(natural_less(a, c)) << a << " " << b << " " << c;
+        }
+      }
+    }
+  }
+  EXPECT_TRUE(natural_less("2.pcd", "10.pcd"));
+}
+
+TEST(ScanFiles, RefusesFoldersWithoutScansOfOneKind) {
+  const ScratchFolder folder;
+  EXPECT_EQ(list_scan_files(folder.path()).error().code, ErrorCode::kEmptyDirectory);
+  EXPECT_EQ(list_scan_files(folder / "none").error().code, ErrorCode::kFileNotFound);
+  folder.write("Scans/000.pcd", "x");
+  const auto deeper = list_scan_files(folder.path());
+  EXPECT_EQ(deeper.error().code, ErrorCode::kEmptyDirectory);
+  EXPECT_NE(deeper.error().message.find("its folder Scans does"), std::string::npos);
+  folder.write("000.laz", "LASF" + std::string(100, '\0') + "\x83");
+  EXPECT_EQ(list_scan_files(folder.path()).error().code, ErrorCode::kUnsupportedFormat);
+  folder.write("001.bin", "x");
+  EXPECT_EQ(list_scan_files(folder.path()).error().code, ErrorCode::kMixedFormats);
+}
+
+TEST(ScanFiles, NamesTellNumbersAndTimes) {
+  EXPECT_EQ(scan_number("a/000012.pcd"), 12);
+  EXPECT_EQ(scan_number("run2_scan_7_xyz.pcd"), 7);
+  EXPECT_EQ(scan_number("scan.pcd"), std::nullopt);
+  EXPECT_EQ(scan_stamp_ns("1567410201745204736.pcd"), 1567410201745204736);
+  EXPECT_EQ(scan_stamp_ns("1567410201.745204.bin"), 1567410201745204000);
+  EXPECT_EQ(scan_stamp_ns("0000000012.pcd"), std::nullopt);
+  EXPECT_EQ(scan_stamp_ns("000000000000000012.pcd"), std::nullopt);
+  EXPECT_EQ(scan_stamp_ns("scan_1567410201745204736.pcd"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,148 @@
+#include "formats/foreign/text/pose_file.h"
+
+#include "formats/base/random.h"
+#include "tests/formats/foreign/foreign_files.h"
+
+namespace sightline {
+namespace {
+
+Result<std::vector<PoseRow>> read(const ScratchFolder& folder, std::string_view text,
+                                  PoseFormat format = PoseFormat::kAuto) {
+  return read_poses(folder.write("poses.txt", text), format);
+}
+
+void expect_refused(const std::string& text, ErrorCode code, const std::string& place) {
+  const ScratchFolder folder;
+  const Result<std::vector<PoseRow>> poses = read(folder, text);
+  ASSERT_FALSE(poses.has_value()) << text;
+  EXPECT_EQ(poses.error().code, code) << to_string(poses.error());
+  EXPECT_EQ(poses.error().place, place) << to_string(poses.error());
+  EXPECT_EQ(poses.error().file, (folder / "poses.txt").string());
+}
+
+TEST(PoseFile, ReadsKittiTumAndApolloByTheirColumns) {
+  const ScratchFolder folder;
+  const auto kitti = read(folder, "0 -1 0 10\t1 0 0 20,0 0 1 30\r\n");
+  ASSERT_TRUE(kitti.has_value()) << to_string(kitti.error());
+  EXPECT_TRUE((kitti->at(0).T_world_vehicle * Eigen::Vector3d::UnitX())
+                  .isApprox(Eigen::Vector3d(10, 21, 30), 1e-12));
+  EXPECT_FALSE(kitti->at(0).stamp_ns.has_value());
+
+  const auto tum = read(folder, "# t x y z qx qy qz qw\n\n  # more\n1.5 10 20 30 0 0 1 0\n");
+  ASSERT_TRUE(tum.has_value()) << to_string(tum.error());
+  EXPECT_EQ(tum->at(0).stamp_ns, 1'500'000'000);
+  EXPECT_TRUE((tum->at(0).T_world_vehicle * Eigen::Vector3d::UnitX())
+                  .isApprox(Eigen::Vector3d(9, 20, 30), 1e-12));
+
+  const auto apollo = read(folder, "7 1.5 10 20 30 0 0 1 0");
+  ASSERT_TRUE(apollo.has_value()) << to_string(apollo.error());
+  EXPECT_EQ(apollo->at(0).id, 7);
+  EXPECT_EQ(apollo->at(0).stamp_ns, 1'500'000'000);
+  EXPECT_TRUE(apollo->at(0).T_world_vehicle.isApprox(tum->at(0).T_world_vehicle));
+}
+
+TEST(PoseFile, TimesKeepEveryNanosecond) {
+  EXPECT_EQ(parse_stamp_ns("1223328152.391680"), 1223328152391680000);
+  EXPECT_EQ(parse_stamp_ns("1567410201.7452047"), 1567410201745204700);
+  EXPECT_EQ(parse_stamp_ns("1403636579.763555450"), 1403636579763555450);
+  EXPECT_EQ(parse_stamp_ns("1.403636579763555450e+09"), 1403636579763555450);
+  EXPECT_EQ(parse_stamp_ns("1.036224e-01"), 103622400);
+  EXPECT_EQ(parse_stamp_ns("1567410201745204736"), 1567410201745204736);  // ns
+  EXPECT_EQ(parse_stamp_ns("1567410201745204"), 1567410201745204000);     // us
+  EXPECT_EQ(parse_stamp_ns("0.0000000005"), 1);
+  EXPECT_EQ(parse_stamp_ns("0.00000000049"), 0);
+  EXPECT_EQ(parse_stamp_ns("12"), 12'000'000'000);
+  EXPECT_EQ(parse_stamp_ns("0"), 0);
+  EXPECT_EQ(parse_stamp_ns("-1.5"), -1'500'000'000);
+  EXPECT_EQ(parse_stamp_ns(".5"), 500'000'000);
+  for (const std::string_view bad : {"", ".", "nan", "1.2.3", "1e", "1e99", "0x10", "99999999999.5",
+                                     "99999999999999999999", "1 2"}) {
+    EXPECT_EQ(parse_stamp_ns(bad), std::nullopt) << bad;
+  }
+  EXPECT_EQ(format_stamp(1403636579763555450), "1403636579.763555450");
+  EXPECT_EQ(format_stamp(-1), "-0.000000001");
+}
+
+TEST(PoseFile, EveryStampReadsBackAsItWasWritten) {
+  Random random(5);
+  for (int i = 0; i < 1000; ++i) {
+    const auto stamp_ns = static_cast<std::int64_t>(random.next() >> (2 + random.below(60)));
+    EXPECT_EQ(parse_stamp_ns(format_stamp(stamp_ns)), stamp_ns);
+  }
+}
+
+TEST(PoseFile, WhatWriteTumWritesReadsBack) {
+  const ScratchFolder folder;
+  Random random(6);
+  std::vector<PoseRow> rows;
+  for (std::int64_t i = 0; i < 100; ++i) {
+    PoseRow& row = rows.emplace_back();
+    row.stamp_ns = 1'500'000'000'000'000'001 + i * 100'000'000;
+    Eigen::Quaterniond rotation(random.normal(), random.normal(), random.normal(), random.normal());
+    row.T_world_vehicle.linear() = rotation.normalized().toRotationMatrix();
+    row.T_world_vehicle.translation() =
+        Eigen::Vector3d(588348.947978 + static_cast<double>(i), 4141240.223859, -30.094324);
+  }
+  ASSERT_TRUE(write_tum(folder / "out.tum", rows).has_value());
+  const Result<std::vector<PoseRow>> back = read_poses(folder / "out.tum", PoseFormat::kTum);
+  ASSERT_TRUE(back.has_value()) << to_string(back.error());
+  ASSERT_EQ(back->size(), rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ((*back)[i].stamp_ns, rows[i].stamp_ns);
+    EXPECT_EQ((*back)[i].T_world_vehicle.translation(), rows[i].T_world_vehicle.translation());
+    EXPECT_TRUE((*back)[i].T_world_vehicle.isApprox(rows[i].T_world_vehicle, 1e-12));
+  }
+  EXPECT_EQ(write_tum(folder / "out.tum", rows).error().code, ErrorCode::kOutputExists);
+}
+
+TEST(PoseFile, MakesRoundedRotationsExactAndRefusesOthers) {
+  const ScratchFolder folder;
+  const auto rounded = read(folder, "0.99999 -0.0045 0 1 0.0045 0.99999 0 2 0 0 1 3\n");
+  ASSERT_TRUE(rounded.has_value()) << to_string(rounded.error());
+  EXPECT_TRUE(is_rigid(rounded->at(0).T_world_vehicle));
+  EXPECT_NEAR(rounded->at(0).T_world_vehicle(1, 0), 0.0045, 1e-5);
+  const auto quaternion = read(folder, "0 1 2 3 0 0 0.70716 0.70716\n");
+  ASSERT_TRUE(quaternion.has_value()) << to_string(quaternion.error());
+  EXPECT_TRUE(is_rigid(quaternion->at(0).T_world_vehicle));
+
+  const std::string good = "1 0 0 0 0 1 0 0 0 0 1 0\n";
+  expect_refused(good + "1.1 0 0 0 0 1 0 0 0 0 1 0\n", ErrorCode::kNotARotation, "line 2");
+  expect_refused(good + "-1 0 0 0 0 1 0 0 0 0 1 0\n", ErrorCode::kNotARotation,
+                 "line 2");  // mirror
+  expect_refused(good + "0 0 0 0 0 0 0 0 0 0 0 0\n", ErrorCode::kNotARotation, "line 2");
+  expect_refused("# one\n1 0 0 0 0 0 0 1.01\n", ErrorCode::kNotARotation, "line 2");
+  expect_refused("1 0 0 0 0 0 0 0\n", ErrorCode::kNotARotation, "line 1");
+}
+
+TEST(PoseFile, RefusesWhatIsNoPoseAndNamesTheLine) {
+  expect_refused("1 2 3\n", ErrorCode::kMalformedPose, "line 1");
+  expect_refused("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 1\n", ErrorCode::kMalformedPose, "line 2");
+  expect_refused("1 0 0 0 0 0 0 1\n1 2 0 0 0 0 0 0 1\n", ErrorCode::kMalformedPose, "line 2");
+  expect_refused("1 0 0 nan 0 0 0 1\n", ErrorCode::kMalformedPose, "line 1");
+  expect_refused("1 0 0 inf 0 0 0 1\n", ErrorCode::kMalformedPose, "line 1");
+  expect_refused("noon 0 0 0 0 0 0 1\n", ErrorCode::kMalformedPose, "line 1");
+  expect_refused("a 1 0 0 0 0 0 0 1\n", ErrorCode::kMalformedPose, "line 1");
+  expect_refused("2 0 0 0 0 0 0 1\n\n1 0 0 0 0 0 0 1\n", ErrorCode::kTimeRunsBackwards, "line 3");
+  expect_refused("2 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n", ErrorCode::kTimeRunsBackwards, "line 2");
+  expect_refused("version https://git-lfs.github.com/spec/v1\n", ErrorCode::kGitLfsPointer,
+                 "line 1");
+  const ScratchFolder folder;
+  EXPECT_EQ(read(folder, "1 0 0 0 0 0 0 1\n", PoseFormat::kKitti).error().code,
+            ErrorCode::kMalformedPose);
+  EXPECT_EQ(read_poses(folder / "none.txt", PoseFormat::kAuto).error().code,
+            ErrorCode::kFileNotFound);
+}
+
+TEST(PoseFile, ReadsStampsAndRefusesThoseThatRunBackwards) {
+  const ScratchFolder folder;
+  const auto stamps = read_stamps(folder.write("times.txt", "# s\n0.5\n1.0e0 extra\n\n1.5\n"));
+  ASSERT_TRUE(stamps.has_value()) << to_string(stamps.error());
+  EXPECT_EQ(*stamps, (std::vector<std::int64_t>{500'000'000, 1'000'000'000, 1'500'000'000}));
+  EXPECT_EQ(read_stamps(folder.write("times.txt", "2\n1\n")).error().code,
+            ErrorCode::kTimeRunsBackwards);
+  EXPECT_EQ(read_stamps(folder.write("times.txt", "early\n")).error().code,
+            ErrorCode::kMalformedText);
+}
+
+}  // namespace
+}  // namespace sightline

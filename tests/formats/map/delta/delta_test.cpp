@@ -1,0 +1,414 @@
+#include <gtest/gtest.h>
+#include <fstream>
+
+#include "formats/base/atomic_file.h"
+#include "formats/base/random.h"
+#include "formats/map/delta/apply_delta.h"
+#include "formats/map/delta/delta_codec.h"
+#include "formats/map/delta/delta_format.h"
+#include "formats/map/delta/make_delta.h"
+#include "formats/map/map_reader.h"
+#include "formats/map/map_writer.h"
+#include "tests/formats/map/changed_map.h"
+#include "tests/support/scratch_folder.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::vector<std::byte>;
+
+CompiledMap tiny_map() {
+  return random_map({.seed = 2, .site_count = 3, .nd_count = 6, .model_size = 90});
+}
+
+// The same map a release later: little changed, so that its delta is small.
+CompiledMap later(CompiledMap map) {
+  map.release += 1;
+  map.ndt.nds[0].point_count += 1;
+  map.ranges.flags[0] ^= kExtrapolated;
+  return map;
+}
+
+// A folder with a map in it, and deltas.
+class Delta : public testing::Test {
+ protected:
+  Delta() { fs::create_directories(folder_); }
+  ~Delta() override { fs::remove_all(folder_); }
+
+  // Without waiting for the disk.
+  void write(const fs::path& path, std::span<const std::byte> bytes) const {
+    std::ofstream file(path, std::ios::binary | std::ios::trunc);
+    file.write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+  }
+  Bytes make(const Bytes& base, const Bytes& result, const DeltaOptions& options = {}) const {
+    const Result<Bytes> delta = make_delta(base, result, options);
+    EXPECT_TRUE(delta) << to_string(delta.error());
+    return delta ? *delta : Bytes();
+  }
+  // The map is the base; what comes of the delta.
+  Result<ApplyReport> apply(const Bytes& base, const Bytes& delta) const {
+    write(map_, base);
+    write(delta_, delta);
+    return apply_delta(delta_, map_);
+  }
+  void expect_map(const Bytes& expected, const char* what) const {
+    const Result<Bytes> found = read_file(map_);
+    ASSERT_TRUE(found);
+    EXPECT_TRUE(*found == expected) << what;
+  }
+  void expect_refused(const Bytes& base, const Bytes& delta, ErrorCode code) const {
+    const Result<ApplyReport> report = apply(base, delta);
+    ASSERT_FALSE(report);
+    EXPECT_EQ(report.error().code, code) << to_string(report.error());
+    expect_map(base, "a refused delta leaves the map alone");
+  }
+
+  fs::path folder_ = scratch_folder();
+  fs::path map_ = folder_ / "town.slmap";
+  fs::path delta_ = folder_ / "town.sldelta";
+};
+
+TEST_F(Delta, MakesTheNewMapByteForByteOverRandomMaps) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(seed);
+    const CompiledMap map = random_map({.seed = seed, .site_count = 50, .nd_count = 200});
+    const Bytes base = encode_map(map);
+    // The same recording later, or another map altogether.
+    const Bytes result = seed % 4 == 0 ? encode_map(random_map({.seed = seed + 100}))
+                                       : encode_map(changed_map(map, seed, seed % 3 == 0));
+    for (const bool is_portable : {false, true}) {
+      const Result<ApplyReport> report = apply(base, make(base, result, {is_portable}));
+      ASSERT_TRUE(report) << to_string(report.error());
+      expect_map(result, "applied");
+    }
+  }
+}
+
+TEST_F(Delta, OfEqualMapsHoldsNothing) {
+  const Bytes base = encode_map(random_map({.seed = 3}));
+  EXPECT_LE(make(base, base).size(), kDeltaHeaderSize + kDeltaStepSize);
+}
+
+TEST_F(Delta, SendsChangedLayersAlone) {
+  CompiledMap map = random_map(
+      {.seed = 4, .site_count = 400, .nd_count = 2000, .extent_m = 400.0, .model_size = 30000});
+  const Bytes base = encode_map(map);
+  for (std::size_t i = 0; i < 20; ++i) map.ndt.nds[i].point_count += 1;
+  const Bytes result = encode_map(map);
+  EXPECT_LT(make(base, result).size(), base.size() / 50);
+}
+
+TEST_F(Delta, PacksLayersAnewWhereThatIsSmallerUnlessItShallBePortable) {
+  CompiledMap map = random_map({.seed = 5, .nd_count = 900, .extent_m = 30.0});
+  const Bytes base = encode_map(map);
+  for (std::size_t i = 0; i < map.ndt.nds.size(); i += 20) map.ndt.nds[i].point_count += 1;
+  const Bytes result = encode_map(map);
+  const Bytes small = make(base, result);
+  const Bytes portable = make(base, result, {.is_portable = true});
+  EXPECT_LT(small.size(), portable.size() / 2);
+  EXPECT_EQ(decode_delta_header(small, small.size())->zstd_version, zstd_version());
+  EXPECT_EQ(decode_delta_header(portable, portable.size())->zstd_version, 0u);
+  ASSERT_TRUE(apply(base, small));
+  expect_map(result, "packed anew");
+}
+
+TEST_F(Delta, KeepsTheOldMapAndTakesItBack) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes result = encode_map(changed_map(tiny_map(), 1));
+  ASSERT_TRUE(apply(base, make(base, result)));
+  expect_map(result, "applied");
+  EXPECT_FALSE(fs::exists(part_path(map_)));
+  const Result<Digest> root = roll_back(map_);
+  ASSERT_TRUE(root) << to_string(root.error());
+  EXPECT_EQ(*root, verify_map(base)->root_digest);
+  expect_map(base, "taken back");
+  const Result<Digest> again = roll_back(map_);
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().code, ErrorCode::kFileNotFound);
+  expect_map(base, "nothing more to take back");
+}
+
+TEST_F(Delta, DoesNotRollBackToADamagedMap) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes result = encode_map(changed_map(tiny_map(), 1));
+  ASSERT_TRUE(apply(base, make(base, result)));
+  Bytes damaged = base;
+  damaged[damaged.size() / 2] ^= std::byte{1};
+  write(previous_path(map_), damaged);
+  EXPECT_FALSE(roll_back(map_));
+  expect_map(result, "still the new map");
+}
+
+TEST_F(Delta, AppliedTwiceSaysThatItWasThere) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes result = encode_map(changed_map(tiny_map(), 1));
+  ASSERT_TRUE(apply(base, make(base, result)));
+  const Result<ApplyReport> again = apply_delta(delta_, map_);
+  ASSERT_TRUE(again) << to_string(again.error());
+  EXPECT_TRUE(again->was_there);
+  const Result<Bytes> previous = read_file(previous_path(map_));
+  ASSERT_TRUE(previous);
+  EXPECT_TRUE(*previous == base) << "the second apply must not lose the map before the first";
+}
+
+TEST_F(Delta, ToAnotherFileLeavesTheMapAlone) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes result = encode_map(changed_map(tiny_map(), 1));
+  write(map_, base);
+  write(delta_, make(base, result));
+  const fs::path out = folder_ / "new.slmap";
+  ASSERT_TRUE(apply_delta_to(delta_, map_, out));
+  EXPECT_TRUE(*read_file(out) == result);
+  expect_map(base, "the base");
+  EXPECT_EQ(apply_delta_to(delta_, map_, out).error().code, ErrorCode::kOutputExists);
+}
+
+TEST_F(Delta, OntoAWrongBaseIsRefused) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes result = encode_map(changed_map(tiny_map(), 1));
+  const Bytes delta = make(base, result);
+  expect_refused(encode_map(random_map({.seed = 77})), delta, ErrorCode::kWrongBase);
+  // The same map without what engineers need has the same root digest, but not the same bytes.
+  CompiledMap stripped = tiny_map();
+  stripped.factors = {};
+  stripped.model.bytes.clear();
+  expect_refused(encode_map(stripped), delta, ErrorCode::kWrongBase);
+}
+
+TEST_F(Delta, OntoADamagedBaseIsRefused) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes delta = make(base, encode_map(changed_map(tiny_map(), 1)));
+  std::size_t refused = 0;
+  for (std::size_t i = 0; i < base.size(); i += 13) {
+    Bytes damaged = base;
+    damaged[i] ^= std::byte(1 << (i % 8));
+    const Result<ApplyReport> report = apply(damaged, delta);
+    if (report) {
+      // The byte is of a layer that did not stay.
+      EXPECT_EQ(report->root_digest, verify_map(*read_file(map_))->root_digest);
+    } else {
+      ++refused;
+      expect_map(damaged, "left alone");
+    }
+  }
+  EXPECT_GT(refused, base.size() / 26);
+}
+
+TEST_F(Delta, CutShortAtAnyByteIsRefused) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes delta = make(base, encode_map(later(tiny_map())));
+  write(map_, base);
+  for (std::size_t size = 0; size < delta.size(); ++size) {
+    write(delta_, std::span(delta).first(size));
+    const Result<ApplyReport> report = apply_delta(delta_, map_);
+    ASSERT_FALSE(report) << "accepted at " << size;
+    ASSERT_EQ(report.error().code, ErrorCode::kTruncatedFile) << to_string(report.error());
+  }
+  expect_map(base, "left alone");
+}
+
+TEST_F(Delta, WithOneBitFlippedInAnyByteIsRefused) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes delta = make(base, encode_map(later(tiny_map())));
+  write(map_, base);
+  for (std::size_t i = 0; i < delta.size(); ++i) {
+    Bytes damaged = delta;
+    damaged[i] ^= std::byte(1 << (i % 8));
+    write(delta_, damaged);
+    const Result<ApplyReport> report = apply_delta(delta_, map_);
+    ASSERT_FALSE(report) << "accepted a flip in byte " << i;
+    ASSERT_EQ(error_class(report.error().code), ErrorClass::kCorrupt) << to_string(report.error());
+  }
+  expect_map(base, "left alone");
+}
+
+TEST_F(Delta, WithBytesAppendedIsRefused) {
+  const Bytes base = encode_map(tiny_map());
+  Bytes delta = make(base, encode_map(changed_map(tiny_map(), 1)));
+  delta.push_back(std::byte{0});
+  expect_refused(base, delta, ErrorCode::kOutOfBounds);
+}
+
+// Header and steps of a delta, to be sealed again with right checksums: what somebody could make
+// who means harm.
+struct Parts {
+  DeltaHeader header;
+  std::vector<DeltaStep> steps;
+  Bytes payloads;
+};
+
+Parts take_apart(const Bytes& delta) {
+  Parts parts;
+  parts.header = *decode_delta_header(delta, delta.size());
+  const std::size_t steps_size = parts.header.step_count * kDeltaStepSize;
+  parts.steps =
+      *decode_delta_steps(std::span(delta).subspan(kDeltaHeaderSize, steps_size), parts.header);
+  parts.payloads.assign(delta.begin() + static_cast<std::ptrdiff_t>(kDeltaHeaderSize + steps_size),
+                        delta.end());
+  return parts;
+}
+
+Bytes put_together(const Parts& parts) {
+  Bytes delta = encode_delta_front(parts.header, parts.steps);
+  delta.insert(delta.end(), parts.payloads.begin(), parts.payloads.end());
+  return delta;
+}
+
+TEST_F(Delta, WithABombInsideIsRefusedBeforeItGoesOff) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes bomb = pack_delta(Bytes(kLargestStep), {});
+  ASSERT_LT(bomb.size(), 1000u);
+  Parts parts = take_apart(make(base, encode_map(changed_map(tiny_map(), 1))));
+  // Says 100 bytes, holds 4 MiB.
+  parts.payloads = bomb;
+  parts.steps = {{DeltaStepKind::kPacked, 100, 0, 0, bomb.size(), xxh3(bomb), 1}};
+  parts.header.result_size = 100;
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+  // More than a step may make.
+  parts.steps[0].size = parts.header.result_size = kLargestStep + 1;
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+}
+
+TEST_F(Delta, ThatWouldFillTheDiskIsRefusedBeforeItWrites) {
+  const Bytes base = encode_map(tiny_map());
+  Parts parts = take_apart(make(base, encode_map(changed_map(tiny_map(), 1))));
+  parts.header.result_size = kLargestResult + 1;
+  expect_refused(base, put_together(parts), ErrorCode::kTooLarge);
+  // Zeros without end, packed small: within all bounds of the format, beyond those of the disk.
+  const Bytes zeros(kLargestStep);
+  const Bytes packed = pack_delta(zeros, {});
+  const DeltaStep step{DeltaStepKind::kPacked, kLargestStep, 0,          0,
+                       packed.size(),          xxh3(packed), xxh3(zeros)};
+  parts.payloads.clear();
+  parts.steps.clear();
+  for (std::uint64_t size = 0; size < kLargestResult; size += kLargestStep) {
+    parts.steps.push_back(step);
+    parts.payloads.insert(parts.payloads.end(), packed.begin(), packed.end());
+  }
+  parts.header.result_size = kLargestResult;
+  const std::uint64_t free = fs::space(folder_).available;
+  if (free < kLargestResult) {
+    expect_refused(base, put_together(parts), ErrorCode::kDiskFull);
+    EXPECT_FALSE(fs::exists(part_path(map_)));
+  }
+  // The same bytes of the base again and again.
+  const DeltaStep copy{DeltaStepKind::kCopy, base.size(), 0, base.size(), 0, 0, xxh3(base)};
+  parts.steps = {copy, copy};
+  parts.payloads.clear();
+  parts.header.result_size = 2 * base.size();
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+}
+
+TEST_F(Delta, ThatAsksForBytesOutsideTheBaseIsRefused) {
+  const Bytes base = encode_map(tiny_map());
+  Parts parts = take_apart(make(base, encode_map(changed_map(tiny_map(), 1))));
+  parts.steps = {{DeltaStepKind::kCopy, 64, base.size() - 32, 64, 0, 0, 0}};
+  parts.payloads.clear();
+  parts.header.result_size = 64;
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+  parts.steps[0].base_offset = ~std::uint64_t{0} - 31;  // the sum overflows
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+  parts.steps[0].kind = static_cast<DeltaStepKind>(9);
+  expect_refused(base, put_together(parts), ErrorCode::kBadDelta);
+}
+
+TEST_F(Delta, FromTheFutureIsRefusedByName) {
+  const Bytes base = encode_map(tiny_map());
+  Parts parts = take_apart(make(base, encode_map(changed_map(tiny_map(), 1))));
+  parts.header.major = 2;
+  expect_refused(base, put_together(parts), ErrorCode::kFutureVersion);
+  parts.header.major = 1;
+  parts.header.incompatible_features = 4;
+  expect_refused(base, put_together(parts), ErrorCode::kUnknownRequiredFeature);
+  parts.header.incompatible_features = 0;
+  parts.header.zstd_version = 10000;
+  parts.header.zstd_level = 15;
+  expect_refused(base, put_together(parts), ErrorCode::kUnknownRequiredFeature);
+}
+
+// All bytes of the result are sent as they are, so that its maker can say anything.
+Bytes delta_to(const Bytes& base, const Bytes& result, const Digest& root) {
+  Parts parts;
+  parts.header.base = *identity_of(base);
+  parts.header.result_size = result.size();
+  parts.header.result_root = root;
+  parts.header.result_sha256 = sha256(result);
+  parts.steps = {
+      {DeltaStepKind::kPlain, result.size(), 0, 0, result.size(), xxh3(result), xxh3(result)}};
+  parts.payloads = result;
+  return put_together(parts);
+}
+
+TEST_F(Delta, ToAMapWhoseLayersDoNotHaveTheirDigestsIsRefused) {
+  const Bytes base = encode_map(tiny_map());
+  // Tiles of the new map under digests of the old: what mixing two versions comes to.
+  const CompiledMap other = changed_map(tiny_map(), 1);
+  ContainerParts mixed = parts_of(other);
+  const Bytes honest = assemble(mixed);
+  const Digest root = verify_map(honest)->root_digest;
+  mixed.tiles[0].layers = parts_of(tiny_map()).tiles[0].layers;
+  const Bytes mixture = assemble(mixed);
+  ASSERT_NE(verify_map(mixture)->root_digest, root);
+  expect_refused(base, delta_to(base, mixture, root), ErrorCode::kDigestMismatch);
+  // Bytes of one layer in the place of another's, below the digests of the whole map.
+  const CompiledMap map = random_map({.seed = 6, .site_count = 1, .nd_count = 200});
+  const Bytes whole = encode_map(map);
+  ASSERT_TRUE(apply(base, delta_to(base, whole, verify_map(whole)->root_digest)));
+  Bytes damaged = whole;
+  std::swap_ranges(damaged.begin() + 1024, damaged.begin() + 1088, damaged.begin() + 2048);
+  const Result<ApplyReport> report =
+      apply(base, delta_to(base, damaged, verify_map(whole)->root_digest));
+  ASSERT_FALSE(report);
+  EXPECT_EQ(error_class(report.error().code), ErrorClass::kCorrupt) << to_string(report.error());
+  expect_map(base, "left alone");
+}
+
+TEST_F(Delta, IsNotReadFromAnythingButARegularFile) {
+  const Bytes base = encode_map(tiny_map());
+  write(map_, base);
+  for (const char* endless : {"/dev/zero", "/dev/urandom", "/"}) {
+    const Result<ApplyReport> report = apply_delta(endless, map_);
+    ASSERT_FALSE(report);
+    EXPECT_EQ(report.error().code, ErrorCode::kCannotRead) << endless;
+  }
+}
+
+TEST_F(Delta, FollowsNoLinkThatSomebodyPutInItsWay) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes delta = make(base, encode_map(changed_map(tiny_map(), 1)));
+  const fs::path precious = folder_ / "precious";
+  write(precious, base);
+  fs::create_symlink(precious, part_path(map_));
+  EXPECT_EQ(apply(base, delta).error().code, ErrorCode::kCannotOpen);
+  fs::remove(part_path(map_));
+  fs::create_hard_link(precious, part_path(map_));
+  EXPECT_EQ(apply(base, delta).error().code, ErrorCode::kCannotOpen);
+  fs::remove(part_path(map_));
+  EXPECT_TRUE(*read_file(precious) == base);
+  // A map that is a link would be replaced by a file, and what it names stay old.
+  fs::remove(map_);
+  fs::create_symlink(precious, map_);
+  EXPECT_EQ(apply_delta(delta_, map_).error().code, ErrorCode::kCannotOpen);
+  EXPECT_TRUE(*read_file(precious) == base);
+}
+
+// What an earlier apply left: any number of right bytes, then anything.
+TEST_F(Delta, GoesOnFromAnyByteWhereItWasStopped) {
+  const Bytes base = encode_map(tiny_map());
+  const Bytes result = encode_map(changed_map(tiny_map(), 1));
+  const Bytes delta = make(base, result);
+  Random random(1);
+  for (std::size_t size = 0; size <= result.size(); size += 1 + size % 97) {
+    Bytes part(result.begin(), result.begin() + static_cast<std::ptrdiff_t>(size));
+    for (std::uint64_t i = random.below(300); i > 0; --i) part.push_back(std::byte(random.next()));
+    write(part_path(map_), part);
+    const Result<ApplyReport> report = apply(base, delta);
+    ASSERT_TRUE(report) << size << ": " << to_string(report.error());
+    ASSERT_TRUE(*read_file(map_) == result) << size;
+  }
+}
+
+}  // namespace
+}  // namespace sightline

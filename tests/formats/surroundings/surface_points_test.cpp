@@ -1,0 +1,107 @@
+#include "formats/surroundings/surface_points.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <utility>
+
+#include "formats/base/random.h"
+#include "tests/support/artifact_checks.h"
+
+namespace sightline {
+namespace {
+
+// Two made points; a recorded scan of three, one metre up: one too near, one in a voxel that moved.
+SurfacePoints few_points() {
+  SurfacePoints points;
+  points.frame.origin_world_m = {64.0, 0.0, 0.0};
+  points.points_m = {{1.0, 2.0, 3.0}, {-4.0, 5.5, 6.0}};
+  Pose T_map_lidar = Pose::Identity();
+  T_map_lidar.translation().z() = 1.0;
+  points.scans = {{0, T_map_lidar, 0.5, 100.0}};
+  points.moved_voxels = {{-30, 2, 2}, {35, 0, 5}};
+  points.standing_count = 1;
+  points.moving_count = 1;
+  points.out_of_range_count = 1;
+  points.voxel_m = 0.2;
+  Scan scan;
+  scan.points_m = {{7.1, 0.1, 0.1}, {7.1, 0.3, 0.1}, {0.1, 0.1, 0.0}};
+  points.store = memory_scan_store({scan});
+  return points;
+}
+
+TEST(SurfacePoints, SurviveTheDisk) { expect_survives_disk(few_points()); }
+
+TEST(SurfacePoints, AreReadScanByScanWithoutWhatMoved) {
+  const SurfacePoints points = few_points();
+  const SurfacePointReader reader(points);
+  ASSERT_EQ(reader.part_count(), 2u);
+  const Result<std::vector<Eigen::Vector3d>> standing = reader.standing(0);
+  ASSERT_TRUE(standing.has_value());
+  ASSERT_EQ(standing->size(), 1u);
+  EXPECT_LT(((*standing)[0] - Eigen::Vector3d(7.1, 0.3, 1.1)).norm(), 1e-12);
+  const Result<std::vector<Eigen::Vector3d>> moving = reader.moving(0);
+  ASSERT_TRUE(moving.has_value());
+  ASSERT_EQ(moving->size(), 1u);
+  EXPECT_LT(((*moving)[0] - Eigen::Vector3d(7.1, 0.1, 1.1)).norm(), 1e-12);
+  EXPECT_EQ(*reader.standing(1), points.points_m);
+  EXPECT_TRUE(reader.moving(1)->empty());
+}
+
+TEST(SurfacePoints, FindEveryVoxelThatMovedAndNoOther) {
+  Random random(5);
+  SurfacePoints points;
+  points.voxel_m = 1.0;
+  Scan scan;
+  for (int x = -9; x < 9; ++x) {
+    for (int y = -9; y < 9; ++y) {
+      for (int z = -2; z < 2; ++z) {
+        scan.points_m.emplace_back(x + 0.5, y + 0.5, z + 0.5);
+        if (random.uniform() < 0.3) points.moved_voxels.push_back({x, y, z});
+      }
+    }
+  }
+  points.scans = {{0, Pose::Identity(), 0.0, 100.0}};
+  points.store = memory_scan_store({scan});
+  ASSERT_TRUE(validate(points).has_value());
+  const SurfacePointReader reader(points);
+  const Result<std::vector<Eigen::Vector3d>> moving = reader.moving(0);
+  ASSERT_TRUE(moving.has_value());
+  ASSERT_EQ(moving->size(), points.moved_voxels.size());
+  for (std::size_t i = 0; i < moving->size(); ++i) {
+    EXPECT_EQ(cell_key((*moving)[i], 1.0), points.moved_voxels[i]);
+  }
+  EXPECT_EQ(reader.standing(0)->size(), scan.points_m.size() - moving->size());
+}
+
+TEST(SurfacePoints, ArePrintedWithWhatWasRemoved) {
+  const Table table = dump(few_points());
+  ASSERT_EQ(table.rows.size(), 4u);
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"x_m", "y_m", "z_m", "is_moving"}));
+  EXPECT_EQ(table.rows[1][1], Cell(5.5));
+  EXPECT_EQ(table.rows[1][3], Cell(std::int64_t{0}));
+  EXPECT_NEAR(std::get<double>(table.rows[2][0]), -5.9, 1e-12);
+  EXPECT_EQ(table.rows[2][3], Cell(std::int64_t{1}));
+}
+
+TEST(SurfacePoints, RefuseWhatMakesNoSense) {
+  SurfacePoints standing = few_points();
+  standing.points_m[1].z() = std::numeric_limits<double>::quiet_NaN();
+  ASSERT_FALSE(validate(standing).has_value());
+  EXPECT_EQ(validate(standing).error().place, "standing point 1");
+  SurfacePoints voxel = few_points();
+  voxel.voxel_m = -0.2;
+  EXPECT_FALSE(validate(voxel).has_value());
+  SurfacePoints unordered = few_points();
+  std::swap(unordered.moved_voxels[0], unordered.moved_voxels[1]);
+  EXPECT_FALSE(validate(unordered).has_value());
+  SurfacePoints turned = few_points();
+  turned.scans[0].T_map_lidar.linear() *= 2.0;
+  EXPECT_FALSE(validate(turned).has_value());
+  SurfacePoints ranges = few_points();
+  ranges.scans[0].max_range_m = 0.1;
+  EXPECT_FALSE(validate(ranges).has_value());
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,54 @@
+#include "formats/surroundings/surface.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/artifact_checks.h"
+
+namespace sightline {
+namespace {
+
+Surface two_patches() {
+  Surface surface;
+  surface.cell_m = 0.5;
+  surface.tile_m = 64.0;
+  surface.patches.push_back({{0, 0, 0}, {0.25, 0.2, 0.1}, {0.0, 0.6, 0.8}, 0.3});
+  surface.patches.push_back({{0, 1, 0}, {0.25, 0.7, 0.1}, {1.0, 0.0, 0.0}, 0.2});
+  return surface;
+}
+
+TEST(Surface, LaysSidesLevelOnWallsAndAlongTheAxesOnGround) {
+  SurfacePatch wall;
+  wall.normal = Eigen::Vector3d(3.0, -4.0, 1.0).normalized();
+  EXPECT_NEAR(side_of(wall).z(), 0.0, 1e-15);
+  EXPECT_NEAR(side_of(wall).dot(wall.normal), 0.0, 1e-15);
+  EXPECT_NEAR(side_of(wall).norm(), 1.0, 1e-15);
+  SurfacePatch ground;
+  EXPECT_NEAR(std::abs(side_of(ground).y()), 1.0, 1e-15);
+}
+
+TEST(Surface, SurvivesDisk) { expect_survives_disk(two_patches()); }
+
+TEST(Surface, RefusesANormalThatIsNotOfUnitLength) {
+  Surface surface = two_patches();
+  surface.patches[1].normal *= 1.01;
+  const Result<void> valid = validate(surface);
+  ASSERT_FALSE(valid.has_value());
+  EXPECT_EQ(valid.error().place, "patch 1");
+}
+
+TEST(Surface, RefusesAPatchOfNoWidth) {
+  Surface surface = two_patches();
+  surface.patches[0].half_side_m = 0.0;
+  EXPECT_FALSE(validate(surface).has_value());
+}
+
+TEST(Surface, RefusesPatchesOutOfOrder) {
+  Surface surface = two_patches();
+  std::swap(surface.patches[0], surface.patches[1]);
+  EXPECT_FALSE(validate(surface).has_value());
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,51 @@
+#include "formats/surroundings/virtual_scans.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/artifact_checks.h"
+
+namespace sightline {
+namespace {
+
+// The second of three sites sees nothing.
+VirtualScans three_scans() {
+  VirtualScans scans;
+  scans.points_m = {{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {7.0, 8.0, 9.0}};
+  scans.end = {2, 2, 3};
+  return scans;
+}
+
+TEST(VirtualScans, SurvivesDisk) { expect_survives_disk(three_scans()); }
+
+TEST(VirtualScans, GivesEachSiteItsOwnPoints) {
+  const VirtualScans scans = three_scans();
+  EXPECT_EQ(scans.points_of(0).size(), 2U);
+  EXPECT_TRUE(scans.points_of(1).empty());
+  ASSERT_EQ(scans.points_of(2).size(), 1U);
+  EXPECT_EQ(scans.points_of(2)[0], Eigen::Vector3d(7.0, 8.0, 9.0));
+}
+
+TEST(VirtualScans, RefusesAScanThatEndsBeforeItBegins) {
+  VirtualScans scans = three_scans();
+  scans.end = {2, 1, 3};
+  const Result<void> valid = validate(scans);
+  ASSERT_FALSE(valid.has_value());
+  EXPECT_EQ(valid.error().place, "site 1");
+}
+
+TEST(VirtualScans, RefusesPointsThatBelongToNoSite) {
+  VirtualScans scans = three_scans();
+  scans.end.back() = 2;
+  EXPECT_FALSE(validate(scans).has_value());
+}
+
+TEST(VirtualScans, RefusesAPointThatIsNotFinite) {
+  VirtualScans scans = three_scans();
+  scans.points_m[1].y() = std::nan("");
+  EXPECT_FALSE(validate(scans).has_value());
+}
+
+}  // namespace
+}  // namespace sightline

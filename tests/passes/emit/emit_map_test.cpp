@@ -1,0 +1,182 @@
+#include "passes/emit/emit_map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "formats/base/random.h"
+#include "formats/map/map_reader.h"
+#include "formats/map/map_writer.h"
+#include "tests/formats/map/random_map.h"
+#include "tests/support/handmade_model.h"
+
+namespace sightline {
+namespace {
+
+using testing::HasSubstr;
+
+// All that emit_map takes; the numbers mean nothing but where a test sets them.
+struct Workshop {
+  explicit Workshop(const RandomMapOptions& options) : made(random_map(options)) {
+    mapping.name = "first drive";
+    localization.name = "second drive";
+    for (Drive* drive : {&mapping, &localization}) {
+      drive->sensor = made.sensor;
+      drive->scans.resize(4);
+      for (std::uint32_t i = 0; i < 4; ++i) drive->scans[i].recording_index = i;
+    }
+    measured.drive = localization.name;
+    measured.reference = ErrorReference::kFullRangeMatch;
+    measured.ranges_m = made.ranges.ranges_m;
+    measured.offsets = {{0.1, 0.2, 0.0, 0.01}};
+    measured.scan_of_site.assign(made.sites.sites.size(), 3);
+    measured.rows.resize(made.sites.sites.size() * measured.ranges_m.size());
+    model = handmade_model({{{0.5, 0.9}, {0.2, 0.05}}, {{0.6, 0.8}, {0.1, 0.02}}}, 2);
+  }
+  Result<CompiledMap> emit(const EmitMapOptions& options = {}) {
+    PassContext ctx;
+    ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
+    return emit_map(ctx, options,
+                    {mapping, localization, made.ndt, made.sites, made.predicted, made.ranges,
+                     measured, model, made.factors});
+  }
+
+  CompiledMap made;
+  Drive mapping;
+  Drive localization;
+  MeasuredError measured;
+  ErrorModel model;
+  std::vector<std::string> warnings;
+};
+
+TEST(EmitMap, CarriesWhatThePassesBeforeItMade) {
+  Workshop workshop({.seed = 1});
+  EmitMapOptions options;
+  options.version = "2026.2";
+  options.release = 9;
+  options.mapping_scans = ScanSelection::kEven;
+  const Result<CompiledMap> map = workshop.emit(options);
+  ASSERT_TRUE(map) << to_string(map.error());
+  EXPECT_EQ(map->version, "2026.2");
+  EXPECT_EQ(map->release, 9u);
+  EXPECT_EQ(map->map_id.size(), 32u);
+  EXPECT_EQ(map->measurement.mapping_drive, "first drive");
+  EXPECT_EQ(map->measurement.mapping_scans, "even");
+  EXPECT_EQ(map->measurement.localization_drive, "second drive");
+  EXPECT_EQ(map->measurement.reference, ErrorReference::kFullRangeMatch);
+  EXPECT_EQ(map->measurement.measured_site_count, 40u);
+  for (const char* name : {"nds", "sites", "predicted", "ranges"}) {
+    EXPECT_EQ(format_table(*dump(*map, name), TableFormat::kCsv),
+              format_table(*dump(workshop.made, name), TableFormat::kCsv));
+  }
+  EXPECT_TRUE(workshop.warnings.empty());
+}
+
+TEST(EmitMap, KeepsAModelThatCanBeTakenOutOfTheFileAgain) {
+  Workshop workshop({.seed = 2});
+  const Result<CompiledMap> map = workshop.emit();
+  ASSERT_TRUE(map);
+  const Result<CompiledMap> read = read_map(encode_map(*map));
+  ASSERT_TRUE(read) << to_string(read.error());
+  const Result<ErrorModel> model = model_of(read->model);
+  ASSERT_TRUE(model) << to_string(model.error());
+  EXPECT_EQ(to_bytes(*model), to_bytes(workshop.model));
+  EXPECT_FALSE(read->model.card.empty());
+  for (const std::string& name : dump_names()) EXPECT_TRUE(dump(*read, name)) << name;
+  CompiledMap damaged = *read;
+  damaged.model.bytes.back() ^= std::byte{1};
+  EXPECT_EQ(model_of(damaged.model).error().code, ErrorCode::kDigestMismatch);
+  damaged = *read;
+  damaged.model.encoding_version += 1;
+  EXPECT_EQ(model_of(damaged.model).error().code, ErrorCode::kFutureVersion);
+}
+
+// Four sites, ranges 10 and 20 m, one limit of 0.1 m; each number below is a quarter or a third.
+TEST(EmitMap, CountsQualityThatCanBeCheckedByHand) {
+  Workshop workshop({.seed = 3, .site_count = 4, .ranges_m = {10.0, 20.0}, .limits_m = {0.1}});
+  workshop.made.ranges.range_index = {0, 0, 1, 1};
+  workshop.made.ranges.flags = {0, kExtrapolated, kUnmet | kExtrapolated, 0};
+  workshop.made.predicted.within_probability = {0.5, 0.9, 0.7, 0.9, 0.1, 0.2, 0.3, 1.0};
+  workshop.measured.scan_of_site = {5, -1, 6, 7};
+  for (ErrorRow& row : workshop.measured.rows) row.mean_m = 0.2;
+  workshop.measured.rows[0].mean_m = 0.1;   // site 0 at 10 m, which it takes: within, just so
+  workshop.measured.rows[4].mean_m = 0.01;  // site 2 at 10 m, which it does not take
+  const Result<CompiledMap> map = workshop.emit();
+  ASSERT_TRUE(map) << to_string(map.error());
+  const LimitQuality& quality = map->quality.at(0);
+  EXPECT_EQ(quality.unmet_count, 1u);
+  EXPECT_EQ(quality.extrapolated_count, 2u);
+  EXPECT_DOUBLE_EQ(quality.mean_range_m, 15.0);
+  EXPECT_DOUBLE_EQ(quality.expected_coverage, (0.5 + 0.7 + 0.2 + 1.0) / 4.0);
+  EXPECT_DOUBLE_EQ(quality.measured_coverage, 1.0 / 3.0);
+  EXPECT_EQ(map->measurement.measured_site_count, 3u);
+  ASSERT_EQ(workshop.warnings.size(), 1u);
+  EXPECT_THAT(workshop.warnings[0], HasSubstr("1 of 4 sites"));
+}
+
+TEST(EmitMap, NamesTheRecordingAndNotTheRelease) {
+  Workshop workshop({.seed = 4});
+  EmitMapOptions options;
+  const std::string id = workshop.emit(options)->map_id;
+  options.release = 2;
+  options.version = "another";
+  workshop.made.ranges.dilation_m += 1.0;
+  EXPECT_EQ(workshop.emit(options)->map_id, id);
+  workshop.mapping.scans[2].stamp_ns += 1;
+  EXPECT_NE(workshop.emit(options)->map_id, id);
+  options.map_id = "harbour";
+  EXPECT_EQ(workshop.emit(options)->map_id, "harbour");
+}
+
+TEST(EmitMap, OfRandomArtifactsAlwaysReadsBackTheSame) {
+  Random random(7);
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    RandomMapOptions options;
+    options.seed = seed;
+    options.site_count = 1 + static_cast<int>(random.below(60));
+    options.run_count = 1;
+    options.nd_count = static_cast<int>(random.below(60));
+    options.tile_m = random.below(2) == 0 ? 32.0 : 64.0;
+    options.limits_m =
+        random.below(2) == 0 ? std::vector<double>{0.1} : std::vector<double>{0.05, 0.1, 0.3};
+    Workshop workshop(options);
+    const Result<CompiledMap> map = workshop.emit();
+    ASSERT_TRUE(map) << to_string(map.error());
+    const std::vector<std::byte> file = encode_map(*map);
+    const Result<CompiledMap> back = read_map(file);
+    ASSERT_TRUE(back) << to_string(back.error());
+    EXPECT_EQ(encode_map(*back), file);
+  }
+}
+
+TEST(EmitMap, RefusesArtifactsThatDoNotBelongTogether) {
+  const auto refuses = [](const std::function<void(Workshop&)>& spoil) {
+    Workshop workshop({.seed = 5});
+    spoil(workshop);
+    const Result<CompiledMap> map = workshop.emit();
+    EXPECT_FALSE(map.has_value());
+    if (map) return;
+    EXPECT_EQ(map.error().code, ErrorCode::kMismatchedInputs) << to_string(map.error());
+  };
+  refuses([](Workshop& w) { w.made.sites.sites.pop_back(); });
+  refuses([](Workshop& w) { w.made.sites.frame.origin_world_m.y() += 64.0; });
+  refuses([](Workshop& w) { w.made.ranges.ranges_m[0] += 1.0; });
+  refuses([](Workshop& w) { w.made.predicted.limits_m[1] += 0.01; });
+  refuses([](Workshop& w) { w.measured.scan_of_site.pop_back(); });
+  refuses([](Workshop& w) { w.measured.ranges_m[0] += 1.0; });
+}
+
+TEST(EmitMap, RefusesAVersionThatCannotBePrinted) {
+  Workshop workshop({.seed = 6});
+  EmitMapOptions options;
+  for (const char* bad : {"", "two words", "\x01"}) {
+    options.version = bad;
+    const Result<CompiledMap> map = workshop.emit(options);
+    ASSERT_FALSE(map);
+    EXPECT_EQ(map.error().code, ErrorCode::kBadValue);
+  }
+}
+
+}  // namespace
+}  // namespace sightline

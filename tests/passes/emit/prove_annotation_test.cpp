@@ -1,0 +1,135 @@
+#include "passes/emit/prove_annotation.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "passes/model/choose_ranges.h"
+#include "passes/model/forest/history.h"
+#include "passes/model/predict_error.h"
+#include "passes/model/train_model.h"
+#include "tests/support/synthetic_places.h"
+
+namespace sightline {
+namespace {
+
+const SyntheticOptions kSmall = {
+    .site_count = 120, .ranges_m = {10.0, 20.0, 30.0}, .has_paper_factors = false};
+
+// Two places driven twice.
+const ErrorModel& model() {
+  static const ErrorModel kModel = [] {
+    TrainModelOptions options;
+    options.trees = 20;
+    PassContext ctx;
+    Result<ErrorModel> trained = train_model(ctx, options, places_driven_twice(2, kSmall));
+    EXPECT_TRUE(trained.has_value()) << to_string(trained.error());
+    return std::move(*trained);
+  }();
+  return kModel;
+}
+
+// Annotated as emit-map and the passes before it do; `told`: with what a first drive measured there.
+CompiledMap annotated(const DrivenPlace& place, bool told) {
+  PassContext ctx;
+  CompiledMap map;
+  map.sites = place.sites;
+  map.factors = told ? with_measured_columns(place.factors, place.drives[0]) : place.factors;
+  const Result<PredictedError> predicted =
+      told ? predict_error_with_history(ctx, {}, model(), place.sites, place.factors,
+                                        place.drives[0])
+           : predict_error(ctx, {}, model(), place.sites, place.factors);
+  EXPECT_TRUE(predicted.has_value()) << to_string(predicted.error());
+  map.predicted = *predicted;
+  const Result<RangeTable> ranges = choose_ranges(ctx, {}, place.sites, *predicted, model());
+  EXPECT_TRUE(ranges.has_value()) << to_string(ranges.error());
+  map.ranges = *ranges;
+  map.model = record_of(model());
+  map.quality = quality_of(map, MeasuredError{});
+  return map;
+}
+
+DrivenPlace elsewhere() {
+  DrivenPlace place = place_driven_twice(9, kSmall);
+  for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
+  return place;
+}
+
+Result<AnnotationProof> prove(const CompiledMap& map) {
+  PassContext ctx;
+  return prove_annotation(ctx, map);
+}
+
+ErrorCode code_of(const CompiledMap& map) {
+  const Result<AnnotationProof> proof = prove(map);
+  return proof ? ErrorCode{} : proof.error().code;
+}
+
+TEST(ProveAnnotation, MakesAnotherPlacesPredictionsAgainFromItsFactors) {
+  const Result<AnnotationProof> proof = prove(annotated(elsewhere(), false));
+  ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
+  EXPECT_EQ(proof->site_count, 120u);
+  EXPECT_EQ(proof->forest_count, 120u);
+  EXPECT_EQ(proof->history_count, 0u);
+}
+
+TEST(ProveAnnotation, MakesThemAgainWithWhatAnEarlierDriveMeasured) {
+  const Result<AnnotationProof> proof = prove(annotated(elsewhere(), true));
+  ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
+  EXPECT_EQ(proof->history_count, 120u);
+}
+
+TEST(ProveAnnotation, SaysWhichSitesTheModelKeepsPredictionsOf) {
+  const Result<AnnotationProof> proof = prove(annotated(place_driven_twice(1, kSmall), false));
+  ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
+  EXPECT_EQ(proof->out_of_fold_count, 120u);
+  EXPECT_NE(to_text(*proof).find("120 sites trained the model"), std::string::npos);
+}
+
+TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
+  const CompiledMap map = annotated(elsewhere(), true);
+  const std::vector<std::function<void(CompiledMap&)>> flips = {
+      [](CompiledMap& m) { m.predicted.mean_m[200] *= 1.0 + 1e-15; },
+      [](CompiledMap& m) { m.predicted.within_probability[301] += 1e-12; },
+      [](CompiledMap& m) { m.predicted.extrapolated[7] ^= 1; },
+      [](CompiledMap& m) { m.predicted.out_of_fold[8] ^= 1; },
+      [](CompiledMap& m) { m.predicted.has_history[9] ^= 1; },
+      [](CompiledMap& m) {
+        m.ranges.range_index[30] = m.ranges.range_index[30] == 0 ? std::uint8_t{1} : std::uint8_t{0};
+      },
+      [](CompiledMap& m) { m.ranges.flags[31] ^= kUnmet; },
+      [](CompiledMap& m) { m.ranges.promises[0].is_earned ^= true; },
+      [](CompiledMap& m) { m.ranges.promises[1].history_threshold += 0.005; },
+      [](CompiledMap& m) { m.ranges.promises[0].statement += " or so"; },
+      [](CompiledMap& m) { ++m.quality[0].unmet_count; },
+      [](CompiledMap& m) { m.quality[1].expected_coverage = 1.0; },
+      [](CompiledMap& m) { m.factors.values.back() += 0.5; },     // a lost share of the first drive
+      [](CompiledMap& m) { m.factors.values[1] += 1000.0; }};  // beyond the support
+  ASSERT_EQ(code_of(map), ErrorCode{});
+  for (std::size_t i = 0; i < flips.size(); ++i) {
+    CompiledMap flipped = map;
+    flips[i](flipped);
+    EXPECT_EQ(code_of(flipped), ErrorCode::kDigestMismatch) << "flip " << i;
+  }
+}
+
+TEST(ProveAnnotation, NamesTheSiteAndWhatItFound) {
+  CompiledMap map = annotated(elsewhere(), false);
+  map.predicted.mean_m[3 * 41 + 1] = 0.5;
+  const Error error = prove(map).error();
+  EXPECT_EQ(error.place, "site 41");
+  EXPECT_NE(error.message.find("found a predicted error of 0.5 m at 20 m"), std::string::npos)
+      << error.message;
+}
+
+TEST(ProveAnnotation, RefusesAMapThatWasStripped) {
+  CompiledMap no_factors = annotated(elsewhere(), false);
+  no_factors.factors = {};
+  EXPECT_EQ(code_of(no_factors), ErrorCode::kBadLayer);
+  CompiledMap no_model = annotated(elsewhere(), false);
+  no_model.model.bytes.clear();
+  EXPECT_EQ(code_of(no_model), ErrorCode::kBadLayer);
+}
+
+}  // namespace
+}  // namespace sightline

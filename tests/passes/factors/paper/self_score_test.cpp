@@ -1,0 +1,97 @@
+#include "passes/factors/paper/self_score.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "passes/map/build_ndt.h"
+#include "tests/passes/factors/plain_factors.h"
+#include "tests/support/toy_world.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kNoShift = kShiftCount / 2;
+
+// One round ND of variance 0.04 m^2 in the middle of cell (0, 0, 0).
+NdtMap one_round_nd() {
+  NdtMap map;
+  Nd nd;
+  nd.point_count = 10;
+  nd.mean_m = {1.0, 1.0, 1.0};
+  nd.covariance_m2 = 0.04 * Eigen::Matrix3d::Identity();
+  decompose(nd);
+  map.nds.push_back(nd);
+  return map;
+}
+
+TEST(SelfScore, OfARoundNdIsWhatOneComputesByHand) {
+  const NdtMap map = one_round_nd();
+  const ShiftGrid score = self_score(map.nds[0], make_match_grid(map));
+  const double d2 = gauss_constants(2.0).d2;
+  // The mean scores 1; the four others are one sigma away.
+  EXPECT_NEAR(score[kNoShift], 1.0 + 4.0 * std::exp(-0.5 * d2), 1e-12);
+  // Moved by 0.25 m, 1.25 sigma: the mean, and four at 1.25 +- 1 sigma and twice across.
+  const double m2 = 1.25 * 1.25;
+  const double expected = std::exp(-0.5 * d2 * m2) + std::exp(-0.5 * d2 * 2.25 * 2.25) +
+                          std::exp(-0.5 * d2 * 0.25 * 0.25) +
+                          2.0 * std::exp(-0.5 * d2 * (m2 + 1.0));
+  // Eigenvectors of a round ND are the axes, in some order of two of the three.
+  const double along_z = std::exp(-0.5 * d2 * m2) + 4.0 * std::exp(-0.5 * d2 * (m2 + 1.0));
+  const double found = score[kNoShift + 1];
+  EXPECT_TRUE(std::abs(found - expected) < 1e-12 || std::abs(found - along_z) < 1e-12);
+}
+
+TEST(SelfScore, IsZeroWhereTheShiftedSamplesLeaveAllValidCells) {
+  const NdtMap map = one_round_nd();
+  const ShiftGrid score = self_score(map.nds[0], make_match_grid(map));
+  // Two metres along x and y: all five samples are in cell (1, 1, 0).
+  EXPECT_EQ(score[kShiftCount - 1], 0.0);
+}
+
+TEST(SelfScore, EqualsThePlainSumForAnyCellSize) {
+  for (const double cell_m : {0.7, 1.0, 2.0, 5.0}) {
+    const NdtMap map = random_ndt_map(1, 300, 8.0 * cell_m, cell_m, 64.0 * cell_m);
+    const MatchGrid grid = make_match_grid(map);
+    const plain::NdByCell cells = plain::by_cell(map);
+    for (std::size_t i = 0; i < map.nds.size(); i += 29) {
+      const ShiftGrid score = self_score(map.nds[i], grid);
+      const std::vector<double> expected = plain::self_score(map.nds[i], cells, cell_m);
+      for (std::size_t v = 0; v < kShiftCount; ++v) {
+        ASSERT_NEAR(score[v], expected[v], 1e-10) << "cell " << cell_m << " shift " << v;
+      }
+    }
+  }
+}
+
+TEST(SelfScore, SumsSendersShellByShell) {
+  std::vector<ShiftGrid> score_of(3);
+  score_of[0].fill(1.0);
+  score_of[1].fill(10.0);
+  score_of[2].fill(100.0);
+  Vicinity vicinity;
+  vicinity.ranges_m = {10.0, 20.0};
+  vicinity.nd_index = {2, 0, 1};
+  vicinity.end = {1, 3};
+  const std::vector<ShiftGrid> sums = self_scores(vicinity, score_of);
+  EXPECT_EQ(sums[0][7], 100.0);
+  EXPECT_EQ(sums[1][7], 111.0);
+}
+
+TEST(SelfScore, OfALongWallFallsLessAlongItThanAcross) {
+  const ToyWorld world = draw_world("########################\n");
+  const NdtMap map = ndt_from_points(world.points.points_m, world.points.frame, {}, 1);
+  const MatchGrid grid = make_match_grid(map);
+  ShiftGrid sum{};
+  for (const Nd& nd : map.nds) {
+    const ShiftGrid score = self_score(nd, grid);
+    for (std::size_t v = 0; v < kShiftCount; ++v) sum[v] += score[v];
+  }
+  const double along = sum[kNoShift + 4];
+  const double across = sum[kNoShift + 4 * kShiftsPerAxis];
+  EXPECT_GT(along, 0.7 * sum[kNoShift]);
+  EXPECT_LT(across, 0.8 * along);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,174 @@
+#include "passes/ingest/ingest.h"
+
+#include "formats/base/random.h"
+#include "formats/foreign/clouds/pcd_writer.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/text/pose_file.h"
+#include "tests/formats/foreign/foreign_files.h"
+
+namespace sightline {
+namespace {
+
+class IngestTest : public testing::Test {
+ protected:
+  IngestTest() {
+    ctx_.warning_sink = [this](const std::string& message) { warnings_.push_back(message); };
+  }
+  void write_ascii(std::string_view name, int count, std::string_view points) {
+    const std::string number = std::to_string(count);
+    folder_.write(name, std::string("VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH ")
+                            .append(number)
+                            .append("\nHEIGHT 1\nPOINTS ")
+                            .append(number)
+                            .append("\nDATA ascii\n")
+                            .append(points));
+  }
+  Recording open(std::string_view poses = "") {
+    RecordingOptions options;
+    options.scans = folder_.path().string();
+    if (!poses.empty()) options.poses = folder_.write("poses.txt", poses).string();
+    Result<Recording> recording = open_recording(options);
+    EXPECT_TRUE(recording.has_value());
+    return recording ? *recording : Recording{};
+  }
+
+  ScratchFolder folder_;
+  std::vector<std::string> warnings_;
+  PassContext ctx_;
+};
+
+TEST_F(IngestTest, CountsWhatIsInEachScanAndWarnsOfWhatWasDropped) {
+  write_ascii("0.pcd", 4, "1 2 3\nnan 0 0\n0 0 0\n4 5 6\n");
+  write_ascii("1.pcd", 2, "0 0 0\n7 8 9\n");
+  const Result<Drive> drive = ingest(ctx_, {}, open());
+  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
+  ASSERT_EQ(drive->scans.size(), 2U);
+  EXPECT_EQ(drive->scans[0].point_count, 2U);
+  EXPECT_EQ(drive->scans[0].nonfinite_count, 1U);
+  EXPECT_EQ(drive->scans[0].zero_count, 1U);
+  EXPECT_EQ(drive->scans[1].point_count, 1U);
+  EXPECT_EQ(drive->scans[1].source, "1.pcd");
+  EXPECT_EQ(drive->scans[1].recording_index, 1U);
+  EXPECT_FALSE(drive->has_poses());
+  EXPECT_EQ(drive->frame, MapFrame{});
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("dropped 1 NaN or infinite points and 2 at (0,0,0), kept 3"),
+            std::string::npos)
+      << warnings_[0];
+  const Result<Scan> scan = drive->store->read(1);
+  ASSERT_TRUE(scan.has_value());
+  EXPECT_EQ(scan->points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(7, 8, 9)});
+}
+
+TEST_F(IngestTest, TheMapFrameBeginsNearTheFirstPoseAndPosesKeepTheirMillimetres) {
+  write_ascii("1.pcd", 1, "1 2 3\n");
+  const Result<Drive> drive = ingest(
+      ctx_, {}, open("1 1223328152.391680 588348.947978 4141240.223859 -30.094324 0 0 0 1\n"));
+  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
+  EXPECT_EQ(drive->frame.origin_world_m, Eigen::Vector3d(588288.0, 4141184.0, -64.0));
+  EXPECT_EQ(drive->scans[0].stamp_ns, 1223328152391680000);
+  const Pose T_map_vehicle = rebase(*drive->scans[0].T_world_vehicle, {}, drive->frame);
+  EXPECT_TRUE(T_map_vehicle.translation().isApprox(Eigen::Vector3d(60.947978, 56.223859, 33.905676),
+                                                   1e-10));
+}
+
+TEST_F(IngestTest, GivesTheSameDriveForAnyNumberOfThreads) {
+  Random random(9);
+  for (int i = 0; i < 12; ++i) {
+    std::vector<PointXyzi> points(1 + random.below(50));
+    for (PointXyzi& point : points) {
+      const bool is_return = random.below(4) > 0;
+      point.x_m = is_return ? static_cast<float>(random.uniform(-50.0, 50.0)) : 0.0F;
+    }
+    points[0].z_m = 1.0F;
+    ASSERT_TRUE(write_pcd_binary(folder_ / (std::to_string(i) + ".pcd"), points).has_value());
+  }
+  const Recording recording = open();
+  const Result<Drive> one = ingest(ctx_, {}, recording);
+  ctx_.threads = 4;
+  const Result<Drive> four = ingest(ctx_, {}, recording);
+  ASSERT_TRUE(one.has_value() && four.has_value());
+  EXPECT_TRUE(validate(*one).has_value());
+  EXPECT_EQ(to_bytes(*one), to_bytes(*four));
+}
+
+TEST_F(IngestTest, RefusesTheFirstBadScanWhateverTheThreads) {
+  for (const char* name : {"0.pcd", "1.pcd", "4.pcd"}) write_ascii(name, 1, "1 2 3\n");
+  write_ascii("2.pcd", 2, "1 2 3\n");
+  folder_.write("3.pcd", "");
+  const Recording recording = open();
+  for (const int threads : {1, 2, 4}) {
+    ctx_.threads = threads;
+    const Result<Drive> drive = ingest(ctx_, {}, recording);
+    ASSERT_FALSE(drive.has_value());
+    EXPECT_EQ(drive.error().code, ErrorCode::kTruncatedScan);
+    EXPECT_EQ(drive.error().file, (folder_ / "2.pcd").string());
+  }
+}
+
+TEST_F(IngestTest, RefusesTimesThatRunBackwardsAndNamesTheScan) {
+  write_ascii("1.pcd", 1, "1 2 3\n");
+  write_ascii("2.pcd", 1, "1 2 3\n");
+  const Result<Drive> drive = ingest(ctx_, {}, open("2 10 0 0 0 0 0 0 1\n1 11 0 0 0 0 0 0 1\n"));
+  ASSERT_FALSE(drive.has_value());
+  EXPECT_EQ(drive.error().code, ErrorCode::kTimeRunsBackwards);
+  EXPECT_EQ(drive.error().file, (folder_ / "2.pcd").string());
+  EXPECT_EQ(drive.error().place, "scan 1");
+}
+
+TEST_F(IngestTest, WarnsOfTheFirstGapInTimeAndNamesItsScans) {
+  std::string stamps;
+  for (int i = 0; i < 8; ++i) {
+    write_ascii(std::to_string(i) + ".pcd", 1, "1 2 3\n");
+    stamps += std::to_string(i < 5 ? 100.0 + 0.1 * i : 102.5 + 0.1 * i) + "\n";
+  }
+  RecordingOptions options;
+  options.scans = folder_.path().string();
+  options.stamps = folder_.write("times.txt", stamps).string();
+  const Result<Recording> recording = open_recording(options);
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  ASSERT_TRUE(ingest(ctx_, {}, *recording).has_value());
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("1 gaps in time, the first of 2.600000000 s between scan 4 (4.pcd) "
+                              "and scan 5 (5.pcd)"),
+            std::string::npos)
+      << warnings_[0];
+}
+
+TEST_F(IngestTest, KeepsTheTimesOfPointsAndSaysWhereTheyMakeNoSense) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float time\nend_header\n";
+  folder_.write("0.ply", header + "1 2 3 0\n4 5 6 0.05\n");
+  folder_.write("1.ply", header + "1 2 3 0\n4 5 6 1e12\n");
+  const Result<Drive> drive = ingest(ctx_, {}, open());
+  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
+  EXPECT_TRUE(drive->scans[0].has_point_times);
+  EXPECT_FALSE(drive->scans[1].has_point_times);
+  EXPECT_EQ(drive->store->read(0)->time_offset_ns, (std::vector<std::int32_t>{0, 50'000'000}));
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("1 scans have point times"), std::string::npos) << warnings_[0];
+}
+
+TEST_F(IngestTest, RefusesADriveWithoutScans) {
+  EXPECT_EQ(ingest(ctx_, {}, Recording{}).error().code, ErrorCode::kDriveTooShort);
+}
+
+TEST_F(IngestTest, WarnsOfScansInWorldCoordinatesAndOfCutText) {
+  write_ascii("0.pcd", 1, "588348.9 4141240.2 -30.1");
+  const Result<Drive> drive = ingest(ctx_, {}, open());
+  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
+  ASSERT_EQ(warnings_.size(), 2U);
+  EXPECT_NE(warnings_[0].find("may be cut"), std::string::npos);
+  EXPECT_NE(warnings_[1].find("world coordinates"), std::string::npos);
+}
+
+TEST(IngestOptionFields, ReadBackAsTheyArePrinted) {
+  RecordingOptions options;
+  for (OptionField& field : option_fields(options)) {
+    EXPECT_TRUE(set_from_text(field, to_text(field)).has_value()) << field.name;
+  }
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,143 @@
+#include "passes/ingest/join_sensors.h"
+
+#include <gtest/gtest.h>
+
+#include "formats/base/random.h"
+#include "passes/trajectory/complete_trajectory.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::int64_t kMs_ns = 1'000'000;
+
+// A drive of one sensor whose scan k, at stamps_ms[k], holds the one point (k, x, 0).
+Drive one_sensor(const std::string& name, const std::vector<std::int64_t>& stamps_ms, double x) {
+  Drive drive;
+  drive.name = name;
+  drive.sensor.name = name;
+  drive.sensor.beam_elevations_deg = {-1.0, 1.0};
+  drive.sensor.T_vehicle_lidar.translation().x() = x;
+  std::vector<Scan> scans;
+  for (const std::int64_t stamp_ms : stamps_ms) {
+    const auto index = static_cast<std::uint32_t>(scans.size());
+    ScanInfo& info = drive.scans.emplace_back();
+    info.recording_index = index;
+    info.stamp_ns = stamp_ms * kMs_ns;
+    info.point_count = 1;
+    scans.push_back({info.stamp_ns, {Eigen::Vector3d(index, x, 0.0)}});
+  }
+  return with_store(drive, memory_scan_store(std::move(scans)));
+}
+
+// Poses of all scans of the first sensor: 10 m/s along x, turning evenly.
+Trajectory trajectory_of(const Drive& drive) {
+  Trajectory trajectory;
+  for (const ScanInfo& scan : drive.scans) {
+    if (scan.sensor_index != 0) continue;
+    TrajectoryPose& pose = trajectory.poses.emplace_back();
+    pose.recording_index = scan.recording_index;
+    pose.stamp_ns = scan.stamp_ns;
+    const double time_s = 1e-9 * static_cast<double>(scan.stamp_ns);
+    pose.T_map_vehicle.translation().x() = 10.0 * time_s;
+    pose.T_map_vehicle.rotate(Eigen::AngleAxisd(0.3 * time_s, Eigen::Vector3d::UnitZ()));
+  }
+  return trajectory;
+}
+
+TEST(JoinSensors, PutsScansInOrderOfTimeAndKeepsWhoseTheyAre) {
+  const Drive front = one_sensor("front", {0, 100, 200}, 1.0);
+  const Drive rear = one_sensor("rear", {40, 100, 150, 260}, -1.0);
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& warning) { warnings.push_back(warning); };
+  const Result<Drive> joined = join_sensors(ctx, {}, front, rear);
+  ASSERT_TRUE(joined.has_value()) << to_string(joined.error());
+  ASSERT_TRUE(validate(*joined).has_value());
+  ASSERT_EQ(joined->scans.size(), 6U);
+  const std::vector<std::int64_t> stamps_ms = {0, 40, 100, 100, 150, 200};
+  const std::vector<std::uint32_t> sensors = {0, 1, 0, 1, 1, 0};
+  const std::vector<std::uint32_t> indices = {0, 0, 1, 1, 2, 2};  // each sensor's own
+  for (std::size_t i = 0; i < 6; ++i) {
+    const ScanInfo& scan = joined->scans[i];
+    EXPECT_EQ(scan.stamp_ns, stamps_ms[i] * kMs_ns);
+    EXPECT_EQ(scan.sensor_index, sensors[i]);
+    EXPECT_EQ(scan.recording_index % 2, indices[i] % 2) << "even scans stay even";
+    EXPECT_EQ(joined->sensor_of(scan).name, sensors[i] == 0 ? "front" : "rear");
+    EXPECT_EQ(joined->store->read(i)->points_m.at(0),
+              Eigen::Vector3d(indices[i], sensors[i] == 0 ? 1.0 : -1.0, 0.0));
+  }
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("1 of 4 scans of sensor rear are not between"), std::string::npos);
+}
+
+TEST(JoinSensors, TakesAThirdSensorAndLeavesOutScansInAGap) {
+  const Drive front = one_sensor("front", {0, 100, 5000, 5100}, 1.0);
+  PassContext ctx;
+  const Result<Drive> two = join_sensors(ctx, {}, front, one_sensor("rear", {50, 5050}, 2.0));
+  ASSERT_TRUE(two.has_value());
+  const Result<Drive> three =
+      join_sensors(ctx, {}, *two, one_sensor("roof", {50, 2500, 5000}, 3.0));
+  ASSERT_TRUE(three.has_value());
+  ASSERT_TRUE(validate(*three).has_value());
+  ASSERT_EQ(three->scans.size(), 8U);
+  EXPECT_EQ(three->other_sensors.at(1).name, "roof");
+  EXPECT_EQ(three->scans[2].sensor_index, 2U);  // roof at 50 ms, behind rear
+  EXPECT_EQ(three->store->read(2)->points_m.at(0), Eigen::Vector3d(0.0, 3.0, 0.0));
+}
+
+TEST(JoinSensors, RefusesClocksWithoutCommonTime) {
+  PassContext ctx;
+  const Result<Drive> joined = join_sensors(ctx, {}, one_sensor("front", {0, 100}, 1.0),
+                                            one_sensor("rear", {1'000'000, 1'000'100}, 2.0));
+  ASSERT_FALSE(joined.has_value());
+  EXPECT_EQ(joined.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_NE(joined.error().message.find("one clock"), std::string::npos);
+}
+
+TEST(CompleteTrajectory, InterpolatesTheScansOfOtherSensorsAtTheirTimes) {
+  Random random(5);
+  std::vector<std::int64_t> front_ms;
+  std::vector<std::int64_t> rear_ms;
+  for (std::int64_t k = 0; k < 40; ++k) {
+    front_ms.push_back(100 * k);
+    rear_ms.push_back(100 * k + static_cast<std::int64_t>(random.below(90)));
+  }
+  const Drive front = one_sensor("front", front_ms, 1.0);
+  PassContext ctx;
+  const Result<Drive> joined = join_sensors(ctx, {}, front, one_sensor("rear", rear_ms, -1.0));
+  ASSERT_TRUE(joined.has_value());
+  const Result<Trajectory> complete = complete_trajectory(ctx, {}, *joined, trajectory_of(front));
+  ASSERT_TRUE(complete.has_value()) << to_string(complete.error());
+  ASSERT_TRUE(validate(*complete).has_value());
+  ASSERT_EQ(complete->poses.size(), joined->scans.size());
+  for (std::size_t i = 0; i < joined->scans.size(); ++i) {
+    const TrajectoryPose& pose = complete->poses[i];
+    EXPECT_EQ(pose.recording_index, joined->scans[i].recording_index);
+    EXPECT_EQ(pose.stamp_ns, joined->scans[i].stamp_ns);
+    const double time_s = 1e-9 * static_cast<double>(pose.stamp_ns);
+    EXPECT_NEAR(pose.T_map_vehicle.translation().x(), 10.0 * time_s, 1e-9);
+    EXPECT_NEAR(Eigen::AngleAxisd(pose.T_map_vehicle.linear()).angle(), 0.3 * time_s, 1e-9);
+  }
+}
+
+TEST(CompleteTrajectory, RefusesATrajectoryOfAnotherDrive) {
+  const Drive front = one_sensor("front", {0, 100, 200}, 1.0);
+  PassContext ctx;
+  const Result<Drive> joined = join_sensors(ctx, {}, front, one_sensor("rear", {40}, -1.0));
+  ASSERT_TRUE(joined.has_value());
+  Trajectory trajectory = trajectory_of(front);
+  trajectory.poses.pop_back();
+  EXPECT_EQ(complete_trajectory(ctx, {}, *joined, trajectory).error().code,
+            ErrorCode::kMismatchedInputs);
+  trajectory = trajectory_of(front);
+  trajectory.poses[1].stamp_ns += 1;
+  EXPECT_EQ(complete_trajectory(ctx, {}, *joined, trajectory).error().code,
+            ErrorCode::kMismatchedInputs);
+  trajectory = trajectory_of(front);
+  trajectory.poses.push_back(trajectory.poses.back());
+  EXPECT_EQ(complete_trajectory(ctx, {}, *joined, trajectory).error().code,
+            ErrorCode::kMismatchedInputs);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,103 @@
+#include "passes/localize/add_mapping_error.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/synthetic_drive.h"
+
+namespace sightline {
+namespace {
+
+// A synthetic drive whose last factor is called as the one that stands in; site 2 was not measured.
+SyntheticDrive small_drive() {
+  SyntheticDrive drive =
+      synthetic_drive(4, {.site_count = 5, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
+  drive.factors.factors.back() = "virtual_error";
+  drive.measured.scan_of_site[2] = -1;
+  return drive;
+}
+
+struct Told {
+  Result<FactorTable> table;
+  std::vector<std::string> warnings;
+};
+
+Told told(const SyntheticDrive& drive, const std::string& localizing_sensor = "vlp-16") {
+  PassContext ctx;
+  std::vector<std::string> warnings;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  Result<FactorTable> table = add_mapping_error(ctx, {}, drive.factors, drive.measured,
+                                                *sensor_profile("vlp-16"),
+                                                *sensor_profile(localizing_sensor));
+  return {std::move(table), std::move(warnings)};
+}
+
+// Calls back with (site, range, mapping_error), and expects that nothing else changed.
+template <class Expect>
+void for_each_row(const FactorTable& table, const FactorTable& before, const Expect& expect) {
+  ASSERT_EQ(table.factors.size(), before.factors.size() + 1);
+  EXPECT_EQ(table.factors.back(), "mapping_error");
+  EXPECT_EQ(table.ranges_m, before.ranges_m);
+  ASSERT_EQ(table.site_count, before.site_count);
+  ASSERT_TRUE(validate(table).has_value());
+  for (std::size_t site = 0; site < before.site_count; ++site) {
+    for (std::size_t range = 0; range < before.ranges_m.size(); ++range) {
+      for (std::size_t f = 0; f < before.factors.size(); ++f) {
+        EXPECT_EQ(table.factors[f], before.factors[f]);
+        EXPECT_EQ(table.at(site, range, f), before.at(site, range, f));
+      }
+      expect(site, range, table.at(site, range, before.factors.size()));
+    }
+  }
+}
+
+TEST(AddMappingError, TellsWhatWasMeasuredAndElsewhereWhatTheVirtualScanSays) {
+  const SyntheticDrive drive = small_drive();
+  const auto [table, warnings] = told(drive);
+  ASSERT_TRUE(table.has_value());
+  EXPECT_TRUE(warnings.empty());
+  for_each_row(*table, drive.factors, [&](std::size_t site, std::size_t range, double error_m) {
+    EXPECT_EQ(error_m, site == 2 ? drive.factors.at(site, range, 2)
+                                 : drive.measured.row(site, range).mean_m);
+  });
+}
+
+TEST(AddMappingError, BelievesNoOtherSensorThanTheOneThatLocalizes) {
+  const SyntheticDrive drive = small_drive();
+  const auto [table, warnings] = told(drive, "hdl-64e");
+  ASSERT_TRUE(table.has_value());
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(warnings[0],
+            "sensor vlp-16 made the map and hdl-64e is to localize in it: mapping_error is what "
+            "virtual scans tell");
+  for_each_row(*table, drive.factors, [&](std::size_t site, std::size_t range, double error_m) {
+    EXPECT_EQ(error_m, drive.factors.at(site, range, 2));
+  });
+}
+
+TEST(AddMappingError, OfADriveThatIsAlsoLocalizedIsWhatTheVirtualScanSays) {
+  const SyntheticDrive drive = small_drive();
+  PassContext ctx;
+  const Result<FactorTable> table = add_no_mapping_error(ctx, {}, drive.factors);
+  ASSERT_TRUE(table.has_value());
+  for_each_row(*table, drive.factors, [&](std::size_t site, std::size_t range, double error_m) {
+    EXPECT_EQ(error_m, drive.factors.at(site, range, 2));
+  });
+}
+
+TEST(AddMappingError, RefusesOtherSitesOtherRangesAndFactorsWithoutAStandIn) {
+  SyntheticDrive other_sites = small_drive();
+  other_sites.measured.scan_of_site.pop_back();
+  SyntheticDrive other_ranges = small_drive();
+  other_ranges.measured.ranges_m.back() = 25.0;
+  SyntheticDrive no_stand_in = small_drive();
+  no_stand_in.factors.factors.back() = "crlb_max";
+  for (const SyntheticDrive& drive : {other_sites, other_ranges, no_stand_in}) {
+    const Result<FactorTable> table = told(drive).table;
+    ASSERT_FALSE(table.has_value());
+    EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
+    EXPECT_EQ(table.error().place, "pass add-mapping-error");
+  }
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,328 @@
+#include "passes/localize/measure_error.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <span>
+
+#include "passes/map/build_ndt.h"
+#include "tests/passes/matching/random_scene.h"
+
+namespace sightline {
+namespace {
+
+// A drive through the room of random_scene.h: a scan every metre from x = -4 to 4, its poses exact.
+struct World {
+  NdtMap map;
+  Drive drive;
+  Trajectory trajectory;
+  Sites sites;
+};
+
+World make_world() {
+  World world;
+  world.map = ndt_from_points(room_points(1, 30000, 0.02), MapFrame{}, BuildNdtOptions{}, 1);
+  world.drive.name = "second";
+  world.drive.sensor.T_vehicle_lidar.translation().z() = 0.5;
+  world.drive.sensor.azimuth_step_deg = 1.5;  // about 4000 returns of 16 beams
+  std::vector<Scan> scans;
+  for (int i = 0; i < 9; ++i) {
+    Pose T_map_vehicle = Pose(Eigen::Translation3d(i - 4.0, 0.1, 0.0));
+    T_map_vehicle.linear() =
+        Eigen::AngleAxisd(0.3 * i, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Pose T_lidar_map = (T_map_vehicle * world.drive.sensor.T_vehicle_lidar).inverse();
+    Scan scan;
+    scan.stamp_ns = i;
+    scan.points_m =
+        transformed(T_lidar_map, room_points(50 + static_cast<std::uint64_t>(i), 4000, 0.02));
+    scans.push_back(scan);
+    ScanInfo& info = world.drive.scans.emplace_back();
+    info.recording_index = static_cast<std::uint32_t>(2 * i);
+    info.stamp_ns = i;
+    info.point_count = scan.points_m.size();
+    world.trajectory.poses.push_back({static_cast<std::uint32_t>(2 * i), i, T_map_vehicle});
+    Site site;
+    site.s_m = i;
+    site.T_map_vehicle = T_map_vehicle;
+    site.T_map_vehicle.translation().y() = 0.0;
+    world.sites.sites.push_back(site);
+  }
+  world.drive.store = memory_scan_store(scans);
+  return world;
+}
+
+// Starts within the basin of the room's thin walls.
+MeasureErrorOptions two_ranges() {
+  MeasureErrorOptions options;
+  options.starts.radius_m = 0.25;
+  options.ranges_m = {6.0, 12.0};
+  return options;
+}
+
+Result<MeasuredError> measure(const World& world, const MeasureErrorOptions& options,
+                              int threads = 1) {
+  PassContext ctx;
+  ctx.threads = threads;
+  return measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites);
+}
+
+TEST(MeasureError, StartsFromTheTwelveOffsetsOfTheDefinition) {
+  const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
+  ASSERT_EQ(offsets.size(), 12u);
+  EXPECT_NEAR(offsets[0].x_m, std::sqrt(0.5 / 12.0), 1e-15);
+  EXPECT_NEAR(offsets[0].y_m, 0.0, 1e-15);
+  EXPECT_NEAR(offsets[1].x_m, std::sqrt(1.5 / 12.0) * std::cos(2.399963229728653), 1e-15);
+  EXPECT_NEAR(offsets[1].y_m, std::sqrt(1.5 / 12.0) * std::sin(2.399963229728653), 1e-15);
+  // k = 1: 5 of 0..11 is -1/11 of a degree, 7 is +3/11 of 0.1 m.
+  EXPECT_NEAR(offsets[1].yaw_rad, -1.0 / 11.0 * std::numbers::pi / 180.0, 1e-15);
+  EXPECT_NEAR(offsets[1].z_m, 0.3 / 11.0, 1e-15);
+  double yaw_sum_rad = 0.0;
+  for (const InitialOffset& offset : offsets) {
+    EXPECT_LT(std::hypot(offset.x_m, offset.y_m), 1.0);
+    yaw_sum_rad += offset.yaw_rad;
+  }
+  EXPECT_NEAR(yaw_sum_rad, 0.0, 1e-15);
+}
+
+TEST(MeasureError, FindsSmallErrorsWhereTheWholeRoomIsSeen) {
+  const World world = make_world();
+  const Result<MeasuredError> measured = measure(world, two_ranges());
+  ASSERT_TRUE(measured.has_value()) << to_string(measured.error());
+  ASSERT_TRUE(validate(*measured).has_value());
+  ASSERT_EQ(measured->rows.size(), 18u);
+  EXPECT_EQ(measured->scan_of_site[3], 6);
+  for (std::size_t site = 0; site < 9; ++site) {
+    const ErrorRow& near = measured->row(site, 0);
+    const ErrorRow& far = measured->row(site, 1);
+    EXPECT_LT(far.mean_m, 0.05);
+    EXPECT_EQ(far.lost_share, 0.0);
+    EXPECT_GT(far.point_count, near.point_count);
+    EXPECT_GT(far.mean_iterations, 1.0);
+  }
+}
+
+TEST(MeasureError, KeepsTheOrderOfItsOwnStatistics) {
+  MeasureErrorOptions options = two_ranges();
+  options.localizer = LocalizerKind::kPlain;  // each of its evaluations is of all points
+  const Result<MeasuredError> measured = measure(make_world(), options);
+  ASSERT_TRUE(measured.has_value());
+  for (const ErrorRow& row : measured->rows) {
+    EXPECT_LE(row.median_m, row.p90_m);
+    EXPECT_LE(row.p90_m, row.max_m);
+    EXPECT_LE(row.mean_m, row.max_m + 1e-12);
+    EXPECT_LE(row.longitudinal_m, row.mean_m + 1e-12);
+    EXPECT_LE(row.lateral_m, row.mean_m + 1e-12);
+    EXPECT_LE(row.mean_work, row.max_work);
+    EXPECT_NEAR(row.mean_work, row.mean_iterations * row.point_count, 1e-6 * row.mean_work);
+    EXPECT_LE(row.mean_time_ms, row.max_time_ms + 1e-12);
+  }
+}
+
+TEST(MeasureError, WithoutPointsInRangeReportsTheOffsetsThemselves) {
+  World world = make_world();
+  MeasureErrorOptions options = two_ranges();
+  options.starts.radius_m = 1.0;
+  options.ranges_m = {1.0};  // the sensor hangs higher than this over the floor
+  const Result<MeasuredError> measured = measure(world, options);
+  ASSERT_TRUE(measured.has_value());
+  double expected_m = 0.0;
+  for (const InitialOffset& offset : initial_offsets(options.starts)) {
+    expected_m += std::hypot(offset.x_m, offset.y_m, offset.z_m) / 12.0;
+  }
+  EXPECT_EQ(measured->rows[4].point_count, 0u);
+  EXPECT_NEAR(measured->rows[4].mean_m, expected_m, 1e-12);
+  EXPECT_NEAR(measured->rows[4].lost_share, 0.75, 1e-12)
+      << "sqrt((k + .5) / 12) > .5 from k = 3 on";
+}
+
+TEST(MeasureError, GivesTheSameBytesForAnyNumberOfThreads) {
+  const World world = make_world();
+  const auto bytes = [&](int threads) {
+    Result<MeasuredError> measured = measure(world, two_ranges(), threads);
+    for (ErrorRow& row : measured->rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    return to_bytes(*measured);
+  };
+  const std::vector<std::byte> one = bytes(1);
+  EXPECT_EQ(one, bytes(2));
+  EXPECT_EQ(one, bytes(3));
+}
+
+TEST(MeasureError, DoesNotDependOnTheFrameThatTheTrajectoryIsToldIn) {
+  World world = make_world();
+  const Result<MeasuredError> expected = measure(world, two_ranges());
+  MapFrame other;
+  other.origin_world_m = Eigen::Vector3d(-640.0, 128.0, 64.0);
+  world.trajectory = rebase(world.trajectory, other);
+  const Result<MeasuredError> measured = measure(world, two_ranges());
+  ASSERT_TRUE(expected.has_value() && measured.has_value());
+  for (std::size_t i = 0; i < expected->rows.size(); ++i) {
+    EXPECT_NEAR(measured->rows[i].mean_m, expected->rows[i].mean_m, 1e-9);
+  }
+}
+
+TEST(MeasureError, TakesTheMatchAtFullRangeAsReferenceWhenAsked) {
+  World world = make_world();
+  MeasureErrorOptions options = two_ranges();
+  options.ranges_m = {100.0};
+  options.reference = ErrorReference::kFullRangeMatch;
+  const Result<MeasuredError> measured = measure(world, options);
+  ASSERT_TRUE(measured.has_value());
+  EXPECT_EQ(measured->reference, ErrorReference::kFullRangeMatch);
+  for (const ErrorRow& row : measured->rows) EXPECT_LT(row.mean_m, 0.02);
+}
+
+TEST(MeasureError, CountsSitesWithoutAScan) {
+  World world = make_world();
+  world.sites.sites[2].T_map_vehicle.translation().y() = 5.0;
+  std::vector<std::string> warnings;
+  std::size_t last_done = 0;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  ctx.progress_sink = [&](std::size_t done, std::size_t) { last_done = done; };
+  const Result<MeasuredError> measured =
+      measure_error(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites);
+  ASSERT_TRUE(measured.has_value());
+  EXPECT_EQ(measured->scan_of_site[2], -1);
+  EXPECT_EQ(measured->row(2, 1).point_count, 0u);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("1 of 9 sites"), std::string::npos);
+  EXPECT_EQ(last_done, 9u);
+}
+
+TEST(MeasureError, UsesOnlyTheSelectedScans) {
+  World world = make_world();
+  for (std::size_t i = 0; i < 9; ++i) {
+    world.drive.scans[i].recording_index = static_cast<std::uint32_t>(i);
+    world.trajectory.poses[i].recording_index = static_cast<std::uint32_t>(i);
+  }
+  MeasureErrorOptions options = two_ranges();
+  options.scans = ScanSelection::kOdd;
+  options.site_radius_m = 1.5;
+  const Result<MeasuredError> measured = measure(world, options);
+  ASSERT_TRUE(measured.has_value());
+  for (const std::int64_t scan : measured->scan_of_site) EXPECT_EQ(scan % 2, 1);
+}
+
+// Reads like another store until it has read so often.
+class LimitedStore : public ScanStore {
+ public:
+  LimitedStore(std::shared_ptr<const ScanStore> store, int limit)
+      : store_(std::move(store)), left_(limit) {}
+  Result<Scan> read(std::size_t index) const override {
+    if (left_-- <= 0) return Error{ErrorCode::kTruncatedScan, "interrupted", "", ""};
+    return store_->read(index);
+  }
+  [[nodiscard]] int left() const { return left_; }
+
+ private:
+  std::shared_ptr<const ScanStore> store_;
+  mutable std::atomic<int> left_;
+};
+
+TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
+  World world = make_world();
+  for (std::size_t i = 9; i < 40; ++i) world.sites.sites.push_back(world.sites.sites[i % 9]);
+  const auto bytes_of = [](MeasuredError measured) {
+    for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    return to_bytes(measured);
+  };
+  MeasureErrorOptions options = two_ranges();
+  options.reference = ErrorReference::kKnownPose;
+  options.ranges_m = {6.0};
+  const std::vector<std::byte> expected = bytes_of(*measure(world, options));
+  std::map<std::size_t, std::vector<std::byte>> parts;
+  PassContext ctx;
+  ctx.saved_part = [&](std::size_t part) -> std::optional<std::vector<std::byte>> {
+    return parts.contains(part) ? std::optional(parts[part]) : std::nullopt;
+  };
+  ctx.part_sink = [&](std::size_t part, std::span<const std::byte> bytes) {
+    parts[part].assign(bytes.begin(), bytes.end());
+  };
+  const auto run = [&](int reads) {
+    const auto store = std::make_shared<LimitedStore>(world.drive.store, reads);
+    Drive drive = world.drive;
+    drive.store = store;
+    const Result<MeasuredError> measured =
+        measure_error(ctx, options, drive, world.trajectory, world.map, world.sites);
+    return std::make_pair(measured, store->left());
+  };
+  EXPECT_FALSE(run(38).first.has_value());
+  EXPECT_EQ(parts.size(), 2u) << "two parts of 16 sites are done, the third of 8 is not";
+  const auto [resumed, left] = run(100);
+  ASSERT_TRUE(resumed.has_value());
+  EXPECT_EQ(left, 92) << "only the third part was measured anew";
+  EXPECT_EQ(bytes_of(*resumed), expected);
+  parts[1][parts[1].size() / 2] ^= std::byte{1};
+  const auto [repaired, left_after] = run(100);
+  ASSERT_TRUE(repaired.has_value());
+  EXPECT_EQ(left_after, 84) << "a damaged part is measured anew";
+  EXPECT_EQ(bytes_of(*repaired), expected);
+}
+
+TEST(MeasureError, TheAnnealedLocalizerEndsNearerFromTheSameStarts) {
+  const World world = make_world();
+  MeasureErrorOptions options = two_ranges();
+  options.reference = ErrorReference::kKnownPose;
+  options.localizer = LocalizerKind::kPlain;
+  const Result<MeasuredError> plain = measure(world, options);
+  options.localizer = LocalizerKind::kAnnealed;
+  const Result<MeasuredError> annealed = measure(world, options);
+  ASSERT_TRUE(plain.has_value() && annealed.has_value());
+  double plain_m = 0.0;
+  double annealed_m = 0.0;
+  for (std::size_t i = 0; i < plain->rows.size(); ++i) {
+    plain_m += plain->rows[i].mean_m;
+    annealed_m += annealed->rows[i].mean_m;
+  }
+  EXPECT_LT(annealed_m, plain_m);
+}
+
+void expect_refused(const World& world, ErrorCode code) {
+  const Result<MeasuredError> measured = measure(world, two_ranges());
+  ASSERT_FALSE(measured.has_value());
+  EXPECT_EQ(measured.error().code, code) << to_string(measured.error());
+}
+
+TEST(MeasureError, RefusesADriveThatIsNowhereNear) {
+  World world = make_world();
+  for (TrajectoryPose& pose : world.trajectory.poses) pose.T_map_vehicle.translation().x() += 500.0;
+  expect_refused(world, ErrorCode::kNoOverlap);
+}
+
+TEST(MeasureError, RefusesAMapWithoutAnyNd) {
+  World world = make_world();
+  world.map.nds.clear();
+  expect_refused(world, ErrorCode::kEmptyMap);
+}
+
+TEST(MeasureError, RefusesATrajectoryOfAnotherDrive) {
+  World world = make_world();
+  world.trajectory.poses.pop_back();
+  expect_refused(world, ErrorCode::kMismatchedInputs);
+}
+
+TEST(MeasureError, RefusesSitesInAnotherFrameThanTheMap) {
+  World world = make_world();
+  world.sites.frame.origin_world_m.x() = 64.0;
+  expect_refused(world, ErrorCode::kMismatchedInputs);
+}
+
+class UnreadableStore : public ScanStore {
+ public:
+  Result<Scan> read(std::size_t) const override {
+    return Error{ErrorCode::kTruncatedScan, "cut short", "0001.pcd", ""};
+  }
+};
+
+TEST(MeasureError, PassesOnThatAScanCannotBeRead) {
+  World world = make_world();
+  world.drive.store = std::make_shared<UnreadableStore>();
+  expect_refused(world, ErrorCode::kTruncatedScan);
+}
+
+}  // namespace
+}  // namespace sightline

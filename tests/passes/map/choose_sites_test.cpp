@@ -1,0 +1,222 @@
+#include "passes/map/choose_sites.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "formats/base/random.h"
+
+namespace sightline {
+namespace {
+
+struct Journey {
+  Drive drive;
+  Trajectory trajectory;
+
+  void add(const Pose& T_map_vehicle) {
+    const auto index = static_cast<std::uint32_t>(drive.scans.size());
+    ScanInfo scan;
+    scan.recording_index = index;
+    scan.stamp_ns = index;
+    drive.scans.push_back(scan);
+    trajectory.poses.push_back({index, index, T_map_vehicle});
+  }
+  void add(double x_m, double y_m, double z_m) {
+    Pose pose = Pose::Identity();
+    pose.translation() = Eigen::Vector3d(x_m, y_m, z_m);
+    add(pose);
+  }
+};
+
+Pose random_pose(Random& random, double reach_m) {
+  const Eigen::Vector3d axis(random.normal(), random.normal(), random.normal());
+  Pose pose = Pose::Identity();
+  pose.linear() =
+      Eigen::AngleAxisd(random.uniform(-3.0, 3.0), axis.normalized()).toRotationMatrix();
+  for (int i = 0; i < 3; ++i) pose.translation()[i] = random.uniform(-reach_m, reach_m);
+  return pose;
+}
+
+// Steps of up to a metre in slowly changing directions; now and then a stop or a jump.
+Journey random_journey(std::uint64_t seed) {
+  Random random(seed);
+  Journey journey;
+  Pose pose = random_pose(random, 100.0);
+  for (int i = 0; i < 60; ++i) {
+    journey.add(pose);
+    Pose step = Pose::Identity();
+    step.linear() =
+        Eigen::AngleAxisd(random.uniform(-0.3, 0.3), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    step.translation().x() = random.uniform();
+    if (random.below(20) == 0) step.translation().x() = 20.0;
+    pose = pose * step;
+  }
+  journey.drive.sensor.T_vehicle_lidar = random_pose(random, 2.0);
+  return journey;
+}
+
+Sites sites_of(const Journey& journey, const ChooseSitesOptions& options = {}) {
+  PassContext ctx;
+  const Result<Sites> sites = choose_sites(ctx, options, journey.drive, journey.trajectory);
+  EXPECT_TRUE(sites.has_value()) << to_string(sites.error());
+  return *sites;
+}
+
+TEST(ChooseSites, LieEveryMetreOfAnLShapedRoute) {
+  Journey journey;
+  journey.drive.sensor.T_vehicle_lidar.translation().z() = 1.8;
+  journey.add(0.0, 0.0, 0.0);
+  journey.add(1.5, 0.0, 0.0);
+  journey.add(1.5, 0.0, 2.0);  // straight up: arc length is 3D
+  const Sites sites = sites_of(journey);
+  ASSERT_EQ(sites.sites.size(), 4u);
+  EXPECT_EQ(sites.sites[1].T_map_vehicle.translation(), Eigen::Vector3d(1.0, 0.0, 0.0));
+  EXPECT_EQ(sites.sites[2].T_map_vehicle.translation(), Eigen::Vector3d(1.5, 0.0, 0.5));
+  EXPECT_EQ(sites.sites[3].T_map_vehicle.translation(), Eigen::Vector3d(1.5, 0.0, 1.5));
+  EXPECT_EQ(sites.sites[3].p_map_m, Eigen::Vector3d(1.5, 0.0, 3.3));
+  EXPECT_EQ(sites.sites[3].s_m, 3.0);
+}
+
+TEST(ChooseSites, TurnHalfWayBetweenTwoPoses) {
+  Journey journey;
+  journey.add(0.0, 0.0, 0.0);
+  Pose turned = Pose::Identity();
+  turned.linear() = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  turned.translation().x() = 2.0;
+  journey.add(turned);
+  const Sites sites = sites_of(journey);
+  ASSERT_EQ(sites.sites.size(), 3u);
+  const Eigen::AngleAxisd half(sites.sites[1].T_map_vehicle.linear());
+  EXPECT_NEAR(half.angle(), 0.5, 1e-12);
+}
+
+TEST(ChooseSites, IgnoreAVehicleThatStands) {
+  Journey moving;
+  Journey waiting;
+  for (int i = 0; i < 5; ++i) {
+    moving.add(i, 0.0, 0.0);
+    waiting.add(i, 0.0, 0.0);
+    for (int k = 0; k < 10; ++k) waiting.add(i, 0.05 * (k % 2), 0.0);
+  }
+  const Sites a = sites_of(moving);
+  const Sites b = sites_of(waiting);
+  ASSERT_EQ(a.sites.size(), 5u);
+  ASSERT_EQ(b.sites.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(a.sites[i].p_map_m, b.sites[i].p_map_m);
+}
+
+TEST(ChooseSites, StartANewRunAfterAGap) {
+  Journey journey;
+  journey.add(0.0, 0.0, 0.0);
+  journey.add(1.2, 0.0, 0.0);
+  journey.add(6.2, 0.0, 0.0);   // 5 m: not over the limit
+  journey.add(11.3, 0.0, 0.0);  // 5.1 m: a gap
+  journey.add(12.3, 0.0, 0.0);
+  const Sites sites = sites_of(journey);
+  ASSERT_EQ(sites.sites.size(), 7u + 2u);
+  EXPECT_EQ(sites.sites[6].run, 0u);
+  EXPECT_EQ(sites.sites[7].run, 1u);
+  EXPECT_EQ(sites.sites[7].s_m, 0.0);
+  EXPECT_EQ(sites.sites[8].p_map_m, Eigen::Vector3d(12.3, 0.0, 0.0));
+  EXPECT_TRUE(validate(sites).has_value());
+}
+
+TEST(ChooseSites, UseTheScansThatAreAskedFor) {
+  Journey journey;
+  for (int i = 0; i < 6; ++i) journey.add(i, i % 2 == 0 ? 0.0 : 3.0, 0.0);
+  ChooseSitesOptions options;
+  options.scans = ScanSelection::kEven;
+  for (const Site& site : sites_of(journey, options).sites) EXPECT_EQ(site.p_map_m.y(), 0.0);
+  options.scans = ScanSelection::kOdd;
+  for (const Site& site : sites_of(journey, options).sites) EXPECT_EQ(site.p_map_m.y(), 3.0);
+}
+
+// The position at arc length s along the polyline through `corners`.
+Eigen::Vector3d walk(const std::vector<Eigen::Vector3d>& corners, double s_m) {
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    const double step_m = (corners[i] - corners[i - 1]).norm();
+    if (s_m <= step_m) return corners[i - 1] + (s_m / step_m) * (corners[i] - corners[i - 1]);
+    s_m -= step_m;
+  }
+  return corners.back();
+}
+
+TEST(ChooseSites, AreEquallySpacedAlongAnyRoute) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const Journey journey = random_journey(seed);
+    ChooseSitesOptions options;
+    options.spacing_m = seed % 2 == 0 ? 1.0 : 0.7;
+    const Sites sites = sites_of(journey, options);
+    ASSERT_TRUE(validate(sites).has_value());
+    // The runs again, by the words of the definition.
+    std::vector<std::vector<Eigen::Vector3d>> runs;
+    for (const TrajectoryPose& pose : journey.trajectory.poses) {
+      const Eigen::Vector3d here = pose.T_map_vehicle.translation();
+      if (!runs.empty() && (here - runs.back().back()).norm() < 0.1) continue;
+      if (runs.empty() || (here - runs.back().back()).norm() > 5.0) runs.emplace_back();
+      runs.back().push_back(here);
+    }
+    ASSERT_EQ(sites.sites.back().run + 1, runs.size());
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < sites.sites.size(); ++i) {
+      const Site& site = sites.sites[i];
+      k = i > 0 && site.run == sites.sites[i - 1].run ? k + 1 : 0;
+      ASSERT_EQ(site.s_m, static_cast<double>(k) * options.spacing_m);
+      ASSERT_LT((site.T_map_vehicle.translation() - walk(runs[site.run], site.s_m)).norm(), 1e-9);
+      ASSERT_LT(
+          (site.T_map_vehicle * journey.drive.sensor.T_vehicle_lidar.translation() - site.p_map_m)
+              .norm(),
+          1e-9);
+    }
+  }
+}
+
+TEST(ChooseSites, MoveWithTheWorld) {
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    const Journey journey = random_journey(seed);
+    Random random(mix(seed, 7));
+    const Pose T_other_map = random_pose(random, 1000.0);
+    Journey moved = journey;
+    for (TrajectoryPose& pose : moved.trajectory.poses) {
+      pose.T_map_vehicle = T_other_map * pose.T_map_vehicle;
+    }
+    const Sites here = sites_of(journey);
+    const Sites there = sites_of(moved);
+    ASSERT_EQ(here.sites.size(), there.sites.size());
+    for (std::size_t i = 0; i < here.sites.size(); ++i) {
+      const Pose expected = T_other_map * here.sites[i].T_map_vehicle;
+      ASSERT_TRUE(there.sites[i].T_map_vehicle.isApprox(expected, 1e-9));
+    }
+  }
+}
+
+TEST(ChooseSites, RefuseATrajectoryOfAnotherDrive) {
+  Journey journey;
+  journey.add(0.0, 0.0, 0.0);
+  journey.add(1.0, 0.0, 0.0);
+  PassContext ctx;
+  Trajectory shorter = journey.trajectory;
+  shorter.poses.pop_back();
+  const Result<Sites> missing = choose_sites(ctx, {}, journey.drive, shorter);
+  ASSERT_FALSE(missing.has_value());
+  EXPECT_EQ(missing.error().code, ErrorCode::kMismatchedInputs);
+  Trajectory other = journey.trajectory;
+  other.poses[1].recording_index = 5;
+  const Result<Sites> wrong = choose_sites(ctx, {}, journey.drive, other);
+  ASSERT_FALSE(wrong.has_value());
+  EXPECT_EQ(wrong.error().place, "pose 1");
+}
+
+TEST(ChooseSites, RefuseADriveWithoutTheScansAskedFor) {
+  Journey journey;
+  journey.add(0.0, 0.0, 0.0);
+  ChooseSitesOptions options;
+  options.scans = ScanSelection::kOdd;
+  PassContext ctx;
+  const Result<Sites> sites = choose_sites(ctx, options, journey.drive, journey.trajectory);
+  ASSERT_FALSE(sites.has_value());
+  EXPECT_EQ(sites.error().code, ErrorCode::kDriveTooShort);
+}
+
+}  // namespace
+}  // namespace sightline

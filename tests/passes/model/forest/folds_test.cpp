@@ -1,0 +1,143 @@
+#include "passes/model/forest/folds.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "formats/base/random.h"
+
+namespace sightline {
+namespace {
+
+Sites straight_route(std::size_t count) {
+  Sites sites;
+  for (std::size_t i = 0; i < count; ++i) {
+    Site site;
+    site.s_m = static_cast<double>(i);
+    site.p_map_m.x() = static_cast<double>(i);
+    sites.sites.push_back(site);
+  }
+  return sites;
+}
+
+std::vector<std::uint8_t> all_labelled(std::size_t count) {
+  return std::vector<std::uint8_t>(count, 1);
+}
+
+// A straight route cut into blocks of 60 m, dealt to folds.
+struct CutRoute {
+  std::vector<TrainedSite> sites;
+  Folds folds;
+};
+
+CutRoute cut(std::size_t count, std::uint32_t fold_count) {
+  const RouteBlocks blocks = *cut_route(straight_route(count), all_labelled(count), 60.0, 2);
+  CutRoute route;
+  for (std::size_t i = 0; i < count; ++i) {
+    TrainedSite site;
+    site.p_world_m.x() = site.s_m = static_cast<double>(i);
+    site.block = blocks.block_of_site[i];
+    route.sites.push_back(site);
+  }
+  for (std::uint32_t block = 0; block < blocks.block_count; ++block) {
+    route.folds.fold_of_block.push_back(block);
+  }
+  deal_blocks(fold_count, route.folds);
+  return route;
+}
+
+TEST(Folds, CutTheRouteIntoAsManyBlocksAsFit) {
+  const Result<RouteBlocks> blocks = cut_route(straight_route(200), all_labelled(200), 60.0, 2);
+  ASSERT_TRUE(blocks.has_value());
+  EXPECT_EQ(blocks->block_count, 3u);
+  EXPECT_EQ(blocks->labelled_route_m, 200.0);
+  EXPECT_EQ(blocks->block_of_site[66], 0u);
+  EXPECT_EQ(blocks->block_of_site[67], 1u);
+  EXPECT_EQ(blocks->block_of_site[199], 2u);
+}
+
+TEST(Folds, GiveEachBlockItsLengthOfLabelledRoute) {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    Random random(seed);
+    const std::size_t count = 150 + random.below(400);
+    std::vector<std::uint8_t> has_label(count);
+    for (std::uint8_t& label : has_label) label = random.uniform() < 0.9 ? 1 : 0;
+    const Result<RouteBlocks> blocks = cut_route(straight_route(count), has_label, 60.0, 2);
+    ASSERT_TRUE(blocks.has_value());
+    EXPECT_TRUE(std::is_sorted(blocks->block_of_site.begin(), blocks->block_of_site.end()));
+    std::map<std::uint32_t, int> labelled_in_block;
+    for (std::size_t i = 0; i < count; ++i) {
+      labelled_in_block[blocks->block_of_site[i]] += has_label[i];
+    }
+    ASSERT_EQ(labelled_in_block.size(), blocks->block_count);
+    for (const auto& [block, labelled] : labelled_in_block) EXPECT_GE(labelled, 60);
+  }
+}
+
+TEST(Folds, DealBlocksInTurnAndKeepTogetherWhatHasOneNumber) {
+  Folds folds;
+  folds.fold_of_block = {0, 0, 1, 2, 2, 3};
+  deal_blocks(3, folds);
+  EXPECT_EQ(folds.fold_count, 3u);
+  EXPECT_EQ(folds.fold_of_block, (std::vector<std::uint32_t>{0, 0, 1, 2, 2, 0}));
+  deal_blocks(10, folds);
+  EXPECT_EQ(folds.fold_count, 3u);
+}
+
+TEST(Folds, LeaveNothingWithinTheBufferOfAFold) {
+  const CutRoute route = cut(400, 3);
+  for (std::uint32_t fold = 0; fold < route.folds.fold_count; ++fold) {
+    const std::vector<std::uint8_t> is_near = sites_near_fold(route.sites, route.folds, fold, 25.0);
+    for (std::size_t i = 0; i < 400; ++i) {
+      double nearest_m = 1e9;
+      for (std::size_t j = 0; j < 400; ++j) {
+        if (route.folds.fold_of_block[route.sites[j].block] != fold) continue;
+        nearest_m =
+            std::min(nearest_m, (route.sites[i].p_world_m - route.sites[j].p_world_m).norm());
+      }
+      EXPECT_EQ(is_near[i] != 0, nearest_m <= 25.0) << "site " << i << ", fold " << fold;
+    }
+  }
+}
+
+TEST(Folds, DoNotLeakWhereTheRouteCrossesItself) {
+  CutRoute route = cut(240, 4);
+  // The second half drives the first half again, 2 m to the side.
+  for (std::size_t i = 120; i < 240; ++i) {
+    route.sites[i].p_world_m = Eigen::Vector3d(static_cast<double>(i - 120), 2.0, 0.0);
+  }
+  const std::vector<std::uint8_t> is_near = sites_near_fold(route.sites, route.folds, 0, 25.0);
+  EXPECT_EQ(is_near[150], 1);  // beside site 30, which is in fold 0
+  EXPECT_EQ(is_near[230], 0);
+}
+
+TEST(Folds, KnowThatAnotherPlaceIsElsewhereWhateverItsCoordinates) {
+  CutRoute route = cut(240, 4);
+  for (std::size_t i = 120; i < 240; ++i) {
+    route.sites[i].p_world_m = route.sites[i - 120].p_world_m;
+    route.sites[i].place = 1;
+  }
+  EXPECT_EQ(sites_near_fold(route.sites, route.folds, 0, 25.0)[150], 0);
+}
+
+TEST(Folds, RefuseADriveTooShortAndSayWhatIsNeeded) {
+  const Result<RouteBlocks> blocks = cut_route(straight_route(119), all_labelled(119), 60.0, 2);
+  ASSERT_FALSE(blocks.has_value());
+  EXPECT_EQ(blocks.error().code, ErrorCode::kDriveTooShort);
+  EXPECT_NE(blocks.error().message.find("119 m"), std::string::npos);
+  EXPECT_NE(blocks.error().message.find("120 m"), std::string::npos);
+  const Result<RouteBlocks> one = cut_route(straight_route(30), all_labelled(30), 60.0, 1);
+  ASSERT_TRUE(one.has_value());
+  EXPECT_EQ(one->block_count, 1u);
+}
+
+TEST(Folds, RefuseARouteWithoutLabels) {
+  const Result<RouteBlocks> blocks =
+      cut_route(straight_route(200), std::vector<std::uint8_t>(200, 0), 60.0, 2);
+  ASSERT_FALSE(blocks.has_value());
+  EXPECT_EQ(blocks.error().code, ErrorCode::kNoTrainingRows);
+}
+
+}  // namespace
+}  // namespace sightline

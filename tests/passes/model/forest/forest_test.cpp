@@ -1,0 +1,213 @@
+#include <dlib/random_forest.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "formats/base/random.h"
+#include "passes/model/forest/forest_prediction.h"
+#include "passes/model/forest/grow_trees.h"
+#include "passes/model/forest/labelled_tree.h"
+
+namespace sightline {
+namespace {
+
+struct Problem {
+  FeatureRows features;
+  LabelledRows training;
+};
+
+Problem random_problem(std::uint64_t seed, std::size_t row_count, std::size_t feature_count) {
+  Random random(seed);
+  Problem problem;
+  problem.features.names.assign(feature_count, "factor");
+  problem.features.row_count = row_count;
+  for (std::uint32_t i = 0; i < row_count; ++i) {
+    double label = 0.1 * random.uniform();
+    for (std::size_t k = 0; k < feature_count; ++k) {
+      problem.features.values.push_back(static_cast<float>(random.normal()));
+      label += k < 2 ? std::abs(problem.features.values.back()) : 0.0;
+    }
+    problem.training.rows.push_back(i);
+    problem.training.labels.push_back(label);
+  }
+  return problem;
+}
+
+// The obvious way: down every tree, over every label.
+double brute_force_within(const RegressionForest& forest, const float* row, double limit) {
+  double sum = 0.0;
+  for (const RegressionTree& tree : forest.trees) {
+    const std::uint32_t leaf = leaf_of(tree.nodes, row);
+    double met = 0.0;
+    double count = 0.0;
+    for (std::size_t i = 0; i < forest.labels.size(); ++i) {
+      if (tree.leaf_of_label[i] != leaf) continue;
+      count += 1.0;
+      met += forest.labels[i] <= limit ? 1.0 : 0.0;
+    }
+    sum += met / count;
+  }
+  return sum / static_cast<double>(forest.trees.size());
+}
+
+TEST(Forest, PredictsWhatDlibPredicts) {
+  const Problem problem = random_problem(3, 300, 5);
+  const ForestOptions options{7, 5, 0.4};
+  const Result<std::vector<GrownTree>> grown =
+      grow_trees(problem.features, problem.training, options, 11, 1);
+  ASSERT_TRUE(grown.has_value());
+  using Sample = dlib::matrix<double, 0, 1>;
+  std::vector<Sample> samples;
+  for (std::size_t i = 0; i < 300; ++i) {
+    Sample sample(5);
+    for (long k = 0; k < 5; ++k) sample(k) = problem.features.row(i)[k];
+    samples.push_back(sample);
+  }
+  for (std::size_t t = 0; t < grown->size(); ++t) {
+    dlib::random_forest_regression_trainer<dlib::dense_feature_extractor> trainer;
+    trainer.set_num_trees(1);
+    trainer.set_min_samples_per_leaf(5);
+    trainer.set_feature_subsampling_fraction(0.4);
+    trainer.set_seed(std::to_string(mix(11, t)) + "/");
+    const auto judge = trainer.train(samples, problem.training.labels);
+    for (std::size_t i = 0; i < 300; ++i) {
+      const GrownTree& tree = (*grown)[t];
+      const std::uint32_t leaf = leaf_of(tree.nodes, problem.features.row(i));
+      EXPECT_EQ(double{tree.leaf_values[leaf]}, judge(samples[i]));
+    }
+  }
+}
+
+TEST(Forest, KeepsEachLabelInOneLeafOfEachTreeAndEnoughInEach) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Problem problem = random_problem(seed, 200, 4);
+    const Result<RegressionForest> forest =
+        grow_forest(problem.features, problem.training, {10, 5, 0.4}, seed, 1);
+    ASSERT_TRUE(forest.has_value());
+    const Result<void> valid = validate(*forest);
+    ASSERT_TRUE(valid.has_value()) << to_string(valid.error());
+    const LabelledRows sorted = sorted_by_label(problem.training);
+    for (const RegressionTree& tree : forest->trees) {
+      std::map<std::uint32_t, int> rows_in_leaf;
+      for (const std::uint32_t leaf : tree.leaf_of_label) ++rows_in_leaf[leaf];
+      for (const auto& [leaf, count] : rows_in_leaf) EXPECT_GE(count, 5);
+      for (std::size_t i = 0; i < sorted.rows.size(); ++i) {
+        const float* row = problem.features.row(sorted.rows[i]);
+        EXPECT_EQ(leaf_of(tree.nodes, row), tree.leaf_of_label[i]);
+      }
+    }
+  }
+}
+
+TEST(Forest, AnswersForAnyLimitFromItsLeafLabels) {
+  const Problem problem = random_problem(5, 150, 3);
+  const Result<RegressionForest> forest =
+      grow_forest(problem.features, problem.training, {9, 5, 0.4}, 1, 1);
+  ASSERT_TRUE(forest.has_value());
+  const std::vector<double> limits = {0.2, 1.0, 1.7, 100.0};
+  const ForestPrediction predicted =
+      PreparedForest(*forest, limits).predict(problem.features, problem.training.rows, 1);
+  for (std::size_t i = 0; i < 150; ++i) {
+    for (std::size_t limit = 0; limit < limits.size(); ++limit) {
+      EXPECT_NEAR(predicted.within[i * limits.size() + limit],
+                  brute_force_within(*forest, problem.features.row(i), limits[limit]), 1e-12);
+    }
+    EXPECT_EQ(predicted.within[i * limits.size() + 3], 1.0);
+  }
+}
+
+TEST(Forest, IsTheSameForAnyThreadCount) {
+  const Problem problem = random_problem(7, 700, 4);
+  const auto bytes_with = [&](int threads) {
+    const Result<RegressionForest> forest =
+        grow_forest(problem.features, problem.training, {20, 5, 0.4}, 1, threads);
+    ByteWriter writer;
+    encode(*forest, writer);
+    const ForestPrediction predicted =
+        PreparedForest(*forest, {1.0}).predict(problem.features, problem.training.rows, threads);
+    writer.put_array(predicted.mean);
+    writer.put_array(predicted.within);
+    return writer.take();
+  };
+  EXPECT_EQ(bytes_with(1), bytes_with(2));
+}
+
+TEST(Forest, GrowsATreeOnSomeRowsAndLabelsItWithAll) {
+  const Problem problem = random_problem(3, 600, 4);
+  ForestOptions options{10, 5, 0.4};
+  options.tree_rows = 60;
+  const Result<RegressionForest> forest =
+      grow_forest(problem.features, problem.training, options, 1, 1);
+  ASSERT_TRUE(forest.has_value());
+  ASSERT_TRUE(validate(*forest).has_value());
+  EXPECT_EQ(forest->labels.size(), 600u);
+  for (const RegressionTree& tree : forest->trees) {
+    EXPECT_LE(tree.leaf_count(), 30u);  // of 600 rows it would have a hundred
+    EXPECT_GE(tree.leaf_count(), 4u);
+    EXPECT_EQ(tree.leaf_of_label.size(), 600u);
+  }
+  EXPECT_NE(forest->trees[0], forest->trees[1]);
+}
+
+TEST(Forest, LearnsAStepItCanSee) {
+  Problem problem = random_problem(1, 200, 1);
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    problem.training.labels[i] = problem.features.row(i)[0] < 0.0F ? 1.0 : 2.0;
+  }
+  const Result<RegressionForest> forest =
+      grow_forest(problem.features, problem.training, {20, 5, 1.0}, 1, 1);
+  ASSERT_TRUE(forest.has_value());
+  FeatureRows asked;
+  asked.names = {"factor"};
+  asked.row_count = 2;
+  asked.values = {-1.0F, 1.0F};
+  const ForestPrediction predicted = PreparedForest(*forest, {1.5}).predict(asked, {0, 1}, 1);
+  // A bootstrap sample may lack the rows next to the step.
+  EXPECT_NEAR(predicted.mean[0], 1.0, 0.02);
+  EXPECT_NEAR(predicted.mean[1], 2.0, 0.02);
+  EXPECT_NEAR(predicted.within[0], 1.0, 0.02);
+  EXPECT_NEAR(predicted.within[1], 0.0, 0.02);
+}
+
+TEST(Forest, TakesConstantFeaturesAndFewRows) {
+  Problem problem = random_problem(1, 40, 2);
+  std::fill(problem.features.values.begin(), problem.features.values.end(), 3.0F);
+  for (const std::size_t row_count : {std::size_t{40}, std::size_t{3}}) {
+    problem.training.rows.resize(row_count);
+    problem.training.labels.resize(row_count);
+    const Result<RegressionForest> forest =
+        grow_forest(problem.features, problem.training, {5, 5, 0.4}, 1, 1);
+    ASSERT_TRUE(forest.has_value());
+    ASSERT_TRUE(validate(*forest).has_value());
+    for (const RegressionTree& tree : forest->trees) EXPECT_EQ(tree.leaf_count(), 1u);
+    const double mean = std::accumulate(forest->labels.begin(), forest->labels.end(), 0.0) /
+                        static_cast<double>(row_count);
+    const ForestPrediction predicted =
+        PreparedForest(*forest, {}).predict(problem.features, {0}, 1);
+    EXPECT_NEAR(predicted.mean[0], mean, 1e-12);
+  }
+}
+
+// Root splits at 0, its left child at -1; rows 0..4 lie left of -1, 5 and 6 between, 7..12 right.
+TEST(LabelledTree, TakesOutASplitOfWhichOneSideIsTooSmall) {
+  const std::vector<TreeNode> grown = {{0, 0.0F, 1, 4}, {0, -1.0F, 2, 3}};
+  FeatureRows features;
+  features.names = {"factor"};
+  features.row_count = 13;
+  features.values = {-2, -2, -2, -2, -2, -0.5, -0.5, 1, 1, 1, 1, 1, 1};
+  std::vector<std::uint32_t> rows(13);
+  std::iota(rows.begin(), rows.end(), 0U);
+  const RegressionTree all = labelled_tree(grown, features, rows, 2);
+  EXPECT_EQ(all.nodes, grown);
+  EXPECT_EQ(all.leaf_of_label, (std::vector<std::uint32_t>{0, 0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 2, 2}));
+  const RegressionTree large = labelled_tree(grown, features, rows, 3);
+  EXPECT_EQ(large.nodes, (std::vector<TreeNode>{{0, 0.0F, 1, 2}}));
+  EXPECT_EQ(large.leaf_of_label,
+            (std::vector<std::uint32_t>{0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1}));
+  EXPECT_EQ(labelled_tree(grown, features, rows, 8).leaf_count(), 1u);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,174 @@
+#include "passes/model/predict_error.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "passes/model/train_model.h"
+#include "tests/support/synthetic_places.h"
+#include "tests/support/train_on_place.h"
+
+namespace sightline {
+namespace {
+
+const SyntheticOptions kSmall = {
+    .site_count = 150, .ranges_m = {10.0, 20.0, 30.0}, .has_paper_factors = false};
+
+ErrorModel model_of(const SyntheticDrive& drive) {
+  TrainModelOptions options;
+  options.trees = 20;
+  PassContext ctx;
+  Result<ErrorModel> model = train_on_place(ctx, options, place_of(drive));
+  EXPECT_TRUE(model.has_value()) << to_string(model.error());
+  return std::move(*model);
+}
+
+Result<PredictedError> predict(const ErrorModel& model, const SyntheticDrive& drive,
+                               int threads = 1) {
+  PassContext ctx;
+  ctx.threads = threads;
+  return predict_error(ctx, {}, model, drive.sites, drive.factors);
+}
+
+SyntheticDrive elsewhere(std::uint64_t seed) {
+  SyntheticDrive drive = synthetic_drive(seed, kSmall);
+  for (Site& site : drive.sites.sites) site.p_map_m.y() += 1000.0;
+  return drive;
+}
+
+TEST(PredictError, GivesTheModelsOwnSitesTheirOutOfFoldPredictions) {
+  const SyntheticDrive drive = synthetic_drive(1, kSmall);
+  const ErrorModel model = model_of(drive);
+  const Result<PredictedError> predicted = predict(model, drive);
+  ASSERT_TRUE(predicted.has_value());
+  EXPECT_EQ(to_bytes(*predicted), to_bytes(model.out_of_fold));
+}
+
+TEST(PredictError, KnowsItsOwnSitesInAnotherMapFrame) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  const ErrorModel model = model_of(drive);
+  drive.sites.frame.origin_world_m.x() += 64.0;
+  for (Site& site : drive.sites.sites) site.p_map_m.x() -= 64.0;
+  const Result<PredictedError> predicted = predict(model, drive);
+  ASSERT_TRUE(predicted.has_value());
+  EXPECT_EQ(to_bytes(*predicted), to_bytes(model.out_of_fold));
+}
+
+TEST(PredictError, AsksTheWholeForestElsewhere) {
+  const ErrorModel model = model_of(synthetic_drive(1, kSmall));
+  const Result<PredictedError> predicted = predict(model, elsewhere(1));
+  ASSERT_TRUE(predicted.has_value());
+  ASSERT_TRUE(validate(*predicted).has_value());
+  EXPECT_NE(predicted->mean_m, model.out_of_fold.mean_m);
+  for (std::size_t site = 0; site < kSmall.site_count; ++site) {
+    EXPECT_EQ(predicted->out_of_fold[site], 0);
+    EXPECT_EQ(predicted->extrapolated[site], 0);  // the same factors, which training saw
+  }
+}
+
+TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
+  PassContext ctx;
+  TrainModelOptions options;
+  options.trees = 20;
+  const Result<ErrorModel> model =
+      train_model(ctx, options, places_driven_twice(3, kSmall));
+  ASSERT_TRUE(model.has_value());
+  DrivenPlace place = place_driven_twice(9, kSmall);
+  for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
+  place.drives[0].scan_of_site[0] = -1;  // its neighbours were measured
+  const Result<PredictedError> told = predict_error_with_history(ctx, {}, *model, place.sites,
+                                                                 place.factors, place.drives[0]);
+  const Result<PredictedError> map_only =
+      predict_error(ctx, {}, *model, place.sites, place.factors);
+  ASSERT_TRUE(told.has_value() && map_only.has_value());
+  EXPECT_EQ(told->has_history, std::vector<std::uint8_t>(kSmall.site_count, 1));
+  EXPECT_EQ(map_only->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  double told_square = 0.0;
+  double map_only_square = 0.0;
+  for (std::size_t i = 0; i < told->mean_m.size(); ++i) {
+    const double truth_m = place.drives[1].rows[i].mean_m;
+    told_square += (told->mean_m[i] - truth_m) * (told->mean_m[i] - truth_m);
+    map_only_square += (map_only->mean_m[i] - truth_m) * (map_only->mean_m[i] - truth_m);
+  }
+  EXPECT_LT(told_square, 0.5 * map_only_square);
+}
+
+TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
+  const SyntheticDrive drive = synthetic_drive(1, kSmall);
+  const ErrorModel model = model_of(drive);
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const Result<PredictedError> predicted =
+      predict_error_with_history(ctx, {}, model, drive.sites, drive.factors, drive.measured);
+  ASSERT_TRUE(predicted.has_value());
+  EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("driven once"), std::string::npos);
+}
+
+TEST(PredictError, WarnsOfSitesWhoseNeighboursTheForestKnows) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  const ErrorModel model = model_of(drive);
+  drive.sites.sites[5].p_map_m.y() += 0.5;
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const Result<PredictedError> predicted =
+      predict_error(ctx, {}, model, drive.sites, drive.factors);
+  ASSERT_TRUE(predicted.has_value());
+  EXPECT_EQ(predicted->out_of_fold[5], 0);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].rfind("1 of 150 sites", 0), 0u);
+}
+
+TEST(PredictError, FlagsFactorsBeyondWhatTrainingSaw) {
+  const ErrorModel model = model_of(synthetic_drive(1, kSmall));
+  SyntheticDrive drive = elsewhere(1);
+  const FeatureCard& feature = model.features[2];
+  const double spread = feature.support_max[1] - feature.support_min[1];
+  double& value = drive.factors.values[(8 * 3 + 1) * 3 + 2];  // site 8, 20 m, the third factor
+  value = feature.support_max[1] + 0.24 * spread;
+  EXPECT_EQ(predict(model, drive)->extrapolated[8], 0);
+  value = feature.support_max[1] + 0.26 * spread;
+  EXPECT_EQ(predict(model, drive)->extrapolated[8], 1);
+  EXPECT_EQ(predict(model, drive)->extrapolated[9], 0);
+}
+
+TEST(PredictError, ALooserLimitIsNeverLessProbable) {
+  const ErrorModel model = model_of(synthetic_drive(1, kSmall));
+  for (std::uint64_t seed = 2; seed < 6; ++seed) {
+    const Result<PredictedError> predicted = predict(model, elsewhere(seed));
+    ASSERT_TRUE(predicted.has_value());
+    for (std::size_t site = 0; site < kSmall.site_count; ++site) {
+      for (std::size_t range = 0; range < 3; ++range) {
+        EXPECT_LE(predicted->probability(site, range, 0), predicted->probability(site, range, 1));
+      }
+    }
+  }
+}
+
+TEST(PredictError, GivesTheSameBytesForAnyThreadCount) {
+  const ErrorModel model = model_of(synthetic_drive(1, kSmall));
+  const SyntheticDrive drive = elsewhere(2);
+  EXPECT_EQ(to_bytes(*predict(model, drive, 1)), to_bytes(*predict(model, drive, 2)));
+}
+
+TEST(PredictError, RefusesFactorsThatTheModelDoesNotKnow) {
+  const ErrorModel model = model_of(synthetic_drive(1, kSmall));
+  SyntheticDrive drive = elsewhere(2);
+  drive.factors.factors[1] = "something_else";
+  EXPECT_EQ(predict(model, drive).error().code, ErrorCode::kMismatchedInputs);
+  drive = elsewhere(2);
+  drive.factors.ranges_m[2] = 35.0;
+  EXPECT_EQ(predict(model, drive).error().code, ErrorCode::kMismatchedInputs);
+  drive = elsewhere(2);
+  drive.sites.sites.pop_back();
+  EXPECT_EQ(predict(model, drive).error().code, ErrorCode::kMismatchedInputs);
+  drive = elsewhere(2);
+  drive.factors.values[1] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(predict(model, drive).error().code, ErrorCode::kInvalidArtifact);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,279 @@
+#include "passes/model/train_model.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "passes/model/forest/feature_rows.h"
+#include "tests/support/synthetic_places.h"
+#include "tests/support/train_on_place.h"
+
+namespace sightline {
+namespace {
+
+const SyntheticOptions kSmall = {
+    .site_count = 200, .ranges_m = {10.0, 20.0, 30.0}, .has_paper_factors = false};
+
+TrainModelOptions quick() {
+  TrainModelOptions options;
+  options.trees = 20;
+  return options;
+}
+
+Result<ErrorModel> train(const SyntheticDrive& drive, const TrainModelOptions& options = quick(),
+                         int threads = 1) {
+  PassContext ctx;
+  ctx.threads = threads;
+  return train_on_place(ctx, options, place_of(drive));
+}
+
+TEST(TrainModel, LearnsFromEverySiteWithAScanAtEveryRange) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.measured.scan_of_site[7] = -1;
+  for (std::size_t range = 0; range < 3; ++range) drive.measured.rows[7 * 3 + range] = ErrorRow{};
+  const Result<ErrorModel> model = train(drive);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  const Result<void> valid = validate(*model);
+  ASSERT_TRUE(valid.has_value()) << to_string(valid.error());
+  EXPECT_EQ(model->forest.labels.size(), 199u * 3u);
+  EXPECT_EQ(model->forest.trees.size(), 20u);
+  EXPECT_EQ(model->card.block_count, 3u);
+  EXPECT_EQ(model->card.fold_count, 3u);
+  EXPECT_EQ(model->sites[7].has_label, 0);
+  EXPECT_EQ(model->features.back().name, "range_m");
+  EXPECT_EQ(model->features.back().support_min, (std::vector<double>{10.0, 20.0, 30.0}));
+}
+
+TEST(TrainModel, PredictsPlacesItsTreesNeverSaw) {
+  SyntheticOptions synthetic = kSmall;
+  synthetic.site_count = 400;
+  const Result<ErrorModel> model = train(synthetic_drive(2, synthetic));
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  for (const RangeCard& range : model->ranges) {
+    EXPECT_GT(range.r_squared, 0.2);
+    EXPECT_LT(range.r_squared, 0.95);  // the noise of the errors cannot be known
+  }
+}
+
+TEST(TrainModel, NeverShowsAFoldItsOwnLabels) {
+  // Labels that are pure noise: whoever saw them could predict them, nobody else can.
+  SyntheticDrive drive = synthetic_drive(3, kSmall);
+  Random random(9);
+  for (ErrorRow& row : drive.measured.rows) row.mean_m = random.uniform();
+  const Result<ErrorModel> model = train(drive);
+  ASSERT_TRUE(model.has_value());
+  for (const RangeCard& range : model->ranges) EXPECT_LT(range.r_squared, 0.1);
+}
+
+TEST(TrainModel, LearnsFromManyPlacesAndJudgesEachByTheOthers) {
+  PassContext ctx;
+  const DrivenPlaces places = places_driven_twice(3, kSmall);
+  const Result<ErrorModel> model = train_model(ctx, quick(), places);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  const Result<void> valid = validate(*model);
+  ASSERT_TRUE(valid.has_value()) << to_string(valid.error());
+  EXPECT_EQ(model->card.hold_out, "places");
+  ASSERT_EQ(model->card.places.size(), 3u);
+  EXPECT_EQ(model->card.places[2].drives, (std::vector<std::string>{"synthetic", "again"}));
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(model->card.places[i].recordings, places.places[i].recordings);
+  }
+  EXPECT_EQ(model->card.block_count, 9u);
+  EXPECT_TRUE(model->card.knows_history);
+  EXPECT_EQ(model->sites.size(), 3u * 4u * 200u);
+  EXPECT_NE(to_text(*model).find("3 folds of whole places; told of earlier drives"),
+            std::string::npos);
+}
+
+TEST(TrainModel, KnowsAPlaceBetterWhereAnEarlierDriveToldOfIt) {
+  PassContext ctx;
+  const Result<ErrorModel> model = train_model(ctx, quick(), places_driven_twice(3, kSmall));
+  ASSERT_TRUE(model.has_value());
+  for (const RangeCard& range : model->ranges) {
+    EXPECT_GT(range.history_r_squared, 0.7) << range.range_m;  // the noise between drives is 10 %
+    EXPECT_GT(range.history_r_squared, range.r_squared);
+  }
+}
+
+TEST(TrainModel, LearnsFromFewerSitesWhereRowsAreTooMany) {
+  TrainModelOptions options = quick();
+  options.most_rows = 1000;
+  PassContext ctx;
+  const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(2, kSmall));
+  ASSERT_TRUE(model.has_value());
+  EXPECT_LE(model->forest.labels.size(), 1000u);
+  EXPECT_GE(model->forest.labels.size(), 700u);
+  EXPECT_TRUE(validate(*model).has_value());
+}
+
+TEST(TrainModel, FindsTheFactorThatMatters) {
+  SyntheticDrive drive = synthetic_drive(4, kSmall);
+  const std::size_t factor_count = drive.factors.factors.size();
+  for (std::size_t i = 0; i < drive.measured.rows.size(); ++i) {
+    drive.measured.rows[i].mean_m = drive.factors.values[i * factor_count + 1] > 0.5 ? 0.4 : 0.05;
+  }
+  const Result<ErrorModel> model = train(drive);
+  ASSERT_TRUE(model.has_value());
+  for (std::size_t i = 0; i < model->features.size(); ++i) {
+    if (i == 1) continue;
+    EXPECT_GT(model->features[1].importance_m, 4.0 * model->features[i].importance_m);
+  }
+}
+
+TEST(TrainModel, GivesTheSameBytesForAnyThreadCount) {
+  const SyntheticDrive drive = synthetic_drive(5, kSmall);
+  const Result<ErrorModel> one = train(drive, quick(), 1);
+  const Result<ErrorModel> two = train(drive, quick(), 2);
+  ASSERT_TRUE(one.has_value() && two.has_value());
+  EXPECT_EQ(to_bytes(*one), to_bytes(*two));
+}
+
+TEST(TrainModel, LearnsFromThePapersFactorsAloneWhereAsked) {
+  SyntheticOptions synthetic = kSmall;
+  synthetic.has_paper_factors = true;
+  TrainModelOptions options = quick();
+  options.features = FeatureSet::kPaper;
+  const Result<ErrorModel> model = train(synthetic_drive(1, synthetic), options);
+  ASSERT_TRUE(model.has_value());
+  ASSERT_EQ(model->features.size(), 12u);
+  for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(model->features[i].name, paper_factors()[i]);
+}
+
+TEST(TrainModel, SaysThatOnePlaceAloneIsNoPromiseOfOthers) {
+  DrivenPlaces places = places_driven_twice(1, kSmall);
+  std::string warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings += message; };
+  ASSERT_TRUE(train_model(ctx, quick(), places).has_value());
+  EXPECT_NE(warnings.find("one place alone"), std::string::npos) << warnings;
+}
+
+TEST(TrainModel, SaysWhatTheMeanRuleReachesInEachTypeOfStreet) {
+  DrivenPlaces places = places_driven_twice(2, kSmall);
+  for (DrivenPlace& place : places.places) {  // lanes, then open places
+    for (std::size_t row = 0; row < place.factors.site_count * place.factors.ranges_m.size(); ++row) {
+      const bool is_lane = row < place.factors.values.size() / (2 * place.factors.factors.size());
+      place.factors.values[row * place.factors.factors.size() + 1] = is_lane ? 0.9 : 0.1;
+    }
+  }
+  PassContext ctx;
+  const Result<ErrorModel> model = train_model(ctx, quick(), places);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  ASSERT_EQ(model->streets.size(), 4u) << "two types at two limits";
+  EXPECT_EQ(model->streets[0].street, StreetType::kLane);
+  EXPECT_EQ(model->streets[1].street, StreetType::kOpen);
+  EXPECT_EQ(model->streets[0].case_count + model->streets[1].case_count,
+            2 * 2 * kSmall.site_count);
+  for (const StreetCard& card : model->streets) {
+    EXPECT_GT(card.coverage, 0.2);
+    EXPECT_LE(card.coverage, 1.0);
+  }
+}
+
+TEST(TrainModel, NamesFactorsThatNeverVary) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  for (std::size_t i = 0; i < drive.factors.values.size(); i += 3) drive.factors.values[i] = 4.0;
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  ASSERT_TRUE(train_on_place(ctx, quick(), place_of(drive)).has_value());
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("feature_count"), std::string::npos);
+}
+
+TEST(TrainModel, RefusesADriveTooShortToHoldAnythingOut) {
+  SyntheticOptions synthetic = kSmall;
+  synthetic.site_count = 25;
+  const Result<ErrorModel> model = train(synthetic_drive(1, synthetic));
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kDriveTooShort);
+}
+
+TEST(TrainModel, JudgesAShortDriveOnShorterBlocksAndSaysSo) {
+  SyntheticOptions synthetic = kSmall;
+  synthetic.site_count = 72;
+  const SyntheticDrive drive = synthetic_drive(1, synthetic);
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const Result<ErrorModel> model =
+      train_on_place(ctx, quick(), place_of(drive));
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  EXPECT_GE(model->card.block_count, 2u);
+  EXPECT_GE(model->card.block_m, 15.0);
+  EXPECT_LT(model->card.block_m, 60.0);
+  EXPECT_LE(model->card.buffer_m, model->card.block_m / 2.0);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("too short"), std::string::npos);
+}
+
+TEST(TrainModel, LearnsNothingFromADirection) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.factors.factors[0] = "crlb_heading";
+  PassContext ctx;
+  const Result<ErrorModel> model =
+      train_on_place(ctx, quick(), place_of(drive));
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  for (const FeatureCard& feature : model->features) EXPECT_NE(feature.name, "crlb_heading");
+}
+
+TEST(TrainModel, RefusesABufferThatLeavesNothingToLearnFrom) {
+  TrainModelOptions options = quick();
+  options.buffer_m = 500.0;
+  const Result<ErrorModel> model = train(synthetic_drive(1, kSmall), options);
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kDriveTooShort);
+  EXPECT_NE(model.error().message.find("500 m"), std::string::npos);
+}
+
+TEST(TrainModel, RefusesADriveWithoutErrors) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.measured.scan_of_site.assign(kSmall.site_count, -1);
+  drive.measured.rows.assign(drive.measured.rows.size(), ErrorRow{});
+  const Result<ErrorModel> model = train(drive);
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kNoTrainingRows);
+}
+
+TEST(TrainModel, RefusesNumbersThatAreNone) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.measured.rows[4].mean_m = std::numeric_limits<double>::quiet_NaN();
+  Result<ErrorModel> model = train(drive);
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kInvalidArtifact);
+  EXPECT_EQ(model.error().place, "site 1, range 1");
+  drive = synthetic_drive(1, kSmall);
+  drive.factors.values[0] = std::numeric_limits<double>::quiet_NaN();
+  model = train(drive);
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kInvalidArtifact);
+}
+
+TEST(TrainModel, NamesOtherRecordingsAndLearnsTheSame) {
+  PassContext ctx;
+  DrivenPlaces places = places_driven_twice(2, kSmall);
+  const Result<ErrorModel> model = train_model(ctx, quick(), places);
+  places.places[1].recordings.cards[0].digest[31] ^= 1;
+  Result<ErrorModel> other = train_model(ctx, quick(), places);
+  ASSERT_TRUE(model.has_value() && other.has_value());
+  EXPECT_NE(to_bytes(*other), to_bytes(*model));
+  other->card.places[1].recordings.cards[0].digest[31] ^= 1;
+  EXPECT_EQ(to_bytes(*other), to_bytes(*model));
+  places.places[1].recordings.cards.clear();
+  EXPECT_EQ(train_model(ctx, quick(), places).error().code, ErrorCode::kInvalidArtifact);
+}
+
+TEST(TrainModel, RefusesInputsOfDifferentMaps) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.sites.sites.pop_back();
+  EXPECT_EQ(train(drive).error().code, ErrorCode::kMismatchedInputs);
+  drive = synthetic_drive(1, kSmall);
+  drive.factors.ranges_m[1] = 25.0;
+  EXPECT_EQ(train(drive).error().code, ErrorCode::kMismatchedInputs);
+  TrainModelOptions paper = quick();
+  paper.features = FeatureSet::kPaper;
+  EXPECT_EQ(train(synthetic_drive(1, kSmall), paper).error().code, ErrorCode::kMismatchedInputs);
+}
+
+}  // namespace
+}  // namespace sightline

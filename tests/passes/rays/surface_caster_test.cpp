@@ -1,0 +1,236 @@
+#include "passes/rays/surface_caster.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "formats/base/random.h"
+#include "passes/rays/site_blocks.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Eigen::Vector3d random_direction(Random& random) {
+  const Eigen::Vector3d direction(random.normal(), random.normal(), random.normal());
+  return direction.normalized();
+}
+
+// `count` patches around a place, no two in one cell.
+Surface random_surface(std::uint64_t seed, int count, const Eigen::Vector3d& around_m) {
+  Random random(seed);
+  Surface surface;
+  surface.cell_m = 0.5;
+  surface.tile_m = 64.0;
+  std::set<CellKey> taken;
+  for (int i = 0; i < count; ++i) {
+    SurfacePatch patch;
+    for (int axis = 0; axis < 3; ++axis) {
+      patch.centre_m[axis] = around_m[axis] + random.uniform(-20.0, 20.0);
+    }
+    patch.key = cell_key(patch.centre_m, surface.cell_m);
+    patch.normal = random_direction(random);
+    patch.half_side_m = random.uniform(0.2, 0.8);
+    if (taken.insert(patch.key).second) surface.patches.push_back(patch);
+  }
+  return surface;
+}
+
+Sites one_site(const Eigen::Vector3d& p_m) {
+  Sites sites;
+  Site site;
+  site.p_map_m = p_m;
+  sites.sites.push_back(site);
+  return sites;
+}
+
+std::vector<double> cast(const Surface& surface, const Eigen::Vector3d& p_m,
+                         const std::vector<Eigen::Vector3d>& directions, double near_m,
+                         double far_m) {
+  PassContext ctx;
+  std::vector<double> found_m;
+  const Result<void> done = cast_at_sites(ctx, surface, one_site(p_m), {directions, near_m, far_m},
+                                          [&](std::size_t, std::span<const double> distance_m) {
+                                            found_m.assign(distance_m.begin(), distance_m.end());
+                                          });
+  EXPECT_TRUE(done.has_value());
+  return found_m;
+}
+
+// A close call is one that rounding of doubles may decide either way.
+struct PlainHit {
+  double distance_m = kInfinity;
+  bool is_close_call = false;
+};
+
+PlainHit plain_cast(const Surface& surface, const Eigen::Vector3d& p_m,
+                    const Eigen::Vector3d& direction, double near_m, double far_m) {
+  PlainHit hit;
+  for (const SurfacePatch& patch : surface.patches) {
+    // The ball around the patch is out of the ray's way.
+    const Eigen::Vector3d to_centre_m = patch.centre_m - p_m;
+    if (to_centre_m.cross(direction).norm() > 1.5 * patch.half_side_m + 1e-3) continue;
+    const double slope = patch.normal.dot(direction);
+    const double t = patch.normal.dot(to_centre_m) / slope;
+    const Eigen::Vector3d off_m = p_m + t * direction - patch.centre_m;
+    const Eigen::Vector3d u = side_of(patch);
+    const double beyond_m =
+        std::max(std::abs(off_m.dot(u)), std::abs(off_m.dot(patch.normal.cross(u)))) -
+        patch.half_side_m;
+    const bool is_near_limit = std::abs(t - near_m) < 1e-9 || std::abs(t - far_m) < 1e-9;
+    if (std::abs(beyond_m) < 1e-9 || std::abs(std::abs(slope) - 0.01) < 1e-9 || is_near_limit) {
+      hit.is_close_call = true;
+    }
+    if (std::abs(slope) < 0.01) continue;
+    if (beyond_m <= 0.0 && t >= near_m && t <= far_m) hit.distance_m = std::min(hit.distance_m, t);
+  }
+  return hit;
+}
+
+TEST(SurfaceCaster, EqualsAPlainLoopOverPatchesNearAndFarFromTheOrigin) {
+  for (const Eigen::Vector3d& p_m :
+       {Eigen::Vector3d(1.0, 2.0, 3.0), Eigen::Vector3d(30000.3, -20000.7, 120.0)}) {
+    const Surface surface = random_surface(1, 4000, p_m);
+    Random random(2);
+    std::vector<Eigen::Vector3d> directions;
+    for (int i = 0; i < 1003; ++i) directions.push_back(random_direction(random));
+    const std::vector<double> found_m = cast(surface, p_m, directions, 0.5, 18.0);
+    int compared = 0;
+    int hits = 0;
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      const PlainHit plain = plain_cast(surface, p_m, directions[i], 0.5, 18.0);
+      if (plain.is_close_call) continue;
+      ++compared;
+      hits += std::isfinite(plain.distance_m) ? 1 : 0;
+      if (std::isfinite(plain.distance_m)) {
+        EXPECT_NEAR(found_m[i], plain.distance_m, 1e-9);
+      } else {
+        EXPECT_EQ(found_m[i], kInfinity);
+      }
+    }
+    EXPECT_GT(compared, 1000);
+    EXPECT_GT(hits, 100);
+  }
+}
+
+// Many patches in one plane, edge to edge and overlapping, and rays at their very corners: ties and
+// edges without end.
+Surface tiled_wall() {
+  Surface surface;
+  surface.cell_m = 0.5;
+  surface.tile_m = 64.0;
+  for (int i = 0; i < 4000; ++i) {
+    SurfacePatch patch;
+    patch.key = {i % 40, i / 40 % 50, i / 2000};
+    patch.centre_m = {30.0 + 1e-6 * (i % 7), 0.5 * (i % 40) - 10.0, 0.5 * (i / 40 % 50) - 12.0};
+    patch.normal = Eigen::Vector3d(1.0, 0.0, 1e-5 * (i % 3)).normalized();
+    patch.half_side_m = 0.25 + 0.25 * (i / 2000);
+    surface.patches.push_back(patch);
+  }
+  return surface;
+}
+
+std::vector<Eigen::Vector3d> directions_to_corners() {
+  std::vector<Eigen::Vector3d> directions;
+  for (int y = -40; y <= 40; ++y) {
+    for (int z = -50; z <= 50; ++z) {
+      directions.push_back(Eigen::Vector3d(30.0, 0.25 * y, 0.25 * z).normalized());
+    }
+  }
+  return directions;
+}
+
+TEST(SurfaceCaster, GivesTheSameBitsWithEveryInstructionSet) {
+  Random random(5);
+  std::vector<Eigen::Vector3d> anywhere;
+  for (int i = 0; i < 50000; ++i) anywhere.push_back(random_direction(random));
+  const Surface surface = random_surface(6, 20000, {10.0, 20.0, 3.0});
+  std::vector<std::vector<double>> found_m;
+  for (const CasterIsa isa : {CasterIsa::kFastest, CasterIsa::kSse2, CasterIsa::kAvx}) {
+    replace_caster_isa(isa);
+    found_m.push_back(cast(tiled_wall(), {0.0, 0.0, 0.0}, directions_to_corners(), 0.5, 50.0));
+    found_m.push_back(cast(surface, {10.0, 20.0, 3.0}, anywhere, 0.5, 100.0));
+  }
+  replace_caster_isa(CasterIsa::kFastest);
+  for (std::size_t i = 2; i < found_m.size(); ++i) EXPECT_EQ(found_m[i], found_m[i % 2]);
+  EXPECT_GT(std::ranges::count(found_m[0], kInfinity), 0);
+  EXPECT_LT(std::ranges::count(found_m[0], kInfinity), 4000);
+}
+
+TEST(SurfaceCaster, HitsBothFacesAndHonoursNearAndFar) {
+  Surface surface;
+  surface.cell_m = 0.5;
+  surface.tile_m = 64.0;
+  surface.patches.push_back({{20, 0, 0}, {10.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.5});
+  const std::vector<Eigen::Vector3d> towards = {{1.0, 0.0, 0.0}};
+  const std::vector<Eigen::Vector3d> back = {{-1.0, 0.0, 0.0}};
+  EXPECT_NEAR(cast(surface, {0.0, 0.0, 0.0}, towards, 0.5, 50.0)[0], 10.0, 1e-12);
+  EXPECT_NEAR(cast(surface, {20.0, 0.0, 0.0}, back, 0.5, 50.0)[0], 10.0, 1e-12);
+  EXPECT_EQ(cast(surface, {0.0, 0.0, 0.0}, back, 0.5, 50.0)[0], kInfinity);
+  EXPECT_EQ(cast(surface, {0.0, 0.0, 0.0}, towards, 0.5, 9.9)[0], kInfinity);
+  EXPECT_EQ(cast(surface, {9.8, 0.0, 0.0}, towards, 0.5, 50.0)[0], kInfinity);
+}
+
+TEST(SurfaceCaster, SeesNothingWhereThereIsNoSurface) {
+  Surface surface;
+  surface.cell_m = 0.5;
+  surface.tile_m = 64.0;
+  const std::vector<Eigen::Vector3d> directions = {{1.0, 0.0, 0.0}, {0.0, 0.0, -1.0}};
+  EXPECT_EQ(cast(surface, {1.0, 1.0, 1.0}, directions, 0.0, 50.0),
+            (std::vector<double>{kInfinity, kInfinity}));
+}
+
+TEST(SurfaceCaster, GivesABlockEveryPatchThatItsSitesCanReach) {
+  const Surface surface = random_surface(3, 2000, {60.0, 60.0, 0.0});
+  Random random(4);
+  Sites sites;
+  for (int i = 0; i < 40; ++i) {
+    Site site;
+    site.p_map_m = {random.uniform(0.0, 130.0), random.uniform(0.0, 130.0), 1.0};
+    sites.sites.push_back(site);
+  }
+  std::set<std::size_t> seen;
+  for (const SiteBlock& block : blocks_of_sites(sites, surface, 15.0)) {
+    const std::set<std::uint32_t> patches(block.patches.begin(), block.patches.end());
+    for (const std::size_t site : block.sites) {
+      EXPECT_TRUE(seen.insert(site).second);
+      for (std::uint32_t i = 0; i < surface.patches.size(); ++i) {
+        const double apart_m = (surface.patches[i].centre_m - sites.sites[site].p_map_m).norm();
+        const bool is_in_reach =
+            apart_m <= 15.0 + std::numbers::sqrt2 * surface.patches[i].half_side_m;
+        EXPECT_TRUE(!is_in_reach || patches.contains(i));
+      }
+    }
+  }
+  EXPECT_EQ(seen.size(), sites.sites.size());
+}
+
+// The same patches in the order of tiles of another size.
+Surface retiled(Surface surface, double tile_m) {
+  surface.tile_m = tile_m;
+  std::sort(surface.patches.begin(), surface.patches.end(),
+            [&](const SurfacePatch& a, const SurfacePatch& b) {
+              return std::pair(tile_of(a.key, surface.cell_m, tile_m), a.key) <
+                     std::pair(tile_of(b.key, surface.cell_m, tile_m), b.key);
+            });
+  return surface;
+}
+
+TEST(SurfaceCaster, GivesTheSameDistancesForAnyTiling) {
+  const Surface surface = random_surface(5, 6000, {30.0, -20.0, 2.0});
+  Random random(6);
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = 0; i < 4000; ++i) directions.push_back(random_direction(random));
+  const Eigen::Vector3d p_m(31.0, -22.0, 2.5);
+  const std::vector<double> found_m = cast(retiled(surface, 64.0), p_m, directions, 0.5, 50.0);
+  EXPECT_EQ(found_m, cast(retiled(surface, 32.0), p_m, directions, 0.5, 50.0));
+  EXPECT_EQ(found_m, cast(retiled(surface, 16.0), p_m, directions, 0.5, 50.0));
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,113 @@
+#include "passes/trajectory/align_drive.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "passes/map/build_ndt.h"
+#include "tests/support/box_world.h"
+
+namespace sightline {
+namespace {
+
+struct Place {
+  NdtMap map;
+  Sites sites;
+};
+
+// What a first drive along the street made of it.
+Place mapped(const BoxWorld& world) {
+  Place place;
+  std::vector<Eigen::Vector3d> points_m;
+  for (int i = 0; i < 12; ++i) {
+    Pose T_map_lidar = pose_at(1.5 * i, 0.0, 0.0);
+    T_map_lidar.translation().z() = 2.0;
+    for (const Eigen::Vector3d& point_m : scan_world(world, T_map_lidar, 0.5).points_m) {
+      points_m.push_back(T_map_lidar * point_m);
+    }
+    Site site;
+    site.s_m = 1.5 * i;
+    site.T_map_vehicle = pose_at(1.5 * i, 0.0, 0.0);
+    site.p_map_m = T_map_lidar.translation();
+    place.sites.sites.push_back(site);
+  }
+  place.map = ndt_from_points(points_m, MapFrame{}, {}, 1);
+  return place;
+}
+
+// The second drive: beside the first one's line, and the other way round where it `turns`.
+TestDrive second_drive(const BoxWorld& world, bool turns) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 6; ++i) {
+    const double x_m = turns ? 13.0 - 1.2 * i : 2.0 + 1.2 * i;
+    poses.push_back(pose_at(x_m, -0.4, turns ? std::numbers::pi : 0.03));
+  }
+  return drive_through(world, poses, 0.5);
+}
+
+// As odometry tells it: from its own first pose.
+Trajectory own_trajectory(const TestDrive& drive) {
+  Trajectory own = drive.truth;
+  own.source = PoseSource::kEstimated;
+  const Pose T_first_map = drive.truth.poses[0].T_map_vehicle.inverse();
+  for (TrajectoryPose& pose : own.poses) pose.T_map_vehicle = T_first_map * pose.T_map_vehicle;
+  return own;
+}
+
+TEST(AlignDrive, FindsASecondDriveInTheMapOfTheFirst) {
+  for (const bool turns : {false, true}) {
+    const BoxWorld world = random_street(turns ? 21 : 20);
+    const Place place = mapped(world);
+    const TestDrive drive = second_drive(world, turns);
+    PassContext ctx;
+    const Result<Trajectory> found =
+        align_drive(ctx, {}, drive.drive, own_trajectory(drive), place.map, place.sites);
+    ASSERT_TRUE(found.has_value()) << to_string(found.error());
+    EXPECT_TRUE(validate(*found).has_value());
+    EXPECT_EQ(found->source, PoseSource::kRefined);
+    for (std::size_t k = 0; k < drive.truth.poses.size(); ++k) {
+      const Pose off = drive.truth.poses[k].T_map_vehicle.inverse() * found->poses[k].T_map_vehicle;
+      // Cells of 2 m and exact rings: no sensor is as regular.
+      EXPECT_LT(off.translation().norm(), 0.1) << turns << " scan " << k;
+    }
+  }
+}
+
+TEST(AlignDrive, LeavesGivenPosesUnlessItIsToldOtherwise) {
+  const BoxWorld world = random_street(22);
+  const Place place = mapped(world);
+  const TestDrive drive = second_drive(world, false);
+  Trajectory given = drive.truth;
+  for (TrajectoryPose& pose : given.poses) pose.T_map_vehicle.translation().y() += 0.4;
+  PassContext ctx;
+  const Result<Trajectory> kept = align_drive(ctx, {}, drive.drive, given, place.map, place.sites);
+  ASSERT_TRUE(kept.has_value());
+  EXPECT_EQ(to_bytes(*kept), to_bytes(given));
+  AlignDriveOptions options;
+  options.mode = AlignMode::kAlign;
+  const Result<Trajectory> aligned =
+      align_drive(ctx, options, drive.drive, given, place.map, place.sites);
+  ASSERT_TRUE(aligned.has_value()) << to_string(aligned.error());
+  EXPECT_NEAR(aligned->poses[3].T_map_vehicle.translation().y(), -0.4, 0.05);
+}
+
+TEST(AlignDrive, RefusesADriveThatMatchesNowhere) {
+  const Place place = mapped(random_street(23));
+  TestDrive drive = second_drive(random_street(99), false);
+  drive.drive.store = memory_scan_store(std::vector<Scan>(6, {0, {{40.0, 40.0, 40.0}}}));
+  PassContext ctx;
+  const Result<Trajectory> found =
+      align_drive(ctx, {}, drive.drive, own_trajectory(drive), place.map, place.sites);
+  ASSERT_FALSE(found.has_value());
+  EXPECT_EQ(found.error().code, ErrorCode::kNoOverlap);
+  Trajectory shorter = own_trajectory(drive);
+  shorter.poses.pop_back();
+  EXPECT_EQ(align_drive(ctx, {}, drive.drive, shorter, place.map, place.sites).error().code,
+            ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(
+      align_drive(ctx, {}, drive.drive, own_trajectory(drive), NdtMap{}, place.sites).error().code,
+      ErrorCode::kEmptyMap);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "passes/ingest/ingest.h"
+#include "passes/trajectory/estimate_trajectory.h"
+#include "tests/support/box_world.h"
+#include "tests/support/real_data.h"
+
+// estimate-trajectory on longer ways: a round trip, and a real recording where there is one.
+
+namespace sightline {
+namespace {
+
+// A ring of boxes inside and outside of a circular road.
+BoxWorld round_world(double radius_m) {
+  Random random(11);
+  BoxWorld world;
+  for (int i = 0; i < 40; ++i) {
+    for (const double off_m : {-7.0, 8.0}) {
+      const double angle_rad = 2.0 * std::numbers::pi * i / 40.0;
+      const double reach_m = radius_m + off_m + random.uniform(-1.0, 1.0);
+      const Eigen::Vector3d centre_m(reach_m * std::sin(angle_rad),
+                                     radius_m - reach_m * std::cos(angle_rad), 0.0);
+      const double half_m = random.uniform(0.3, 1.5);
+      world.boxes.push_back({centre_m - Eigen::Vector3d(half_m, half_m, 0.0),
+                             centre_m + Eigen::Vector3d(half_m, half_m, random.uniform(2.0, 6.0))});
+    }
+  }
+  return world;
+}
+
+TEST(EstimateTrajectorySlow, ClosesTheLoopOfARoundTrip) {
+  constexpr double kRadius_m = 20.0;
+  constexpr int kScansARound = 110;
+  std::vector<Pose> poses;
+  for (int i = 0; i < kScansARound + 10; ++i) {
+    const double angle_rad = 2.0 * std::numbers::pi * i / kScansARound;
+    poses.push_back(pose_at(kRadius_m * std::sin(angle_rad),
+                            kRadius_m * (1.0 - std::cos(angle_rad)), angle_rad));
+  }
+  const TestDrive test = drive_through(round_world(kRadius_m), poses, 0.5);
+  PassContext ctx;
+  ctx.threads = 2;
+  const Result<Trajectory> closed = estimate_trajectory(ctx, {}, test.drive);
+  ASSERT_TRUE(closed.has_value()) << to_string(closed.error());
+  EXPECT_GE(closed->loop_edges, 2u);
+  const Eigen::Vector3d end_m = closed->poses.back().T_map_vehicle.translation();
+  EXPECT_LT((end_m - poses.back().translation()).norm(), 0.1);
+  EXPECT_LT(closed->rms_translation_residual_m, 0.05);
+}
+
+Drive kitti_drive(const std::filesystem::path& folder, std::size_t count) {
+  std::vector<Scan> scans(count);
+  Drive drive;
+  drive.name = "kitti_0005";
+  drive.sensor = *sensor_profile("hdl-64e");
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::string number = std::to_string(i);
+    const std::string name = std::string(10 - number.size(), '0') + number + ".pcd";
+    const Result<PointCloudFile> cloud = read_point_cloud(folder / name);
+    if (!cloud) return {};
+    scans[i].stamp_ns = i * std::int64_t{100000000};
+    scans[i].points_m = cloud->points_m;
+    ScanInfo info;
+    info.recording_index = i;
+    info.stamp_ns = scans[i].stamp_ns;
+    drive.scans.push_back(info);
+  }
+  drive.store = memory_scan_store(std::move(scans));
+  return drive;
+}
+
+// Where a quick ICP of somebody else puts the 154th scan relative to the first; good to some cm.
+TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
+  const RealData data = real_data("kitti_0005");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const Drive drive = kitti_drive(data.folder, 154);
+  ASSERT_FALSE(drive.scans.empty()) << "a scan of " << data.folder << " is missing or cannot be read";
+  PassContext ctx;
+  ctx.threads = 2;
+  const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, drive);
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  const Eigen::Vector3d icp_end_m(63.888, 9.363, -0.508);
+  const Eigen::Vector3d end_m = trajectory->poses.back().T_map_vehicle.translation();
+  EXPECT_LT((end_m - icp_end_m).norm(), 0.3);
+}
+
+// Official poses that start wrong: 0.86 m a scan where the scans show 0.69 m.
+TEST(EstimateTrajectorySlow, NoticesThatTheFirstPosesOfAWellKnownRecordingAreWrong) {
+  const RealData data = real_data("kitti00_head");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  RecordingOptions options;
+  options.scans = data.folder / "data";
+  options.poses = data.folder / "KITTI_00_gt_velodyne_frame.txt";
+  options.poses_of = PosesOf::kSensor;
+  options.sensor = "hdl-64e";
+  const Result<Recording> recording = open_recording(options, 2);
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  std::string warnings;
+  PassContext ctx;
+  ctx.threads = 2;
+  ctx.warning_sink = [&](const std::string& message) { warnings += message + "\n"; };
+  const Result<Drive> drive = ingest(ctx, {}, *recording);
+  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
+  EstimateTrajectoryOptions repair;
+  repair.bad_poses = BadPoses::kRepair;
+  const Result<Trajectory> trajectory = estimate_trajectory(ctx, repair, *drive);
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  EXPECT_NE(warnings.find("given poses and scans disagree on 1 stretches"), std::string::npos)
+      << warnings;
+  const double way_m = (trajectory->poses[5].T_map_vehicle.translation() -
+                        trajectory->poses[0].T_map_vehicle.translation())
+                           .norm();
+  EXPECT_NEAR(way_m / 5.0, 0.70, 0.04) << warnings;  // it speeds up from 0.68 to 0.74 m
+}
+
+}  // namespace
+}  // namespace sightline

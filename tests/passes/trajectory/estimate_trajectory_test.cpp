@@ -1,0 +1,213 @@
+#include "passes/trajectory/estimate_trajectory.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/box_world.h"
+
+namespace sightline {
+namespace {
+
+Result<Trajectory> run(const Drive& drive, PoseMode mode, int threads = 1) {
+  PassContext ctx;
+  ctx.threads = threads;
+  EstimateTrajectoryOptions options;
+  options.mode = mode;
+  return estimate_trajectory(ctx, options, drive);
+}
+
+ErrorCode error_of(const Drive& drive, PoseMode mode) {
+  const Result<Trajectory> trajectory = run(drive, mode);
+  return trajectory ? ErrorCode{} : trajectory.error().code;
+}
+
+// As close as real sensors have it: sparser scans of this world match ring on ring.
+constexpr double kAzimuthStep_deg = 0.5;
+
+// A drive along a random street in steps of `step_m`, swinging a little to both sides.
+TestDrive street_drive(std::uint64_t seed, int count, double step_m) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < count; ++i) {
+    const double x_m = step_m * i;
+    poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
+  }
+  return drive_through(random_street(seed), poses, kAzimuthStep_deg);
+}
+
+// Largest distance between two trajectories after the first poses are laid on each other.
+double largest_error_m(const Trajectory& found, const Trajectory& truth) {
+  const Pose T_truth_found = truth.poses[0].T_map_vehicle * found.poses[0].T_map_vehicle.inverse();
+  double largest_m = 0.0;
+  for (std::size_t i = 0; i < truth.poses.size(); ++i) {
+    const Pose laid = T_truth_found * found.poses[i].T_map_vehicle;
+    const double error_m = (laid.translation() - truth.poses[i].T_map_vehicle.translation()).norm();
+    largest_m = std::max(largest_m, error_m);
+  }
+  return largest_m;
+}
+
+TEST(EstimateTrajectory, TakesGivenPosesInTheDrivesFrame) {
+  TestDrive test = street_drive(1, 2, 1.0);
+  test.drive.frame.origin_world_m = {64.0, 0.0, -64.0};
+  test.drive.scans[0].T_world_vehicle = pose_at(65.0, 2.0, 0.0);
+  test.drive.scans[1].T_world_vehicle = pose_at(66.0, 2.0, 0.5);
+  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kAuto);
+  ASSERT_TRUE(trajectory.has_value());
+  EXPECT_EQ(trajectory->source, PoseSource::kGiven);
+  EXPECT_EQ(trajectory->poses[0].T_map_vehicle.translation(), Eigen::Vector3d(1.0, 2.0, 64.0));
+  EXPECT_EQ(trajectory->poses[1].T_map_vehicle.translation(), Eigen::Vector3d(2.0, 2.0, 64.0));
+  EXPECT_EQ(trajectory->frame, test.drive.frame);
+}
+
+// Not slower: at 0.5 m a scan the exact rings of this world lie on each other (street 0 ends 2 m
+// off).
+TEST(EstimateTrajectory, FollowsStreetsWithoutPoses) {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    const double step_m = 0.8 + 0.3 * static_cast<double>(seed);
+    const TestDrive test = street_drive(seed, 8, step_m);
+    const Result<Trajectory> trajectory = run(test.drive, PoseMode::kAuto);
+    ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+    EXPECT_EQ(trajectory->source, PoseSource::kEstimated);
+    EXPECT_EQ(trajectory->odometry_edges, 7u);
+    EXPECT_TRUE(validate(*trajectory).has_value());
+    EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1) << "street " << seed;
+    EXPECT_TRUE(trajectory->poses[0].T_map_vehicle.isApprox(Pose::Identity(), 1e-9));
+  }
+}
+
+// As in a well-known recording, whose poses run 0.86 m a scan where the scans show 0.69 m.
+TEST(EstimateTrajectory, CorrectsGivenPosesThatRunTooFast) {
+  TestDrive test = street_drive(3, 7, 0.69);
+  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
+    Pose given = test.truth.poses[i].T_map_vehicle;
+    given.translation() *= 0.86 / 0.69;
+    test.drive.scans[i].T_world_vehicle = given;
+  }
+  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kRefine);
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  EXPECT_EQ(trajectory->source, PoseSource::kRefined);
+  EXPECT_EQ(trajectory->prior_edges, 7u);
+  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
+}
+
+// The same poses where nobody asked for refinement.
+TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowed) {
+  TestDrive test = street_drive(3, 7, 0.69);
+  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
+    Pose given = test.truth.poses[i].T_map_vehicle;
+    given.translation() *= 0.86 / 0.69;
+    test.drive.scans[i].T_world_vehicle = given;
+  }
+  std::string warning;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warning = message; };
+  EstimateTrajectoryOptions options;
+  Result<Trajectory> trajectory = estimate_trajectory(ctx, options, test.drive);
+  ASSERT_TRUE(trajectory.has_value());
+  EXPECT_EQ(trajectory->source, PoseSource::kGiven);
+  EXPECT_NE(warning.find("scans 0 to 6: given poses move 5.1"), std::string::npos) << warning;
+  EXPECT_NE(warning.find("the scans show 4.1"), std::string::npos) << warning;
+  options.bad_poses = BadPoses::kRepair;
+  trajectory = estimate_trajectory(ctx, options, test.drive);
+  ASSERT_TRUE(trajectory.has_value());
+  EXPECT_EQ(trajectory->source, PoseSource::kRefined);
+  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
+  options.bad_poses = BadPoses::kRefuse;
+  trajectory = estimate_trajectory(ctx, options, test.drive);
+  ASSERT_FALSE(trajectory.has_value());
+  EXPECT_EQ(trajectory.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(trajectory.error().place, "scan 0");
+}
+
+TEST(EstimateTrajectory, SaysNothingOfGivenPosesThatAreRight) {
+  TestDrive test = street_drive(7, 6, 0.9);
+  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
+    test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
+  }
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { ADD_FAILURE() << message; };
+  EXPECT_TRUE(estimate_trajectory(ctx, {}, test.drive).has_value());
+}
+
+// As when a receiver is silent between houses.
+TEST(EstimateTrajectory, BridgesAStretchWithoutGivenPosesAndSaysHowWellPosesAreKnown) {
+  TestDrive test = street_drive(8, 9, 1.0);
+  for (const std::size_t i : {0U, 1U, 2U, 7U, 8U}) {
+    test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
+  }
+  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kAuto);
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  EXPECT_EQ(trajectory->source, PoseSource::kRefined);
+  EXPECT_EQ(trajectory->prior_edges, 5u);
+  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.05);
+  EXPECT_TRUE(validate(*trajectory).has_value());
+  for (const TrajectoryPose& pose : trajectory->poses) {
+    EXPECT_GT(pose.covariance.diagonal().minCoeff(), 0.0);
+    EXPECT_LT(std::sqrt(pose.covariance(0, 0)), 1.0);
+  }
+}
+
+// The second sensor looks backwards from another place in the vehicle.
+TEST(EstimateTrajectory, TakesScansOfSeveralSensors) {
+  TestDrive test = street_drive(2, 8, 1.0);
+  SensorProfile other = test.drive.sensor;
+  other.T_vehicle_lidar = other.T_vehicle_lidar * pose_at(-1.0, 0.3, std::numbers::pi);
+  test.drive.other_sensors = {other};
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 8; ++i) {
+    scans.push_back(*test.drive.store->read(i));
+    if (i % 2 == 0) continue;
+    test.drive.scans[i].sensor_index = 1;
+    const Pose T_other_first = other.T_vehicle_lidar.inverse() * test.drive.sensor.T_vehicle_lidar;
+    for (Eigen::Vector3d& point_m : scans[i].points_m) point_m = T_other_first * point_m;
+  }
+  test.drive.store = memory_scan_store(scans);
+  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kEstimate);
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.1);
+}
+
+TEST(EstimateTrajectory, CarriesOnWithGivenPosesWhereAScanDoesNotMatch) {
+  TestDrive test = street_drive(4, 4, 1.0);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 4; ++i) scans.push_back(*test.drive.store->read(i));
+  scans[2].points_m.assign(1, Eigen::Vector3d(40.0, 40.0, 40.0));
+  test.drive.store = memory_scan_store(scans);
+  EXPECT_EQ(error_of(test.drive, PoseMode::kEstimate), ErrorCode::kTrajectoryLost);
+  EXPECT_EQ(run(test.drive, PoseMode::kEstimate).error().place, "scan 2");
+  for (std::size_t i = 0; i < 4; ++i) {
+    test.drive.scans[i].T_world_vehicle = test.truth.poses[i].T_map_vehicle;
+  }
+  std::string warning;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warning = message; };
+  EstimateTrajectoryOptions options;
+  options.mode = PoseMode::kRefine;
+  const Result<Trajectory> trajectory = estimate_trajectory(ctx, options, test.drive);
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.3);
+  EXPECT_TRUE(warning.starts_with("1 scans could not be matched")) << warning;
+}
+
+TEST(EstimateTrajectory, GivesTheSameBytesForAnyNumberOfThreads) {
+  const TestDrive test = street_drive(5, 4, 0.8);
+  const Result<Trajectory> one = run(test.drive, PoseMode::kEstimate, 1);
+  const Result<Trajectory> two = run(test.drive, PoseMode::kEstimate, 2);
+  ASSERT_TRUE(one.has_value() && two.has_value());
+  EXPECT_EQ(to_bytes(*one), to_bytes(*two));
+}
+
+TEST(EstimateTrajectory, RefusesBadInput) {
+  const TestDrive test = street_drive(6, 2, 1.0);
+  EXPECT_EQ(error_of(test.drive, PoseMode::kGiven), ErrorCode::kNoPoses);
+  EXPECT_EQ(run(test.drive, PoseMode::kGiven).error().place, "scan 0");
+  EXPECT_EQ(error_of(test.drive, PoseMode::kRefine), ErrorCode::kNoPoses);
+  TestDrive one_scan = street_drive(6, 1, 1.0);
+  EXPECT_EQ(error_of(one_scan.drive, PoseMode::kEstimate), ErrorCode::kDriveTooShort);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,104 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "examples/town/drive.h"
+#include "passes/map/build_ndt.h"
+#include "passes/map/choose_sites.h"
+#include "passes/trajectory/align_drive.h"
+#include "passes/trajectory/estimate_trajectory.h"
+
+// Drives through a generated town whose poses are thrown away, against the truth. Longer ones are
+// measured by tests/bench/trajectory_bench.
+
+namespace sightline {
+namespace {
+
+std::vector<Pose> poses_of(const Trajectory& trajectory) {
+  std::vector<Pose> poses;
+  for (const TrajectoryPose& pose : trajectory.poses) poses.push_back(pose.T_map_vehicle);
+  return poses;
+}
+
+// Root mean square distance, after the best rigid fit where `fits`.
+double rmse_m(const std::vector<Pose>& found, const std::vector<Pose>& truth, bool fits) {
+  const auto count = static_cast<Eigen::Index>(truth.size());
+  Eigen::Matrix3Xd a(3, count);
+  Eigen::Matrix3Xd b(3, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    a.col(i) = found[static_cast<std::size_t>(i)].translation();
+    b.col(i) = truth[static_cast<std::size_t>(i)].translation();
+  }
+  Pose T_truth_found = Pose::Identity();
+  if (fits) T_truth_found.matrix() = Eigen::umeyama(a, b, false);
+  double sum_m2 = 0.0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Vector3d laid_m = T_truth_found * Eigen::Vector3d(a.col(i));
+    sum_m2 += (laid_m - b.col(i)).squaredNorm();
+  }
+  return std::sqrt(sum_m2 / static_cast<double>(count));
+}
+
+town::DriveSimulator drive_through(const town::Town& town, std::uint64_t number, double length_m) {
+  town::DriveOptions options = town::usual_drive(town.options, number, *town::town_sensor(16));
+  options.length_m = length_m;
+  return *town::DriveSimulator::make(town, options);
+}
+
+Drive without_poses(const town::DriveSimulator& simulator) {
+  Drive drive = town::recorded(simulator, "town", simulator.T_town_vehicle(), 2);
+  for (ScanInfo& scan : drive.scans) scan.T_world_vehicle.reset();
+  return drive;
+}
+
+PassContext two_threads() {
+  PassContext ctx;
+  ctx.threads = 2;
+  return ctx;
+}
+
+TEST(EstimateTrajectoryInATown, GoesRoundABlockWithoutPoses) {
+  const Result<town::Town> made = town::make_town({1, 220.0, true});
+  ASSERT_TRUE(made.has_value());
+  const town::DriveSimulator simulator = drive_through(*made, 0, 235.0);
+  const std::vector<Pose>& truth = simulator.T_town_vehicle();
+  PassContext ctx = two_threads();
+  const Result<Trajectory> found = estimate_trajectory(ctx, {}, without_poses(simulator));
+  ASSERT_TRUE(found.has_value()) << to_string(found.error());
+  const std::vector<Pose> poses = poses_of(*found);
+  EXPECT_GE(found->loop_edges, 1u);
+  EXPECT_LT(rmse_m(poses, truth, true), 0.05);
+  const Pose by_found = poses.front().inverse() * poses.back();
+  const Pose by_truth = truth.front().inverse() * truth.back();
+  EXPECT_LT((by_found.translation() - by_truth.translation()).norm(), 0.001 * 235.0);
+}
+
+TEST(AlignDriveInATown, TellsASecondDriveWithoutPosesInTheMapOfTheFirst) {
+  const Result<town::Town> made = town::make_town({2, 100.0, false});
+  ASSERT_TRUE(made.has_value());
+  const town::DriveSimulator first = drive_through(*made, 0, 100.0);
+  PassContext ctx = two_threads();
+  const Drive mapping = town::recorded(first, "mapping", first.T_town_vehicle(), 2);
+  const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, mapping);
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  std::vector<Eigen::Vector3d> points_m;
+  for (std::size_t k = 0; k < mapping.scans.size(); ++k) {
+    const Pose T_map_lidar = trajectory->poses[k].T_map_vehicle * mapping.sensor.T_vehicle_lidar;
+    const Result<Scan> scan = mapping.store->read(k);
+    ASSERT_TRUE(scan.has_value());
+    for (const Eigen::Vector3d& point_m : scan->points_m) points_m.push_back(T_map_lidar * point_m);
+  }
+  const NdtMap map = ndt_from_points(points_m, trajectory->frame, {}, 2);
+  const Result<Sites> sites = choose_sites(ctx, {}, mapping, *trajectory);
+  ASSERT_TRUE(sites.has_value());
+  const town::DriveSimulator second = drive_through(*made, 2, 80.0);
+  const Drive drive = without_poses(second);
+  const Result<Trajectory> own = estimate_trajectory(ctx, {}, drive);
+  ASSERT_TRUE(own.has_value()) << to_string(own.error());
+  const Result<Trajectory> found = align_drive(ctx, {}, drive, *own, map, *sites);
+  ASSERT_TRUE(found.has_value()) << to_string(found.error());
+  EXPECT_LT(rmse_m(poses_of(rebase(*found, MapFrame{})), second.T_town_vehicle(), false), 0.05);
+}
+
+}  // namespace
+}  // namespace sightline
