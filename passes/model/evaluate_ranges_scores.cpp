@@ -15,15 +15,15 @@ struct Outcomes {
   std::vector<double> longest_times, longest_works;
 };
 
-Outcomes outcomes_of(const Court& court, double limit_m, const Choice& choice,
+Outcomes outcomes_of(const EvaluationInputs& inputs, double limit_m, const Choice& choice,
                      const std::vector<std::size_t>& sites) {
   Outcomes out;
   for (const std::size_t site : sites) {
-    const ErrorRow& row = court.judged.row(site, choice.range_index[site]);
-    const ErrorRow& longest = court.judged.row(site, court.longest());
+    const ErrorRow& row = inputs.judged.row(site, choice.range_index[site]);
+    const ErrorRow& longest = inputs.judged.row(site, inputs.longest());
     out.met.push_back(row.mean_m <= limit_m ? 1.0 : 0.0);
     out.errors.push_back(row.mean_m);
-    out.ranges.push_back(court.ranges.ranges_m[choice.range_index[site]]);
+    out.ranges.push_back(inputs.ranges.ranges_m[choice.range_index[site]]);
     out.times.push_back(row.mean_time_ms);
     out.run_times.push_back(row.max_time_ms);
     out.works.push_back(row.mean_work);
@@ -53,12 +53,12 @@ struct JudgedRun {
   [[nodiscard]] std::size_t size() const { return last - first; }
 };
 
-std::vector<JudgedRun> judged_runs(const Court& court) {
+std::vector<JudgedRun> judged_runs(const EvaluationInputs& inputs) {
   std::vector<JudgedRun> runs;
   const auto run_of = [&](std::size_t i) {
-    return court.sites.sites[court.judged_sites[i]].run;
+    return inputs.sites.sites[inputs.judged_sites[i]].run;
   };
-  for (std::size_t i = 0; i < court.judged_sites.size(); ++i) {
+  for (std::size_t i = 0; i < inputs.judged_sites.size(); ++i) {
     if (i == 0 || run_of(i) != run_of(i - 1)) runs.push_back({i, i});
     runs.back().last = i + 1;
   }
@@ -66,10 +66,10 @@ std::vector<JudgedRun> judged_runs(const Court& court) {
 }
 
 // A run with fewer judged sites than a stretch has says little: it counts only where all are so.
-void score_worst_stretch(const Court& court, const std::vector<double>& met, RuleScore& score) {
-  const std::vector<JudgedRun> runs = judged_runs(court);
+void score_worst_stretch(const EvaluationInputs& inputs, const std::vector<double>& met, RuleScore& score) {
+  const std::vector<JudgedRun> runs = judged_runs(inputs);
   const std::size_t longest = std::ranges::max(runs, {}, &JudgedRun::size).size();
-  const double sites_in_stretch = std::round(court.stretch_m / court.sites.spacing_m);
+  const double sites_in_stretch = std::round(inputs.stretch_m / inputs.sites.spacing_m);
   const std::size_t length =
       std::clamp<std::size_t>(static_cast<std::size_t>(sites_in_stretch), 1, longest);
   double least = static_cast<double>(length) + 1.0;
@@ -80,8 +80,8 @@ void score_worst_stretch(const Court& court, const std::vector<double>& met, Rul
       if (i >= run.first + length) met_count -= met[i - length];
       if (i + 1 < run.first + length || met_count >= least) continue;
       least = met_count;
-      score.worst_begin_site = static_cast<std::uint32_t>(court.judged_sites[i + 1 - length]);
-      score.worst_end_site = static_cast<std::uint32_t>(court.judged_sites[i]);
+      score.worst_begin_site = static_cast<std::uint32_t>(inputs.judged_sites[i + 1 - length]);
+      score.worst_end_site = static_cast<std::uint32_t>(inputs.judged_sites[i]);
     }
   }
   score.worst_coverage = least / static_cast<double>(length);
@@ -89,8 +89,8 @@ void score_worst_stretch(const Court& court, const std::vector<double>& met, Rul
 
 }  // namespace
 
-RuleScore score_choice(const Court& court, double limit_m, Rule rule, const Choice& choice) {
-  const Outcomes out = outcomes_of(court, limit_m, choice, court.judged_sites);
+RuleScore score_choice(const EvaluationInputs& inputs, double limit_m, Rule rule, const Choice& choice) {
+  const Outcomes out = outcomes_of(inputs, limit_m, choice, inputs.judged_sites);
   RuleScore score;
   score.limit_m = limit_m;
   score.rule = rule;
@@ -105,11 +105,11 @@ RuleScore score_choice(const Court& court, double limit_m, Rule rule, const Choi
   score.max_run_time_ms = std::ranges::max(out.run_times);
   score.unmet_share = mean_of(out.unmet);
   score.extrapolated_share = mean_of(out.extrapolated);
-  score_worst_stretch(court, out.met, score);
+  score_worst_stretch(inputs, out.met, score);
   return score;
 }
 
-void append_street_scores(const Court& court, double limit_m, Rule rule, const Choice& choice,
+void append_street_scores(const EvaluationInputs& inputs, double limit_m, Rule rule, const Choice& choice,
                           std::vector<StreetScore>& streets) {
   for (std::size_t type = 1; type < kStreetTypeCount; ++type) {
     StreetScore score;
@@ -117,14 +117,14 @@ void append_street_scores(const Court& court, double limit_m, Rule rule, const C
     score.rule = rule;
     score.street = static_cast<StreetType>(type);
     std::vector<std::size_t> sites;
-    std::ranges::copy_if(court.judged_sites, std::back_inserter(sites), [&](std::size_t site) {
-      return court.streets[site] == score.street;
+    std::ranges::copy_if(inputs.judged_sites, std::back_inserter(sites), [&](std::size_t site) {
+      return inputs.streets[site] == score.street;
     });
     if (sites.empty()) continue;
-    const Outcomes out = outcomes_of(court, limit_m, choice, sites);
+    const Outcomes out = outcomes_of(inputs, limit_m, choice, sites);
     score.site_count = static_cast<std::uint32_t>(sites.size());
     score.site_share =
-        static_cast<double>(sites.size()) / static_cast<double>(court.judged_sites.size());
+        static_cast<double>(sites.size()) / static_cast<double>(inputs.judged_sites.size());
     score.coverage = mean_of(out.met);
     score.mean_error_m = mean_of(out.errors);
     score.p95_error_m = p95(out.errors);
@@ -135,11 +135,11 @@ void append_street_scores(const Court& court, double limit_m, Rule rule, const C
   }
 }
 
-StaticScore score_static(const Court& court, std::size_t range) {
+StaticScore score_static(const EvaluationInputs& inputs, std::size_t range) {
   std::vector<double> errors, times, run_times, works, residuals, deviations;
-  for (const std::size_t site : court.judged_sites) {
-    const ErrorRow& row = court.judged.row(site, range);
-    const double residual = court.predicted.mean(site, range) - row.mean_m;
+  for (const std::size_t site : inputs.judged_sites) {
+    const ErrorRow& row = inputs.judged.row(site, range);
+    const double residual = inputs.predicted.mean(site, range) - row.mean_m;
     errors.push_back(row.mean_m);
     times.push_back(row.mean_time_ms);
     run_times.push_back(row.max_time_ms);
@@ -147,7 +147,7 @@ StaticScore score_static(const Court& court, std::size_t range) {
     residuals.push_back(residual * residual);
   }
   StaticScore score;
-  score.range_m = court.ranges.ranges_m[range];
+  score.range_m = inputs.ranges.ranges_m[range];
   score.mean_error_m = mean_of(errors);
   score.mean_time_ms = mean_of(times);
   score.max_site_time_ms = std::ranges::max(times);
@@ -162,23 +162,23 @@ StaticScore score_static(const Court& court, std::size_t range) {
   return score;
 }
 
-void append_reliability(const Court& court, std::size_t limit,
+void append_reliability(const EvaluationInputs& inputs, std::size_t limit,
                         std::vector<ReliabilityBin>& reliability) {
   constexpr std::size_t kBinCount = 10;
   std::vector<ReliabilityBin> bins(kBinCount);
-  for (const std::size_t site : court.judged_sites) {
-    for (std::size_t range = 0; range <= court.longest(); ++range) {
-      const double promised = court.predicted.probability(site, range, limit);
+  for (const std::size_t site : inputs.judged_sites) {
+    for (std::size_t range = 0; range <= inputs.longest(); ++range) {
+      const double promised = inputs.predicted.probability(site, range, limit);
       const auto tenth = static_cast<std::size_t>(promised * static_cast<double>(kBinCount));
       ReliabilityBin& bin = bins[std::min(tenth, kBinCount - 1)];
       bin.promised += promised;
-      bin.observed += court.judged.row(site, range).mean_m <= court.limit_m(limit) ? 1.0 : 0.0;
+      bin.observed += inputs.judged.row(site, range).mean_m <= inputs.limit_m(limit) ? 1.0 : 0.0;
       ++bin.count;
     }
   }
   for (ReliabilityBin& bin : bins) {
     if (bin.count == 0) continue;
-    bin.limit_m = court.limit_m(limit);
+    bin.limit_m = inputs.limit_m(limit);
     bin.promised /= static_cast<double>(bin.count);
     bin.observed /= static_cast<double>(bin.count);
     reliability.push_back(bin);

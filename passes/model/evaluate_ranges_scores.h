@@ -16,7 +16,7 @@
 namespace sightline {
 
 // What all scores are worked out from.
-struct Court {
+struct EvaluationInputs {
   double stretch_m = 0.0;  // of route, of the worst stretch
   const Sites& sites;
   const PredictedError& predicted;
@@ -30,17 +30,18 @@ struct Court {
 };
 
 // One rule's choice over all judged sites, and where along the route it fares worst.
-RuleScore score_choice(const Court& court, double limit_m, Rule rule, const Choice& choice);
+RuleScore score_choice(const EvaluationInputs& inputs, double limit_m, Rule rule,
+                       const Choice& choice);
 
 // The same by type of street.
-void append_street_scores(const Court& court, double limit_m, Rule rule, const Choice& choice,
-                          std::vector<StreetScore>& streets);
+void append_street_scores(const EvaluationInputs& inputs, double limit_m, Rule rule,
+                          const Choice& choice, std::vector<StreetScore>& streets);
 
 // One range everywhere, by its index.
-StaticScore score_static(const Court& court, std::size_t range);
+StaticScore score_static(const EvaluationInputs& inputs, std::size_t range);
 
 // Does what was promised 80 % of the time happen 80 % of the time?
-void append_reliability(const Court& court, std::size_t limit,
+void append_reliability(const EvaluationInputs& inputs, std::size_t limit,
                         std::vector<ReliabilityBin>& reliability);
 
 }  // namespace sightline

@@ -9,8 +9,8 @@
 #include "formats/base/random.h"
 #include "formats/base/statistics.h"
 #include "formats/text/table.h"
-#include "passes/model/forest/lesson.h"
 #include "passes/model/forest/out_of_fold.h"
+#include "passes/model/forest/training_set.h"
 #include "passes/model/selection.h"
 
 namespace sightline {
@@ -21,40 +21,40 @@ constexpr std::uint64_t kWholeForestKey = 0;
 // A drive with less route than two blocks still gets a map: shorter blocks judge it, and since they
 // are not independent of each other, choose-ranges promises nothing on them. Lets `options` say
 // what block and buffer were used.
-Result<Lesson> prepare_lesson(const PassContext& ctx, const DrivenPlaces& places,
+Result<TrainingSet> prepare_training_set(const PassContext& ctx, const DrivenPlaces& places,
                               TrainModelOptions& options) {
   constexpr double kShortestBlock_m = 15.0;  // below this a block sees nothing but its neighbours
-  LessonOptions wanted{options.features, options.block_m, options.folds, options.hold_out};
-  Result<Lesson> lesson = make_lesson(wanted, places);
-  if (lesson || lesson.error().code != ErrorCode::kDriveTooShort) return lesson;
-  if (options.block_m <= kShortestBlock_m) return lesson;
+  TrainingSetOptions wanted{options.features, options.block_m, options.folds, options.hold_out};
+  Result<TrainingSet> training_set = make_training_set(wanted, places);
+  if (training_set || training_set.error().code != ErrorCode::kDriveTooShort) return training_set;
+  if (options.block_m <= kShortestBlock_m) return training_set;
   wanted.block_m = kShortestBlock_m;
-  SIGHTLINE_ASSIGN(Lesson short_lesson, make_lesson(wanted, places));
+  SIGHTLINE_ASSIGN(TrainingSet smaller_blocks, make_training_set(wanted, places));
   const std::string wanted_m = format_double(options.block_m);
-  options.block_m = short_lesson.folds.labelled_route_m / short_lesson.folds.block_count();
+  options.block_m = smaller_blocks.folds.labelled_route_m / smaller_blocks.folds.block_count();
   options.buffer_m = std::min(options.buffer_m, options.block_m / 2.0);
   ctx.warn("the drive is too short for two blocks of " + wanted_m + " m: it is judged on " +
-           std::to_string(short_lesson.folds.block_count()) + " blocks of " +
+           std::to_string(smaller_blocks.folds.block_count()) + " blocks of " +
            std::to_string(static_cast<int>(options.block_m)) +
            " m, whose figures flatter; nothing is promised");
-  return short_lesson;
+  return smaller_blocks;
 }
 
 // Least and greatest value of each feature among labelled rows, per range.
-std::vector<FeatureCard> feature_cards(const Lesson& lesson,
+std::vector<FeatureCard> feature_cards(const TrainingSet& training_set,
                                        const std::vector<double>& importance) {
-  std::vector<FeatureCard> cards(lesson.features.names.size());
+  std::vector<FeatureCard> cards(training_set.features.names.size());
   for (std::size_t feature = 0; feature < cards.size(); ++feature) {
-    cards[feature].name = lesson.features.names[feature];
+    cards[feature].name = training_set.features.names[feature];
     cards[feature].importance_m = importance[feature];
-    cards[feature].support_min.assign(lesson.range_count, std::numeric_limits<double>::infinity());
-    cards[feature].support_max.assign(lesson.range_count, -std::numeric_limits<double>::infinity());
+    cards[feature].support_min.assign(training_set.range_count, std::numeric_limits<double>::infinity());
+    cards[feature].support_max.assign(training_set.range_count, -std::numeric_limits<double>::infinity());
   }
-  for (std::size_t row = 0; row < lesson.features.row_count; ++row) {
-    if (lesson.sites[lesson.shape().site_of(row)].has_label == 0) continue;
-    const std::size_t range = lesson.shape().row_of(row);
+  for (std::size_t row = 0; row < training_set.features.row_count; ++row) {
+    if (training_set.sites[training_set.shape().site_of(row)].has_label == 0) continue;
+    const std::size_t range = training_set.shape().row_of(row);
     for (std::size_t feature = 0; feature < cards.size(); ++feature) {
-      const double value = lesson.features.row(row)[feature];
+      const double value = training_set.features.row(row)[feature];
       double& least = cards[feature].support_min[range];
       double& greatest = cards[feature].support_max[range];
       least = std::min(least, value);
@@ -81,12 +81,12 @@ struct Fit {
 };
 
 // Of the out-of-fold means at one range, over the cases with or without history.
-Fit fit_at(const Lesson& lesson, const PredictedError& predicted, std::size_t range,
+Fit fit_at(const TrainingSet& training_set, const PredictedError& predicted, std::size_t range,
            std::uint8_t has_history) {
   std::vector<double> labels, squares, residuals;
-  for (std::size_t i = 0; i < lesson.sites.size(); ++i) {
-    if (lesson.sites[i].has_label == 0 || lesson.sites[i].has_history != has_history) continue;
-    const double label = lesson.labels[lesson.shape().index(i, range)];
+  for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
+    if (training_set.sites[i].has_label == 0 || training_set.sites[i].has_history != has_history) continue;
+    const double label = training_set.labels[training_set.shape().index(i, range)];
     const double residual = predicted.mean(i, range) - label;
     labels.push_back(label);
     residuals.push_back(residual * residual);
@@ -100,11 +100,11 @@ Fit fit_at(const Lesson& lesson, const PredictedError& predicted, std::size_t ra
   return {mean, total > 0.0 ? 1.0 - left / total : 0.0, std::sqrt(left / count)};
 }
 
-std::vector<RangeCard> range_cards(const Lesson& lesson, const PredictedError& predicted) {
+std::vector<RangeCard> range_cards(const TrainingSet& training_set, const PredictedError& predicted) {
   std::vector<RangeCard> cards;
-  for (std::size_t range = 0; range < lesson.range_count; ++range) {
-    const Fit map_only = fit_at(lesson, predicted, range, 0);
-    const Fit told = fit_at(lesson, predicted, range, 1);
+  for (std::size_t range = 0; range < training_set.range_count; ++range) {
+    const Fit map_only = fit_at(training_set, predicted, range, 0);
+    const Fit told = fit_at(training_set, predicted, range, 1);
     cards.push_back({predicted.ranges_m[range], map_only.mean_label_m, map_only.r_squared,
                      map_only.rmse_m, told.r_squared, told.rmse_m});
   }
@@ -112,26 +112,26 @@ std::vector<RangeCard> range_cards(const Lesson& lesson, const PredictedError& p
 }
 
 // The labelled cases of one type of street, told nothing of earlier drives.
-std::vector<std::size_t> cases_in(const Lesson& lesson, StreetType street) {
+std::vector<std::size_t> cases_in(const TrainingSet& training_set, StreetType street) {
   std::vector<std::size_t> cases;
-  for (std::size_t i = 0; i < lesson.sites.size(); ++i) {
-    const TrainedSite& site = lesson.sites[i];
+  for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
+    const TrainedSite& site = training_set.sites[i];
     if (site.has_label == 1 && site.has_history == 0 && site.street == street) cases.push_back(i);
   }
   return cases;
 }
 
-std::vector<StreetCard> street_cards(const Lesson& lesson, const PredictedError& predicted) {
+std::vector<StreetCard> street_cards(const TrainingSet& training_set, const PredictedError& predicted) {
   std::vector<StreetCard> cards;
   for (const double limit_m : predicted.limits_m) {
     const Choice choice = choose_by_mean(predicted, limit_m);
     for (std::size_t type = 1; type < kStreetTypeCount; ++type) {
-      const std::vector<std::size_t> cases = cases_in(lesson, static_cast<StreetType>(type));
+      const std::vector<std::size_t> cases = cases_in(training_set, static_cast<StreetType>(type));
       if (cases.empty()) continue;
       std::vector<double> met, ranges, errors;
       for (const std::size_t i : cases) {
         const std::size_t range = choice.range_index[i];
-        errors.push_back(lesson.labels[lesson.shape().index(i, range)]);
+        errors.push_back(training_set.labels[training_set.shape().index(i, range)]);
         ranges.push_back(predicted.ranges_m[range]);
         met.push_back(errors.back() <= limit_m ? 1.0 : 0.0);
       }
@@ -144,22 +144,22 @@ std::vector<StreetCard> street_cards(const Lesson& lesson, const PredictedError&
 }
 
 TrainingCard training_card(const PassContext& ctx, const TrainModelOptions& options,
-                           const Lesson& lesson, ErrorReference reference) {
+                           const TrainingSet& training_set, ErrorReference reference) {
   TrainingCard card;
-  card.places = lesson.places;
+  card.places = training_set.places;
   card.reference = reference;
   card.feature_set = options.features == FeatureSet::kPaper ? "paper" : "all";
-  card.hold_out = lesson.holds_out_places ? "places" : "blocks";
+  card.hold_out = training_set.holds_out_places ? "places" : "blocks";
   card.seed = ctx.seed;
   card.tree_count = static_cast<std::uint32_t>(options.trees);
   card.least_leaf_rows = static_cast<std::uint32_t>(options.least_leaf_rows);
   card.feature_share = options.feature_share;
   card.block_m = options.block_m;
   card.buffer_m = options.buffer_m;
-  card.labelled_route_m = lesson.folds.labelled_route_m;
-  card.block_count = lesson.folds.block_count();
-  card.fold_count = lesson.folds.fold_count;
-  card.knows_history = lesson.knows_history;
+  card.labelled_route_m = training_set.folds.labelled_route_m;
+  card.block_count = training_set.folds.block_count();
+  card.fold_count = training_set.folds.fold_count;
+  card.knows_history = training_set.knows_history;
   return card;
 }
 
@@ -168,38 +168,38 @@ ForestOptions forest_options(const TrainModelOptions& options) {
 }
 
 Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainModelOptions& options,
-                                           const Lesson& lesson) {
-  const std::vector<std::uint8_t> leave_none_out(lesson.sites.size(), 0);
+                                           const TrainingSet& training_set) {
+  const std::vector<std::uint8_t> leave_none_out(training_set.sites.size(), 0);
   const LabelledRows all =
-      labelled_rows(lesson, leave_none_out, static_cast<std::size_t>(options.most_rows));
-  return grow_forest(lesson.features, all, forest_options(options), mix(ctx.seed, kWholeForestKey),
+      labelled_rows(training_set, leave_none_out, static_cast<std::size_t>(options.most_rows));
+  return grow_forest(training_set.features, all, forest_options(options), mix(ctx.seed, kWholeForestKey),
                      ctx.threads);
 }
 
 Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
                             const DrivenPlaces& places) {
   TrainModelOptions options = wanted;
-  SIGHTLINE_ASSIGN(Lesson lesson, prepare_lesson(ctx, places, options));
+  SIGHTLINE_ASSIGN(TrainingSet training_set, prepare_training_set(ctx, places, options));
   PredictedError predicted;
   predicted.ranges_m = places.places.front().factors.ranges_m;
   predicted.limits_m = options.limits_m;
   const OutOfFoldOptions out_of_fold_options{forest_options(options), options.buffer_m,
                                              static_cast<std::size_t>(options.most_rows)};
-  SIGHTLINE_ASSIGN(OutOfFold out_of_fold, predict_out_of_fold(ctx, out_of_fold_options, lesson, std::move(predicted)));
-  SIGHTLINE_ASSIGN(RegressionForest forest, grow_whole_forest(ctx, options, lesson));
+  SIGHTLINE_ASSIGN(OutOfFold out_of_fold, predict_out_of_fold(ctx, out_of_fold_options, training_set, std::move(predicted)));
+  SIGHTLINE_ASSIGN(RegressionForest forest, grow_whole_forest(ctx, options, training_set));
   ErrorModel model;
-  model.card = training_card(ctx, options, lesson, places.places.front().drives.front().reference);
-  model.features = feature_cards(lesson, out_of_fold.importance);
+  model.card = training_card(ctx, options, training_set, places.places.front().drives.front().reference);
+  model.features = feature_cards(training_set, out_of_fold.importance);
   warn_of_constant_factors(ctx, model.features);
-  model.ranges = range_cards(lesson, out_of_fold.predicted);
-  model.streets = street_cards(lesson, out_of_fold.predicted);
+  model.ranges = range_cards(training_set, out_of_fold.predicted);
+  model.streets = street_cards(training_set, out_of_fold.predicted);
   model.forest = std::move(forest);
-  for (std::size_t i = 0; i < lesson.sites.size(); ++i) {
-    lesson.sites[i].factor_digest = features_digest(lesson.features, i, lesson.range_count);
+  for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
+    training_set.sites[i].factor_digest = features_digest(training_set.features, i, training_set.range_count);
   }
-  model.sites = std::move(lesson.sites);
+  model.sites = std::move(training_set.sites);
   model.out_of_fold = std::move(out_of_fold.predicted);
-  model.measured_mean_m = std::move(lesson.labels);
+  model.measured_mean_m = std::move(training_set.labels);
   return model;
 }
 

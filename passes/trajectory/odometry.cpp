@@ -52,20 +52,20 @@ std::vector<Pose> predictions(const std::vector<Pose>& T_map_lidar,
 }
 
 // How well the latest scans matched: where one does much worse, it was looked for in a wrong place.
-struct Custom {
+struct RunningAverage {
   double likelihood = 0.0;
   double scored_share = 0.0;
 
-  void learn(const LocalMatch& match) {
+  void add(const LocalMatch& match) {
     if (likelihood == 0.0) *this = {match.likelihood, match.scored_share};
-    likelihood += kLearnt * (match.likelihood - likelihood);
-    scored_share += kLearnt * (match.scored_share - scored_share);
+    likelihood += kNewShare * (match.likelihood - likelihood);
+    scored_share += kNewShare * (match.scored_share - scored_share);
   }
   [[nodiscard]] bool is_met_by(const LocalMatch& match) const {
     return match.likelihood >= kUsual * likelihood && match.scored_share >= kUsual * scored_share;
   }
 
-  static constexpr double kLearnt = 0.1;
+  static constexpr double kNewShare = 0.1;
   static constexpr double kUsual = 0.85;
 };
 
@@ -97,12 +97,13 @@ LocalMatch best_of(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& 
 }
 
 LocalMatch follow(const LocalMap& map, const std::vector<Eigen::Vector3d>& points_m,
-                  const std::vector<Pose>& starts, const Pose& T_map_before, const Custom& custom) {
+                  const std::vector<Pose>& starts, const Pose& T_map_before,
+                  const RunningAverage& average) {
   LocalMatch best = best_of(map.grids(), points_m, starts, {});
-  if (!custom.is_met_by(best)) {
+  if (!average.is_met_by(best)) {
     best = best_of(map.grids(), points_m, bolder(T_map_before, starts.front()), best);
   }
-  const bool is_first = custom.likelihood == 0.0;
+  const bool is_first = average.likelihood == 0.0;
   if (is_first || !best.is_good()) {
     for (const Pose& start : starts) {
       const LocalMatch match = search_locally(map.grids(), points_m, start, kSearchReach_m);
@@ -189,7 +190,7 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
   }
   Odometry odometry;
   LocalMap map(local_map_m);
-  Custom custom;
+  RunningAverage average;
   for (std::size_t k = 0; k < count; ++k) {
     SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
     Pose T_map_lidar = given[0].value_or(drive.sensor.T_vehicle_lidar);
@@ -198,9 +199,9 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
     if (k > 0) {
       const std::vector<Pose> starts = predictions(odometry.T_map_lidar, given, k);
       const LocalMatch match =
-          follow(map, scan.to_match_m, starts, odometry.T_map_lidar.back(), custom);
+          follow(map, scan.to_match_m, starts, odometry.T_map_lidar.back(), average);
       is_matched = match.is_good();
-      if (is_matched) custom.learn(match);
+      if (is_matched) average.add(match);
       const bool is_given = given[k - 1] && given[k];
       if (!is_matched && !is_given) return lost(drive, k, match);
       T_map_lidar = is_matched ? match.T_map_lidar : starts.back();

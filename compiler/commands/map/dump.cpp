@@ -156,25 +156,25 @@ Target target_of(const DumpFlags& flags) {
 }
 
 Result<void> dump_picture(const DumpFlags& flags) {
-  PictureWish wish;
-  wish.what = flags.what;
-  wish.format = flags.format == "svg" ? PictureFormat::kSvg : PictureFormat::kPng;
-  wish.site = flags.site;
+  PictureRequest request;
+  request.what = flags.what;
+  request.format = flags.format == "svg" ? PictureFormat::kSvg : PictureFormat::kPng;
+  request.site = flags.site;
   if (!flags.box.empty()) {
     SIGHTLINE_ASSIGN(const MapBox box, parse_box(flags.box));
-    wish.box = box;
+    request.box = box;
   }
   const bool is_drawable =
       target_of(flags) == Target::kMap || target_of(flags) == Target::kConfig;
   const std::vector<std::string> drawable = {"depth", "nds", "points", "ranges"};
-  if (!is_drawable || std::ranges::find(drawable, wish.what) == drawable.end()) {
+  if (!is_drawable || std::ranges::find(drawable, request.what) == drawable.end()) {
     return Error{ErrorCode::kBadArgument,
                  "--format: only depth, nds, points and ranges of a configuration or a map can be "
                  "drawn",
                  "", ""};
   }
   SIGHTLINE_ASSIGN(const PictureSources sources, target_of(flags) == Target::kMap ? sources_of_map(flags) : sources_of_config(flags));
-  SIGHTLINE_ASSIGN(const std::string picture, draw_picture(wish, sources));
+  SIGHTLINE_ASSIGN(const std::string picture, draw_picture(request, sources));
   std::fwrite(picture.data(), 1, picture.size(), stdout);
   return {};
 }

@@ -17,13 +17,13 @@ Result<std::string> png_text(const Raster& raster) {
   return std::string(reinterpret_cast<const char*>(file.data()), file.size());
 }
 
-Result<std::string> draw_depth(const PictureWish& wish, const DepthImages& depth) {
-  if (wish.format != PictureFormat::kPng) return bad("--format: a depth image is drawn as png");
-  if (wish.site < 0 || static_cast<std::uint32_t>(wish.site) >= depth.site_count) {
+Result<std::string> draw_depth(const PictureRequest& request, const DepthImages& depth) {
+  if (request.format != PictureFormat::kPng) return bad("--format: a depth image is drawn as png");
+  if (request.site < 0 || static_cast<std::uint32_t>(request.site) >= depth.site_count) {
     return bad("--site: a depth image needs one of 0 to " +
                std::to_string(static_cast<std::int64_t>(depth.site_count) - 1));
   }
-  return png_text(depth_picture(depth, static_cast<std::size_t>(wish.site)));
+  return png_text(depth_picture(depth, static_cast<std::size_t>(request.site)));
 }
 
 Result<void> check_extent(const MapBox& box) {
@@ -31,23 +31,23 @@ Result<void> check_extent(const MapBox& box) {
   return bad("--box: the second corner must lie to the right of the first and above it");
 }
 
-Result<std::string> draw_nds(const PictureWish& wish, const NdtMap& ndt, const Sites& sites) {
-  const MapBox box = wish.box ? *wish.box : box_around(ndt);
+Result<std::string> draw_nds(const PictureRequest& request, const NdtMap& ndt, const Sites& sites) {
+  const MapBox box = request.box ? *request.box : box_around(ndt);
   SIGHTLINE_TRY(check_extent(box));
-  if (wish.format == PictureFormat::kSvg) return ndt_picture_svg(ndt, sites, box);
+  if (request.format == PictureFormat::kSvg) return ndt_picture_svg(ndt, sites, box);
   return png_text(ndt_picture(ndt, sites, box));
 }
 
 // What stood still in grey, what was removed in red.
-Result<std::string> draw_points(const PictureWish& wish, const SurfacePoints& points) {
-  if (wish.format != PictureFormat::kPng) return bad("--format: points are drawn as png");
+Result<std::string> draw_points(const PictureRequest& request, const SurfacePoints& points) {
+  if (request.format != PictureFormat::kPng) return bad("--format: points are drawn as png");
   SIGHTLINE_ASSIGN(const Raster raster, points_picture(points));
   return png_text(raster);
 }
 
-Result<std::string> draw_ranges(const PictureWish& wish, const PictureSources& sources) {
-  if (wish.format != PictureFormat::kSvg) return bad("--format: ranges are drawn as svg");
-  const MapBox box = wish.box ? *wish.box : ranges_picture_box(sources.sites);
+Result<std::string> draw_ranges(const PictureRequest& request, const PictureSources& sources) {
+  if (request.format != PictureFormat::kSvg) return bad("--format: ranges are drawn as svg");
+  const MapBox box = request.box ? *request.box : ranges_picture_box(sources.sites);
   SIGHTLINE_TRY(check_extent(box));
   return ranges_picture_svg(*sources.ndt, sources.sites, *sources.ranges, box);
 }
@@ -64,15 +64,15 @@ Result<MapBox> parse_box(const std::string& text) {
   return box;
 }
 
-Result<std::string> draw_picture(const PictureWish& wish, const PictureSources& sources) {
-  if (wish.what == "depth" && sources.depth) return draw_depth(wish, *sources.depth);
-  if (wish.what == "nds" && sources.ndt) return draw_nds(wish, *sources.ndt, sources.sites);
-  if (wish.what == "points" && sources.points) return draw_points(wish, *sources.points);
-  if (wish.what == "ranges" && sources.ranges) return draw_ranges(wish, sources);
+Result<std::string> draw_picture(const PictureRequest& request, const PictureSources& sources) {
+  if (request.what == "depth" && sources.depth) return draw_depth(request, *sources.depth);
+  if (request.what == "nds" && sources.ndt) return draw_nds(request, *sources.ndt, sources.sites);
+  if (request.what == "points" && sources.points) return draw_points(request, *sources.points);
+  if (request.what == "ranges" && sources.ranges) return draw_ranges(request, sources);
   return bad(
       "--format: pictures are made of depth and points (of a configuration), of nds and of ranges, "
       "not of \"" +
-      wish.what + "\" here");
+      request.what + "\" here");
 }
 
 }  // namespace sightline

@@ -17,7 +17,7 @@ namespace sightline {
 enum class PictureFormat { kPng, kSvg };
 
 // What a picture is asked for.
-struct PictureWish {
+struct PictureRequest {
   std::string what;  // "depth", "nds", "points" or "ranges"
   PictureFormat format = PictureFormat::kPng;
   int site = -1;              // of a depth image; below 0: none named
@@ -38,6 +38,6 @@ Result<MapBox> parse_box(const std::string& text);
 
 // The bytes of the picture's file. Errors: bad-argument (no such picture, no such site, a box of no
 // extent).
-Result<std::string> draw_picture(const PictureWish& wish, const PictureSources& sources);
+Result<std::string> draw_picture(const PictureRequest& request, const PictureSources& sources);
 
 }  // namespace sightline

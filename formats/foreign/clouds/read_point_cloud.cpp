@@ -14,13 +14,13 @@ namespace {
 
 // Files that people hand over as scans and that are none, known by their first bytes. At least four
 // bytes each: a KITTI .bin begins with any float.
-struct Stranger {
+struct UnsupportedFormat {
   std::string_view signature;
   ErrorCode code;
   std::string_view what;
 };
 
-constexpr Stranger kStrangers[] = {
+constexpr UnsupportedFormat kUnsupportedFormats[] = {
     {"version https://git-lfs", ErrorCode::kGitLfsPointer,
      "a git-LFS pointer lies here instead of the scan; run `git lfs pull` where the recording was "
      "cloned"},
@@ -96,11 +96,11 @@ bool begins_as(const CloudKind& kind, std::string_view text) {
   });
 }
 
-Result<void> refuse_strangers(const FileBytes& file) {
+Result<void> refuse_unsupported_formats(const FileBytes& file) {
   const std::string_view text = file.text();
-  for (const Stranger& stranger : kStrangers) {
-    if (text.starts_with(stranger.signature)) {
-      return file.error(stranger.code, std::string(stranger.what), at_byte(0));
+  for (const UnsupportedFormat& format : kUnsupportedFormats) {
+    if (text.starts_with(format.signature)) {
+      return file.error(format.code, std::string(format.what), at_byte(0));
     }
   }
   return {};
@@ -133,7 +133,7 @@ std::filesystem::path without_gz(std::filesystem::path path) {
 
 Result<PointCloudFile> parse_unpacked(const FileBytes& file) {
   if (file.bytes.empty()) return file.error(ErrorCode::kEmptyScan, "the file is empty", at_byte(0));
-  SIGHTLINE_TRY(refuse_strangers(file));
+  SIGHTLINE_TRY(refuse_unsupported_formats(file));
   SIGHTLINE_ASSIGN(PointCloudFile cloud, parse_by_kind(file, lower_extension(file.file)));
   return with_returns(std::move(cloud), file.file, "");
 }

@@ -16,23 +16,23 @@ namespace {
 constexpr std::uint64_t kFoldKey = 1;
 constexpr std::uint64_t kShuffleKey = std::uint64_t{1} << 32;
 
-std::vector<std::uint32_t> rows_of_fold(const Lesson& lesson, std::uint32_t fold) {
+std::vector<std::uint32_t> rows_of_fold(const TrainingSet& training_set, std::uint32_t fold) {
   std::vector<std::uint32_t> rows;
-  for (std::size_t site = 0; site < lesson.sites.size(); ++site) {
-    if (lesson.folds.fold_of_block[lesson.sites[site].block] != fold) continue;
-    for (std::size_t range = 0; range < lesson.range_count; ++range) {
-      rows.push_back(static_cast<std::uint32_t>(lesson.shape().index(site, range)));
+  for (std::size_t site = 0; site < training_set.sites.size(); ++site) {
+    if (training_set.folds.fold_of_block[training_set.sites[site].block] != fold) continue;
+    for (std::size_t range = 0; range < training_set.range_count; ++range) {
+      rows.push_back(static_cast<std::uint32_t>(training_set.shape().index(site, range)));
     }
   }
   return rows;
 }
 
-double squared_error(const Lesson& lesson, const std::vector<std::uint32_t>& rows,
+double squared_error(const TrainingSet& training_set, const std::vector<std::uint32_t>& rows,
                      const std::vector<double>& mean) {
   std::vector<double> squares(rows.size(), 0.0);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (lesson.sites[lesson.shape().site_of(rows[i])].has_label == 0) continue;
-    const double residual = mean[i] - lesson.labels[rows[i]];
+    if (training_set.sites[training_set.shape().site_of(rows[i])].has_label == 0) continue;
+    const double residual = mean[i] - training_set.labels[rows[i]];
     squares[i] = residual * residual;
   }
   return ordered_sum(squares);
@@ -50,14 +50,14 @@ std::vector<std::uint32_t> thinned(const std::vector<std::uint32_t>& rows, std::
 }
 
 // Squared error of rows after they swapped their values of one feature.
-double shuffled_squared_error(const Lesson& lesson, const PreparedForest& forest,
+double shuffled_squared_error(const TrainingSet& training_set, const PreparedForest& forest,
                               const std::vector<std::uint32_t>& rows, std::size_t feature,
                               std::uint64_t seed) {
   FeatureRows shuffled;
-  shuffled.names = lesson.features.names;
+  shuffled.names = training_set.features.names;
   shuffled.row_count = rows.size();
   for (const std::uint32_t row : rows) {
-    const float* values = lesson.features.row(row);
+    const float* values = training_set.features.row(row);
     shuffled.values.insert(shuffled.values.end(), values, values + shuffled.names.size());
   }
   Random random(seed);
@@ -66,7 +66,7 @@ double shuffled_squared_error(const Lesson& lesson, const PreparedForest& forest
   }
   std::vector<std::uint32_t> order(rows.size());
   std::iota(order.begin(), order.end(), 0U);
-  return squared_error(lesson, rows, forest.predict(shuffled, order, 1).mean);
+  return squared_error(training_set, rows, forest.predict(shuffled, order, 1).mean);
 }
 
 void store(const std::vector<std::uint32_t>& rows, const ForestPrediction& prediction,
@@ -88,30 +88,30 @@ struct FoldSums {
   std::size_t judged_count = 0;  // rows in those sums
 };
 
-std::size_t labelled_count(const Lesson& lesson, const std::vector<std::uint32_t>& rows) {
+std::size_t labelled_count(const TrainingSet& training_set, const std::vector<std::uint32_t>& rows) {
   return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [&](std::uint32_t row) {
-    return lesson.sites[lesson.shape().site_of(row)].has_label == 1;
+    return training_set.sites[training_set.shape().site_of(row)].has_label == 1;
   }));
 }
 
-void predict_fold(const PassContext& ctx, const Lesson& lesson, const RegressionForest& forest,
+void predict_fold(const PassContext& ctx, const TrainingSet& training_set, const RegressionForest& forest,
                   std::uint32_t fold, FoldSums& out) {
   const PreparedForest prepared(forest, out.predicted.limits_m);
-  const std::vector<std::uint32_t> rows = rows_of_fold(lesson, fold);
-  const ForestPrediction prediction = prepared.predict(lesson.features, rows, ctx.threads);
+  const std::vector<std::uint32_t> rows = rows_of_fold(training_set, fold);
+  const ForestPrediction prediction = prepared.predict(training_set.features, rows, ctx.threads);
   store(rows, prediction, out.predicted);
   const std::vector<std::uint32_t> judged =
-      thinned(rows, kImportanceRows / lesson.folds.fold_count + 1);
+      thinned(rows, kImportanceRows / training_set.folds.fold_count + 1);
   out.squares[0] += squared_error(
-      lesson, judged, prepared.predict(lesson.features, judged, ctx.threads).mean);
-  const std::size_t feature_count = lesson.features.names.size();
+      training_set, judged, prepared.predict(training_set.features, judged, ctx.threads).mean);
+  const std::size_t feature_count = training_set.features.names.size();
   const std::vector<double> shuffled =
       parallel_map<double>(feature_count, ctx.threads, [&](std::size_t feature) {
         const std::uint64_t key = kShuffleKey + fold * feature_count + feature;
-        return shuffled_squared_error(lesson, prepared, judged, feature, mix(ctx.seed, key));
+        return shuffled_squared_error(training_set, prepared, judged, feature, mix(ctx.seed, key));
       });
   for (std::size_t i = 0; i < feature_count; ++i) out.squares[1 + i] += shuffled[i];
-  out.judged_count += labelled_count(lesson, judged);
+  out.judged_count += labelled_count(training_set, judged);
 }
 
 std::vector<double> rmse_rises(const FoldSums& sums) {
@@ -138,25 +138,25 @@ PredictedError sized_for(const std::vector<TrainedSite>& sites, PredictedError p
 }  // namespace
 
 Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOptions& options,
-                                      const Lesson& lesson, PredictedError predicted) {
-  OutOfFold result{sized_for(lesson.sites, std::move(predicted)), {}};
-  FoldSums sums{result.predicted, std::vector<double>(1 + lesson.features.names.size(), 0.0)};
-  for (std::uint32_t fold = 0; fold < lesson.folds.fold_count; ++fold) {
+                                      const TrainingSet& training_set, PredictedError predicted) {
+  OutOfFold result{sized_for(training_set.sites, std::move(predicted)), {}};
+  FoldSums sums{result.predicted, std::vector<double>(1 + training_set.features.names.size(), 0.0)};
+  for (std::uint32_t fold = 0; fold < training_set.folds.fold_count; ++fold) {
     const LabelledRows training =
-        labelled_rows(lesson, sites_near_fold(lesson.sites, lesson.folds, fold, options.buffer_m),
+        labelled_rows(training_set, sites_near_fold(training_set.sites, training_set.folds, fold, options.buffer_m),
                       options.most_rows);
     if (training.rows.empty()) {
       return Error{ErrorCode::kDriveTooShort,
                    "a buffer of " + format_double(options.buffer_m) +
                        " m around held-out blocks leaves nothing to learn from in " +
-                       format_double(lesson.folds.labelled_route_m) +
+                       format_double(training_set.folds.labelled_route_m) +
                        " m of route; a longer drive is needed",
                    "", "fold " + std::to_string(fold)};
     }
     SIGHTLINE_ASSIGN(const RegressionForest forest, grow_forest(
-        lesson.features, training, options.forest, mix(ctx.seed, kFoldKey + fold), ctx.threads));
-    predict_fold(ctx, lesson, forest, fold, sums);
-    ctx.progress(fold + 1, lesson.folds.fold_count + 1);
+        training_set.features, training, options.forest, mix(ctx.seed, kFoldKey + fold), ctx.threads));
+    predict_fold(ctx, training_set, forest, fold, sums);
+    ctx.progress(fold + 1, training_set.folds.fold_count + 1);
   }
   result.importance = rmse_rises(sums);
   return result;

@@ -6,7 +6,7 @@
 #include "formats/annotation/predicted_error.h"
 #include "formats/base/result.h"
 #include "passes/model/forest/grow_trees.h"
-#include "passes/model/forest/lesson.h"
+#include "passes/model/forest/training_set.h"
 #include "passes/pass/pass_context.h"
 
 namespace sightline {
@@ -28,6 +28,6 @@ struct OutOfFold {
 // `predicted` names ranges and limits; its numbers are filled in. Error: drive-too-short where the
 // buffer leaves a fold nothing to learn from; out-of-memory.
 Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOptions& options,
-                                      const Lesson& lesson, PredictedError predicted);
+                                      const TrainingSet& training_set, PredictedError predicted);
 
 }  // namespace sightline

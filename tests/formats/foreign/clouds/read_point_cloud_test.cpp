@@ -34,7 +34,7 @@ struct Refused {
   std::string hint;  // part of the message
 };
 
-TEST(PointCloudFile, TellsStrangersByTheirContentAndSaysWhatToDo) {
+TEST(PointCloudFile, RecognizesUnsupportedFormatsByContentAndSaysWhatToDo) {
   const std::vector<Refused> cases = {
       {"0.pcd", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n",
        ErrorCode::kGitLfsPointer, "git lfs pull"},

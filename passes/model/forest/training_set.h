@@ -22,14 +22,14 @@ enum class FeatureSet { kPaper, kAll };  // the paper's eleven factors, or all t
 // What is held out together: blocks of route or whole places; kAuto: places where there are three.
 enum class HoldOut { kAuto, kBlocks, kPlaces };
 
-struct LessonOptions {
+struct TrainingSetOptions {
   FeatureSet features = FeatureSet::kAll;
   double block_m = 60.0;          // route held out together, at least
   int fold_count = 5;             // at most
   HoldOut hold_out = HoldOut::kAuto;
 };
 
-struct Lesson {
+struct TrainingSet {
   FeatureRows features;            // [site][range]
   std::vector<TrainedSite> sites;  // of all cases, with a label or without; each with its block
   std::vector<double> labels;      // [site][range]; 0 where there is none
@@ -43,11 +43,11 @@ struct Lesson {
 };
 
 // Errors: those of validate(DrivenPlaces), gather_features and cut_route.
-Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& places);
+Result<TrainingSet> make_training_set(const TrainingSetOptions& options, const DrivenPlaces& places);
 
 // The labelled rows of the sites where `leave_out` is 0. Where they are more than `most_rows`,
 // every second, third, ... site of them alone: neighbours tell nearly the same.
-LabelledRows labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out,
+LabelledRows labelled_rows(const TrainingSet& training_set, const std::vector<std::uint8_t>& leave_out,
                            std::size_t most_rows);
 
 }  // namespace sightline

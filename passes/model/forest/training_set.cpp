@@ -1,4 +1,4 @@
-#include "passes/model/forest/lesson.h"
+#include "passes/model/forest/training_set.h"
 
 #include <algorithm>
 #include <utility>
@@ -33,7 +33,7 @@ std::vector<Case> cases_of(const DrivenPlaces& places) {
 
 // What "all" means: every factor but a direction, which turns with the map's axes and tells a place
 // nothing of its own.
-std::vector<std::string> chosen_factors(const LessonOptions& options, const DrivenPlaces& places) {
+std::vector<std::string> chosen_factors(const TrainingSetOptions& options, const DrivenPlaces& places) {
   if (options.features == FeatureSet::kPaper) return paper_factors();
   std::vector<std::string> names = places.places.front().factors.factors;
   std::erase_if(names, [](const std::string& name) { return name.ends_with("_heading"); });
@@ -41,26 +41,26 @@ std::vector<std::string> chosen_factors(const LessonOptions& options, const Driv
 }
 
 // Of the sites that were appended last, as many as the place has.
-void append_labels(const DrivenPlace& place, const MeasuredError& measured, Lesson& lesson) {
-  const std::size_t first = lesson.sites.size() - place.sites.sites.size();
+void append_labels(const DrivenPlace& place, const MeasuredError& measured, TrainingSet& training_set) {
+  const std::size_t first = training_set.sites.size() - place.sites.sites.size();
   for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
-    const bool has_label = lesson.sites[first + site].has_label == 1;
-    for (std::size_t range = 0; range < lesson.range_count; ++range) {
-      lesson.labels.push_back(has_label ? measured.row(site, range).mean_m : 0.0);
+    const bool has_label = training_set.sites[first + site].has_label == 1;
+    for (std::size_t range = 0; range < training_set.range_count; ++range) {
+      training_set.labels.push_back(has_label ? measured.row(site, range).mean_m : 0.0);
     }
   }
 }
 
-void append_rows(const FeatureRows& rows, Lesson& lesson) {
-  lesson.features.names = rows.names;
-  lesson.features.row_count += rows.row_count;
-  lesson.features.values.insert(lesson.features.values.end(), rows.values.begin(),
+void append_rows(const FeatureRows& rows, TrainingSet& training_set) {
+  training_set.features.names = rows.names;
+  training_set.features.row_count += rows.row_count;
+  training_set.features.values.insert(training_set.features.values.end(), rows.values.begin(),
                                 rows.values.end());
 }
 
 // The sites of a case; `first_run` keeps runs of different cases apart.
 void append_sites(const DrivenPlace& place, const Case& of, const History* history,
-                  std::uint32_t first_run, Lesson& lesson) {
+                  std::uint32_t first_run, TrainingSet& training_set) {
   const MeasuredError& measured = place.drives[of.label_drive];
   const std::vector<StreetType> streets = street_types(place.factors);
   for (std::size_t i = 0; i < place.sites.sites.size(); ++i) {
@@ -75,26 +75,26 @@ void append_sites(const DrivenPlace& place, const Case& of, const History* histo
     const bool is_repeat = history != nullptr && trained.has_history == 0;
     trained.has_label = measured.scan_of_site[i] >= 0 && !is_repeat ? 1 : 0;
     trained.street = streets[i];
-    lesson.sites.push_back(trained);
+    training_set.sites.push_back(trained);
   }
 }
 
 void append_case(const DrivenPlaces& places, const Case& of, const FeatureRows& factors,
-                         Lesson& lesson) {
+                         TrainingSet& training_set) {
   const DrivenPlace& place = places.places[of.place];
   const bool has_history = of.history_drive != kNoHistory;
   History history;
   if (has_history) history = history_of(place.sites, place.drives[of.history_drive]);
   const History* told = has_history ? &history : nullptr;
-  append_rows(lesson.knows_history ? with_history(factors, told) : factors, lesson);
-  const std::uint32_t first_run = lesson.sites.empty() ? 0 : lesson.sites.back().run + 1;
-  append_sites(place, of, told, first_run, lesson);
-  append_labels(place, place.drives[of.label_drive], lesson);
+  append_rows(training_set.knows_history ? with_history(factors, told) : factors, training_set);
+  const std::uint32_t first_run = training_set.sites.empty() ? 0 : training_set.sites.back().run + 1;
+  append_sites(place, of, told, first_run, training_set);
+  append_labels(place, place.drives[of.label_drive], training_set);
 }
 
 // Cuts each place into blocks, which all its cases share.
-Result<void> append_blocks(const LessonOptions& options, const DrivenPlaces& places,
-                           const std::vector<Case>& cases, Lesson& lesson) {
+Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces& places,
+                           const std::vector<Case>& cases, TrainingSet& training_set) {
   std::vector<std::vector<std::uint32_t>> block_of_site;  // [place][site]
   for (std::size_t p = 0; p < places.places.size(); ++p) {
     const DrivenPlace& place = places.places[p];
@@ -108,36 +108,36 @@ Result<void> append_blocks(const LessonOptions& options, const DrivenPlaces& pla
         if (drive.scan_of_site[i] >= 0) has_label[i] = 1;
       }
     }
-    const int least_blocks = lesson.holds_out_places ? 1 : 2;
+    const int least_blocks = training_set.holds_out_places ? 1 : 2;
     SIGHTLINE_ASSIGN(RouteBlocks blocks, cut_route(place.sites, has_label, options.block_m, least_blocks));
-    for (std::uint32_t& block : blocks.block_of_site) block += lesson.folds.block_count();
+    for (std::uint32_t& block : blocks.block_of_site) block += training_set.folds.block_count();
     card.labelled_route_m = blocks.labelled_route_m;
     card.block_count = blocks.block_count;
     const auto place_fold = static_cast<std::uint32_t>(p);
     for (std::uint32_t block = 0; block < blocks.block_count; ++block) {
-      lesson.folds.fold_of_block.push_back(lesson.holds_out_places ? place_fold
-                                                                   : lesson.folds.block_count());
+      training_set.folds.fold_of_block.push_back(training_set.holds_out_places ? place_fold
+                                                                   : training_set.folds.block_count());
     }
-    lesson.folds.labelled_route_m += blocks.labelled_route_m;
-    lesson.places.push_back(std::move(card));
+    training_set.folds.labelled_route_m += blocks.labelled_route_m;
+    training_set.places.push_back(std::move(card));
     block_of_site.push_back(std::move(blocks.block_of_site));
   }
   std::size_t site = 0;
   for (const Case& of : cases) {
-    for (const std::uint32_t block : block_of_site[of.place]) lesson.sites[site++].block = block;
+    for (const std::uint32_t block : block_of_site[of.place]) training_set.sites[site++].block = block;
   }
   return {};
 }
 
 }  // namespace
 
-Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& places) {
+Result<TrainingSet> make_training_set(const TrainingSetOptions& options, const DrivenPlaces& places) {
   SIGHTLINE_TRY(validate(places));
-  Lesson lesson;
-  lesson.range_count = places.places.front().factors.ranges_m.size();
-  lesson.knows_history = std::ranges::any_of(
+  TrainingSet training_set;
+  training_set.range_count = places.places.front().factors.ranges_m.size();
+  training_set.knows_history = std::ranges::any_of(
       places.places, [](const DrivenPlace& place) { return place.drives.size() > 1; });
-  lesson.holds_out_places = options.hold_out == HoldOut::kPlaces ||
+  training_set.holds_out_places = options.hold_out == HoldOut::kPlaces ||
                             (options.hold_out == HoldOut::kAuto && places.places.size() >= 3);
   std::vector<FeatureRows> factors;
   for (const DrivenPlace& place : places.places) {
@@ -145,26 +145,26 @@ Result<Lesson> make_lesson(const LessonOptions& options, const DrivenPlaces& pla
     factors.push_back(std::move(rows));
   }
   const std::vector<Case> cases = cases_of(places);
-  for (const Case& of : cases) append_case(places, of, factors[of.place], lesson);
-  SIGHTLINE_TRY(append_blocks(options, places, cases, lesson));
-  deal_blocks(static_cast<std::uint32_t>(options.fold_count), lesson.folds);
-  return lesson;
+  for (const Case& of : cases) append_case(places, of, factors[of.place], training_set);
+  SIGHTLINE_TRY(append_blocks(options, places, cases, training_set));
+  deal_blocks(static_cast<std::uint32_t>(options.fold_count), training_set.folds);
+  return training_set;
 }
 
-LabelledRows labelled_rows(const Lesson& lesson, const std::vector<std::uint8_t>& leave_out,
+LabelledRows labelled_rows(const TrainingSet& training_set, const std::vector<std::uint8_t>& leave_out,
                           std::size_t most_rows) {
   std::vector<std::size_t> sites;
-  for (std::size_t site = 0; site < lesson.sites.size(); ++site) {
-    if (lesson.sites[site].has_label == 1 && leave_out[site] == 0) sites.push_back(site);
+  for (std::size_t site = 0; site < training_set.sites.size(); ++site) {
+    if (training_set.sites[site].has_label == 1 && leave_out[site] == 0) sites.push_back(site);
   }
-  const std::size_t row_count = lesson.shape().size(sites.size());
+  const std::size_t row_count = training_set.shape().size(sites.size());
   const std::size_t stride = std::max<std::size_t>(1, (row_count + most_rows - 1) / most_rows);
   LabelledRows training;
   for (std::size_t i = 0; i < sites.size(); i += stride) {
-    for (std::size_t range = 0; range < lesson.range_count; ++range) {
-      const std::size_t row = lesson.shape().index(sites[i], range);
+    for (std::size_t range = 0; range < training_set.range_count; ++range) {
+      const std::size_t row = training_set.shape().index(sites[i], range);
       training.rows.push_back(static_cast<std::uint32_t>(row));
-      training.labels.push_back(lesson.labels[row]);
+      training.labels.push_back(training_set.labels[row]);
     }
   }
   return training;

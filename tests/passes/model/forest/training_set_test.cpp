@@ -1,0 +1,101 @@
+#include "passes/model/forest/training_set.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+
+#include "passes/model/forest/history.h"
+#include "tests/support/synthetic_places.h"
+
+namespace sightline {
+namespace {
+
+const SyntheticOptions kSmall = {
+    .site_count = 130, .ranges_m = {10.0, 20.0}, .has_paper_factors = false};
+
+TEST(TrainingSet, TakesTheLabelFromAnotherDriveThanTheHistory) {
+  const DrivenPlaces places = places_driven_twice(1, kSmall);
+  const Result<TrainingSet> training_set = make_training_set({}, places);
+  ASSERT_TRUE(training_set.has_value()) << to_string(training_set.error());
+  ASSERT_EQ(training_set->sites.size(), 4u * 130u);
+  const std::size_t width = training_set->features.names.size();
+  const DrivenPlace& place = places.places[0];
+  // Cases: drive 0 alone, 0 told of 1, 1 alone, 1 told of 0.
+  const std::size_t label_drive[] = {0, 0, 1, 1};
+  const std::size_t history_drive[] = {9, 1, 9, 0};
+  const std::size_t own_log = width - history_features().size();  // history_log_mean
+  for (std::size_t c = 0; c < 4; ++c) {
+    for (std::size_t i = 0; i < 130; ++i) {
+      const std::size_t site = c * 130 + i;
+      EXPECT_EQ(training_set->labels[site * 2], place.drives[label_drive[c]].row(i, 0).mean_m);
+      EXPECT_EQ(training_set->sites[site].has_history, c % 2);
+      const float told = training_set->features.row(site * 2)[own_log];
+      const double expected =
+          c % 2 == 0 ? 0.0 : std::log(place.drives[history_drive[c]].row(i, 0).mean_m);
+      EXPECT_EQ(told, static_cast<float>(expected));
+    }
+  }
+}
+
+TEST(TrainingSet, HoldsOutTheSameStretchInEveryCase) {
+  const Result<TrainingSet> training_set = make_training_set({}, places_driven_twice(2, kSmall));
+  ASSERT_TRUE(training_set.has_value());
+  EXPECT_EQ(training_set->folds.block_count(), 4u);
+  std::set<std::uint32_t> runs;
+  for (std::size_t i = 0; i < training_set->sites.size(); ++i) {
+    const TrainedSite& site = training_set->sites[i];
+    runs.insert(site.run);
+    EXPECT_EQ(site.block, training_set->sites[i / (4 * 130) * 4 * 130 + i % 130].block);
+  }
+  EXPECT_EQ(runs.size(), 8u);  // no case runs into the next
+}
+
+TEST(TrainingSet, HoldsOutWholePlacesWhereThereAreThree) {
+  const Result<TrainingSet> three = make_training_set({}, places_driven_twice(3, kSmall));
+  ASSERT_TRUE(three.has_value());
+  EXPECT_TRUE(three->holds_out_places);
+  EXPECT_EQ(three->folds.fold_count, 3u);
+  for (const TrainedSite& site : three->sites) {
+    EXPECT_EQ(three->folds.fold_of_block[site.block], site.place);
+  }
+  EXPECT_FALSE(make_training_set({}, places_driven_twice(2, kSmall))->holds_out_places);
+  TrainingSetOptions blocks;
+  blocks.hold_out = HoldOut::kBlocks;
+  EXPECT_FALSE(make_training_set(blocks, places_driven_twice(3, kSmall))->holds_out_places);
+}
+
+TEST(TrainingSet, KnowsNoHistoryWherePlacesWereDrivenOnce) {
+  DrivenPlaces places = places_driven_twice(2, kSmall);
+  for (DrivenPlace& place : places.places) place.drives.pop_back();
+  const Result<TrainingSet> training_set = make_training_set({}, places);
+  ASSERT_TRUE(training_set.has_value());
+  EXPECT_FALSE(training_set->knows_history);
+  for (const std::string& name : training_set->features.names)
+    EXPECT_FALSE(is_history_feature(name));
+}
+
+TEST(TrainingSet, ThinsByWholeSites) {
+  const Result<TrainingSet> training_set = make_training_set({}, places_driven_twice(1, kSmall));
+  ASSERT_TRUE(training_set.has_value());
+  const std::vector<std::uint8_t> none(training_set->sites.size(), 0);
+  EXPECT_EQ(labelled_rows(*training_set, none, 100000).rows.size(), 4u * 130u * 2u);
+  const LabelledRows thin = labelled_rows(*training_set, none, 300);
+  EXPECT_LE(thin.rows.size(), 300u);
+  EXPECT_GE(thin.rows.size(), 200u);
+  for (std::size_t i = 0; i < thin.rows.size(); i += 2) {
+    EXPECT_EQ(thin.rows[i] % 2, 0u);
+    EXPECT_EQ(thin.rows[i + 1], thin.rows[i] + 1);
+  }
+}
+
+TEST(TrainingSet, NamesThePlaceOfANumberThatIsNone) {
+  DrivenPlaces places = places_driven_twice(2, kSmall);
+  places.places[1].drives[0].rows[5].mean_m = std::numeric_limits<double>::quiet_NaN();
+  const Result<TrainingSet> training_set = make_training_set({}, places);
+  ASSERT_FALSE(training_set.has_value());
+  EXPECT_EQ(training_set.error().code, ErrorCode::kInvalidArtifact);
+}
+
+}  // namespace
+}  // namespace sightline
