@@ -47,7 +47,8 @@ std::vector<std::byte> to_bytes(const X& artifact) {
 
 template <class X>
 Result<X> from_bytes(std::span<const std::byte> bytes) {
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> payload, unseal(bytes, ArtifactTraits<X>::kName, ArtifactTraits<X>::kVersion));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> payload,
+                   unseal(bytes, ArtifactTraits<X>::kName, ArtifactTraits<X>::kVersion));
   ByteReader reader(payload);
   X artifact;
   decode(reader, artifact);

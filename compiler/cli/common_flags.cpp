@@ -25,8 +25,9 @@ Flag quiet_flag(bool& is_quiet) {
 Flag world_flag(std::string& world) {
   return {.names = "--world",
           .value = "WORLD",
-          .help = "Where the recordings' coordinates lie: local, utm:ZONE (utm:32N) or "
-                  "enu:LATITUDE,LONGITUDE,ALTITUDE",
+          .help =
+              "Where the recordings' coordinates lie: local, utm:ZONE (utm:32N) or "
+              "enu:LATITUDE,LONGITUDE,ALTITUDE",
           .target = &world};
 }
 

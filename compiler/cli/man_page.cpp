@@ -68,8 +68,8 @@ std::string flag_text(const Flag& flag) {
 
 std::string verb_text(const Program& program, const Verb& verb) {
   const std::string command = program.name + " " + verb.name;
-  std::string text = ".SS " + roff(verb.name) + "\n" + roff(usage_text(command, verb)) +
-                     "\n.PP\n" + roff(verb.summary) + ".\n";
+  std::string text = ".SS " + roff(verb.name) + "\n" + roff(usage_text(command, verb)) + "\n.PP\n" +
+                     roff(verb.summary) + ".\n";
   for (const Positional& positional : verb.positionals) {
     text += ".TP\n\\fI" + roff(positional.name) + "\\fR\n" + with_facts(as_flag(positional));
   }
@@ -83,8 +83,8 @@ std::string exit_statuses() {
   std::map<int, std::string> names;
   for (const ErrorCodeInfo& info : all_error_codes()) {
     std::string& list = names[exit_status(info.code)];
-    list += (list.empty() ? "" : ", ") + ("SL" + std::to_string(static_cast<int>(info.code)) + " " +
-                                          std::string(info.name));
+    list += (list.empty() ? "" : ", ") +
+            ("SL" + std::to_string(static_cast<int>(info.code)) + " " + std::string(info.name));
   }
   const std::map<int, std::string> meaning = {
       {64, "usage: the command line or the configuration"},
@@ -100,15 +100,16 @@ std::string exit_statuses() {
     text += ".TP\n" + std::to_string(status) + "\n" + roff(what) + ".\n";
     if (names.contains(status)) text += roff(names[status]) + ".\n";
   }
-  return text + ".PP\n\\fBsightline diff\\fR alone exits 0 where maps are the same, 1 where they "
-                "differ, 2 in trouble.\n";
+  return text +
+         ".PP\n\\fBsightline diff\\fR alone exits 0 where maps are the same, 1 where they "
+         "differ, 2 in trouble.\n";
 }
 
 }  // namespace
 
 std::string man_page(const Program& program) {
-  std::string text = ".TH SIGHTLINE 1 \"\" \"sightline " + program.version +
-                     "\" \"User Commands\"\n.ad l\n";
+  std::string text =
+      ".TH SIGHTLINE 1 \"\" \"sightline " + program.version + "\" \"User Commands\"\n.ad l\n";
   text += ".SH NAME\n" + roff(program.name) +
           " \\- compile recorded drives into a map that tells a vehicle how far it must look\n";
   text += ".SH SYNOPSIS\n";

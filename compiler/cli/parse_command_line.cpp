@@ -151,7 +151,8 @@ Result<void> parse_words(const std::string& command, const Verb& verb,
   }
   for (std::size_t i = 0; i < verb.positionals.size(); ++i) {
     const CLI::Option& option = *options[verb.flags.size() + i];
-    SIGHTLINE_TRY(set_flag(as_flag(verb.positionals[i]), verb.positionals[i].name, option.results()));
+    SIGHTLINE_TRY(
+        set_flag(as_flag(verb.positionals[i]), verb.positionals[i].name, option.results()));
   }
   return check_exclusions(verb, options);
 }

@@ -12,9 +12,9 @@ namespace sightline {
 //   {"event":"warning","pass":"build-ndt","message":"..."}
 //   {"event":"finished","pass":"build-ndt","step":6,"steps":21,"wall_s":1.52,"cpu_s":2.9,
 //    "peak_memory_mib":211.0,"from_cache":false}
-// Steps count from 1; "remaining_s" is of the pass, absent before anything is done. Progress comes at
-// most five times a second, the last of a pass always. Lines are written whole. A reader that has
-// gone away ends the reports, not the run.
+// Steps count from 1; "remaining_s" is of the pass, absent before anything is done. Progress comes
+// at most five times a second, the last of a pass always. Lines are written whole. A reader that
+// has gone away ends the reports, not the run.
 RunObserver json_observer(int descriptor);
 
 // Error: bad-argument where the descriptor is not open for writing.

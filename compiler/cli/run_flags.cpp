@@ -65,9 +65,7 @@ void add_flags_of_every_run(Verb& verb, RunFlags& flags) {
        .value = "FOLDER",
        .help = "Finished artifacts, in place of .sightline-cache beside the configuration",
        .target = &flags.cache_directory},
-      {.names = "--no-cache",
-       .help = "Run every pass and keep nothing",
-       .target = &flags.no_cache},
+      {.names = "--no-cache", .help = "Run every pass and keep nothing", .target = &flags.no_cache},
       {.names = "--print-after",
        .value = "PASS",
        .help = "Print the result of this pass on stdout, as CSV",
@@ -125,8 +123,8 @@ Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<An
   SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags));
   explain_interruption();
   std::vector<StepReport> reports;
-  const Result<void> run = run_plan(plan, wanted, run_options(flags, config), observer,
-                                    artifacts, reports);
+  const Result<void> run =
+      run_plan(plan, wanted, run_options(flags, config), observer, artifacts, reports);
   if (flags.explain) std::fputs(explanation(reports).c_str(), stderr);
   if (flags.time_passes) std::fputs(time_table(reports).c_str(), stderr);
   if (!run) return run.error();

@@ -22,7 +22,7 @@ struct RunFlags {
   std::string stop_after;
   bool time_passes = false;
   bool explain = false;
-  int json_progress = 0;  // file descriptor; 0: none
+  int json_progress = 0;           // file descriptor; 0: none
   std::string kernel = "fastest";  // hidden: the matcher's inner loop, which changes no result
 };
 

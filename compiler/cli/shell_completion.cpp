@@ -23,8 +23,7 @@ std::string bash_values(const Verb& verb) {
   for (const Flag& flag : shown_flags(verb)) {
     if (!takes_value(flag) || !flag.bare_value.empty()) continue;
     text += "        " + joined(names_of(flag), "|") + ") ";
-    text += flag.choices.empty() ? "return ;;\n"
-                                 : "words='" + joined(flag.choices, " ") + "' ;;\n";
+    text += flag.choices.empty() ? "return ;;\n" : "words='" + joined(flag.choices, " ") + "' ;;\n";
   }
   if (text.empty()) return text;
   return "      case $before in\n" + text + "      esac\n";
@@ -114,8 +113,9 @@ std::string bash_completion(const Program& program) {
       "  done\n"
       "  case $verb in\n"
       "    '')\n"
-      "      flags='" + all_names(flags_without_verb()) + "'\n      words='" +
-      joined(verb_names(program), " ") + "'\n      ;;\n";
+      "      flags='" +
+      all_names(flags_without_verb()) + "'\n      words='" + joined(verb_names(program), " ") +
+      "'\n      ;;\n";
   for (const Verb& verb : program.verbs) text += bash_branch(verb);
   text +=
       "  esac\n"
@@ -128,7 +128,8 @@ std::string bash_completion(const Program& program) {
 std::string zsh_completion(const Program& program) {
   const std::string function = "_" + program.name;
   std::string text = "#compdef " + program.name + "\n# Completion in zsh; made by `" +
-                     program.name + " completion zsh`.\n" + function + "() {\n  local -a verbs\n  verbs=(\n";
+                     program.name + " completion zsh`.\n" + function +
+                     "() {\n  local -a verbs\n  verbs=(\n";
   for (const Verb& verb : program.verbs) {
     text += "    " + in_quotes(verb.name + ":" + escaped(verb.summary)) + "\n";
   }

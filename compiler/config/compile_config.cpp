@@ -78,8 +78,7 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
     all.push_back(sensor_section(i, config.other_sensors[i]));
   }
-  all.push_back({"localization",
-                 "A second drive that is matched against the map to measure error",
+  all.push_back({"localization", "A second drive that is matched against the map to measure error",
                  option_fields(config.localization)});
   all.push_back({"evaluation",
                  "An independent drive that judges the finished map (sightline evaluate)",

@@ -35,7 +35,7 @@ struct CompileConfig {
   std::array<RecordingOptions, 3> other_sensors;
   RecordingOptions localization;  // no scans: see AnnotationOptions::split
   RecordingOptions evaluation;    // an independent drive, for `evaluate`
-  PassSettings passes;  // options of passes, with what they share
+  PassSettings passes;            // options of passes, with what they share
 
   [[nodiscard]] bool is_split() const { return localization.scans.empty(); }
 };

@@ -39,7 +39,8 @@ Result<void> read_sections(const std::string& text, std::vector<ConfigSection>& 
     const Result<ConfigSection*> section = find_section(root.keys[i].scalar, sections);
     if (!section) return placed(section.error(), root.keys[i]);
     if (!(*section)->schema.empty()) continue;
-    SIGHTLINE_TRY(set_fields(root.values[i], "section '" + (*section)->name + "'", (*section)->fields));
+    SIGHTLINE_TRY(
+        set_fields(root.values[i], "section '" + (*section)->name + "'", (*section)->fields));
   }
   return {};
 }
@@ -83,7 +84,8 @@ Result<void> set_override(std::string_view assignment, std::vector<ConfigSection
                  ""};
   }
   SIGHTLINE_ASSIGN(ConfigSection* const section, find_section(assignment.substr(0, dot), sections));
-  SIGHTLINE_ASSIGN(OptionField* const field, find_field(assignment.substr(dot + 1, equals - dot - 1), *section));
+  SIGHTLINE_ASSIGN(OptionField* const field,
+                   find_field(assignment.substr(dot + 1, equals - dot - 1), *section));
   return set_from_text(*field, assignment.substr(equals + 1));
 }
 

@@ -62,8 +62,8 @@ MappingDrive with_other_sensors(const CompileConfig& config, const MappingDrive&
     if (config.other_sensors[i].scans.empty()) continue;
     const std::string role = other_sensor_section(i);
     compile.recordings.push_back(add_recording(plan, role, config.other_sensors[i]));
-    const Wire<Drive> other = plan.run_as(role, kIngest, plan.options(kIngest),
-                                          compile.recordings.back().recording);
+    const Wire<Drive> other =
+        plan.run_as(role, kIngest, plan.options(kIngest), compile.recordings.back().recording);
     joined.drive = plan.run_as(role, kJoinSensors, {}, joined.drive, other);
   }
   if (joined.drive != first.drive) {
@@ -82,8 +82,8 @@ LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> n
   LocalizedDrive localized;
   localized.drive = plan.run_as(role, kIngest, plan.options(kIngest), input.recording);
   const Wire<Trajectory> own = plan.run_as(role, kEstimateTrajectory, own_poses, localized.drive);
-  localized.trajectory = plan.run_as(role, kAlignDrive, plan.options(kAlignDrive), localized.drive,
-                                     own, ndt, sites);
+  localized.trajectory =
+      plan.run_as(role, kAlignDrive, plan.options(kAlignDrive), localized.drive, own, ndt, sites);
   // From here on the drive is expressed in the frame of the map.
   localized.undistorted = plan.run_as(role, kUndistortScans, plan.options(kUndistortScans),
                                       localized.drive, localized.trajectory);
@@ -99,8 +99,7 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   moving.scans = route.scans = scan_shares(config).mapping;
   compile.undistorted = plan.run(kUndistortScans, mapping.drive, mapping.trajectory);
   // From here on a scan is as if it had been measured at once.
-  compile.points = plan.run_as("", kRemoveMoving, moving, compile.undistorted,
-                               mapping.trajectory);
+  compile.points = plan.run_as("", kRemoveMoving, moving, compile.undistorted, mapping.trajectory);
   // From here on all that is left stood still.
   compile.ndt = plan.run(kBuildNdt, compile.points);
   compile.surface = plan.run(kBuildSurface, compile.points);
@@ -136,7 +135,8 @@ void add_choice(const CompileConfig& config, CompilePlan& compile) {
   compile.model = is_given ? compile.given_model
                            : plan.run(kTrainModelHere, compile.sites, compile.factors,
                                       compile.measured, compile.cards);
-  const bool has_history = is_given && config.passes.options(kPredictError).history == HistoryUse::kAuto;
+  const bool has_history =
+      is_given && config.passes.options(kPredictError).history == HistoryUse::kAuto;
   compile.predicted = has_history
                           ? plan.run(kPredictErrorWithHistory, compile.model, compile.sites,
                                      compile.factors, compile.measured)
@@ -174,9 +174,9 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   // first sensor.
   LocalizedDrive localized{compile.drive, compile.trajectory, compile.undistorted};
   if (mapping.drive != compile.drive) {
-    localized.undistorted = plan.run_as("first-sensor", kUndistortScans,
-                                        plan.options(kUndistortScans), compile.drive,
-                                        compile.trajectory);
+    localized.undistorted =
+        plan.run_as("first-sensor", kUndistortScans, plan.options(kUndistortScans), compile.drive,
+                    compile.trajectory);
   }
   if (config.is_split() && model == ModelSource::kTrained) {
     // A model that learnt one half of a drive from the other would believe it too much elsewhere.
@@ -222,8 +222,7 @@ EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) 
   evaluate.ranges = plan.input<RangeTable>("map/ranges");
   evaluate.factors = plan.input<FactorTable>("map/factors");
   evaluate.recording = add_recording(plan, "evaluation", config.evaluation);
-  const LocalizedDrive drive =
-      add_drive(plan, evaluate.recording, evaluate.ndt, evaluate.sites);
+  const LocalizedDrive drive = add_drive(plan, evaluate.recording, evaluate.ndt, evaluate.sites);
   MeasureErrorOptions measuring = plan.options(kMeasureError);
   measuring.ranges_m = map.predicted.ranges_m;
   const bool is_same_recording =

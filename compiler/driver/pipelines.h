@@ -115,8 +115,8 @@ void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactS
 // sections.
 RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& artifacts);
 
-// The error model of a finished map (.slmap) or of a model file. Errors: those of read_map, model_of
-// and from_bytes.
+// The error model of a finished map (.slmap) or of a model file. Errors: those of read_map,
+// model_of and from_bytes.
 Result<ErrorModel> read_model(const std::filesystem::path& file);
 
 }  // namespace sightline

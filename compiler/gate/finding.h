@@ -61,7 +61,7 @@ struct GateMapCard {
 struct GateReport {
   GateMapCard map;
   std::optional<GateMapCard> old_map;
-  std::string today;          // YYYY-MM-DD, the day that exceptions were judged on
+  std::string today;                     // YYYY-MM-DD, the day that exceptions were judged on
   Severity fails_at = Severity::kError;  // the least severity of a violation that fails the gate
   std::vector<Check> checks;             // in the order of gate_rules()
 

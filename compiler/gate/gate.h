@@ -20,7 +20,7 @@ struct GateMap {
 
 struct GateSubject {
   const GateMap& map;
-  const GateMap* old_map = nullptr;            // nullptr: rules over two maps are left out
+  const GateMap* old_map = nullptr;          // nullptr: rules over two maps are left out
   const Observation* observation = nullptr;  // nullptr: rules of an observing drive are left out
 };
 

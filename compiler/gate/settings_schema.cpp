@@ -10,9 +10,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json object_of(Json properties) {
-  return {{"type", "object"},
-          {"additionalProperties", false},
-          {"properties", std::move(properties)}};
+  return {
+      {"type", "object"}, {"additionalProperties", false}, {"properties", std::move(properties)}};
 }
 
 // Of fields without a default of their own: each rule has another, and exceptions have none.

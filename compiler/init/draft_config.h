@@ -9,16 +9,17 @@
 namespace sightline {
 
 struct ConfigDraft {
-  std::string yaml;                   // a configuration whose comments give the reason for each key
-  std::vector<std::string> summary;   // what it does with each drive, a line each, for a log
+  std::string yaml;                  // a configuration whose comments give the reason for each key
+  std::vector<std::string> summary;  // what it does with each drive, a line each, for a log
 };
 
-// Looks at the recordings in `folder` and writes the configuration that `file` is to hold (empty: one
-// in the current folder). Paths are relative where they lie beneath the file's folder. The drive called map..., else the first, makes
-// the map; the next one that meets it localizes, the next judges; a single drive is split into even
-// and odd scans. Scans that share their poses are sensors of one vehicle: the first one is used, the
-// others are shown in comments, because nothing tells where they sit.
-// Errors: those of find_scans, empty-directory (no drive; says what was passed over and why).
+// Looks at the recordings in `folder` and writes the configuration that `file` is to hold (empty:
+// one in the current folder). Paths are relative where they lie beneath the file's folder. The
+// drive called map..., else the first, makes the map; the next one that meets it localizes, the
+// next judges; a single drive is split into even and odd scans. Scans that share their poses are
+// sensors of one vehicle: the first one is used, the others are shown in comments, because nothing
+// tells where they sit. Errors: those of find_scans, empty-directory (no drive; says what was
+// passed over and why).
 Result<ConfigDraft> draft_config(const std::filesystem::path& folder,
                                  const std::filesystem::path& file);
 

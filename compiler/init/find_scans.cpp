@@ -19,7 +19,9 @@ constexpr int kDeepest = 4;
 
 bool is_hidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
-bool path_less(const fs::path& a, const fs::path& b) { return natural_less(a.string(), b.string()); }
+bool path_less(const fs::path& a, const fs::path& b) {
+  return natural_less(a.string(), b.string());
+}
 
 struct Listing {
   std::vector<fs::path> files;

@@ -136,8 +136,10 @@ void describe_beams(const std::vector<double>& elevations, SensorGuess& guess) {
     return;
   }
   guess.rings = 64;
-  guess.reason = "no built-in profile fits and beams cannot be told apart: please correct the "
-                 "number; returns span " + span;
+  guess.reason =
+      "no built-in profile fits and beams cannot be told apart: please correct the "
+      "number; returns span " +
+      span;
 }
 
 // The ground near the sensor is the level with most returns below it.
@@ -157,7 +159,8 @@ std::optional<double> height_above_ground(const PointCloudFile& scan) {
   const auto fullest = std::ranges::max_element(bins);
   const auto at = static_cast<double>(fullest - bins.begin());
   const double height_m = -(kLowest_m + (at + 0.5) * kBin_m);
-  // A wall spreads over many levels; a ground nearer than half a metre is that of a vehicle's frame.
+  // A wall spreads over many levels; a ground nearer than half a metre is that of a vehicle's
+  // frame.
   constexpr double kLeastShare = 0.03;
   constexpr double kLeastHeight_m = 0.5;
   if (*fullest < kLeastShare * count || height_m < kLeastHeight_m) return std::nullopt;

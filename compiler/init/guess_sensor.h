@@ -19,8 +19,8 @@ struct SensorGuess {
 };
 
 // Judges by the elevations of the returns: beams that stand where a profile's stand, or, where
-// elevations are smeared (the beams leave the sensor at several heights, or motion was taken out), a
-// span like that of a profile. Scans in a frame other than the sensor's fit no profile.
+// elevations are smeared (the beams leave the sensor at several heights, or motion was taken out),
+// a span like that of a profile. Scans in a frame other than the sensor's fit no profile.
 SensorGuess guess_sensor(std::span<const PointCloudFile> scans);
 
 }  // namespace sightline

@@ -161,8 +161,8 @@ void add_poses(const Candidate& chosen, const std::string& remarks, FoundDrive& 
   const PoseOverlap& overlap = chosen.overlap;
   std::string reason = "fits the scans in number and time";
   if (overlap.pairs > 0) {
-    reason += " and lays " + percent(overlap.share) +
-              " of upright returns on those of scans 2 m away";
+    reason +=
+        " and lays " + percent(overlap.share) + " of upright returns on those of scans 2 m away";
   }
   if (!remarks.empty()) reason += ". Not taken: " + remarks;
   drive.keys.push_back({"poses", chosen.source.file, reason});
@@ -267,8 +267,8 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
     add_no_poses(remarks, drive);
   }
   if (!recording.container && !has_times(poses ? poses->options : options)) {
-    drive.keys.push_back({"rate_hz", "10",
-                          "nothing tells the times of the scans: ten a second are assumed"});
+    drive.keys.push_back(
+        {"rate_hz", "10", "nothing tells the times of the scans: ten a second are assumed"});
   }
   add_sensor(sensor, drive);
   return drive;

@@ -85,8 +85,8 @@ class Plan {
                       Wire<std::type_identity_t<Inputs>>... inputs) {
     add_section<Options>(pass.name, pass.help);
     PassStep step = make_step(pass, options);
-    step.name = label.empty() ? std::string(pass.name)
-                              : std::string(pass.name) + ":" + std::string(label);
+    step.name =
+        label.empty() ? std::string(pass.name) : std::string(pass.name) + ":" + std::string(label);
     step.inputs = {inputs.any().index...};
     const std::string name = label.empty() ? std::string(pass.table)
                                            : std::string(label) + "/" + std::string(pass.table);

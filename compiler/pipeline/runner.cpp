@@ -231,8 +231,8 @@ void check_inputs(const Plan& plan, const std::vector<std::size_t>& steps,
 
 void print_if_asked(const Plan& plan, const PassStep& step, const RunOptions& options,
                     const RunObserver& observer, const ArtifactSet& artifacts) {
-  if (!observer.printed || std::ranges::find(options.print_after, step.name) ==
-                               options.print_after.end()) {
+  if (!observer.printed ||
+      std::ranges::find(options.print_after, step.name) == options.print_after.end()) {
     return;
   }
   const AnyWire output{step.output};

@@ -40,11 +40,11 @@ struct RunOptions {
 
 // Runs those steps of the plan that make `wanted` (nothing wanted: all) and whose output is not in
 // `artifacts` already, in their order: a step is loaded from the cache when pass, version, options,
-// seed and the keys of its inputs are those of an earlier run, else it runs, its output is validated
-// and stored. Inputs of the plan that these steps take must be in `artifacts`, to which is added what
-// was made; `reports` are appended to. The first failure ends the run; its Error names the pass in
-// `place` unless the pass named a place itself.
-// Errors: unknown-pass (print_after or stop_after), what passes and the cache return.
+// seed and the keys of its inputs are those of an earlier run, else it runs, its output is
+// validated and stored. Inputs of the plan that these steps take must be in `artifacts`, to which
+// is added what was made; `reports` are appended to. The first failure ends the run; its Error
+// names the pass in `place` unless the pass named a place itself. Errors: unknown-pass (print_after
+// or stop_after), what passes and the cache return.
 Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
                       const RunOptions& options, const RunObserver& observer,
                       ArtifactSet& artifacts, std::vector<StepReport>& reports);

@@ -22,7 +22,10 @@ namespace sightline {
 // An artifact that can be kept in the cache. A Drive cannot: its scans lie outside it, which its
 // traits say (kRefersOutside).
 template <class X>
-concept Encodable = !requires { ArtifactTraits<X>::kRefersOutside; } && requires(const X& artifact, ByteWriter& writer, ByteReader& reader, X& out) {
+concept Encodable = !requires {
+  ArtifactTraits<X>::kRefersOutside;
+}
+&&requires(const X& artifact, ByteWriter& writer, ByteReader& reader, X& out) {
   encode(artifact, writer);
   decode(reader, out);
 };
@@ -58,12 +61,13 @@ const ArtifactType& artifact_type() {
   return kType;
 }
 
-// One step of a plan: a pass with its options, and which of the plan's artifacts it takes and makes.
+// One step of a plan: a pass with its options, and which of the plan's artifacts it takes and
+// makes.
 struct PassStep {
   std::string name;  // unique in the plan: "build-ndt", "ingest:localization"
   std::uint32_t version = 1;
   std::vector<std::pair<std::string, std::string>> options;  // as texts, in the order of the fields
-  std::vector<std::size_t> inputs;  // indices of artifacts of the plan
+  std::vector<std::size_t> inputs;                           // indices of artifacts of the plan
   std::size_t output = 0;
   std::function<Result<std::shared_ptr<const void>>(
       PassContext&, const std::vector<std::shared_ptr<const void>>&)>
@@ -92,7 +96,8 @@ Result<std::shared_ptr<const void>> call(Result<Output> (*pass)(PassContext&, co
                                          PassContext& ctx, const Options& options,
                                          const std::vector<std::shared_ptr<const void>>& inputs,
                                          std::index_sequence<I...>) {
-  SIGHTLINE_ASSIGN(Output output, pass(ctx, options, *static_cast<const Inputs*>(inputs[I].get())...));
+  SIGHTLINE_ASSIGN(Output output,
+                   pass(ctx, options, *static_cast<const Inputs*>(inputs[I].get())...));
   return std::shared_ptr<const void>(std::make_shared<const Output>(std::move(output)));
 }
 
@@ -118,7 +123,7 @@ PassStep make_step(const Pass<Output, Options, Inputs...>& pass, const Options& 
     return pipeline_detail::call<Output, Options, Inputs...>(run, ctx, options, artifacts,
                                                              std::index_sequence_for<Inputs...>{});
   };
-  if constexpr (requires(Output& made, const Inputs&... taken) { reattach(made, taken...); }) {
+  if constexpr (requires(Output & made, const Inputs&... taken) { reattach(made, taken...); }) {
     step.reattach = [](std::shared_ptr<const void> loaded,
                        const std::vector<std::shared_ptr<const void>>& artifacts) {
       return pipeline_detail::call_reattach<Output, Inputs...>(

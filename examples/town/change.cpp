@@ -43,8 +43,8 @@ std::set<std::size_t> change_buildings(const TownChange& change, std::uint64_t s
   for (std::size_t b = 0; b < buildings.size() && change.is_any(); ++b) {
     if (stands_in_stretch(change, plan, buildings[b])) in_stretch.insert(b);
   }
-  const auto longest = std::max_element(
-      in_stretch.begin(), in_stretch.end(), [&](std::size_t a, std::size_t b) {
+  const auto longest =
+      std::max_element(in_stretch.begin(), in_stretch.end(), [&](std::size_t a, std::size_t b) {
         return buildings[a].footprint.half_length_m < buildings[b].footprint.half_length_m;
       });
   if (change.removes_wall && longest != in_stretch.end()) {
@@ -56,8 +56,7 @@ std::set<std::size_t> change_buildings(const TownChange& change, std::uint64_t s
   return in_stretch;
 }
 
-std::vector<Pose2d> added_cars(const TownChange& change, std::uint64_t seed,
-                               const TownPlan& plan) {
+std::vector<Pose2d> added_cars(const TownChange& change, std::uint64_t seed, const TownPlan& plan) {
   constexpr double kFromKerbM = 1.1;
   constexpr double kFarthestM = 6.0;  // on a plaza the kerb is far away
   std::vector<Pose2d> cars;

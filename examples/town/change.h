@@ -15,9 +15,9 @@ namespace sightline::town {
 struct TownChange {
   double from_m = 0.0;  // arc length of the driven line; no change where to_m is not greater
   double to_m = 0.0;
-  bool rebuilds = true;      // other heights and fronts, some houses set back
-  bool removes_wall = true;  // the house whose front is longest is gone
-  int added_cars = 10;       // parked along both sides
+  bool rebuilds = true;       // other heights and fronts, some houses set back
+  bool removes_wall = true;   // the house whose front is longest is gone
+  int added_cars = 10;        // parked along both sides
   double noise_factor = 1.5;  // on the range noise of scans taken there
 
   [[nodiscard]] bool is_any() const { return to_m > from_m; }

@@ -51,9 +51,10 @@ int main(int argc, char** argv) {
   app.add_option("--origin-m", origin_m, "world coordinates x,y of the route's start, m")
       ->delimiter(',')
       ->expected(2);
-  app.add_option("--change", change.stretch_m,
-                 "a stretch FROM,TO of the route, m, where the same town looks different: what a map "
-                 "of the town without this option no longer shows")
+  app.add_option(
+         "--change", change.stretch_m,
+         "a stretch FROM,TO of the route, m, where the same town looks different: what a map "
+         "of the town without this option no longer shows")
       ->delimiter(',')
       ->expected(2);
   app.add_option("--change-only", change.kinds,

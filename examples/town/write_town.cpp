@@ -95,12 +95,9 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
   json["origin_world_m"] = {options.origin_world_m.x(), options.origin_world_m.y()};
   json["localization_drives"] = options.drives;
   if (const TownChange& change = options.town.change; change.is_any()) {
-    json["change"] = {{"from_m", change.from_m},
-                      {"to_m", change.to_m},
-                      {"rebuilds", change.rebuilds},
-                      {"removes_wall", change.removes_wall},
-                      {"added_cars", change.added_cars},
-                      {"noise_factor", change.noise_factor}};
+    json["change"] = {{"from_m", change.from_m},         {"to_m", change.to_m},
+                      {"rebuilds", change.rebuilds},     {"removes_wall", change.removes_wall},
+                      {"added_cars", change.added_cars}, {"noise_factor", change.noise_factor}};
   }
   json["streets"] = nlohmann::ordered_json::array();
   for (const Street& street : town.plan.streets) {

@@ -75,8 +75,9 @@ int localize_scan(const char* map_path, const char* scan_path, const Pose& T_wor
       map->ndt,
       localizer_named(map->measurement.localizer, static_cast<int>(map->measurement.coarse_cells)));
   ScanCutter cutter;  // a vehicle keeps it from scan to scan
-  ScanForMatch scan = make_scan_for_match(localizer, cutter, {.points_m = std::move(cloud->points_m)},
-                                          map->sensor, {range->range_m, kLeaf_m});
+  ScanForMatch scan =
+      make_scan_for_match(localizer, cutter, {.points_m = std::move(cloud->points_m)}, map->sensor,
+                          {range->range_m, kLeaf_m});
   // The matcher works in the map's frame, near its origin.
   const MapFrame world;
   const MatchResult result =

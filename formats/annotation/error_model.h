@@ -79,8 +79,8 @@ struct StreetCard {
 // that measured it, and once more for each other drive whose measurements it was told as history.
 struct TrainedSite {
   Eigen::Vector3d p_world_m = Eigen::Vector3d::Zero();  // sensor origin, world axes and origin
-  std::uint32_t place = 0;  // index into the card's places
-  std::uint32_t run = 0;    // a stretch of route of one place, one drive and one history
+  std::uint32_t place = 0;                              // index into the card's places
+  std::uint32_t run = 0;  // a stretch of route of one place, one drive and one history
   double s_m = 0.0;
   std::uint32_t block = 0;          // the same for every case of a stretch of route
   std::uint8_t has_label = 0;       // 1 where a scan was matched

@@ -57,7 +57,11 @@ void append_card(const ErrorModel& model, Table& table) {
 }
 
 Table ranges_table(const ErrorModel& model) {
-  Table table{"error-model-ranges", {"range_m", "mean_error_m", "r_squared", "rmse_m", "history_r_squared", "history_rmse_m"}, {}, {}};
+  Table table{
+      "error-model-ranges",
+      {"range_m", "mean_error_m", "r_squared", "rmse_m", "history_r_squared", "history_rmse_m"},
+      {},
+      {}};
   for (const RangeCard& range : model.ranges) {
     table.rows.push_back({range.range_m, range.mean_error_m, range.r_squared, range.rmse_m,
                           range.history_r_squared, range.history_rmse_m});
@@ -129,8 +133,9 @@ std::string card_text(const ErrorModel& model) {
   }
   text += aligned(grid) + "\n";
   text += std::to_string(model.forest.trees.size()) + " trees, " +
-          std::to_string(model.forest.labels.size()) + " training rows, features: " +
-          card.feature_set + "; " + std::to_string(card.fold_count) + " folds of " +
+          std::to_string(model.forest.labels.size()) +
+          " training rows, features: " + card.feature_set + "; " + std::to_string(card.fold_count) +
+          " folds of " +
           (holds_out_places ? "whole places" : "blocks of " + fixed(card.block_m, 0) + " m") +
           (card.knows_history ? "; told of earlier drives\n" : "; map only\n");
   return text;
@@ -154,12 +159,10 @@ std::string fit_text(const ErrorModel& model) {
     grid.push_back({"RMSE, with history (cm)"});
   }
   for (const RangeCard& range : model.ranges) {
-    const std::string column[] = {fixed(range.range_m, 0),
-                                  fixed(100.0 * range.mean_error_m, 1),
-                                  fixed(range.r_squared, 2),
-                                  fixed(100.0 * range.rmse_m, 1),
-                                  fixed(range.history_r_squared, 2),
-                                  fixed(100.0 * range.history_rmse_m, 1)};
+    const std::string column[] = {
+        fixed(range.range_m, 0),           fixed(100.0 * range.mean_error_m, 1),
+        fixed(range.r_squared, 2),         fixed(100.0 * range.rmse_m, 1),
+        fixed(range.history_r_squared, 2), fixed(100.0 * range.history_rmse_m, 1)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   }
   return "Prediction of the mean error, where the trees never were\n" + aligned(grid);
@@ -169,12 +172,10 @@ std::string street_text(const ErrorModel& model) {
   TextGrid grid = {{"limit (cm)"}, {"street"},         {"cases"},
                    {"coverage %"}, {"mean range (m)"}, {"mean error (cm)"}};
   for (const StreetCard& card : model.streets) {
-    const std::string column[] = {fixed(100.0 * card.limit_m, 0),
-                                  std::string(street_type_name(card.street)),
-                                  std::to_string(card.case_count),
-                                  fixed(100.0 * card.coverage, 1),
-                                  fixed(card.mean_range_m, 1),
-                                  fixed(100.0 * card.mean_error_m, 1)};
+    const std::string column[] = {
+        fixed(100.0 * card.limit_m, 0),  std::string(street_type_name(card.street)),
+        std::to_string(card.case_count), fixed(100.0 * card.coverage, 1),
+        fixed(card.mean_range_m, 1),     fixed(100.0 * card.mean_error_m, 1)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   }
   return "The mean rule by type of street, where the trees never were\n" + aligned(grid);
@@ -188,8 +189,7 @@ std::string importance_text(const ErrorModel& model) {
   for (const FeatureCard* feature : order) {
     grid.push_back({feature->name, fixed(100.0 * feature->importance_m, 2)});
   }
-  return "Importance: by how much the RMSE rises when a feature is shuffled (cm)\n" +
-         aligned(grid);
+  return "Importance: by how much the RMSE rises when a feature is shuffled (cm)\n" + aligned(grid);
 }
 
 }  // namespace
@@ -208,7 +208,8 @@ Table dump(const ErrorModel& model) {
   Table table = dump(model.out_of_fold);
   table.name = "error-model";
   append_card(model, table);
-  table.columns.insert(table.columns.begin() + 1, {"place", "run", "s_m", "block", "has_history", "measured_mean_error_m"});
+  table.columns.insert(table.columns.begin() + 1,
+                       {"place", "run", "s_m", "block", "has_history", "measured_mean_error_m"});
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const TrainedSite& site = model.sites[model.shape().site_of(i)];
     const Cell measured =
@@ -221,8 +222,8 @@ Table dump(const ErrorModel& model) {
 }
 
 std::vector<Table> tables(const ErrorModel& model) {
-  return {ranges_table(model), features_table(model), nodes_table(model), leaves_table(model),
-          streets_table(model), recordings_table(model)};
+  return {ranges_table(model), features_table(model), nodes_table(model),
+          leaves_table(model), streets_table(model),  recordings_table(model)};
 }
 
 std::string to_text(const ErrorModel& model) {

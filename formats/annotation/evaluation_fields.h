@@ -43,20 +43,17 @@ inline constexpr NumberField<RuleScore> kRuleFields[] = {
     {"extrapolated_share", &RuleScore::extrapolated_share},
     {"worst_coverage", &RuleScore::worst_coverage}};
 inline constexpr NumberField<JudgedSite> kSiteFields[] = {{"s_m", &JudgedSite::s_m},
-                                                   {"p_x_m", &JudgedSite::p_x_map_m},
-                                                   {"p_y_m", &JudgedSite::p_y_map_m}};
+                                                          {"p_x_m", &JudgedSite::p_x_map_m},
+                                                          {"p_y_m", &JudgedSite::p_y_map_m}};
 inline constexpr NumberField<StreetScore> kStreetFields[] = {
-    {"limit_m", &StreetScore::limit_m},
-    {"site_share", &StreetScore::site_share},
-    {"coverage", &StreetScore::coverage},
-    {"mean_error_m", &StreetScore::mean_error_m},
-    {"p95_error_m", &StreetScore::p95_error_m},
-    {"mean_range_m", &StreetScore::mean_range_m},
-    {"time_ratio", &StreetScore::time_ratio},
-    {"work_ratio", &StreetScore::work_ratio}};
-inline constexpr NumberField<ReliabilityBin> kBinFields[] = {{"limit_m", &ReliabilityBin::limit_m},
-                                                      {"promised", &ReliabilityBin::promised},
-                                                      {"observed", &ReliabilityBin::observed}};
+    {"limit_m", &StreetScore::limit_m},         {"site_share", &StreetScore::site_share},
+    {"coverage", &StreetScore::coverage},       {"mean_error_m", &StreetScore::mean_error_m},
+    {"p95_error_m", &StreetScore::p95_error_m}, {"mean_range_m", &StreetScore::mean_range_m},
+    {"time_ratio", &StreetScore::time_ratio},   {"work_ratio", &StreetScore::work_ratio}};
+inline constexpr NumberField<ReliabilityBin> kBinFields[] = {
+    {"limit_m", &ReliabilityBin::limit_m},
+    {"promised", &ReliabilityBin::promised},
+    {"observed", &ReliabilityBin::observed}};
 
 template <class Row, std::size_t kCount>
 bool is_finite(const NumberField<Row> (&fields)[kCount], const Row& row) {

@@ -113,8 +113,9 @@ Table dump(const Evaluation& evaluation) {
 }
 
 std::vector<Table> tables(const Evaluation& evaluation) {
-  return {dump(evaluation), statics_table(evaluation), streets_table(evaluation),
-          reliability_table(evaluation), errors_table(evaluation), sites_table(evaluation)};
+  return {dump(evaluation),          statics_table(evaluation),
+          streets_table(evaluation), reliability_table(evaluation),
+          errors_table(evaluation),  sites_table(evaluation)};
 }
 
 }  // namespace sightline

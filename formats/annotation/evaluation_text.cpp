@@ -12,8 +12,8 @@ std::string percent(double share) { return fixed(100.0 * share, 1); }
 
 std::string table_one(const Evaluation& evaluation) {
   TextGrid grid = {{"range (m)"},           {"error (cm)"},         {"time, mean (ms)"},
-               {"max over sites (ms)"}, {"max over runs (ms)"}, {"time / longest"},
-               {"work / longest"},      {"predicted: R^2"}};
+                   {"max over sites (ms)"}, {"max over runs (ms)"}, {"time / longest"},
+                   {"work / longest"},      {"predicted: R^2"}};
   const StaticScore& longest = evaluation.statics.back();
   for (const StaticScore& score : evaluation.statics) {
     const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
@@ -32,7 +32,7 @@ std::string table_one(const Evaluation& evaluation) {
 
 std::string table_two(const Evaluation& evaluation) {
   TextGrid grid = {{"ideal case"},         {"time, mean (ms)"}, {"max over sites (ms)"},
-               {"max over runs (ms)"}, {"mean range (m)"},  {"error (cm)"}};
+                   {"max over runs (ms)"}, {"mean range (m)"},  {"error (cm)"}};
   const auto append = [&](const std::string& title, const RuleScore& score) {
     const std::string column[] = {title,
                                   fixed(score.mean_time_ms, 1),

@@ -99,7 +99,8 @@ Result<void> validate(const MeasuredError& measured) {
           "site " + std::to_string(site));
     }
     for (std::size_t range = 0; range < measured.ranges_m.size(); ++range) {
-      SIGHTLINE_TRY(validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
+      SIGHTLINE_TRY(
+          validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
                        "site " + std::to_string(site) + ", range " + std::to_string(range)));
     }
   }

@@ -28,10 +28,10 @@ struct ErrorRow {
   double median_m = 0.0;
   double p90_m = 0.0;  // linear interpolation
   double max_m = 0.0;
-  double longitudinal_m = 0.0;  // mean absolute component along the vehicle's x
-  double lateral_m = 0.0;       // along its y
-  double yaw_rad = 0.0;         // mean absolute
-  double lost_share = 0.0;      // runs that ended more than 0.5 m off
+  double longitudinal_m = 0.0;    // mean absolute component along the vehicle's x
+  double lateral_m = 0.0;         // along its y
+  double yaw_rad = 0.0;           // mean absolute
+  double lost_share = 0.0;        // runs that ended more than 0.5 m off
   std::uint32_t point_count = 0;  // of the subsampled scan
   double mean_iterations = 0.0;
   double mean_work = 0.0;  // points x iterations: deterministic stand-in for time
@@ -45,9 +45,9 @@ struct ErrorRow {
 // How the scans of a drive were matched.
 struct MatchingCard {
   ScanSelection scans = ScanSelection::kAll;  // of the recording
-  std::string localizer = "searching";  // "Localizers" in schemas/definitions.md
-  std::uint32_t coarse_cells = 1;       // of its first level
-  double leaf_m = 1.0;                  // voxel grid to which scans were thinned
+  std::string localizer = "searching";        // "Localizers" in schemas/definitions.md
+  std::uint32_t coarse_cells = 1;             // of its first level
+  double leaf_m = 1.0;                        // voxel grid to which scans were thinned
 };
 
 // Localization error of one drive at the sites of a map.
@@ -57,7 +57,8 @@ struct MeasuredError {
   ErrorReference reference = ErrorReference::kKnownPose;
   std::vector<double> ranges_m;
   std::vector<InitialOffset> offsets;
-  // Per site: recording_index of the scan that was matched there, or -1 where the drive has none near.
+  // Per site: recording_index of the scan that was matched there, or -1 where the drive has none
+  // near.
   std::vector<std::int64_t> scan_of_site;
   std::vector<ErrorRow> rows;  // [site][range]; all zero where there was no scan
 

@@ -73,14 +73,14 @@ Result<void> validate(const PredictedError& predicted) {
 Table dump(const PredictedError& predicted) {
   Table table;
   table.name = "predicted-error";
-  table.columns = {"site", "range_m", "extrapolated", "out_of_fold",
-                   "has_history", "mean_error_m"};
+  table.columns = {"site", "range_m", "extrapolated", "out_of_fold", "has_history", "mean_error_m"};
   for (const double limit_m : predicted.limits_m) {
     table.columns.push_back("p_within_" + format_double(limit_m) + "_m");
   }
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
-      std::vector<Cell> row = {static_cast<std::int64_t>(site), predicted.ranges_m[range],
+      std::vector<Cell> row = {static_cast<std::int64_t>(site),
+                               predicted.ranges_m[range],
                                std::int64_t{predicted.extrapolated[site]},
                                std::int64_t{predicted.out_of_fold[site]},
                                std::int64_t{predicted.has_history[site]},

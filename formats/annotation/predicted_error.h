@@ -14,7 +14,7 @@ struct PredictedError {
   std::vector<double> limits_m;  // ascending
   std::uint32_t site_count = 0;
   double support_margin = 0.25;  // by which `extrapolated` was judged (PredictErrorOptions)
-  std::vector<double> mean_m;              // [site][range]: predicted mean error
+  std::vector<double> mean_m;    // [site][range]: predicted mean error
   std::vector<double> within_probability;  // [site][range][limit]: P(error <= limit)
   std::vector<std::uint8_t> extrapolated;  // [site]: 1 where factors lie outside what the model saw
   // [site]: 1 where the model was trained on this site, and trees that never saw the place speak.

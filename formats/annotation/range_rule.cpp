@@ -21,17 +21,16 @@ std::optional<std::size_t> range_by_mean(const PredictedError& predicted, std::s
 
 std::optional<std::size_t> range_by_probability(const PredictedError& predicted, std::size_t site,
                                                 std::size_t limit, double p) {
-  return first_range(predicted, [&](std::size_t range) {
-    return predicted.probability(site, range, limit) >= p;
-  });
+  return first_range(
+      predicted, [&](std::size_t range) { return predicted.probability(site, range, limit) >= p; });
 }
 
 std::optional<std::size_t> own_range(const RangeTable& table, const PredictedError& predicted,
                                      std::size_t site, std::size_t limit) {
   const LimitPromise& promise = table.promises[limit];
   if (table.selection == Selection::kMean) return range_by_mean(predicted, site, promise.limit_m);
-  const double p = predicted.has_history[site] == 1 ? promise.history_threshold
-                                                    : promise.probability_threshold;
+  const double p =
+      predicted.has_history[site] == 1 ? promise.history_threshold : promise.probability_threshold;
   return range_by_probability(predicted, site, limit, p);
 }
 

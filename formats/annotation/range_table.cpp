@@ -20,8 +20,9 @@ Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
     return invalid(place, "found a limit of " + format_double(promise.limit_m) +
                               " m, expected ascending ones above 0");
   }
-  if (!is_share(promise.probability_threshold) || !is_share(promise.history_threshold) || !is_share(promise.alpha) ||
-      !is_share(promise.delta) || !is_share(promise.calibration_miss_share)) {
+  if (!is_share(promise.probability_threshold) || !is_share(promise.history_threshold) ||
+      !is_share(promise.alpha) || !is_share(promise.delta) ||
+      !is_share(promise.calibration_miss_share)) {
     return invalid(place, "a threshold, alpha, delta or share of misses lies outside 0 to 1");
   }
   return {};

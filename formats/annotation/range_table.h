@@ -45,7 +45,7 @@ struct RangeTable {
   Selection selection = Selection::kProbability;
   double dilation_m = 0.0;
   bool extrapolated_takes_longest = true;  // a site unlike the training looks as far as can be
-  std::vector<LimitPromise> promises;  // one per limit, ascending limit_m
+  std::vector<LimitPromise> promises;      // one per limit, ascending limit_m
   std::uint32_t site_count = 0;
   std::vector<std::uint8_t> range_index;  // [site][limit], into ranges_m; a looser limit never
                                           // looks further

@@ -105,9 +105,8 @@ void decode_nodes(ByteReader& reader, RegressionTree& tree) {
 
 bool asks_known_features(const RegressionForest& forest) {
   return std::ranges::all_of(forest.trees, [&](const RegressionTree& tree) {
-    return std::ranges::all_of(tree.nodes, [&](const TreeNode& node) {
-      return node.feature < forest.feature_count;
-    });
+    return std::ranges::all_of(
+        tree.nodes, [&](const TreeNode& node) { return node.feature < forest.feature_count; });
   });
 }
 
@@ -147,8 +146,8 @@ Result<void> validate(const RegressionForest& forest) {
                      std::to_string(kFeatureLimit),
                  "", ""};
   }
-  const bool are_rows_finite = std::ranges::all_of(
-      forest.rows, [](float value) { return std::isfinite(value); });
+  const bool are_rows_finite =
+      std::ranges::all_of(forest.rows, [](float value) { return std::isfinite(value); });
   if (!are_rows_finite || forest.rows.size() != forest.labels.size() * forest.feature_count) {
     return Error{ErrorCode::kInvalidArtifact,
                  "found training rows that are not finite, or not one for each label", "", ""};
@@ -186,9 +185,10 @@ void decode(ByteReader& reader, RegressionForest& forest) {
   const bool are_rows_whole = forest.feature_count > 0 &&
                               forest.rows.size() % forest.feature_count == 0 &&
                               forest.rows.size() / forest.feature_count == forest.labels.size();
-  const bool are_few = forest.trees.empty() ||
-                       forest.labels.size() <= kMostTreeLabels / forest.trees.size();
-  if (!reader.ok() || !are_rows_whole || !are_few || !asks_known_features(forest)) return reader.fail();
+  const bool are_few =
+      forest.trees.empty() || forest.labels.size() <= kMostTreeLabels / forest.trees.size();
+  if (!reader.ok() || !are_rows_whole || !are_few || !asks_known_features(forest))
+    return reader.fail();
   fill_leaves(forest);
 }
 

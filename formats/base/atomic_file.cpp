@@ -92,8 +92,7 @@ Result<FileContent> read_file_content(const std::filesystem::path& path) {
   FileContent content(static_cast<std::size_t>(status.st_size));
   std::size_t done = 0;
   while (done < content.bytes().size()) {
-    const ssize_t count =
-        ::read(descriptor, content.data() + done, content.bytes().size() - done);
+    const ssize_t count = ::read(descriptor, content.data() + done, content.bytes().size() - done);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
       return Error{ErrorCode::kCannotRead, count < 0 ? std::strerror(errno) : "the file shrank",

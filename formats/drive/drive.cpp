@@ -60,9 +60,8 @@ Result<void> check_order(const Drive& drive, std::size_t i) {
       scan.stamp_ns > before.stamp_ns ||
       (scan.stamp_ns == before.stamp_ns && scan.sensor_index > before.sensor_index);
   if (!is_later) {
-    return Error{ErrorCode::kTimeRunsBackwards,
-                 "its time is not after that of the scan before it", scan.source,
-                 "scan " + std::to_string(i)};
+    return Error{ErrorCode::kTimeRunsBackwards, "its time is not after that of the scan before it",
+                 scan.source, "scan " + std::to_string(i)};
   }
   if (scan.recording_index <= before.recording_index) {
     return invalid(i, "its place in the recording is not after that of the scan before it");

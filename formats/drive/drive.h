@@ -45,8 +45,8 @@ struct ScanInfo {
   bool has_point_times = false;         // its points carry times of their own
 };
 
-// A recording after ingest: scans in order of time. Scans of two sensors may have the same time; the
-// sensor listed first then comes first.
+// A recording after ingest: scans in order of time. Scans of two sensors may have the same time;
+// the sensor listed first then comes first.
 struct Drive {
   std::string name;
   SensorProfile sensor;  // the first; the one that localizes

@@ -106,8 +106,8 @@ Table dump(const DriveTracks& tracks) {
                  {"reference", std::string(is_known ? "known-pose" : "full-range-match")},
                  {"scan_count", static_cast<std::int64_t>(tracks.scans.size())},
                  {"lost_beyond_m", tracks.lost_beyond_m}};
-  table.columns = {"rule",        "limit_m",    "static_range_m", "coverage",   "mean_error_m",
-                   "p95_error_m", "max_error_m", "mean_range_m",  "time_ratio", "work_ratio",
+  table.columns = {"rule",         "limit_m",     "static_range_m", "coverage",   "mean_error_m",
+                   "p95_error_m",  "max_error_m", "mean_range_m",   "time_ratio", "work_ratio",
                    "mean_time_ms", "track_count", "lost_count"};
   for (const double limit_m : tracks.limits_m) {
     for (std::size_t i = 0; i < tracks.rules.size(); ++i) {

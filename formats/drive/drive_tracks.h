@@ -7,8 +7,9 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
 
-// A drive replayed as a vehicle lives it: each pose starts from what the poses found before foretell
-// (schemas/definitions.md, "Continuous localization"). One replay for each way to choose the range.
+// A drive replayed as a vehicle lives it: each pose starts from what the poses found before
+// foretell (schemas/definitions.md, "Continuous localization"). One replay for each way to choose
+// the range.
 //
 // Times are CPU times and differ from run to run; work (points x iterations) does not.
 

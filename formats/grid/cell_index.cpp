@@ -17,7 +17,8 @@ bool is_same(const CellKey& a, const CellKey& b) {
 
 // floor(x / cell) of `count` coordinates. The product with 1 / cell is as good, and far cheaper,
 // wherever it does not lie at a whole number. Adding 1.5 * 2^52 rounds to a whole number and leaves
-// it in the low bits. No branch and no conversion: the first loop becomes vector code on any x86-64.
+// it in the low bits. No branch and no conversion: the first loop becomes vector code on any
+// x86-64.
 void floor_quotients(const double* x_m, std::size_t count, double cell_m, std::int32_t* numbers) {
   constexpr double kWhole = 0x1.8p52;
   constexpr double kSure = 0.5 - 1e-6;  // product and quotient differ by far less than the rest

@@ -23,12 +23,12 @@ struct CellRun {
   std::uint32_t count = 0;
 };
 
-// Writes the longest runs of equal keys, `begin` counted from the first key, and returns their number.
-// Takes as many runs as keys to work with, and at most 2^32 keys.
+// Writes the longest runs of equal keys, `begin` counted from the first key, and returns their
+// number. Takes as many runs as keys to work with, and at most 2^32 keys.
 std::size_t find_runs(std::span<const CellKey> keys, std::span<CellRun> runs);
 
-// Numbers cells 0, 1, 2, ... in the order in which they are first met: open addressing, at most half
-// full, the key beside the number so that one look finds both.
+// Numbers cells 0, 1, 2, ... in the order in which they are first met: open addressing, at most
+// half full, the key beside the number so that one look finds both.
 class CellIndex {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -81,8 +81,8 @@ class CellIndex {
 template <class Sums>
 class CellTable {
  public:
-  // Calls add(sums of the run's cell, run) for each run, in their order. Points in random order find
-  // neither their cell nor its sums in the cache: both are asked for ahead.
+  // Calls add(sums of the run's cell, run) for each run, in their order. Points in random order
+  // find neither their cell nor its sums in the cache: both are asked for ahead.
   template <class Add>
   void add(std::span<const CellRun> runs, const Add& add) {
     constexpr std::size_t kAhead = 12;

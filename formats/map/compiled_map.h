@@ -88,8 +88,8 @@ struct CompiledMap {
   MeasurementCard measurement;
   std::vector<NamedVersion> definitions;  // ascending name
   ModelRecord model;
-  std::vector<LimitQuality> quality;  // one per limit
-  std::optional<Sharpness> sharpness;  // none in maps made before it was measured
+  std::vector<LimitQuality> quality;            // one per limit
+  std::optional<Sharpness> sharpness;           // none in maps made before it was measured
   std::optional<TrajectoryQuality> trajectory;  // none in maps made before it was kept
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
 };

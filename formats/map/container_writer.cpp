@@ -54,8 +54,7 @@ std::optional<LookUpBuilder> look_up_builder(std::span<const std::byte> manifest
 
 PackedBlock plain_block(std::string_view name, std::uint32_t version, std::uint64_t row_count,
                         std::span<const std::byte> bytes) {
-  return {std::string(name), version,      false,
-          BlockCodec::kNone, row_count,    bytes.size(),
+  return {std::string(name),     version,       false, BlockCodec::kNone, row_count, bytes.size(),
           block_checksum(bytes), sha256(bytes), bytes};
 }
 
@@ -131,9 +130,10 @@ Result<void> ContainerWriter::State::append_look_up() {
   if (!look_up) return {};
   const std::vector<std::byte> section = look_up->finish(header, required_kinds);
   if (section.empty()) return {};
-  SIGHTLINE_ASSIGN(const BlockOffset block, append_block(plain_block(kLookUpSection, kLookUpSectionVersion, section.size() / kPageSize,
-                               section),
-                   kPageSize));
+  SIGHTLINE_ASSIGN(const BlockOffset block,
+                   append_block(plain_block(kLookUpSection, kLookUpSectionVersion,
+                                            section.size() / kPageSize, section),
+                                kPageSize));
   sections.push_back(block);
   features.insert(features.begin(), {kLookUpFeatureBit, false, std::string(kLookUpSection)});
   return {};
@@ -181,8 +181,8 @@ Result<void> ContainerWriter::add_tile(TileKey key, std::span<const PackedBlock>
     if (layer.is_required) required.push_back(name_of(layer));
     if (layer.name != kRangeLayer || !state.look_up) continue;
     // A layer of another kind or size is a mistake that readers name; there is no looking up in it.
-    const bool is_added = layer.version == kRangeLayerVersion &&
-                          layer.codec == BlockCodec::kNone && layer.row_count <= kMostRows &&
+    const bool is_added = layer.version == kRangeLayerVersion && layer.codec == BlockCodec::kNone &&
+                          layer.row_count <= kMostRows &&
                           state.look_up->add(layer.stored, layer.row_count);
     if (!is_added) state.look_up.reset();
   }
@@ -203,8 +203,8 @@ Result<void> ContainerWriter::add_tile(TileKey key, std::span<const PackedBlock>
   }
   if (!written) return written;
   const schema::Digest digest = to_schema(state.tile_digests.back());
-  state.tiles.push_back(schema::CreateTile(state.builder, key.x, key.y, &digest,
-                                           state.builder.CreateVector(blocks)));
+  state.tiles.push_back(
+      schema::CreateTile(state.builder, key.x, key.y, &digest, state.builder.CreateVector(blocks)));
   return {};
 }
 
@@ -233,8 +233,8 @@ Result<Digest> ContainerWriter::finish() {
   const auto sections = state.builder.CreateVector(state.sections);
   const auto features =
       state.builder.CreateVector(append_features(state.features, state.builder, state.header));
-  state.builder.Finish(schema::CreateDirectory(
-      state.builder, features, state.builder.CreateVector(state.tiles), sections));
+  state.builder.Finish(schema::CreateDirectory(state.builder, features,
+                                               state.builder.CreateVector(state.tiles), sections));
   SIGHTLINE_TRY(state.append_end(finished(state.builder)));
   return state.header.root_digest;
 }

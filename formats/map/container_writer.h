@@ -26,8 +26,8 @@ struct FeatureParts {
   std::string name;
 };
 
-// Writes a file from front to back and keeps none of its blocks: of each tile it remembers its entry
-// in the directory, of each site one row of the section "look-up".
+// Writes a file from front to back and keeps none of its blocks: of each tile it remembers its
+// entry in the directory, of each site one row of the section "look-up".
 class ContainerWriter {
  public:
   // Puts bytes at an offset of the file; offsets ascend but for the header, which comes last.

@@ -73,7 +73,8 @@ Result<void> MapDecoder::check_counts() const {
                "", "directory"};
 }
 
-// Also where nothing is done with the bytes: what is optional and unknown has a digest all the same.
+// Also where nothing is done with the bytes: what is optional and unknown has a digest all the
+// same.
 Result<RawBytes> MapDecoder::raw_bytes(const PackedBlock& block) {
   const std::uint64_t offset = offset_of(container_, block);
   SIGHTLINE_TRY(check_padding(checked_to_, offset));
@@ -127,8 +128,8 @@ Result<void> MapDecoder::check_contents(TileKey key, const Digest& digest,
     if (layer.name != kContentsLayer || layer.version != kContentsLayerVersion) continue;
     const std::vector<std::byte> expected = encode_contents(contents_of(key, digest, layers));
     if (!std::ranges::equal(layer.stored, expected)) {
-      return at(not_derived("the directory"), "layer " + layer.name + ", " +
-                                                  byte_place(offset_of(container_, layer)));
+      return at(not_derived("the directory"),
+                "layer " + layer.name + ", " + byte_place(offset_of(container_, layer)));
     }
   }
   return {};
@@ -215,7 +216,7 @@ Result<void> MapDecoder::check_end(const std::vector<Digest>& tiles) const {
   const FileHeader& header = container_.header;
   SIGHTLINE_TRY(check_padding(checked_to_, header.directory_offset));
   SIGHTLINE_TRY(check_padding(header.directory_offset + header.directory_size,
-                                           container_.file.size() - kTrailerSize));
+                              container_.file.size() - kTrailerSize));
   const std::vector<BlockName> required;  // format 1 has no required sections
   const Digest manifest =
       sha256(container_.file.subspan(header.manifest_offset, header.manifest_size));
@@ -255,9 +256,8 @@ void MapDecoder::expect_factors() {
 }
 
 Result<CompiledMap> MapDecoder::run() {
-  for (const Result<void>& start :
-       {check_padding(kHeaderSize, container_.header.manifest_offset), check_counts(),
-        decode_manifest(*container_.manifest, map_)}) {
+  for (const Result<void>& start : {check_padding(kHeaderSize, container_.header.manifest_offset),
+                                    check_counts(), decode_manifest(*container_.manifest, map_)}) {
     if (!start) return start.error();
   }
   make_room();

@@ -43,7 +43,7 @@ struct LookUpRowLayout {
         range_flags(range_index + limits),
         size((range_flags + limits + 7) / 8 * 8),
         rows_per_page(kPagePayload / size) {}
-  static constexpr std::uint64_t p = 0;              // f64[3], map frame, m
+  static constexpr std::uint64_t p = 0;               // f64[3], map frame, m
   static constexpr std::uint64_t longest_error = 24;  // f64, at the longest range
   static constexpr std::uint64_t site = 32;           // u32, then 4 bytes of 0
   static constexpr std::uint64_t probability = 40;    // f64[limits], at the chosen range
@@ -84,7 +84,7 @@ class LookUp {
     const std::byte* row = nullptr;  // none within reach
     double distance2_m2 = 0.0;
     std::uint32_t site = 0;
-    bool is_damaged = false;       // what was needed does not hold what it should
+    bool is_damaged = false;         // what was needed does not hold what it should
     std::uint64_t bad_page = kNone;  // a page with a wrong checksum
   };
 

@@ -67,8 +67,8 @@ class MapReader {
   // lower id on a tie. A limit the map does not have is served by the next tighter one; one
   // tighter than all by the longest range, probability 0 and kAnswerTighterLimit. Far from any
   // site: the longest range, probability 0 and kAnswerFar.
-  // Errors: bad-argument (not finite, or a limit not above 0), checksum-mismatch and bad-layer where
-  // what is needed is damaged.
+  // Errors: bad-argument (not finite, or a limit not above 0), checksum-mismatch and bad-layer
+  // where what is needed is damaged.
   [[nodiscard]] Result<RangeAnswer> observation_range(const std::array<double, 3>& position_world_m,
                                                       double limit_m) const;
 

@@ -21,12 +21,12 @@
 namespace sightline {
 
 struct EmitMapOptions {
-  std::string map_id;                 // empty: made of the mapping drive's content
-  std::string version = "1";          // for people
-  int release = 1;                    // only ever grows
-  double reach_m = 10.0;              // a site farther away than this says nothing about a position
+  std::string map_id;         // empty: made of the mapping drive's content
+  std::string version = "1";  // for people
+  int release = 1;            // only ever grows
+  double reach_m = 10.0;      // a site farther away than this says nothing about a position
   ScanSelection mapping_scans = ScanSelection::kAll;  // that made the map
-  bool has_factors = true;  // for engineers; no vehicle needs them
+  bool has_factors = true;                            // for engineers; no vehicle needs them
 };
 std::vector<OptionField> option_fields(EmitMapOptions& options);
 
@@ -40,7 +40,7 @@ struct EmitMapInputs {
   const MeasuredError& measured;
   const ErrorModel& model;
   const FactorTable& factors;
-  const Sharpness* sharpness = nullptr;  // where it was measured
+  const Sharpness* sharpness = nullptr;            // where it was measured
   const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
 };
 

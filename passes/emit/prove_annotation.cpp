@@ -59,8 +59,9 @@ Result<void> compare_flags(const PredictedError& stored, const PredictedError& a
     const bool is_told = stored.has_history[site] == again.has_history[site];
     if (stored.extrapolated[site] != again.extrapolated[site] ||
         stored.out_of_fold[site] != again.out_of_fold[site] || !is_told) {
-      return unfounded(at_site(site), "its prediction is flagged otherwise than its factors, the "
-                                      "model's support and the model's sites demand");
+      return unfounded(at_site(site),
+                       "its prediction is flagged otherwise than its factors, the "
+                       "model's support and the model's sites demand");
     }
   }
   return {};
@@ -105,13 +106,13 @@ Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) 
     if (stored.range_index[i] == again.range_index[i] && stored.flags[i] == again.flags[i]) {
       continue;
     }
-    return unfounded(
-        at_site(shape.site_of(i)),
-        "found " + format_double(stored.ranges_m[stored.range_index[i]]) + " m, flags " +
-            std::to_string(stored.flags[i]) + ", for a limit of " +
-            format_double(stored.promises[shape.row_of(i)].limit_m) +
-            " m, its predictions give " + format_double(again.ranges_m[again.range_index[i]]) +
-            " m, flags " + std::to_string(again.flags[i]));
+    return unfounded(at_site(shape.site_of(i)),
+                     "found " + format_double(stored.ranges_m[stored.range_index[i]]) +
+                         " m, flags " + std::to_string(stored.flags[i]) + ", for a limit of " +
+                         format_double(stored.promises[shape.row_of(i)].limit_m) +
+                         " m, its predictions give " +
+                         format_double(again.ranges_m[again.range_index[i]]) + " m, flags " +
+                         std::to_string(again.flags[i]));
   }
   return {};
 }
@@ -141,14 +142,16 @@ std::uint32_t count_of(const std::vector<std::uint8_t>& flags) {
 Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& map) {
   if (map.factors.factors.empty()) {
     return Error{ErrorCode::kBadLayer,
-                 "the map was stripped of its factors: its annotation cannot be made again", "", ""};
+                 "the map was stripped of its factors: its annotation cannot be made again", "",
+                 ""};
   }
   SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
   SIGHTLINE_ASSIGN(const PredictedError predicted, predicted_again(ctx, map, model));
   Result<void> follows = compare_numbers(map.predicted, predicted);
   if (follows) follows = compare_flags(map.predicted, predicted);
   if (!follows) return follows.error();
-  SIGHTLINE_ASSIGN(const RangeTable ranges, choose_ranges(ctx, choice_options(map), map.sites, map.predicted, model));
+  SIGHTLINE_ASSIGN(const RangeTable ranges,
+                   choose_ranges(ctx, choice_options(map), map.sites, map.predicted, model));
   follows = compare_choices(map.ranges, ranges);
   if (follows) follows = compare_quality(map);
   if (!follows) return follows.error();

@@ -14,8 +14,8 @@ struct AnnotationProof {
   std::uint32_t site_count = 0;
   // Sites whose predictions the forest makes again from the stored factors.
   std::uint32_t forest_count = 0;
-  // Sites that trained the model: theirs equal the predictions that the model keeps of the very same
-  // place and factors. The trees that made those, which never saw the place, are not kept.
+  // Sites that trained the model: theirs equal the predictions that the model keeps of the very
+  // same place and factors. The trees that made those, which never saw the place, are not kept.
   std::uint32_t out_of_fold_count = 0;
   std::uint32_t history_count = 0;  // sites whose features hold what an earlier drive measured
 };

@@ -161,7 +161,8 @@ Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOption
   const std::size_t site_count = sites.sites.size();
   const SiteShape shape = table.shape();
   table.values.resize(shape.size(site_count));
-  const World world{map, make_match_grid(map), make_localizer(map, localizer_options(LocalizerKind::kSearching)),
+  const World world{map, make_match_grid(map),
+                    make_localizer(map, localizer_options(LocalizerKind::kSearching)),
                     tile_index(map), options.ranges_m};
   std::vector<std::size_t> unmatched(site_count);
   std::atomic<std::size_t> done = 0;

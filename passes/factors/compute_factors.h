@@ -22,11 +22,11 @@ std::vector<OptionField> option_fields(ComputeFactorsOptions& options);
 // normal_entropy (bits), r_average (m), score_entropy (bits); and of the virtual scan: crlb_max,
 // crlb_min (m), crlb_heading (of the weakest direction, degrees in [0, 180) from map +x), crlb_yaw
 // (rad), hz_lmin, flat_050, virtual_points, virtual_error (m), rival_score. A site depends on NDs
-// within its longest range plus 2 sqrt(2) m and two cells, the last two factors on NDs as far beyond
-// that as the localizer strays, and on nothing else. Virtual points in no valid ND are counted in a
-// warning.
-// Errors: bad-value (ranges that do not ascend from above 0), mismatched-inputs (frames or sites
-// that differ, or depth images or scans that end before the longest range).
+// within its longest range plus 2 sqrt(2) m and two cells, the last two factors on NDs as far
+// beyond that as the localizer strays, and on nothing else. Virtual points in no valid ND are
+// counted in a warning. Errors: bad-value (ranges that do not ascend from above 0),
+// mismatched-inputs (frames or sites that differ, or depth images or scans that end before the
+// longest range).
 Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOptions& options,
                                     const NdtMap& map, const Sites& sites, const DepthImages& depth,
                                     const VirtualScans& scans);

@@ -125,7 +125,9 @@ Result<std::vector<ErrorRow>> measure_part(const Setup& setup,
   std::vector<ErrorRow> rows;
   ScanCutter cutter;
   for (const std::optional<std::size_t>& scan : scans) {
-    SIGHTLINE_ASSIGN(std::vector<ErrorRow> measured, scan ? measure_site(setup, cutter, *scan) : std::vector<ErrorRow>(setup.options.ranges_m.size()));
+    SIGHTLINE_ASSIGN(std::vector<ErrorRow> measured,
+                     scan ? measure_site(setup, cutter, *scan)
+                          : std::vector<ErrorRow>(setup.options.ranges_m.size()));
     rows.insert(rows.end(), measured.begin(), measured.end());
     site_done();
   }
@@ -239,7 +241,8 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
       make_localizer(map, localizer_options(options.localizer, options.coarse_cells));
   const std::vector<InitialOffset> offsets = initial_offsets(options.starts);
   const Setup setup{options, localization_drive, in_map, localizer, offsets};
-  SIGHTLINE_ASSIGN(const std::vector<std::optional<std::size_t>> scans, scans_of_sites(ctx, setup, sites));
+  SIGHTLINE_ASSIGN(const std::vector<std::optional<std::size_t>> scans,
+                   scans_of_sites(ctx, setup, sites));
   MeasuredError measured;
   measured.drive = localization_drive.name;
   measured.matching = {options.scans, std::string(localizer_name(options.localizer)),

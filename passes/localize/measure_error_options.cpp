@@ -4,7 +4,8 @@
 namespace sightline {
 std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
   return {
-      shared(numbers("ranges_m", options.ranges_m, "ranges at which scans are cropped, m", 1.0, 1000.0)),
+      shared(numbers("ranges_m", options.ranges_m, "ranges at which scans are cropped, m", 1.0,
+                     1000.0)),
       shared(number("leaf_m", options.leaf_m, "voxel of the subsampled scan, m", 0.05, 10.0)),
       integer("offset_count", options.starts.count, "starts of the matcher", 1, 1000),
       number("offset_radius_m", options.starts.radius_m, "starts lie in this disc, m", 0.0, 10.0),

@@ -104,8 +104,9 @@ void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
   step.range_m = replay.rule.is_static() ? replay.rule.static_range_m
                                          : range_at(setup, replay.limit, T_map_start);
   const double begin_ms = thread_cpu_ms();
-  ScanForMatch scan = make_scan_for_match(setup.localizer, replay.cutter, now.scan,
-                                          setup.drive.sensor, {step.range_m, setup.options.matching.leaf_m});
+  ScanForMatch scan =
+      make_scan_for_match(setup.localizer, replay.cutter, now.scan, setup.drive.sensor,
+                          {step.range_m, setup.options.matching.leaf_m});
   const MatchResult found = localize(setup.localizer, scan, T_map_start);
   step.time_ms = thread_cpu_ms() - begin_ms;
   step.work = static_cast<double>(found.work);
@@ -238,8 +239,8 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options) {
   std::vector<OptionField> fields = {
       number("lost_beyond_m", options.lost_beyond_m,
              "continuous localization: an error above this ends a track, m", 0.01, 100.0),
-      shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m", 0.1,
-             1000.0))};
+      shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m",
+                    0.1, 1000.0))};
   // How scans are matched is measure-error's to say.
   for (OptionField& field : option_fields(options.matching)) {
     fields.push_back(shared(std::move(field)));
@@ -268,7 +269,8 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& optio
   std::vector<Replay> replays = replays_of(ranges);
   KnownScan before;
   for (std::size_t first = 0; first < scans.size(); first += kScansInBlock) {
-    SIGHTLINE_ASSIGN(KnownScan last, follow_block(ctx, setup, in_map, first, first == 0 ? nullptr : &before, replays));
+    SIGHTLINE_ASSIGN(KnownScan last, follow_block(ctx, setup, in_map, first,
+                                                  first == 0 ? nullptr : &before, replays));
     before = std::move(last);
     ctx.progress(std::min(first + kScansInBlock, scans.size()), scans.size());
   }

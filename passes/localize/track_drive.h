@@ -16,8 +16,8 @@
 namespace sightline {
 
 struct TrackDriveOptions {
-  double lost_beyond_m = 1.0;  // an error above this ends a track
-  double reach_m = 10.0;       // a site farther away than this says nothing; the map's own
+  double lost_beyond_m = 1.0;    // an error above this ends a track
+  double reach_m = 10.0;         // a site farther away than this says nothing; the map's own
   MeasureErrorOptions matching;  // how a scan is matched, and against what it is judged
 };
 std::vector<OptionField> option_fields(TrackDriveOptions& options);
@@ -29,7 +29,7 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options);
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
                                 const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
                                 const Sites& sites, const RangeTable& ranges);
-inline constexpr Pass kTrackDrive{"track-drive", 4, "tracks", "Replaying a drive as a vehicle localizes",
-                                  &track_drive};
+inline constexpr Pass kTrackDrive{"track-drive", 4, "tracks",
+                                  "Replaying a drive as a vehicle localizes", &track_drive};
 
 }  // namespace sightline

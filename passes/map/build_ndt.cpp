@@ -9,11 +9,11 @@
 #include "formats/base/parallel.h"
 #include "passes/map/build_ndt_cells.h"
 
-// How a cell gets the same bits for any number of threads: each cell belongs to one part of the map,
-// and a part adds its points in the order of the input. Points pass through in windows of chunks:
-// first every chunk finds its runs of points in one cell and hands them to parts, then every part
-// adds its runs, chunk after chunk. Nothing that a window needs outlives it, so memory grows with the
-// cells and not with the points.
+// How a cell gets the same bits for any number of threads: each cell belongs to one part of the
+// map, and a part adds its points in the order of the input. Points pass through in windows of
+// chunks: first every chunk finds its runs of points in one cell and hands them to parts, then
+// every part adds its runs, chunk after chunk. Nothing that a window needs outlives it, so memory
+// grows with the cells and not with the points.
 
 namespace sightline {
 namespace {
@@ -92,7 +92,8 @@ void take_runs(std::span<const Eigen::Vector3d> points_m, double cell_m, std::si
   }
 }
 
-// Adds to the parts of the map, made where there are none. False where the grid cannot hold a point.
+// Adds to the parts of the map, made where there are none. False where the grid cannot hold a
+// point.
 bool add_points(std::span<const Eigen::Vector3d> points_m, double cell_m, int threads,
                 std::vector<NdtCells>& parts) {
   const Cut cut = cut_for(threads);
@@ -127,8 +128,8 @@ struct FullCell {
 };
 
 // Ascending by tile and key; refers to the parts. Counts the others.
-std::vector<FullCell> full_cells(const std::vector<NdtCells>& parts,
-                                 const BuildNdtOptions& options, std::uint64_t& sparse_count) {
+std::vector<FullCell> full_cells(const std::vector<NdtCells>& parts, const BuildNdtOptions& options,
+                                 std::uint64_t& sparse_count) {
   // A covariance needs two points whatever the option says.
   const auto least_count = static_cast<std::uint64_t>(std::max(options.min_points, 2));
   std::vector<FullCell> cells;
@@ -168,8 +169,8 @@ NdtMap map_of(const std::vector<NdtCells>& parts, std::uint64_t point_count,
   map.tile_m = options.tile_m;
   map.point_count = point_count;
   map.nds = nds_of(full_cells(parts, options, map.sparse_cell_count), options.cell_m, threads);
-  map.degenerate_cell_count = std::erase_if(
-      map.nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
+  map.degenerate_cell_count =
+      std::erase_if(map.nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
   return map;
 }
 
@@ -178,7 +179,8 @@ Result<std::vector<Eigen::Vector3d>> read_scans(const SurfacePointReader& reader
                                                 std::size_t end, int threads) {
   using Points = Result<std::vector<Eigen::Vector3d>>;
   std::vector<Points> scans(end - first, Points(std::vector<Eigen::Vector3d>()));
-  parallel_for(scans.size(), threads, [&](std::size_t i) { scans[i] = reader.standing(first + i); });
+  parallel_for(scans.size(), threads,
+               [&](std::size_t i) { scans[i] = reader.standing(first + i); });
   std::vector<Eigen::Vector3d> points_m;
   for (const Points& scan : scans) {
     if (!scan) return scan.error();
@@ -196,7 +198,8 @@ Result<NdtMap> map_of_scans(PassContext& ctx, const BuildNdtOptions& options,
   std::uint64_t count = 0;
   for (std::size_t first = 0; first < reader.part_count(); first += kScansAtOnce) {
     const std::size_t end = std::min(first + kScansAtOnce, reader.part_count());
-    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> scans_m, read_scans(reader, first, end, ctx.threads));
+    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> scans_m,
+                     read_scans(reader, first, end, ctx.threads));
     if (!add_points(scans_m, options.cell_m, ctx.threads, parts)) {
       const std::uint64_t outside = count + first_outside(scans_m, options.cell_m);
       return Error{ErrorCode::kInvalidArtifact,
@@ -222,10 +225,10 @@ void warn_of_invalid_cells(const PassContext& ctx, const NdtMap& map, int min_po
 }  // namespace
 
 std::vector<OptionField> option_fields(BuildNdtOptions& options) {
-  return {
-      number("cell_m", options.cell_m, "edge of an NDT cell, m", 0.1, 100.0),
-      shared(number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0, 10000.0)),
-      integer("min_points", options.min_points, "points that a valid cell needs", 3, 1000000)};
+  return {number("cell_m", options.cell_m, "edge of an NDT cell, m", 0.1, 100.0),
+          shared(number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0,
+                        10000.0)),
+          integer("min_points", options.min_points, "points that a valid cell needs", 3, 1000000)};
 }
 
 NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame& frame,
@@ -250,8 +253,7 @@ Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
   SIGHTLINE_ASSIGN(NdtMap map, map_of_scans(ctx, options, points));
   if (map.nds.empty()) {
     return Error{ErrorCode::kEmptyMap,
-                 "none of " +
-                     std::to_string(map.sparse_cell_count + map.degenerate_cell_count) +
+                 "none of " + std::to_string(map.sparse_cell_count + map.degenerate_cell_count) +
                      " cells has " + std::to_string(options.min_points) +
                      " points and an extent: is the drive too short or the cell too small?",
                  "", "pass build-ndt"};

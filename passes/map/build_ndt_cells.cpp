@@ -45,7 +45,7 @@ void add_runs(std::span<const Eigen::Vector3d> points_m, std::span<const CellRun
 Nd nd_of(const CellKey& key, const CellSums& sums, double cell_m) {
   const double n = static_cast<double>(sums.count);
   const Eigen::Vector3d sum_m(sums.x_y[0], sums.x_y[1], sums.z);
-  Eigen::Matrix3d outer;  // the upper half
+  Eigen::Matrix3d outer;                                 // the upper half
   outer << sums.xx_yy[0], sums.zz_xy[1], sums.xz_yz[0],  //
       0.0, sums.xx_yy[1], sums.xz_yz[1],                 //
       0.0, 0.0, sums.zz_xy[0];

@@ -34,10 +34,10 @@ SurfacePatch patch_of(const Nd& nd, double cell_m) {
 }  // namespace
 
 std::vector<OptionField> option_fields(BuildSurfaceOptions& options) {
-  return {
-      number("cell_m", options.cell_m, "edge of a surface cell, m", 0.05, 10.0),
-      shared(number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0, 10000.0)),
-      integer("min_points", options.min_points, "points that a patch needs", 3, 1000000)};
+  return {number("cell_m", options.cell_m, "edge of a surface cell, m", 0.05, 10.0),
+          shared(number("tile_m", options.tile_m, "edge of a tile, a multiple of the cell, m", 1.0,
+                        10000.0)),
+          integer("min_points", options.min_points, "points that a patch needs", 3, 1000000)};
 }
 
 Result<Surface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,

@@ -74,13 +74,13 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
     if (is_selected(drive.scans[i], selection)) poses.push_back(trajectory.poses[i].T_map_vehicle);
   }
   if (poses.empty()) {
-    return Error{ErrorCode::kDriveTooShort,
-                 "none of the drive's " + std::to_string(drive.scans.size()) + " scans is " +
-                     (selection == ScanSelection::kAll
-                          ? "there"
-                          : std::string(scan_selection_name(selection))) +
-                     ", expected at least one",
-                 "", "pass choose-sites"};
+    return Error{
+        ErrorCode::kDriveTooShort,
+        "none of the drive's " + std::to_string(drive.scans.size()) + " scans is " +
+            (selection == ScanSelection::kAll ? "there"
+                                              : std::string(scan_selection_name(selection))) +
+            ", expected at least one",
+        "", "pass choose-sites"};
   }
   Sites sites;
   sites.frame = trajectory.frame;

@@ -104,9 +104,8 @@ std::optional<Pose> other_optimum(const MatchResult& lead, const Eigen::Vector2d
     return shifted(lead.T_map_sensor, probe * kProbeSpacing_m * direction);
   };
   for (int probe = -kProbes; probe <= kProbes; ++probe) {
-    scores[static_cast<std::size_t>(probe + kProbes)] =
-        kernel_score_alone(*search.levels[0].grid, scan, scan.thin_count, pose_of(probe),
-                           search.options.kernel);
+    scores[static_cast<std::size_t>(probe + kProbes)] = kernel_score_alone(
+        *search.levels[0].grid, scan, scan.thin_count, pose_of(probe), search.options.kernel);
     ++search.iterations;
     search.work += scan.thin_count;
   }

@@ -16,8 +16,8 @@ struct LocalizerOptions {
   // False: the plain one, Newton's method on the map's own NDs. True: a part of the points finds
   // the way on blurred NDs, then all points settle on sharpened ones.
   bool is_annealed = false;
-  // Annealed alone, above 0: where the score leaves one horizontal direction loose, looks along it for
-  // a better pose no farther than this from the start, which is how far off starts may be.
+  // Annealed alone, above 0: where the score leaves one horizontal direction loose, looks along it
+  // for a better pose no farther than this from the start, which is how far off starts may be.
   double search_m = 0.0;
   // Matches first on cells so many times as long as the map's, pooled from them; 1: on its own
   // alone.
@@ -53,7 +53,8 @@ ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter,
 
 // The pose of `scan`, made for this localizer, in the map. The limits on steps in `options` are
 // those of the last level; an annealed one stops turning where no point moves farther than
-// stop_step_m, whatever stop_step_rad is. Never fails: `stop` says what happened. Allocates nothing.
+// stop_step_m, whatever stop_step_rad is. Never fails: `stop` says what happened. Allocates
+// nothing.
 MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
                      const MatchOptions& options = {});
 

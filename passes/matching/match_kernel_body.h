@@ -82,11 +82,12 @@ struct PairTerms {
   typename B::Floats term;
 };
 
-// Of the points in lanes a and b of the batch, whose records are `of_a` and `of_b`. Inline, so that what
-// a pair is made of stays in registers.
+// Of the points in lanes a and b of the batch, whose records are `of_a` and `of_b`. Inline, so that
+// what a pair is made of stays in registers.
 template <class B>
-[[gnu::always_inline]] inline void compute_pair(const KernelRecord& of_a, const KernelRecord& of_b, const BatchPoints& points,
-                  std::size_t a, std::size_t b, PairTerms<B>& pair) {
+[[gnu::always_inline]] inline void compute_pair(const KernelRecord& of_a, const KernelRecord& of_b,
+                                                const BatchPoints& points, std::size_t a,
+                                                std::size_t b, PairTerms<B>& pair) {
   using F = typename B::Floats;
   F d[3];
   for (int i = 0; i < 3; ++i) {
@@ -105,7 +106,8 @@ template <class B>
 
 // The terms with their derivatives by the points' positions.
 template <class B>
-[[gnu::always_inline]] inline void derive_pair(const PairTerms<B>& pair, typename B::Floats (&terms)[kTerms]) {
+[[gnu::always_inline]] inline void derive_pair(const PairTerms<B>& pair,
+                                               typename B::Floats (&terms)[kTerms]) {
   using F = typename B::Floats;
   const F(&c)[6] = pair.information;
   const F qx = pair.push[0], qy = pair.push[1], qz = pair.push[2];

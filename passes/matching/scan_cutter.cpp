@@ -19,8 +19,8 @@ VoxelBox box_within(double range_m, double leaf_m) {
   return {cell_key(-corner_m, leaf_m), cell_key(corner_m, leaf_m)};
 }
 
-// Calls use(points) for those within the range, one return in `stride` looked at; some at a time, so
-// that they stay in the nearest cache.
+// Calls use(points) for those within the range, one return in `stride` looked at; some at a time,
+// so that they stay in the nearest cache.
 template <class Use>
 void for_returns(std::span<const Eigen::Vector3d> points_m, double range_m, double stride,
                  const Use& use) {

@@ -122,8 +122,8 @@ void sort_by_rank(std::size_t count, int bits, RankedArray<Number>& items) {
   }
 }
 
-// Runs of points in one voxel, chunk by chunk so that keys stay in the nearest caches: calls use(runs)
-// for each, `begin` counted from the first of all points. Stops where that is false.
+// Runs of points in one voxel, chunk by chunk so that keys stay in the nearest caches: calls
+// use(runs) for each, `begin` counted from the first of all points. Stops where that is false.
 template <class Use>
 void for_runs(std::span<const Eigen::Vector3d> points_m, double leaf_m, const Use& use) {
   constexpr std::size_t kChunk = 2048;
@@ -193,8 +193,9 @@ std::vector<Eigen::Vector3d> subsample_by_comparing(std::span<const Eigen::Vecto
   return centroids_of(points_m, std::span<const Ranked<std::uint32_t>>(ranked));
 }
 
-// Three ways to the same bits, since each adds the points of a voxel in their order: a scan is small
-// enough for a table of all cells (voxel_table.h). Of more points, where few share a voxel, sorting all runs costs less than a table of voxels that fits no cache.
+// Three ways to the same bits, since each adds the points of a voxel in their order: a scan is
+// small enough for a table of all cells (voxel_table.h). Of more points, where few share a voxel,
+// sorting all runs costs less than a table of voxels that fits no cache.
 std::vector<Eigen::Vector3d> subsample_by_sorting(std::span<const Eigen::Vector3d> points_m,
                                                   double leaf_m, const VoxelBox& box) {
   const Extent extent = extent_between(box.low, box.high);

@@ -47,8 +47,8 @@ inline double odd_sum(double a, double b) {
   const auto rest = std::bit_cast<std::int64_t>(exact.rest);
   const std::int64_t is_even = (bits & 1) ^ 1;
   const std::int64_t has_rest = exact.rest != 0.0 ? 1 : 0;
-  const std::int64_t away = 1 - 2 * static_cast<std::int64_t>(
-                                        static_cast<std::uint64_t>(bits ^ rest) >> 63);
+  const std::int64_t away =
+      1 - 2 * static_cast<std::int64_t>(static_cast<std::uint64_t>(bits ^ rest) >> 63);
   return std::bit_cast<double>(bits + (is_even & has_rest) * away);
 }
 

@@ -17,8 +17,8 @@ struct VoxelBox {
   CellKey high;
 };
 
-// Voxels whose box has at most so many cells are worth a table: a million bits and four million bytes,
-// of which a scan touches few.
+// Voxels whose box has at most so many cells are worth a table: a million bits and four million
+// bytes, of which a scan touches few.
 inline constexpr double kMostTableCells = 1 << 20;
 double cell_count(const VoxelBox& box);
 
@@ -28,7 +28,8 @@ class VoxelTable {
   // An empty table of the cells of `box`, which may be kMostTableCells at most.
   void begin(const VoxelBox& box);
 
-  // Adds points to their voxels, in their order: a point's key, floor(x / leaf), must lie in the box.
+  // Adds points to their voxels, in their order: a point's key, floor(x / leaf), must lie in the
+  // box.
   void add(std::span<const Eigen::Vector3d> points_m, double leaf_m);
 
   // One centroid for each voxel that holds a point, ascending by key. The table is then empty.

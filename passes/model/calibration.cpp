@@ -86,9 +86,9 @@ Misses misses_of_rule(const Witnesses& witnesses, std::size_t limit,
   misses.sites_in_block = witnesses.cases_in_block;
   const auto try_threshold = [&](double threshold) {
     misses.thresholds.push_back(threshold);
-    misses.in_block.push_back(missed_cases(
-        witnesses, limit_m,
-        choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
+    misses.in_block.push_back(
+        missed_cases(witnesses, limit_m,
+                     choose_out_of_fold(model, limit, threshold, options.dilation_m, tighter)));
   };
   if (options.risk_control == RiskControl::kFixed) {
     try_threshold(options.fixed_threshold);
@@ -171,9 +171,8 @@ std::string unearned_statement(const LimitPromise& promise, const Witnesses& wit
 
 }  // namespace
 
-Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
-                                  CaseKind kind, const CalibrationOptions& options,
-                                  const Choice* tighter) {
+Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, CaseKind kind,
+                                  const CalibrationOptions& options, const Choice* tighter) {
   const Witnesses witnesses = witnesses_of(model, kind);
   const Misses misses = misses_of_rule(witnesses, limit, options, tighter);
   RiskDecision decision = decide(misses, options);
@@ -208,8 +207,8 @@ LimitPromise assess_mean_rule(const ErrorModel& model, std::size_t limit) {
   Misses misses;
   misses.sites_in_block = witnesses.cases_in_block;
   misses.thresholds = {0.0};
-  misses.in_block = {missed_cases(witnesses, promise.limit_m,
-                                  choose_by_mean(model.out_of_fold, promise.limit_m))};
+  misses.in_block = {
+      missed_cases(witnesses, promise.limit_m, choose_by_mean(model.out_of_fold, promise.limit_m))};
   promise.calibration_miss_share = miss_share(misses, 0);
   promise.statement =
       "nothing is promised: a mean within the limit says little about misses; " + observed(promise);

@@ -27,12 +27,12 @@ struct Calibration {
 // Which of the model's cases set a threshold: it is applied to sites of the same kind.
 enum class CaseKind : std::uint8_t { kMapOnly, kHistory };
 
-// Sets p* of one limit for one kind of case by applying the probability rule, with dilation and with `tighter` (the
-// choice for the next tighter limit; null for the tightest) as cap, to the model's out-of-fold
-// predictions, and counting misses block by block. Thresholds tried: 0.005, 0.010, ..., 1.
-Calibration calibrate_probability(const ErrorModel& model, std::size_t limit,
-                                  CaseKind kind, const CalibrationOptions& options,
-                                  const Choice* tighter);
+// Sets p* of one limit for one kind of case by applying the probability rule, with dilation and
+// with `tighter` (the choice for the next tighter limit; null for the tightest) as cap, to the
+// model's out-of-fold predictions, and counting misses block by block. Thresholds tried: 0.005,
+// 0.010, ..., 1.
+Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, CaseKind kind,
+                                  const CalibrationOptions& options, const Choice* tighter);
 
 // What the mean rule reached out of fold; it promises nothing.
 LimitPromise assess_mean_rule(const ErrorModel& model, std::size_t limit);

@@ -172,21 +172,20 @@ void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
 }  // namespace
 
 std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
-  return {
-      choice("selection", options.selection,
-             "rule: by probability with a promise, or by mean as the paper does",
-             {"mean", "probability"}),
-      choice("risk_control", options.risk_control, "what sets the probability that is asked for",
-             risk_control_names()),
-      number("alpha", options.alpha, "share of misses that is allowed", 0.0001, 0.5),
-      number("delta", options.delta, "learn-then-test: how often the promise itself may fail",
-             0.0001, 0.5),
-      number("probability_threshold", options.probability_threshold,
-             "the probability asked for where risk_control is fixed", 0.0, 1.0),
-      number("dilation_m", options.dilation_m,
-             "a site looks as far as any neighbour within this, m", 0.0, 100.0),
-      flag("extrapolated_takes_longest", options.extrapolated_takes_longest,
-           "look as far as there is where factors lie beyond what the model saw")};
+  return {choice("selection", options.selection,
+                 "rule: by probability with a promise, or by mean as the paper does",
+                 {"mean", "probability"}),
+          choice("risk_control", options.risk_control,
+                 "what sets the probability that is asked for", risk_control_names()),
+          number("alpha", options.alpha, "share of misses that is allowed", 0.0001, 0.5),
+          number("delta", options.delta, "learn-then-test: how often the promise itself may fail",
+                 0.0001, 0.5),
+          number("probability_threshold", options.probability_threshold,
+                 "the probability asked for where risk_control is fixed", 0.0, 1.0),
+          number("dilation_m", options.dilation_m,
+                 "a site looks as far as any neighbour within this, m", 0.0, 100.0),
+          flag("extrapolated_takes_longest", options.extrapolated_takes_longest,
+               "look as far as there is where factors lie beyond what the model saw")};
 }
 
 std::vector<std::string> promises_of(const ChooseRangesOptions& options, const ErrorModel& model) {

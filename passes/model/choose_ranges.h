@@ -16,9 +16,9 @@ namespace sightline {
 struct ChooseRangesOptions {
   Selection selection = Selection::kProbability;  // kMean: the paper's rule
   RiskControl risk_control = RiskControl::kConformal;
-  double alpha = 0.05;                     // share of misses that is allowed
-  double delta = 0.1;                      // learn-then-test: how often the promise may fail
-  double probability_threshold = 0.8;      // p* of "fixed"
+  double alpha = 0.05;                 // share of misses that is allowed
+  double delta = 0.1;                  // learn-then-test: how often the promise may fail
+  double probability_threshold = 0.8;  // p* of "fixed"
   double dilation_m = 3.0;
   bool extrapolated_takes_longest = true;
 };
@@ -27,14 +27,15 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 // How far to look at every site, for each limit of the model (schemas/definitions.md, "Error model
 // and choice of range"). `mean`: the shortest range whose predicted mean error is within the limit.
 // `probability`: the shortest with P(error <= limit) >= p*, then the longest among the neighbours
-// of the run within dilation_m. p* is set per limit, and apart for sites with measured history, by controlling the share of misses of this very
-// rule, dilation included, on the model's out-of-fold predictions of the sites it has labels for; a
-// site that misses does so whether it was flagged or not. A promise that too few or too small
-// blocks cannot earn is not made: p* is then the least at which the misses seen stay within alpha,
-// and the statement says what is missing. A looser limit never looks further than a tighter one. No
-// range good enough: the longest, flagged kUnmet. Extrapolated sites are flagged, and take the
-// longest unless options say otherwise. Errors: mismatched-inputs where sites, predictions and
-// model differ in count, ranges or limits. A model of one place promises nothing in another.
+// of the run within dilation_m. p* is set per limit, and apart for sites with measured history, by
+// controlling the share of misses of this very rule, dilation included, on the model's out-of-fold
+// predictions of the sites it has labels for; a site that misses does so whether it was flagged or
+// not. A promise that too few or too small blocks cannot earn is not made: p* is then the least at
+// which the misses seen stay within alpha, and the statement says what is missing. A looser limit
+// never looks further than a tighter one. No range good enough: the longest, flagged kUnmet.
+// Extrapolated sites are flagged, and take the longest unless options say otherwise. Errors:
+// mismatched-inputs where sites, predictions and model differ in count, ranges or limits. A model
+// of one place promises nothing in another.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model);

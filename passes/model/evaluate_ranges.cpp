@@ -64,8 +64,7 @@ Choice choose_with_dilation(const EvaluationInputs& inputs, const EvaluateRanges
       has_own ? Thresholds{promise.probability_threshold, promise.history_threshold}
               : Thresholds{given, given};
   Choice choice = choose_by_probability(inputs.predicted, limit, thresholds);
-  dilate(route_of(inputs.sites), has_own ? inputs.ranges.dilation_m : options.dilation_m,
-         choice);
+  dilate(route_of(inputs.sites), has_own ? inputs.ranges.dilation_m : options.dilation_m, choice);
   return choice;
 }
 
@@ -100,8 +99,8 @@ Choice choose_static_covering(const EvaluationInputs& inputs, std::size_t limit,
 }
 
 // In the order of Rule. `tighter`: the same for the next tighter limit; empty for the tightest.
-std::vector<Choice> choices_at(const EvaluationInputs& inputs, const EvaluateRangesOptions& options, std::size_t limit,
-                               const std::vector<Choice>& tighter) {
+std::vector<Choice> choices_at(const EvaluationInputs& inputs, const EvaluateRangesOptions& options,
+                               std::size_t limit, const std::vector<Choice>& tighter) {
   const Choice as_map = choose_as_map(inputs, limit);
   Choice probability = choose_with_dilation(inputs, options, limit);
   if (!tighter.empty()) {
@@ -118,9 +117,8 @@ std::vector<Choice> choices_at(const EvaluationInputs& inputs, const EvaluateRan
 void record_sites(const EvaluationInputs& inputs, Evaluation& evaluation) {
   for (const std::size_t i : inputs.judged_sites) {
     const Site& site = inputs.sites.sites[i];
-    evaluation.sites.push_back(
-        {static_cast<std::uint32_t>(i), site.run, site.s_m, site.p_map_m.x(), site.p_map_m.y(),
-         inputs.streets[i]});
+    evaluation.sites.push_back({static_cast<std::uint32_t>(i), site.run, site.s_m, site.p_map_m.x(),
+                                site.p_map_m.y(), inputs.streets[i]});
     evaluation.out_of_fold_count += inputs.predicted.out_of_fold[i];
     for (std::size_t range = 0; range <= inputs.longest(); ++range) {
       evaluation.error_m.push_back(inputs.judged.row(i, range).mean_m);
@@ -150,7 +148,8 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
                      std::to_string(sites.sites.size()),
                  "", ""};
   }
-  EvaluationInputs inputs{options.stretch_m, sites, predicted, ranges, judged, street_types(factors), {}};
+  EvaluationInputs inputs{options.stretch_m,     sites, predicted, ranges, judged,
+                          street_types(factors), {}};
   inputs.streets.resize(sites.sites.size(), StreetType::kUnknown);  // a map stripped of factors
   for (std::size_t site = 0; site < judged.scan_of_site.size(); ++site) {
     if (judged.scan_of_site[site] >= 0) inputs.judged_sites.push_back(site);

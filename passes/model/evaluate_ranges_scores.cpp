@@ -55,9 +55,7 @@ struct JudgedRun {
 
 std::vector<JudgedRun> judged_runs(const EvaluationInputs& inputs) {
   std::vector<JudgedRun> runs;
-  const auto run_of = [&](std::size_t i) {
-    return inputs.sites.sites[inputs.judged_sites[i]].run;
-  };
+  const auto run_of = [&](std::size_t i) { return inputs.sites.sites[inputs.judged_sites[i]].run; };
   for (std::size_t i = 0; i < inputs.judged_sites.size(); ++i) {
     if (i == 0 || run_of(i) != run_of(i - 1)) runs.push_back({i, i});
     runs.back().last = i + 1;
@@ -66,7 +64,8 @@ std::vector<JudgedRun> judged_runs(const EvaluationInputs& inputs) {
 }
 
 // A run with fewer judged sites than a stretch has says little: it counts only where all are so.
-void score_worst_stretch(const EvaluationInputs& inputs, const std::vector<double>& met, RuleScore& score) {
+void score_worst_stretch(const EvaluationInputs& inputs, const std::vector<double>& met,
+                         RuleScore& score) {
   const std::vector<JudgedRun> runs = judged_runs(inputs);
   const std::size_t longest = std::ranges::max(runs, {}, &JudgedRun::size).size();
   const double sites_in_stretch = std::round(inputs.stretch_m / inputs.sites.spacing_m);
@@ -89,7 +88,8 @@ void score_worst_stretch(const EvaluationInputs& inputs, const std::vector<doubl
 
 }  // namespace
 
-RuleScore score_choice(const EvaluationInputs& inputs, double limit_m, Rule rule, const Choice& choice) {
+RuleScore score_choice(const EvaluationInputs& inputs, double limit_m, Rule rule,
+                       const Choice& choice) {
   const Outcomes out = outcomes_of(inputs, limit_m, choice, inputs.judged_sites);
   RuleScore score;
   score.limit_m = limit_m;
@@ -109,17 +109,16 @@ RuleScore score_choice(const EvaluationInputs& inputs, double limit_m, Rule rule
   return score;
 }
 
-void append_street_scores(const EvaluationInputs& inputs, double limit_m, Rule rule, const Choice& choice,
-                          std::vector<StreetScore>& streets) {
+void append_street_scores(const EvaluationInputs& inputs, double limit_m, Rule rule,
+                          const Choice& choice, std::vector<StreetScore>& streets) {
   for (std::size_t type = 1; type < kStreetTypeCount; ++type) {
     StreetScore score;
     score.limit_m = limit_m;
     score.rule = rule;
     score.street = static_cast<StreetType>(type);
     std::vector<std::size_t> sites;
-    std::ranges::copy_if(inputs.judged_sites, std::back_inserter(sites), [&](std::size_t site) {
-      return inputs.streets[site] == score.street;
-    });
+    std::ranges::copy_if(inputs.judged_sites, std::back_inserter(sites),
+                         [&](std::size_t site) { return inputs.streets[site] == score.street; });
     if (sites.empty()) continue;
     const Outcomes out = outcomes_of(inputs, limit_m, choice, sites);
     score.site_count = static_cast<std::uint32_t>(sites.size());

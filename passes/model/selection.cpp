@@ -13,9 +13,8 @@ namespace {
 // Positions come from sums of steps of a metre: exactly 3 m apart may read 3.0000000001.
 constexpr double kPositionTolerance_m = 1e-6;
 
-Choice choose_each(
-    const PredictedError& predicted,
-    const std::function<std::optional<std::size_t>(std::size_t site)>& range_of) {
+Choice choose_each(const PredictedError& predicted,
+                   const std::function<std::optional<std::size_t>(std::size_t site)>& range_of) {
   const std::size_t longest = predicted.ranges_m.size() - 1;
   Choice choice;
   for (std::size_t site = 0; site < predicted.site_count; ++site) {

@@ -22,7 +22,7 @@ constexpr std::uint64_t kWholeForestKey = 0;
 // are not independent of each other, choose-ranges promises nothing on them. Lets `options` say
 // what block and buffer were used.
 Result<TrainingSet> prepare_training_set(const PassContext& ctx, const DrivenPlaces& places,
-                              TrainModelOptions& options) {
+                                         TrainModelOptions& options) {
   constexpr double kShortestBlock_m = 15.0;  // below this a block sees nothing but its neighbours
   TrainingSetOptions wanted{options.features, options.block_m, options.folds, options.hold_out};
   Result<TrainingSet> training_set = make_training_set(wanted, places);
@@ -47,8 +47,10 @@ std::vector<FeatureCard> feature_cards(const TrainingSet& training_set,
   for (std::size_t feature = 0; feature < cards.size(); ++feature) {
     cards[feature].name = training_set.features.names[feature];
     cards[feature].importance_m = importance[feature];
-    cards[feature].support_min.assign(training_set.range_count, std::numeric_limits<double>::infinity());
-    cards[feature].support_max.assign(training_set.range_count, -std::numeric_limits<double>::infinity());
+    cards[feature].support_min.assign(training_set.range_count,
+                                      std::numeric_limits<double>::infinity());
+    cards[feature].support_max.assign(training_set.range_count,
+                                      -std::numeric_limits<double>::infinity());
   }
   for (std::size_t row = 0; row < training_set.features.row_count; ++row) {
     if (training_set.sites[training_set.shape().site_of(row)].has_label == 0) continue;
@@ -85,7 +87,8 @@ Fit fit_at(const TrainingSet& training_set, const PredictedError& predicted, std
            std::uint8_t has_history) {
   std::vector<double> labels, squares, residuals;
   for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
-    if (training_set.sites[i].has_label == 0 || training_set.sites[i].has_history != has_history) continue;
+    if (training_set.sites[i].has_label == 0 || training_set.sites[i].has_history != has_history)
+      continue;
     const double label = training_set.labels[training_set.shape().index(i, range)];
     const double residual = predicted.mean(i, range) - label;
     labels.push_back(label);
@@ -100,7 +103,8 @@ Fit fit_at(const TrainingSet& training_set, const PredictedError& predicted, std
   return {mean, total > 0.0 ? 1.0 - left / total : 0.0, std::sqrt(left / count)};
 }
 
-std::vector<RangeCard> range_cards(const TrainingSet& training_set, const PredictedError& predicted) {
+std::vector<RangeCard> range_cards(const TrainingSet& training_set,
+                                   const PredictedError& predicted) {
   std::vector<RangeCard> cards;
   for (std::size_t range = 0; range < training_set.range_count; ++range) {
     const Fit map_only = fit_at(training_set, predicted, range, 0);
@@ -121,7 +125,8 @@ std::vector<std::size_t> cases_in(const TrainingSet& training_set, StreetType st
   return cases;
 }
 
-std::vector<StreetCard> street_cards(const TrainingSet& training_set, const PredictedError& predicted) {
+std::vector<StreetCard> street_cards(const TrainingSet& training_set,
+                                     const PredictedError& predicted) {
   std::vector<StreetCard> cards;
   for (const double limit_m : predicted.limits_m) {
     const Choice choice = choose_by_mean(predicted, limit_m);
@@ -172,8 +177,8 @@ Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainMo
   const std::vector<std::uint8_t> leave_none_out(training_set.sites.size(), 0);
   const LabelledRows all =
       labelled_rows(training_set, leave_none_out, static_cast<std::size_t>(options.most_rows));
-  return grow_forest(training_set.features, all, forest_options(options), mix(ctx.seed, kWholeForestKey),
-                     ctx.threads);
+  return grow_forest(training_set.features, all, forest_options(options),
+                     mix(ctx.seed, kWholeForestKey), ctx.threads);
 }
 
 Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
@@ -185,17 +190,20 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   predicted.limits_m = options.limits_m;
   const OutOfFoldOptions out_of_fold_options{forest_options(options), options.buffer_m,
                                              static_cast<std::size_t>(options.most_rows)};
-  SIGHTLINE_ASSIGN(OutOfFold out_of_fold, predict_out_of_fold(ctx, out_of_fold_options, training_set, std::move(predicted)));
+  SIGHTLINE_ASSIGN(OutOfFold out_of_fold, predict_out_of_fold(ctx, out_of_fold_options,
+                                                              training_set, std::move(predicted)));
   SIGHTLINE_ASSIGN(RegressionForest forest, grow_whole_forest(ctx, options, training_set));
   ErrorModel model;
-  model.card = training_card(ctx, options, training_set, places.places.front().drives.front().reference);
+  model.card =
+      training_card(ctx, options, training_set, places.places.front().drives.front().reference);
   model.features = feature_cards(training_set, out_of_fold.importance);
   warn_of_constant_factors(ctx, model.features);
   model.ranges = range_cards(training_set, out_of_fold.predicted);
   model.streets = street_cards(training_set, out_of_fold.predicted);
   model.forest = std::move(forest);
   for (std::size_t i = 0; i < training_set.sites.size(); ++i) {
-    training_set.sites[i].factor_digest = features_digest(training_set.features, i, training_set.range_count);
+    training_set.sites[i].factor_digest =
+        features_digest(training_set.features, i, training_set.range_count);
   }
   model.sites = std::move(training_set.sites);
   model.out_of_fold = std::move(out_of_fold.predicted);
@@ -209,7 +217,8 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
   return {
       choice("features", options.features,
              "factors to learn from: the paper's eleven, or all there are", {"paper", "all"}),
-      shared(numbers("limits_m", options.limits_m, "accuracies that vehicles need, m", 0.001, 100.0)),
+      shared(
+          numbers("limits_m", options.limits_m, "accuracies that vehicles need, m", 0.001, 100.0)),
       integer("trees", options.trees, "trees of the forest", 1, 10000),
       integer("least_leaf_rows", options.least_leaf_rows, "training rows in a leaf, at least", 1,
               1000),

@@ -55,8 +55,8 @@ OptionField choice(std::string name, std::string& value, std::string help,
 OptionField text(std::string name, std::string& value, std::string help);
 // One of an enumeration whose values count 0, 1, 2, ... in the order of `choices`.
 template <class E>
-  requires std::is_enum_v<E>
-OptionField choice(std::string name, E& value, std::string help, std::vector<std::string> choices) {
+requires std::is_enum_v<E> OptionField choice(std::string name, E& value, std::string help,
+                                              std::vector<std::string> choices) {
   const EnumValue chosen{[&value] { return static_cast<std::size_t>(value); },
                          [&value](std::size_t index) { value = static_cast<E>(index); }};
   return {std::move(name), chosen, std::move(help), 0.0, 0.0, std::move(choices)};

@@ -63,15 +63,15 @@ Result<void> check_options(const CastRaysOptions& options) {
 }  // namespace
 
 std::vector<OptionField> option_fields(CastRaysOptions& options) {
-  return {
-      integer("azimuth_count", options.azimuth_count, "columns of a depth image", 8, 7200),
-      integer("elevation_count", options.elevation_count, "rows of a depth image", 1, 1800),
-      number("first_elevation_deg", options.first_elevation_deg, "elevation of the lowest row",
-             -90.0, 90.0),
-      number("elevation_step_deg", options.elevation_step_deg, "elevation between rows", 0.01,
-             90.0),
-      number("near_m", options.near_m, "nothing nearer is hit, m", 0.0, 100.0),
-      shared(number("longest_range_m", options.longest_range_m, "nothing further is hit, m", 1.0, 1000.0))};
+  return {integer("azimuth_count", options.azimuth_count, "columns of a depth image", 8, 7200),
+          integer("elevation_count", options.elevation_count, "rows of a depth image", 1, 1800),
+          number("first_elevation_deg", options.first_elevation_deg, "elevation of the lowest row",
+                 -90.0, 90.0),
+          number("elevation_step_deg", options.elevation_step_deg, "elevation between rows", 0.01,
+                 90.0),
+          number("near_m", options.near_m, "nothing nearer is hit, m", 0.0, 100.0),
+          shared(number("longest_range_m", options.longest_range_m, "nothing further is hit, m",
+                        1.0, 1000.0))};
 }
 
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,

@@ -53,7 +53,8 @@ VirtualScans join(const std::vector<std::vector<Eigen::Vector3d>>& scan_of_site,
 std::vector<OptionField> option_fields(CastScansOptions& options) {
   return {
       number("near_m", options.near_m, "nothing nearer is hit, m", 0.0, 100.0),
-      shared(number("longest_range_m", options.longest_range_m, "nothing further is hit, m", 1.0, 1000.0)),
+      shared(number("longest_range_m", options.longest_range_m, "nothing further is hit, m", 1.0,
+                    1000.0)),
       shared(number("leaf_m", options.leaf_m, "edge of the localizer's voxels, m", 0.05, 10.0))};
 }
 

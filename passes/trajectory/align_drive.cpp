@@ -229,7 +229,8 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
                                const Drive& drive, const Trajectory& own, const NdtMap& map,
                                const Sites& sites) {
   const bool is_given = own.source == PoseSource::kGiven;
-  if (options.mode == AlignMode::kGiven || (options.mode == AlignMode::kAuto && is_given)) return own;
+  if (options.mode == AlignMode::kGiven || (options.mode == AlignMode::kAuto && is_given))
+    return own;
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, own));
   if (map.nds.empty()) return Error{ErrorCode::kEmptyMap, "the map has no ND to match", "", ""};
   const Trajectory near = rebase(own, map.frame);

@@ -32,7 +32,7 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
                                const Drive& drive, const Trajectory& own, const NdtMap& map,
                                const Sites& sites);
-inline constexpr Pass kAlignDrive{"align-drive", 2, "aligned", "A second drive in the map of the first",
-                                  &align_drive};
+inline constexpr Pass kAlignDrive{"align-drive", 2, "aligned",
+                                  "A second drive in the map of the first", &align_drive};
 
 }  // namespace sightline

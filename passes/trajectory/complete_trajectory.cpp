@@ -27,8 +27,8 @@ Result<void> check_first_sensor(const Drive& drive, const Trajectory& trajectory
 
 }  // namespace
 
-Result<Trajectory> complete_trajectory(PassContext&, const NoOptions&,
-                                       const Drive& drive, const Trajectory& first_sensor) {
+Result<Trajectory> complete_trajectory(PassContext&, const NoOptions&, const Drive& drive,
+                                       const Trajectory& first_sensor) {
   SIGHTLINE_TRY(check_first_sensor(drive, first_sensor));
   const std::vector<TrajectoryPose>& known = first_sensor.poses;
   Trajectory complete = first_sensor;

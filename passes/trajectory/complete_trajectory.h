@@ -15,7 +15,7 @@ namespace sightline {
 // between two of them).
 Result<Trajectory> complete_trajectory(PassContext& ctx, const NoOptions& options,
                                        const Drive& drive, const Trajectory& first_sensor);
-inline constexpr Pass kCompleteTrajectory{"complete-trajectory", 2, "joined-trajectory", "A pose for every sensor's scans",
-                                          &complete_trajectory};
+inline constexpr Pass kCompleteTrajectory{"complete-trajectory", 2, "joined-trajectory",
+                                          "A pose for every sensor's scans", &complete_trajectory};
 
 }  // namespace sightline

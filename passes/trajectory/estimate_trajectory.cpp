@@ -183,7 +183,8 @@ Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectory
   const std::vector<std::uint32_t> keys = key_scans(odometry);
   const PoseGraph key_graph =
       graph_of_keys(graph, odometry, priors_of(options, way_m, given, keys), keys);
-  SIGHTLINE_ASSIGN(Adjustment adjusted, adjust_to_planes(ctx, drive, key_graph, solution.T_map_pose, keys));
+  SIGHTLINE_ASSIGN(Adjustment adjusted,
+                   adjust_to_planes(ctx, drive, key_graph, solution.T_map_pose, keys));
   // Where no given pose pulls the way out of shape, matching each scan to many at once is nearer to
   // the truth than planes are, which lend it only their covariance.
   if (!refines) adjusted.T_map_lidar = solution.T_map_pose;
@@ -214,10 +215,11 @@ Result<bool> check_given(PassContext& ctx, const EstimateTrajectoryOptions& opti
     return Error{ErrorCode::kMismatchedInputs, text, drive.scans[found[0].first].source,
                  "scan " + std::to_string(drive.scans[found[0].first].recording_index)};
   }
-  ctx.warn(text + (options.bad_poses == BadPoses::kRepair ? ". They are refined"
-                                                 : ". They are used all the same; "
-                                                   "estimate-trajectory.bad_poses=repair refines "
-                                                   "them"));
+  ctx.warn(text + (options.bad_poses == BadPoses::kRepair
+                       ? ". They are refined"
+                       : ". They are used all the same; "
+                         "estimate-trajectory.bad_poses=repair refines "
+                         "them"));
   return true;
 }
 

@@ -88,7 +88,8 @@ Result<std::vector<Eigen::Vector3d>> visit_points_m(const Drive& drive, const Od
 // The edge of a candidate, or none where the scans do not match.
 Result<std::optional<GraphEdge>> confirm(const Drive& drive, const Odometry& odometry,
                                          const Candidate& candidate) {
-  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> visit_m, visit_points_m(drive, odometry, candidate.earlier));
+  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> visit_m,
+                   visit_points_m(drive, odometry, candidate.earlier));
   SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, candidate.later));
   const LocalMatch match =
       search_locally(local_grids(visit_m), scan.to_match_m, odometry.T_map_lidar[candidate.later],

@@ -135,7 +135,8 @@ TileParts tile_parts(TileKey key, bool is_changed, std::uint64_t seed, std::uint
   tile.key = key;
   std::uint64_t nds = 0;
   std::vector<std::byte> ndt = ndt_layer(key, is_changed, mix(seed, 1), nds);
-  tile.layers.push_back({std::string(kNdtLayer), kNdtLayerVersion, true, nds, true, std::move(ndt)});
+  tile.layers.push_back(
+      {std::string(kNdtLayer), kNdtLayerVersion, true, nds, true, std::move(ndt)});
   tile.layers.push_back({std::string(kRangeLayer), kRangeLayerVersion, true, kSitesPerTile, false,
                          range_layer(key, is_changed, mix(seed, 2), first_site)});
   return tile;
@@ -169,7 +170,8 @@ std::vector<std::byte> big_map(const BigMapOptions& options) {
     const TileKey key{number / columns, number % columns};
     const bool is_changed = number >= first_changed && number < first_changed + changed;
     // Sites are numbered by run and place, that is by row of tiles.
-    const int in_row = options.tile_count / columns + (key.y < options.tile_count % columns ? 1 : 0);
+    const int in_row =
+        options.tile_count / columns + (key.y < options.tile_count % columns ? 1 : 0);
     int before = 0;
     for (int y = 0; y < key.y; ++y) {
       before += options.tile_count / columns + (y < options.tile_count % columns ? 1 : 0);

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-// A made-up map of any size for benchmarks: rows of tiles, each crossed by a street with a site every
-// metre, NDs in random cells. Its numbers pack about as badly as those of real maps.
+// A made-up map of any size for benchmarks: rows of tiles, each crossed by a street with a site
+// every metre, NDs in random cells. Its numbers pack about as badly as those of real maps.
 
 namespace sightline {
 
@@ -14,8 +14,8 @@ inline constexpr int kBigMapTilesPerMib = 12;
 struct BigMapOptions {
   std::uint64_t seed = 1;
   int tile_count = 64;  // 1 to 2^20; kBigMapTilesPerMib make about one MiB of file
-  // Of the tiles, the share where the map differs from the one of the same seed without changes, all
-  // of them neighbours. There one ND in twenty moved, one gave way to another, and ranges rose.
+  // Of the tiles, the share where the map differs from the one of the same seed without changes,
+  // all of them neighbours. There one ND in twenty moved, one gave way to another, and ranges rose.
   double changed_share = 0.0;
 };
 

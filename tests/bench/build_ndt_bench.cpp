@@ -6,8 +6,8 @@
 #include "tests/bench/pcl_map.h"
 #include "tests/bench/side_by_side.h"
 
-// From points to a map that is ready to match, beside PCL's, on one thread. Both take points as they
-// keep them in memory.
+// From points to a map that is ready to match, beside PCL's, on one thread. Both take points as
+// they keep them in memory.
 
 namespace sightline {
 namespace {
@@ -30,8 +30,7 @@ NdtMap build(const Points& points_m, double cell_m) {
 
 void compare_builds(const char* order, const Points& points_m, const PclCloud& cloud) {
   for (const double cell_m : {2.0, 1.0}) {
-    compare({job("NDs", order, cell_m), points_m.size(), 7,
-             [&] { build(points_m, cell_m); },
+    compare({job("NDs", order, cell_m), points_m.size(), 7, [&] { build(points_m, cell_m); },
              [&] { static_cast<void>(cloud.build_cells(cell_m)); }});
   }
 }
@@ -48,8 +47,8 @@ void compare_all(const BenchClouds& clouds) {
   print_heading(std::string("NDT map of ") + clouds.name);
   Points points_m = clouds.map_points_m;
   const PclCloud in_order(points_m);
-  std::printf("%zu points; NDs of 2 m: ours %zu, PCL's (6 points enough) %zu\n",
-              points_m.size(), build(points_m, 2.0).nds.size(), in_order.build_cells(2.0));
+  std::printf("%zu points; NDs of 2 m: ours %zu, PCL's (6 points enough) %zu\n", points_m.size(),
+              build(points_m, 2.0).nds.size(), in_order.build_cells(2.0));
   compare_builds("scan order", points_m, in_order);
   compare_ready(points_m, in_order);
   points_m = shuffled(std::move(points_m));

@@ -1,5 +1,5 @@
-// Diff, delta and apply of two large maps of which a share of the tiles differs: how much they read,
-// write and hold in memory. The program itself is run, with the files out of the page cache.
+// Diff, delta and apply of two large maps of which a share of the tiles differs: how much they
+// read, write and hold in memory. The program itself is run, with the files out of the page cache.
 //   delta_bench --size-mib 1024 --changed 0.04 --folder /tmp/maps
 
 #include <fcntl.h>
@@ -35,8 +35,8 @@ struct Run {
   double peak_mib = 0.0;
 };
 
-// Memory of the process itself, without pages of files, which the kernel takes back when it likes. The
-// usage that wait4() tells holds this program's own peak from before exec.
+// Memory of the process itself, without pages of files, which the kernel takes back when it likes.
+// The usage that wait4() tells holds this program's own peak from before exec.
 double own_mib(pid_t process) {
   std::ifstream status("/proc/" + std::to_string(process) + "/status");
   for (std::string word; status >> word;) {
@@ -102,10 +102,10 @@ double packed_size_of_changes(const fs::path& before, const fs::path& after) {
     for (const schema::Block* block : *tile->layers()) {
       const schema::Block* old_block =
           old_tile ? find_layer(*old_map, *old_tile, block->name()->string_view()) : nullptr;
-      const bool is_same = old_block != nullptr &&
-                           std::equal(block->raw_digest()->bytes()->begin(),
-                                      block->raw_digest()->bytes()->end(),
-                                      old_block->raw_digest()->bytes()->begin());
+      const bool is_same =
+          old_block != nullptr &&
+          std::equal(block->raw_digest()->bytes()->begin(), block->raw_digest()->bytes()->end(),
+                     old_block->raw_digest()->bytes()->begin());
       if (is_same) continue;
       const std::span<const std::byte> stored = located_bytes(*new_map, *block);
       const bool is_packed = block->codec() == schema::Codec::Zstd;
@@ -124,8 +124,8 @@ void write_maps(const fs::path& before, const fs::path& after, BigMapOptions opt
 }
 
 void report(const char* what, const Run& run) {
-  std::printf("%-18s exit %d, %.1f s of CPU, at most %.1f MiB of memory of its own\n", what, run.status,
-              run.cpu_s, run.peak_mib);
+  std::printf("%-18s exit %d, %.1f s of CPU, at most %.1f MiB of memory of its own\n", what,
+              run.status, run.cpu_s, run.peak_mib);
 }
 
 }  // namespace

@@ -52,7 +52,8 @@ int run(std::size_t row_count, int threads) {
   }
   const std::vector<std::byte> bytes = to_bytes(*model);
   std::printf("%zu rows, %zu features, %zu trees, file of %.1f MB\n", model->forest.labels.size(),
-              model->features.size(), model->forest.trees.size(), 1e-6 * static_cast<double>(bytes.size()));
+              model->features.size(), model->forest.trees.size(),
+              1e-6 * static_cast<double>(bytes.size()));
   print("reading the file", timed([&] { model = from_bytes<ErrorModel>(bytes); }));
   constexpr std::size_t kMillion = 1000000;
   FeatureRows rows;
@@ -63,8 +64,9 @@ int run(std::size_t row_count, int threads) {
   for (std::size_t i = 0; i < kMillion; ++i) {
     order[i] = static_cast<std::uint32_t>(i);
     const std::size_t from = random.below(model->forest.labels.size()) * rows.names.size();
-    rows.values.insert(rows.values.end(), model->forest.rows.begin() + static_cast<std::ptrdiff_t>(from),
-                       model->forest.rows.begin() + static_cast<std::ptrdiff_t>(from + rows.names.size()));
+    rows.values.insert(
+        rows.values.end(), model->forest.rows.begin() + static_cast<std::ptrdiff_t>(from),
+        model->forest.rows.begin() + static_cast<std::ptrdiff_t>(from + rows.names.size()));
   }
   double sum = 0.0;
   print("mean and P at two limits of a million rows", timed([&] {

@@ -2,8 +2,8 @@
 //
 //   write_big_map ... && open_bench MAP
 //
-// Pages are counted twice: those of the file that a fresh process brought into memory (mincore, after
-// the file was dropped from the page cache), and page faults.
+// Pages are counted twice: those of the file that a fresh process brought into memory (mincore,
+// after the file was dropped from the page cache), and page faults.
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -38,8 +38,8 @@ std::size_t resident_bytes(const std::string& path) {
   if (data == MAP_FAILED || ::mincore(data, size, pages.data()) != 0) return size;
   ::munmap(data, size);
   ::close(file);
-  return page * static_cast<std::size_t>(
-                    std::ranges::count_if(pages, [](unsigned char bits) { return (bits & 1) != 0; }));
+  return page * static_cast<std::size_t>(std::ranges::count_if(
+                    pages, [](unsigned char bits) { return (bits & 1) != 0; }));
 }
 
 void drop_from_memory(const std::string& path) {
@@ -82,7 +82,8 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// CPU time of one look-up: the median over batches, so that other programs on the machine do not count.
+// CPU time of one look-up: the median over batches, so that other programs on the machine do not
+// count.
 double look_up_ns(const MapReader& reader, const std::vector<std::array<double, 3>>& places) {
   constexpr std::size_t kBatch = 1000;
   std::vector<double> batches_ns;
@@ -105,8 +106,9 @@ int measure(const std::string& path, int columns) {
   std::vector<double> faults;
   for (int i = 0; i < 21; ++i) {
     const double x_m = kTile_m * (columns - 1) * random.uniform();
-    const double y_m = kTile_m * (0.5 + static_cast<double>(random.below(
-                                            static_cast<std::uint64_t>(columns - 1))));
+    const double y_m =
+        kTile_m *
+        (0.5 + static_cast<double>(random.below(static_cast<std::uint64_t>(columns - 1))));
     drop_from_memory(path);
     const std::size_t before = resident_bytes(path);
     const Visit cold = visit(path, x_m, y_m);
@@ -128,8 +130,8 @@ int measure(const std::string& path, int columns) {
   const double end_m = kTile_m * (columns - 1);
   for (int i = 0; i < 200000; ++i) {
     const auto row = static_cast<double>(random.below(static_cast<std::uint64_t>(columns - 1)));
-    anywhere.push_back({end_m * random.uniform(),
-                        kTile_m * (row + 0.5) + random.uniform(-1.0, 1.0), 1.8});
+    anywhere.push_back(
+        {end_m * random.uniform(), kTile_m * (row + 0.5) + random.uniform(-1.0, 1.0), 1.8});
     along.push_back({std::fmod(i, end_m), kTile_m * (std::floor(i / end_m) + 0.5), 1.8});
   }
   (void)look_up_ns(*reader, anywhere);  // every page checked

@@ -16,8 +16,8 @@
 #include "tests/support/real_data.h"
 
 // Reading the scans of a drive from PCD files in the page cache, beside PCL's loader and beside
-// reading their bytes into fresh memory, which nobody can beat. The files are a drawn scan, then the
-// first ones of the set kitti_0005 (tests/README.md) where it is there.
+// reading their bytes into fresh memory, which nobody can beat. The files are a drawn scan, then
+// the first ones of the set kitti_0005 (tests/README.md) where it is there.
 
 namespace sightline {
 namespace {
@@ -111,8 +111,8 @@ void compare_loads(const char* name, const Files& files, const std::filesystem::
 
 int main() {
   using namespace sightline;
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("sightline_pcd_bench_" + std::to_string(::getpid()));
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() /
+                                       ("sightline_pcd_bench_" + std::to_string(::getpid()));
   std::filesystem::create_directory(folder);
   compare_loads("a drawn street", drawn_files(folder), folder);
   const RealData kitti = real_data("kitti_0005");

@@ -22,8 +22,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 0.5));
   CLI11_PARSE(app, argc, argv);
   options.tile_count = size_mib * kBigMapTilesPerMib;
-  const Result<void> written =
-      write_file_atomically(path, big_map(options), IfExists::kReplace);
+  const Result<void> written = write_file_atomically(path, big_map(options), IfExists::kReplace);
   if (!written) std::fprintf(stderr, "%s\n", to_string(written.error()).c_str());
   return written ? 0 : exit_status(written.error().code);
 }

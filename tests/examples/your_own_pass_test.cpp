@@ -37,8 +37,8 @@ TEST(MeasureClearance, IsTheDistanceToTheNearestWallInReach) {
   NdtMap map;
   map.nds = {wall_at(3.0, 0.0, 0.0), wall_at(-5.0, 0.0, 0.0), wall_at(1.0, 0.0, 4.0)};
   PassContext ctx;
-  const Result<SiteColumn> table = measure_clearance(
-      ctx, MeasureClearanceOptions{}, map, route({{0.0, 0.0, 0.0}, {0.0, 90.0, 0.0}}));
+  const Result<SiteColumn> table = measure_clearance(ctx, MeasureClearanceOptions{}, map,
+                                                     route({{0.0, 0.0, 0.0}, {0.0, 90.0, 0.0}}));
   ASSERT_TRUE(table);
   EXPECT_DOUBLE_EQ(table->values[0], 3.0) << "the wall overhead does not count";
   EXPECT_EQ(table->values[1], std::numeric_limits<double>::infinity());
@@ -52,8 +52,7 @@ TEST(MeasureClearance, NeverGrowsWhenAWallIsAdded) {
   std::vector<double> before(3, std::numeric_limits<double>::infinity());
   for (int i = 0; i < 50; ++i) {
     map.nds.push_back(wall_at(random.uniform(-30.0, 30.0), random.uniform(-30.0, 30.0), 0.0));
-    const Result<SiteColumn> table =
-        measure_clearance(ctx, MeasureClearanceOptions{}, map, sites);
+    const Result<SiteColumn> table = measure_clearance(ctx, MeasureClearanceOptions{}, map, sites);
     ASSERT_TRUE(table);
     for (std::size_t s = 0; s < 3; ++s) EXPECT_LE(table->values[s], before[s]);
     before = table->values;

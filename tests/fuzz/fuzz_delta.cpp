@@ -1,5 +1,5 @@
-// A delta from anywhere, applied to a small map: it is refused and the map stays, or what comes of it
-// is the map that it names, whole.
+// A delta from anywhere, applied to a small map: it is refused and the map stays, or what comes of
+// it is the map that it names, whole.
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -88,8 +88,7 @@ Result<Digest> digest_of(const ArtifactSet::Entry& entry) {
   return digest.finish();
 }
 
-Result<StepOutput> output_of(const Plan& plan, const PassStep& step,
-                             const ArtifactSet& artifacts) {
+Result<StepOutput> output_of(const Plan& plan, const PassStep& step, const ArtifactSet& artifacts) {
   const ArtifactSet::Entry& entry = artifacts.entry({step.output});
   StepOutput output;
   output.step = step.name;

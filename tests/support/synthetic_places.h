@@ -18,8 +18,8 @@ inline RecordingCards synthetic_recordings(std::uint64_t seed) {
 
 // A synthetic drive as the one that a place was driven.
 inline DrivenPlace place_of(const SyntheticDrive& drive) {
-  return {drive.measured.drive, drive.sites, drive.factors, {drive.measured},
-          synthetic_recordings(0)};
+  return {
+      drive.measured.drive, drive.sites, drive.factors, {drive.measured}, synthetic_recordings(0)};
 }
 
 // A synthetic place (tests/support/synthetic_drive.h) that was driven twice: the second drive finds
@@ -32,8 +32,11 @@ inline DrivenPlace place_driven_twice(std::uint64_t seed, const SyntheticOptions
   for (ErrorRow& row : again.rows) row.mean_m *= std::exp(0.1 * random.normal());
   RecordingCards recordings = synthetic_recordings(seed);
   recordings.cards.push_back({"evaluation", "again", sha256("again " + std::to_string(seed))});
-  return {"place " + std::to_string(seed), std::move(drive.sites), std::move(drive.factors),
-          {std::move(drive.measured), std::move(again)}, std::move(recordings)};
+  return {"place " + std::to_string(seed),
+          std::move(drive.sites),
+          std::move(drive.factors),
+          {std::move(drive.measured), std::move(again)},
+          std::move(recordings)};
 }
 
 inline DrivenPlaces places_driven_twice(std::size_t count, const SyntheticOptions& options) {

@@ -71,9 +71,9 @@ TEST(CommandLine, NamesTheNearestVerbAndFlag) {
 
 // What the program prints on a terminal of its own.
 std::string on_a_terminal(const std::string& environment, const std::string& arguments) {
-  const ProgramResult run = run_command("env -u NO_COLOR TERM=xterm " + environment +
-                                        " script -qec '" SIGHTLINE_PROGRAM " " + arguments +
-                                        "' /dev/null");
+  const ProgramResult run =
+      run_command("env -u NO_COLOR TERM=xterm " + environment +
+                  " script -qec '" SIGHTLINE_PROGRAM " " + arguments + "' /dev/null");
   EXPECT_THAT(run.out, HasSubstr("SL1001"));
   return run.out;
 }
@@ -164,16 +164,16 @@ TEST(ManPage, IsSetWithoutWarningsAndTellsOfEveryVerbAndFailure) {
   const std::string file = (fresh_folder() / "sightline.1").string();
   ASSERT_EQ(run_sightline("man > " + file).status, 0);
   const ProgramResult page = run_command(
-      "LC_ALL=C.UTF-8 MANWIDTH=100 man --warnings=all --no-hyphenation -l " + file +
-      " | col -b");
+      "LC_ALL=C.UTF-8 MANWIDTH=100 man --warnings=all --no-hyphenation -l " + file + " | col -b");
   EXPECT_EQ(page.err, "");
   std::string text;  // as one line
   for (const std::string& word : words_of(page.out)) text += word + " ";
   for (const std::string& verb : verbs()) {
     EXPECT_THAT(text, HasSubstr("sightline " + verb)) << "no usage of " << verb;
   }
-  for (const char* part : {"EXIT STATUS", "--threads N", "sightline compile town.yaml -o town.slmap",
-                           "SL2006 truncated-scan", " 69 gate"}) {
+  for (const char* part :
+       {"EXIT STATUS", "--threads N", "sightline compile town.yaml -o town.slmap",
+        "SL2006 truncated-scan", " 69 gate"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
 }

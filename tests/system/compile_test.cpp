@@ -67,8 +67,7 @@ TEST(Compile, RunsNothingTwiceAndOnlyWhatAChangeReaches) {
 TEST(Compile, DrawsTheRangesOfAMapAndOfItsConfiguration) {
   const std::string map = compiled_map().string();
   for (const std::string& target : {map, config()}) {
-    const ProgramResult drawn =
-        run_sightline("dump " + target + " -q --what ranges --format svg");
+    const ProgramResult drawn = run_sightline("dump " + target + " -q --what ranges --format svg");
     ASSERT_EQ(drawn.status, 0) << drawn.err;
     EXPECT_NE(drawn.out.find("<svg xmlns="), std::string::npos);
     EXPECT_NE(drawn.out.find("within 10 cm"), std::string::npos);
@@ -114,8 +113,7 @@ std::vector<double> dumped(const std::string& target_and_flags, const std::strin
   EXPECT_EQ(run.status, 0) << run.err;
   const nlohmann::json table = nlohmann::json::parse(run.out);
   const std::vector<std::string> columns = table.at("columns");
-  const auto index =
-      static_cast<std::size_t>(std::ranges::find(columns, column) - columns.begin());
+  const auto index = static_cast<std::size_t>(std::ranges::find(columns, column) - columns.begin());
   std::vector<double> values;
   for (const nlohmann::json& row : table.at("rows")) values.push_back(row.at(index));
   return values;

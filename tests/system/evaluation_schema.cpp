@@ -22,8 +22,8 @@ std::string fault_of_evaluation(const std::string& json_text) {
 // A schema that takes anything would prove nothing.
 TEST(Evaluate, TheSchemaRefusesATableThatIsNoneAndAColumnTooMany) {
   EXPECT_NE(fault_of_evaluation("[]"), "");
-  EXPECT_NE(fault_of_evaluation("[{\"name\": \"x\", \"facts\": {}, \"columns\": [], \"rows\": []}]"),
-            "");
+  EXPECT_NE(
+      fault_of_evaluation("[{\"name\": \"x\", \"facts\": {}, \"columns\": [], \"rows\": []}]"), "");
   EXPECT_NE(fault_of_evaluation("{"), "");
 }
 

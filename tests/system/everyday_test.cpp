@@ -157,8 +157,7 @@ TEST(Everyday, NinjaCompilesAgainWhenAnInputChangesAndOnlyThen) {
 TEST(Everyday, InitOfATownCompilesUnchanged) {
   const fs::path folder = fresh_folder();
   const std::string yaml = (folder / "drive.yaml").string();
-  const ProgramResult drafted =
-      run_sightline("init " + small_town().string() + " -o " + yaml);
+  const ProgramResult drafted = run_sightline("init " + small_town().string() + " -o " + yaml);
   ASSERT_EQ(drafted.status, 0) << drafted.err;
   EXPECT_THAT(drafted.err, HasSubstr("evaluation: "));
   const std::string map = (folder / "drive.slmap").string();

@@ -101,9 +101,10 @@ TEST(Exports, GdalReadsEverySiteOfTheGeoJsonWhereTheDumpPutsIt) {
   for (std::size_t i = 0; i < read.rows.size(); ++i) {
     for (const std::string axis : {"x", "y"}) {
       const std::string column = axis == "x" ? "X" : "Y";
-      EXPECT_NEAR(read.number(i, column),
-                  sites.number(i, "p_" + axis + "_m") + sites.facts.at("origin_world_" + axis + "_m"),
-                  0.001);
+      EXPECT_NEAR(
+          read.number(i, column),
+          sites.number(i, "p_" + axis + "_m") + sites.facts.at("origin_world_" + axis + "_m"),
+          0.001);
     }
     EXPECT_EQ(read.number(i, "site"), sites.number(i, "site"));
     EXPECT_EQ(read.number(i, "range_m_within_0.1_m"), ranges.number(2 * i, "range_m"));
@@ -198,7 +199,8 @@ TEST(Exports, AutowaresSquaresHoldThePointsOfThePcd) {
     const auto name = entry.first.as<std::string>();
     if (!name.ends_with(".pcd")) continue;
     pcl::PointCloud<pcl::PointXYZI> square;
-    ASSERT_EQ(pcl::io::loadPCDFile((folder / "map" / "pointcloud_map.pcd" / name).string(), square), 0);
+    ASSERT_EQ(pcl::io::loadPCDFile((folder / "map" / "pointcloud_map.pcd" / name).string(), square),
+              0);
     joined += square;
   }
   const double origin_z_m = csv_of(dumped(map_file(), "sites")).facts.at("origin_world_z_m");

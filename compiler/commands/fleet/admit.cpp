@@ -29,7 +29,8 @@ struct SignedText {
 
 Result<SignedText> read_signed(const std::string& file) {
   SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
-  SIGHTLINE_ASSIGN(const std::string signatures, read_record_text(signatures_of(file), kLargestSignatureFile));
+  SIGHTLINE_ASSIGN(const std::string signatures,
+                   read_record_text(signatures_of(file), kLargestSignatureFile));
   return SignedText{text, signatures};
 }
 
@@ -68,8 +69,7 @@ Result<void> admit(const AdmitFlags& flags) {
   if (!flags.next_root.empty()) return admit_root(flags, root);
   SIGHTLINE_ASSIGN(const VehicleFacts facts, facts_of(flags));
   SIGHTLINE_ASSIGN(const SignedText release, read_signed(flags.release));
-  const Result<ReleaseRecord> record =
-      admit_release(release.text, release.signatures, root, facts);
+  const Result<ReleaseRecord> record = admit_release(release.text, release.signatures, root, facts);
   if (!record) return in_file(record.error(), flags.release);
   if (!flags.map.empty()) {
     SIGHTLINE_TRY(check_map(flags.map, *record));
@@ -92,8 +92,7 @@ Verb admit_verb() {
   const auto flags = std::make_shared<AdmitFlags>();
   Verb verb;
   verb.name = "admit";
-  verb.summary =
-      "In the vehicle: may this root, release or map be trusted, and what to fetch?";
+  verb.summary = "In the vehicle: may this root, release or map be trusted, and what to fetch?";
   verb.details =
       "Checks signatures, fleet, counter, expiry, reader, sensor and, with --map, the map's size, "
       "digest, contents and manifest, in the order of schemas/release_format.md. Prints the record "
@@ -106,40 +105,39 @@ Verb admit_verb() {
                        .help = "The release record, with its .minisig",
                        .target = &flags->release,
                        .is_required = false}};
-  verb.flags = {
-      {.names = "--root",
-       .value = "FILE",
-       .help = "The root record that is trusted",
-       .target = &flags->root,
-       .is_required = true},
-      {.names = "--next-root",
-       .value = "FILE",
-       .help = "Check this root, with its .minisig, and print it; takes no RELEASE",
-       .target = &flags->next_root},
-      {.names = "--seen",
-       .value = "FILE",
-       .help = "The newest release record admitted before",
-       .target = &flags->seen},
-      {.names = "--now",
-       .value = "TIME",
-       .help = "UTC as 2026-12-01T00:00:00Z, in place of the clock",
-       .target = &flags->now},
-      {.names = "--sensor",
-       .value = "SHA256",
-       .help = "Digest of this vehicle's sensor profile",
-       .target = &flags->sensor},
-      {.names = "--map-id",
-       .value = "ID",
-       .help = "The map this vehicle wants",
-       .target = &flags->map_id},
-      {.names = "--present",
-       .value = "FILE",
-       .help = "The map that the vehicle has (.slmap)",
-       .target = &flags->present},
-      {.names = "--map",
-       .value = "FILE",
-       .help = "The map to check against the release (.slmap)",
-       .target = &flags->map}};
+  verb.flags = {{.names = "--root",
+                 .value = "FILE",
+                 .help = "The root record that is trusted",
+                 .target = &flags->root,
+                 .is_required = true},
+                {.names = "--next-root",
+                 .value = "FILE",
+                 .help = "Check this root, with its .minisig, and print it; takes no RELEASE",
+                 .target = &flags->next_root},
+                {.names = "--seen",
+                 .value = "FILE",
+                 .help = "The newest release record admitted before",
+                 .target = &flags->seen},
+                {.names = "--now",
+                 .value = "TIME",
+                 .help = "UTC as 2026-12-01T00:00:00Z, in place of the clock",
+                 .target = &flags->now},
+                {.names = "--sensor",
+                 .value = "SHA256",
+                 .help = "Digest of this vehicle's sensor profile",
+                 .target = &flags->sensor},
+                {.names = "--map-id",
+                 .value = "ID",
+                 .help = "The map this vehicle wants",
+                 .target = &flags->map_id},
+                {.names = "--present",
+                 .value = "FILE",
+                 .help = "The map that the vehicle has (.slmap)",
+                 .target = &flags->present},
+                {.names = "--map",
+                 .value = "FILE",
+                 .help = "The map to check against the release (.slmap)",
+                 .target = &flags->map}};
   verb.run = [flags] { return exit_status_of(run_admit(*flags)); };
   return verb;
 }

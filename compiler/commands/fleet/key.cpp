@@ -15,7 +15,8 @@ struct KeyFlags {
 };
 
 Result<void> make_key(const KeyFlags& flags) {
-  SIGHTLINE_ASSIGN(const std::optional<std::string> passphrase, read_passphrase(flags.passphrase_file));
+  SIGHTLINE_ASSIGN(const std::optional<std::string> passphrase,
+                   read_passphrase(flags.passphrase_file));
   const SecretKey key = new_secret_key();
   SIGHTLINE_TRY(write_secret_file(flags.name + ".key", encode_secret_key_file(key, passphrase)));
   const std::string shared = encode_public_key_file(public_key_of(key));

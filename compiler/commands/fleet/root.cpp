@@ -57,8 +57,7 @@ Verb root_verb() {
   const auto flags = std::make_shared<RootFlags>();
   Verb verb;
   verb.name = "root";
-  verb.summary =
-      "Write a root record: who may sign for a fleet, and how many of them must";
+  verb.summary = "Write a root record: who may sign for a fleet, and how many of them must";
   verb.details =
       "A vehicle takes the next root only with enough signatures by the keys of the root before "
       "and by its own (schemas/release_format.md).";

@@ -34,8 +34,9 @@ Result<std::string> text_of(const MapDiff& diff, const std::string& format, cons
 
 Result<bool> diff(const DiffFlags& flags) {
   SIGHTLINE_ASSIGN(const World world, parse_world(flags.world));
-  SIGHTLINE_ASSIGN(const MapDiff found, diff_maps(std::filesystem::path(flags.before),
-                                          std::filesystem::path(flags.after), flags.options));
+  SIGHTLINE_ASSIGN(const MapDiff found,
+                   diff_maps(std::filesystem::path(flags.before),
+                             std::filesystem::path(flags.after), flags.options));
   if (!flags.is_quiet) {
     SIGHTLINE_ASSIGN(const std::string text, text_of(found, flags.format, world));
     std::fputs(text.c_str(), stdout);
@@ -56,36 +57,33 @@ Verb diff_verb() {
       "vehicle would ask. Tiles with equal digests are not read. Form markdown is for a pull "
       "request, geojson for a GIS; json is described in schemas/diff.schema.json.";
   verb.examples = {
-      "sightline diff old.slmap new.slmap",
-      "sightline diff old.slmap new.slmap -q || echo changed",
+      "sightline diff old.slmap new.slmap", "sightline diff old.slmap new.slmap -q || echo changed",
       "sightline diff old.slmap new.slmap --format markdown >> \"$GITHUB_STEP_SUMMARY\"",
       "sightline diff old.slmap new.slmap --format geojson --world utm:33N > changed.geojson"};
-  verb.positionals = {
-      {.name = "BEFORE", .help = "The old map (.slmap)", .target = &flags->before},
-      {.name = "AFTER", .help = "The new map (.slmap)", .target = &flags->after}};
-  verb.flags = {
-      {.names = "--format",
-       .value = "FORMAT",
-       .help = "Form of the output",
-       .target = &flags->format,
-       .choices = {"text", "json", "markdown", "geojson"}},
-      quiet_flag(flags->is_quiet),
-      {.names = "--tolerance-m",
-       .value = "METRES",
-       .help = "An ND whose mean moved no farther stayed",
-       .target = &flags->options.tolerance_m,
-       .minimum = 0.0},
-      {.names = "--join-m",
-       .value = "METRES",
-       .help = "Changes along the route no farther apart count as one stretch",
-       .target = &flags->options.join_m,
-       .minimum = 0.0},
-      {.names = "--longest-m",
-       .value = "METRES",
-       .help = "A longer stretch is split into pieces",
-       .target = &flags->options.longest_m,
-       .minimum = 0.001},
-      world_flag(flags->world)};
+  verb.positionals = {{.name = "BEFORE", .help = "The old map (.slmap)", .target = &flags->before},
+                      {.name = "AFTER", .help = "The new map (.slmap)", .target = &flags->after}};
+  verb.flags = {{.names = "--format",
+                 .value = "FORMAT",
+                 .help = "Form of the output",
+                 .target = &flags->format,
+                 .choices = {"text", "json", "markdown", "geojson"}},
+                quiet_flag(flags->is_quiet),
+                {.names = "--tolerance-m",
+                 .value = "METRES",
+                 .help = "An ND whose mean moved no farther stayed",
+                 .target = &flags->options.tolerance_m,
+                 .minimum = 0.0},
+                {.names = "--join-m",
+                 .value = "METRES",
+                 .help = "Changes along the route no farther apart count as one stretch",
+                 .target = &flags->options.join_m,
+                 .minimum = 0.0},
+                {.names = "--longest-m",
+                 .value = "METRES",
+                 .help = "A longer stretch is split into pieces",
+                 .target = &flags->options.longest_m,
+                 .minimum = 0.001},
+                world_flag(flags->world)};
   verb.run = [flags]() -> Result<int> {
     const Result<bool> is_same = diff(*flags);
     if (!is_same) report_error(is_same.error());

@@ -26,7 +26,8 @@ struct EvaluateFlags {
 };
 
 Result<CompileConfig> evaluation_config(const EvaluateFlags& flags) {
-  SIGHTLINE_ASSIGN(CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  SIGHTLINE_ASSIGN(CompileConfig config,
+                   load_compile_config(flags.run.config_file, flags.run.overrides));
   if (config.evaluation.scans.empty()) {
     return Error{ErrorCode::kMissingKey, "evaluation.scans: no drive to judge the map by is named",
                  flags.run.config_file, ""};
@@ -67,7 +68,8 @@ Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& ma
   for (Table& table : tables(tracks)) all.push_back(std::move(table));
   std::fputs((to_text(evaluation) + "\n" + to_text(tracks)).c_str(), stdout);
   if (map.factors.factors.empty()) return all;
-  SIGHTLINE_ASSIGN(const FactorReport factors, factor_report(map.factors, artifacts.get(made.measured)));
+  SIGHTLINE_ASSIGN(const FactorReport factors,
+                   factor_report(map.factors, artifacts.get(made.measured)));
   std::fputs(("\n" + to_text(factors)).c_str(), stdout);
   for (Table& table : tables(factors)) all.push_back(std::move(table));
   return all;

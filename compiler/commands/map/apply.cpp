@@ -27,8 +27,9 @@ Result<void> apply(const ApplyFlags& flags) {
   if (flags.delta.empty()) {
     return Error{ErrorCode::kBadArgument, "a delta is needed, or --rollback", "", ""};
   }
-  SIGHTLINE_ASSIGN(const ApplyReport report, flags.out.empty() ? apply_delta(flags.delta, flags.map)
-                        : apply_delta_to(flags.delta, flags.map, flags.out));
+  SIGHTLINE_ASSIGN(const ApplyReport report,
+                   flags.out.empty() ? apply_delta(flags.delta, flags.map)
+                                     : apply_delta_to(flags.delta, flags.map, flags.out));
   std::printf("%s %s map %s\n", (flags.out.empty() ? flags.map : flags.out).c_str(),
               report.was_there ? "was already" : "is now", to_hex(report.root_digest).c_str());
   if (report.kept_bytes > 0) {

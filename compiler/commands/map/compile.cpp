@@ -20,7 +20,7 @@ namespace {
 struct CompileFlags {
   RunFlags run;
   std::string output;
-  std::string model;  // empty: trained on this compile's own drive
+  std::string model;    // empty: trained on this compile's own drive
   std::string depfile;  // empty: none
   bool lists_inputs = false;
   bool is_forced = false;
@@ -54,13 +54,15 @@ Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& art
     text += promise.statement + "\n";
   }
   text += "\n" + to_text(artifacts.get(made.sharpness)) + "\n";
-  SIGHTLINE_ASSIGN(const FactorReport report, factor_report(artifacts.get(made.factors), artifacts.get(made.measured)));
+  SIGHTLINE_ASSIGN(const FactorReport report,
+                   factor_report(artifacts.get(made.factors), artifacts.get(made.measured)));
   return text + "\n" + to_text(report);
 }
 
 // Files, one a line.
 Result<void> list_inputs(const CompileFlags& flags, const CompileConfig& config) {
-  SIGHTLINE_ASSIGN(const InputFiles inputs, input_files(config, flags.run.config_file, flags.model));
+  SIGHTLINE_ASSIGN(const InputFiles inputs,
+                   input_files(config, flags.run.config_file, flags.model));
   for (const std::filesystem::path& file : inputs.files) std::printf("%s\n", file.c_str());
   return {};
 }
@@ -69,15 +71,18 @@ Result<void> list_inputs(const CompileFlags& flags, const CompileConfig& config)
 Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& config) {
   if (flags.depfile.empty()) return {};
   if (flags.output.empty()) {
-    return Error{ErrorCode::kBadArgument, "--depfile needs -o: what the files are inputs of", "", ""};
+    return Error{ErrorCode::kBadArgument, "--depfile needs -o: what the files are inputs of", "",
+                 ""};
   }
-  SIGHTLINE_ASSIGN(const InputFiles inputs, input_files(config, flags.run.config_file, flags.model));
+  SIGHTLINE_ASSIGN(const InputFiles inputs,
+                   input_files(config, flags.run.config_file, flags.model));
   return write_file_atomically(flags.depfile, depfile_text(flags.output, inputs),
                                IfExists::kReplace);
 }
 
 Result<void> run_compile(const CompileFlags& flags) {
-  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  SIGHTLINE_ASSIGN(const CompileConfig config,
+                   load_compile_config(flags.run.config_file, flags.run.overrides));
   if (flags.lists_inputs) return list_inputs(flags, config);
   SIGHTLINE_TRY(check_output(flags));
   SIGHTLINE_TRY(write_depfile(flags, config));
@@ -90,11 +95,12 @@ Result<void> run_compile(const CompileFlags& flags) {
     SIGHTLINE_ASSIGN(ErrorModel model, read_model(flags.model));
     artifacts.provide(compile.given_model, std::move(model));
   }
-  SIGHTLINE_ASSIGN(const std::vector<StepReport> reports, run_steps(compile.plan, {}, flags.run, config, artifacts));
+  SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
+                   run_steps(compile.plan, {}, flags.run, config, artifacts));
   if (!artifacts.has(compile.map)) return {};  // --stop-after
-  const Result<void> written = write_outputs(
-      flags, artifacts.get(compile.map),
-      provenance_json(config, command_line(), artifacts.get(compile.cards), reports));
+  const Result<void> written =
+      write_outputs(flags, artifacts.get(compile.map),
+                    provenance_json(config, command_line(), artifacts.get(compile.cards), reports));
   if (!written || flags.run.is_quiet) return written;
   SIGHTLINE_ASSIGN(const std::string summary, summary_text(compile, artifacts));
   std::fputs(summary.c_str(), stdout);

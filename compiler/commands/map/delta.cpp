@@ -18,8 +18,9 @@ struct DeltaFlags {
 };
 
 Result<void> write_delta(const DeltaFlags& flags) {
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> delta, make_delta(std::filesystem::path(flags.base), std::filesystem::path(flags.result),
-                 flags.options));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> delta,
+                   make_delta(std::filesystem::path(flags.base),
+                              std::filesystem::path(flags.result), flags.options));
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   SIGHTLINE_TRY(write_file_atomically(flags.out, delta, if_exists));
   std::error_code ignored;

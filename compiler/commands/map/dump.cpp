@@ -64,7 +64,8 @@ struct Made {
 // Runs what the artifacts of these names need, from the cache where it can. Error: unknown-name
 // where the configuration makes none of that name.
 Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names) {
-  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  SIGHTLINE_ASSIGN(const CompileConfig config,
+                   load_compile_config(flags.run.config_file, flags.run.overrides));
   Made made{compile_plan(config), {}};
   std::vector<AnyWire> wanted;
   for (const std::string& name : names) {
@@ -80,7 +81,8 @@ Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names)
 
 // Of every recording that the configuration names; reads files and runs no pass.
 Result<Table> recordings_of_config(const DumpFlags& flags) {
-  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  SIGHTLINE_ASSIGN(const CompileConfig config,
+                   load_compile_config(flags.run.config_file, flags.run.overrides));
   CompilePlan compile = compile_plan(config);
   if (!config.evaluation.scans.empty()) measure_evaluation_drive(config, compile);
   ArtifactSet artifacts;
@@ -91,8 +93,7 @@ Result<Table> recordings_of_config(const DumpFlags& flags) {
 Result<Table> table_of_config(const DumpFlags& flags) {
   if (flags.what == "recordings") return recordings_of_config(flags);
   SIGHTLINE_ASSIGN(const Made made, make(flags, {flags.what}));
-  const ArtifactSet::Entry& entry =
-      made.artifacts.entry(made.compile.plan.find(flags.what));
+  const ArtifactSet::Entry& entry = made.artifacts.entry(made.compile.plan.find(flags.what));
   return entry.type->print(entry.value.get());
 }
 
@@ -164,8 +165,7 @@ Result<void> dump_picture(const DumpFlags& flags) {
     SIGHTLINE_ASSIGN(const MapBox box, parse_box(flags.box));
     request.box = box;
   }
-  const bool is_drawable =
-      target_of(flags) == Target::kMap || target_of(flags) == Target::kConfig;
+  const bool is_drawable = target_of(flags) == Target::kMap || target_of(flags) == Target::kConfig;
   const std::vector<std::string> drawable = {"depth", "nds", "points", "ranges"};
   if (!is_drawable || std::ranges::find(drawable, request.what) == drawable.end()) {
     return Error{ErrorCode::kBadArgument,
@@ -173,7 +173,9 @@ Result<void> dump_picture(const DumpFlags& flags) {
                  "drawn",
                  "", ""};
   }
-  SIGHTLINE_ASSIGN(const PictureSources sources, target_of(flags) == Target::kMap ? sources_of_map(flags) : sources_of_config(flags));
+  SIGHTLINE_ASSIGN(const PictureSources sources, target_of(flags) == Target::kMap
+                                                     ? sources_of_map(flags)
+                                                     : sources_of_config(flags));
   SIGHTLINE_ASSIGN(const std::string picture, draw_picture(request, sources));
   std::fwrite(picture.data(), 1, picture.size(), stdout);
   return {};

@@ -57,7 +57,7 @@ Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map) {
     if (name == "model" || (name == "factors" && map.factors.factors.empty())) continue;
     SIGHTLINE_ASSIGN(const Table table, dump(map, name));
     SIGHTLINE_TRY(write_file_atomically(fs::path(flags.output) / (name + ".csv"),
-                              format_table(table, TableFormat::kCsv), flags.if_exists()));
+                                        format_table(table, TableFormat::kCsv), flags.if_exists()));
   }
   return {};
 }
@@ -85,11 +85,11 @@ Result<void> export_map(const ExportFlags& flags, const World& world) {
 Result<void> write_autoware(const ExportFlags& flags, const AutowareMap& map) {
   const fs::path folder = flags.output;
   for (const AutowareSquare& square : map.squares) {
-    SIGHTLINE_TRY(write_pcd_binary(folder / "pointcloud_map.pcd" / square.file,
-                                                  square.points, flags.if_exists()));
+    SIGHTLINE_TRY(write_pcd_binary(folder / "pointcloud_map.pcd" / square.file, square.points,
+                                   flags.if_exists()));
   }
-  SIGHTLINE_TRY(write_file_atomically(folder / "map_projector_info.yaml",
-                                                       map.projector_yaml, flags.if_exists()));
+  SIGHTLINE_TRY(write_file_atomically(folder / "map_projector_info.yaml", map.projector_yaml,
+                                      flags.if_exists()));
   // Last: a loader that finds it finds all that it names.
   return write_file_atomically(folder / "pointcloud_map_metadata.yaml", map.metadata_yaml,
                                flags.if_exists());
@@ -97,7 +97,10 @@ Result<void> write_autoware(const ExportFlags& flags, const AutowareMap& map) {
 
 Result<void> write_octomap(const ExportFlags& flags, const CompileConfig& config,
                            const SurfacePoints& surface) {
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> tree, octomap_bt(surface, {flags.leaf_m, config.passes.options(kRemoveMoving).carve_range_m, flags.run.threads}));
+  SIGHTLINE_ASSIGN(
+      const std::vector<std::byte> tree,
+      octomap_bt(surface, {flags.leaf_m, config.passes.options(kRemoveMoving).carve_range_m,
+                           flags.run.threads}));
   return write_file_atomically(flags.output, tree, flags.if_exists());
 }
 
@@ -119,10 +122,12 @@ Result<void> export_points(const ExportFlags& flags, const World& world) {
   if (flags.format == "autoware") {
     SIGHTLINE_TRY(check_folder(flags));
   }
-  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  SIGHTLINE_ASSIGN(const CompileConfig config,
+                   load_compile_config(flags.run.config_file, flags.run.overrides));
   SIGHTLINE_ASSIGN(const SurfacePoints surface, surface_of(flags, config));
   if (flags.format == "octomap") return write_octomap(flags, config, surface);
-  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points, thinned_points(surface, flags.leaf_m));
+  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points,
+                   thinned_points(surface, flags.leaf_m));
   if (flags.format == "ply") {
     return write_file_atomically(flags.output, points_ply(points), flags.if_exists());
   }
@@ -155,14 +160,14 @@ Verb export_verb() {
       "folder of tables, ply the NDs as coloured ellipsoids (CloudCompare), pcd their means with "
       "the number of points as intensity. Of a configuration (.yaml): autoware is a map directory "
       "of 20 m squares, pcd and ply are its points, octomap the space that its rays found free or "
-      "occupied (.bt: octovis, octomap_server), what moved taken out, in voxels of --leaf and up to "
+      "occupied (.bt: octovis, octomap_server), what moved taken out, in voxels of --leaf and up "
+      "to "
       "remove-moving.carve_range_m from the sensor. pcd, ply, csv and octomap are in map "
       "coordinates.";
-  verb.examples = {
-      "sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
-      "sightline export town.slmap --format ply -o nds.ply",
-      "sightline export town.yaml --format autoware -o town_map/",
-      "sightline export town.yaml --format octomap -o town.bt"};
+  verb.examples = {"sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
+                   "sightline export town.slmap --format ply -o nds.ply",
+                   "sightline export town.yaml --format autoware -o town_map/",
+                   "sightline export town.yaml --format octomap -o town.bt"};
   verb.flags = {
       required_output_flag(flags->output, "The file to write; of csv and autoware: the folder"),
       force_flag(flags->is_forced),
@@ -175,8 +180,9 @@ Verb export_verb() {
       world_flag(flags->world),
       {.names = "--leaf",
        .value = "METRES",
-       .help = "Thin points to one centroid in each voxel of this edge; 0 keeps all. Of octomap: the "
-               "edge of its voxels",
+       .help =
+           "Thin points to one centroid in each voxel of this edge; 0 keeps all. Of octomap: the "
+           "edge of its voxels",
        .target = &flags->leaf_m,
        .minimum = 0.0,
        .maximum = 100.0}};

@@ -29,7 +29,8 @@ Result<void> inspect_model(const InspectFlags& flags) {
 Result<void> inspect_map(const InspectFlags& flags) {
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.file));
   if (flags.site >= 0) {
-    SIGHTLINE_ASSIGN(const std::string text, describe_site(map, static_cast<std::size_t>(flags.site)));
+    SIGHTLINE_ASSIGN(const std::string text,
+                     describe_site(map, static_cast<std::size_t>(flags.site)));
     std::fputs(text.c_str(), stdout);
     return {};
   }

@@ -22,7 +22,7 @@ Result<void> recover(const RecoverFlags& flags) {
   const Result<Recovered> result = recover_map(file.bytes());
   if (!result) return in_file(result.error(), flags.map);
   SIGHTLINE_TRY(write_file_atomically(flags.output, encode_map(result->map),
-                            flags.force ? IfExists::kReplace : IfExists::kRefuse));
+                                      flags.force ? IfExists::kReplace : IfExists::kRefuse));
   for (const std::string& line : result->lost) std::printf("lost %s\n", line.c_str());
   if (result->lost.empty()) std::printf("nothing was lost\n");
   return {};

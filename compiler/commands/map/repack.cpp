@@ -23,7 +23,7 @@ Result<void> strip(const StripFlags& flags) {
   const Result<Repacked> result = strip_map(file.bytes());
   if (!result) return in_file(result.error(), flags.map);
   SIGHTLINE_TRY(write_file_atomically(flags.output, result->file,
-                            flags.force ? IfExists::kReplace : IfExists::kRefuse));
+                                      flags.force ? IfExists::kReplace : IfExists::kRefuse));
   for (const std::string& line : result->told) std::printf("%s\n", line.c_str());
   std::printf("%zu bytes, were %zu\n", result->file.size(), file.bytes().size());
   return {};

@@ -58,9 +58,8 @@ bool are_same(const NdtMap& a, const NdtMap& b) {
 
 Result<void> check_same_map(const ReportFlags& flags, const CompiledMap& map,
                             const Made<CompilePlan>& made) {
-  const bool is_same =
-      are_same(map.ndt, made.artifacts.get(made.plan.ndt)) &&
-      digest_of(map.sites) == digest_of(made.artifacts.get(made.plan.sites));
+  const bool is_same = are_same(map.ndt, made.artifacts.get(made.plan.ndt)) &&
+                       digest_of(map.sites) == digest_of(made.artifacts.get(made.plan.sites));
   if (is_same) return {};
   return Error{
       ErrorCode::kMismatchedInputs,
@@ -101,7 +100,8 @@ Result<void> write_report(const ReportFlags& flags) {
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.map));
   SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(flags.map));
   SIGHTLINE_ASSIGN(const std::string provenance, provenance_beside(flags.map));
-  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(flags.run.config_file, flags.run.overrides));
+  SIGHTLINE_ASSIGN(const CompileConfig config,
+                   load_compile_config(flags.run.config_file, flags.run.overrides));
   SIGHTLINE_ASSIGN(const Made<CompilePlan> made, made_on_the_way(flags, config));
   SIGHTLINE_TRY(check_same_map(flags, map, made));
   std::optional<MapDiff> diff;

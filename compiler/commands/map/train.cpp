@@ -61,7 +61,10 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig
   wanted.insert(wanted.end(), drives.begin(), drives.end());
   SIGHTLINE_TRY(run_steps(compile.plan, wanted, run, config, artifacts));
   MeasuredPlace measured;
-  measured.place = {"", artifacts.get(compile.sites), artifacts.get(compile.factors), {},
+  measured.place = {"",
+                    artifacts.get(compile.sites),
+                    artifacts.get(compile.factors),
+                    {},
                     recording_cards(compile, artifacts)};
   for (const Wire<MeasuredError> drive : drives) {
     measured.place.drives.push_back(artifacts.get(drive));
@@ -112,7 +115,7 @@ Result<void> train(const TrainFlags& flags) {
   SIGHTLINE_TRY(run_steps(plan.plan, {}, run, config, artifacts));
   const ErrorModel& model = artifacts.get(plan.model);
   SIGHTLINE_TRY(write_file_atomically(flags.output, to_bytes(model),
-                            flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
+                                      flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
   if (flags.run.is_quiet) return {};
   std::string text = to_text(model) + "\nWhat it promises in places like these\n";
   for (const std::string& promise : promises_of(config.passes.options(kChooseRanges), model)) {

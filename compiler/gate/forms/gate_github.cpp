@@ -31,8 +31,8 @@ std::string to_github(const GateReport& report) {
   for (const Check& check : report.checks) {
     if (check.verdict != Verdict::kViolated) continue;
     const bool is_of_old = check.place && check.place->is_of_old && report.old_map;
-    text += std::string("::") + kCommands[static_cast<std::size_t>(check.severity)] + " file=" +
-            in_property(is_of_old ? report.old_map->file : report.map.file) +
+    text += std::string("::") + kCommands[static_cast<std::size_t>(check.severity)] +
+            " file=" + in_property(is_of_old ? report.old_map->file : report.map.file) +
             ",title=" + in_property(check.rule) + "::" + in_message(check.message) + "\n";
   }
   const char* verdict = report.passes() ? "::notice title=sightline gate::passed"

@@ -25,8 +25,8 @@ std::string cell(const std::string& text) {
 std::string place_of(const Check& check) {
   if (!check.place) return "map";
   const RouteStretch& place = *check.place;
-  return std::string(place.is_of_old ? "old " : "") + "sites " +
-         std::to_string(place.first_site) + " to " + std::to_string(place.last_site);
+  return std::string(place.is_of_old ? "old " : "") + "sites " + std::to_string(place.first_site) +
+         " to " + std::to_string(place.last_site);
 }
 
 std::string row(const Check& check) {

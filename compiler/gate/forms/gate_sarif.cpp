@@ -17,7 +17,8 @@ std::string to_uri(const std::string& path) {
   std::string uri = path.starts_with('/') ? "file://" : "";
   for (const char c : path) {
     const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                          (c >= '0' && c <= '9') || std::string_view("/-._~").find(c) != std::string_view::npos;
+                          (c >= '0' && c <= '9') ||
+                          std::string_view("/-._~").find(c) != std::string_view::npos;
     if (is_plain) {
       uri += c;
       continue;
@@ -33,12 +34,12 @@ Json text(std::string_view words) { return {{"text", words}}; }
 Json rules_json() {
   Json rules = Json::array();
   for (const GateRule& rule : gate_rules()) {
-    Json json = {{"id", rule.id},
-                 {"shortDescription", text(rule.summary)},
-                 {"defaultConfiguration", {{"level", severity_name(rule.severity)}}},
-                 {"properties",
-                  {{"unit", rule.unit},
-                   {"bound", rule.bound == Bound::kAtMost ? "at most" : "at least"}}}};
+    Json json = {
+        {"id", rule.id},
+        {"shortDescription", text(rule.summary)},
+        {"defaultConfiguration", {{"level", severity_name(rule.severity)}}},
+        {"properties",
+         {{"unit", rule.unit}, {"bound", rule.bound == Bound::kAtMost ? "at most" : "at least"}}}};
     if (rule.allowed) json["properties"]["allowed"] = *rule.allowed;
     rules.push_back(json);
   }
@@ -54,17 +55,18 @@ Json location_of(const GateReport& report, const Check& check) {
   const bool is_of_old = check.place && check.place->is_of_old && report.old_map;
   const std::string& file = is_of_old ? report.old_map->file : report.map.file;
   // Code scanning asks for a line, which a map does not have.
-  Json location = {{"physicalLocation",
-                    {{"artifactLocation", {{"uri", to_uri(file)}}}, {"region", {{"startLine", 1}}}}}};
+  Json location = {
+      {"physicalLocation",
+       {{"artifactLocation", {{"uri", to_uri(file)}}}, {"region", {{"startLine", 1}}}}}};
   if (!check.place) return location;
   const RouteStretch& place = *check.place;
-  location["logicalLocations"] = Json::array(
-      {{{"name", "sites " + std::to_string(place.first_site) + " to " +
-                     std::to_string(place.last_site)},
-        {"fullyQualifiedName", "run " + std::to_string(place.run) + "/" +
-                                   format_double(place.first_s_m) + " to " +
-                                   format_double(place.last_s_m) + " m"},
-        {"kind", "route"}}});
+  location["logicalLocations"] =
+      Json::array({{{"name", "sites " + std::to_string(place.first_site) + " to " +
+                                 std::to_string(place.last_site)},
+                    {"fullyQualifiedName", "run " + std::to_string(place.run) + "/" +
+                                               format_double(place.first_s_m) + " to " +
+                                               format_double(place.last_s_m) + " m"},
+                    {"kind", "route"}}});
   return location;
 }
 

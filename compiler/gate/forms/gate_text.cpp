@@ -40,9 +40,8 @@ std::string to_text(const GateReport& report) {
                     }));
   }
   for (const Verdict verdict : {Verdict::kExcepted, Verdict::kNotJudged, Verdict::kMet}) {
-    text += section(std::string(verdict_name(verdict)), lines_of(report, [&](const Check& check) {
-                      return check.verdict == verdict;
-                    }));
+    text += section(std::string(verdict_name(verdict)),
+                    lines_of(report, [&](const Check& check) { return check.verdict == verdict; }));
   }
   text += report.passes() ? "passed: " : "failed: ";
   return text + std::to_string(report.violations(Severity::kError)) + " errors, " +

@@ -43,7 +43,8 @@ std::vector<bool> unmet_sites(const CompiledMap& map, std::size_t limit) {
 double p95_range_m(const CompiledMap& map, std::size_t limit) {
   std::vector<double> ranges_m = chosen_ranges_m(map, limit);
   std::ranges::sort(ranges_m);
-  const auto needed = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(ranges_m.size())));
+  const auto needed =
+      static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(ranges_m.size())));
   return ranges_m[needed - 1];
 }
 

@@ -25,7 +25,7 @@ struct GateInput {
   std::string old_format;
   SitePairs pairs;  // of the sites of both maps, where there is an old one
   const Observation* observation = nullptr;
-  double stretch_m = 100.0;       // how much route is judged at a time in one map
+  double stretch_m = 100.0;        // how much route is judged at a time in one map
   double change_stretch_m = 20.0;  // and in the change between two
 };
 
@@ -44,8 +44,8 @@ struct Found {
   std::optional<double> limit_m;
   std::optional<RouteStretch> place;
   double value = 0.0;
-  std::string message;    // a sentence without the threshold
-  bool is_known = true;   // false: not judged, for the reason that the message gives
+  std::string message;   // a sentence without the threshold
+  bool is_known = true;  // false: not judged, for the reason that the message gives
 };
 
 using RuleFunction = std::vector<Found> (*)(const GateInput& input, const Threshold& threshold);
@@ -59,7 +59,7 @@ struct GateRule {
   Bound bound = Bound::kAtMost;
   std::optional<double> allowed;  // unless the settings say otherwise
   std::string_view unit;
-  std::string_view summary;  // what is judged, for people: a sentence without a full stop
+  std::string_view summary;     // what is judged, for people: a sentence without a full stop
   RuleFunction find = nullptr;  // nullptr: the gate itself finds it (exceptions)
 };
 

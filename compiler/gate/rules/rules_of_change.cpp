@@ -94,9 +94,9 @@ std::vector<Found> find_route_lost(const GateInput& input, const Threshold& thre
     if (length_m <= threshold.at(std::nullopt).value_or(0.0)) continue;
     RouteStretch place = stretch_between(input.old_map->sites, lost.first, lost.last);
     place.is_of_old = true;
-    found.push_back({std::nullopt, place, length_m,
-                     told(place) + ": " + told(length_m, "m") +
-                         " of route are not in the new map"});
+    found.push_back(
+        {std::nullopt, place, length_m,
+         told(place) + ": " + told(length_m, "m") + " of route are not in the new map"});
   }
   if (!found.empty()) return found;
   return {{std::nullopt, std::nullopt, longest_m,

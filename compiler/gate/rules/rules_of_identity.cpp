@@ -90,13 +90,12 @@ std::vector<Found> find_limits(const GateInput& input, const Threshold&) {
   return differences.found("what ranges are chosen for and from");
 }
 
-std::string told_model(const CompiledMap& map) {
-  return to_hex(map.model.digest).substr(0, 12);
-}
+std::string told_model(const CompiledMap& map) { return to_hex(map.model.digest).substr(0, 12); }
 
 // Whether a place is one that the model was trained on is part of what it predicts there.
 std::string told_out_of_fold(const CompiledMap& map) {
-  const auto count = std::ranges::count_if(map.predicted.out_of_fold, [](auto is) { return is != 0; });
+  const auto count =
+      std::ranges::count_if(map.predicted.out_of_fold, [](auto is) { return is != 0; });
   return std::to_string(count) + " of " + std::to_string(map.predicted.out_of_fold.size());
 }
 
@@ -121,8 +120,8 @@ std::vector<Found> find_sensor(const GateInput& input, const Threshold&) {
 }
 
 std::vector<Found> find_release(const GateInput& input, const Threshold&) {
-  const auto growth = static_cast<double>(input.map->release) -
-                      static_cast<double>(input.old_map->release);
+  const auto growth =
+      static_cast<double>(input.map->release) - static_cast<double>(input.old_map->release);
   return {{std::nullopt, std::nullopt, growth,
            "release " + std::to_string(input.old_map->release) + " is followed by " +
                std::to_string(input.map->release)}};

@@ -21,8 +21,8 @@ std::vector<Found> each_limit(const CompiledMap& map, const std::string& what,
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     const double limit_m = map.ranges.promises[limit].limit_m;
     const double number = value(limit);
-    found.push_back({limit_m, std::nullopt, number,
-                     what + within(limit_m) + " is " + told(number, unit)});
+    found.push_back(
+        {limit_m, std::nullopt, number, what + within(limit_m) + " is " + told(number, unit)});
   }
   return found;
 }
@@ -159,9 +159,9 @@ std::vector<Found> find_model_r_squared(const GateInput& input, const Threshold&
     return {{std::nullopt, std::nullopt, 0.0, "the model's card names no R^2", false}};
   }
   const double mean = ordered_sum(values) / static_cast<double>(values.size());
-  return {{std::nullopt, std::nullopt, mean,
-           "the model's R^2 at places that it never saw is " + told(mean, "") +
-               ", mean over ranges"}};
+  return {
+      {std::nullopt, std::nullopt, mean,
+       "the model's R^2 at places that it never saw is " + told(mean, "") + ", mean over ranges"}};
 }
 
 using enum Severity;
@@ -182,10 +182,8 @@ const GateRule kRules[] = {
     {"unmet-share", kMap, kError, kAtMost, 0.50, "share",
      "Share of sites where no range is good enough", find_unmet_share},
     {"unmet-stretch", kMap, kWarning, kAtMost, 100.0, "m",
-     "Longest piece of route without any site where some range is good enough",
-     find_unmet_stretch},
-    {"mean-range", kMap, kError, kAtMost, std::nullopt, "m", "Mean chosen range",
-     find_mean_range},
+     "Longest piece of route without any site where some range is good enough", find_unmet_stretch},
+    {"mean-range", kMap, kError, kAtMost, std::nullopt, "m", "Mean chosen range", find_mean_range},
     {"p95-range", kMap, kError, kAtMost, std::nullopt, "m",
      "The least range that 95 % of the sites stay within", find_p95_range},
     {"expected-work", kMap, kWarning, kAtMost, 0.95, "of the longest",

@@ -45,9 +45,9 @@ std::vector<Found> find_turn_residual(const GateInput& input, const Threshold&) 
     return unknown("the map names no pose graph: its poses were given, or it is too old");
   }
   const double residual_deg = trajectory->rms_rotation_residual_rad * 180.0 / std::numbers::pi;
-  return {{std::nullopt, std::nullopt, residual_deg,
-           "steps and loops of the trajectory disagree by " + told(residual_deg, "deg") +
-               " (RMS)"}};
+  return {
+      {std::nullopt, std::nullopt, residual_deg,
+       "steps and loops of the trajectory disagree by " + told(residual_deg, "deg") + " (RMS)"}};
 }
 
 using enum Severity;

@@ -16,9 +16,9 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // What a rule asks of each site of the new map, beside its place in the old one.
 struct ChangeRule {
-  std::string what;       // "the range"
-  std::string_view unit;  // of before and after
-  double sign = 1.0;      // +1: a rise is bad, -1: a fall
+  std::string what;           // "the range"
+  std::string_view unit;      // of before and after
+  double sign = 1.0;          // +1: a rise is bad, -1: a fall
   bool is_in_limits = false;  // the change is told as a share of the limit
 };
 

@@ -17,8 +17,8 @@ std::vector<Piece> pieces_of(const Sites& sites, const HasValue& has_value) {
   std::vector<Piece> pieces;
   for (std::size_t i = 0; i < sites.sites.size(); ++i) {
     if (!has_value(i)) continue;
-    const bool continues = !pieces.empty() && pieces.back().end == i &&
-                           sites.sites[i - 1].run == sites.sites[i].run;
+    const bool continues =
+        !pieces.empty() && pieces.back().end == i && sites.sites[i - 1].run == sites.sites[i].run;
     if (continues) {
       ++pieces.back().end;
     } else {
@@ -76,10 +76,11 @@ RouteStretch stretch_between(const Sites& sites, std::size_t first, std::size_t 
 std::string told(const RouteStretch& stretch) {
   const Eigen::Vector3d& p_m = stretch.middle_world_m;
   char text[240];
-  std::snprintf(text, sizeof text,
-                "%ssites %u to %u (run %u, %.0f to %.0f m, around (%.1f, %.1f, %.1f) m in the world)",
-                stretch.is_of_old ? "the old map's " : "", stretch.first_site, stretch.last_site,
-                stretch.run, stretch.first_s_m, stretch.last_s_m, p_m.x(), p_m.y(), p_m.z());
+  std::snprintf(
+      text, sizeof text,
+      "%ssites %u to %u (run %u, %.0f to %.0f m, around (%.1f, %.1f, %.1f) m in the world)",
+      stretch.is_of_old ? "the old map's " : "", stretch.first_site, stretch.last_site, stretch.run,
+      stretch.first_s_m, stretch.last_s_m, p_m.x(), p_m.y(), p_m.z());
   return text;
 }
 
@@ -101,7 +102,8 @@ std::vector<BadStretch> bad_stretches(const Sites& sites, const std::vector<doub
     stretch.worst_first = first;
     stretch.worst_last = last;
   };
-  for (const Piece& piece : pieces_of(sites, [&](std::size_t i) { return !std::isnan(value[i]); })) {
+  for (const Piece& piece :
+       pieces_of(sites, [&](std::size_t i) { return !std::isnan(value[i]); })) {
     each_window(sites, value, piece, search.length_m, see);
   }
   for (BadStretch& stretch : found) cut_back(value, search.bound, allowed, stretch);
@@ -115,7 +117,8 @@ BadStretch worst_stretch(const Sites& sites, const std::vector<double>& value,
     if (worst.last >= worst.first && !is_worse(mean, worst.worst, search.bound)) return;
     worst = {first, last, mean, first, last};
   };
-  for (const Piece& piece : pieces_of(sites, [&](std::size_t i) { return !std::isnan(value[i]); })) {
+  for (const Piece& piece :
+       pieces_of(sites, [&](std::size_t i) { return !std::isnan(value[i]); })) {
     each_window(sites, value, piece, search.length_m, see);
   }
   return worst;

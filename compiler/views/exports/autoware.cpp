@@ -37,9 +37,8 @@ std::string origin_yaml(const Geodetic& origin) {
 
 Result<std::string> projector_of(const MapFrame& frame, const World& world) {
   if (world.kind == WorldKind::kLocal) {
-    return "# x and y are the recording's world minus (" +
-           format_double(frame.origin_world_m.x()) + ", " +
-           format_double(frame.origin_world_m.y()) + ") m\nprojector_type: Local\n";
+    return "# x and y are the recording's world minus (" + format_double(frame.origin_world_m.x()) +
+           ", " + format_double(frame.origin_world_m.y()) + ") m\nprojector_type: Local\n";
   }
   if (world.kind == WorldKind::kEnu) {
     return "projector_type: LocalCartesian\n" +
@@ -64,8 +63,8 @@ Result<AutowareMap> autoware_map(const std::vector<Eigen::Vector3d>& points_map_
   AutowareMap map;
   for (auto& [corner, points] : squares) {
     const auto& [x_m, y_m] = corner;
-    map.squares.push_back({std::to_string(x_m) + "_" + std::to_string(y_m) + ".pcd", x_m, y_m,
-                           std::move(points)});
+    map.squares.push_back(
+        {std::to_string(x_m) + "_" + std::to_string(y_m) + ".pcd", x_m, y_m, std::move(points)});
   }
   map.metadata_yaml = metadata_of(map.squares);
   map.projector_yaml = std::move(projector);

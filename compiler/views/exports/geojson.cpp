@@ -32,7 +32,8 @@ Json properties_of(const CompiledMap& map, std::size_t index) {
   Json properties = {{"site", index}, {"run", site.run}, {"s_m", site.s_m}};
   const std::size_t limits = map.ranges.promises.size();
   for (std::size_t limit = 0; limit < limits; ++limit) {
-    const std::string within = "_within_" + format_double(map.ranges.promises[limit].limit_m) + "_m";
+    const std::string within =
+        "_within_" + format_double(map.ranges.promises[limit].limit_m) + "_m";
     const std::size_t range = map.ranges.range(index, limit);
     const std::uint8_t flags = map.ranges.flags_of(index, limit);
     properties["range_m" + within] = map.ranges.ranges_m[range];

@@ -37,8 +37,7 @@ Sphere icosahedron() {
       for (std::size_t k = j + 1; k < 12; ++k) {
         if (!are_near(i, j) || !are_near(j, k) || !are_near(i, k)) continue;
         const Eigen::Vector3d& a = sphere.vertices[i];
-        const bool is_outward =
-            a.dot((sphere.vertices[j] - a).cross(sphere.vertices[k] - a)) > 0.0;
+        const bool is_outward = a.dot((sphere.vertices[j] - a).cross(sphere.vertices[k] - a)) > 0.0;
         const auto first = static_cast<std::int32_t>(i);
         const auto second = static_cast<std::int32_t>(is_outward ? j : k);
         const auto third = static_cast<std::int32_t>(is_outward ? k : j);
@@ -57,8 +56,8 @@ Sphere divided(const Sphere& coarse) {
     const auto [at, is_new] = middles.try_emplace(std::minmax(a, b), 0);
     if (is_new) {
       at->second = static_cast<std::int32_t>(fine.vertices.size());
-      const Eigen::Vector3d sum = fine.vertices[static_cast<std::size_t>(a)] +
-                                  fine.vertices[static_cast<std::size_t>(b)];
+      const Eigen::Vector3d sum =
+          fine.vertices[static_cast<std::size_t>(a)] + fine.vertices[static_cast<std::size_t>(b)];
       fine.vertices.push_back(sum.normalized());
     }
     return at->second;

@@ -153,7 +153,8 @@ Result<CompressedBody> check_compressed(const FileBytes& file, const PcdHeader& 
   if (size != static_cast<std::uint64_t>(header.point_count) * header.point_size) {
     body.header = without_padding(header);
   }
-  const std::uint64_t needed = static_cast<std::uint64_t>(header.point_count) * body.header.point_size;
+  const std::uint64_t needed =
+      static_cast<std::uint64_t>(header.point_count) * body.header.point_size;
   if (size != needed || needed > packed_size * kMostExpansion) {
     return file.error(ErrorCode::kMalformedHeader,
                       "found " + std::to_string(packed_size) + " bytes that unpack to " +
@@ -176,7 +177,8 @@ Result<PointCloudFile> parse_compressed(const FileBytes& file, const PcdHeader& 
   SIGHTLINE_ASSIGN(const CompressedBody body, check_compressed(file, header));
   // Not filled with zeros first.
   const std::unique_ptr<std::uint8_t[]> unpacked(new (std::nothrow) std::uint8_t[body.size]);
-  if (!unpacked) return file.error(ErrorCode::kOutOfMemory, "the points do not fit into memory", "");
+  if (!unpacked)
+    return file.error(ErrorCode::kOutOfMemory, "the points do not fit into memory", "");
   if (!unpack_lzf(body.packed, {unpacked.get(), body.size})) {
     return file.error(ErrorCode::kTruncatedScan, "the compressed points do not unpack",
                       at_byte(header.data_offset));

@@ -64,8 +64,8 @@ struct PointReader {
   Intensity intensity;
   std::size_t kept = 0;
 
-  // Keeps the next points as if all were returns. False where that is in doubt: then nothing of this
-  // reader may be used.
+  // Keeps the next points as if all were returns. False where that is in doubt: then nothing of
+  // this reader may be used.
   bool take_all(std::size_t count, PointCloudFile& cloud) {
     Eigen::Vector3d* points_m = cloud.points_m.data() + kept;
     float* intensities = cloud.intensity.data() + kept;
@@ -118,9 +118,8 @@ void keep_returns(std::size_t count, PointReader<Position, Intensity> reader,
 
 template <class Position>
 void read_typed(const PointColumns& columns, PointCloudFile& cloud) {
-  const std::array<Position, 3> position = {Position(columns.position[0]),
-                                            Position(columns.position[1]),
-                                            Position(columns.position[2])};
+  const std::array<Position, 3> position = {
+      Position(columns.position[0]), Position(columns.position[1]), Position(columns.position[2])};
   const std::size_t count = columns.count;
   if (!columns.intensity) {
     keep_returns(count, PointReader<Position, NoColumn>{position, {}}, cloud);
@@ -151,8 +150,8 @@ struct LzfReader {
     return true;
   }
 
-  // `control` is LLLddddd: a length less two, where 7 means that another byte adds to it, and the high
-  // bits of a distance back less one.
+  // `control` is LLLddddd: a length less two, where 7 means that another byte adds to it, and the
+  // high bits of a distance back less one.
   bool repeat(std::uint8_t control) {
     std::size_t count = control >> 5U;
     if (count == 7) {
@@ -209,9 +208,8 @@ bool unpack_lzf(std::span<const std::uint8_t> packed, std::span<std::uint8_t> un
 
 PointCloudFile read_points(const PointColumns& columns) {
   const auto all_of_size = [&](std::size_t float_size) {
-    return std::ranges::all_of(columns.position, [&](const FieldColumn& column) {
-      return is_of(column, float_size);
-    });
+    return std::ranges::all_of(
+        columns.position, [&](const FieldColumn& column) { return is_of(column, float_size); });
   };
   PointCloudFile cloud;
   if (all_of_size(sizeof(float))) {

@@ -9,8 +9,8 @@
 #include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/clouds/element_type.h"
 
-// From the binary body of a file to points, as fast as memory allows: reading a scan is part of every
-// match. The caller has checked that the body has the size that its header asks for.
+// From the binary body of a file to points, as fast as memory allows: reading a scan is part of
+// every match. The caller has checked that the body has the size that its header asks for.
 
 namespace sightline {
 

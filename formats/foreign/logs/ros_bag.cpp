@@ -124,11 +124,13 @@ Result<std::vector<std::byte>> BagScans::read(std::size_t index) const {
 Result<std::vector<PoseRow>> poses_of(const std::filesystem::path& path, const std::string& topic) {
   rosbag::Bag bag(path.string(), rosbag::bagmode::Read);
   rosbag::View everything(bag);
-  SIGHTLINE_ASSIGN(const std::string chosen, choose_topic(path, everything, topic, &is_pose_message));
+  SIGHTLINE_ASSIGN(const std::string chosen,
+                   choose_topic(path, everything, topic, &is_pose_message));
   std::vector<PoseRow> rows;
   rosbag::View view(bag, rosbag::TopicQuery(chosen));
   for (const rosbag::MessageInstance& message : view) {
-    SIGHTLINE_ASSIGN(PoseRow row, parse_pose_message(bytes_of(message), message.getDataType(), path.string()));
+    SIGHTLINE_ASSIGN(PoseRow row,
+                     parse_pose_message(bytes_of(message), message.getDataType(), path.string()));
     if (!rows.empty() && *row.stamp_ns == *rows.back().stamp_ns) continue;  // said twice
     if (!rows.empty() && *row.stamp_ns < *rows.back().stamp_ns) {
       return Error{ErrorCode::kTimeRunsBackwards,

@@ -40,8 +40,8 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
     profile.beam_elevations_deg.clear();
     for (int i = 0; i < options.rings; ++i) {
       profile.beam_elevations_deg.push_back(options.lowest_beam_deg +
-                                             (options.highest_beam_deg - options.lowest_beam_deg) *
-                                                 i / (options.rings - 1));
+                                            (options.highest_beam_deg - options.lowest_beam_deg) *
+                                                i / (options.rings - 1));
     }
   }
   if (options.height_m != 0.0) profile.height_m = options.height_m;
@@ -159,7 +159,8 @@ Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& op
     if (options.topic.empty()) return list_scan_files(options.scans);
     return Error{ErrorCode::kBadValue, "topic is for bags, found " + options.scans, "", ""};
   }
-  SIGHTLINE_ASSIGN(std::shared_ptr<const ScanContainer> container, open_scan_container(options.scans, options.topic));
+  SIGHTLINE_ASSIGN(std::shared_ptr<const ScanContainer> container,
+                   open_scan_container(options.scans, options.topic));
   recording.container = std::move(container);
   recording.warnings = recording.container->warnings();
   return std::vector<std::filesystem::path>(recording.container->scans().size(), options.scans);

@@ -18,15 +18,15 @@ namespace sightline {
 enum class PosesOf { kVehicle, kSensor };
 
 struct RecordingOptions {
-  std::string name;                  // of the drive; empty: the last part of `scans`
-  std::string scans;                 // folder with one point cloud file per scan, or a file of many
-  std::string topic;                 // of a bag's scans; empty: its only one
-  std::string poses;                 // pose file or bag; empty: there are none
-  std::string poses_topic;           // of a bag's poses; empty: its only one
+  std::string name;         // of the drive; empty: the last part of `scans`
+  std::string scans;        // folder with one point cloud file per scan, or a file of many
+  std::string topic;        // of a bag's scans; empty: its only one
+  std::string poses;        // pose file or bag; empty: there are none
+  std::string poses_topic;  // of a bag's poses; empty: its only one
   PoseFormat pose_format = PoseFormat::kAuto;  // or kitti, tum, apollo
-  PosesOf poses_of = PosesOf::kVehicle;  // kSensor: the mounting below does not apply
-  std::string stamps;                // file with one time a line; empty: see open_recording
-  double rate_hz = 10.0;             // scans a second, where nothing tells their times
+  PosesOf poses_of = PosesOf::kVehicle;        // kSensor: the mounting below does not apply
+  std::string stamps;                 // file with one time a line; empty: see open_recording
+  double rate_hz = 10.0;              // scans a second, where nothing tells their times
   std::string sensor = "generic-16";  // name of a built-in profile
   int rings = 0;                      // 0: the profile's own beams; else this many, evenly from
   double lowest_beam_deg = -15.0;     // here

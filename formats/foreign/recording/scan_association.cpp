@@ -147,7 +147,8 @@ using Poses = std::vector<std::optional<PoseRow>>;
 // A topic begins later than the scans and ends earlier, or has gaps: those scans have no pose.
 Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stamps_ns,
                              Recording& recording) {
-  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_bag_poses(options.poses, options.poses_topic));
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows,
+                   read_bag_poses(options.poses, options.poses_topic));
   if (stamps_ns.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "a bag's poses are found by time, and the scans have no times of their own; name "
@@ -187,7 +188,8 @@ Result<Poses> poses_of_scans(const RecordingOptions& options, const Files& files
                              const Stamps& stamps_ns, Recording& recording) {
   if (options.poses.empty()) return Poses(files.size());
   if (is_ros_bag(options.poses)) return poses_from_bag(options, stamps_ns, recording);
-  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, poses_from_file(options, files, stamps_ns, recording));
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows,
+                   poses_from_file(options, files, stamps_ns, recording));
   return Poses(rows.begin(), rows.end());
 }
 

@@ -46,7 +46,8 @@ Result<bool> is_result(const OpenedDelta& delta, const fs::path& map) {
   if (file.size() != delta.header.result_size) return false;
   Sha256Stream digest;
   for (std::uint64_t offset = 0; offset < file.size(); offset += kLargestStep) {
-    SIGHTLINE_ASSIGN(const std::vector<std::byte> piece, file.read(offset, std::min(kLargestStep, file.size() - offset)));
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> piece,
+                     file.read(offset, std::min(kLargestStep, file.size() - offset)));
     digest.add(piece);
   }
   return digest.finish() == delta.header.result_sha256;

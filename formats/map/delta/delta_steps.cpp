@@ -31,7 +31,8 @@ Result<std::vector<std::byte>> bytes_of(const OpenedDelta& delta, const PieceRea
                                         const DeltaStep& step, std::uint64_t payload_offset) {
   Result<std::vector<std::byte>> old = base.read(step.base_offset, step.base_size);
   if (!old || step.kind == DeltaStepKind::kCopy) return old;
-  SIGHTLINE_ASSIGN(std::vector<std::byte> payload, delta.file.read(payload_offset, step.packed_size));
+  SIGHTLINE_ASSIGN(std::vector<std::byte> payload,
+                   delta.file.read(payload_offset, step.packed_size));
   if (xxh3(payload) != step.packed_checksum) {
     return Error{ErrorCode::kChecksumMismatch, "a payload does not match its checksum", "", ""};
   }
@@ -46,10 +47,12 @@ Result<std::vector<std::byte>> bytes_of(const OpenedDelta& delta, const PieceRea
 
 Result<OpenedDelta> open_delta(const std::filesystem::path& path) {
   SIGHTLINE_ASSIGN(PieceReader file, PieceReader::open(path));
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> front, file.read(0, std::min<std::uint64_t>(file.size(), kDeltaHeaderSize)));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> front,
+                   file.read(0, std::min<std::uint64_t>(file.size(), kDeltaHeaderSize)));
   const Result<DeltaHeader> header = decode_delta_header(front, file.size());
   if (!header) return in_file(header.error(), path.string());
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, file.read(kDeltaHeaderSize, header->step_count * kDeltaStepSize));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes,
+                   file.read(kDeltaHeaderSize, header->step_count * kDeltaStepSize));
   Result<std::vector<DeltaStep>> steps = decode_delta_steps(bytes, *header);
   if (!steps) return in_file(steps.error(), path.string());
   const bool packs_otherwise =

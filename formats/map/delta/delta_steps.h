@@ -16,7 +16,8 @@ struct OpenedDelta {
   std::vector<DeltaStep> steps;
 };
 
-// Reads and checks all but the payloads, as schemas/delta_format.md demands before a byte is written.
+// Reads and checks all but the payloads, as schemas/delta_format.md demands before a byte is
+// written.
 Result<OpenedDelta> open_delta(const std::filesystem::path& path);
 
 // The bytes of the result that a step makes of the base, checked; its payload begins at a byte of

@@ -108,14 +108,16 @@ Result<Digest> DigestCheck::run() {
   std::vector<Digest> tiles;
   for (const schema::Tile* tile : *map_.directory->tiles()) {
     const std::string place = tile_place(tile->x(), tile->y());
-    SIGHTLINE_ASSIGN(const std::vector<BlockName> layers, check_blocks(*tile->layers(), place + " layer "));
+    SIGHTLINE_ASSIGN(const std::vector<BlockName> layers,
+                     check_blocks(*tile->layers(), place + " layer "));
     tiles.push_back(tile_digest({tile->x(), tile->y()}, layers));
     if (tiles.back() != from_schema(*tile->digest())) return wrong_digest("the tile", place);
   }
-  SIGHTLINE_ASSIGN(const std::vector<BlockName> sections, check_blocks(*map_.directory->sections(), "section "));
+  SIGHTLINE_ASSIGN(const std::vector<BlockName> sections,
+                   check_blocks(*map_.directory->sections(), "section "));
   SIGHTLINE_TRY(check_zeros(checked_to_, header.directory_offset));
   SIGHTLINE_TRY(check_zeros(header.directory_offset + header.directory_size,
-                                         map_.file.size() - kTrailerSize));
+                            map_.file.size() - kTrailerSize));
   const Digest manifest = sha256(map_.file.subspan(header.manifest_offset, header.manifest_size));
   const Digest root = root_digest(manifest, header.incompatible_features, tiles, sections);
   if (root != header.root_digest) return wrong_digest("the map", "byte 88");

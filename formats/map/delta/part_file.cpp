@@ -92,7 +92,8 @@ Result<void> PartFile::finish() {
   if (::ftruncate(descriptor_, static_cast<off_t>(offset_)) != 0) {
     return failure(ErrorCode::kCannotWrite, path_, "cannot shorten", errno);
   }
-  if (::fsync(descriptor_) != 0) return failure(ErrorCode::kCannotWrite, path_, "cannot sync", errno);
+  if (::fsync(descriptor_) != 0)
+    return failure(ErrorCode::kCannotWrite, path_, "cannot sync", errno);
   return {};
 }
 

@@ -11,7 +11,8 @@
 namespace sightline {
 
 // A file that is made from its beginning to its end, perhaps in several goes: what an earlier go
-// left is compared and kept as long as it is right; from the first wrong byte on it is written anew.
+// left is compared and kept as long as it is right; from the first wrong byte on it is written
+// anew.
 class PartFile {
  public:
   // Makes the file where there is none. One process at a time: it holds a lock until it is closed.

@@ -23,8 +23,7 @@ class PieceReader {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
   // Errors: cannot-read; truncated-file where the file has become shorter.
-  [[nodiscard]] Result<std::vector<std::byte>> read(std::uint64_t offset,
-                                                    std::uint64_t size) const;
+  [[nodiscard]] Result<std::vector<std::byte>> read(std::uint64_t offset, std::uint64_t size) const;
 
  private:
   PieceReader(std::filesystem::path path, int descriptor)

@@ -149,7 +149,8 @@ Result<NdsBySite> compare_nds(MapSide& before, MapSide& after, const std::vector
       if (site != nullptr) ++by_site[site->site].stayed;
     }
     for (NdDiff& change : changes.changed) {
-      SIGHTLINE_ASSIGN(const SiteRow* site, site_near(after, change.mean_world_m, *own, limits, compared));
+      SIGHTLINE_ASSIGN(const SiteRow* site,
+                       site_near(after, change.mean_world_m, *own, limits, compared));
       count(change.change, all);
       if (site == nullptr) ++diff.nds_off_route;
       if (site != nullptr) count(change.change, by_site[site->site]);
@@ -209,8 +210,10 @@ Result<MapDiff> diff_maps(std::span<const std::byte> before, std::span<const std
 
 Result<MapDiff> diff_maps(const std::filesystem::path& before, const std::filesystem::path& after,
                           const MapDiffOptions& options) {
-  SIGHTLINE_ASSIGN(const MappedFile old_file, MappedFile::open(before.string(), MappedFile::Use::kHereAndThere));
-  SIGHTLINE_ASSIGN(const MappedFile new_file, MappedFile::open(after.string(), MappedFile::Use::kHereAndThere));
+  SIGHTLINE_ASSIGN(const MappedFile old_file,
+                   MappedFile::open(before.string(), MappedFile::Use::kHereAndThere));
+  SIGHTLINE_ASSIGN(const MappedFile new_file,
+                   MappedFile::open(after.string(), MappedFile::Use::kHereAndThere));
   Result<MapSide> old_side = MapSide::open(old_file.bytes());
   if (!old_side) return in_file(old_side.error(), before.string());
   Result<MapSide> new_side = MapSide::open(new_file.bytes());

@@ -21,14 +21,14 @@ AnswerDiff compare(const SiteAnswer& before, const SiteAnswer& after) {
 
 Result<ComparedSite> compare_site(const SiteRow& row, const Eigen::Vector3d& shift_m,
                                   MapSide& before, const CommonLimits& limits) {
-  SIGHTLINE_ASSIGN(const NearestSite nearest, before.nearest(row.p_m + shift_m, before.card().reach_m));
+  SIGHTLINE_ASSIGN(const NearestSite nearest,
+                   before.nearest(row.p_m + shift_m, before.card().reach_m));
   ComparedSite site{&row, nearest.row != nullptr, {}, nearest.distance_m, 0.0, 0.0};
   if (nearest.row == nullptr) return site;
   site.longest_points_before = nearest.row->longest_virtual_points;
   site.longest_points_after = row.longest_virtual_points;
   for (const auto& [old_limit, new_limit] : limits) {
-    site.answers.push_back(
-        compare(nearest.row->answers[old_limit], row.answers[new_limit]));
+    site.answers.push_back(compare(nearest.row->answers[old_limit], row.answers[new_limit]));
   }
   return site;
 }
@@ -135,23 +135,25 @@ Result<ComparedSites> compare_sites(MapSide& before, MapSide& after,
     if (pair.after) {
       SIGHTLINE_ASSIGN(const TileSites* sites, after.sites(*pair.after));
       for (const SiteRow& row : sites->rows) {
-        SIGHTLINE_ASSIGN(ComparedSite site, is_same ? Result<ComparedSite>(same_site(row, limits))
-                                            : compare_site(row, to_before_m, before, limits));
+        SIGHTLINE_ASSIGN(ComparedSite site, is_same
+                                                ? Result<ComparedSite>(same_site(row, limits))
+                                                : compare_site(row, to_before_m, before, limits));
         compared.after[row.site] = std::move(site);
       }
     }
     if (!pair.before || is_same) continue;
     SIGHTLINE_ASSIGN(const TileSites* sites, before.sites(*pair.before));
     for (const SiteRow& row : sites->rows) {
-      SIGHTLINE_ASSIGN(const NearestSite now, after.nearest(row.p_m - to_before_m, after.card().reach_m));
+      SIGHTLINE_ASSIGN(const NearestSite now,
+                       after.nearest(row.p_m - to_before_m, after.card().reach_m));
       if (now.row == nullptr) compared.only_before[row.site] = &row;
     }
   }
   return compared;
 }
 
-void count_sites(const CompiledMap& before, const CompiledMap& after,
-                 const ComparedSites& compared, MapDiff& diff) {
+void count_sites(const CompiledMap& before, const CompiledMap& after, const ComparedSites& compared,
+                 MapDiff& diff) {
   diff.limits = limits_of(before, after);
   find_work(compared, diff.limits);
   for (const auto& [id, site] : compared.after) {
@@ -169,8 +171,7 @@ void count_sites(const CompiledMap& before, const CompiledMap& after,
     diff.sites.back().answers = site.answers;
   }
   for (const auto& [id, row] : compared.only_before) {
-    diff.sites.push_back(
-        site_diff(SiteChange::kRemoved, *row, before.ndt.frame.origin_world_m));
+    diff.sites.push_back(site_diff(SiteChange::kRemoved, *row, before.ndt.frame.origin_world_m));
     ++diff.sites_removed;
   }
 }

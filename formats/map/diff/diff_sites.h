@@ -41,7 +41,7 @@ Result<ComparedSites> compare_sites(MapSide& before, MapSide& after,
                                     std::span<const TilePair> tiles);
 
 // Fills sites, limits and their counts of `diff`.
-void count_sites(const CompiledMap& before, const CompiledMap& after,
-                 const ComparedSites& compared, MapDiff& diff);
+void count_sites(const CompiledMap& before, const CompiledMap& after, const ComparedSites& compared,
+                 MapDiff& diff);
 
 }  // namespace sightline

@@ -24,9 +24,9 @@ struct NdCounts {
 using NdsBySite = std::map<std::uint32_t, NdCounts>;
 
 // Stretches of the new map by run and s, then those that only the old map has. A stretch begins and
-// ends with a site whose answer changed or around which the place did; between two such sites lie at
-// most options.join_m, and it is shorter than options.longest_m.
-// Also counts the changed NDs that lie in none of them.
+// ends with a site whose answer changed or around which the place did; between two such sites lie
+// at most options.join_m, and it is shorter than options.longest_m. Also counts the changed NDs
+// that lie in none of them.
 void find_stretches(const CompiledMap& before, const CompiledMap& after,
                     const ComparedSites& compared, const NdsBySite& nds, MapDiff& diff);
 

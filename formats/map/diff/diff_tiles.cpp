@@ -55,8 +55,8 @@ void compare(const MapSide& before, const MapSide& after, TilePair& pair) {
     return is_same(find_layer(before.container(), *pair.before, name),
                    find_layer(after.container(), *pair.after, name));
   };
-  pair.has_same_digest = is_same(*tile_at(before, pair.before)->digest(),
-                                 *tile_at(after, pair.after)->digest());
+  pair.has_same_digest =
+      is_same(*tile_at(before, pair.before)->digest(), *tile_at(after, pair.after)->digest());
   pair.has_same_nds = same_layer(kNdtLayer);
   pair.has_same_sites = same_layer(kRangeLayer);
 }
@@ -89,8 +89,7 @@ void count_blocks(const Blocks* before, const Blocks* after,
 
 std::optional<GridShift> grid_shift(const CompiledMap& before, const CompiledMap& after) {
   if (before.ndt.cell_m != after.ndt.cell_m || before.ndt.tile_m != after.ndt.tile_m) return {};
-  const Eigen::Vector3d shift_m =
-      before.ndt.frame.origin_world_m - after.ndt.frame.origin_world_m;
+  const Eigen::Vector3d shift_m = before.ndt.frame.origin_world_m - after.ndt.frame.origin_world_m;
   const std::optional<std::int32_t> tiles_x = whole_steps(shift_m.x(), after.ndt.tile_m);
   const std::optional<std::int32_t> tiles_y = whole_steps(shift_m.y(), after.ndt.tile_m);
   const std::optional<std::int32_t> cells_x = whole_steps(shift_m.x(), after.ndt.cell_m);

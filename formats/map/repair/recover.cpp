@@ -45,11 +45,10 @@ FoundTile tile_behind(const TileContents& contents, std::span<const std::byte> r
   for (const ContentsEntry& entry : contents.layers) {
     const bool is_inside =
         entry.offset <= rest.size() && entry.stored_size <= rest.size() - entry.offset;
-    tile.layers.push_back({entry.name, entry.version, entry.is_required, entry.codec,
-                           entry.row_count, entry.raw_size, entry.stored_checksum,
-                           entry.raw_digest,
-                           is_inside ? rest.subspan(entry.offset, entry.stored_size)
-                                     : std::span<const std::byte>()});
+    tile.layers.push_back(
+        {entry.name, entry.version, entry.is_required, entry.codec, entry.row_count, entry.raw_size,
+         entry.stored_checksum, entry.raw_digest,
+         is_inside ? rest.subspan(entry.offset, entry.stored_size) : std::span<const std::byte>()});
   }
   return tile;
 }
@@ -79,11 +78,10 @@ Result<void> check_rows(const PackedBlock& layer, const schema::Manifest& manife
   if ((!is_ndt && !is_range) || layer.row_count == 0 || layer.row_count > kMostRows) {
     return Error{ErrorCode::kBadLayer, "layer " + layer.name + " is of an unknown kind", "", ""};
   }
-  const std::uint64_t expected =
-      is_ndt ? NdtLayout(layer.row_count).size
-             : RangeLayout(layer.row_count, manifest.ranges_m()->size(),
-                           manifest.promises()->size())
-                   .size;
+  const std::uint64_t expected = is_ndt ? NdtLayout(layer.row_count).size
+                                        : RangeLayout(layer.row_count, manifest.ranges_m()->size(),
+                                                      manifest.promises()->size())
+                                              .size;
   if (layer.raw_size == expected) return {};
   return Error{ErrorCode::kBadLayer, "layer " + layer.name + " has another size than its rows", "",
                ""};
@@ -153,8 +151,8 @@ Result<void> decode_tiles(const std::vector<FoundTile>& tiles, const SiteIds& id
       SIGHTLINE_TRY(decode_ndt_layer(raw.bytes(), layer->row_count, tile.key, map.ndt));
     }
     if (const PackedBlock* layer = find_layer(tile, kRangeLayer)) {
-      SIGHTLINE_TRY(decode_range_layer(renumbered(layer->stored, layer->row_count, ids), layer->row_count,
-                             tile.key, map, is_filled));
+      SIGHTLINE_TRY(decode_range_layer(renumbered(layer->stored, layer->row_count, ids),
+                                       layer->row_count, tile.key, map, is_filled));
     }
   }
   return {};
@@ -195,8 +193,8 @@ Result<void> decode_factors(const MapContainer& container, const std::vector<Fou
     SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(*layer));
     const std::uint64_t rows =
         std::min<std::uint64_t>(layer->row_count, raw.bytes().size() / sizeof ids[0]);
-    SIGHTLINE_TRY(decode_factor_layer(renumbered(raw.bytes(), rows, ids),
-                                                     layer->row_count, factors, is_filled));
+    SIGHTLINE_TRY(decode_factor_layer(renumbered(raw.bytes(), rows, ids), layer->row_count, factors,
+                                      is_filled));
   }
   if (std::ranges::find(is_filled, false) != is_filled.end()) {
     return Error{ErrorCode::kBadLayer, "some sites have none", "", ""};
@@ -225,7 +223,8 @@ void decode_for_engineers(const Result<MapContainer>& container,
                           const std::vector<FoundTile>& tiles, const SiteIds& ids,
                           Recovered& recovered) {
   if (!container) {
-    recovered.lost.push_back("the factors and the error model, if it had any: the directory is lost");
+    recovered.lost.push_back(
+        "the factors and the error model, if it had any: the directory is lost");
     return;
   }
   tell("the factors", decode_factors(*container, tiles, ids, recovered.map), recovered.lost);

@@ -52,7 +52,8 @@ Result<std::vector<std::byte>> repack(const MapContainer& container, const Keep&
         writer.add_tile({tile->x(), tile->y()}, kept_blocks(container, *tile->layers(), keep));
     SIGHTLINE_CHECK(added);
   }
-  for (const PackedBlock& section : kept_blocks(container, *container.directory->sections(), keep)) {
+  for (const PackedBlock& section :
+       kept_blocks(container, *container.directory->sections(), keep)) {
     SIGHTLINE_CHECK(writer.add_section(section));
   }
   const Result<Digest> root = writer.finish();

@@ -99,7 +99,8 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Lab
     return parallel_map<GrownTree>(
         static_cast<std::size_t>(options.tree_count), threads, [&](std::size_t i) {
           const std::uint64_t tree_seed = mix(seed, i);
-          const Samples own = drawn(samples, static_cast<std::size_t>(options.tree_rows), tree_seed);
+          const Samples own =
+              drawn(samples, static_cast<std::size_t>(options.tree_rows), tree_seed);
           return grow_tree(own, features.names.size(), options, tree_seed);
         });
   } catch (const std::exception& failure) {
@@ -118,7 +119,8 @@ Result<RegressionForest> grow_forest(const FeatureRows& features, const Labelled
                      " rows are more than a model can hold; fewer of either",
                  "", ""};
   }
-  SIGHTLINE_ASSIGN(const std::vector<GrownTree> grown, grow_trees(features, training, options, seed, threads));
+  SIGHTLINE_ASSIGN(const std::vector<GrownTree> grown,
+                   grow_trees(features, training, options, seed, threads));
   const LabelledRows sorted = sorted_by_label(training);
   RegressionForest forest;
   forest.feature_count = static_cast<std::uint32_t>(features.names.size());

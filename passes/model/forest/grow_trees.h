@@ -14,7 +14,7 @@ struct ForestOptions {
   int tree_count = 200;
   int least_leaf_rows = 5;
   double feature_share = 0.4;  // of the features, tried at each split
-  int tree_rows = 8000;       // of more training rows, a tree grows on as many drawn for it
+  int tree_rows = 8000;        // of more training rows, a tree grows on as many drawn for it
 };
 
 // A tree as it was grown on a bootstrap sample: a child always comes after its parent, and

@@ -27,8 +27,8 @@ constexpr double kNotMeasured = -1.0;
 
 double log_error(double error_m) { return portable_log(std::max(error_m, kLeastError_m)); }
 
-// Of each site, those that the drive measured within kReach_m, the nearest first, the lower index on
-// a tie.
+// Of each site, those that the drive measured within kReach_m, the nearest first, the lower index
+// on a tie.
 std::vector<std::vector<std::size_t>> measured_near(const Sites& sites,
                                                     const MeasuredError& measured) {
   std::vector<std::size_t> known;
@@ -78,9 +78,9 @@ std::vector<double> describe(const MeasuredError& measured, const std::vector<st
 
 const std::vector<std::string>& history_features() {
   static const std::vector<std::string> kNames = {
-      "history_known",        "history_log_mean",      "history_log_mean_shorter",
+      "history_known",           "history_log_mean",      "history_log_mean_shorter",
       "history_log_mean_longer", "history_log_mean_near", "history_log_max_near",
-      "history_log_p90",      "history_lost_near"};
+      "history_log_p90",         "history_lost_near"};
   return kNames;
 }
 

@@ -84,18 +84,19 @@ void store(const std::vector<std::uint32_t>& rows, const ForestPrediction& predi
 // What the folds add to.
 struct FoldSums {
   PredictedError& predicted;
-  std::vector<double> squares;  // of errors: [0] as predicted, [1 + f] with feature f shuffled
+  std::vector<double> squares;   // of errors: [0] as predicted, [1 + f] with feature f shuffled
   std::size_t judged_count = 0;  // rows in those sums
 };
 
-std::size_t labelled_count(const TrainingSet& training_set, const std::vector<std::uint32_t>& rows) {
+std::size_t labelled_count(const TrainingSet& training_set,
+                           const std::vector<std::uint32_t>& rows) {
   return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [&](std::uint32_t row) {
     return training_set.sites[training_set.shape().site_of(row)].has_label == 1;
   }));
 }
 
-void predict_fold(const PassContext& ctx, const TrainingSet& training_set, const RegressionForest& forest,
-                  std::uint32_t fold, FoldSums& out) {
+void predict_fold(const PassContext& ctx, const TrainingSet& training_set,
+                  const RegressionForest& forest, std::uint32_t fold, FoldSums& out) {
   const PreparedForest prepared(forest, out.predicted.limits_m);
   const std::vector<std::uint32_t> rows = rows_of_fold(training_set, fold);
   const ForestPrediction prediction = prepared.predict(training_set.features, rows, ctx.threads);
@@ -142,9 +143,10 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
   OutOfFold result{sized_for(training_set.sites, std::move(predicted)), {}};
   FoldSums sums{result.predicted, std::vector<double>(1 + training_set.features.names.size(), 0.0)};
   for (std::uint32_t fold = 0; fold < training_set.folds.fold_count; ++fold) {
-    const LabelledRows training =
-        labelled_rows(training_set, sites_near_fold(training_set.sites, training_set.folds, fold, options.buffer_m),
-                      options.most_rows);
+    const LabelledRows training = labelled_rows(
+        training_set,
+        sites_near_fold(training_set.sites, training_set.folds, fold, options.buffer_m),
+        options.most_rows);
     if (training.rows.empty()) {
       return Error{ErrorCode::kDriveTooShort,
                    "a buffer of " + format_double(options.buffer_m) +
@@ -153,8 +155,9 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
                        " m of route; a longer drive is needed",
                    "", "fold " + std::to_string(fold)};
     }
-    SIGHTLINE_ASSIGN(const RegressionForest forest, grow_forest(
-        training_set.features, training, options.forest, mix(ctx.seed, kFoldKey + fold), ctx.threads));
+    SIGHTLINE_ASSIGN(const RegressionForest forest,
+                     grow_forest(training_set.features, training, options.forest,
+                                 mix(ctx.seed, kFoldKey + fold), ctx.threads));
     predict_fold(ctx, training_set, forest, fold, sums);
     ctx.progress(fold + 1, training_set.folds.fold_count + 1);
   }

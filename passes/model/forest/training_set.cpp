@@ -33,7 +33,8 @@ std::vector<Case> cases_of(const DrivenPlaces& places) {
 
 // What "all" means: every factor but a direction, which turns with the map's axes and tells a place
 // nothing of its own.
-std::vector<std::string> chosen_factors(const TrainingSetOptions& options, const DrivenPlaces& places) {
+std::vector<std::string> chosen_factors(const TrainingSetOptions& options,
+                                        const DrivenPlaces& places) {
   if (options.features == FeatureSet::kPaper) return paper_factors();
   std::vector<std::string> names = places.places.front().factors.factors;
   std::erase_if(names, [](const std::string& name) { return name.ends_with("_heading"); });
@@ -41,7 +42,8 @@ std::vector<std::string> chosen_factors(const TrainingSetOptions& options, const
 }
 
 // Of the sites that were appended last, as many as the place has.
-void append_labels(const DrivenPlace& place, const MeasuredError& measured, TrainingSet& training_set) {
+void append_labels(const DrivenPlace& place, const MeasuredError& measured,
+                   TrainingSet& training_set) {
   const std::size_t first = training_set.sites.size() - place.sites.sites.size();
   for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
     const bool has_label = training_set.sites[first + site].has_label == 1;
@@ -55,7 +57,7 @@ void append_rows(const FeatureRows& rows, TrainingSet& training_set) {
   training_set.features.names = rows.names;
   training_set.features.row_count += rows.row_count;
   training_set.features.values.insert(training_set.features.values.end(), rows.values.begin(),
-                                rows.values.end());
+                                      rows.values.end());
 }
 
 // The sites of a case; `first_run` keeps runs of different cases apart.
@@ -80,14 +82,15 @@ void append_sites(const DrivenPlace& place, const Case& of, const History* histo
 }
 
 void append_case(const DrivenPlaces& places, const Case& of, const FeatureRows& factors,
-                         TrainingSet& training_set) {
+                 TrainingSet& training_set) {
   const DrivenPlace& place = places.places[of.place];
   const bool has_history = of.history_drive != kNoHistory;
   History history;
   if (has_history) history = history_of(place.sites, place.drives[of.history_drive]);
   const History* told = has_history ? &history : nullptr;
   append_rows(training_set.knows_history ? with_history(factors, told) : factors, training_set);
-  const std::uint32_t first_run = training_set.sites.empty() ? 0 : training_set.sites.back().run + 1;
+  const std::uint32_t first_run =
+      training_set.sites.empty() ? 0 : training_set.sites.back().run + 1;
   append_sites(place, of, told, first_run, training_set);
   append_labels(place, place.drives[of.label_drive], training_set);
 }
@@ -109,14 +112,15 @@ Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces
       }
     }
     const int least_blocks = training_set.holds_out_places ? 1 : 2;
-    SIGHTLINE_ASSIGN(RouteBlocks blocks, cut_route(place.sites, has_label, options.block_m, least_blocks));
+    SIGHTLINE_ASSIGN(RouteBlocks blocks,
+                     cut_route(place.sites, has_label, options.block_m, least_blocks));
     for (std::uint32_t& block : blocks.block_of_site) block += training_set.folds.block_count();
     card.labelled_route_m = blocks.labelled_route_m;
     card.block_count = blocks.block_count;
     const auto place_fold = static_cast<std::uint32_t>(p);
     for (std::uint32_t block = 0; block < blocks.block_count; ++block) {
-      training_set.folds.fold_of_block.push_back(training_set.holds_out_places ? place_fold
-                                                                   : training_set.folds.block_count());
+      training_set.folds.fold_of_block.push_back(
+          training_set.holds_out_places ? place_fold : training_set.folds.block_count());
     }
     training_set.folds.labelled_route_m += blocks.labelled_route_m;
     training_set.places.push_back(std::move(card));
@@ -124,24 +128,27 @@ Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces
   }
   std::size_t site = 0;
   for (const Case& of : cases) {
-    for (const std::uint32_t block : block_of_site[of.place]) training_set.sites[site++].block = block;
+    for (const std::uint32_t block : block_of_site[of.place])
+      training_set.sites[site++].block = block;
   }
   return {};
 }
 
 }  // namespace
 
-Result<TrainingSet> make_training_set(const TrainingSetOptions& options, const DrivenPlaces& places) {
+Result<TrainingSet> make_training_set(const TrainingSetOptions& options,
+                                      const DrivenPlaces& places) {
   SIGHTLINE_TRY(validate(places));
   TrainingSet training_set;
   training_set.range_count = places.places.front().factors.ranges_m.size();
   training_set.knows_history = std::ranges::any_of(
       places.places, [](const DrivenPlace& place) { return place.drives.size() > 1; });
   training_set.holds_out_places = options.hold_out == HoldOut::kPlaces ||
-                            (options.hold_out == HoldOut::kAuto && places.places.size() >= 3);
+                                  (options.hold_out == HoldOut::kAuto && places.places.size() >= 3);
   std::vector<FeatureRows> factors;
   for (const DrivenPlace& place : places.places) {
-    SIGHTLINE_ASSIGN(FeatureRows rows, gather_features(place.factors, chosen_factors(options, places)));
+    SIGHTLINE_ASSIGN(FeatureRows rows,
+                     gather_features(place.factors, chosen_factors(options, places)));
     factors.push_back(std::move(rows));
   }
   const std::vector<Case> cases = cases_of(places);
@@ -151,8 +158,8 @@ Result<TrainingSet> make_training_set(const TrainingSetOptions& options, const D
   return training_set;
 }
 
-LabelledRows labelled_rows(const TrainingSet& training_set, const std::vector<std::uint8_t>& leave_out,
-                          std::size_t most_rows) {
+LabelledRows labelled_rows(const TrainingSet& training_set,
+                           const std::vector<std::uint8_t>& leave_out, std::size_t most_rows) {
   std::vector<std::size_t> sites;
   for (std::size_t site = 0; site < training_set.sites.size(); ++site) {
     if (training_set.sites[site].has_label == 1 && leave_out[site] == 0) sites.push_back(site);

@@ -24,8 +24,8 @@ enum class HoldOut { kAuto, kBlocks, kPlaces };
 
 struct TrainingSetOptions {
   FeatureSet features = FeatureSet::kAll;
-  double block_m = 60.0;          // route held out together, at least
-  int fold_count = 5;             // at most
+  double block_m = 60.0;  // route held out together, at least
+  int fold_count = 5;     // at most
   HoldOut hold_out = HoldOut::kAuto;
 };
 
@@ -43,11 +43,12 @@ struct TrainingSet {
 };
 
 // Errors: those of validate(DrivenPlaces), gather_features and cut_route.
-Result<TrainingSet> make_training_set(const TrainingSetOptions& options, const DrivenPlaces& places);
+Result<TrainingSet> make_training_set(const TrainingSetOptions& options,
+                                      const DrivenPlaces& places);
 
 // The labelled rows of the sites where `leave_out` is 0. Where they are more than `most_rows`,
 // every second, third, ... site of them alone: neighbours tell nearly the same.
-LabelledRows labelled_rows(const TrainingSet& training_set, const std::vector<std::uint8_t>& leave_out,
-                           std::size_t most_rows);
+LabelledRows labelled_rows(const TrainingSet& training_set,
+                           const std::vector<std::uint8_t>& leave_out, std::size_t most_rows);
 
 }  // namespace sightline

@@ -107,10 +107,9 @@ TEST(SitePairs, AreTheNearestSitesByBruteForce) {
       std::optional<std::uint32_t> best;
       double best_m = b.reach_m;
       for (std::uint32_t j = 0; j < b.sites.sites.size(); ++j) {
-        const double away_m =
-            (a.sites.sites[i].p_map_m + a.sites.frame.origin_world_m - b.sites.sites[j].p_map_m -
-             b.sites.frame.origin_world_m)
-                .norm();
+        const double away_m = (a.sites.sites[i].p_map_m + a.sites.frame.origin_world_m -
+                               b.sites.sites[j].p_map_m - b.sites.frame.origin_world_m)
+                                  .norm();
         if (best ? away_m < best_m : away_m <= best_m) {
           best = j;
           best_m = away_m;
@@ -141,9 +140,11 @@ TEST(Stretches, WorstIsTheWorstOfAllWindowsAndEveryBadWindowTouchesABadStretch) 
         const double mean = sum / static_cast<double>(last - first + 1);
         worst = std::max(worst, mean);
         if (mean <= 0.7) continue;
-        EXPECT_TRUE(std::ranges::any_of(bad, [&](const BadStretch& stretch) {
-          return stretch.first <= last && stretch.last >= first;
-        })) << "seed " << seed << " sites " << first << " to " << last;
+        EXPECT_TRUE(std::ranges::any_of(bad,
+                                        [&](const BadStretch& stretch) {
+                                          return stretch.first <= last && stretch.last >= first;
+                                        }))
+            << "seed " << seed << " sites " << first << " to " << last;
       }
     }
     EXPECT_NEAR(worst_stretch(sites, value, search).worst, worst, 1e-12) << "seed " << seed;

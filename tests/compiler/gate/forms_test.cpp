@@ -85,8 +85,8 @@ TEST(GateForms, JunitIsValidAndFailsTheSameRules) {
                             "' > '" + file.string() + ".log' 2>&1";
   if (std::system("command -v xmllint > /dev/null") != 0) GTEST_SKIP() << "there is no xmllint";
   EXPECT_EQ(std::system(check.c_str()), 0) << *read_text_file(file.string() + ".log");
-  ASSERT_TRUE(write_file_atomically(file, "<testsuites><testsuite/></testsuites>",
-                                    IfExists::kReplace));
+  ASSERT_TRUE(
+      write_file_atomically(file, "<testsuites><testsuite/></testsuites>", IfExists::kReplace));
   EXPECT_NE(std::system(check.c_str()), 0) << "the schema must be able to refuse";
   EXPECT_THAT(xml, HasSubstr("name=\"stretch-range-rise within 0.1 m\" time=\"0\"><failure"));
   EXPECT_THAT(xml, HasSubstr("name=\"work-rise within 0.1 m\" time=\"0\"><skipped/>"));
@@ -104,10 +104,11 @@ TEST(GateForms, JunitFailsWhatTheGateFailsAt) {
 TEST(GateForms, GithubAnnotationsAreOneLineEachAndEscaped) {
   const GateReport report = full_report();
   const std::string text = to_github(report);
-  EXPECT_THAT(text, HasSubstr("::error file=maps/new town.slmap,title=stretch-range-rise::sites 60 "
-                              "to 89 (run 0, 60 to 89 m, around (714.0, -64.0, 1.8) m in the world): "
-                              "the range within 0.1 m was 10.0 m and is 50.0 m over the worst 20 m "
-                              "of route, 40.0 m more; allowed is at most 5.0 m\n"));
+  EXPECT_THAT(text,
+              HasSubstr("::error file=maps/new town.slmap,title=stretch-range-rise::sites 60 "
+                        "to 89 (run 0, 60 to 89 m, around (714.0, -64.0, 1.8) m in the world): "
+                        "the range within 0.1 m was 10.0 m and is 50.0 m over the worst 20 m "
+                        "of route, 40.0 m more; allowed is at most 5.0 m\n"));
   EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(text, '\n')),
             report.count(Verdict::kViolated) + 1);
   EXPECT_THAT(text, HasSubstr("::error title=sightline gate::failed, "));

@@ -19,7 +19,8 @@ TEST(GateOnOneMap, PassesAGoodOneAndSaysWhatWasAsked) {
   EXPECT_EQ(coverage.verdict, Verdict::kMet);
   EXPECT_DOUBLE_EQ(coverage.found, 0.95);
   EXPECT_DOUBLE_EQ(*coverage.allowed, 0.80);
-  EXPECT_EQ(coverage.message, "expected coverage within 0.1 m is 95.0 %; allowed is at least 80.0 %");
+  EXPECT_EQ(coverage.message,
+            "expected coverage within 0.1 m is 95.0 %; allowed is at least 80.0 %");
   EXPECT_NEAR(checks_of(report, "expected-work", 0.25).at(0).found, 0.2, 1e-12);
   EXPECT_EQ(checks_of(report, "mean-range", 0.1).at(0).verdict, Verdict::kNotJudged);
   EXPECT_DOUBLE_EQ(checks_of(report, "mean-range", 0.1).at(0).found, 10.0);

@@ -117,8 +117,7 @@ TEST(GateExceptions, CoverAFindingWhoseEverySiteLiesInThePlace) {
 
 TEST(GateExceptions, AreFindingsWhenTheyHaveExpiredOrCoverNothing) {
   const WorseRoute route;
-  const GateReport expired =
-      route.report(" - {rule: '*', reason: roadworks, until: 2026-06-05}");
+  const GateReport expired = route.report(" - {rule: '*', reason: roadworks, until: 2026-06-05}");
   EXPECT_FALSE(expired.passes());
   ASSERT_EQ(checks_of(expired, "exception-expired").size(), 1u);
   EXPECT_EQ(checks_of(expired, "exception-expired")[0].found, 10.0);

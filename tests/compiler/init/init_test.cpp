@@ -33,8 +33,9 @@ BoxWorld street() {
     for (const double side : {-1.0, 1.0}) {
       const double near_m = random.uniform(5.0, 12.0);
       const double low_m = side > 0.0 ? near_m : -near_m - 3.0;
-      world.boxes.push_back({{x_m, low_m, 0.0},
-                             {x_m + random.uniform(1.0, 5.0), low_m + 3.0, random.uniform(2.0, 9.0)}});
+      world.boxes.push_back(
+          {{x_m, low_m, 0.0},
+           {x_m + random.uniform(1.0, 5.0), low_m + 3.0, random.uniform(2.0, 9.0)}});
     }
   }
   return world;
@@ -252,13 +253,14 @@ TEST_F(Init, ReadsWhatABagHolds) {
         cloud_message(seconds, 0, {{"x", 0, 7}, {"y", 4, 7}, {"z", 8, 7}},
                       static_cast<std::uint32_t>(scan.points_m.size()), 12, data);
     messages.push_back({"/points", "sensor_msgs/PointCloud2", seconds, 0, cloud});
-    if (i % 2 == 0) messages.push_back({"/rear/points", "sensor_msgs/PointCloud2", seconds, 0, cloud});
+    if (i % 2 == 0)
+      messages.push_back({"/rear/points", "sensor_msgs/PointCloud2", seconds, 0, cloud});
     const Pose T = pose_on(way, i);
     const Eigen::Quaterniond q(T.linear());
-    messages.push_back({"/pose", "geometry_msgs/PoseStamped", seconds, 0,
-                        ros_header(seconds, 0) +
-                            as_bytes({T.translation().x(), T.translation().y(),
-                                      T.translation().z(), q.x(), q.y(), q.z(), q.w()})});
+    messages.push_back(
+        {"/pose", "geometry_msgs/PoseStamped", seconds, 0,
+         ros_header(seconds, 0) + as_bytes({T.translation().x(), T.translation().y(),
+                                            T.translation().z(), q.x(), q.y(), q.z(), q.w()})});
   }
   write_bag(folder_ / "drive.bag", messages);
   const CompileConfig config = draft();
@@ -274,7 +276,9 @@ TEST_F(Init, WritesNamesThatYamlReadsBack) {
   fs::path scans = folder_ / "scans";
   write_scans(scans, {0.0, 21});
   for (const char* name : {"two words", "it's \"quoted\"", "a#b", "key: value", "-dash", "[list]",
-                           "stra\xC3\x9F" "e", "back\\slash", "true", "*star"}) {
+                           "stra\xC3\x9F"
+                           "e",
+                           "back\\slash", "true", "*star"}) {
     fs::rename(scans, folder_ / name);
     scans = folder_ / name;
     EXPECT_EQ(draft().mapping.scans, path(name));

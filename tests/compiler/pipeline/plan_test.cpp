@@ -91,7 +91,9 @@ TEST(Plan, NamesTheStepsThatAnArtifactNeedsAndNoOthers) {
 
 // A wire of another type does not fit: this is what the compiler decides.
 template <class X>
-concept FitsSlope = requires(Plan& plan, Wire<X> wire) { plan.run(kSlope, wire); };
+concept FitsSlope = requires(Plan& plan, Wire<X> wire) {
+  plan.run(kSlope, wire);
+};
 struct Other {};
 static_assert(FitsSlope<SiteColumn>);
 static_assert(!FitsSlope<Other>);

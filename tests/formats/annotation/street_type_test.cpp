@@ -57,7 +57,8 @@ TEST(StreetType, IsUnknownWithoutTheFactor) {
   factors.factors = {"feature_count"};
   factors.site_count = 2;
   factors.values = {1.0, 2.0};
-  EXPECT_EQ(street_types(factors), (std::vector<StreetType>{StreetType::kUnknown, StreetType::kUnknown}));
+  EXPECT_EQ(street_types(factors),
+            (std::vector<StreetType>{StreetType::kUnknown, StreetType::kUnknown}));
   EXPECT_TRUE(street_types(FactorTable{}).empty());
 }
 

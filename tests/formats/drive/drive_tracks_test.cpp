@@ -17,12 +17,9 @@ DriveTracks small_tracks() {
   tracks.limits_m = {0.1};
   tracks.rules = {{0.1, 0.0}, {0.0, 20.0}, {0.0, 50.0}};
   tracks.scans = {{3, 0.0, 0.0}, {4, 1.0, 0.0}};
-  tracks.steps = {{20.0, 0.10, 1.0, 100.0, kTrackBegins},
-                  {50.0, 0.20, 3.0, 300.0, 0},
-                  {20.0, 0.05, 1.0, 100.0, kTrackBegins},
-                  {20.0, 1.50, 1.0, 100.0, kTrackLost},
-                  {50.0, 0.02, 4.0, 400.0, kTrackBegins},
-                  {50.0, 0.04, 4.0, 400.0, 0}};
+  tracks.steps = {{20.0, 0.10, 1.0, 100.0, kTrackBegins}, {50.0, 0.20, 3.0, 300.0, 0},
+                  {20.0, 0.05, 1.0, 100.0, kTrackBegins}, {20.0, 1.50, 1.0, 100.0, kTrackLost},
+                  {50.0, 0.02, 4.0, 400.0, kTrackBegins}, {50.0, 0.04, 4.0, 400.0, 0}};
   return tracks;
 }
 

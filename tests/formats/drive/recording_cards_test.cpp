@@ -16,10 +16,10 @@ TEST(RecordingCards, SurviveTheDisk) { expect_survives_disk(two_drives()); }
 TEST(RecordingCards, PrintDigestsAsSha256sumDoes) {
   // printf abc | sha256sum
   const RecordingCards recordings{{{"mapping", "first", sha256("abc")}}};
-  EXPECT_EQ(dump(recordings).rows.at(0),
-            (std::vector<Cell>{
-                "mapping", "first",
-                "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"}));
+  EXPECT_EQ(
+      dump(recordings).rows.at(0),
+      (std::vector<Cell>{"mapping", "first",
+                         "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"}));
 }
 
 TEST(RecordingCards, RefuseWhatNamesNoRecording) {

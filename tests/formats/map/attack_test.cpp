@@ -115,8 +115,9 @@ TEST(Attack, ADecompressionBombIsRefusedBeforeItIsUnpacked) {
   const CompiledMap map = twin_tiles();
   const ContainerParts parts = parts_of(map);
   ContainerWriter writer(write_to(file), parts.manifest, {});
-  const PackedBlock layer{"debug",      1,  false, BlockCodec::kZstd, 1, zeros.size(),
-                          block_checksum(bomb), sha256(zeros), bomb};
+  const PackedBlock layer{
+      "debug",       1,   false, BlockCodec::kZstd, 1, zeros.size(), block_checksum(bomb),
+      sha256(zeros), bomb};
   ASSERT_TRUE(writer.add_tile({0, 0}, std::vector{layer}));
   ASSERT_TRUE(writer.finish());
   EXPECT_EQ(refusal_of(file), ErrorCode::kTooLarge);

@@ -162,8 +162,8 @@ TEST(MapContainer, WithAManifestThatIsNoFlatBufferIsRefused) {
   refusal(assemble(parts), ErrorCode::kBadManifest);
 }
 
-// The manifest with a vector of one of its tables once more at its end, where its elements lie at no
-// multiple of 8. A table is told by its first byte.
+// The manifest with a vector of one of its tables once more at its end, where its elements lie at
+// no multiple of 8. A table is told by its first byte.
 std::vector<std::byte> with_misaligned(std::vector<std::byte> manifest, const void* table,
                                        flatbuffers::voffset_t field, std::size_t element_size) {
   const std::uint8_t* address = static_cast<const flatbuffers::Table*>(table)->GetAddressOf(field);
@@ -171,8 +171,8 @@ std::vector<std::byte> with_misaligned(std::vector<std::byte> manifest, const vo
   const auto count = flatbuffers::ReadScalar<flatbuffers::uoffset_t>(vector);
   const auto* first = reinterpret_cast<const std::byte*>(vector);
   const std::vector<std::byte> copy(first, first + sizeof count + count * element_size);
-  const auto at = static_cast<std::size_t>(reinterpret_cast<const std::byte*>(address) -
-                                           manifest.data());
+  const auto at =
+      static_cast<std::size_t>(reinterpret_cast<const std::byte*>(address) - manifest.data());
   manifest.resize((manifest.size() + 7) / 8 * 8);
   const auto distance = static_cast<flatbuffers::uoffset_t>(manifest.size() - at);
   std::memcpy(manifest.data() + at, &distance, sizeof distance);

@@ -29,7 +29,8 @@ const ErrorModel& model() {
   return kModel;
 }
 
-// Annotated as emit-map and the passes before it do; `told`: with what a first drive measured there.
+// Annotated as emit-map and the passes before it do; `told`: with what a first drive measured
+// there.
 CompiledMap annotated(const DrivenPlace& place, bool told) {
   PassContext ctx;
   CompiledMap map;
@@ -95,7 +96,8 @@ TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
       [](CompiledMap& m) { m.predicted.out_of_fold[8] ^= 1; },
       [](CompiledMap& m) { m.predicted.has_history[9] ^= 1; },
       [](CompiledMap& m) {
-        m.ranges.range_index[30] = m.ranges.range_index[30] == 0 ? std::uint8_t{1} : std::uint8_t{0};
+        m.ranges.range_index[30] =
+            m.ranges.range_index[30] == 0 ? std::uint8_t{1} : std::uint8_t{0};
       },
       [](CompiledMap& m) { m.ranges.flags[31] ^= kUnmet; },
       [](CompiledMap& m) { m.ranges.promises[0].is_earned ^= true; },
@@ -103,7 +105,7 @@ TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
       [](CompiledMap& m) { m.ranges.promises[0].statement += " or so"; },
       [](CompiledMap& m) { ++m.quality[0].unmet_count; },
       [](CompiledMap& m) { m.quality[1].expected_coverage = 1.0; },
-      [](CompiledMap& m) { m.factors.values.back() += 0.5; },     // a lost share of the first drive
+      [](CompiledMap& m) { m.factors.values.back() += 0.5; },  // a lost share of the first drive
       [](CompiledMap& m) { m.factors.values[1] += 1000.0; }};  // beyond the support
   ASSERT_EQ(code_of(map), ErrorCode{});
   for (std::size_t i = 0; i < flips.size(); ++i) {

@@ -25,9 +25,9 @@ Told told(const SyntheticDrive& drive, const std::string& localizing_sensor = "v
   PassContext ctx;
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  Result<FactorTable> table = add_mapping_error(ctx, {}, drive.factors, drive.measured,
-                                                *sensor_profile("vlp-16"),
-                                                *sensor_profile(localizing_sensor));
+  Result<FactorTable> table =
+      add_mapping_error(ctx, {}, drive.factors, drive.measured, *sensor_profile("vlp-16"),
+                        *sensor_profile(localizing_sensor));
   return {std::move(table), std::move(warnings)};
 }
 

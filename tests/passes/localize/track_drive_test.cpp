@@ -86,9 +86,9 @@ TEST(TrackDrive, FollowsTheDriveFromItsFirstStart) {
 TEST(TrackDrive, LooksUpTheRangeWhereItExpectsToBe) {
   const Result<DriveTracks> tracks = track(near_starts());
   ASSERT_TRUE(tracks.has_value());
-  EXPECT_EQ(tracks->step(0, 2).range_m, 15.0);   // x = 1.3 m
-  EXPECT_EQ(tracks->step(0, 6).range_m, 15.0);   // x = 2.9 m
-  EXPECT_EQ(tracks->step(0, 9).range_m, 30.0);   // x = 4.1 m
+  EXPECT_EQ(tracks->step(0, 2).range_m, 15.0);  // x = 1.3 m
+  EXPECT_EQ(tracks->step(0, 6).range_m, 15.0);  // x = 2.9 m
+  EXPECT_EQ(tracks->step(0, 9).range_m, 30.0);  // x = 4.1 m
   EXPECT_EQ(tracks->step(0, 17).range_m, 30.0);
   EXPECT_EQ(tracks->step(1, 10).range_m, 15.0);
   // Where the map chooses as the static rule does, nothing tells the two replays apart.

@@ -89,7 +89,8 @@ TEST(KernelScore, RemembersCellsFromGridToGridOfTheSameCellsAlone) {
   const NdtMap part = simple_map(room_points(31, 4000, 0.03), 2.0);
   const MatchGrid grids[] = {
       make_match_grid(room),
-      make_match_grid(room, [](const Nd&) -> Eigen::Matrix3d { return Eigen::Matrix3d::Identity(); }),
+      make_match_grid(room,
+                      [](const Nd&) -> Eigen::Matrix3d { return Eigen::Matrix3d::Identity(); }),
       make_match_grid(part), room_grid(1.0), make_match_grid(NdtMap{})};
   EXPECT_EQ(grids[0].cells_digest, grids[1].cells_digest);
   EXPECT_NE(grids[0].cells_digest, grids[2].cells_digest);
@@ -111,8 +112,8 @@ TEST(KernelScore, AloneIsTheSameNumberInEveryVersion) {
   for (const std::size_t count : {1u, 16u, 100u, 1024u, 3001u}) {
     ScanForMatch scan = make_scan_for_match(room_points(count, count, 0.05));
     const Pose pose = random_pose(random, 0.5, 0.1);
-    for (const MatchKernel kernel : {MatchKernel::kPortable, MatchKernel::kAvx2,
-                                     MatchKernel::kAvx512, MatchKernel::kExact}) {
+    for (const MatchKernel kernel :
+         {MatchKernel::kPortable, MatchKernel::kAvx2, MatchKernel::kAvx512, MatchKernel::kExact}) {
       if (!is_supported(kernel)) continue;
       EXPECT_EQ(kernel_score_alone(grid, scan, count, pose, kernel),
                 kernel_score(grid, scan, count, pose, kernel).score)

@@ -28,9 +28,9 @@ std::vector<Eigen::Vector3d> every(double stride, const std::vector<Eigen::Vecto
 }
 
 TEST(ScanCutter, TakesEverySecondReturnWithinTheRangeAndAveragesItsVoxel) {
-  const std::vector<Eigen::Vector3d> points_m = {{0.25, 0.5, 0.5}, {0.3, 0.5, 0.5}, {0.75, 0.5, 0.5},
-                                                 {1.5, 0.5, 0.5},  {3.5, 0.5, 0.5}, {-0.5, 0.0, 0.0},
-                                                 {0.0, 0.0, -3.0}};
+  const std::vector<Eigen::Vector3d> points_m = {
+      {0.25, 0.5, 0.5}, {0.3, 0.5, 0.5},  {0.75, 0.5, 0.5}, {1.5, 0.5, 0.5},
+      {3.5, 0.5, 0.5},  {-0.5, 0.0, 0.0}, {0.0, 0.0, -3.0}};
   const std::vector<Eigen::Vector3d> expected_m = {{0.0, 0.0, -3.0}, {0.5, 0.5, 0.5}};
   ScanCutter cutter;
   EXPECT_EQ(cutter.cut(points_m, {3.0, 1.0}, 2.0), expected_m);

@@ -87,7 +87,8 @@ TEST(ChooseRanges, FallsBackToTheLongestRangeAndSaysSo) {
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const ErrorModel model = five_sites();
   ASSERT_TRUE(
-      choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model), model.out_of_fold, model).has_value());
+      choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model), model.out_of_fold, model)
+          .has_value());
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_EQ(warnings[0],
             "no range is good enough for 0.1 m at 1 of 5 sites: they look as far as there is, and "
@@ -112,12 +113,14 @@ TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
 
 TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
   ErrorModel model = honest_model(1, 60);
-  ASSERT_TRUE(choose(model, with(RiskControl::kConformal))->promises[0].is_earned) << "its own sites";
+  ASSERT_TRUE(choose(model, with(RiskControl::kConformal))->promises[0].is_earned)
+      << "its own sites";
   PassContext ctx;
   PredictedError elsewhere = model.out_of_fold;
   std::ranges::fill(elsewhere.out_of_fold, std::uint8_t{0});
   const auto promise_of = [&] {
-    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), elsewhere, model)->promises[0];
+    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), elsewhere, model)
+        ->promises[0];
   };
   EXPECT_FALSE(promise_of().is_earned);
   EXPECT_NE(promise_of().statement.find("one place alone"), std::string::npos);
@@ -132,7 +135,8 @@ TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
   const auto promise_of = [&](std::size_t unlike_count) {
     std::ranges::fill(predicted.extrapolated, std::uint8_t{0});
     std::fill_n(predicted.extrapolated.begin(), unlike_count, std::uint8_t{1});
-    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), predicted, model)->promises[0];
+    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), predicted, model)
+        ->promises[0];
   };
   EXPECT_TRUE(promise_of(1800).is_earned);
   EXPECT_FALSE(promise_of(1801).is_earned);
@@ -151,10 +155,12 @@ TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
 }
 
 TEST(ChooseRanges, SaysWhatAModelPromisesBeforeThereIsAMap) {
-  const std::vector<std::string> enough = promises_of(with(RiskControl::kConformal), honest_model(1, 60));
+  const std::vector<std::string> enough =
+      promises_of(with(RiskControl::kConformal), honest_model(1, 60));
   ASSERT_EQ(enough.size(), 2u) << "a limit each";
   EXPECT_NE(enough[0].find("at most 5 % of places"), std::string::npos) << enough[0];
-  const std::vector<std::string> too_few = promises_of(with(RiskControl::kConformal), honest_model(1, 18));
+  const std::vector<std::string> too_few =
+      promises_of(with(RiskControl::kConformal), honest_model(1, 18));
   EXPECT_NE(too_few[0].find("km more of measured route"), std::string::npos) << too_few[0];
 }
 
@@ -170,7 +176,8 @@ TEST(ChooseRanges, NeverPromisesFromBlocksThatSeeTheSameWalls) {
 TEST(ChooseRanges, KeepsMissesWithinWhatItCalibrated) {
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     const ErrorModel model = honest_model(seed, 48);
-    for (const RiskControl risk_control : {RiskControl::kConformal, RiskControl::kLearnThenTest, RiskControl::kEmpirical}) {
+    for (const RiskControl risk_control :
+         {RiskControl::kConformal, RiskControl::kLearnThenTest, RiskControl::kEmpirical}) {
       const Result<RangeTable> table = choose(model, with(risk_control));
       ASSERT_TRUE(table.has_value());
       for (std::size_t limit = 0; limit < 2; ++limit) {
@@ -190,7 +197,8 @@ TEST(ChooseRanges, KeepsMissesWithinWhatItCalibrated) {
 // Of the tightest limit; a looser one may trade what the tighter no longer asks for.
 TEST(ChooseRanges, ALargerAlphaNeverLooksFurther) {
   const ErrorModel model = honest_model(3, 48);
-  for (const RiskControl risk_control : {RiskControl::kConformal, RiskControl::kLearnThenTest, RiskControl::kEmpirical}) {
+  for (const RiskControl risk_control :
+       {RiskControl::kConformal, RiskControl::kLearnThenTest, RiskControl::kEmpirical}) {
     std::vector<double> before_m(model.sites.size(), 50.0);
     for (const double alpha : {0.1, 0.2, 0.4}) {
       const Result<RangeTable> table = choose(model, with(risk_control, alpha));
@@ -205,7 +213,8 @@ TEST(ChooseRanges, ALargerAlphaNeverLooksFurther) {
 
 TEST(ChooseRanges, ALooserLimitNeverLooksFurther) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    for (const RiskControl risk_control : {RiskControl::kConformal, RiskControl::kEmpirical, RiskControl::kFixed}) {
+    for (const RiskControl risk_control :
+         {RiskControl::kConformal, RiskControl::kEmpirical, RiskControl::kFixed}) {
       const Result<RangeTable> table = choose(honest_model(seed, 20), with(risk_control));
       ASSERT_TRUE(table.has_value());
       for (std::size_t i = 0; i < table->site_count; ++i) {

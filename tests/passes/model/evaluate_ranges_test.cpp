@@ -56,8 +56,8 @@ Trial four_sites() {
 
 Result<Evaluation> evaluate(const Trial& trial, const EvaluateRangesOptions& options = {}) {
   PassContext ctx;
-  return evaluate_ranges(ctx, options, trial.sites, trial.predicted, trial.ranges,
-                         trial.factors, trial.judged);
+  return evaluate_ranges(ctx, options, trial.sites, trial.predicted, trial.ranges, trial.factors,
+                         trial.judged);
 }
 
 TEST(EvaluateRanges, CountsCoverageBesideTime) {

@@ -70,14 +70,13 @@ TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
   PassContext ctx;
   TrainModelOptions options;
   options.trees = 20;
-  const Result<ErrorModel> model =
-      train_model(ctx, options, places_driven_twice(3, kSmall));
+  const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(3, kSmall));
   ASSERT_TRUE(model.has_value());
   DrivenPlace place = place_driven_twice(9, kSmall);
   for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
   place.drives[0].scan_of_site[0] = -1;  // its neighbours were measured
-  const Result<PredictedError> told = predict_error_with_history(ctx, {}, *model, place.sites,
-                                                                 place.factors, place.drives[0]);
+  const Result<PredictedError> told =
+      predict_error_with_history(ctx, {}, *model, place.sites, place.factors, place.drives[0]);
   const Result<PredictedError> map_only =
       predict_error(ctx, {}, *model, place.sites, place.factors);
   ASSERT_TRUE(told.has_value() && map_only.has_value());

@@ -151,7 +151,8 @@ TEST(TrainModel, SaysThatOnePlaceAloneIsNoPromiseOfOthers) {
 TEST(TrainModel, SaysWhatTheMeanRuleReachesInEachTypeOfStreet) {
   DrivenPlaces places = places_driven_twice(2, kSmall);
   for (DrivenPlace& place : places.places) {  // lanes, then open places
-    for (std::size_t row = 0; row < place.factors.site_count * place.factors.ranges_m.size(); ++row) {
+    for (std::size_t row = 0; row < place.factors.site_count * place.factors.ranges_m.size();
+         ++row) {
       const bool is_lane = row < place.factors.values.size() / (2 * place.factors.factors.size());
       place.factors.values[row * place.factors.factors.size() + 1] = is_lane ? 0.9 : 0.1;
     }
@@ -162,8 +163,7 @@ TEST(TrainModel, SaysWhatTheMeanRuleReachesInEachTypeOfStreet) {
   ASSERT_EQ(model->streets.size(), 4u) << "two types at two limits";
   EXPECT_EQ(model->streets[0].street, StreetType::kLane);
   EXPECT_EQ(model->streets[1].street, StreetType::kOpen);
-  EXPECT_EQ(model->streets[0].case_count + model->streets[1].case_count,
-            2 * 2 * kSmall.site_count);
+  EXPECT_EQ(model->streets[0].case_count + model->streets[1].case_count, 2 * 2 * kSmall.site_count);
   for (const StreetCard& card : model->streets) {
     EXPECT_GT(card.coverage, 0.2);
     EXPECT_LE(card.coverage, 1.0);
@@ -196,8 +196,7 @@ TEST(TrainModel, JudgesAShortDriveOnShorterBlocksAndSaysSo) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  const Result<ErrorModel> model =
-      train_on_place(ctx, quick(), place_of(drive));
+  const Result<ErrorModel> model = train_on_place(ctx, quick(), place_of(drive));
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   EXPECT_GE(model->card.block_count, 2u);
   EXPECT_GE(model->card.block_m, 15.0);
@@ -211,8 +210,7 @@ TEST(TrainModel, LearnsNothingFromADirection) {
   SyntheticDrive drive = synthetic_drive(1, kSmall);
   drive.factors.factors[0] = "crlb_heading";
   PassContext ctx;
-  const Result<ErrorModel> model =
-      train_on_place(ctx, quick(), place_of(drive));
+  const Result<ErrorModel> model = train_on_place(ctx, quick(), place_of(drive));
   ASSERT_TRUE(model.has_value()) << to_string(model.error());
   for (const FeatureCard& feature : model->features) EXPECT_NE(feature.name, "crlb_heading");
 }

@@ -80,7 +80,8 @@ TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
   const RealData data = real_data("kitti_0005");
   if (!data.missing.empty()) GTEST_SKIP() << data.missing;
   const Drive drive = kitti_drive(data.folder, 154);
-  ASSERT_FALSE(drive.scans.empty()) << "a scan of " << data.folder << " is missing or cannot be read";
+  ASSERT_FALSE(drive.scans.empty())
+      << "a scan of " << data.folder << " is missing or cannot be read";
   PassContext ctx;
   ctx.threads = 2;
   const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, drive);

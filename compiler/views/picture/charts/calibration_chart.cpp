@@ -27,7 +27,8 @@ void add_limit(const std::vector<ReliabilityBin>& bins, ChartSeries line, Chart&
   for (const ReliabilityBin& bin : bins) {
     points.x.push_back(100.0 * bin.promised);
     points.y.push_back(100.0 * bin.observed);
-    points.sizes_px.push_back(std::max(kSmallest_px, kLargest_px * std::sqrt(bin.count / double(most))));
+    points.sizes_px.push_back(
+        std::max(kSmallest_px, kLargest_px * std::sqrt(bin.count / double(most))));
   }
   line.x = points.x;
   line.y = points.y;

@@ -15,8 +15,8 @@ struct CalibrationColours {
 };
 
 // Promised P(error <= limit) to the right against the share that met the limit upwards, both in per
-// cent: a curve a limit, the area of its points as large as there are pairs of site and range behind
-// them; the dashed diagonal is a promise kept exactly.
+// cent: a curve a limit, the area of its points as large as there are pairs of site and range
+// behind them; the dashed diagonal is a promise kept exactly.
 Chart calibration_chart(const Evaluation& evaluation, const CalibrationColours& colours);
 
 }  // namespace sightline

@@ -14,7 +14,8 @@ std::string colours_from(std::size_t count, double first, double last) {
   std::string css;
   for (std::size_t i = 0; i < count; ++i) {
     const double share = count > 1 ? static_cast<double>(i) / static_cast<double>(count - 1) : 0.0;
-    css += "--range-" + std::to_string(i) + ":" + colour_name(viridis(first + share * (last - first))) + ";";
+    css += "--range-" + std::to_string(i) + ":" +
+           colour_name(viridis(first + share * (last - first))) + ";";
   }
   return css;
 }

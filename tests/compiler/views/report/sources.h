@@ -64,9 +64,8 @@ inline MadeSources made_sources(std::uint64_t seed) {
   made.map.factors.factors.back() = "virtual_points";
   made.measured = measured_at(made.map);
   PassContext ctx;
-  made.evaluation =
-      *evaluate_ranges(ctx, {}, made.map.sites, made.map.predicted, made.map.ranges,
-                       made.map.factors, made.measured);
+  made.evaluation = *evaluate_ranges(ctx, {}, made.map.sites, made.map.predicted, made.map.ranges,
+                                     made.map.factors, made.measured);
   made.trajectory.poses.resize(3);
   made.points.voxel_m = 0.25;
   made.points.moved_voxels = {{-300, 5, 1}, {-300, 5, 2}, {4, 4, 0}};

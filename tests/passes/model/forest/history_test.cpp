@@ -60,8 +60,7 @@ TEST(History, TellsWhatTheNearestMeasuredSiteFoundAndItsNeighbours) {
 }
 
 TEST(History, FindsNeighboursAsASearchThroughAllDoes) {
-  SyntheticOptions options = {
-      .site_count = 120, .ranges_m = {10.0}, .has_paper_factors = false};
+  SyntheticOptions options = {.site_count = 120, .ranges_m = {10.0}, .has_paper_factors = false};
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     DrivenPlace place = place_driven_twice(seed, options);
     Random random(seed);
