@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
   app.add_option("--length-m", options.town.length_m, "length of the route, m")
       ->capture_default_str();
   app.add_flag("--round", options.town.is_round, "the route goes round a block and closes");
-  app.add_option("--out", options.out, "folder to write")->required();
+  app.add_option("-o,--output", options.out, "folder to write")->required();
   app.add_option("--drives", options.drives, "localization drives beside the mapping drive")
       ->capture_default_str();
   app.add_option("--beams", options.beams, "16, 32, 64 or 128")->capture_default_str();

@@ -42,7 +42,7 @@ fs::path town(const std::string& name, const std::string& options) {
   const fs::path folder = scratch_folder() / name;
   const ProgramResult made =
       run_command(std::string(SIGHTLINE_TOWN) + " --length-m 300 --drives 1 " + options +
-                  " --out " + folder.string());
+                  " --output " + folder.string());
   EXPECT_EQ(made.status, 0) << made.err;
   EXPECT_TRUE(write_file_atomically(folder / "town.yaml", kConfig, IfExists::kReplace));
   return folder;

@@ -37,7 +37,7 @@ def run(*command):
 
 def make_page(sightline, town, folder):
     """The page of the town, and that of its map against one with another promise."""
-    run(town, "--seed", "3", "--length-m", "150", "--out", str(folder))
+    run(town, "--seed", "3", "--length-m", "150", "--output", str(folder))
     config = folder / "town.yaml"
     config.write_text(CONFIG)
     new, old = folder / "town.slmap", folder / "old.slmap"
