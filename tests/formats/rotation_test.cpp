@@ -79,8 +79,8 @@ TEST(Rotation, BetweenPosesItTurnsEvenlyTheShorterWay) {
                                          .toRotationMatrix();
     ASSERT_LT((between.linear() - of_eigen).cwiseAbs().maxCoeff(), 1e-14);
     // Of nine elements, each through a quaternion and back: a few units in the last place.
-    ASSERT_LT((interpolate(from, to, 0.0).linear() - from.linear()).cwiseAbs().maxCoeff(), 3e-15);
-    ASSERT_LT((interpolate(from, to, 1.0).linear() - to.linear()).cwiseAbs().maxCoeff(), 3e-15);
+    ASSERT_LT((interpolate(from, to, 0.0).linear() - from.linear()).cwiseAbs().maxCoeff(), 2e-15);
+    ASSERT_LT((interpolate(from, to, 1.0).linear() - to.linear()).cwiseAbs().maxCoeff(), 2e-15);
   }
 }
 
