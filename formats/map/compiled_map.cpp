@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "formats/base/parallel.h"
+#include "formats/base/statistics.h"
 #include "formats/map/factor_layer.h"
 #include "formats/reader/map_layout.h"
 
@@ -182,6 +183,9 @@ ModelRecord record_of(const ErrorModel& model) {
   record.encoding_version = ArtifactTraits<ErrorModel>::kVersion;
   for (const auto& [name, value] : dump(model).facts)
     record.card.emplace_back(name, text_of(value));
+  std::vector<double> r_squared;
+  for (const RangeCard& range : model.ranges) r_squared.push_back(range.r_squared);
+  record.mean_r_squared = mean_of(r_squared);
   ByteWriter writer;
   encode(model, writer);
   record.bytes = writer.take();

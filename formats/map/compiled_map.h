@@ -48,7 +48,10 @@ struct ModelRecord {
   std::uint32_t encoding_version = 0;
   Digest digest{};  // SHA-256 of the bytes, also where they were stripped
   std::vector<std::pair<std::string, std::string>> card;
+  double mean_r_squared = 0.0;  // mean of RangeCard::r_squared over the ranges of the model
   std::vector<std::byte> bytes;
+
+  bool operator==(const ModelRecord&) const = default;
 };
 
 // What the map's own numbers say of one limit.

@@ -133,7 +133,8 @@ flatbuffers::Offset<schema::Model> encode_model(const ModelRecord& model, Builde
     card.push_back(schema::CreateFactDirect(builder, name.c_str(), value.c_str()));
   }
   const schema::Digest digest(flatbuffers::span<const std::uint8_t, 32>(model.digest));
-  return schema::CreateModelDirect(builder, model.encoding_version, &digest, &card);
+  return schema::CreateModelDirect(builder, model.encoding_version, &digest, &card,
+                                   model.mean_r_squared);
 }
 
 flatbuffers::Offset<schema::SharpnessFigures> encode_figures(const SharpnessFigures& figures,
@@ -192,6 +193,7 @@ ModelRecord decode_model(const schema::Model& model) {
   for (const schema::Fact* fact : *model.card()) {
     record.card.emplace_back(fact->name()->str(), fact->value()->str());
   }
+  record.mean_r_squared = model.mean_r_squared();
   return record;
 }
 

@@ -1,12 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "compiler/gate/rules/map_figures.h"
 #include "compiler/gate/rules/rules.h"
 #include "compiler/gate/rules/stretches.h"
-#include "formats/base/parallel.h"
 
 namespace sightline {
 namespace {
@@ -149,16 +147,7 @@ std::vector<Found> find_unmet_stretch(const GateInput& input, const Threshold& t
 }
 
 std::vector<Found> find_model_r_squared(const GateInput& input, const Threshold&) {
-  std::vector<double> values;
-  for (const auto& [name, value] : input.map->model.card) {
-    if (!name.starts_with("range_") || !name.ends_with("_m_r_squared")) continue;
-    if (name.find("history") != std::string::npos) continue;
-    values.push_back(std::strtod(value.c_str(), nullptr));
-  }
-  if (values.empty()) {
-    return {{std::nullopt, std::nullopt, 0.0, "the model's card names no R^2", false}};
-  }
-  const double mean = ordered_sum(values) / static_cast<double>(values.size());
+  const double mean = input.map->model.mean_r_squared;
   return {
       {std::nullopt, std::nullopt, mean,
        "the model's R^2 at places that it never saw is " + told(mean, "") + ", mean over ranges"}};

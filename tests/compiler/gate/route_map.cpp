@@ -10,7 +10,7 @@ CompiledMap route_map(int site_count) {
   map.sites.frame = map.ndt.frame;
   map.factors.factors = {"virtual_points"};
   map.factors.values.clear();
-  map.model.card = {{"range_10_m_r_squared", "0.5"}, {"range_50_m_r_squared", "0.25"}};
+  map.model.mean_r_squared = 0.375;
   for (auto& promise : map.ranges.promises) promise.is_earned = true;
   map.measurement.measured_site_count = static_cast<std::uint32_t>(site_count);
   for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {

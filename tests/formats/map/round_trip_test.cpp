@@ -21,8 +21,7 @@ TEST(MapFile, GivesBackEveryArtifactButForTheRoundingOfNds) {
     }
     EXPECT_EQ(csv(dump(*back)), csv(dump(map)));
     EXPECT_EQ(csv(dump(back->sensor)), csv(dump(map.sensor)));
-    EXPECT_EQ(back->model.bytes, map.model.bytes);
-    EXPECT_EQ(back->model.card, map.model.card);
+    EXPECT_EQ(back->model, map.model);
     EXPECT_EQ(back->trajectory, map.trajectory);
     EXPECT_EQ(back->measurement.offsets.size(), 2u);
     EXPECT_EQ(back->measurement.localization_scans, "odd");
