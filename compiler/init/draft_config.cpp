@@ -177,14 +177,12 @@ void write_head(const fs::path& folder, const fs::path& file, YamlText& yaml) {
   yaml.line("");
 }
 
-// What a short drive cannot do, where its poses tell how short it is.
+// What this drive cannot do alone.
 void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
   constexpr double kTwoBlocks_m = 30.0;
-  constexpr double kPromise_m = 1200.0;
   const bool has_poses = !mapping.positions_m.empty();
   const bool is_too_short =
       has_poses ? mapping.length_m < kTwoBlocks_m : mapping.scan_count < kFewestScans;
-  if (!is_too_short && (!has_poses || mapping.length_m >= kPromise_m)) return;
   yaml.line("");
   if (is_too_short) {
     yaml.comment(
@@ -192,8 +190,8 @@ void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
         "--model FILE, a model trained elsewhere by `sightline train`.");
   } else {
     yaml.comment(
-        "Below 1.2 km no risk of 5 % can be promised; the map says which promise was "
-        "earned.");
+        "A map of this drive alone promises nothing about the next drive: for that, `sightline "
+        "train` takes drives of two places or more, 1.2 km of route in all for a risk of 5 %.");
   }
 }
 

@@ -53,10 +53,18 @@ bool print_line(const MapReader& map, const std::string& line, double limit_m) {
   return true;
 }
 
+// What the limits of the map are worth on this drive.
+void print_promises(const MapReader& map) {
+  for (const sightline::MapPromise& promise : map.info().promises) {
+    std::printf("# within %g m: %s\n", promise.limit_m, std::string(promise.statement).c_str());
+  }
+}
+
 int follow(const MapReader& map, std::istream& poses, double limit_m) {
   std::printf("# map %s, version %s, release %llu; limit %g m\n",
               std::string(map.info().map_id).c_str(), std::string(map.info().version).c_str(),
               static_cast<unsigned long long>(map.info().release), limit_m);
+  print_promises(map);
   std::printf("# time x_m y_m z_m range_m probability flags distance_to_site_m\n");
   std::string line;
   while (std::getline(poses, line)) {

@@ -228,7 +228,8 @@ class SightlineMap:
         self.reach_m = manifest.number(8, "d")
         self.nd_count, self.site_count = manifest.number(9, "Q"), manifest.number(13, "I")
         self.ranges_m = manifest.numbers(14, "d")
-        self.limits_m = [promise.number(0, "d") for promise in manifest.tables(17)]
+        self.promises = [self._promise(table) for table in manifest.tables(17)]
+        self.limits_m = [promise["limit_m"] for promise in self.promises]
         self._directory = None
         demand(self.compatible & LOOK_UP, "bad-layer", "there is no section look-up")
         self._look_up = LookUp(self)
@@ -251,6 +252,16 @@ class SightlineMap:
         self.manifest_place = (m_offset, m_size, m_sum)
         self.directory_place = (d_offset, d_size, d_sum)
         self.root_digest = data[88:120]
+
+    @staticmethod
+    def _promise(table):
+        """A promise is about the next drive: coverage is 0 where none is earned."""
+        is_of_next_drive = table.number(12, "B") == 1
+        is_earned = table.number(5, "B") == 1 and is_of_next_drive
+        return {"limit_m": table.number(0, "d"), "is_earned": is_earned,
+                "coverage": 1.0 - table.number(2, "d") if is_earned else 0.0,
+                "is_of_next_drive": is_of_next_drive, "place_count": table.number(10, "I"),
+                "drive_count": table.number(11, "I"), "statement": table.string(8)}
 
     def _checked(self, place, what):
         offset, size, checksum = place

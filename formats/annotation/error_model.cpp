@@ -26,8 +26,9 @@ Result<void> validate_card(const ErrorModel& model) {
       card.reference != ErrorReference::kFullRangeMatch) {
     return invalid("model card", "found an unknown reference");
   }
-  if (card.places.empty() || (card.hold_out != "blocks" && card.hold_out != "places")) {
-    return invalid("model card", "it names no place, or holds out neither blocks nor places");
+  if (card.places.empty() ||
+      (card.hold_out != "blocks" && card.hold_out != "drives" && card.hold_out != "places")) {
+    return invalid("model card", "it names no place, or holds out no blocks, drives or places");
   }
   for (const PlaceCard& place : card.places) {
     if (!std::isfinite(place.labelled_route_m) || place.labelled_route_m < 0.0) {
@@ -97,6 +98,7 @@ Result<void> validate_sites(const ErrorModel& model) {
                          (model.sites[i - 1].run == site.run && model.sites[i - 1].s_m < site.s_m);
     if (!site.p_world_m.allFinite() || !std::isfinite(site.s_m) || !follows || site.has_label > 1 ||
         site.has_history > 1 || site.place >= model.card.places.size() ||
+        site.drive >= model.card.places[site.place].drives.size() ||
         site.block >= model.card.block_count ||
         static_cast<std::size_t>(site.street) >= kStreetTypeCount) {
       return invalid("site " + std::to_string(i), "its place, order or block makes no sense");
@@ -127,7 +129,28 @@ Result<void> validate_streets(const ErrorModel& model) {
   return {};
 }
 
+bool is_of_map(const RecordingCard& card) { return card.role.starts_with("mapping"); }
+
 }  // namespace
+
+std::vector<RecordingCard> recordings_of_drives(const RecordingCards& recordings,
+                                                std::size_t drive_count) {
+  std::vector<RecordingCard> localized;
+  for (const RecordingCard& card : recordings.cards) {
+    if (!is_of_map(card)) localized.push_back(card);
+  }
+  const auto mapping = std::ranges::find_if(recordings.cards, is_of_map);
+  if (localized.size() + 1 == drive_count && mapping != recordings.cards.end()) {
+    localized.insert(localized.begin(), *mapping);
+  }
+  return localized.size() == drive_count ? localized : std::vector<RecordingCard>();
+}
+
+bool made_the_map(const RecordingCards& recordings, const RecordingCard& card) {
+  return std::ranges::any_of(recordings.cards, [&](const RecordingCard& other) {
+    return is_of_map(other) && other.digest == card.digest;
+  });
+}
 
 Result<void> validate(const ErrorModel& model) {
   Result<void> valid = validate(model.forest);

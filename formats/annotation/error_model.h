@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/annotation/measured_error.h"
@@ -23,12 +24,21 @@ struct PlaceCard {
   RecordingCards recordings;  // that its map and its errors were made from
 };
 
+// The recordings that the drives of a place are, in the order of the drives; none where the cards
+// do not tell. A drive without a card of its own is the first of those that made the map.
+std::vector<RecordingCard> recordings_of_drives(const RecordingCards& recordings,
+                                                std::size_t drive_count);
+
+// Whether a recording is one of those that the map was made from.
+bool made_the_map(const RecordingCards& recordings, const RecordingCard& card);
+
 // How the model was trained, and on how much.
 struct TrainingCard {
   std::vector<PlaceCard> places;
   ErrorReference reference = ErrorReference::kKnownPose;
   std::string feature_set;  // "paper", "all"
-  std::string hold_out;     // what a fold is made of: "blocks" of route, or whole "places"
+  std::string hold_out;     // what a fold is made of: "blocks" of route, blocks of one of the
+                            // "drives", or whole "places"
   std::uint64_t seed = 0;
   std::uint32_t tree_count = 0;
   std::uint32_t least_leaf_rows = 0;
@@ -80,6 +90,7 @@ struct StreetCard {
 struct TrainedSite {
   Eigen::Vector3d p_world_m = Eigen::Vector3d::Zero();  // sensor origin, world axes and origin
   std::uint32_t place = 0;                              // index into the card's places
+  std::uint32_t drive = 0;  // that measured it, index into the place's drives
   std::uint32_t run = 0;  // a stretch of route of one place, one drive and one history
   double s_m = 0.0;
   std::uint32_t block = 0;          // the same for every case of a stretch of route
@@ -112,7 +123,7 @@ struct ErrorModel {
 template <>
 struct ArtifactTraits<ErrorModel> {
   static constexpr std::string_view kName = "error-model";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
 };
 
 Result<void> validate(const ErrorModel& model);

@@ -84,11 +84,12 @@ void decode_card(ByteReader& reader, TrainingCard& card) {
 }
 
 void decode_sites(ByteReader& reader, std::vector<TrainedSite>& sites) {
-  constexpr std::size_t kBytesPerSite = 4 * sizeof(double) + 3 * 4 + 2 + 8 + 1;
+  constexpr std::size_t kBytesPerSite = 4 * sizeof(double) + 4 * 4 + 2 + 8 + 1;
   sites.resize(reader.get_count(kBytesPerSite));
   for (TrainedSite& site : sites) {
     for (int axis = 0; axis < 3; ++axis) reader.get(site.p_world_m[axis]);
     reader.get(site.place);
+    reader.get(site.drive);
     reader.get(site.run);
     reader.get(site.s_m);
     reader.get(site.block);
@@ -125,6 +126,7 @@ void encode(const ErrorModel& model, ByteWriter& writer) {
   for (const TrainedSite& site : model.sites) {
     for (int axis = 0; axis < 3; ++axis) writer.put(site.p_world_m[axis]);
     writer.put(site.place);
+    writer.put(site.drive);
     writer.put(site.run);
     writer.put(site.s_m);
     writer.put(site.block);

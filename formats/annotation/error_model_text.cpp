@@ -122,9 +122,15 @@ Table leaves_table(const ErrorModel& model) {
   return table;
 }
 
+std::string folds_text(const TrainingCard& card) {
+  const std::string text = std::to_string(card.fold_count) + " folds of ";
+  if (card.hold_out == "places") return text + "whole places";
+  return text + "blocks of " + fixed(card.block_m, 0) + " m" +
+         (card.hold_out == "drives" ? ", each drive judged by trees of the others" : "");
+}
+
 std::string card_text(const ErrorModel& model) {
   const TrainingCard& card = model.card;
-  const bool holds_out_places = card.hold_out == "places";
   std::string text = "Model card\n";
   TextGrid grid = {{"place", "drives", "route (m)", "blocks"}};
   for (const PlaceCard& place : card.places) {
@@ -134,9 +140,7 @@ std::string card_text(const ErrorModel& model) {
   text += aligned(grid) + "\n";
   text += std::to_string(model.forest.trees.size()) + " trees, " +
           std::to_string(model.forest.labels.size()) +
-          " training rows, features: " + card.feature_set + "; " + std::to_string(card.fold_count) +
-          " folds of " +
-          (holds_out_places ? "whole places" : "blocks of " + fixed(card.block_m, 0) + " m") +
+          " training rows, features: " + card.feature_set + "; " + folds_text(card) +
           (card.knows_history ? "; told of earlier drives\n" : "; map only\n");
   return text;
 }
@@ -209,13 +213,14 @@ Table dump(const ErrorModel& model) {
   table.name = "error-model";
   append_card(model, table);
   table.columns.insert(table.columns.begin() + 1,
-                       {"place", "run", "s_m", "block", "has_history", "measured_mean_error_m"});
+                       {"place", "drive", "run", "s_m", "block", "has_history", "measured_mean_error_m"});
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const TrainedSite& site = model.sites[model.shape().site_of(i)];
     const Cell measured =
         site.has_label == 1 ? Cell(model.measured_mean_m[i]) : Cell(std::string());
+    const PlaceCard& place = model.card.places[site.place];
     table.rows[i].insert(table.rows[i].begin() + 1,
-                         {model.card.places[site.place].name, std::int64_t{site.run}, site.s_m,
+                         {place.name, place.drives[site.drive], std::int64_t{site.run}, site.s_m,
                           std::int64_t{site.block}, std::int64_t{site.has_history}, measured});
   }
   return table;

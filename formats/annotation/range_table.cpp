@@ -25,6 +25,10 @@ Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
       !is_share(promise.calibration_miss_share)) {
     return invalid(place, "a threshold, alpha, delta or share of misses lies outside 0 to 1");
   }
+  if (promise.scope > PromiseScope::kNextDrive ||
+      (promise.is_earned && promise.scope != PromiseScope::kNextDrive)) {
+    return invalid(place, "a promise is about the next drive, and this one is not");
+  }
   return {};
 }
 
@@ -84,6 +88,9 @@ void append_facts(const RangeTable& table, Table& out) {
     out.facts.emplace_back(limit + "alpha", promise.alpha);
     out.facts.emplace_back(limit + "delta", promise.delta);
     out.facts.emplace_back(limit + "block_count", std::int64_t{promise.block_count});
+    out.facts.emplace_back(limit + "place_count", std::int64_t{promise.place_count});
+    out.facts.emplace_back(limit + "drive_count", std::int64_t{promise.drive_count});
+    out.facts.emplace_back(limit + "scope", std::string(promise_scope_name(promise.scope)));
     out.facts.emplace_back(limit + "is_earned", std::int64_t{promise.is_earned ? 1 : 0});
     out.facts.emplace_back(limit + "calibration_miss_share", promise.calibration_miss_share);
     out.facts.emplace_back(limit + "statement", promise.statement);
@@ -104,6 +111,10 @@ const std::string& risk_control_name(RiskControl control) {
 
 std::string_view selection_name(Selection selection) {
   return selection == Selection::kMean ? "mean" : "probability";
+}
+
+std::string_view promise_scope_name(PromiseScope scope) {
+  return scope == PromiseScope::kNextDrive ? "next-drive" : "this-drive";
 }
 
 Result<void> validate(const RangeTable& table) {
@@ -146,6 +157,9 @@ void encode(const RangeTable& table, ByteWriter& writer) {
     writer.put(promise.alpha);
     writer.put(promise.delta);
     writer.put(promise.block_count);
+    writer.put(promise.place_count);
+    writer.put(promise.drive_count);
+    writer.put(promise.scope);
     writer.put<std::uint8_t>(promise.is_earned ? 1 : 0);
     writer.put(promise.calibration_miss_share);
     writer.put_string(promise.method);
@@ -157,7 +171,7 @@ void encode(const RangeTable& table, ByteWriter& writer) {
 }
 
 void decode(ByteReader& reader, RangeTable& table) {
-  constexpr std::size_t kBytesPerPromise = 6 * sizeof(double) + 4 + 1 + 2 * sizeof(std::uint64_t);
+  constexpr std::size_t kBytesPerPromise = 6 * sizeof(double) + 3 * 4 + 2 + 2 * sizeof(std::uint64_t);
   reader.get_array(table.ranges_m);
   reader.get(table.selection);
   reader.get(table.dilation_m);
@@ -170,6 +184,9 @@ void decode(ByteReader& reader, RangeTable& table) {
     reader.get(promise.alpha);
     reader.get(promise.delta);
     reader.get(promise.block_count);
+    reader.get(promise.place_count);
+    reader.get(promise.drive_count);
+    reader.get(promise.scope);
     const auto is_earned = reader.get<std::uint8_t>();
     if (is_earned > 1) reader.fail();
     promise.is_earned = is_earned == 1;

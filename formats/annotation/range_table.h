@@ -21,6 +21,14 @@ enum class RiskControl : std::uint8_t { kConformal, kLearnThenTest, kEmpirical, 
 const std::vector<std::string>& risk_control_names();
 const std::string& risk_control_name(RiskControl control);
 
+// What a threshold can speak for (schemas/definitions.md, "Error model and choice of range").
+enum class PromiseScope : std::uint8_t {
+  kThisDrive,  // it was set on a drive that the trees learnt from too, or on one drive alone
+  kNextDrive   // it was set on drives that the trees did not learn from
+};
+
+std::string_view promise_scope_name(PromiseScope scope);  // "this-drive", "next-drive"
+
 // Flags of a chosen range, as stored in the map.
 inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: the longest was taken
 inline constexpr std::uint8_t kExtrapolated = 2;  // outside the model's support
@@ -32,8 +40,13 @@ struct LimitPromise {
   double history_threshold = 0.0;       // p* of sites with measured history; 0 where there are none
   double alpha = 0.0;                   // expected share of misses named by the user
   double delta = 0.0;                   // learn-then-test only
-  std::uint32_t block_count = 0;        // of the calibration
-  bool is_earned = false;               // false: too few blocks, or no threshold reached alpha
+  // Of the calibration: blocks of route, the places they lie in, and the drives that measured them.
+  std::uint32_t block_count = 0;
+  std::uint32_t place_count = 0;
+  std::uint32_t drive_count = 0;
+  PromiseScope scope = PromiseScope::kThisDrive;
+  bool is_earned = false;  // of the next drive; false: of this drive, too few blocks, or no
+                           // threshold reached alpha
   double calibration_miss_share = 0.0;  // out of fold, on the range chosen after dilation
   std::string method;     // "mean", "conformal", "learn-then-test", "empirical", "fixed"
   std::string statement;  // one sentence for people: what is promised, or why nothing is
@@ -67,9 +80,10 @@ struct RangeTable {
 template <>
 struct ArtifactTraits<RangeTable> {
   static constexpr std::string_view kName = "range-table";
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
 };
 
+// Error: invalid-artifact, also for an earned promise that is of this drive alone.
 Result<void> validate(const RangeTable& table);
 Table dump(const RangeTable& table);
 void encode(const RangeTable& table, ByteWriter& writer);

@@ -86,7 +86,8 @@ std::vector<flatbuffers::Offset<schema::Promise>> encode_promises(const RangeTab
     promises.push_back(schema::CreatePromiseDirect(
         builder, promise.limit_m, promise.probability_threshold, promise.alpha, promise.delta,
         promise.block_count, promise.is_earned, promise.calibration_miss_share,
-        promise.method.c_str(), promise.statement.c_str(), promise.history_threshold));
+        promise.method.c_str(), promise.statement.c_str(), promise.history_threshold,
+        promise.place_count, promise.drive_count, static_cast<schema::Scope>(promise.scope)));
   }
   return promises;
 }
@@ -103,6 +104,9 @@ LimitPromise decode_promise(const schema::Promise& from) {
   promise.calibration_miss_share = from.calibration_miss_share();
   promise.method = from.method()->str();
   promise.statement = from.statement()->str();
+  promise.place_count = from.place_count();
+  promise.drive_count = from.drive_count();
+  promise.scope = static_cast<PromiseScope>(from.scope());
   return promise;
 }
 
@@ -239,7 +243,11 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
 }
 
 Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map) {
+  const auto has_unknown_scope = [](const schema::Promise* promise) {
+    return promise->scope() > schema::Scope::MAX;
+  };
   if (!is_tiling(manifest.cell_m(), manifest.tile_m()) || manifest.rule() > schema::Rule::MAX ||
+      std::any_of(manifest.promises()->begin(), manifest.promises()->end(), has_unknown_scope) ||
       manifest.measurement()->reference() > schema::Reference::MAX ||
       (manifest.trajectory() != nullptr &&
        manifest.trajectory()->source() > schema::PoseSource::MAX)) {

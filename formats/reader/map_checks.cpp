@@ -46,6 +46,9 @@ Result<void> check_promises(const schema::Manifest& manifest) {
     if (!std::isfinite(promise->limit_m()) || promise->limit_m() <= previous_m) {
       return Error{ErrorCode::kBadOrder, "limits are not positive and ascending", "", "manifest"};
     }
+    if (promise->scope() > schema::Scope::MAX) {
+      return bad_manifest("a promise is of something unknown");
+    }
     previous_m = promise->limit_m();
   }
   return {};

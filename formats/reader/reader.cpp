@@ -44,6 +44,18 @@ RangeAnswer default_answer(std::span<const double> ranges_m, std::uint32_t flags
   return answer;
 }
 
+MapPromise promise_of(const schema::Promise& from) {
+  const bool is_of_next_drive = from.scope() == schema::Scope::NextDrive;
+  const bool is_earned = from.is_earned() && is_of_next_drive;
+  return {from.limit_m(),
+          is_earned,
+          is_earned ? 1.0 - from.alpha() : 0.0,
+          is_of_next_drive,
+          from.place_count(),
+          from.drive_count(),
+          from.statement()->string_view()};
+}
+
 }  // namespace
 
 MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up)
@@ -52,6 +64,7 @@ MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up)
   ranges_m_.assign(manifest.ranges_m()->begin(), manifest.ranges_m()->end());
   for (const schema::Promise* promise : *manifest.promises()) {
     limits_m_.push_back(promise->limit_m());
+    promises_.push_back(promise_of(*promise));
   }
   const schema::Vector3& origin_m = *manifest.origin_world_m();
   info_.map_id = manifest.map_id()->string_view();
@@ -63,6 +76,7 @@ MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up)
   info_.site_count = manifest.site_count();
   info_.ranges_m = ranges_m_;
   info_.limits_m = limits_m_;
+  info_.promises = promises_;
 }
 
 Result<MapReader> MapReader::open(MappedFile file, std::span<const std::byte> bytes) {

@@ -36,6 +36,18 @@ struct RangeAnswer {
   std::uint32_t site = kNoSite;  // the nearest one
 };
 
+// What the map promises within one limit. A promise is about the next drive; what a threshold says
+// of the drive that it was set on is none.
+struct MapPromise {
+  double limit_m = 0.0;
+  bool is_earned = false;
+  double coverage = 0.0;          // least share of places expected within the limit; 0: not earned
+  bool is_of_next_drive = false;  // set on drives that the model did not learn from
+  std::uint32_t place_count = 0;  // that it was set on
+  std::uint32_t drive_count = 0;
+  std::string_view statement;  // one sentence for people
+};
+
 struct MapInfo {  // refers into the map
   std::string_view map_id;
   std::string_view version;
@@ -44,8 +56,9 @@ struct MapInfo {  // refers into the map
   double tile_m = 0.0;
   double reach_m = 0.0;  // a site farther away than this says nothing about a position
   std::uint32_t site_count = 0;
-  std::span<const double> ranges_m;  // ascending
-  std::span<const double> limits_m;  // ascending
+  std::span<const double> ranges_m;      // ascending
+  std::span<const double> limits_m;      // ascending
+  std::span<const MapPromise> promises;  // one a limit
 };
 
 // A map open for looking up. Safe to use from several threads at once. After open() a look-up
@@ -86,6 +99,7 @@ class MapReader {
   MapInfo info_;
   std::vector<double> limits_m_;
   std::vector<double> ranges_m_;
+  std::vector<MapPromise> promises_;
 };
 
 }  // namespace sightline

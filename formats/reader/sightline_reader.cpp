@@ -9,6 +9,7 @@
 
 using sightline::ErrorCode;
 using sightline::MapInfo;
+using sightline::MapPromise;
 using sightline::MapReader;
 using sightline::RangeAnswer;
 using sightline::Result;
@@ -75,6 +76,19 @@ void sightline_get_info(const sightline_map* map, sightline_info* info) {
   info->range_count = from.ranges_m.size();
   info->limit_count = from.limits_m.size();
   info->site_count = from.site_count;
+}
+
+int sightline_get_promise(const sightline_map* map, size_t limit, sightline_promise* promise) {
+  const std::span<const MapPromise> promises = map->reader.info().promises;
+  if (limit >= promises.size()) {
+    *promise = {0.0, 0.0, 0, 0, 0, 0, ""};
+    return static_cast<int>(ErrorCode::kBadArgument);
+  }
+  const MapPromise& from = promises[limit];
+  *promise = {
+      from.limit_m,     from.coverage,    from.is_earned ? 1 : 0, from.is_of_next_drive ? 1 : 0,
+      from.place_count, from.drive_count, from.statement.data()};
+  return 0;
 }
 
 int sightline_observation_range(const sightline_map* map, const double position_world_m[3],

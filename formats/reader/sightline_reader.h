@@ -46,6 +46,17 @@ typedef struct sightline_info {
   uint32_t site_count;
 } sightline_info;
 
+/* What the map promises within one of its limits: a promise is about the next drive. */
+typedef struct sightline_promise {
+  double limit_m;
+  double coverage;      /* least share of places expected within the limit; 0: not earned */
+  int is_earned;        /* 1 or 0 */
+  int is_of_next_drive; /* 1: set on drives that the model did not learn from */
+  uint32_t place_count; /* that it was set on */
+  uint32_t drive_count;
+  const char* statement; /* one sentence for people; valid until sightline_close */
+} sightline_promise;
+
 /* Opens a map and checks it. On success *map is to be closed; on failure it is NULL, and the
  * sentence that tells what was found goes to message (cut to message_size, always terminated),
  * which may be NULL. */
@@ -55,6 +66,10 @@ int sightline_open(const char* path, sightline_map** map, char* message, size_t 
 void sightline_close(sightline_map* map);
 
 void sightline_get_info(const sightline_map* map, sightline_info* info);
+
+/* `limit` is an index into limits_m. Returns 0, or the number of bad-argument for another one, and
+ * then *promise promises nothing. */
+int sightline_get_promise(const sightline_map* map, size_t limit, sightline_promise* promise);
 
 /* The range for a sensor at a position in world coordinates (x, y, z in metres, as the map's frame
  * tells) and an accuracy of limit_m: what the map holds at the nearest site. A limit that the map

@@ -89,6 +89,7 @@ bool is_same(const LimitPromise& a, const LimitPromise& b) {
          is_same(a.probability_threshold, b.probability_threshold) &&
          is_same(a.history_threshold, b.history_threshold) && is_same(a.alpha, b.alpha) &&
          is_same(a.delta, b.delta) && a.block_count == b.block_count &&
+         a.place_count == b.place_count && a.drive_count == b.drive_count && a.scope == b.scope &&
          a.is_earned == b.is_earned &&
          is_same(a.calibration_miss_share, b.calibration_miss_share) && a.method == b.method &&
          a.statement == b.statement;

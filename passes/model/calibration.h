@@ -7,6 +7,7 @@
 #include "formats/annotation/error_model.h"
 #include "formats/annotation/range_table.h"
 #include "passes/model/selection.h"
+#include "passes/model/witnesses.h"
 
 namespace sightline {
 
@@ -24,13 +25,12 @@ struct Calibration {
   Choice choice;  // of the model's sites, at the threshold
 };
 
-// Which of the model's cases set a threshold: it is applied to sites of the same kind.
-enum class CaseKind : std::uint8_t { kMapOnly, kHistory };
-
 // Sets p* of one limit for one kind of case by applying the probability rule, with dilation and
 // with `tighter` (the choice for the next tighter limit; null for the tightest) as cap, to the
-// model's out-of-fold predictions, and counting misses block by block. Thresholds tried: 0.005,
-// 0.010, ..., 1.
+// model's out-of-fold predictions, and counting misses block by block. A promise is earned only
+// where they were counted on drives that the trees did not learn from (passes/model/witnesses.h);
+// elsewhere the threshold is kept, and the statement says that it is of this drive. Thresholds
+// tried: 0.005, 0.010, ..., 1.
 Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, CaseKind kind,
                                   const CalibrationOptions& options, const Choice* tighter);
 

@@ -63,6 +63,9 @@ LimitPromise joined(const LimitPromise& map_only, const LimitPromise& history, b
   if (everywhere) return promise;
   promise.is_earned = map_only.is_earned && history.is_earned;
   promise.block_count = std::min(map_only.block_count, history.block_count);
+  promise.place_count = std::min(map_only.place_count, history.place_count);
+  promise.drive_count = std::min(map_only.drive_count, history.drive_count);
+  promise.scope = std::min(map_only.scope, history.scope);
   promise.calibration_miss_share =
       std::max(map_only.calibration_miss_share, history.calibration_miss_share);
   promise.statement =
@@ -93,11 +96,10 @@ class Calibrator {
 };
 
 // Blocks of one place say how it varies within itself, not how the next place differs from it.
-void withdraw_elsewhere(const PredictedError& predicted, const ErrorModel& model,
-                        LimitPromise& promise) {
+void withdraw_elsewhere(const PredictedError& predicted, LimitPromise& promise) {
   const auto own_count = std::ranges::count(predicted.out_of_fold, std::uint8_t{1});
   const bool is_elsewhere = own_count < std::ssize(predicted.out_of_fold);
-  if (model.card.places.size() > 1 || !is_elsewhere || !promise.is_earned) return;
+  if (promise.place_count > 1 || !is_elsewhere || !promise.is_earned) return;
   promise.is_earned = false;
   promise.statement =
       "nothing is promised: the model learnt from one place alone, and these sites lie in another; "
@@ -129,7 +131,7 @@ Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Sites
     if (history_count > 0) {
       promise = joined(promise, calibrator.next(CaseKind::kHistory, limit), everywhere);
     }
-    withdraw_elsewhere(predicted, model, promise);
+    withdraw_elsewhere(predicted, promise);
     Choice choice = choose_by_probability(
         predicted, limit, {promise.probability_threshold, promise.history_threshold});
     mark_extrapolated(predicted, options.extrapolated_takes_longest, choice);

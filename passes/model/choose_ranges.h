@@ -30,16 +30,17 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 // of the run within dilation_m. p* is set per limit, and apart for sites with measured history, by
 // controlling the share of misses of this very rule, dilation included, on the model's out-of-fold
 // predictions of the sites it has labels for; a site that misses does so whether it was flagged or
-// not. A promise that too few or too small blocks cannot earn is not made: p* is then the least at
-// which the misses seen stay within alpha, and the statement says what is missing. A looser limit
-// never looks further than a tighter one. No range good enough: the longest, flagged kUnmet.
-// Extrapolated sites are flagged, and take the longest unless options say otherwise. Errors:
-// mismatched-inputs where sites, predictions and model differ in count, ranges or limits. A model
-// of one place promises nothing in another.
+// not. A promise is about the next drive, and is made only where p* was set on drives that the
+// trees did not learn from (PromiseScope). A promise that too few or too small blocks cannot earn
+// is not made: p* is then the least at which the misses seen stay within alpha, and the statement
+// says what is missing. A looser limit never looks further than a tighter one. No range good
+// enough: the longest, flagged kUnmet. Extrapolated sites are flagged, and take the longest unless
+// options say otherwise. Errors: mismatched-inputs where sites, predictions and model differ in
+// count, ranges or limits. A model of one place promises nothing in another.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model);
-inline constexpr Pass kChooseRanges{"choose-ranges", 5, "ranges", "How far to look",
+inline constexpr Pass kChooseRanges{"choose-ranges", 6, "ranges", "How far to look",
                                     &choose_ranges};
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;

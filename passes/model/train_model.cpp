@@ -154,7 +154,7 @@ TrainingCard training_card(const PassContext& ctx, const TrainModelOptions& opti
   card.places = training_set.places;
   card.reference = reference;
   card.feature_set = options.features == FeatureSet::kPaper ? "paper" : "all";
-  card.hold_out = training_set.holds_out_places ? "places" : "blocks";
+  card.hold_out = hold_out_name(training_set.held_out);
   card.seed = ctx.seed;
   card.tree_count = static_cast<std::uint32_t>(options.trees);
   card.least_leaf_rows = static_cast<std::uint32_t>(options.least_leaf_rows);
@@ -234,9 +234,10 @@ std::vector<OptionField> option_fields(TrainModelOptions& options) {
              1000.0),
       integer("folds", options.folds, "parts of the route that are held out in turn", 2, 100),
       choice("hold_out", options.hold_out,
-             "what is held out together: blocks of route, whole places, or (auto) places where "
-             "there are at least three",
-             {"auto", "blocks", "places"}),
+             "what is held out together: blocks of route (then nothing is promised about the next "
+             "drive), blocks of one drive for trees of the others, whole places, or (auto) places "
+             "where there are two of different recordings, else drives where there are two",
+             {"auto", "blocks", "drives", "places"}),
       integer("most_rows", options.most_rows,
               "rows that one forest learns from; of more, every second, third, ... site is taken",
               1000, 10'000'000)};

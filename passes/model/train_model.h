@@ -22,7 +22,6 @@ struct TrainModelOptions {
   double block_m = 60.0;
   double buffer_m = 25.0;
   int folds = 5;
-  // auto: whole places are held out where there are at least three, blocks of route elsewhere.
   HoldOut hold_out = HoldOut::kAuto;
   int most_rows = 100000;  // that one forest learns from
 };
@@ -40,7 +39,7 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // where not even two blocks of 15 m fit, or the buffer leaves a fold nothing to learn from.
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places);
-inline constexpr Pass kTrainModel{"train-model", 5, "model", "The error model", &train_model};
+inline constexpr Pass kTrainModel{"train-model", 6, "model", "The error model", &train_model};
 
 // The same from the one place that the model is for, without a warning that it knows no other.
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,

@@ -18,18 +18,20 @@ struct HandmadeSite {
 };
 
 // Ranges 10, 20, ... m; limits 0.1 m and, where every probability rises halfway to 1, 0.25 m.
-// `block_count` blocks of equal length; predicted mean: 0.2 (1 - probability) m. One tree.
+// `block_count` blocks of equal length, measured by two drives in turn, each predicted by trees of
+// the other; predicted mean: 0.2 (1 - probability) m. One tree.
 inline ErrorModel handmade_model(const std::vector<HandmadeSite>& sites,
                                  std::uint32_t block_count) {
   ErrorModel model;
   model.card.feature_set = "all";
   model.card.places = {{"handmade",
-                        {"by hand"},
+                        {"by hand", "again"},
                         static_cast<double>(sites.size()),
                         block_count,
                         {{{"mapping", "by foot", sha256("by foot")},
-                          {"localization", "by hand", sha256("by hand")}}}}};
-  model.card.hold_out = "blocks";
+                          {"localization", "by hand", sha256("by hand")},
+                          {"evaluation", "again", sha256("again")}}}}};
+  model.card.hold_out = "drives";
   model.card.tree_count = 1;
   model.card.least_leaf_rows = 1;
   model.card.feature_share = 1.0;
@@ -52,6 +54,7 @@ inline ErrorModel handmade_model(const std::vector<HandmadeSite>& sites,
     TrainedSite site;
     site.p_world_m.x() = site.s_m = static_cast<double>(i);
     site.block = static_cast<std::uint32_t>(i * block_count / sites.size());
+    site.drive = site.block % 2;
     site.has_label = 1;
     model.sites.push_back(site);
     for (std::size_t range = 0; range < range_count; ++range) {

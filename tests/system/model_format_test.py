@@ -55,7 +55,7 @@ class Reader:
 def read_model(data):
     file = Reader(data)
     assert file.take(4) == b"SLA\x1a"
-    assert file.one("I") == 4
+    assert file.one("I") == 5
     assert file.text() == "error-model"
     payload = file.take(file.one("Q"))
     file.one("Q")
@@ -75,7 +75,7 @@ def read_model(data):
         "streets": r.list(lambda: r.struct(limit_m="d", street="B", cases="I", coverage="d", range_m="d", error_m="d")),
         "forest": r.struct(features="I", labels=lambda: r.array("d"), rows=lambda: r.array("f"),
                            trees=lambda: r.list(lambda: r.list(lambda: (r.one("H"), r.one("f"))))),
-        "cases": r.list(lambda: r.struct(x_m="d", y_m="d", z_m="d", place="I", run="I", s_m="d", block="I", has_label="B",
+        "cases": r.list(lambda: r.struct(x_m="d", y_m="d", z_m="d", place="I", drive="I", run="I", s_m="d", block="I", has_label="B",
                                          has_history="B", features_xxh3="Q", street="B")),
         "out_of_fold": r.struct(ranges_m=lambda: r.array("d"), limits_m=lambda: r.array("d"), cases="I",
                                 mean_m=lambda: r.array("d"), within=lambda: r.array("d"),

@@ -34,7 +34,14 @@ def main(promise, build, work):
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
     table, figures = judge(promise, build, work, ["--seeds", *SEEDS, "--length-m", "100"])
-    assert table.count("\n") == 7, table  # two lines of heading, five targets
+    rules, *promised = table.split("\n## ")
+    assert rules.count("\n") == 7, rules  # two lines of heading, five targets
+    assert len(promised) == 3 * 2, table  # rules that name alpha, limits
+    for text in promised:
+        drives = 1 if text.startswith("history") else 2
+        assert text.count("| town-") == 3 * drives, text
+        assert "not earned" in text and "| earned" not in text, "300 m earn nothing\n" + text
+        assert "promised, %" in text
     assert len(figures) == 3 * 4 * 2, len(figures)  # places, rules, limits
     for figure in figures:
         scores = figure["scores"]

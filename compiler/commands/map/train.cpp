@@ -138,7 +138,11 @@ Verb train_verb() {
       "time alone. The model card on stdout is of places that the trees did not see.\n\n"
       "With --with-evaluation the evaluation drive of each place is measured too, and the model "
       "learns what one drive's measurements say of the next. Such a drive can judge no map that "
-      "this model annotates.";
+      "this model annotates.\n\n"
+      "A promise is about the next drive. It is earned on drives that the trees did not learn "
+      "from: "
+      "each of two places or more is judged by trees of the others, or, of one place driven twice, "
+      "each drive by trees of the other. Places that share a recording count as one.";
   verb.examples = {"sightline train north.yaml south.yaml old-town.yaml -o city.slmodel",
                    "sightline train town-*/town.yaml -o towns.slmodel --with-evaluation",
                    "sightline compile street.yaml -o street.slmap --model city.slmodel",

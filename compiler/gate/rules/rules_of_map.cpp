@@ -167,7 +167,9 @@ const GateRule kRules[] = {
     {"worst-stretch", kMap, kError, kAtLeast, 0.50, "share",
      "Expected coverage of the worst piece of route, `stretch_m` long", find_worst_stretch},
     {"promise-earned", kMap, kWarning, kAtLeast, 1.0, "",
-     "The drive was long enough to earn the promise (1) or not (0)", find_promise},
+     "Something is promised about the next drive (1) or not (0): the threshold was set on enough "
+     "route, by drives that the model did not learn from",
+     find_promise},
     {"unmet-share", kMap, kError, kAtMost, 0.50, "share",
      "Share of sites where no range is good enough", find_unmet_share},
     {"unmet-stretch", kMap, kWarning, kAtMost, 100.0, "m",

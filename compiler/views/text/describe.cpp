@@ -91,11 +91,16 @@ std::string describe_measurement(const CompiledMap& map) {
 }
 
 std::string describe_promise(const LimitPromise& promise) {
-  std::string text = field("promise", promise.is_earned ? "earned" : "not earned");
+  const bool is_of_next_drive = promise.scope == PromiseScope::kNextDrive;
+  std::string text = field("promise", promise.is_earned  ? "earned, of the next drive"
+                                      : is_of_next_drive ? "not earned"
+                                                         : "not earned: figures of this drive");
   if (!promise.statement.empty()) text += field("", promise.statement);
   if (promise.is_earned) text += field("coverage promised", percent(1.0 - promise.alpha));
-  return text + field("p*", formatted("%.4f (%s, %u blocks)", promise.probability_threshold,
-                                      promise.method.c_str(), promise.block_count));
+  return text +
+         field("p*", formatted("%.4f (%s, %u blocks, %u places, %u drives)",
+                               promise.probability_threshold, promise.method.c_str(),
+                               promise.block_count, promise.place_count, promise.drive_count));
 }
 
 std::string histogram(const CompiledMap& map, std::size_t limit) {

@@ -36,12 +36,15 @@ void add_promises(const RangeTable& ranges, Facts& facts) {
     const std::string name = "promise." + format_double(promise.limit_m) + "_m.";
     facts.emplace_back(name + "method", promise.method);
     facts.emplace_back(name + "is_earned", text_of(promise.is_earned));
+    facts.emplace_back(name + "scope", std::string(promise_scope_name(promise.scope)));
     facts.emplace_back(name + "alpha", format_double(promise.alpha));
     facts.emplace_back(name + "delta", format_double(promise.delta));
     facts.emplace_back(name + "probability_threshold",
                        format_double(promise.probability_threshold));
     facts.emplace_back(name + "history_threshold", format_double(promise.history_threshold));
     facts.emplace_back(name + "block_count", std::to_string(promise.block_count));
+    facts.emplace_back(name + "place_count", std::to_string(promise.place_count));
+    facts.emplace_back(name + "drive_count", std::to_string(promise.drive_count));
     facts.emplace_back(name + "statement", promise.statement);
   }
 }

@@ -20,15 +20,20 @@ Error too_short(double labelled_route_m, double block_m) {
           "", ""};
 }
 
-// The sites of a fold, place by place.
+std::uint32_t group_of(const Folds& folds, std::uint32_t place) {
+  return folds.group_of_place.empty() ? place : folds.group_of_place[place];
+}
+
+// The sites of a fold, by their places' group.
 std::map<std::uint32_t, PointGrid> grids_of_fold(const std::vector<TrainedSite>& sites,
                                                  const Folds& folds, std::uint32_t fold) {
   std::map<std::uint32_t, std::vector<Eigen::Vector3d>> points_m;
   for (const TrainedSite& site : sites) {
-    if (folds.fold_of_block[site.block] == fold) points_m[site.place].push_back(site.p_world_m);
+    if (folds.fold_of_block[site.block] != fold) continue;
+    points_m[group_of(folds, site.place)].push_back(site.p_world_m);
   }
   std::map<std::uint32_t, PointGrid> grids;
-  for (const auto& [place, of_place_m] : points_m) grids.emplace(place, PointGrid(of_place_m));
+  for (const auto& [group, of_group_m] : points_m) grids.emplace(group, PointGrid(of_group_m));
   return grids;
 }
 
@@ -72,9 +77,9 @@ std::vector<std::uint8_t> sites_near_fold(const std::vector<TrainedSite>& sites,
   std::vector<std::uint8_t> near(sites.size(), 0);
   for (std::size_t i = 0; i < sites.size(); ++i) {
     const bool is_in_fold = folds.fold_of_block[sites[i].block] == fold;
-    const auto of_place = grids.find(sites[i].place);
+    const auto of_group = grids.find(group_of(folds, sites[i].place));
     const bool is_near =
-        of_place != grids.end() && of_place->second.nearest(sites[i].p_world_m, buffer_m);
+        of_group != grids.end() && of_group->second.nearest(sites[i].p_world_m, buffer_m);
     near[i] = is_in_fold || is_near ? 1 : 0;
   }
   return near;

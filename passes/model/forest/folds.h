@@ -30,6 +30,7 @@ struct Folds {
   std::vector<std::uint32_t> fold_of_block;
   std::uint32_t fold_count = 0;
   double labelled_route_m = 0.0;
+  std::vector<std::uint32_t> group_of_place;  // equal: of one recording; empty: each is its own
 
   [[nodiscard]] std::uint32_t block_count() const {
     return static_cast<std::uint32_t>(fold_of_block.size());
@@ -41,7 +42,7 @@ struct Folds {
 void deal_blocks(std::uint32_t most_folds, Folds& folds);
 
 // Per site: 1 where its sensor origin lies within buffer_m (3D, so that a route that crosses itself
-// does not leak) of any site of the fold in the same place, or in the fold.
+// does not leak) of any site of the fold in a place of the same group, or in the fold.
 std::vector<std::uint8_t> sites_near_fold(const std::vector<TrainedSite>& sites, const Folds& folds,
                                           std::uint32_t fold, double buffer_m);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "formats/base/parallel.h"
@@ -16,10 +17,46 @@ namespace {
 constexpr std::uint64_t kFoldKey = 1;
 constexpr std::uint64_t kShuffleKey = std::uint64_t{1} << 32;
 
-std::vector<std::uint32_t> rows_of_fold(const TrainingSet& training_set, std::uint32_t fold) {
+// What one forest predicts: a fold, or of a fold what one drive measured.
+struct Part {
+  std::uint32_t fold = 0;
+  std::optional<std::uint32_t> drive;
+};
+
+std::vector<Part> parts_of(const TrainingSet& training_set) {
+  std::vector<Part> parts;
+  for (std::uint32_t fold = 0; fold < training_set.folds.fold_count; ++fold) {
+    if (training_set.held_out != HoldOut::kDrives) {
+      parts.push_back({fold, std::nullopt});
+      continue;
+    }
+    for (std::uint32_t drive = 0; drive < training_set.drive_count; ++drive) {
+      parts.push_back({fold, drive});
+    }
+  }
+  return parts;
+}
+
+bool is_drive_of(const Part& part, const TrainingSet& training_set, std::size_t site) {
+  return !part.drive || training_set.drive_of_site[site] == *part.drive;
+}
+
+// 1 for the sites that the trees of a part must not learn from.
+std::vector<std::uint8_t> left_out_of(const TrainingSet& training_set, const Part& part,
+                                      double buffer_m) {
+  std::vector<std::uint8_t> left_out =
+      sites_near_fold(training_set.sites, training_set.folds, part.fold, buffer_m);
+  for (std::size_t site = 0; part.drive && site < left_out.size(); ++site) {
+    if (is_drive_of(part, training_set, site)) left_out[site] = 1;
+  }
+  return left_out;
+}
+
+std::vector<std::uint32_t> rows_of_part(const TrainingSet& training_set, const Part& part) {
   std::vector<std::uint32_t> rows;
   for (std::size_t site = 0; site < training_set.sites.size(); ++site) {
-    if (training_set.folds.fold_of_block[training_set.sites[site].block] != fold) continue;
+    if (training_set.folds.fold_of_block[training_set.sites[site].block] != part.fold) continue;
+    if (!is_drive_of(part, training_set, site)) continue;
     for (std::size_t range = 0; range < training_set.range_count; ++range) {
       rows.push_back(static_cast<std::uint32_t>(training_set.shape().index(site, range)));
     }
@@ -81,7 +118,7 @@ void store(const std::vector<std::uint32_t>& rows, const ForestPrediction& predi
   }
 }
 
-// What the folds add to.
+// What the parts add to.
 struct FoldSums {
   PredictedError& predicted;
   std::vector<double> squares;   // of errors: [0] as predicted, [1 + f] with feature f shuffled
@@ -95,20 +132,27 @@ std::size_t labelled_count(const TrainingSet& training_set,
   }));
 }
 
-void predict_fold(const PassContext& ctx, const TrainingSet& training_set,
-                  const RegressionForest& forest, std::uint32_t fold, FoldSums& out) {
+// A part's rows, and what shuffles them.
+struct PartRows {
+  std::vector<std::uint32_t> rows;
+  std::size_t number = 0;  // of the part
+  std::size_t part_count = 0;
+};
+
+void predict_part(const PassContext& ctx, const TrainingSet& training_set,
+                  const RegressionForest& forest, const PartRows& part, FoldSums& out) {
   const PreparedForest prepared(forest, out.predicted.limits_m);
-  const std::vector<std::uint32_t> rows = rows_of_fold(training_set, fold);
-  const ForestPrediction prediction = prepared.predict(training_set.features, rows, ctx.threads);
-  store(rows, prediction, out.predicted);
+  const ForestPrediction prediction =
+      prepared.predict(training_set.features, part.rows, ctx.threads);
+  store(part.rows, prediction, out.predicted);
   const std::vector<std::uint32_t> judged =
-      thinned(rows, kImportanceRows / training_set.folds.fold_count + 1);
+      thinned(part.rows, kImportanceRows / part.part_count + 1);
   out.squares[0] += squared_error(
       training_set, judged, prepared.predict(training_set.features, judged, ctx.threads).mean);
   const std::size_t feature_count = training_set.features.names.size();
   const std::vector<double> shuffled =
       parallel_map<double>(feature_count, ctx.threads, [&](std::size_t feature) {
-        const std::uint64_t key = kShuffleKey + fold * feature_count + feature;
+        const std::uint64_t key = kShuffleKey + part.number * feature_count + feature;
         return shuffled_squared_error(training_set, prepared, judged, feature, mix(ctx.seed, key));
       });
   for (std::size_t i = 0; i < feature_count; ++i) out.squares[1 + i] += shuffled[i];
@@ -142,24 +186,26 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
                                       const TrainingSet& training_set, PredictedError predicted) {
   OutOfFold result{sized_for(training_set.sites, std::move(predicted)), {}};
   FoldSums sums{result.predicted, std::vector<double>(1 + training_set.features.names.size(), 0.0)};
-  for (std::uint32_t fold = 0; fold < training_set.folds.fold_count; ++fold) {
+  const std::vector<Part> parts = parts_of(training_set);
+  for (std::size_t number = 0; number < parts.size(); ++number) {
+    const Part& part = parts[number];
+    PartRows rows{rows_of_part(training_set, part), number, parts.size()};
+    if (rows.rows.empty()) continue;  // this drive was never there
     const LabelledRows training = labelled_rows(
-        training_set,
-        sites_near_fold(training_set.sites, training_set.folds, fold, options.buffer_m),
-        options.most_rows);
+        training_set, left_out_of(training_set, part, options.buffer_m), options.most_rows);
     if (training.rows.empty()) {
       return Error{ErrorCode::kDriveTooShort,
                    "a buffer of " + format_double(options.buffer_m) +
                        " m around held-out blocks leaves nothing to learn from in " +
                        format_double(training_set.folds.labelled_route_m) +
                        " m of route; a longer drive is needed",
-                   "", "fold " + std::to_string(fold)};
+                   "", "fold " + std::to_string(part.fold)};
     }
     SIGHTLINE_ASSIGN(const RegressionForest forest,
                      grow_forest(training_set.features, training, options.forest,
-                                 mix(ctx.seed, kFoldKey + fold), ctx.threads));
-    predict_fold(ctx, training_set, forest, fold, sums);
-    ctx.progress(fold + 1, training_set.folds.fold_count + 1);
+                                 mix(ctx.seed, kFoldKey + number), ctx.threads));
+    predict_part(ctx, training_set, forest, rows, sums);
+    ctx.progress(number + 1, parts.size() + 1);
   }
   result.importance = rmse_rises(sums);
   return result;

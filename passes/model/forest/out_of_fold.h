@@ -17,7 +17,8 @@ struct OutOfFoldOptions {
   std::size_t most_rows = 100000;  // that a forest learns from
 };
 
-// Predictions of every site by trees that saw nothing within the buffer of its fold.
+// Predictions of every site by trees that saw nothing within the buffer of its fold; and, where
+// drives are held out, no label of its drive.
 struct OutOfFold {
   PredictedError predicted;
   // [feature]: by how much the RMSE over labelled rows rises when the rows of a fold swap their

@@ -70,6 +70,7 @@ void append_sites(const DrivenPlace& place, const Case& of, const History* histo
     TrainedSite trained;
     trained.p_world_m = place.sites.frame.origin_world_m + site.p_map_m;
     trained.place = static_cast<std::uint32_t>(of.place);
+    trained.drive = static_cast<std::uint32_t>(of.label_drive);
     trained.run = first_run + site.run;
     trained.s_m = site.s_m;
     trained.has_history = history != nullptr ? history->is_known[i] : std::uint8_t{0};
@@ -111,16 +112,17 @@ Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces
         if (drive.scan_of_site[i] >= 0) has_label[i] = 1;
       }
     }
-    const int least_blocks = training_set.holds_out_places ? 1 : 2;
+    const bool holds_out_places = training_set.held_out == HoldOut::kPlaces;
+    const int least_blocks = holds_out_places ? 1 : 2;
     SIGHTLINE_ASSIGN(RouteBlocks blocks,
                      cut_route(place.sites, has_label, options.block_m, least_blocks));
     for (std::uint32_t& block : blocks.block_of_site) block += training_set.folds.block_count();
     card.labelled_route_m = blocks.labelled_route_m;
     card.block_count = blocks.block_count;
-    const auto place_fold = static_cast<std::uint32_t>(p);
+    const std::uint32_t place_fold = training_set.folds.group_of_place[p];
     for (std::uint32_t block = 0; block < blocks.block_count; ++block) {
       training_set.folds.fold_of_block.push_back(
-          training_set.holds_out_places ? place_fold : training_set.folds.block_count());
+          holds_out_places ? place_fold : training_set.folds.block_count());
     }
     training_set.folds.labelled_route_m += blocks.labelled_route_m;
     training_set.places.push_back(std::move(card));
@@ -134,6 +136,24 @@ Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces
   return {};
 }
 
+// Which places and drives are the same, and so what is held out.
+Result<void> settle_hold_out(const TrainingSetOptions& options, const DrivenPlaces& places,
+                             const std::vector<Case>& cases, TrainingSet& training_set) {
+  std::vector<const RecordingCards*> recordings;
+  for (const DrivenPlace& place : places.places) recordings.push_back(&place.recordings);
+  training_set.folds.group_of_place = groups_by_recording(recordings);
+  const LearntDrives drives = learnt_drives(places);
+  training_set.drive_count = drives.count;
+  for (const Case& of : cases) {
+    training_set.drive_of_site.insert(training_set.drive_of_site.end(),
+                                      places.places[of.place].sites.sites.size(),
+                                      drives.number[of.place][of.label_drive]);
+  }
+  SIGHTLINE_ASSIGN(training_set.held_out,
+                   choose_hold_out(options.hold_out, training_set.folds.group_of_place, drives));
+  return {};
+}
+
 }  // namespace
 
 Result<TrainingSet> make_training_set(const TrainingSetOptions& options,
@@ -143,15 +163,14 @@ Result<TrainingSet> make_training_set(const TrainingSetOptions& options,
   training_set.range_count = places.places.front().factors.ranges_m.size();
   training_set.knows_history = std::ranges::any_of(
       places.places, [](const DrivenPlace& place) { return place.drives.size() > 1; });
-  training_set.holds_out_places = options.hold_out == HoldOut::kPlaces ||
-                                  (options.hold_out == HoldOut::kAuto && places.places.size() >= 3);
+  const std::vector<Case> cases = cases_of(places);
+  SIGHTLINE_TRY(settle_hold_out(options, places, cases, training_set));
   std::vector<FeatureRows> factors;
   for (const DrivenPlace& place : places.places) {
     SIGHTLINE_ASSIGN(FeatureRows rows,
                      gather_features(place.factors, chosen_factors(options, places)));
     factors.push_back(std::move(rows));
   }
-  const std::vector<Case> cases = cases_of(places);
   for (const Case& of : cases) append_case(places, of, factors[of.place], training_set);
   SIGHTLINE_TRY(append_blocks(options, places, cases, training_set));
   deal_blocks(static_cast<std::uint32_t>(options.fold_count), training_set.folds);

@@ -11,6 +11,7 @@
 #include "passes/model/forest/feature_rows.h"
 #include "passes/model/forest/folds.h"
 #include "passes/model/forest/grow_trees.h"
+#include "passes/model/forest/hold_out.h"
 
 // All that there is to learn, laid out as rows. A place gives one case for each drive (no history,
 // that drive's errors as labels), and one more for each ordered pair of drives: what the first
@@ -19,8 +20,6 @@
 namespace sightline {
 
 enum class FeatureSet { kPaper, kAll };  // the paper's eleven factors, or all there are
-// What is held out together: blocks of route or whole places; kAuto: places where there are three.
-enum class HoldOut { kAuto, kBlocks, kPlaces };
 
 struct TrainingSetOptions {
   FeatureSet features = FeatureSet::kAll;
@@ -36,13 +35,15 @@ struct TrainingSet {
   std::size_t range_count = 0;
   Folds folds;
   std::vector<PlaceCard> places;
-  bool holds_out_places = false;
-  bool knows_history = false;  // some place was driven twice
+  HoldOut held_out = HoldOut::kBlocks;       // what it came to
+  std::vector<std::uint32_t> drive_of_site;  // LearntDrives::number of the drive that labels it
+  std::uint32_t drive_count = 0;             // different ones
+  bool knows_history = false;                // some place was driven twice
 
   [[nodiscard]] SiteShape shape() const { return {range_count}; }
 };
 
-// Errors: those of validate(DrivenPlaces), gather_features and cut_route.
+// Errors: those of validate(DrivenPlaces), gather_features, choose_hold_out and cut_route.
 Result<TrainingSet> make_training_set(const TrainingSetOptions& options,
                                       const DrivenPlaces& places);
 

@@ -11,7 +11,10 @@ CompiledMap route_map(int site_count) {
   map.factors.factors = {"virtual_points"};
   map.factors.values.clear();
   map.model.mean_r_squared = 0.375;
-  for (auto& promise : map.ranges.promises) promise.is_earned = true;
+  for (auto& promise : map.ranges.promises) {
+    promise.is_earned = true;
+    promise.scope = PromiseScope::kNextDrive;
+  }
   map.measurement.measured_site_count = static_cast<std::uint32_t>(site_count);
   for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {
     map.sites.sites[site].p_map_m = {static_cast<double>(site), 0.0, 1.8};

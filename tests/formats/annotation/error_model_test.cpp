@@ -86,9 +86,9 @@ TEST(ErrorModel, OfAnotherVersionIsRefusedAndSaysWhich) {
   const auto of_version = [&](std::uint32_t version) {
     return from_bytes<ErrorModel>(seal("error-model", version, writer.bytes())).error();
   };
-  EXPECT_EQ(of_version(3).code, ErrorCode::kOldVersion);
-  EXPECT_EQ(of_version(3).message, "a error-model of version 3, this program reads version 4");
-  EXPECT_EQ(of_version(5).code, ErrorCode::kFutureVersion);
+  EXPECT_EQ(of_version(4).code, ErrorCode::kOldVersion);
+  EXPECT_EQ(of_version(4).message, "a error-model of version 4, this program reads version 5");
+  EXPECT_EQ(of_version(6).code, ErrorCode::kFutureVersion);
 }
 
 TEST(ErrorModel, NamesEveryRecordingInTextTableAndFacts) {
@@ -97,7 +97,7 @@ TEST(ErrorModel, NamesEveryRecordingInTextTableAndFacts) {
   EXPECT_NE(to_text(model).find("handmade  localization  by hand  " + digest), std::string::npos)
       << to_text(model);
   const Table table = recordings_table(model);
-  ASSERT_EQ(table.rows.size(), 2u);
+  ASSERT_EQ(table.rows.size(), 3u);
   EXPECT_EQ(table.rows[1], (std::vector<Cell>{"handmade", "localization", "by hand", digest}));
   const std::pair<std::string, Cell> fact("sha256_of_localization_of_handmade", digest);
   const Table card = dump(model);
@@ -123,9 +123,9 @@ TEST(ErrorModel, PrintsPredictionsBesideLabels) {
   model.sites[1].has_label = 0;  // dump asks nothing else
   const Table table = dump(model);
   ASSERT_EQ(table.rows.size(), 4u);
-  EXPECT_EQ(table.columns[6], "measured_mean_error_m");
-  EXPECT_EQ(table.rows[0][6], Cell(0.2));
-  EXPECT_EQ(table.rows[2][6], Cell(std::string()));
+  EXPECT_EQ(table.columns[7], "measured_mean_error_m");
+  EXPECT_EQ(table.rows[0][7], Cell(0.2));
+  EXPECT_EQ(table.rows[2][7], Cell(std::string()));
   EXPECT_EQ(table.rows[0].size(), table.columns.size());
   EXPECT_EQ(tables(model)[2].rows.size(), 2u);  // nodes
   EXPECT_EQ(tables(model)[3].rows.size(), 8u);  // a leaf for each label and tree

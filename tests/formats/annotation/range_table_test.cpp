@@ -11,8 +11,9 @@ RangeTable two_sites() {
   RangeTable table;
   table.ranges_m = {10.0, 15.0, 20.0};
   table.dilation_m = 3.0;
-  table.promises = {{0.1, 0.8, 0.7, 0.05, 0.0, 20, true, 0.04, "conformal", "kept"},
-                    {0.25, 0.7, 0.6, 0.05, 0.0, 20, false, 0.06, "conformal", "not kept"}};
+  constexpr PromiseScope kNext = PromiseScope::kNextDrive;
+  table.promises = {{0.1, 0.8, 0.7, 0.05, 0.0, 20, 4, 8, kNext, true, 0.04, "conformal", "kept"},
+                    {0.25, 0.7, 0.6, 0.05, 0.0, 20, 4, 8, kNext, false, 0.06, "conformal", "not"}};
   table.site_count = 2;
   table.range_index = {2, 1, 1, 0};
   table.flags = {kUnmet, 0, kExtrapolated, 0};
@@ -44,6 +45,14 @@ TEST(RangeTable, RefusesALooserLimitThatLooksFurther) {
 TEST(RangeTable, RefusesAnUnmetSiteThatDoesNotLookAsFarAsItCan) {
   RangeTable table = two_sites();
   table.range_index[0] = 1;
+  EXPECT_EQ(code_of(table), ErrorCode::kInvalidArtifact);
+}
+
+TEST(RangeTable, RefusesAPromiseThatIsNotAboutTheNextDrive) {
+  RangeTable table = two_sites();
+  table.promises[1].scope = PromiseScope::kThisDrive;
+  EXPECT_TRUE(validate(table).has_value()) << "it promises nothing";
+  table.promises[0].scope = PromiseScope::kThisDrive;
   EXPECT_EQ(code_of(table), ErrorCode::kInvalidArtifact);
 }
 

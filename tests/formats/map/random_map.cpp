@@ -81,7 +81,9 @@ RangeTable random_ranges(const RandomMapOptions& options, Random& random) {
   table.dilation_m = 3.0;
   table.site_count = static_cast<std::uint32_t>(options.site_count);
   for (const double limit_m : options.limits_m) {
-    table.promises.push_back({limit_m, 0.8, 0.7, 0.05, 0.0, 12, limit_m > 0.2, 0.04, "conformal",
+    table.promises.push_back({limit_m, 0.8, 0.7, 0.05, 0.0, 12, 3, 6,
+                              limit_m > 0.2 ? PromiseScope::kNextDrive : PromiseScope::kThisDrive,
+                              limit_m > 0.2, 0.04, "conformal",
                               "at most 5 % of places miss the limit, on average"});
   }
   for (int i = 0; i < options.site_count; ++i) {

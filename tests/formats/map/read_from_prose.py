@@ -47,7 +47,19 @@ def check_predictions(dump, opened, sites):
         assert site["site_flags"] == (extrapolated + 2 * out_of_fold + 4 * has_history,)
 
 
+def check_promises(dump, opened):
+    for promise in opened.promises:
+        fact = {name: dump["facts"][f"limit_{promise['limit_m']:g}_m_{name}"]
+                for name in ("is_earned", "alpha", "scope", "place_count", "drive_count", "statement")}
+        assert promise["is_of_next_drive"] == (fact["scope"] == "next-drive")
+        assert promise["is_earned"] == (fact["is_earned"] == 1)
+        assert promise["coverage"] == (1.0 - fact["alpha"] if promise["is_earned"] else 0.0)
+        for name in ("place_count", "drive_count", "statement"):
+            assert promise[name] == fact[name], (name, promise, fact)
+
+
 def check_ranges(dump, opened, sites):
+    check_promises(dump, opened)
     assert len(dump["rows"]) == len(sites) * len(opened.limits_m)
     for site_id, limit_m, range_m, unmet, extrapolated in dump["rows"]:
         limit = opened.limits_m.index(limit_m)

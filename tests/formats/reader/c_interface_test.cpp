@@ -55,6 +55,15 @@ TEST(CInterface, TellsMapAndRanges) {
   EXPECT_EQ(info.ranges_m[2], 50.0);
   ASSERT_EQ(info.limit_count, 2u);
   EXPECT_EQ(info.limits_m[1], 0.25);
+  sightline_promise promise;
+  ASSERT_EQ(sightline_get_promise(opened, 1, &promise), 0);
+  EXPECT_EQ(promise.is_earned, 1);
+  EXPECT_EQ(promise.is_of_next_drive, 1);
+  EXPECT_EQ(promise.coverage, 0.95);
+  EXPECT_EQ(promise.drive_count, 6u);
+  EXPECT_STREQ(promise.statement, map.ranges.promises[1].statement.c_str());
+  EXPECT_EQ(sightline_get_promise(opened, 2, &promise), 1001);
+  EXPECT_EQ(promise.is_earned, 0);
   sightline_close(opened);
   sightline_close(nullptr);
 }

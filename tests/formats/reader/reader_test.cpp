@@ -181,6 +181,25 @@ TEST(MapReader, AnswersFromAMapWithAnAbsurdReach) {
   }
 }
 
+TEST(MapReader, TellsWhatIsPromisedOfTheNextDrive) {
+  const CompiledMap map = random_map({.seed = 3});
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<MapReader> reader = MapReader::open(file);
+  ASSERT_TRUE(reader.has_value());
+  const std::span<const MapPromise> promises = reader->info().promises;
+  ASSERT_EQ(promises.size(), 2u);
+  EXPECT_FALSE(promises[0].is_earned);
+  EXPECT_FALSE(promises[0].is_of_next_drive);
+  EXPECT_EQ(promises[0].coverage, 0.0);
+  EXPECT_TRUE(promises[1].is_earned);
+  EXPECT_TRUE(promises[1].is_of_next_drive);
+  EXPECT_EQ(promises[1].limit_m, 0.25);
+  EXPECT_EQ(promises[1].coverage, 0.95);
+  EXPECT_EQ(promises[1].place_count, 3u);
+  EXPECT_EQ(promises[1].drive_count, 6u);
+  EXPECT_EQ(promises[1].statement, map.ranges.promises[1].statement);
+}
+
 TEST(MapReader, RefusesWhatIsNoPositionOrLimit) {
   const std::vector<std::byte> file = encode_map(random_map({.seed = 3}));
   const Result<MapReader> reader = MapReader::open(file);

@@ -65,6 +65,24 @@ TEST(TrainModel, NeverShowsAFoldItsOwnLabels) {
   for (const RangeCard& range : model->ranges) EXPECT_LT(range.r_squared, 0.1);
 }
 
+TEST(TrainModel, NeverShowsADriveItsOwnLabels) {
+  // Two drives of one place that found quite different errors: trees of the one say its own.
+  DrivenPlaces places = places_driven_twice(1, kSmall);
+  const auto set_errors = [](MeasuredError& drive, double mean_m) {
+    for (ErrorRow& row : drive.rows) row.mean_m = mean_m;
+  };
+  set_errors(places.places[0].drives[0], 0.1);
+  set_errors(places.places[0].drives[1], 0.9);
+  PassContext ctx;
+  const Result<ErrorModel> model = train_model(ctx, quick(), places);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  EXPECT_EQ(model->card.hold_out, "drives");
+  ASSERT_TRUE(validate(*model).has_value());
+  for (std::size_t i = 0; i < model->sites.size(); ++i) {
+    EXPECT_NEAR(model->out_of_fold.mean(i, 0), model->sites[i].drive == 0 ? 0.9 : 0.1, 1e-9);
+  }
+}
+
 TEST(TrainModel, LearnsFromManyPlacesAndJudgesEachByTheOthers) {
   PassContext ctx;
   const DrivenPlaces places = places_driven_twice(3, kSmall);

@@ -9,16 +9,21 @@
 namespace sightline {
 namespace {
 
+std::string promise_text(const LimitPromise& promise) {
+  if (promise.is_earned) return percent(1.0 - promise.alpha) + " % of the next drive";
+  return promise.scope == PromiseScope::kNextDrive ? "not earned" : "none, of this drive";
+}
+
 std::string promises_table(const CompiledMap& map) {
-  TextGrid grid = {{"limit", "promise", "p*", "blocks", "expected coverage (%)", "mean range (m)",
-                    "unmet (%)", "outside the model (%)"}};
+  TextGrid grid = {{"limit", "promise", "p*", "blocks", "places", "drives", "expected coverage (%)",
+                    "mean range (m)", "unmet (%)", "outside the model (%)"}};
   const auto sites = static_cast<double>(map.sites.sites.size());
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     const LimitPromise& promise = map.ranges.promises[limit];
     const LimitQuality& quality = map.quality[limit];
-    grid.push_back({limit_text(promise.limit_m),
-                    promise.is_earned ? percent(1.0 - promise.alpha) + " % earned" : "not earned",
+    grid.push_back({limit_text(promise.limit_m), promise_text(promise),
                     fixed(promise.probability_threshold, 3), std::to_string(promise.block_count),
+                    std::to_string(promise.place_count), std::to_string(promise.drive_count),
                     percent(quality.expected_coverage), fixed(quality.mean_range_m, 1),
                     percent(quality.unmet_count / sites),
                     percent(quality.extrapolated_count / sites)});

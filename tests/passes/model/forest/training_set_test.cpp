@@ -51,18 +51,46 @@ TEST(TrainingSet, HoldsOutTheSameStretchInEveryCase) {
   EXPECT_EQ(runs.size(), 8u);  // no case runs into the next
 }
 
-TEST(TrainingSet, HoldsOutWholePlacesWhereThereAreThree) {
+TEST(TrainingSet, HoldsOutWholePlacesWhereThereAreTwo) {
   const Result<TrainingSet> three = make_training_set({}, places_driven_twice(3, kSmall));
   ASSERT_TRUE(three.has_value());
-  EXPECT_TRUE(three->holds_out_places);
+  EXPECT_EQ(three->held_out, HoldOut::kPlaces);
   EXPECT_EQ(three->folds.fold_count, 3u);
   for (const TrainedSite& site : three->sites) {
     EXPECT_EQ(three->folds.fold_of_block[site.block], site.place);
   }
-  EXPECT_FALSE(make_training_set({}, places_driven_twice(2, kSmall))->holds_out_places);
+  EXPECT_EQ(make_training_set({}, places_driven_twice(2, kSmall))->held_out, HoldOut::kPlaces);
   TrainingSetOptions blocks;
   blocks.hold_out = HoldOut::kBlocks;
-  EXPECT_FALSE(make_training_set(blocks, places_driven_twice(3, kSmall))->holds_out_places);
+  EXPECT_EQ(make_training_set(blocks, places_driven_twice(3, kSmall))->held_out, HoldOut::kBlocks);
+}
+
+TEST(TrainingSet, HoldsPlacesOfOneRecordingOutTogether) {
+  DrivenPlaces places = places_driven_twice(3, kSmall);
+  places.places[2].recordings.cards[0].digest = places.places[0].recordings.cards[1].digest;
+  const Result<TrainingSet> training_set = make_training_set({}, places);
+  ASSERT_TRUE(training_set.has_value());
+  EXPECT_EQ(training_set->folds.fold_count, 2u);
+  for (const TrainedSite& site : training_set->sites) {
+    EXPECT_EQ(training_set->folds.fold_of_block[site.block], site.place % 2);
+  }
+}
+
+TEST(TrainingSet, HoldsOutDrivesWhereOnePlaceWasDrivenTwice) {
+  const DrivenPlaces twice = places_driven_twice(1, kSmall);
+  EXPECT_EQ(make_training_set({}, twice)->held_out, HoldOut::kDrives);
+  DrivenPlaces once = twice;
+  once.places[0].drives.pop_back();
+  once.places[0].recordings.cards.pop_back();
+  EXPECT_EQ(make_training_set({}, once)->held_out, HoldOut::kBlocks);
+  DrivenPlaces split = twice;  // half its scans made the map, the other half are the first drive
+  split.places[0].recordings.cards.erase(split.places[0].recordings.cards.begin() + 1);
+  EXPECT_EQ(make_training_set({}, split)->held_out, HoldOut::kBlocks);
+  TrainingSetOptions drives;
+  drives.hold_out = HoldOut::kDrives;
+  const Result<TrainingSet> refused = make_training_set(drives, once);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, ErrorCode::kNoTrainingRows);
 }
 
 TEST(TrainingSet, KnowsNoHistoryWherePlacesWereDrivenOnce) {

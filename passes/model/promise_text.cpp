@@ -1,0 +1,127 @@
+#include "passes/model/promise_text.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+// Blocks below these see the same walls (schemas/definitions.md, "Error model and choice of
+// range"), and what they witness is no promise.
+constexpr double kIndependentBlock_m = 60.0;
+constexpr double kIndependentBuffer_m = 25.0;
+
+// Blocks of one place are more alike than blocks of two, so up to so many places the bound of
+// exchangeable blocks is optimistic: 5.1 to 5.9 % were measured where 5 % was named.
+constexpr std::uint32_t kFewPlaces = 3;
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g %%", 100.0 * share);
+  return text;
+}
+
+std::string kilometres(double length_m) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f km", std::ceil(length_m / 100.0) / 10.0);
+  return text;
+}
+
+std::string counted(std::uint32_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+std::string method_text(const LimitPromise& promise) {
+  return promise.method == risk_control_name(RiskControl::kConformal) ? "conformal risk control"
+                                                                      : "learn then test";
+}
+
+// "at most 5 % of `whom` are expected to miss 0.1 m"
+std::string bound_text(const LimitPromise& promise, const std::string& whom) {
+  const std::string limit = format_double(promise.limit_m) + " m";
+  const std::string share = percent(promise.alpha);
+  if (promise.method == risk_control_name(RiskControl::kConformal)) {
+    return "at most " + share + " of " + whom + " are expected to miss " + limit;
+  }
+  return "with " + percent(1.0 - promise.delta) + " confidence at most " + share + " of " + whom +
+         " miss " + limit;
+}
+
+// Why a threshold of this drive is none of the next.
+std::string why_this_drive(const LimitPromise& promise, const TrainingCard& card) {
+  if (promise.drive_count <= 1) return "one drive alone was measured";
+  if (card.hold_out == "blocks") return "the trees learnt from the drives that set the threshold";
+  return "fewer than two drives were measured that neither made the map nor taught the trees";
+}
+
+// What is wanting for a promise, without the fallback.
+std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& card,
+                            std::uint32_t needed_blocks) {
+  if (!are_blocks_independent(card)) {
+    return "blocks of " + format_double(card.block_m) + " m with a buffer of " +
+           format_double(card.buffer_m) + " m see the same walls, 60 m and 25 m are needed";
+  }
+  if (promise.block_count < needed_blocks) {
+    const double missing_m = (needed_blocks - promise.block_count) * card.block_m;
+    return counted(promise.block_count, "block") + " of " + format_double(card.block_m) +
+           " m cannot earn " + percent(promise.alpha) + ", " + std::to_string(needed_blocks) +
+           " can, " + kilometres(missing_m) + " more of measured route";
+  }
+  return "even the strictest threshold misses " + format_double(promise.limit_m) +
+         " m too often for " + percent(promise.alpha);
+}
+
+}  // namespace
+
+bool are_blocks_independent(const TrainingCard& card) {
+  return card.block_m >= kIndependentBlock_m && card.buffer_m >= kIndependentBuffer_m;
+}
+
+std::string observed_misses(const LimitPromise& promise) {
+  return percent(promise.calibration_miss_share) + " missed out of fold in " +
+         counted(promise.block_count, "block") + " of " + counted(promise.place_count, "place") +
+         ", " + counted(promise.drive_count, "drive");
+}
+
+std::string earned_statement(const LimitPromise& promise) {
+  const std::string whom = promise.place_count > 1 ? "places like these" : "this place's sites";
+  std::string text = "on the next drive " + bound_text(promise, whom) + " (" +
+                     method_text(promise) + "; " + observed_misses(promise) + ")";
+  if (promise.place_count <= kFewPlaces) {
+    text +=
+        "; blocks of so few places are alike, and the bound is a little optimistic: 5.1 to "
+        "5.9 % missed with 2 and 3 places where 5 % was named";
+  }
+  return text;
+}
+
+std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card) {
+  return "nothing is promised about the next drive: " + why_this_drive(promise, card) +
+         "; of this drive " + bound_text(promise, "its sites") + " (" + method_text(promise) +
+         "; " + observed_misses(promise) + ")";
+}
+
+std::string unearned_statement(const LimitPromise& promise, const Witnesses& witnesses,
+                               std::uint32_t needed_blocks) {
+  const TrainingCard& card = witnesses.model.card;
+  const std::string nothing = "nothing is promised: ";
+  if (promise.method == risk_control_name(RiskControl::kFixed)) {
+    return nothing + "the threshold was given; " + observed_misses(promise);
+  }
+  if (promise.method == risk_control_name(RiskControl::kEmpirical)) {
+    return nothing + "the threshold fits what was seen; " + observed_misses(promise);
+  }
+  const double least_m = least_error_m(witnesses);
+  if (promise.block_count > 0 && least_m > promise.limit_m) {
+    return nothing + "no range reached " + format_double(promise.limit_m) +
+           " m anywhere, the least error measured is " + format_double(least_m) + " m";
+  }
+  const bool is_this_drive = promise.scope == PromiseScope::kThisDrive;
+  return nothing + (is_this_drive ? why_this_drive(promise, card) + ", and " : "") +
+         what_is_wanting(promise, card, needed_blocks) +
+         "; the threshold fits what was seen instead: " + observed_misses(promise);
+}
+
+}  // namespace sightline

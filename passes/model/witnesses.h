@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/error_model.h"
+#include "formats/annotation/range_table.h"
+#include "passes/model/selection.h"
+
+namespace sightline {
+
+// Which of a model's cases set a threshold: it is applied to sites of the same kind.
+enum class CaseKind : std::uint8_t { kMapOnly, kHistory };
+
+// What a threshold is set on.
+struct WitnessCount {
+  std::uint32_t blocks = 0;
+  std::uint32_t places = 0;  // of different recordings
+  std::uint32_t drives = 0;  // different recordings
+  PromiseScope scope = PromiseScope::kThisDrive;
+};
+
+// The labelled cases of one kind, by blocks that hold any. Where two drives or more were each
+// predicted by trees that learnt from none of their errors, and made no map of their place: the
+// cases of these drives alone, and what they witness is of the next drive. Else all cases, and what
+// they witness is of these drives.
+struct Witnesses {
+  const ErrorModel& model;
+  std::vector<std::size_t> cases;
+  std::vector<std::uint32_t> block_of_case;
+  std::vector<std::uint32_t> cases_in_block;  // none 0
+  WitnessCount count;
+};
+Witnesses witnesses_of(const ErrorModel& model, CaseKind kind);
+
+// Per block the cases that miss the limit at the range chosen for them.
+std::vector<std::uint32_t> missed_cases(const Witnesses& witnesses, double limit_m,
+                                        const Choice& choice);
+
+// Of the witnesses at any range, m.
+double least_error_m(const Witnesses& witnesses);
+
+}  // namespace sightline
