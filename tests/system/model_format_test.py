@@ -55,7 +55,7 @@ class Reader:
 def read_model(data):
     file = Reader(data)
     assert file.take(4) == b"SLA\x1a"
-    assert file.one("I") == 4
+    assert file.one("I") == 5
     assert file.text() == "error-model"
     payload = file.take(file.one("Q"))
     file.one("Q")

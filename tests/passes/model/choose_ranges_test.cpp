@@ -34,12 +34,18 @@ ErrorModel honest_model(std::uint64_t seed, std::size_t block_count) {
     }
     sites.push_back(site);
   }
-  return handmade_model(sites, static_cast<std::uint32_t>(block_count));
+  ErrorModel model = handmade_model(sites, static_cast<std::uint32_t>(block_count));
+  std::vector<double>& mean_m = model.out_of_fold.mean_m;
+  for (std::size_t i = 0; i < mean_m.size(); ++i) {
+    mean_m[i] = 0.3 - 0.25 * model.out_of_fold.within_probability[2 * i];
+  }
+  return model;
 }
 
 Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options) {
   PassContext ctx;
-  return choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model);
+  return choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model,
+                       demanding_factors(model));
 }
 
 ChooseRangesOptions with(RiskControl risk_control, double alpha = 0.05) {
@@ -81,18 +87,18 @@ TEST(ChooseRanges, ByMeanDoesAsThePaperDoes) {
   EXPECT_FALSE(table->promises[0].is_earned);
 }
 
-TEST(ChooseRanges, FallsBackToTheLongestRangeAndSaysSo) {
+TEST(ChooseRanges, FallsBackToTheMostProbableRangeAndSaysSo) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const ErrorModel model = five_sites();
-  ASSERT_TRUE(
-      choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model), model.out_of_fold, model)
-          .has_value());
+  ASSERT_TRUE(choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model), model.out_of_fold,
+                            model, demanding_factors(model))
+                  .has_value());
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_EQ(warnings[0],
-            "no range is good enough for 0.1 m at 1 of 5 sites: they look as far as there is, and "
-            "are flagged");
+            "no range is good enough for 0.1 m at 1 of 5 sites: they take the most probable one, "
+            "and are flagged");
 }
 
 TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
@@ -119,7 +125,8 @@ TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
   PredictedError elsewhere = model.out_of_fold;
   std::ranges::fill(elsewhere.out_of_fold, std::uint8_t{0});
   const auto promise_of = [&] {
-    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), elsewhere, model)
+    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), elsewhere, model,
+                         demanding_factors(model))
         ->promises[0];
   };
   EXPECT_FALSE(promise_of().is_earned);
@@ -134,8 +141,9 @@ TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
   PredictedError predicted = model.out_of_fold;
   const auto promise_of = [&](std::size_t unlike_count) {
     std::ranges::fill(predicted.extrapolated, std::uint8_t{0});
-    std::fill_n(predicted.extrapolated.begin(), unlike_count, std::uint8_t{1});
-    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), predicted, model)
+    std::fill_n(predicted.extrapolated.begin(), 5 * unlike_count, std::uint8_t{1});
+    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), predicted, model,
+                         demanding_factors(model))
         ->promises[0];
   };
   EXPECT_TRUE(promise_of(1800).is_earned);
@@ -146,6 +154,7 @@ TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
 TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
   ErrorModel model = honest_model(1, 60);
   for (double& error_m : model.measured_mean_m) error_m += 0.1;
+  for (double& mean_m : model.out_of_fold.mean_m) mean_m += 0.1;
   const Result<RangeTable> table = choose(model, with(RiskControl::kConformal));
   ASSERT_TRUE(table.has_value());
   EXPECT_FALSE(table->promises[0].is_earned);
@@ -224,20 +233,26 @@ TEST(ChooseRanges, ALooserLimitNeverLooksFurther) {
   }
 }
 
-TEST(ChooseRanges, SendsExtrapolatedSitesAsFarAsThereIsUnlessToldOtherwise) {
+TEST(ChooseRanges, GivesRefusedSitesTheStreetsStaticAnswerUnlessToldOtherwise) {
   const ErrorModel model = five_sites();
   PredictedError predicted = model.out_of_fold;
-  predicted.extrapolated[0] = 1;
+  predicted.extrapolated[0] = 1;  // its answer is 10 m
+  predicted.extrapolated[4] = 1;  // site 1 at 20 m, where its answer is 10 m
+  const FactorTable factors =
+      factors_with_own_error({10, 20, 30}, std::vector<std::vector<double>>(5, {0.3, 0.05, 0.02}));
   ChooseRangesOptions options = with(RiskControl::kFixed);
   options.dilation_m = 0.0;
   PassContext ctx;
-  const Result<RangeTable> careful = choose_ranges(ctx, options, sites_of(model), predicted, model);
-  options.extrapolated_takes_longest = false;
+  const Result<RangeTable> careful =
+      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
+  options.extrapolated_takes_static = false;
   const Result<RangeTable> trusting =
-      choose_ranges(ctx, options, sites_of(model), predicted, model);
-  EXPECT_EQ(chosen_m(*careful, 0), (std::vector<double>{30, 10, 20, 10, 30}));
+      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
+  EXPECT_EQ(chosen_m(*careful, 0), (std::vector<double>{20, 10, 20, 10, 30}))
+      << "never 30 by itself";
   EXPECT_EQ(chosen_m(*trusting, 0), (std::vector<double>{10, 10, 20, 10, 30}));
-  EXPECT_EQ(careful->flags[0], kExtrapolated);
+  EXPECT_EQ(careful->flags[0], kExtrapolated | kStatic);
+  EXPECT_EQ(careful->flags[2], 0) << "another range is refused, its own is not";
   EXPECT_EQ(trusting->flags[0], kExtrapolated);
 }
 
@@ -248,10 +263,12 @@ TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
     const bool is_told = i >= 200;
     const double doubtful = is_told ? 0.45 : 0.85;
     const double sure = is_told ? 0.55 : 0.95;
-    sites.push_back({{doubtful, sure}, {0.2, 0.05}});
+    const double more_m = i % 2 == 0 ? 0.0 : 0.02;
+    sites.push_back({{doubtful, sure}, {0.2 + more_m, 0.05 + more_m}});
   }
   ErrorModel model = handmade_model(sites, 4);
   model.card.knows_history = true;
+  model.out_of_fold.mean_m = model.measured_mean_m;  // it explains what it is to explain
   for (std::size_t i = 200; i < 400; ++i) {
     model.sites[i].has_history = 1;
     model.out_of_fold.has_history[i] = 1;
@@ -274,7 +291,8 @@ TEST(ChooseRanges, RefusesHistoryThatTheModelKnowsNothingOf) {
   PredictedError told = model.out_of_fold;
   told.has_history[2] = 1;
   PassContext ctx;
-  const Result<RangeTable> table = choose_ranges(ctx, {}, sites_of(model), told, model);
+  const Result<RangeTable> table =
+      choose_ranges(ctx, {}, sites_of(model), told, model, demanding_factors(model));
   ASSERT_FALSE(table.has_value());
   EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
 }
@@ -284,11 +302,20 @@ TEST(ChooseRanges, RefusesInputsThatDoNotBelongTogether) {
   PassContext ctx;
   Sites fewer = sites_of(model);
   fewer.sites.pop_back();
-  EXPECT_EQ(choose_ranges(ctx, {}, fewer, model.out_of_fold, model).error().code,
+  const FactorTable factors = demanding_factors(model);
+  EXPECT_EQ(choose_ranges(ctx, {}, fewer, model.out_of_fold, model, factors).error().code,
             ErrorCode::kMismatchedInputs);
+  FactorTable without = factors;
+  without.factors[0] = "feature_count";
+  FactorTable shorter = factors;
+  shorter.ranges_m.back() = 25.0;
+  for (const FactorTable& unfit : {without, shorter}) {
+    EXPECT_EQ(choose_ranges(ctx, {}, sites_of(model), model.out_of_fold, model, unfit).error().code,
+              ErrorCode::kMismatchedInputs);
+  }
   PredictedError other = model.out_of_fold;
   other.limits_m[1] = 0.3;
-  EXPECT_EQ(choose_ranges(ctx, {}, sites_of(model), other, model).error().code,
+  EXPECT_EQ(choose_ranges(ctx, {}, sites_of(model), other, model, factors).error().code,
             ErrorCode::kMismatchedInputs);
 }
 
