@@ -40,7 +40,6 @@ std::optional<StaticAnswer> cheaper_static(const OwnEvidence& evidence, double l
     return answer;
   };
   if (own.coverage <= 0.0) return std::nullopt;
-  if (options.is_promised) return if_cheaper(own.coverage);
   const std::optional<StaticAnswer> answer = if_cheaper(options.static_coverage);
   if (answer || own.coverage >= options.static_coverage) return answer;
   return if_cheaper(own.coverage);
@@ -79,8 +78,10 @@ double explained_share(const ErrorModel& model) {
 
 std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
                                        const FloorOptions& options, Choice& choice) {
-  std::optional<StaticAnswer> answer = cheaper_static(evidence, limit_m, options, choice);
-  if (options.explained <= 0.0) answer = best_static(evidence, limit_m, options.static_coverage);
+  const bool says_nothing = options.is_too_short || options.explained <= 0.0;
+  const std::optional<StaticAnswer> answer =
+      says_nothing ? best_static(evidence, limit_m, options.static_coverage)
+                   : cheaper_static(evidence, limit_m, options, choice);
   if (!answer) return std::nullopt;
   for (std::size_t site = 0; site < evidence.site_count; ++site) {
     take_static(evidence, limit_m, answer->range_index, site, choice);

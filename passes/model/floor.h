@@ -24,12 +24,12 @@ struct FloorOptions {
   bool is_too_short = false;      // the model is of a drive too short to learn from
 };
 
-// Gives every site the street's best static answer where the model explains nothing, or where that
-// answer is cheaper than `choice` and covers as much by the street's own evidence: the lesser of
-// what the choice covers and static_coverage; of a promised choice all that it covers, at a cost
-// lower by a tenth at least. Evidence by which a choice covers no site says nothing against it.
-// Then all sites are flagged kStatic, kUnmet is left where the own error at that range exceeds the
-// limit, and the sentence says why. Nothing where the choice stands.
+// Gives every site the street's best static answer where the model says nothing of it, or where
+// that answer is cheaper than `choice` and covers as much by the street's own evidence: the lesser
+// of what the choice covers and static_coverage. A promise is given up for no less than a tenth of
+// the cost. Evidence by which a choice covers no site says nothing against it. Then all sites are
+// flagged kStatic, kUnmet is left where the own error at that range exceeds the limit, and the
+// sentence says why. Nothing where the choice stands.
 std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
                                        const FloorOptions& options, Choice& choice);
 

@@ -97,6 +97,10 @@ TEST(Floor, AModelThatExplainsNothingIsNotAsked) {
   ASSERT_TRUE(reason.has_value());
   EXPECT_EQ(choice.range_index, everywhere(1).range_index);
   EXPECT_NE(reason->find("explains nothing out of fold (R^2 -0.20)"), std::string::npos) << *reason;
+  Choice of_a_short_drive = everywhere(0);
+  const FloorOptions too_short{.explained = 1e-16, .is_too_short = true};
+  EXPECT_TRUE(apply_floor(one_hard_place(), 0.1, too_short, of_a_short_drive).has_value())
+      << "the last bits of a share decide nothing";
 }
 
 TEST(Floor, ExplainedIsWhatTheModelTellsBeyondTheRange) {
