@@ -63,22 +63,24 @@ Result<void> check_measured(const FactorTable& map_factors, const MeasuredError&
 }  // namespace
 
 Result<FactorTable> add_mapping_error(PassContext& ctx, const NoOptions&,
-                                      const FactorTable& map_factors, const MeasuredError& measured,
+                                      const FactorTable& map_factors, const MeasuredError& own,
+                                      const MeasuredError& by_pose,
                                       const SensorProfile& mapping_sensor,
                                       const SensorProfile& localizing_sensor) {
-  SIGHTLINE_TRY(check_measured(map_factors, measured));
+  SIGHTLINE_TRY(check_measured(map_factors, own));
+  SIGHTLINE_TRY(check_measured(map_factors, by_pose));
   if (to_bytes(mapping_sensor) != to_bytes(localizing_sensor)) {
     ctx.warn("sensor " + mapping_sensor.name + " made the map and " + localizing_sensor.name +
              " is to localize in it: mapping_error is what virtual scans tell");
     return with_columns(map_factors, unknown, unknown);
   }
-  return with_columns(map_factors, errors_of(measured), errors_of(measured));
+  return with_columns(map_factors, errors_of(own), errors_of(by_pose));
 }
 
 Result<FactorTable> add_own_error(PassContext&, const NoOptions&, const FactorTable& map_factors,
-                                  const MeasuredError& measured) {
-  SIGHTLINE_TRY(check_measured(map_factors, measured));
-  return with_columns(map_factors, errors_of(measured), unknown);
+                                  const MeasuredError& own) {
+  SIGHTLINE_TRY(check_measured(map_factors, own));
+  return with_columns(map_factors, errors_of(own), unknown);
 }
 
 }  // namespace sightline
