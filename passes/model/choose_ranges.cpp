@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kMostRanges = 255;
 
 Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
-                          const ErrorModel& model) {
+                          const ErrorModel& model, const FactorTable& factors) {
   if (predicted.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "found predictions of " + std::to_string(predicted.site_count) +
@@ -27,6 +27,10 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
       predicted.limits_m != model.out_of_fold.limits_m) {
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions and model are of different ranges or limits", "", ""};
+  }
+  if (factors.site_count != predicted.site_count || factors.ranges_m != predicted.ranges_m) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "factors and predictions are of different sites or ranges", "", ""};
   }
   const bool has_history = std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0;
   if (has_history && !model.card.knows_history) {
@@ -40,16 +44,6 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
                  "", ""};
   }
   return {};
-}
-
-Result<void> check_factors(const PredictedError& predicted, const FactorTable& factors) {
-  if (factors.site_count == predicted.site_count && factors.ranges_m == predicted.ranges_m) {
-    return {};
-  }
-  return Error{ErrorCode::kMismatchedInputs,
-               "factors and predictions are of different sites or "
-               "ranges",
-               "", ""};
 }
 
 struct Chosen {
@@ -285,8 +279,7 @@ std::vector<std::string> promises_of(const ChooseRangesOptions& options, const E
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const FactorTable& factors) {
-  SIGHTLINE_TRY(check_inputs(sites, predicted, model));
-  SIGHTLINE_TRY(check_factors(predicted, factors));
+  SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors));
   SIGHTLINE_ASSIGN(const OwnEvidence evidence, own_evidence_of(factors));
   const bool is_mean = options.selection == Selection::kMean;
   RangeTable table = to_table(

@@ -122,7 +122,7 @@ TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
       [](CompiledMap& m) { ++m.quality[0].unmet_count; },
       [](CompiledMap& m) { m.quality[1].expected_coverage = 1.0; },
       [](CompiledMap& m) { m.factors.values.end()[-3] += 0.5; },  // an error of the first drive
-      [](CompiledMap& m) { m.factors.values[2] += 1000.0; }};  // beyond the support
+      [](CompiledMap& m) { m.factors.values[2] += 1000.0; }};     // beyond the support
   ASSERT_EQ(code_of(map), ErrorCode{});
   for (std::size_t i = 0; i < flips.size(); ++i) {
     CompiledMap flipped = map;

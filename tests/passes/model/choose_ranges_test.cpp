@@ -42,10 +42,15 @@ ErrorModel honest_model(std::uint64_t seed, std::size_t block_count) {
   return model;
 }
 
-Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options) {
+// With own scans that ask for the longest range everywhere.
+Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options,
+                          const PredictedError& predicted) {
   PassContext ctx;
-  return choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model,
-                       demanding_factors(model));
+  return choose_ranges(ctx, options, sites_of(model), predicted, model, demanding_factors(model));
+}
+
+Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options) {
+  return choose(model, options, model.out_of_fold);
 }
 
 ChooseRangesOptions with(RiskControl risk_control, double alpha = 0.05) {
@@ -121,13 +126,10 @@ TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
   ErrorModel model = honest_model(1, 60);
   ASSERT_TRUE(choose(model, with(RiskControl::kConformal))->promises[0].is_earned)
       << "its own sites";
-  PassContext ctx;
   PredictedError elsewhere = model.out_of_fold;
   std::ranges::fill(elsewhere.out_of_fold, std::uint8_t{0});
   const auto promise_of = [&] {
-    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), elsewhere, model,
-                         demanding_factors(model))
-        ->promises[0];
+    return choose(model, with(RiskControl::kConformal), elsewhere)->promises[0];
   };
   EXPECT_FALSE(promise_of().is_earned);
   EXPECT_NE(promise_of().statement.find("one place alone"), std::string::npos);
@@ -137,14 +139,11 @@ TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
 
 TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
   const ErrorModel model = honest_model(1, 60);
-  PassContext ctx;
   PredictedError predicted = model.out_of_fold;
   const auto promise_of = [&](std::size_t unlike_count) {
     std::ranges::fill(predicted.extrapolated, std::uint8_t{0});
     std::fill_n(predicted.extrapolated.begin(), 5 * unlike_count, std::uint8_t{1});
-    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), predicted, model,
-                         demanding_factors(model))
-        ->promises[0];
+    return choose(model, with(RiskControl::kConformal), predicted)->promises[0];
   };
   EXPECT_TRUE(promise_of(1800).is_earned);
   EXPECT_FALSE(promise_of(1801).is_earned);
@@ -233,29 +232,6 @@ TEST(ChooseRanges, ALooserLimitNeverLooksFurther) {
   }
 }
 
-TEST(ChooseRanges, GivesRefusedSitesTheStreetsStaticAnswerUnlessToldOtherwise) {
-  const ErrorModel model = five_sites();
-  PredictedError predicted = model.out_of_fold;
-  predicted.extrapolated[0] = 1;  // its answer is 10 m
-  predicted.extrapolated[4] = 1;  // site 1 at 20 m, where its answer is 10 m
-  const FactorTable factors =
-      factors_with_own_error({10, 20, 30}, std::vector<std::vector<double>>(5, {0.3, 0.05, 0.02}));
-  ChooseRangesOptions options = with(RiskControl::kFixed);
-  options.dilation_m = 0.0;
-  PassContext ctx;
-  const Result<RangeTable> careful =
-      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
-  options.extrapolated_takes_static = false;
-  const Result<RangeTable> trusting =
-      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
-  EXPECT_EQ(chosen_m(*careful, 0), (std::vector<double>{20, 10, 20, 10, 30}))
-      << "never 30 by itself";
-  EXPECT_EQ(chosen_m(*trusting, 0), (std::vector<double>{10, 10, 20, 10, 30}));
-  EXPECT_EQ(careful->flags[0], kExtrapolated | kStatic);
-  EXPECT_EQ(careful->flags[2], 0) << "another range is refused, its own is not";
-  EXPECT_EQ(trusting->flags[0], kExtrapolated);
-}
-
 TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
   // The even cases were told of an earlier drive and are always right at 0.5; the others at 0.9.
   std::vector<HandmadeSite> sites;
@@ -290,9 +266,7 @@ TEST(ChooseRanges, RefusesHistoryThatTheModelKnowsNothingOf) {
   const ErrorModel model = five_sites();
   PredictedError told = model.out_of_fold;
   told.has_history[2] = 1;
-  PassContext ctx;
-  const Result<RangeTable> table =
-      choose_ranges(ctx, {}, sites_of(model), told, model, demanding_factors(model));
+  const Result<RangeTable> table = choose(model, {}, told);
   ASSERT_FALSE(table.has_value());
   EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
 }

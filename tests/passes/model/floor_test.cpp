@@ -139,6 +139,44 @@ TEST(Floor, IsNeverDearerThanTheStaticAnswerOfEqualCoverage) {
   }
 }
 
+// As in choose_ranges_test: the third site is hard, the last one hopeless.
+ErrorModel five_sites() {
+  const HandmadeSite easy = {{0.9, 0.9, 0.9}, {0.05, 0.05, 0.05}};
+  return handmade_model(
+      {easy, easy, {{0.2, 0.9, 0.9}, {0.15, 0.05, 0.05}}, easy, {{0.1, 0.2, 0.3}, {0.3, 0.3, 0.3}}},
+      2);
+}
+
+std::vector<double> chosen_m(const RangeTable& table, std::size_t limit) {
+  std::vector<double> ranges_m;
+  for (std::size_t i = 0; i < table.site_count; ++i) ranges_m.push_back(table.range_m(i, limit));
+  return ranges_m;
+}
+
+TEST(ChooseRanges, GivesRefusedSitesTheStreetsStaticAnswerUnlessToldOtherwise) {
+  const ErrorModel model = five_sites();
+  PredictedError predicted = model.out_of_fold;
+  predicted.extrapolated[0] = 1;  // its answer is 10 m
+  predicted.extrapolated[4] = 1;  // site 1 at 20 m, where its answer is 10 m
+  const FactorTable factors =
+      factors_with_own_error({10, 20, 30}, std::vector<std::vector<double>>(5, {0.3, 0.05, 0.02}));
+  ChooseRangesOptions options;
+  options.risk_control = RiskControl::kFixed;
+  options.dilation_m = 0.0;
+  PassContext ctx;
+  const Result<RangeTable> careful =
+      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
+  options.extrapolated_takes_static = false;
+  const Result<RangeTable> trusting =
+      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
+  EXPECT_EQ(chosen_m(*careful, 0), (std::vector<double>{20, 10, 20, 10, 30}))
+      << "never 30 by itself";
+  EXPECT_EQ(chosen_m(*trusting, 0), (std::vector<double>{10, 10, 20, 10, 30}));
+  EXPECT_EQ(careful->flags[0], kExtrapolated | kStatic);
+  EXPECT_EQ(careful->flags[2], 0) << "another range is refused, its own is not";
+  EXPECT_EQ(trusting->flags[0], kExtrapolated);
+}
+
 // As kitti_0005 had it: last bits of a sine moved a probability, p* with it, and 17.5 m
 // became 19.8.
 TEST(Floor, MakesTheChoiceBlindToTheLastBitsOfAThreshold) {
@@ -162,8 +200,7 @@ TEST(Floor, MakesTheChoiceBlindToTheLastBitsOfAThreshold) {
         choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model, factors);
     ASSERT_TRUE(table.has_value());
     ASSERT_TRUE(validate(*table).has_value());
-    choices.emplace_back();
-    for (std::size_t site = 0; site < 60; ++site) choices.back().push_back(table->range_m(site, 0));
+    choices.push_back(chosen_m(*table, 0));
     EXPECT_FALSE(table->promises[0].is_earned);
   }
   EXPECT_EQ(choices[0], choices[1]);
