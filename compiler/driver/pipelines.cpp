@@ -111,20 +111,27 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   return plan.run(kComputeFactors, compile.ndt, compile.sites, compile.depth, virtual_scans);
 }
 
-// The scans that made the map, localized in it: they have the poses that they made it with.
-Wire<FactorTable> add_mapping_error_steps(const CompileConfig& config,
-                                          const LocalizedDrive& mapping,
-                                          Wire<FactorTable> map_factors,
-                                          Wire<SensorProfile> localizing_sensor,
-                                          CompilePlan& compile) {
+// The scans that made the map, localized in it: they have the poses that they made it with. As
+// evidence for the choice they are judged as the localization drive is, as a factor by those poses.
+// `learns_here`: the model is to learn from the other scans of the same drive.
+Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDrive& mapping,
+                                Wire<FactorTable> map_factors,
+                                Wire<SensorProfile> localizing_sensor, bool learns_here,
+                                CompilePlan& compile) {
   Plan& plan = compile.plan;
   MeasureErrorOptions options = plan.options(kMeasureError);
   options.scans = scan_shares(config).mapping;
+  const auto measured_as = [&](const std::string& role) {
+    return plan.run_as(role, kMeasureError, options, mapping.undistorted, mapping.trajectory,
+                       compile.ndt, compile.sites);
+  };
+  const Wire<MeasuredError> own = measured_as("own");
+  // A model that learnt one half of a drive from the other would believe it too much elsewhere.
+  if (learns_here) return plan.run(kAddOwnError, map_factors, own);
+  const bool are_one = options.reference == ErrorReference::kKnownPose;
   options.reference = ErrorReference::kKnownPose;
-  const Wire<MeasuredError> measured =
-      plan.run_as("mapping", kMeasureError, options, mapping.undistorted, mapping.trajectory,
-                  compile.ndt, compile.sites);
-  return plan.run(kAddMappingError, map_factors, measured, compile.recordings.front().sensor,
+  const Wire<MeasuredError> by_pose = are_one ? own : measured_as("mapping");
+  return plan.run(kAddMappingError, map_factors, own, by_pose, compile.recordings.front().sensor,
                   localizing_sensor);
 }
 
@@ -137,12 +144,13 @@ void add_choice(const CompileConfig& config, CompilePlan& compile) {
                                       compile.measured, compile.cards);
   const bool has_history =
       is_given && config.passes.options(kPredictError).history == HistoryUse::kAuto;
-  compile.predicted = has_history
-                          ? plan.run(kPredictErrorWithHistory, compile.model, compile.sites,
-                                     compile.factors, compile.measured)
-                          : plan.run(kPredictError, compile.model, compile.sites, compile.factors);
+  compile.predicted = has_history ? plan.run(kPredictErrorWithHistory, compile.model, compile.sites,
+                                             compile.factors, compile.measured, compile.cards)
+                                  : plan.run(kPredictError, compile.model, compile.sites,
+                                             compile.factors, compile.cards);
   // From here on every site's prediction comes from trees that never saw its place.
-  compile.ranges = plan.run(kChooseRanges, compile.sites, compile.predicted, compile.model);
+  compile.ranges =
+      plan.run(kChooseRanges, compile.sites, compile.predicted, compile.model, compile.factors);
   compile.evaluation = plan.run(kEvaluateRanges, compile.sites, compile.predicted, compile.ranges,
                                 compile.factors, compile.measured);
 }
@@ -178,13 +186,8 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
         plan.run_as("first-sensor", kUndistortScans, plan.options(kUndistortScans), compile.drive,
                     compile.trajectory);
   }
-  if (config.is_split() && model == ModelSource::kTrained) {
-    // A model that learnt one half of a drive from the other would believe it too much elsewhere.
-    compile.factors = plan.run(kAddNoMappingError, map_factors);
-  } else {
-    compile.factors =
-        add_mapping_error_steps(config, localized, map_factors, localizing_sensor, compile);
-  }
+  compile.factors = add_own_scans(config, localized, map_factors, localizing_sensor,
+                                  config.is_split() && model == ModelSource::kTrained, compile);
   if (!config.is_split()) {
     localized = add_drive(plan, compile.recordings.back(), compile.ndt, compile.sites);
   }

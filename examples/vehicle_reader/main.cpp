@@ -30,6 +30,7 @@ std::string flag_names(std::uint32_t flags) {
   add(sightline::kAnswerExtrapolated, "extrapolated");
   add(sightline::kAnswerFar, "far");
   add(sightline::kAnswerTighterLimit, "tighter-limit");
+  add(sightline::kAnswerStatic, "static");
   return names.empty() ? "-" : names;
 }
 

@@ -16,7 +16,7 @@ import struct
 import sys
 from typing import NamedTuple
 
-UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT = 1, 2, 4, 8
+UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC = 1, 2, 4, 8, 16
 KNOWN_BLOCKS = {("ndt", 1), ("range", 1)}
 LOOK_UP = 1  # compatible feature bit 0
 PAGE = 4096
@@ -308,7 +308,8 @@ class SightlineMap:
         layout = [("site", "I", 1), ("run", "I", 1), ("s_m", "d", 1), ("p_x_m", "d", 1),
                   ("p_y_m", "d", 1), ("p_z_m", "d", 1), ("range_index", "B", limits),
                   ("range_flags", "B", limits), ("mean_error_m", "d", ranges),
-                  ("probability", "d", ranges * limits), ("site_flags", "B", 1), ("pose", "d", 12)]
+                  ("probability", "d", ranges * limits), ("site_flags", "B", 1), ("extrapolated", "B", ranges),
+                  ("pose", "d", 12)]
         sites = {}
         for tile in self.tiles():
             for layer in tile.layers:

@@ -26,7 +26,7 @@ Result<void> validate_shape(const PredictedError& predicted) {
   if (predicted.mean_m.size() != predicted.mean_shape().size(predicted.site_count) ||
       predicted.within_probability.size() !=
           predicted.probability_shape().size(predicted.site_count) ||
-      predicted.extrapolated.size() != predicted.site_count ||
+      predicted.extrapolated.size() != predicted.mean_m.size() ||
       predicted.out_of_fold.size() != predicted.site_count ||
       predicted.has_history.size() != predicted.site_count) {
     return Error{ErrorCode::kInvalidArtifact,
@@ -59,11 +59,13 @@ Result<void> validate_pair(const PredictedError& predicted, std::size_t site, st
 Result<void> validate(const PredictedError& predicted) {
   SIGHTLINE_TRY(validate_shape(predicted));
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
-    if (predicted.extrapolated[site] > 1 || predicted.out_of_fold[site] > 1 ||
-        predicted.has_history[site] > 1) {
+    if (predicted.out_of_fold[site] > 1 || predicted.has_history[site] > 1) {
       return invalid(site, "found a flag that is neither 0 nor 1");
     }
     for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
+      if (predicted.extrapolated[predicted.mean_shape().index(site, range)] > 1) {
+        return invalid(site, "found a flag that is neither 0 nor 1");
+      }
       SIGHTLINE_TRY(validate_pair(predicted, site, range));
     }
   }
@@ -81,7 +83,7 @@ Table dump(const PredictedError& predicted) {
     for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
       std::vector<Cell> row = {static_cast<std::int64_t>(site),
                                predicted.ranges_m[range],
-                               std::int64_t{predicted.extrapolated[site]},
+                               std::int64_t{predicted.is_extrapolated(site, range) ? 1 : 0},
                                std::int64_t{predicted.out_of_fold[site]},
                                std::int64_t{predicted.has_history[site]},
                                predicted.mean(site, range)};

@@ -16,7 +16,8 @@ struct PredictedError {
   double support_margin = 0.25;  // by which `extrapolated` was judged (PredictErrorOptions)
   std::vector<double> mean_m;    // [site][range]: predicted mean error
   std::vector<double> within_probability;  // [site][range][limit]: P(error <= limit)
-  std::vector<std::uint8_t> extrapolated;  // [site]: 1 where factors lie outside what the model saw
+  // [site][range]: 1 where what the forest decides by lies outside what the model saw.
+  std::vector<std::uint8_t> extrapolated;
   // [site]: 1 where the model was trained on this site, and trees that never saw the place speak.
   std::vector<std::uint8_t> out_of_fold;
   // [site]: 1 where errors that an earlier drive measured near it were among the features.
@@ -28,6 +29,9 @@ struct PredictedError {
   [[nodiscard]] double mean(std::size_t site, std::size_t range) const {
     return mean_m[mean_shape().index(site, range)];
   }
+  [[nodiscard]] bool is_extrapolated(std::size_t site, std::size_t range) const {
+    return extrapolated[mean_shape().index(site, range)] == 1;
+  }
   [[nodiscard]] double probability(std::size_t site, std::size_t range, std::size_t limit) const {
     return within_probability[probability_shape().index(site, range, limit)];
   }
@@ -36,7 +40,7 @@ struct PredictedError {
 template <>
 struct ArtifactTraits<PredictedError> {
   static constexpr std::string_view kName = "predicted-error";
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
 };
 
 Result<void> validate(const PredictedError& predicted);

@@ -65,11 +65,8 @@ Result<void> validate_choice(const RangeTable& table, std::size_t site, std::siz
     return invalid(place, "found range " + std::to_string(table.range_index[i]) + " of " +
                               std::to_string(table.ranges_m.size()));
   }
-  if ((table.flags[i] & ~(kUnmet | kExtrapolated)) != 0) {
+  if ((table.flags[i] & ~(kUnmet | kExtrapolated | kStatic)) != 0) {
     return invalid(place, "found an unknown flag");
-  }
-  if ((table.flags[i] & kUnmet) != 0 && table.range_index[i] + 1u != table.ranges_m.size()) {
-    return invalid(place, "no range is good enough, yet the longest was not taken");
   }
   if (limit > 0 && table.range_index[i] > table.range_index[i - 1]) {
     return invalid(place, "a looser limit looks further than a tighter one");
@@ -132,13 +129,14 @@ Table dump(const RangeTable& table) {
   Table out;
   out.name = "ranges";
   append_facts(table, out);
-  out.columns = {"site", "limit_m", "range_m", "unmet", "extrapolated"};
+  out.columns = {"site", "limit_m", "range_m", "unmet", "extrapolated", "static"};
   for (std::size_t site = 0; site < table.site_count; ++site) {
     for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
       const std::uint8_t flags = table.flags[site * table.promises.size() + limit];
       out.rows.push_back({static_cast<std::int64_t>(site), table.promises[limit].limit_m,
                           table.range_m(site, limit), std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
-                          std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0}});
+                          std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0},
+                          std::int64_t{(flags & kStatic) != 0 ? 1 : 0}});
     }
   }
   return out;
@@ -148,7 +146,7 @@ void encode(const RangeTable& table, ByteWriter& writer) {
   writer.put_array(table.ranges_m);
   writer.put(table.selection);
   writer.put(table.dilation_m);
-  writer.put<std::uint8_t>(table.extrapolated_takes_longest ? 1 : 0);
+  writer.put<std::uint8_t>(table.extrapolated_takes_static ? 1 : 0);
   writer.put<std::uint64_t>(table.promises.size());
   for (const LimitPromise& promise : table.promises) {
     writer.put(promise.limit_m);
@@ -175,7 +173,7 @@ void decode(ByteReader& reader, RangeTable& table) {
   reader.get_array(table.ranges_m);
   reader.get(table.selection);
   reader.get(table.dilation_m);
-  table.extrapolated_takes_longest = reader.get<std::uint8_t>() != 0;
+  table.extrapolated_takes_static = reader.get<std::uint8_t>() != 0;
   table.promises.resize(reader.get_count(kBytesPerPromise));
   for (LimitPromise& promise : table.promises) {
     reader.get(promise.limit_m);

@@ -30,8 +30,10 @@ enum class PromiseScope : std::uint8_t {
 std::string_view promise_scope_name(PromiseScope scope);  // "this-drive", "next-drive"
 
 // Flags of a chosen range, as stored in the map.
-inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: the longest was taken
-inline constexpr std::uint8_t kExtrapolated = 2;  // outside the model's support
+inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: the most probable one
+inline constexpr std::uint8_t kExtrapolated = 2;  // the model's answer lies outside its support
+// The street's own static answer instead of the model's; 4 and 8 are flags of the vehicle's reader.
+inline constexpr std::uint8_t kStatic = 16;
 
 // The promise behind the ranges of one limit.
 struct LimitPromise {
@@ -57,8 +59,8 @@ struct RangeTable {
   std::vector<double> ranges_m;  // the choice, ascending
   Selection selection = Selection::kProbability;
   double dilation_m = 0.0;
-  bool extrapolated_takes_longest = true;  // a site unlike the training looks as far as can be
-  std::vector<LimitPromise> promises;      // one per limit, ascending limit_m
+  bool extrapolated_takes_static = true;  // a site unlike the training takes the static answer
+  std::vector<LimitPromise> promises;     // one per limit, ascending limit_m
   std::uint32_t site_count = 0;
   std::vector<std::uint8_t> range_index;  // [site][limit], into ranges_m; a looser limit never
                                           // looks further

@@ -94,8 +94,7 @@ void store_site(const CompiledMap& map, std::uint32_t id, std::uint64_t row,
     store(raw, layout.pose, row * 12 + static_cast<std::uint64_t>(i),
           site.T_map_vehicle(i / 4, i % 4));
   }
-  const int flags = (map.predicted.extrapolated[id] != 0 ? kSiteExtrapolated : 0) |
-                    (map.predicted.out_of_fold[id] != 0 ? kSiteOutOfFold : 0) |
+  const int flags = (map.predicted.out_of_fold[id] != 0 ? kSiteOutOfFold : 0) |
                     (map.predicted.has_history[id] != 0 ? kSiteHasHistory : 0);
   store(raw, layout.site_flags, row, static_cast<std::uint8_t>(flags));
 }
@@ -190,6 +189,7 @@ std::vector<std::byte> encode_range_layer(const CompiledMap& map,
     store_columns(map.predicted.mean_m, ranges, id, row, layout.mean_error, raw);
     store_columns(map.predicted.within_probability, ranges * limits, id, row, layout.probability,
                   raw);
+    store_columns(map.predicted.extrapolated, ranges, id, row, layout.extrapolated, raw);
   }
   return raw;
 }
@@ -221,10 +221,10 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
     load_columns(raw, layout.probability, row, ranges * limits, id,
                  map.predicted.within_probability);
     const auto flags = load<std::uint8_t>(raw, layout.site_flags, row);
-    if ((flags & ~(kSiteExtrapolated | kSiteOutOfFold | kSiteHasHistory)) != 0) {
+    if ((flags & ~(kSiteOutOfFold | kSiteHasHistory)) != 0) {
       return bad_site(ErrorCode::kBadLayer, "a site has an unknown flag", row, id);
     }
-    map.predicted.extrapolated[id] = (flags & kSiteExtrapolated) != 0 ? 1 : 0;
+    load_columns(raw, layout.extrapolated, row, ranges, id, map.predicted.extrapolated);
     map.predicted.out_of_fold[id] = (flags & kSiteOutOfFold) != 0 ? 1 : 0;
     map.predicted.has_history[id] = (flags & kSiteHasHistory) != 0 ? 1 : 0;
   }

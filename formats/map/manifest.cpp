@@ -237,7 +237,7 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
       map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count, map.ndt.point_count,
       map.ranges.site_count, &map.ranges.ranges_m, static_cast<schema::Rule>(map.ranges.selection),
       map.ranges.dilation_m, &promises, &quality, sensor, measurement, &definitions, model,
-      sharpness, trajectory, map.predicted.support_margin, map.ranges.extrapolated_takes_longest));
+      sharpness, trajectory, map.predicted.support_margin, map.ranges.extrapolated_takes_static));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
 }
@@ -278,7 +278,7 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   map.sharpness = decode_sharpness(manifest.sharpness());
   map.trajectory = decode_trajectory(manifest.trajectory());
   map.predicted.support_margin = manifest.support_margin();
-  map.ranges.extrapolated_takes_longest = manifest.extrapolated_takes_longest();
+  map.ranges.extrapolated_takes_static = manifest.extrapolated_takes_static();
   return {};
 }
 

@@ -237,7 +237,7 @@ void MapDecoder::make_room() {
   map_.ranges.flags.resize(map_.ranges.shape().size(sites));
   map_.predicted.mean_m.resize(map_.predicted.mean_shape().size(sites));
   map_.predicted.within_probability.resize(map_.predicted.probability_shape().size(sites));
-  map_.predicted.extrapolated.resize(sites);
+  map_.predicted.extrapolated.resize(map_.predicted.mean_m.size());
   map_.predicted.out_of_fold.resize(sites);
   map_.predicted.has_history.resize(sites);
   look_up_.emplace(ranges, limits, map_.reach_m);

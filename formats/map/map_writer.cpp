@@ -10,7 +10,8 @@ namespace sightline {
 namespace {
 
 // Flags go into the file as they are, and from there to the vehicle.
-static_assert(kUnmet == kAnswerUnmet && kExtrapolated == kAnswerExtrapolated);
+static_assert(kUnmet == kAnswerUnmet && kExtrapolated == kAnswerExtrapolated &&
+              kStatic == kAnswerStatic);
 
 TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
   TileParts tile;

@@ -163,6 +163,7 @@ RangeLayout::RangeLayout(std::uint64_t rows, std::uint64_t ranges, std::uint64_t
   place(mean_error, 8 * ranges);
   place(probability, 8 * ranges * limits);
   place(site_flags, 1);
+  place(extrapolated, ranges);
   place(pose, 8 * 12);
 }
 

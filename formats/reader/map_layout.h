@@ -124,12 +124,13 @@ struct RangeLayout {
   std::uint64_t p_x = 0;   // f64[rows], map frame, m
   std::uint64_t p_y = 0;
   std::uint64_t p_z = 0;
-  std::uint64_t range_index = 0;  // u8[rows][limits]
-  std::uint64_t range_flags = 0;  // u8[rows][limits]
-  std::uint64_t mean_error = 0;   // f64[rows][ranges]
-  std::uint64_t probability = 0;  // f64[rows][ranges][limits]
-  std::uint64_t site_flags = 0;   // u8[rows]
-  std::uint64_t pose = 0;         // f64[rows][12]
+  std::uint64_t range_index = 0;   // u8[rows][limits]
+  std::uint64_t range_flags = 0;   // u8[rows][limits]
+  std::uint64_t mean_error = 0;    // f64[rows][ranges]
+  std::uint64_t probability = 0;   // f64[rows][ranges][limits]
+  std::uint64_t site_flags = 0;    // u8[rows]
+  std::uint64_t extrapolated = 0;  // u8[rows][ranges]
+  std::uint64_t pose = 0;          // f64[rows][12]
   std::uint64_t size = 0;
 };
 inline constexpr std::uint64_t kMostRows = std::uint64_t{1} << 26;
@@ -137,7 +138,6 @@ inline constexpr std::uint64_t kMostRanges = 256;
 inline constexpr std::uint64_t kMostLimits = 64;
 
 // Bits of the column site_flags.
-inline constexpr std::uint8_t kSiteExtrapolated = 1;
 inline constexpr std::uint8_t kSiteOutOfFold = 2;
 inline constexpr std::uint8_t kSiteHasHistory = 4;
 

@@ -19,11 +19,13 @@
 
 namespace sightline {
 
-// Flags of an answer. The first two are the map's own (schemas/map_format.md).
+// Flags of an answer. The first two and the last are the map's own (schemas/map_format.md).
 inline constexpr std::uint32_t kAnswerUnmet = 1;         // no range is good enough here
 inline constexpr std::uint32_t kAnswerExtrapolated = 2;  // unlike what the model was trained on
 inline constexpr std::uint32_t kAnswerFar = 4;           // no site within the map's reach
 inline constexpr std::uint32_t kAnswerTighterLimit = 8;  // a limit tighter than the map has any
+// The street's own static answer: what a model would say of it is not believed, P included.
+inline constexpr std::uint32_t kAnswerStatic = 16;
 
 inline constexpr std::uint32_t kNoSite = std::numeric_limits<std::uint32_t>::max();
 

@@ -24,6 +24,7 @@ static_assert(SIGHTLINE_UNMET == sightline::kAnswerUnmet);
 static_assert(SIGHTLINE_EXTRAPOLATED == sightline::kAnswerExtrapolated);
 static_assert(SIGHTLINE_FAR == sightline::kAnswerFar);
 static_assert(SIGHTLINE_TIGHTER_LIMIT == sightline::kAnswerTighterLimit);
+static_assert(SIGHTLINE_STATIC == sightline::kAnswerStatic);
 static_assert(SIGHTLINE_NO_SITE == sightline::kNoSite);
 
 void copy_message(const std::string& text, char* message, std::size_t message_size) {

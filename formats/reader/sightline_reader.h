@@ -20,6 +20,7 @@ typedef struct sightline_map sightline_map;
 #define SIGHTLINE_EXTRAPOLATED 2u  /* unlike what the model was trained on */
 #define SIGHTLINE_FAR 4u           /* no site within the map's reach: the longest range */
 #define SIGHTLINE_TIGHTER_LIMIT 8u /* tighter than any limit of the map: the longest range */
+#define SIGHTLINE_STATIC 16u       /* the street's own static answer: no model is believed here */
 
 #define SIGHTLINE_NO_SITE UINT32_MAX
 

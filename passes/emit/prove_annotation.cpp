@@ -27,8 +27,9 @@ Result<PredictedError> predicted_again(PassContext& ctx, const CompiledMap& map,
   PredictErrorOptions options;
   options.support_margin = map.predicted.support_margin;
   const std::optional<MeasuredError> told = measured_of_columns(map.factors);
-  return told ? predict_error_with_history(ctx, options, model, map.sites, map.factors, *told)
-              : predict_error(ctx, options, model, map.sites, map.factors);
+  // Which recordings made the map matters to a warning alone.
+  return told ? predict_error_with_history(ctx, options, model, map.sites, map.factors, *told, {})
+              : predict_error(ctx, options, model, map.sites, map.factors, {});
 }
 
 Result<void> compare_numbers(const PredictedError& stored, const PredictedError& again) {
@@ -56,9 +57,12 @@ Result<void> compare_numbers(const PredictedError& stored, const PredictedError&
 
 Result<void> compare_flags(const PredictedError& stored, const PredictedError& again) {
   for (std::size_t site = 0; site < stored.site_count; ++site) {
-    const bool is_told = stored.has_history[site] == again.has_history[site];
-    if (stored.extrapolated[site] != again.extrapolated[site] ||
-        stored.out_of_fold[site] != again.out_of_fold[site] || !is_told) {
+    bool is_same_support = true;
+    for (std::size_t range = 0; range < stored.ranges_m.size(); ++range) {
+      is_same_support &= stored.is_extrapolated(site, range) == again.is_extrapolated(site, range);
+    }
+    if (!is_same_support || stored.out_of_fold[site] != again.out_of_fold[site] ||
+        stored.has_history[site] != again.has_history[site]) {
       return unfounded(at_site(site),
                        "its prediction is flagged otherwise than its factors, the "
                        "model's support and the model's sites demand");
@@ -80,7 +84,7 @@ ChooseRangesOptions choice_options(const CompiledMap& map) {
   options.alpha = promise.alpha;
   options.delta = promise.delta;
   options.probability_threshold = promise.probability_threshold;  // of "fixed"
-  options.extrapolated_takes_longest = map.ranges.extrapolated_takes_longest;
+  options.extrapolated_takes_static = map.ranges.extrapolated_takes_static;
   return options;
 }
 
@@ -151,8 +155,8 @@ Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& ma
   Result<void> follows = compare_numbers(map.predicted, predicted);
   if (follows) follows = compare_flags(map.predicted, predicted);
   if (!follows) return follows.error();
-  SIGHTLINE_ASSIGN(const RangeTable ranges,
-                   choose_ranges(ctx, choice_options(map), map.sites, map.predicted, model));
+  SIGHTLINE_ASSIGN(const RangeTable ranges, choose_ranges(ctx, choice_options(map), map.sites,
+                                                          map.predicted, model, map.factors));
   follows = compare_choices(map.ranges, ranges);
   if (follows) follows = compare_quality(map);
   if (!follows) return follows.error();

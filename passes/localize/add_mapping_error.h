@@ -9,24 +9,27 @@
 
 namespace sightline {
 
-// The factors of a map and one more, `mapping_error` (m): how far off the scans that made the map
-// end when they are localized in it, as `measured` of these sites found. It is known before any
-// other drive, and sees what a virtual scan does not: clutter, dropouts, what was removed as
-// moving. `virtual_error` stands in at sites that were not measured, and everywhere, which a
-// warning says, where the mapping sensor is not the one that will localize. Definition:
+// The factors of a map and two more: how far off the scans that made the map end when they are
+// localized in it. It is known before any other drive, and sees what a virtual scan does not:
+// clutter, dropouts, what was removed as moving. `own_error` (m), as `own` of these sites found,
+// judged as the localization drive is: evidence that a choice is held against. `mapping_error` (m),
+// as `by_pose` found, judged by the poses that they made the map with: for models to learn from.
+// `virtual_error` stands in at sites that were not measured, and everywhere, which a warning says,
+// where the mapping sensor is not the one that will localize. Definition:
 // schemas/definitions.md, "Factor from the mapping drive". Error: mismatched-inputs (other sites or
 // ranges, no virtual_error).
 Result<FactorTable> add_mapping_error(PassContext& ctx, const NoOptions& options,
-                                      const FactorTable& map_factors, const MeasuredError& measured,
+                                      const FactorTable& map_factors, const MeasuredError& own,
+                                      const MeasuredError& by_pose,
                                       const SensorProfile& mapping_sensor,
                                       const SensorProfile& localizing_sensor);
-inline constexpr Pass kAddMappingError{"add-mapping-error", 1, "factors",
+inline constexpr Pass kAddMappingError{"add-mapping-error", 2, "factors",
                                        "The factor from the mapping drive", &add_mapping_error};
 
 // The same where a model is to learn from a drive that both makes the map and is localized in it:
-// its halves know too much of each other, so `virtual_error` stands in everywhere.
-Result<FactorTable> add_no_mapping_error(PassContext& ctx, const NoOptions& options,
-                                         const FactorTable& map_factors);
-inline constexpr Pass kAddNoMappingError = variant_of(kAddMappingError, &add_no_mapping_error);
+// its halves know too much of each other, so `mapping_error` is `virtual_error` everywhere.
+Result<FactorTable> add_own_error(PassContext& ctx, const NoOptions& options,
+                                  const FactorTable& map_factors, const MeasuredError& own);
+inline constexpr Pass kAddOwnError = variant_of(kAddMappingError, &add_own_error);
 
 }  // namespace sightline

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "passes/model/calibration.h"
+#include "passes/model/floor.h"
+#include "passes/model/own_evidence.h"
 #include "passes/model/selection.h"
 
 namespace sightline {
@@ -14,7 +16,7 @@ namespace {
 constexpr std::size_t kMostRanges = 255;
 
 Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
-                          const ErrorModel& model) {
+                          const ErrorModel& model, const FactorTable& factors) {
   if (predicted.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "found predictions of " + std::to_string(predicted.site_count) +
@@ -25,6 +27,10 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
       predicted.limits_m != model.out_of_fold.limits_m) {
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions and model are of different ranges or limits", "", ""};
+  }
+  if (factors.site_count != predicted.site_count || factors.ranges_m != predicted.ranges_m) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "factors and predictions are of different sites or ranges", "", ""};
   }
   const bool has_history = std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0;
   if (has_history && !model.card.knows_history) {
@@ -45,13 +51,27 @@ struct Chosen {
   std::vector<Choice> choices;  // [limit], of the map's sites
 };
 
+// That a static answer must reach: what alpha leaves, where it controls anything.
+double static_coverage(const ChooseRangesOptions& options) {
+  constexpr double kUncontrolled = 0.95;
+  const bool is_controlled =
+      options.selection == Selection::kProbability && options.risk_control != RiskControl::kFixed;
+  return is_controlled ? 1.0 - options.alpha : kUncontrolled;
+}
+
 Chosen choose_all_by_mean(const ChooseRangesOptions& options, const PredictedError& predicted,
-                          const ErrorModel& model) {
+                          const ErrorModel& model, const OwnEvidence& evidence) {
   Chosen chosen;
   for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
     chosen.promises.push_back(assess_mean_rule(model, limit));
-    chosen.choices.push_back(choose_by_mean(predicted, predicted.limits_m[limit]));
-    mark_extrapolated(predicted, options.extrapolated_takes_longest, chosen.choices.back());
+    const double limit_m = predicted.limits_m[limit];
+    Choice choice = choose_by_mean(predicted, limit_m);
+    mark_extrapolated(predicted, choice);
+    if (options.extrapolated_takes_static) {
+      refused_take_static(evidence, limit_m, static_coverage(options), choice);
+    }
+    if (limit > 0) cap_by_tighter(chosen.choices.back(), choice);
+    chosen.choices.push_back(std::move(choice));
   }
   return chosen;
 }
@@ -119,25 +139,69 @@ void withdraw_where_unlike(const Choice& choice, LimitPromise& promise) {
       "a sensor, like these";
 }
 
-Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Sites& sites,
-                                 const PredictedError& predicted, const ErrorModel& model) {
+// A static answer for a tighter limit may ask for less than the choice that a promise was made of.
+void withdraw_where_capped(const Choice& before, const Choice& choice, LimitPromise& promise) {
+  if (!promise.is_earned || before.range_index == choice.range_index) return;
+  promise.is_earned = false;
+  promise.statement =
+      "nothing is promised: what is enough for a tighter limit by the map's own scans is less than "
+      "what the model would promise";
+}
+
+// The floor, and what it makes of the promise.
+void put_floor(const ChooseRangesOptions& options, const ErrorModel& model,
+               const OwnEvidence& evidence, LimitPromise& promise, Choice& choice) {
+  const FloorOptions floor{static_coverage(options), promise.is_earned, explained_share(model),
+                           model.card.fold_count == 0};
+  const std::optional<std::string> reason = apply_floor(evidence, promise.limit_m, floor, choice);
+  if (!reason) return;
+  promise.is_earned = false;
+  promise.statement = *reason;
+}
+
+// What choices are made of.
+struct ChoiceInputs {
+  const Sites& sites;
+  const PredictedError& predicted;
+  const ErrorModel& model;
+  const OwnEvidence& evidence;
+};
+
+// One limit's choice before the floor and what a tighter limit allows.
+Choice choose_for_limit(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
+                        std::size_t limit, LimitPromise& promise) {
+  const PredictedError& predicted = inputs.predicted;
+  withdraw_elsewhere(predicted, promise);
+  Choice choice = choose_by_probability(predicted, limit,
+                                        {promise.probability_threshold, promise.history_threshold});
+  mark_extrapolated(predicted, choice);
+  if (options.extrapolated_takes_static) {
+    refused_take_static(inputs.evidence, predicted.limits_m[limit], static_coverage(options),
+                        choice);
+  }
+  withdraw_where_unlike(choice, promise);
+  dilate(route_of(inputs.sites), options.dilation_m, choice);
+  return choice;
+}
+
+Chosen choose_all_by_probability(const ChooseRangesOptions& options, const ChoiceInputs& inputs) {
+  const PredictedError& predicted = inputs.predicted;
   const auto history_count = std::ranges::count(predicted.has_history, std::uint8_t{1});
   const bool everywhere = history_count == std::ssize(predicted.has_history);
-  const std::vector<RoutePoint> route = route_of(sites);
-  Calibrator calibrator(model, options);
+  Calibrator calibrator(inputs.model, options);
   Chosen chosen;
   for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
     LimitPromise promise = calibrator.next(CaseKind::kMapOnly, limit);
     if (history_count > 0) {
       promise = joined(promise, calibrator.next(CaseKind::kHistory, limit), everywhere);
     }
-    withdraw_elsewhere(predicted, promise);
-    Choice choice = choose_by_probability(
-        predicted, limit, {promise.probability_threshold, promise.history_threshold});
-    mark_extrapolated(predicted, options.extrapolated_takes_longest, choice);
-    withdraw_where_unlike(choice, promise);
-    dilate(route, options.dilation_m, choice);
-    if (limit > 0) cap_by_tighter(chosen.choices.back(), choice);
+    Choice choice = choose_for_limit(options, inputs, limit, promise);
+    put_floor(options, inputs.model, inputs.evidence, promise, choice);
+    if (limit > 0) {
+      const Choice uncapped = choice;
+      cap_by_tighter(chosen.choices.back(), choice);
+      withdraw_where_capped(uncapped, choice, promise);
+    }
     chosen.promises.push_back(promise);
     chosen.choices.push_back(std::move(choice));
   }
@@ -167,7 +231,17 @@ void warn_of_flags(const PassContext& ctx, const RangeTable& table) {
     if (unmet_count == 0) continue;
     ctx.warn("no range is good enough for " + format_double(table.promises[limit].limit_m) +
              " m at " + std::to_string(unmet_count) + " of " + std::to_string(table.site_count) +
-             " sites: they look as far as there is, and are flagged");
+             " sites: they take the most probable one, and are flagged");
+  }
+}
+
+void warn_of_static(const PassContext& ctx, const RangeTable& table) {
+  for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
+    bool is_static = table.site_count > 0;
+    for (std::size_t site = 0; site < table.site_count; ++site) {
+      is_static &= (table.flags_of(site, limit) & kStatic) != 0;
+    }
+    if (is_static) ctx.warn(table.promises[limit].statement);
   }
 }
 
@@ -186,8 +260,9 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options) {
                  "the probability asked for where risk_control is fixed", 0.0, 1.0),
           number("dilation_m", options.dilation_m,
                  "a site looks as far as any neighbour within this, m", 0.0, 100.0),
-          flag("extrapolated_takes_longest", options.extrapolated_takes_longest,
-               "look as far as there is where factors lie beyond what the model saw")};
+          flag("extrapolated_takes_static", options.extrapolated_takes_static,
+               "take what the map's own scans ask for where factors lie beyond what the model "
+               "saw")};
 }
 
 std::vector<std::string> promises_of(const ChooseRangesOptions& options, const ErrorModel& model) {
@@ -205,16 +280,18 @@ std::vector<std::string> promises_of(const ChooseRangesOptions& options, const E
 
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
-                                 const ErrorModel& model) {
-  SIGHTLINE_TRY(check_inputs(sites, predicted, model));
+                                 const ErrorModel& model, const FactorTable& factors) {
+  SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors));
+  SIGHTLINE_ASSIGN(const OwnEvidence evidence, own_evidence_of(factors));
   const bool is_mean = options.selection == Selection::kMean;
-  RangeTable table =
-      to_table(predicted, is_mean ? choose_all_by_mean(options, predicted, model)
-                                  : choose_all_by_probability(options, sites, predicted, model));
+  RangeTable table = to_table(
+      predicted, is_mean ? choose_all_by_mean(options, predicted, model, evidence)
+                         : choose_all_by_probability(options, {sites, predicted, model, evidence}));
   table.selection = options.selection;
   table.dilation_m = is_mean ? 0.0 : options.dilation_m;
-  table.extrapolated_takes_longest = options.extrapolated_takes_longest;
+  table.extrapolated_takes_static = options.extrapolated_takes_static;
   warn_of_flags(ctx, table);
+  warn_of_static(ctx, table);
   return table;
 }
 

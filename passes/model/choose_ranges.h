@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/annotation/error_model.h"
+#include "formats/annotation/factor_table.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
@@ -20,7 +21,7 @@ struct ChooseRangesOptions {
   double delta = 0.1;                  // learn-then-test: how often the promise may fail
   double probability_threshold = 0.8;  // p* of "fixed"
   double dilation_m = 3.0;
-  bool extrapolated_takes_longest = true;
+  bool extrapolated_takes_static = true;
 };
 std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 
@@ -34,12 +35,18 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 // trees did not learn from (PromiseScope). A promise that too few or too small blocks cannot earn
 // is not made: p* is then the least at which the misses seen stay within alpha, and the statement
 // says what is missing. A looser limit never looks further than a tighter one. No range good
-// enough: the longest, flagged kUnmet. Extrapolated sites are flagged, and take the longest unless
-// options say otherwise. Errors: mismatched-inputs where sites, predictions and model differ in
-// count, ranges or limits. A model of one place promises nothing in another.
+// enough: the most probable, flagged kUnmet.
+// Sites whose own answer is extrapolated are flagged, and take the street's static answer
+// (passes/model/own_evidence.h, with a coverage of 1 - alpha, 95 % where alpha controls nothing)
+// unless options say otherwise. Under every choice by probability lies a floor: where the model
+// explains nothing out of fold, or the static answer is cheaper and covers as much by what the
+// map's own scans found, that answer is taken at all sites (passes/model/floor.h), flagged kStatic,
+// and nothing is promised. Errors: mismatched-inputs where sites, predictions, model and factors
+// differ in count, ranges or limits, or the factors tell nothing of the map's own scans. A model of
+// one place promises nothing in another.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
-                                 const ErrorModel& model);
+                                 const ErrorModel& model, const FactorTable& factors);
 inline constexpr Pass kChooseRanges{"choose-ranges", 6, "ranges", "How far to look",
                                     &choose_ranges};
 

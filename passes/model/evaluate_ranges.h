@@ -34,7 +34,7 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
                                    const Sites& sites, const PredictedError& predicted,
                                    const RangeTable& ranges, const FactorTable& factors,
                                    const MeasuredError& judged);
-inline constexpr Pass kEvaluateRanges{"evaluate-ranges", 2, "evaluation", "Judging the choice",
+inline constexpr Pass kEvaluateRanges{"evaluate-ranges", 3, "evaluation", "Judging the choice",
                                       &evaluate_ranges};
 
 }  // namespace sightline

@@ -10,6 +10,7 @@
 #include "passes/model/forest/feature_rows.h"
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/history.h"
+#include "passes/model/forest/support.h"
 
 namespace sightline {
 namespace {
@@ -59,18 +60,22 @@ std::optional<std::size_t> own_case(const ErrorModel& model, const PointGrid& pl
   return found;
 }
 
-// A feature outside what training saw at its range, and by more than the margin.
-bool is_outside_support(const ErrorModel& model, const FeatureRows& features, std::size_t row,
-                        double margin) {
-  const std::size_t range = model.shape().row_of(row);
-  for (std::size_t i = 0; i < model.features.size(); ++i) {
-    const double least = model.features[i].support_min[range];
-    const double greatest = model.features[i].support_max[range];
-    const double slack = margin * (greatest - least);
-    const double value = features.row(row)[i];
-    if (value < least - slack || value > greatest + slack) return true;
+// [place of the model]: whether one of these recordings is behind it.
+std::vector<bool> places_of(const ErrorModel& model, const RecordingCards& recordings) {
+  std::vector<bool> is_of;
+  for (const PlaceCard& place : model.card.places) {
+    is_of.push_back(std::ranges::any_of(place.recordings.cards, [&](const RecordingCard& card) {
+      return std::ranges::find(recordings.cards, card.digest, &RecordingCard::digest) !=
+             recordings.cards.end();
+    }));
   }
-  return false;
+  return is_of;
+}
+
+// Recordings without coordinates of their own all begin at 0, and lie near each other for nothing.
+bool is_of_the_world(const Eigen::Vector3d& p_world_m) {
+  constexpr double kFarthestOwn_m = 1e5;
+  return p_world_m.head<2>().cwiseAbs().maxCoeff() > kFarthestOwn_m;
 }
 
 // The rows that the model's forest expects. `told`: null where no earlier drive is known.
@@ -94,41 +99,45 @@ PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
       PreparedForest(model.forest, predicted.limits_m).predict(features, rows, ctx.threads);
   predicted.mean_m = std::move(prediction.mean);
   predicted.within_probability = std::move(prediction.within);
-  predicted.extrapolated.assign(predicted.site_count, 0);
   predicted.out_of_fold.assign(predicted.site_count, 0);
   predicted.has_history.assign(predicted.site_count, 0);
+  const Support support(model, margin);
   for (std::size_t row = 0; row < features.row_count; ++row) {
-    if (is_outside_support(model, features, row, margin)) {
-      predicted.extrapolated[model.shape().site_of(row)] = 1;
-    }
+    const bool is_outside = support.is_outside(features.row(row), model.shape().row_of(row));
+    predicted.extrapolated.push_back(is_outside ? 1 : 0);
   }
   return predicted;
 }
 
 void take_out_of_fold(const ErrorModel& model, std::size_t trained, std::size_t site,
                       PredictedError& predicted) {
-  const auto copy = [&](const std::vector<double>& from, std::vector<double>& to,
-                        const SiteShape& shape) {
+  const auto copy = [&](const auto& from, auto& to, const SiteShape& shape) {
     std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(shape.size(trained)), shape.size(1),
                 to.begin() + static_cast<std::ptrdiff_t>(shape.size(site)));
   };
   copy(model.out_of_fold.mean_m, predicted.mean_m, predicted.mean_shape());
   copy(model.out_of_fold.within_probability, predicted.within_probability,
        predicted.probability_shape());
-  predicted.extrapolated[site] = model.out_of_fold.extrapolated[trained];
+  copy(model.out_of_fold.extrapolated, predicted.extrapolated, predicted.mean_shape());
   predicted.out_of_fold[site] = 1;
 }
 
+// The map whose sites are asked about.
+struct Asked {
+  const Sites& sites;
+  const FactorTable& factors;
+  const RecordingCards& recordings;
+};
+
 // `told` is null, or of these sites.
 Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions& options,
-                               const ErrorModel& model,
-                               std::pair<const Sites&, const FactorTable&> map,
-                               const History* told) {
-  const auto& [sites, factors] = map;
+                               const ErrorModel& model, const Asked& asked, const History* told) {
+  const auto& [sites, factors, recordings] = asked;
   SIGHTLINE_ASSIGN(const FeatureRows features, features_for(model, factors, told));
   PredictedError predicted = whole_forest_prediction(ctx, options.support_margin, model, features);
   if (told != nullptr) predicted.has_history = told->is_known;
   const PointGrid places = grid_of(model.sites);
+  const std::vector<bool> is_of_place = places_of(model, recordings);
   std::size_t flattered_count = 0;
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
     const Eigen::Vector3d p_world_m = sites.frame.origin_world_m + sites.sites[site].p_map_m;
@@ -136,9 +145,12 @@ Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions
     const std::optional<std::size_t> own = own_case(model, places, p_world_m, digest);
     if (own) {
       take_out_of_fold(model, *own, site, predicted);
-    } else if (places.nearest(p_world_m, model.card.buffer_m)) {
-      ++flattered_count;
+      continue;
     }
+    const auto is_known = [&](const NearPoint& point) {
+      return is_of_place[model.sites[point.index].place] || is_of_the_world(p_world_m);
+    };
+    if (places.nearest(p_world_m, model.card.buffer_m, is_known)) ++flattered_count;
   }
   if (flattered_count > 0) {
     ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(sites.sites.size()) +
@@ -164,16 +176,17 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options) {
 
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
-                                     const FactorTable& factors) {
+                                     const FactorTable& factors, const RecordingCards& recordings) {
   SIGHTLINE_TRY(check_inputs(model, sites, factors));
-  return predict(ctx, options, model, {sites, factors}, nullptr);
+  return predict(ctx, options, model, {sites, factors, recordings}, nullptr);
 }
 
 Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const PredictErrorOptions& options,
                                                   const ErrorModel& model, const Sites& sites,
                                                   const FactorTable& factors,
-                                                  const MeasuredError& history) {
+                                                  const MeasuredError& history,
+                                                  const RecordingCards& recordings) {
   SIGHTLINE_TRY(check_inputs(model, sites, factors));
   if (history.scan_of_site.size() != sites.sites.size() || history.ranges_m != factors.ranges_m) {
     return Error{ErrorCode::kMismatchedInputs,
@@ -182,12 +195,12 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
   if (!model.card.knows_history) {
     ctx.warn("the model was trained on places that were driven once: it cannot tell what drive '" +
              history.drive + "' measured here is worth, and does not use it");
-    return predict(ctx, options, model, {sites, factors}, nullptr);
+    return predict(ctx, options, model, {sites, factors, recordings}, nullptr);
   }
   ctx.warn("the errors of drive '" + history.drive +
            "' are told to the model: figures judged on that drive flatter");
   const History told = history_of(sites, history);
-  return predict(ctx, options, model, {sites, factors}, &told);
+  return predict(ctx, options, model, {sites, factors, recordings}, &told);
 }
 
 }  // namespace sightline

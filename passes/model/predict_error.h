@@ -9,6 +9,7 @@
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
+#include "formats/drive/recording_cards.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -26,15 +27,18 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options);
 // What the model says of every site at every range: mean error, and P(error <= limit) for the
 // model's limits. A site that the model was trained on (same place to a millimetre, same factors)
 // gets its out-of-fold prediction, since the whole forest remembers its error; all others the whole
-// forest. A site is extrapolated where a feature at any range lies outside the support.
-// Sites that are not the model's own but lie within its buffer of them are counted in a warning:
-// their prediction may flatter.
+// forest. A site is extrapolated at a range where more than half of what the forest decides by lies
+// outside the support (passes/model/forest/support.h).
+// `recordings` made this map. Sites that are not the model's own but lie within its buffer of them,
+// in a place that the model knows from one of these recordings or in coordinates of the world (more
+// than 100 km from where recordings without any begin), are counted in a warning: their prediction
+// may flatter.
 // Errors: mismatched-inputs where sites, factors and model differ in count, ranges or factors;
 // invalid-artifact for a factor that is not finite.
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
-                                     const FactorTable& factors);
-inline constexpr Pass kPredictError{"predict-error", 3, "predicted",
+                                     const FactorTable& factors, const RecordingCards& recordings);
+inline constexpr Pass kPredictError{"predict-error", 4, "predicted",
                                     "What the model says of each site", &predict_error};
 
 // The same where an earlier drive was measured on this map: what it found within 6 m of a site is
@@ -44,7 +48,8 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const PredictErrorOptions& options,
                                                   const ErrorModel& model, const Sites& sites,
                                                   const FactorTable& factors,
-                                                  const MeasuredError& history);
+                                                  const MeasuredError& history,
+                                                  const RecordingCards& recordings);
 inline constexpr Pass kPredictErrorWithHistory =
     variant_of(kPredictError, &predict_error_with_history);
 

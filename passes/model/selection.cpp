@@ -13,16 +13,28 @@ namespace {
 // Positions come from sums of steps of a metre: exactly 3 m apart may read 3.0000000001.
 constexpr double kPositionTolerance_m = 1e-6;
 
-Choice choose_each(const PredictedError& predicted,
-                   const std::function<std::optional<std::size_t>(std::size_t site)>& range_of) {
-  const std::size_t longest = predicted.ranges_m.size() - 1;
+using RangeOfSite = std::function<std::optional<std::size_t>(std::size_t site)>;
+
+Choice choose_each(const PredictedError& predicted, const RangeOfSite& range_of,
+                   const std::function<std::size_t(std::size_t site)>& otherwise) {
   Choice choice;
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     const std::optional<std::size_t> range = range_of(site);
-    choice.range_index.push_back(static_cast<std::uint8_t>(range.value_or(longest)));
+    choice.range_index.push_back(static_cast<std::uint8_t>(range ? *range : otherwise(site)));
     choice.flags.push_back(range ? std::uint8_t{0} : kUnmet);
   }
   return choice;
+}
+
+// The shortest of equals.
+std::size_t most_probable(const PredictedError& predicted, std::size_t site, std::size_t limit) {
+  std::size_t best = 0;
+  for (std::size_t range = 1; range < predicted.ranges_m.size(); ++range) {
+    const bool is_better =
+        predicted.probability(site, range, limit) > predicted.probability(site, best, limit);
+    if (is_better) best = range;
+  }
+  return best;
 }
 
 }  // namespace
@@ -40,25 +52,27 @@ std::vector<RoutePoint> route_of(const std::vector<TrainedSite>& sites) {
 }
 
 Choice choose_by_mean(const PredictedError& predicted, double limit_m) {
-  return choose_each(predicted,
-                     [&](std::size_t site) { return range_by_mean(predicted, site, limit_m); });
+  return choose_each(
+      predicted, [&](std::size_t site) { return range_by_mean(predicted, site, limit_m); },
+      [&](std::size_t) { return predicted.ranges_m.size() - 1; });
 }
 
 Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
                              const Thresholds& thresholds) {
-  return choose_each(predicted, [&](std::size_t site) {
-    const double p = predicted.has_history[site] == 1 ? thresholds.history : thresholds.map_only;
-    return range_by_probability(predicted, site, limit, p);
-  });
+  return choose_each(
+      predicted,
+      [&](std::size_t site) {
+        const double p =
+            predicted.has_history[site] == 1 ? thresholds.history : thresholds.map_only;
+        return range_by_probability(predicted, site, limit, p);
+      },
+      [&](std::size_t site) { return most_probable(predicted, site, limit); });
 }
 
-void mark_extrapolated(const PredictedError& predicted, bool takes_longest, Choice& choice) {
+void mark_extrapolated(const PredictedError& predicted, Choice& choice) {
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
-    if (predicted.extrapolated[site] == 0) continue;
+    if (!predicted.is_extrapolated(site, choice.range_index[site])) continue;
     choice.flags[site] |= kExtrapolated;
-    if (takes_longest) {
-      choice.range_index[site] = static_cast<std::uint8_t>(predicted.ranges_m.size() - 1);
-    }
   }
 }
 
@@ -80,7 +94,11 @@ void dilate(const std::vector<RoutePoint>& route, double dilation_m, Choice& cho
 
 void cap_by_tighter(const Choice& tighter, Choice& choice) {
   for (std::size_t site = 0; site < choice.range_index.size(); ++site) {
-    choice.range_index[site] = std::min(choice.range_index[site], tighter.range_index[site]);
+    if (tighter.range_index[site] < choice.range_index[site]) {
+      choice.range_index[site] = tighter.range_index[site];
+      choice.flags[site] &= static_cast<std::uint8_t>(~kStatic);
+      choice.flags[site] |= static_cast<std::uint8_t>(tighter.flags[site] & kStatic);
+    }
     if ((tighter.flags[site] & kUnmet) == 0) {
       choice.flags[site] &= static_cast<std::uint8_t>(~kUnmet);
     }

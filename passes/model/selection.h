@@ -24,11 +24,11 @@ std::vector<RoutePoint> route_of(const std::vector<TrainedSite>& sites);
 // The choice for one limit.
 struct Choice {
   std::vector<std::uint8_t> range_index;  // [site]
-  std::vector<std::uint8_t> flags;        // [site]: kUnmet, kExtrapolated
+  std::vector<std::uint8_t> flags;        // [site]: kUnmet, kExtrapolated, kStatic
 };
 
-// Each site by a rule of formats/annotation/range_rule.h; where it finds no range: the longest, and
-// kUnmet.
+// Each site by a rule of formats/annotation/range_rule.h. Where it finds no range: kUnmet, and the
+// longest by mean, the most probable one (the shortest of these) by probability.
 Choice choose_by_mean(const PredictedError& predicted, double limit_m);
 
 // p*: sites with measured history are judged by a threshold of their own, since the model knows
@@ -41,14 +41,14 @@ struct Thresholds {
 Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,
                              const Thresholds& thresholds);
 
-// Flags extrapolated sites; `takes_longest` also gives them the longest range.
-void mark_extrapolated(const PredictedError& predicted, bool takes_longest, Choice& choice);
+// Flags the sites whose own answer is extrapolated.
+void mark_extrapolated(const PredictedError& predicted, Choice& choice);
 
 // A site takes the longest range among itself and the sites of its run within dilation_m.
 void dilate(const std::vector<RoutePoint>& route, double dilation_m, Choice& choice);
 
 // What meets a tighter limit meets a looser one: a site that looks no further for the tighter limit
-// need not for the looser.
+// need not for the looser. A range that is taken over brings its kStatic with it.
 void cap_by_tighter(const Choice& tighter, Choice& choice);
 
 }  // namespace sightline

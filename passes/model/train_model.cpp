@@ -11,6 +11,7 @@
 #include "formats/text/table.h"
 #include "passes/model/forest/out_of_fold.h"
 #include "passes/model/forest/training_set.h"
+#include "passes/model/own_evidence_model.h"
 #include "passes/model/selection.h"
 
 namespace sightline {
@@ -256,7 +257,17 @@ Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& w
                                     const Sites& sites, const FactorTable& factors,
                                     const MeasuredError& measured,
                                     const RecordingCards& recordings) {
-  return train_on(ctx, wanted, {{{measured.drive, sites, factors, {measured}, recordings}}});
+  Result<ErrorModel> model =
+      train_on(ctx, wanted, {{{measured.drive, sites, factors, {measured}, recordings}}});
+  const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||
+                                       model.error().code == ErrorCode::kNoTrainingRows);
+  if (!is_too_short) return model;
+  Result<ErrorModel> own =
+      model_of_own_evidence(sites, factors, measured, recordings, wanted.limits_m);
+  if (!own) return model;
+  ctx.warn("there is too little to learn from (" + model.error().message +
+           "); the map takes what its own scans ask for everywhere, and promises nothing");
+  return own;
 }
 
 }  // namespace sightline

@@ -36,12 +36,15 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // warning, and so is a model that knows one place alone.
 // Errors: mismatched-inputs where sites, factors and errors are not of one map or lack a factor;
 // invalid-artifact for a factor or error that is not finite; no-training-rows; drive-too-short
-// where not even two blocks of 15 m fit, or the buffer leaves a fold nothing to learn from.
+// where not even two blocks of 15 m fit, or the buffer leaves a fold nothing to learn from; both
+// name the place.
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places);
 inline constexpr Pass kTrainModel{"train-model", 6, "model", "The error model", &train_model};
 
 // The same from the one place that the model is for, without a warning that it knows no other.
+// Where that is too short, or no scan lies near a site, the model is that of
+// passes/model/own_evidence_model.h, which a warning says.
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
                                     const Sites& sites, const FactorTable& factors,
                                     const MeasuredError& measured,

@@ -103,7 +103,7 @@ void add_predictions(bool is_changed, Random& random, CompiledMap& map) {
     map.ranges.range_index.push_back(static_cast<std::uint8_t>(range));
     map.ranges.flags.push_back(range + 1 == ranges ? kUnmet : 0);
   }
-  map.predicted.extrapolated.push_back(0);
+  map.predicted.extrapolated.insert(map.predicted.extrapolated.end(), ranges, 0);
   map.predicted.out_of_fold.push_back(1);
   map.predicted.has_history.push_back(0);
 }

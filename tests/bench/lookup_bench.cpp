@@ -40,7 +40,7 @@ CompiledMap city() {
   map.predicted.limits_m = {0.10, 0.25};
   map.predicted.mean_m.resize(9 * sites, 0.08);
   map.predicted.within_probability.resize(18 * sites, 0.9);
-  map.predicted.extrapolated.resize(sites);
+  map.predicted.extrapolated.resize(9 * sites);
   map.predicted.out_of_fold.resize(sites);
   map.predicted.has_history.resize(sites);
   map.quality.resize(2);

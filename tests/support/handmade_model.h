@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "formats/annotation/error_model.h"
+#include "formats/annotation/factor_table.h"
 #include "formats/annotation/sites.h"
 
 // A model whose out-of-fold predictions and labels are written by hand, and the sites it belongs
@@ -43,7 +44,7 @@ inline ErrorModel handmade_model(const std::vector<HandmadeSite>& sites,
   PredictedError& predicted = model.out_of_fold;
   predicted.limits_m = {0.1, 0.25};
   predicted.site_count = static_cast<std::uint32_t>(sites.size());
-  predicted.extrapolated.assign(sites.size(), 0);
+  predicted.extrapolated.assign(sites.size() * sites.front().error_m.size(), 0);
   predicted.out_of_fold.assign(sites.size(), 1);
   predicted.has_history.assign(sites.size(), 0);
   for (std::size_t range = 0; range < range_count; ++range) {
@@ -86,6 +87,29 @@ inline Sites sites_of(const ErrorModel& model) {
     sites.sites.push_back(site);
   }
   return sites;
+}
+
+// Factors that tell of the map's own scans alone: `own_error_m` [site][range].
+inline FactorTable factors_with_own_error(const std::vector<double>& ranges_m,
+                                          const std::vector<std::vector<double>>& own_error_m) {
+  FactorTable factors;
+  factors.ranges_m = ranges_m;
+  factors.factors = {"own_error", "virtual_points"};
+  factors.site_count = static_cast<std::uint32_t>(own_error_m.size());
+  for (const std::vector<double>& site : own_error_m) {
+    for (std::size_t range = 0; range < ranges_m.size(); ++range) {
+      factors.values.insert(factors.values.end(), {site[range], 20.0 * ranges_m[range]});
+    }
+  }
+  return factors;
+}
+
+// Own scans that ask for the longest range everywhere: no choice is dearer.
+inline FactorTable demanding_factors(const ErrorModel& model) {
+  std::vector<double> site(model.ranges.size(), 1.0);
+  site.back() = 0.0;
+  return factors_with_own_error(model.out_of_fold.ranges_m,
+                                std::vector<std::vector<double>>(model.sites.size(), site));
 }
 
 }  // namespace sightline

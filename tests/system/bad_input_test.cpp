@@ -110,8 +110,6 @@ TEST_F(BadInput, TimesThatRunBackwards) {
   expect_refused(65, "SL2012 time-runs-backwards", "poses.tum");
 }
 
-TEST_F(BadInput, ADriveTooShortToTrainOn) { expect_refused(65, "SL2014 drive-too-short", "pass"); }
-
 TEST_F(BadInput, AnUnknownKeyWithTheNearestOne) {
   write("drive.yaml", "mapping: {scans: scans}\nbuild-ndt: {cel_m: 1.0}\n");
   expect_refused(64, "SL1002 unknown-key", "did you mean 'cell_m'?");

@@ -134,6 +134,7 @@ TEST(Compile, AModelThatLearnsFromASplitDriveIsToldNoMappingErrorOneMadeElsewher
   const std::vector<double> learnt_m = dumped(split, "factors", "mapping_error");
   EXPECT_FALSE(learnt_m.empty());
   EXPECT_EQ(learnt_m, dumped(split, "factors", "virtual_error"));
+  EXPECT_NE(learnt_m, dumped(split, "factors", "own_error")) << "what the choice is held against";
   const std::string map = (fresh_folder() / "split.slmap").string();
   const ProgramResult run =
       run_sightline("compile " + split + " -q --model " + compiled_map().string() + " -o " + map);

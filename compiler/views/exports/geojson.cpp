@@ -41,6 +41,7 @@ Json properties_of(const CompiledMap& map, std::size_t index) {
     properties["error_m" + within] = map.predicted.mean(index, range);
     properties["unmet" + within] = (flags & kUnmet) != 0;
     properties["extrapolated" + within] = (flags & kExtrapolated) != 0;
+    properties["static" + within] = (flags & kStatic) != 0;
   }
   return properties;
 }

@@ -120,6 +120,15 @@ std::string histogram(const CompiledMap& map, std::size_t limit) {
   return text;
 }
 
+// Sites that take the street's own static answer.
+std::size_t static_count(const CompiledMap& map, std::size_t limit) {
+  std::size_t count = 0;
+  for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
+    count += (map.ranges.flags_of(site, limit) & kStatic) != 0 ? 1 : 0;
+  }
+  return count;
+}
+
 std::string describe_limit(const CompiledMap& map, std::size_t limit) {
   const LimitPromise& promise = map.ranges.promises[limit];
   const LimitQuality& quality = map.quality[limit];
@@ -133,6 +142,8 @@ std::string describe_limit(const CompiledMap& map, std::size_t limit) {
   text += field("mean range", formatted("%.1f m", quality.mean_range_m));
   text += field("unmet", percent_of(quality.unmet_count, sites) + " of sites");
   text += field("extrapolated", percent_of(quality.extrapolated_count, sites) + " of sites");
+  text += field("static", percent_of(static_cast<std::uint32_t>(static_count(map, limit)), sites) +
+                              " of sites");
   return text + histogram(map, limit);
 }
 

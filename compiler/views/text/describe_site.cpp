@@ -95,11 +95,16 @@ std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_
   const std::optional<std::size_t> own = own_range(map.ranges, map.predicted, site, limit);
   const std::size_t chosen = chosen_range(map, site, limit);
   std::string text = describe_own(map, site, limit);
-  if ((flags & kUnmet) != 0) text += "    unmet: the longest range, and it is not good enough\n";
+  if ((flags & kStatic) != 0) {
+    text +=
+        "    static: one range for the street, by what the map's own scans found, not the model\n";
+  }
+  if ((flags & kUnmet) != 0)
+    text += "    unmet: no better range is known, and it is not good enough\n";
   if ((flags & kExtrapolated) != 0) {
     text += "    extrapolated: the place is unlike those that the model was trained on\n";
   }
-  if (!own || *own == chosen || (flags & (kUnmet | kExtrapolated)) != 0) return text;
+  if (!own || *own == chosen || (flags & (kUnmet | kExtrapolated | kStatic)) != 0) return text;
   const auto asks_for_more = [&](std::size_t other) {
     return own_range(map.ranges, map.predicted, other, limit).value_or(chosen) >= chosen;
   };

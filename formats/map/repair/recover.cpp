@@ -136,7 +136,7 @@ void make_room(std::size_t sites, CompiledMap& map) {
   map.ranges.flags.resize(map.ranges.shape().size(sites));
   map.predicted.mean_m.resize(map.predicted.mean_shape().size(sites));
   map.predicted.within_probability.resize(map.predicted.probability_shape().size(sites));
-  map.predicted.extrapolated.resize(sites);
+  map.predicted.extrapolated.resize(map.predicted.mean_m.size());
   map.predicted.out_of_fold.resize(sites);
   map.predicted.has_history.resize(sites);
 }

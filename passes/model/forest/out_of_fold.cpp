@@ -174,7 +174,7 @@ PredictedError sized_for(const std::vector<TrainedSite>& sites, PredictedError p
   predicted.site_count = static_cast<std::uint32_t>(site_count);
   predicted.mean_m.assign(predicted.mean_shape().size(site_count), 0.0);
   predicted.within_probability.assign(predicted.probability_shape().size(site_count), 0.0);
-  predicted.extrapolated.assign(site_count, 0);
+  predicted.extrapolated.assign(predicted.mean_m.size(), 0);
   predicted.out_of_fold.assign(site_count, 1);
   for (const TrainedSite& site : sites) predicted.has_history.push_back(site.has_history);
   return predicted;

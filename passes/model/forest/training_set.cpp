@@ -32,12 +32,15 @@ std::vector<Case> cases_of(const DrivenPlaces& places) {
 }
 
 // What "all" means: every factor but a direction, which turns with the map's axes and tells a place
-// nothing of its own.
+// nothing of its own, and but the map's evidence, which judges the model and cannot be learnt from
+// where a drive both makes the map and is localized in it.
 std::vector<std::string> chosen_factors(const TrainingSetOptions& options,
                                         const DrivenPlaces& places) {
   if (options.features == FeatureSet::kPaper) return paper_factors();
   std::vector<std::string> names = places.places.front().factors.factors;
-  std::erase_if(names, [](const std::string& name) { return name.ends_with("_heading"); });
+  std::erase_if(names, [](const std::string& name) {
+    return name.ends_with("_heading") || name == "own_error";
+  });
   return names;
 }
 
@@ -114,8 +117,11 @@ Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces
     }
     const bool holds_out_places = training_set.held_out == HoldOut::kPlaces;
     const int least_blocks = holds_out_places ? 1 : 2;
-    SIGHTLINE_ASSIGN(RouteBlocks blocks,
-                     cut_route(place.sites, has_label, options.block_m, least_blocks));
+    Result<RouteBlocks> cut = cut_route(place.sites, has_label, options.block_m, least_blocks);
+    if (!cut) {
+      return Error{cut.error().code, cut.error().message, "", "place '" + place.name + "'"};
+    }
+    RouteBlocks blocks = std::move(*cut);
     for (std::uint32_t& block : blocks.block_of_site) block += training_set.folds.block_count();
     card.labelled_route_m = blocks.labelled_route_m;
     card.block_count = blocks.block_count;

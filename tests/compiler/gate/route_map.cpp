@@ -18,7 +18,6 @@ CompiledMap route_map(int site_count) {
   map.measurement.measured_site_count = static_cast<std::uint32_t>(site_count);
   for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {
     map.sites.sites[site].p_map_m = {static_cast<double>(site), 0.0, 1.8};
-    map.predicted.extrapolated[site] = 0;
     for (const double points : {100.0, 200.0, 500.0}) map.factors.values.push_back(points);
     set_site(map, site, {});
   }

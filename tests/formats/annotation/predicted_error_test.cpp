@@ -16,7 +16,7 @@ PredictedError two_sites() {
   predicted.site_count = 2;
   predicted.mean_m = {0.3, 0.2, 0.1, 0.05};
   predicted.within_probability = {0.0, 0.1, 0.25, 0.5, 0.5, 0.75, 0.9, 1.0};
-  predicted.extrapolated = {0, 1};
+  predicted.extrapolated = {0, 0, 0, 1};
   predicted.out_of_fold = {1, 0};
   predicted.has_history = {0, 1};
   return predicted;

@@ -41,7 +41,7 @@ void erase_site(CompiledMap& map, std::size_t site) {
   erase_row(map.sites.sites, site, 1);
   erase_row(map.predicted.mean_m, site, ranges);
   erase_row(map.predicted.within_probability, site, ranges * limits);
-  erase_row(map.predicted.extrapolated, site, 1);
+  erase_row(map.predicted.extrapolated, site, ranges);
   erase_row(map.predicted.out_of_fold, site, 1);
   erase_row(map.predicted.has_history, site, 1);
   erase_row(map.ranges.range_index, site, limits);

@@ -109,8 +109,9 @@ TEST(RangeLayout, PlacesColumnsSideBySideWithoutOverlap) {
   EXPECT_EQ(layout.mean_error, 512u);          // 3 x 9 x 8 = 216 bytes
   EXPECT_EQ(layout.probability, 512u + 256u);  // 432 bytes
   EXPECT_EQ(layout.site_flags, 512u + 256u + 448u);
-  EXPECT_EQ(layout.pose, 512u + 256u + 448u + 64u);  // 288 bytes
-  EXPECT_EQ(layout.size, 512u + 256u + 448u + 64u + 320u);
+  EXPECT_EQ(layout.extrapolated, 512u + 256u + 448u + 64u);
+  EXPECT_EQ(layout.pose, 512u + 256u + 448u + 128u);  // 288 bytes
+  EXPECT_EQ(layout.size, 512u + 256u + 448u + 128u + 320u);
   EXPECT_EQ(NdtLayout(17).size, 13u * 128u);
 }
 

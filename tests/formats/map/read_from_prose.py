@@ -44,7 +44,8 @@ def check_predictions(dump, opened, sites):
         assert site["mean_error_m"][index] == mean_error_m
         start = index * limits
         assert list(site["probability"][start:start + limits]) == probabilities
-        assert site["site_flags"] == (extrapolated + 2 * out_of_fold + 4 * has_history,)
+        assert site["extrapolated"][index] == extrapolated
+        assert site["site_flags"] == (2 * out_of_fold + 4 * has_history,)
 
 
 def check_promises(dump, opened):
@@ -61,10 +62,10 @@ def check_promises(dump, opened):
 def check_ranges(dump, opened, sites):
     check_promises(dump, opened)
     assert len(dump["rows"]) == len(sites) * len(opened.limits_m)
-    for site_id, limit_m, range_m, unmet, extrapolated in dump["rows"]:
+    for site_id, limit_m, range_m, unmet, extrapolated, is_static in dump["rows"]:
         limit = opened.limits_m.index(limit_m)
         assert opened.ranges_m[sites[site_id]["range_index"][limit]] == range_m
-        assert sites[site_id]["range_flags"][limit] == unmet + 2 * extrapolated
+        assert sites[site_id]["range_flags"][limit] == unmet + 2 * extrapolated + 16 * is_static
 
 
 def check_nds(dump, opened):

@@ -29,6 +29,20 @@ const ErrorModel& model() {
   return kModel;
 }
 
+// The table with one more column, before the others: how far off the map's own scans end.
+FactorTable with_own_error(const FactorTable& factors, const MeasuredError& measured) {
+  FactorTable table = factors;
+  table.factors.insert(table.factors.begin(), "own_error");
+  table.values.clear();
+  const std::size_t count = factors.factors.size();
+  for (std::size_t row = 0; row < measured.rows.size(); ++row) {
+    table.values.push_back(measured.rows[row].mean_m);
+    const auto values = factors.values.begin() + static_cast<std::ptrdiff_t>(row * count);
+    table.values.insert(table.values.end(), values, values + static_cast<std::ptrdiff_t>(count));
+  }
+  return table;
+}
+
 // Annotated as emit-map and the passes before it do; `told`: with what a first drive measured
 // there.
 CompiledMap annotated(const DrivenPlace& place, bool told) {
@@ -36,13 +50,15 @@ CompiledMap annotated(const DrivenPlace& place, bool told) {
   CompiledMap map;
   map.sites = place.sites;
   map.factors = told ? with_measured_columns(place.factors, place.drives[0]) : place.factors;
+  map.factors = with_own_error(map.factors, place.drives[0]);
   const Result<PredictedError> predicted =
       told ? predict_error_with_history(ctx, {}, model(), place.sites, place.factors,
-                                        place.drives[0])
-           : predict_error(ctx, {}, model(), place.sites, place.factors);
+                                        place.drives[0], place.recordings)
+           : predict_error(ctx, {}, model(), place.sites, place.factors, place.recordings);
   EXPECT_TRUE(predicted.has_value()) << to_string(predicted.error());
   map.predicted = *predicted;
-  const Result<RangeTable> ranges = choose_ranges(ctx, {}, place.sites, *predicted, model());
+  const Result<RangeTable> ranges =
+      choose_ranges(ctx, {}, place.sites, *predicted, model(), map.factors);
   EXPECT_TRUE(ranges.has_value()) << to_string(ranges.error());
   map.ranges = *ranges;
   map.model = record_of(model());
@@ -105,8 +121,8 @@ TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
       [](CompiledMap& m) { m.ranges.promises[0].statement += " or so"; },
       [](CompiledMap& m) { ++m.quality[0].unmet_count; },
       [](CompiledMap& m) { m.quality[1].expected_coverage = 1.0; },
-      [](CompiledMap& m) { m.factors.values.back() += 0.5; },  // a lost share of the first drive
-      [](CompiledMap& m) { m.factors.values[1] += 1000.0; }};  // beyond the support
+      [](CompiledMap& m) { m.factors.values.end()[-3] += 0.5; },  // an error of the first drive
+      [](CompiledMap& m) { m.factors.values[2] += 1000.0; }};     // beyond the support
   ASSERT_EQ(code_of(map), ErrorCode{});
   for (std::size_t i = 0; i < flips.size(); ++i) {
     CompiledMap flipped = map;

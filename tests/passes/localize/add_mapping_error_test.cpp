@@ -16,6 +16,12 @@ SyntheticDrive small_drive() {
   return drive;
 }
 
+// The same scans against another reference: errors of half the size.
+MeasuredError judged_otherwise(MeasuredError measured) {
+  for (ErrorRow& row : measured.rows) row.mean_m *= 0.5;
+  return measured;
+}
+
 struct Told {
   Result<FactorTable> table;
   std::vector<std::string> warnings;
@@ -26,15 +32,16 @@ Told told(const SyntheticDrive& drive, const std::string& localizing_sensor = "v
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   Result<FactorTable> table =
-      add_mapping_error(ctx, {}, drive.factors, drive.measured, *sensor_profile("vlp-16"),
-                        *sensor_profile(localizing_sensor));
+      add_mapping_error(ctx, {}, drive.factors, judged_otherwise(drive.measured), drive.measured,
+                        *sensor_profile("vlp-16"), *sensor_profile(localizing_sensor));
   return {std::move(table), std::move(warnings)};
 }
 
-// Calls back with (site, range, mapping_error), and expects that nothing else changed.
+// Calls back with (site, range, own_error, mapping_error), and expects that nothing else changed.
 template <class Expect>
 void for_each_row(const FactorTable& table, const FactorTable& before, const Expect& expect) {
-  ASSERT_EQ(table.factors.size(), before.factors.size() + 1);
+  ASSERT_EQ(table.factors.size(), before.factors.size() + 2);
+  EXPECT_EQ(table.factors[before.factors.size()], "own_error");
   EXPECT_EQ(table.factors.back(), "mapping_error");
   EXPECT_EQ(table.ranges_m, before.ranges_m);
   ASSERT_EQ(table.site_count, before.site_count);
@@ -45,7 +52,8 @@ void for_each_row(const FactorTable& table, const FactorTable& before, const Exp
         EXPECT_EQ(table.factors[f], before.factors[f]);
         EXPECT_EQ(table.at(site, range, f), before.at(site, range, f));
       }
-      expect(site, range, table.at(site, range, before.factors.size()));
+      const std::size_t own = before.factors.size();
+      expect(site, range, table.at(site, range, own), table.at(site, range, own + 1));
     }
   }
 }
@@ -55,10 +63,12 @@ TEST(AddMappingError, TellsWhatWasMeasuredAndElsewhereWhatTheVirtualScanSays) {
   const auto [table, warnings] = told(drive);
   ASSERT_TRUE(table.has_value());
   EXPECT_TRUE(warnings.empty());
-  for_each_row(*table, drive.factors, [&](std::size_t site, std::size_t range, double error_m) {
-    EXPECT_EQ(error_m, site == 2 ? drive.factors.at(site, range, 2)
-                                 : drive.measured.row(site, range).mean_m);
-  });
+  for_each_row(*table, drive.factors,
+               [&](std::size_t site, std::size_t range, double own_m, double mapping_m) {
+                 EXPECT_EQ(mapping_m, site == 2 ? drive.factors.at(site, range, 2)
+                                                : drive.measured.row(site, range).mean_m);
+                 EXPECT_EQ(own_m, site == 2 ? mapping_m : 0.5 * mapping_m);
+               });
 }
 
 TEST(AddMappingError, BelievesNoOtherSensorThanTheOneThatLocalizes) {
@@ -69,19 +79,24 @@ TEST(AddMappingError, BelievesNoOtherSensorThanTheOneThatLocalizes) {
   EXPECT_EQ(warnings[0],
             "sensor vlp-16 made the map and hdl-64e is to localize in it: mapping_error is what "
             "virtual scans tell");
-  for_each_row(*table, drive.factors, [&](std::size_t site, std::size_t range, double error_m) {
-    EXPECT_EQ(error_m, drive.factors.at(site, range, 2));
-  });
+  for_each_row(*table, drive.factors,
+               [&](std::size_t site, std::size_t range, double own_m, double mapping_m) {
+                 EXPECT_EQ(mapping_m, drive.factors.at(site, range, 2));
+                 EXPECT_EQ(own_m, mapping_m);
+               });
 }
 
-TEST(AddMappingError, OfADriveThatIsAlsoLocalizedIsWhatTheVirtualScanSays) {
+TEST(AddMappingError, OfADriveThatIsAlsoLocalizedIsEvidenceAndNothingToLearnFrom) {
   const SyntheticDrive drive = small_drive();
   PassContext ctx;
-  const Result<FactorTable> table = add_no_mapping_error(ctx, {}, drive.factors);
+  const Result<FactorTable> table = add_own_error(ctx, {}, drive.factors, drive.measured);
   ASSERT_TRUE(table.has_value());
-  for_each_row(*table, drive.factors, [&](std::size_t site, std::size_t range, double error_m) {
-    EXPECT_EQ(error_m, drive.factors.at(site, range, 2));
-  });
+  for_each_row(*table, drive.factors,
+               [&](std::size_t site, std::size_t range, double own_m, double mapping_m) {
+                 EXPECT_EQ(mapping_m, drive.factors.at(site, range, 2));
+                 EXPECT_EQ(own_m, site == 2 ? drive.factors.at(site, range, 2)
+                                            : drive.measured.row(site, range).mean_m);
+               });
 }
 
 TEST(AddMappingError, RefusesOtherSitesOtherRangesAndFactorsWithoutAStandIn) {

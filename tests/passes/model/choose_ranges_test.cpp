@@ -34,12 +34,23 @@ ErrorModel honest_model(std::uint64_t seed, std::size_t block_count) {
     }
     sites.push_back(site);
   }
-  return handmade_model(sites, static_cast<std::uint32_t>(block_count));
+  ErrorModel model = handmade_model(sites, static_cast<std::uint32_t>(block_count));
+  std::vector<double>& mean_m = model.out_of_fold.mean_m;
+  for (std::size_t i = 0; i < mean_m.size(); ++i) {
+    mean_m[i] = 0.3 - 0.25 * model.out_of_fold.within_probability[2 * i];
+  }
+  return model;
+}
+
+// With own scans that ask for the longest range everywhere.
+Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options,
+                          const PredictedError& predicted) {
+  PassContext ctx;
+  return choose_ranges(ctx, options, sites_of(model), predicted, model, demanding_factors(model));
 }
 
 Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options) {
-  PassContext ctx;
-  return choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model);
+  return choose(model, options, model.out_of_fold);
 }
 
 ChooseRangesOptions with(RiskControl risk_control, double alpha = 0.05) {
@@ -81,18 +92,18 @@ TEST(ChooseRanges, ByMeanDoesAsThePaperDoes) {
   EXPECT_FALSE(table->promises[0].is_earned);
 }
 
-TEST(ChooseRanges, FallsBackToTheLongestRangeAndSaysSo) {
+TEST(ChooseRanges, FallsBackToTheMostProbableRangeAndSaysSo) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const ErrorModel model = five_sites();
-  ASSERT_TRUE(
-      choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model), model.out_of_fold, model)
-          .has_value());
+  ASSERT_TRUE(choose_ranges(ctx, with(RiskControl::kFixed), sites_of(model), model.out_of_fold,
+                            model, demanding_factors(model))
+                  .has_value());
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_EQ(warnings[0],
-            "no range is good enough for 0.1 m at 1 of 5 sites: they look as far as there is, and "
-            "are flagged");
+            "no range is good enough for 0.1 m at 1 of 5 sites: they take the most probable one, "
+            "and are flagged");
 }
 
 TEST(ChooseRanges, NeverPromisesWhatTooFewBlocksCannotEarn) {
@@ -115,12 +126,10 @@ TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
   ErrorModel model = honest_model(1, 60);
   ASSERT_TRUE(choose(model, with(RiskControl::kConformal))->promises[0].is_earned)
       << "its own sites";
-  PassContext ctx;
   PredictedError elsewhere = model.out_of_fold;
   std::ranges::fill(elsewhere.out_of_fold, std::uint8_t{0});
   const auto promise_of = [&] {
-    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), elsewhere, model)
-        ->promises[0];
+    return choose(model, with(RiskControl::kConformal), elsewhere)->promises[0];
   };
   EXPECT_FALSE(promise_of().is_earned);
   EXPECT_NE(promise_of().statement.find("one place alone"), std::string::npos);
@@ -202,13 +211,11 @@ TEST(ChooseRanges, CountsPlacesAndDrivesAndSaysWhereTheyAreFew) {
 
 TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
   const ErrorModel model = honest_model(1, 60);
-  PassContext ctx;
   PredictedError predicted = model.out_of_fold;
   const auto promise_of = [&](std::size_t unlike_count) {
     std::ranges::fill(predicted.extrapolated, std::uint8_t{0});
-    std::fill_n(predicted.extrapolated.begin(), unlike_count, std::uint8_t{1});
-    return choose_ranges(ctx, with(RiskControl::kConformal), sites_of(model), predicted, model)
-        ->promises[0];
+    std::fill_n(predicted.extrapolated.begin(), 5 * unlike_count, std::uint8_t{1});
+    return choose(model, with(RiskControl::kConformal), predicted)->promises[0];
   };
   EXPECT_TRUE(promise_of(1800).is_earned);
   EXPECT_FALSE(promise_of(1801).is_earned);
@@ -218,6 +225,7 @@ TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
 TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
   ErrorModel model = honest_model(1, 60);
   for (double& error_m : model.measured_mean_m) error_m += 0.1;
+  for (double& mean_m : model.out_of_fold.mean_m) mean_m += 0.1;
   const Result<RangeTable> table = choose(model, with(RiskControl::kConformal));
   ASSERT_TRUE(table.has_value());
   EXPECT_FALSE(table->promises[0].is_earned);
@@ -298,23 +306,6 @@ TEST(ChooseRanges, ALooserLimitNeverLooksFurther) {
   }
 }
 
-TEST(ChooseRanges, SendsExtrapolatedSitesAsFarAsThereIsUnlessToldOtherwise) {
-  const ErrorModel model = five_sites();
-  PredictedError predicted = model.out_of_fold;
-  predicted.extrapolated[0] = 1;
-  ChooseRangesOptions options = with(RiskControl::kFixed);
-  options.dilation_m = 0.0;
-  PassContext ctx;
-  const Result<RangeTable> careful = choose_ranges(ctx, options, sites_of(model), predicted, model);
-  options.extrapolated_takes_longest = false;
-  const Result<RangeTable> trusting =
-      choose_ranges(ctx, options, sites_of(model), predicted, model);
-  EXPECT_EQ(chosen_m(*careful, 0), (std::vector<double>{30, 10, 20, 10, 30}));
-  EXPECT_EQ(chosen_m(*trusting, 0), (std::vector<double>{10, 10, 20, 10, 30}));
-  EXPECT_EQ(careful->flags[0], kExtrapolated);
-  EXPECT_EQ(trusting->flags[0], kExtrapolated);
-}
-
 TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
   // The even cases were told of an earlier drive and are always right at 0.5; the others at 0.9.
   std::vector<HandmadeSite> sites;
@@ -322,10 +313,12 @@ TEST(ChooseRanges, JudgesSitesWithHistoryByAThresholdOfTheirOwn) {
     const bool is_told = i >= 200;
     const double doubtful = is_told ? 0.45 : 0.85;
     const double sure = is_told ? 0.55 : 0.95;
-    sites.push_back({{doubtful, sure}, {0.2, 0.05}});
+    const double more_m = i % 2 == 0 ? 0.0 : 0.02;
+    sites.push_back({{doubtful, sure}, {0.2 + more_m, 0.05 + more_m}});
   }
   ErrorModel model = handmade_model(sites, 4);
   model.card.knows_history = true;
+  model.out_of_fold.mean_m = model.measured_mean_m;  // it explains what it is to explain
   for (std::size_t i = 200; i < 400; ++i) {
     model.sites[i].has_history = 1;
     model.out_of_fold.has_history[i] = 1;
@@ -347,8 +340,7 @@ TEST(ChooseRanges, RefusesHistoryThatTheModelKnowsNothingOf) {
   const ErrorModel model = five_sites();
   PredictedError told = model.out_of_fold;
   told.has_history[2] = 1;
-  PassContext ctx;
-  const Result<RangeTable> table = choose_ranges(ctx, {}, sites_of(model), told, model);
+  const Result<RangeTable> table = choose(model, {}, told);
   ASSERT_FALSE(table.has_value());
   EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
 }
@@ -358,11 +350,20 @@ TEST(ChooseRanges, RefusesInputsThatDoNotBelongTogether) {
   PassContext ctx;
   Sites fewer = sites_of(model);
   fewer.sites.pop_back();
-  EXPECT_EQ(choose_ranges(ctx, {}, fewer, model.out_of_fold, model).error().code,
+  const FactorTable factors = demanding_factors(model);
+  EXPECT_EQ(choose_ranges(ctx, {}, fewer, model.out_of_fold, model, factors).error().code,
             ErrorCode::kMismatchedInputs);
+  FactorTable without = factors;
+  without.factors[0] = "feature_count";
+  FactorTable shorter = factors;
+  shorter.ranges_m.back() = 25.0;
+  for (const FactorTable& unfit : {without, shorter}) {
+    EXPECT_EQ(choose_ranges(ctx, {}, sites_of(model), model.out_of_fold, model, unfit).error().code,
+              ErrorCode::kMismatchedInputs);
+  }
   PredictedError other = model.out_of_fold;
   other.limits_m[1] = 0.3;
-  EXPECT_EQ(choose_ranges(ctx, {}, sites_of(model), other, model).error().code,
+  EXPECT_EQ(choose_ranges(ctx, {}, sites_of(model), other, model, factors).error().code,
             ErrorCode::kMismatchedInputs);
 }
 

@@ -27,7 +27,7 @@ Result<PredictedError> predict(const ErrorModel& model, const SyntheticDrive& dr
                                int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
-  return predict_error(ctx, {}, model, drive.sites, drive.factors);
+  return predict_error(ctx, {}, model, drive.sites, drive.factors, synthetic_recordings(0));
 }
 
 SyntheticDrive elsewhere(std::uint64_t seed) {
@@ -60,10 +60,9 @@ TEST(PredictError, AsksTheWholeForestElsewhere) {
   ASSERT_TRUE(predicted.has_value());
   ASSERT_TRUE(validate(*predicted).has_value());
   EXPECT_NE(predicted->mean_m, model.out_of_fold.mean_m);
-  for (std::size_t site = 0; site < kSmall.site_count; ++site) {
-    EXPECT_EQ(predicted->out_of_fold[site], 0);
-    EXPECT_EQ(predicted->extrapolated[site], 0);  // the same factors, which training saw
-  }
+  EXPECT_EQ(predicted->out_of_fold, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  // The same factors, which training saw.
+  EXPECT_EQ(predicted->extrapolated, std::vector<std::uint8_t>(3 * kSmall.site_count, 0));
 }
 
 TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
@@ -75,10 +74,10 @@ TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
   DrivenPlace place = place_driven_twice(9, kSmall);
   for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
   place.drives[0].scan_of_site[0] = -1;  // its neighbours were measured
-  const Result<PredictedError> told =
-      predict_error_with_history(ctx, {}, *model, place.sites, place.factors, place.drives[0]);
+  const Result<PredictedError> told = predict_error_with_history(
+      ctx, {}, *model, place.sites, place.factors, place.drives[0], place.recordings);
   const Result<PredictedError> map_only =
-      predict_error(ctx, {}, *model, place.sites, place.factors);
+      predict_error(ctx, {}, *model, place.sites, place.factors, place.recordings);
   ASSERT_TRUE(told.has_value() && map_only.has_value());
   EXPECT_EQ(told->has_history, std::vector<std::uint8_t>(kSmall.site_count, 1));
   EXPECT_EQ(map_only->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
@@ -99,39 +98,61 @@ TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const Result<PredictedError> predicted =
-      predict_error_with_history(ctx, {}, model, drive.sites, drive.factors, drive.measured);
+      predict_error_with_history(ctx, {}, model, drive.sites, drive.factors, drive.measured, {});
   ASSERT_TRUE(predicted.has_value());
   EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("driven once"), std::string::npos);
 }
 
-TEST(PredictError, WarnsOfSitesWhoseNeighboursTheForestKnows) {
+// Site 5 lies half a metre off where the model knows it.
+std::vector<std::string> warnings_of_a_moved_site(const Eigen::Vector3d& origin_world_m,
+                                                  const RecordingCards& recordings) {
   SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.sites.frame.origin_world_m = origin_world_m;
   const ErrorModel model = model_of(drive);
   drive.sites.sites[5].p_map_m.y() += 0.5;
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   const Result<PredictedError> predicted =
-      predict_error(ctx, {}, model, drive.sites, drive.factors);
-  ASSERT_TRUE(predicted.has_value());
+      predict_error(ctx, {}, model, drive.sites, drive.factors, recordings);
+  EXPECT_TRUE(predicted.has_value());
   EXPECT_EQ(predicted->out_of_fold[5], 0);
+  return warnings;
+}
+
+TEST(PredictError, WarnsOfSitesWhoseNeighboursTheForestKnowsFromTheSameRecording) {
+  const std::vector<std::string> warnings =
+      warnings_of_a_moved_site(Eigen::Vector3d::Zero(), synthetic_recordings(0));
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings[0].rfind("1 of 150 sites", 0), 0u);
 }
 
-TEST(PredictError, FlagsFactorsBeyondWhatTrainingSaw) {
-  const ErrorModel model = model_of(synthetic_drive(1, kSmall));
+TEST(PredictError, KnowsThatCoordinatesOfRecordingsWithoutAWorldAllBeginAtZero) {
+  EXPECT_TRUE(warnings_of_a_moved_site(Eigen::Vector3d::Zero(), synthetic_recordings(7)).empty());
+  EXPECT_EQ(warnings_of_a_moved_site({588288.0, 4141184.0, 0.0}, synthetic_recordings(7)).size(),
+            1u)
+      << "in UTM coordinates near is near";
+}
+
+TEST(PredictError, FlagsARangeWhereWhatTheForestDecidesByIsBeyondWhatTrainingSaw) {
+  ErrorModel model = model_of(synthetic_drive(1, kSmall));
+  model.features[0].importance_m = model.features[1].importance_m = 0.004;
+  model.features[2].importance_m = 0.01;
   SyntheticDrive drive = elsewhere(1);
   const FeatureCard& feature = model.features[2];
   const double spread = feature.support_max[1] - feature.support_min[1];
   double& value = drive.factors.values[(8 * 3 + 1) * 3 + 2];  // site 8, 20 m, the third factor
   value = feature.support_max[1] + 0.24 * spread;
-  EXPECT_EQ(predict(model, drive)->extrapolated[8], 0);
+  EXPECT_FALSE(predict(model, drive)->is_extrapolated(8, 1));
   value = feature.support_max[1] + 0.26 * spread;
-  EXPECT_EQ(predict(model, drive)->extrapolated[8], 1);
-  EXPECT_EQ(predict(model, drive)->extrapolated[9], 0);
+  const Result<PredictedError> predicted = predict(model, drive);
+  EXPECT_TRUE(predicted->is_extrapolated(8, 1));
+  EXPECT_FALSE(predicted->is_extrapolated(8, 0)) << "another range of the same site";
+  EXPECT_FALSE(predicted->is_extrapolated(9, 1));
+  model.features[2].importance_m = 0.002;
+  EXPECT_FALSE(predict(model, drive)->is_extrapolated(8, 1)) << "the forest hardly uses it";
 }
 
 TEST(PredictError, ALooserLimitIsNeverLessProbable) {

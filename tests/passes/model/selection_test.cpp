@@ -19,7 +19,7 @@ PredictedError predictions(const std::vector<std::vector<double>>& probabilities
       predicted.mean_m.push_back(0.2 * (1.0 - probability));
     }
   }
-  predicted.extrapolated.assign(probabilities.size(), 0);
+  predicted.extrapolated.assign(3 * probabilities.size(), 0);
   predicted.out_of_fold.assign(probabilities.size(), 0);
   predicted.has_history.assign(probabilities.size(), 0);
   return predicted;
@@ -38,10 +38,11 @@ TEST(Selection, TakesTheShortestRangeThatIsProbableEnough) {
   EXPECT_EQ(choice.flags, (std::vector<std::uint8_t>{0, 0}));
 }
 
-TEST(Selection, TakesTheLongestWhereNoneIsGoodEnoughAndSaysSo) {
-  const Choice choice = choose_by_probability(predictions({{0.5, 0.6, 0.4}}), 0, {0.8, 0.8});
-  EXPECT_EQ(choice.range_index[0], 2);
-  EXPECT_EQ(choice.flags[0], kUnmet);
+TEST(Selection, TakesTheMostProbableWhereNoneIsGoodEnoughAndSaysSo) {
+  const PredictedError predicted = predictions({{0.5, 0.6, 0.4}, {0.5, 0.7, 0.7}});
+  const Choice choice = choose_by_probability(predicted, 0, {0.8, 0.8});
+  EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{1, 1})) << "the shortest of equals";
+  EXPECT_EQ(choice.flags, (std::vector<std::uint8_t>{kUnmet, kUnmet}));
 }
 
 TEST(Selection, ByMeanCountsALimitThatIsMetExactly) {
@@ -51,17 +52,13 @@ TEST(Selection, ByMeanCountsALimitThatIsMetExactly) {
   EXPECT_EQ(choose_by_mean(predicted, 0.01).flags[0], kUnmet);
 }
 
-TEST(Selection, SendsExtrapolatedSitesAsFarAsThereIs) {
-  PredictedError predicted = predictions({{0.9, 0.9, 0.9}, {0.9, 0.9, 0.9}});
-  predicted.extrapolated[1] = 1;
+TEST(Selection, FlagsSitesWhoseOwnAnswerIsExtrapolatedAndNoOthers) {
+  PredictedError predicted = predictions({{0.9, 0.9, 0.9}, {0.9, 0.9, 0.9}, {0.1, 0.9, 0.9}});
+  predicted.extrapolated = {0, 1, 1, 1, 0, 0, 1, 0, 0};
   Choice choice = choose_by_probability(predicted, 0, {0.8, 0.8});
-  Choice trusting = choice;
-  mark_extrapolated(predicted, true, choice);
-  EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{0, 2}));
-  EXPECT_EQ(choice.flags, (std::vector<std::uint8_t>{0, kExtrapolated}));
-  mark_extrapolated(predicted, false, trusting);
-  EXPECT_EQ(trusting.range_index, (std::vector<std::uint8_t>{0, 0}));
-  EXPECT_EQ(trusting.flags[1], kExtrapolated);
+  mark_extrapolated(predicted, choice);
+  EXPECT_EQ(choice.range_index, (std::vector<std::uint8_t>{0, 0, 1}));
+  EXPECT_EQ(choice.flags, (std::vector<std::uint8_t>{0, kExtrapolated, 0}));
 }
 
 TEST(Selection, DilatesByThreeMetresAlongTheRunOnly) {
@@ -111,6 +108,16 @@ TEST(Selection, ALooserLimitNeverLooksFurtherThanATighter) {
   cap_by_tighter(tighter, looser);
   EXPECT_EQ(looser.range_index, (std::vector<std::uint8_t>{1, 2, 0}));
   EXPECT_EQ(looser.flags, (std::vector<std::uint8_t>{0, kUnmet, 0}));
+}
+
+TEST(Selection, ARangeThatIsTakenOverFromATighterLimitBringsItsKind) {
+  Choice tighter, looser;
+  tighter.range_index = {1, 1, 2};
+  tighter.flags = {kStatic, 0, kStatic};
+  looser.range_index = {2, 2, 2};
+  looser.flags = {0, kStatic, 0};
+  cap_by_tighter(tighter, looser);
+  EXPECT_EQ(looser.flags, (std::vector<std::uint8_t>{kStatic, 0, 0}));
 }
 
 TEST(Selection, AStricterThresholdNeverLooksLessFar) {

@@ -68,14 +68,16 @@ function byProbability(page) {
 }
 
 function byFlag(page) {
-  const words = [["blue", "good enough"], ["orange", "unmet: no range is good enough"], ["purple", "unlike what the model learnt"]];
+  const words = [["blue", "good enough"], ["orange", "unmet: no range is good enough"], ["purple", "unlike what the model learnt"],
+    ["grey", "the street's own static answer"]];
   return {
     name: "flags",
     colours: (limit) => {
       const colours = words.map(([name]) => css(name));
       return (site) => {
         const flags = page.choice.flags[site * page.limits_m.length + limit];
-        return flags & 2 ? colours[2] : colours[flags & 1];
+        if (flags & 2) return colours[2];
+        return flags & 1 ? colours[1] : colours[flags & 16 ? 3 : 0];
       };
     },
     legend: () => legendOf("", ...words.map(([name, each]) => [css(name), each])),

@@ -1,0 +1,104 @@
+#include "passes/model/floor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "formats/base/parallel.h"
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+// A promise is worth this much: a static answer must be cheaper by more than a tenth to replace it.
+constexpr double kPromiseWorth = 1.1;
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f %%", 100.0 * share);
+  return text;
+}
+
+void take_static(const OwnEvidence& evidence, double limit_m, std::uint8_t range_index,
+                 std::size_t site, Choice& choice) {
+  choice.range_index[site] = range_index;
+  choice.flags[site] &= static_cast<std::uint8_t>(~kUnmet);
+  choice.flags[site] |= kStatic;
+  const double error_m = evidence.error_m[evidence.shape().index(site, range_index)];
+  if (error_m > limit_m) choice.flags[site] |= kUnmet;
+}
+
+// The static answer that is to replace `choice`; nothing where the choice is no dearer.
+std::optional<StaticAnswer> cheaper_static(const OwnEvidence& evidence, double limit_m,
+                                           const FloorOptions& options, const Choice& choice) {
+  const Standing own = standing_of(evidence, limit_m, choice.range_index);
+  const double worth = options.is_promised ? kPromiseWorth : 1.0;
+  const auto if_cheaper = [&](double least_coverage) -> std::optional<StaticAnswer> {
+    const StaticAnswer answer = best_static(evidence, limit_m, least_coverage);
+    const bool covers = answer.standing.coverage >= std::min(own.coverage, least_coverage);
+    if (!covers || answer.standing.cost * worth >= own.cost) return std::nullopt;
+    return answer;
+  };
+  if (own.coverage <= 0.0) return std::nullopt;
+  const std::optional<StaticAnswer> answer = if_cheaper(options.static_coverage);
+  if (answer || own.coverage >= options.static_coverage) return answer;
+  return if_cheaper(own.coverage);
+}
+
+std::string reason_of(const FloorOptions& options) {
+  if (options.is_too_short) return "the drive is too short to learn from";
+  if (options.explained <= 0.0) {
+    char text[64];
+    std::snprintf(text, sizeof text, "the model explains nothing out of fold (R^2 %.2f)",
+                  options.explained);
+    return text;
+  }
+  return "the model's own choice costs more and covers no more of what the map's scans found";
+}
+
+}  // namespace
+
+double explained_share(const ErrorModel& model) {
+  std::vector<double> residuals, totals;
+  for (std::size_t range = 0; range < model.ranges.size(); ++range) {
+    std::vector<double> labels;
+    for (std::size_t i = 0; i < model.sites.size(); ++i) {
+      if (model.sites[i].has_label == 0) continue;
+      labels.push_back(model.measured(i, range));
+      const double residual = model.out_of_fold.mean(i, range) - labels.back();
+      residuals.push_back(residual * residual);
+    }
+    const double mean =
+        labels.empty() ? 0.0 : ordered_sum(labels) / static_cast<double>(labels.size());
+    for (const double label : labels) totals.push_back((label - mean) * (label - mean));
+  }
+  const double total = ordered_sum(totals);
+  return total > 0.0 ? 1.0 - ordered_sum(residuals) / total : 0.0;
+}
+
+std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
+                                       const FloorOptions& options, Choice& choice) {
+  const bool says_nothing = options.is_too_short || options.explained <= 0.0;
+  const std::optional<StaticAnswer> answer =
+      says_nothing ? best_static(evidence, limit_m, options.static_coverage)
+                   : cheaper_static(evidence, limit_m, options, choice);
+  if (!answer) return std::nullopt;
+  for (std::size_t site = 0; site < evidence.site_count; ++site) {
+    take_static(evidence, limit_m, answer->range_index, site, choice);
+  }
+  return "nothing is promised: " + reason_of(options) + "; it looks " +
+         format_double(evidence.ranges_m[answer->range_index]) +
+         " m everywhere, where the map's own scans are within " + format_double(limit_m) +
+         " m at " + percent(answer->standing.coverage) + " of the sites";
+}
+
+void refused_take_static(const OwnEvidence& evidence, double limit_m, double static_coverage,
+                         Choice& choice) {
+  const StaticAnswer answer = best_static(evidence, limit_m, static_coverage);
+  for (std::size_t site = 0; site < evidence.site_count; ++site) {
+    if ((choice.flags[site] & kExtrapolated) == 0) continue;
+    take_static(evidence, limit_m, answer.range_index, site, choice);
+  }
+}
+
+}  // namespace sightline

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/annotation/error_model.h"
+#include "passes/model/own_evidence.h"
+#include "passes/model/selection.h"
+
+// A floor under every choice: no model may look farther than the street's own evidence asks for.
+
+namespace sightline {
+
+// 1 - residual / total sum of squares of the model's out-of-fold means, range by range and added
+// up: what it tells of places beyond what the range alone tells. 0 where all labels of each range
+// are one.
+double explained_share(const ErrorModel& model);
+
+struct FloorOptions {
+  double static_coverage = 0.95;  // that a static answer must reach by the street's own evidence
+  bool is_promised = false;       // the choice comes with a promise, which a static answer loses
+  double explained = 0.0;         // explained_share of the model
+  bool is_too_short = false;      // the model is of a drive too short to learn from
+};
+
+// Gives every site the street's best static answer where the model says nothing of it, or where
+// that answer is cheaper than `choice` and covers as much by the street's own evidence: the lesser
+// of what the choice covers and static_coverage. A promise is given up for no less than a tenth of
+// the cost. Evidence by which a choice covers no site says nothing against it. Then all sites are
+// flagged kStatic, kUnmet is left where the own error at that range exceeds the limit, and the
+// sentence says why. Nothing where the choice stands.
+std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
+                                       const FloorOptions& options, Choice& choice);
+
+// Gives refused sites (kExtrapolated) the static answer, flagged in the same way.
+void refused_take_static(const OwnEvidence& evidence, double limit_m, double static_coverage,
+                         Choice& choice);
+
+}  // namespace sightline

@@ -1,0 +1,101 @@
+#include "passes/model/own_evidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "formats/base/parallel.h"
+
+namespace sightline {
+namespace {
+
+// Shares of sites that are equal may differ in their last bit.
+constexpr double kRounding = 1e-12;
+
+std::optional<std::size_t> column_of(const FactorTable& factors, std::string_view name) {
+  const auto found = std::ranges::find(factors.factors, name);
+  if (found == factors.factors.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - factors.factors.begin());
+}
+
+std::vector<double> values_of(const FactorTable& factors, std::size_t column) {
+  std::vector<double> values;
+  for (std::size_t site = 0; site < factors.site_count; ++site) {
+    for (std::size_t range = 0; range < factors.ranges_m.size(); ++range) {
+      values.push_back(factors.at(site, range, column));
+    }
+  }
+  return values;
+}
+
+std::vector<double> cost_of(const FactorTable& factors) {
+  const std::optional<std::size_t> points = column_of(factors, "virtual_points");
+  if (points) return values_of(factors, *points);
+  std::vector<double> cost;
+  for (std::size_t site = 0; site < factors.site_count; ++site) {
+    cost.insert(cost.end(), factors.ranges_m.begin(), factors.ranges_m.end());
+  }
+  return cost;
+}
+
+// Over all sites at one range.
+double sum_of_errors_m(const OwnEvidence& evidence, std::size_t range) {
+  std::vector<double> errors_m;
+  for (std::size_t site = 0; site < evidence.site_count; ++site) {
+    errors_m.push_back(evidence.error_m[evidence.shape().index(site, range)]);
+  }
+  return ordered_sum(errors_m);
+}
+
+}  // namespace
+
+Result<OwnEvidence> own_evidence_of(const FactorTable& factors) {
+  std::optional<std::size_t> column;
+  for (const char* name : {"own_error", "mapping_error", "virtual_error"}) {
+    if (!column) column = column_of(factors, name);
+  }
+  if (!column) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "the factors have neither own_error nor mapping_error nor virtual_error: nothing "
+                 "is known of how well the map's own scans localize",
+                 "", ""};
+  }
+  return OwnEvidence{factors.ranges_m, factors.site_count, values_of(factors, *column),
+                     cost_of(factors)};
+}
+
+Standing standing_of(const OwnEvidence& evidence, double limit_m,
+                     const std::vector<std::uint8_t>& range_index) {
+  std::vector<double> within;
+  std::vector<double> costs;
+  for (std::size_t site = 0; site < evidence.site_count; ++site) {
+    const std::size_t i = evidence.shape().index(site, range_index[site]);
+    within.push_back(evidence.error_m[i] <= limit_m ? 1.0 : 0.0);
+    costs.push_back(evidence.cost[i]);
+  }
+  const double count = std::max<double>(1.0, evidence.site_count);
+  return {ordered_sum(within) / count, ordered_sum(costs) / count};
+}
+
+StaticAnswer best_static(const OwnEvidence& evidence, double limit_m, double least_coverage) {
+  std::vector<StaticAnswer> answers;
+  double most = 0.0;
+  for (std::size_t range = 0; range < evidence.ranges_m.size(); ++range) {
+    const auto index = static_cast<std::uint8_t>(range);
+    const std::vector<std::uint8_t> everywhere(evidence.site_count, index);
+    answers.push_back({index, standing_of(evidence, limit_m, everywhere)});
+    most = std::max(most, answers.back().standing.coverage);
+  }
+  if (most <= 0.0) {
+    return *std::ranges::min_element(answers, {}, [&](const StaticAnswer& a) {
+      return sum_of_errors_m(evidence, a.range_index);
+    });
+  }
+  const double enough = std::min(least_coverage, most) - kRounding;
+  std::erase_if(answers, [&](const StaticAnswer& a) { return a.standing.coverage < enough; });
+  return *std::ranges::min_element(answers, {},
+                                   [](const StaticAnswer& a) { return a.standing.cost; });
+}
+
+}  // namespace sightline

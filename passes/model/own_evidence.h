@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/factor_table.h"
+#include "formats/base/result.h"
+#include "formats/grid/site_shape.h"
+
+// What a street's own scans say of it, before any other drive and without any model.
+
+namespace sightline {
+
+struct OwnEvidence {
+  std::vector<double> ranges_m;  // ascending
+  std::uint32_t site_count = 0;
+  std::vector<double> error_m;  // [site][range]: how far off the map's own scan ends
+  std::vector<double> cost;     // [site][range]: of one match, in points; in metres of range where
+                                // the factors have no virtual_points
+
+  [[nodiscard]] SiteShape shape() const { return {ranges_m.size()}; }
+};
+
+// Of the factors' column `own_error`; where there is none `mapping_error`, then `virtual_error`.
+// Error: mismatched-inputs where the table has none of the three.
+Result<OwnEvidence> own_evidence_of(const FactorTable& factors);
+
+// How a choice fares by that evidence.
+struct Standing {
+  double coverage = 0.0;  // share of sites whose own error is within the limit at their range
+  double cost = 0.0;      // mean over sites
+};
+Standing standing_of(const OwnEvidence& evidence, double limit_m,
+                     const std::vector<std::uint8_t>& range_index);
+
+// One range for the whole street.
+struct StaticAnswer {
+  std::uint8_t range_index = 0;
+  Standing standing;
+};
+
+// The cheapest that covers at least `least_coverage` by the evidence; where none does, the one that
+// covers most, the cheapest of these; where none covers any site, the one of least mean error. Of
+// equal costs or errors the shortest range.
+StaticAnswer best_static(const OwnEvidence& evidence, double limit_m, double least_coverage);
+
+}  // namespace sightline

@@ -1,0 +1,211 @@
+#include "passes/model/floor.h"
+
+#include <gtest/gtest.h>
+
+#include "formats/base/random.h"
+#include "passes/model/choose_ranges.h"
+#include "tests/support/handmade_model.h"
+
+namespace sightline {
+namespace {
+
+// 20 sites, ranges 10 to 40 m: all own scans are within 0.1 m at 20 m and beyond, none at 10 m, but
+// for the last site, which needs 40 m.
+OwnEvidence one_hard_place() {
+  std::vector<std::vector<double>> error_m(20, {0.3, 0.05, 0.04, 0.03});
+  error_m.back() = {0.5, 0.3, 0.2, 0.05};
+  return *own_evidence_of(factors_with_own_error({10, 20, 30, 40}, error_m));
+}
+
+Choice everywhere(std::uint8_t range_index, std::size_t count = 20) {
+  Choice choice;
+  choice.range_index.assign(count, range_index);
+  choice.flags.assign(count, 0);
+  return choice;
+}
+
+TEST(OwnEvidence, TakesTheCheapestStaticAnswerThatCoversEnough) {
+  const OwnEvidence evidence = one_hard_place();
+  const StaticAnswer answer = best_static(evidence, 0.1, 0.95);
+  EXPECT_EQ(answer.range_index, 1);
+  EXPECT_NEAR(answer.standing.coverage, 0.95, 1e-12);
+  EXPECT_NEAR(answer.standing.cost, 400.0, 1e-9);
+  EXPECT_EQ(best_static(evidence, 0.1, 0.96).range_index, 3);
+}
+
+TEST(OwnEvidence, TakesWhatCoversMostWhereNothingCoversEnough) {
+  const std::vector<std::vector<double>> error_m = {{0.3, 0.05, 0.3}, {0.3, 0.3, 0.3}};
+  const OwnEvidence evidence = *own_evidence_of(factors_with_own_error({10, 20, 30}, error_m));
+  EXPECT_EQ(best_static(evidence, 0.1, 0.95).range_index, 1) << "not the longest by itself";
+  EXPECT_NEAR(best_static(evidence, 0.1, 0.95).standing.coverage, 0.5, 1e-12);
+  EXPECT_EQ(best_static(evidence, 0.01, 0.95).range_index, 1) << "nothing helps: the least error";
+}
+
+TEST(OwnEvidence, IsTheMappingErrorOrTheVirtualOneWhereThereIsNoOther) {
+  FactorTable factors = factors_with_own_error({10, 20}, {{0.3, 0.05}});
+  for (const char* name : {"mapping_error", "virtual_error"}) {
+    factors.factors[0] = name;
+    EXPECT_EQ(own_evidence_of(factors)->error_m, (std::vector<double>{0.3, 0.05})) << name;
+  }
+  factors.factors[0] = "feature_count";
+  EXPECT_EQ(own_evidence_of(factors).error().code, ErrorCode::kMismatchedInputs);
+}
+
+// A model's p* of 0.99, from one hard place elsewhere, sends all sites as far as there is.
+TEST(Floor, AModelNeverMakesAnEasyStreetDear) {
+  Choice choice = everywhere(3);
+  std::ranges::fill(choice.flags, kUnmet);
+  const std::optional<std::string> reason =
+      apply_floor(one_hard_place(), 0.1, {.explained = 0.5}, choice);
+  ASSERT_TRUE(reason.has_value());
+  EXPECT_EQ(choice.range_index, everywhere(1).range_index);
+  EXPECT_EQ(choice.flags[0], kStatic);
+  EXPECT_EQ(choice.flags[19], kStatic | kUnmet) << "its own scan is not within the limit at 20 m";
+  EXPECT_EQ(*reason,
+            "nothing is promised: the model's own choice costs more and covers no more of what the "
+            "map's scans found; it looks 20 m everywhere, where the map's own scans are within 0.1 "
+            "m at 95.0 % of the sites");
+}
+
+TEST(Floor, LeavesAChoiceThatIsCheaperOrCoversMoreForItsPrice) {
+  const OwnEvidence evidence = one_hard_place();
+  Choice cheaper = everywhere(1);
+  cheaper.range_index.front() = 0;  // covers 90 % for less than 20 m everywhere
+  const Choice before = cheaper;
+  EXPECT_FALSE(apply_floor(evidence, 0.1, {.explained = 0.5}, cheaper).has_value());
+  EXPECT_EQ(cheaper.range_index, before.range_index);
+  Choice adaptive = everywhere(1);
+  adaptive.range_index.back() = 3;  // covers all, which no range but 40 m does
+  EXPECT_FALSE(
+      apply_floor(evidence, 0.1, {.is_promised = true, .explained = 0.5}, adaptive).has_value());
+}
+
+TEST(Floor, APromiseIsGivenUpForATenthOrNotAtAll) {
+  const OwnEvidence evidence = one_hard_place();
+  Choice choice = everywhere(1);
+  for (std::size_t site = 0; site < 3; ++site) choice.range_index[site] = 2;
+  Choice dearer = everywhere(2);
+  const FloorOptions promised{.is_promised = true, .explained = 0.5};
+  EXPECT_FALSE(apply_floor(evidence, 0.1, promised, choice).has_value()) << "7.5 % dearer";
+  EXPECT_TRUE(apply_floor(evidence, 0.1, promised, dearer).has_value()) << "50 % dearer";
+}
+
+TEST(Floor, AModelThatExplainsNothingIsNotAsked) {
+  Choice choice = everywhere(0);  // cheaper than anything that covers a site
+  const std::optional<std::string> reason =
+      apply_floor(one_hard_place(), 0.1, {.explained = -0.2}, choice);
+  ASSERT_TRUE(reason.has_value());
+  EXPECT_EQ(choice.range_index, everywhere(1).range_index);
+  EXPECT_NE(reason->find("explains nothing out of fold (R^2 -0.20)"), std::string::npos) << *reason;
+  Choice of_a_short_drive = everywhere(0);
+  const FloorOptions too_short{.explained = 1e-16, .is_too_short = true};
+  EXPECT_TRUE(apply_floor(one_hard_place(), 0.1, too_short, of_a_short_drive).has_value())
+      << "the last bits of a share decide nothing";
+}
+
+TEST(Floor, ExplainedIsWhatTheModelTellsBeyondTheRange) {
+  ErrorModel model = handmade_model({{{0.5, 0.5}, {0.30, 0.06}}, {{0.5, 0.5}, {0.20, 0.04}}}, 2);
+  model.out_of_fold.mean_m = {0.25, 0.05, 0.25, 0.05};  // the mean of each range
+  EXPECT_NEAR(explained_share(model), 0.0, 1e-12);
+  model.out_of_fold.mean_m = {0.30, 0.06, 0.20, 0.04};
+  EXPECT_NEAR(explained_share(model), 1.0, 1e-12);
+  model.out_of_fold.mean_m = {0.20, 0.04, 0.30, 0.06};
+  EXPECT_NEAR(explained_share(model), -3.0, 1e-9);
+}
+
+TEST(Floor, IsNeverDearerThanTheStaticAnswerOfEqualCoverage) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    Random random(seed);
+    std::vector<std::vector<double>> error_m;
+    Choice choice;
+    for (int site = 0; site < 30; ++site) {
+      error_m.push_back({});
+      for (int range = 0; range < 4; ++range) error_m.back().push_back(random.uniform(0.0, 0.2));
+      choice.range_index.push_back(static_cast<std::uint8_t>(random.below(4)));
+      choice.flags.push_back(0);
+    }
+    const OwnEvidence evidence =
+        *own_evidence_of(factors_with_own_error({10, 20, 30, 40}, error_m));
+    const FloorOptions options{.static_coverage = random.uniform(0.3, 0.9), .explained = 0.5};
+    const Standing before = standing_of(evidence, 0.1, choice.range_index);
+    apply_floor(evidence, 0.1, options, choice);
+    const Standing after = standing_of(evidence, 0.1, choice.range_index);
+    EXPECT_LE(after.cost, before.cost + 1e-9);
+    EXPECT_GE(after.coverage + 1e-9, std::min(before.coverage, options.static_coverage));
+    const StaticAnswer equal = best_static(evidence, 0.1, after.coverage);
+    if (equal.standing.coverage + 1e-9 >= after.coverage) {
+      EXPECT_LE(after.cost, equal.standing.cost + 1e-9);
+    }
+  }
+}
+
+// As in choose_ranges_test: the third site is hard, the last one hopeless.
+ErrorModel five_sites() {
+  const HandmadeSite easy = {{0.9, 0.9, 0.9}, {0.05, 0.05, 0.05}};
+  return handmade_model(
+      {easy, easy, {{0.2, 0.9, 0.9}, {0.15, 0.05, 0.05}}, easy, {{0.1, 0.2, 0.3}, {0.3, 0.3, 0.3}}},
+      2);
+}
+
+std::vector<double> chosen_m(const RangeTable& table, std::size_t limit) {
+  std::vector<double> ranges_m;
+  for (std::size_t i = 0; i < table.site_count; ++i) ranges_m.push_back(table.range_m(i, limit));
+  return ranges_m;
+}
+
+TEST(ChooseRanges, GivesRefusedSitesTheStreetsStaticAnswerUnlessToldOtherwise) {
+  const ErrorModel model = five_sites();
+  PredictedError predicted = model.out_of_fold;
+  predicted.extrapolated[0] = 1;  // its answer is 10 m
+  predicted.extrapolated[4] = 1;  // site 1 at 20 m, where its answer is 10 m
+  const FactorTable factors =
+      factors_with_own_error({10, 20, 30}, std::vector<std::vector<double>>(5, {0.3, 0.05, 0.02}));
+  ChooseRangesOptions options;
+  options.risk_control = RiskControl::kFixed;
+  options.dilation_m = 0.0;
+  PassContext ctx;
+  const Result<RangeTable> careful =
+      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
+  options.extrapolated_takes_static = false;
+  const Result<RangeTable> trusting =
+      choose_ranges(ctx, options, sites_of(model), predicted, model, factors);
+  EXPECT_EQ(chosen_m(*careful, 0), (std::vector<double>{20, 10, 20, 10, 30}))
+      << "never 30 by itself";
+  EXPECT_EQ(chosen_m(*trusting, 0), (std::vector<double>{10, 10, 20, 10, 30}));
+  EXPECT_EQ(careful->flags[0], kExtrapolated | kStatic);
+  EXPECT_EQ(careful->flags[2], 0) << "another range is refused, its own is not";
+  EXPECT_EQ(trusting->flags[0], kExtrapolated);
+}
+
+// As kitti_0005 had it: last bits of a sine moved a probability, p* with it, and 17.5 m
+// became 19.8.
+TEST(Floor, MakesTheChoiceBlindToTheLastBitsOfAThreshold) {
+  std::vector<HandmadeSite> sites;
+  for (int i = 0; i < 60; ++i) {
+    const double error_m = i % 5 == 0 ? 0.12 : 0.06;
+    sites.push_back({{0.97, 0.974, 0.99}, {error_m, 0.05, 0.04}});
+  }
+  std::vector<std::vector<double>> choices;
+  for (const double last_bits : {0.0, 2e-3}) {
+    std::vector<HandmadeSite> moved = sites;
+    for (HandmadeSite& site : moved) site.probability[1] += last_bits;
+    const ErrorModel model = handmade_model(moved, 3);
+    const FactorTable factors = factors_with_own_error(
+        model.out_of_fold.ranges_m, std::vector<std::vector<double>>(60, {0.11, 0.05, 0.04}));
+    ChooseRangesOptions options;
+    options.risk_control = RiskControl::kFixed;
+    options.probability_threshold = 0.975;
+    PassContext ctx;
+    const Result<RangeTable> table =
+        choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model, factors);
+    ASSERT_TRUE(table.has_value());
+    ASSERT_TRUE(validate(*table).has_value());
+    choices.push_back(chosen_m(*table, 0));
+    EXPECT_FALSE(table->promises[0].is_earned);
+  }
+  EXPECT_EQ(choices[0], choices[1]);
+  EXPECT_EQ(choices[0], std::vector<double>(60, 20.0));
+}
+
+}  // namespace
+}  // namespace sightline

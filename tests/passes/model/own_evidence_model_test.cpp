@@ -1,0 +1,112 @@
+#include "passes/model/own_evidence_model.h"
+
+#include <gtest/gtest.h>
+
+#include "passes/model/choose_ranges.h"
+#include "passes/model/predict_error.h"
+#include "passes/model/train_model.h"
+#include "tests/support/handmade_model.h"
+#include "tests/support/synthetic_places.h"
+
+namespace sightline {
+namespace {
+
+// 20 m of street: its own scans are within 0.1 m from 20 m on; a range of 10 m serves half of them.
+struct ShortDrive {
+  SyntheticDrive drive = synthetic_drive(
+      1, {.site_count = 20, .ranges_m = {10.0, 20.0, 30.0}, .has_paper_factors = false});
+  std::vector<std::string> warnings;
+  PassContext ctx;
+
+  ShortDrive() {
+    std::vector<std::vector<double>> own_error_m;
+    for (int i = 0; i < 20; ++i) own_error_m.push_back({i < 10 ? 0.05 : 0.3, 0.06, 0.04});
+    drive.factors = factors_with_own_error(drive.factors.ranges_m, own_error_m);
+    ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
+  }
+  Result<ErrorModel> trained() {
+    return train_model_here(ctx, {}, drive.sites, drive.factors, drive.measured,
+                            synthetic_recordings(0));
+  }
+};
+
+TEST(OwnEvidenceModel, EveryShortDriveGetsItsOwnStaticAnswerFlaggedAndWithoutAPromise) {
+  ShortDrive street;
+  const Result<ErrorModel> model = street.trained();
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  ASSERT_TRUE(validate(*model).has_value()) << to_string(validate(*model).error());
+  ASSERT_EQ(street.warnings.size(), 1u);
+  EXPECT_NE(street.warnings[0].find("too little to learn from"), std::string::npos);
+  const SyntheticDrive& drive = street.drive;
+  const Result<PredictedError> predicted =
+      predict_error(street.ctx, {}, *model, drive.sites, drive.factors, synthetic_recordings(0));
+  ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
+  EXPECT_NEAR(predicted->probability(3, 0, 0), 0.5, 1e-12) << "share of its own scans at 10 m";
+  EXPECT_NEAR(predicted->mean(3, 0), 0.175, 1e-12);
+  EXPECT_EQ(predicted->probability(3, 1, 0), 1.0);
+  const Result<RangeTable> table =
+      choose_ranges(street.ctx, {}, drive.sites, *predicted, *model, drive.factors);
+  ASSERT_TRUE(table.has_value()) << to_string(table.error());
+  for (std::size_t site = 0; site < 20; ++site) {
+    EXPECT_EQ(table->range_m(site, 0), 20.0);
+    EXPECT_EQ(table->flags_of(site, 0), kStatic);
+  }
+  EXPECT_FALSE(table->promises[0].is_earned);
+  EXPECT_NE(table->promises[0].statement.find("nothing is promised: the drive is too short"),
+            std::string::npos)
+      << table->promises[0].statement;
+}
+
+TEST(OwnEvidenceModel, AlsoWhereNoScanLiesNearASite) {
+  ShortDrive street;
+  std::ranges::fill(street.drive.measured.scan_of_site, -1);
+  std::ranges::fill(street.drive.measured.rows, ErrorRow{});
+  EXPECT_TRUE(street.trained().has_value());
+}
+
+TEST(OwnEvidenceModel, SurvivesTheDisk) {
+  ShortDrive street;
+  const Result<ErrorModel> model = street.trained();
+  ASSERT_TRUE(model.has_value());
+  const Result<ErrorModel> read = from_bytes<ErrorModel>(to_bytes(*model));
+  ASSERT_TRUE(read.has_value()) << to_string(read.error());
+  EXPECT_EQ(to_bytes(*read), to_bytes(*model));
+}
+
+TEST(OwnEvidenceModel, OfOneRangeHasATreeOfOneLeaf) {
+  SyntheticDrive drive =
+      synthetic_drive(1, {.site_count = 2, .ranges_m = {10.0}, .has_paper_factors = false});
+  drive.factors = factors_with_own_error({10.0}, {{0.05}, {0.2}});
+  const Result<ErrorModel> model = model_of_own_evidence(drive.sites, drive.factors, drive.measured,
+                                                         synthetic_recordings(0), {0.1});
+  ASSERT_TRUE(model.has_value());
+  ASSERT_TRUE(validate(*model).has_value());
+  EXPECT_NEAR(model->out_of_fold.probability(0, 0, 0), 0.5, 1e-12);
+}
+
+TEST(OwnEvidenceModel, RefusesFactorsThatTellNothingOfTheMapsOwnScans) {
+  const SyntheticDrive drive =
+      synthetic_drive(1, {.site_count = 5, .ranges_m = {10.0}, .has_paper_factors = false});
+  EXPECT_EQ(model_of_own_evidence(drive.sites, drive.factors, drive.measured,
+                                  synthetic_recordings(0), {0.1})
+                .error()
+                .code,
+            ErrorCode::kMismatchedInputs);
+}
+
+TEST(TrainModel, NamesThePlaceThatIsTooShort) {
+  DrivenPlaces places = places_driven_twice(
+      2, {.site_count = 80, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
+  places.places[1] = place_driven_twice(
+      5, {.site_count = 20, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
+  places.places[1].name = "market/street.yaml";
+  PassContext ctx;
+  const Result<ErrorModel> model = train_model(ctx, {}, places);
+  ASSERT_FALSE(model.has_value());
+  EXPECT_EQ(model.error().code, ErrorCode::kDriveTooShort);
+  EXPECT_NE(to_string(model.error()).find("market/street.yaml"), std::string::npos)
+      << to_string(model.error());
+}
+
+}  // namespace
+}  // namespace sightline
