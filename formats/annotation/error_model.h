@@ -27,8 +27,9 @@ struct PlaceCard {
 struct TrainingCard {
   std::vector<PlaceCard> places;
   ErrorReference reference = ErrorReference::kKnownPose;
-  std::string feature_set;  // "paper", "all"
-  std::string hold_out;     // what a fold is made of: "blocks" of route, or whole "places"
+  LocalizerProfile localizer;  // whose errors it learnt, and foretells
+  std::string feature_set;     // "paper", "all"
+  std::string hold_out;        // what a fold is made of: "blocks" of route, or whole "places"
   std::uint64_t seed = 0;
   std::uint32_t tree_count = 0;
   std::uint32_t least_leaf_rows = 0;
@@ -112,7 +113,7 @@ struct ErrorModel {
 template <>
 struct ArtifactTraits<ErrorModel> {
   static constexpr std::string_view kName = "error-model";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
 };
 
 Result<void> validate(const ErrorModel& model);
