@@ -151,7 +151,11 @@ Wire<FactorTable> add_mapping_error_steps(const CompileConfig& config,
   options.scans = scan_shares(config).mapping;
   options.reference = ErrorReference::kKnownPose;
   // A factor, not a label: cheap, at every site, and the same whoever will localize here.
-  if (options.localizer == LocalizerKind::kPclNdt) options.localizer = LocalizerKind::kSearching;
+  if (options.localizer == LocalizerKind::kPclNdt) {
+    options.localizer = LocalizerKind::kSearching;
+    options.starts.count = 0;
+  }
+  options.site_step = 1;
   const Wire<MeasuredError> measured =
       plan.run_as("mapping", kMeasureError, options, mapping.undistorted, mapping.trajectory,
                   compile.ndt, compile.sites);

@@ -208,7 +208,7 @@ std::vector<std::optional<std::size_t>> nearest_scans(const Setup& setup, const 
 MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map) {
   MatchingCard card;
   card.scans = options.scans;
-  card.localizer = profile_of(options, map);
+  card.localizer = profile_of({options.localizer, options.coarse_cells, options.leaf_m}, map);
   card.site_step = static_cast<std::uint32_t>(site_step_of(options));
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;
   card.coarse_cells = is_own ? static_cast<std::uint32_t>(options.coarse_cells) : 1;
@@ -255,7 +255,10 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
   const Localizer own =
       is_own ? make_localizer(map, localizer_options(options.localizer, options.coarse_cells))
              : Localizer{};
-  const SiteLocalizerInputs localizer{options, localization_drive.sensor, map, own};
+  const SiteLocalizerInputs localizer{{options.localizer, options.coarse_cells, options.leaf_m},
+                                      localization_drive.sensor,
+                                      map,
+                                      own};
   const std::vector<InitialOffset> offsets = initial_offsets(starts_of(options));
   const Setup setup{options, localization_drive, in_map, localizer, offsets, ctx.seed};
   SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,

@@ -19,7 +19,7 @@ class OwnSiteLocalizer : public SiteLocalizer {
   void go_to(const Eigen::Vector3d& /*p_map_m*/, std::uint64_t /*seed*/) override {}
   std::size_t take(const Scan& scan, double range_m) override {
     scan_ = make_scan_for_match(inputs_.own, cutter_, scan, inputs_.sensor,
-                                {range_m, inputs_.options.leaf_m});
+                                {range_m, inputs_.choice.leaf_m});
     return scan_.points_m.size();
   }
   MatchResult match(const Pose& T_map_start) override {
@@ -106,19 +106,19 @@ LocalizerProfile pcl_profile(const NdtMap& map) {
 }  // namespace
 
 std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs) {
-  if (inputs.options.localizer == LocalizerKind::kPclNdt) {
+  if (inputs.choice.kind == LocalizerKind::kPclNdt) {
     return std::make_unique<PclSiteLocalizer>(inputs);
   }
   return std::make_unique<OwnSiteLocalizer>(inputs);
 }
 
-LocalizerProfile profile_of(const MeasureErrorOptions& options, const NdtMap& map) {
-  if (options.localizer == LocalizerKind::kPclNdt) return pcl_profile(map);
-  return {std::string(localizer_name(options.localizer)),
+LocalizerProfile profile_of(const LocalizerChoice& choice, const NdtMap& map) {
+  if (choice.kind == LocalizerKind::kPclNdt) return pcl_profile(map);
+  return {std::string(localizer_name(choice.kind)),
           kLocalizersVersion,
           {{"cell_m", format_double(map.cell_m)},
-           {"coarse_cells", std::to_string(options.coarse_cells)},
-           {"leaf_m", format_double(options.leaf_m)}}};
+           {"coarse_cells", std::to_string(choice.coarse_cells)},
+           {"leaf_m", format_double(choice.leaf_m)}}};
 }
 
 }  // namespace sightline

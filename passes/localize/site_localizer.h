@@ -7,7 +7,6 @@
 #include "formats/drive/drive.h"
 #include "formats/drive/localizer_profile.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/localize/measure_error.h"
 #include "passes/matching/localizer.h"
 
 namespace sightline {
@@ -25,9 +24,16 @@ class SiteLocalizer {
   virtual MatchResult match(const Pose& T_map_start) = 0;
 };
 
+// Which localizer, and what its name leaves open; the last two of this program's own alone.
+struct LocalizerChoice {
+  LocalizerKind kind = LocalizerKind::kSearching;
+  int coarse_cells = 1;
+  double leaf_m = 1.0;
+};
+
 // What all of them share. `own` serves this program's localizers alone.
 struct SiteLocalizerInputs {
-  const MeasureErrorOptions& options;
+  LocalizerChoice choice;
   const SensorProfile& sensor;
   const NdtMap& map;
   const Localizer& own;
@@ -35,6 +41,6 @@ struct SiteLocalizerInputs {
 std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs);
 
 // What a vehicle must do alike for the errors to be its own.
-LocalizerProfile profile_of(const MeasureErrorOptions& options, const NdtMap& map);
+LocalizerProfile profile_of(const LocalizerChoice& choice, const NdtMap& map);
 
 }  // namespace sightline

@@ -67,6 +67,8 @@ Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& ma
   const LocalizerProfile& judging = artifacts.get(made.measured).matching.localizer;
   std::string text = judged_by(map.model.localizer, judging) + to_text(evaluation) + "\n";
   std::vector<Table> all = tables(evaluation);
+  all.front().facts.emplace_back("judged_by", to_text(judging));
+  all.front().facts.emplace_back("ranges_are_for", to_text(map.model.localizer));
   if (artifacts.has(made.tracks)) {
     const DriveTracks& tracks = artifacts.get(made.tracks);
     for (Table& table : tables(tracks)) all.push_back(std::move(table));

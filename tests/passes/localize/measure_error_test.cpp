@@ -131,7 +131,7 @@ TEST(MeasureError, WithoutPointsInRangeReportsTheOffsetsThemselves) {
   const Result<MeasuredError> measured = measure(world, options);
   ASSERT_TRUE(measured.has_value());
   double expected_m = 0.0;
-  for (const InitialOffset& offset : initial_offsets(options.starts)) {
+  for (const InitialOffset& offset : initial_offsets(starts_of(options))) {
     expected_m += std::hypot(offset.x_m, offset.y_m, offset.z_m) / 12.0;
   }
   EXPECT_EQ(measured->rows[4].point_count, 0u);

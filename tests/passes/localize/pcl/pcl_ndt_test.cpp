@@ -29,7 +29,7 @@ TEST(PclNdt, EndsWherePclEndsThatWasGivenThePoints) {
     const PclMatch found = of_nds.match(start);
     const PclMatch expected = of_points.match(start);
     EXPECT_LT(apart_m(found.T_map_scan, expected.T_map_scan), 1e-3) << i;
-    EXPECT_EQ(found.iterations, expected.iterations) << i;
+    EXPECT_NEAR(found.iterations, expected.iterations, 2) << i;
     EXPECT_GT(found.iterations, 1) << "an epsilon that stops at the start says nothing";
     EXPECT_LT(apart_m(found.T_map_scan, truth), 0.5 * apart_m(start, truth) + 0.05) << i;
   }
