@@ -20,7 +20,9 @@ TEST(LocalizerProfile, ReadsBackWhatItWrote) {
     LocalizerProfile back;
     decode(reader, back);
     EXPECT_EQ(reader.ok(), size == writer.bytes().size()) << "cut at byte " << size;
-    if (reader.ok()) EXPECT_EQ(back, profile);
+    if (reader.ok()) {
+      EXPECT_EQ(back, profile);
+    }
   }
 }
 
