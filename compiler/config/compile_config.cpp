@@ -1,10 +1,15 @@
 #include "compiler/config/compile_config.h"
 
 #include <algorithm>
+#include <map>
+#include <optional>
 
 #include "compiler/gate/settings.h"
+#include "formats/foreign/text/text_lines.h"
 #include "formats/text/table.h"
 #include "passes/ingest/ingest.h"
+#include "passes/localize/measure_error.h"
+#include "passes/localize/pcl/pcl_ndt.h"
 
 namespace sightline {
 namespace {
@@ -46,10 +51,75 @@ Result<void> check(const CompileConfig& config, const std::filesystem::path& fil
                  "annotation.split is even-odd and a localization drive is named: choose one",
                  file.string(), ""};
   }
+  if (config.imports_errors() || config.imports_evaluation()) {
+    const Result<LocalizerProfile> localizer = outside_localizer(config.outside);
+    if (!localizer) return in_file(localizer.error(), file.string());
+  }
+  const bool wants_pcl = config.passes.options(kMeasureError).localizer == LocalizerKind::kPclNdt;
+  if (wants_pcl && !has_pcl_ndt()) {
+    return Error{ErrorCode::kBadValue,
+                 "measure-error.localizer is pcl-ndt, and this program was built without PCL",
+                 file.string(), ""};
+  }
   return {};
 }
 
+// "a=1, b = 2" as pairs, ascending by name. Nothing where it is not of that form.
+std::optional<std::vector<std::pair<std::string, std::string>>> pairs_of(const std::string& text) {
+  std::map<std::string, std::string> pairs;
+  std::vector<std::string_view> words;
+  split_words(text, words, ",");
+  for (const std::string_view word : words) {
+    std::vector<std::string_view> sides;
+    split_words(word, sides, " =");
+    const bool is_pair = sides.size() == 2 && std::ranges::count(word, '=') == 1;
+    if (!is_pair || !pairs.emplace(sides[0], sides[1]).second) return std::nullopt;
+  }
+  return std::vector<std::pair<std::string, std::string>>(pairs.begin(), pairs.end());
+}
+
 }  // namespace
+
+Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options) {
+  const auto parameters = pairs_of(options.parameters);
+  if (!parameters) {
+    return Error{ErrorCode::kBadValue,
+                 "import-errors.parameters: found '" + options.parameters +
+                     "', expected \"name=value, ...\", each name once",
+                 "", ""};
+  }
+  for (const std::string& own : localizer_names()) {
+    if (options.localizer != own) continue;
+    return Error{ErrorCode::kBadValue,
+                 "import-errors.localizer: " + own +
+                     " is one of this program's own, which measures "
+                     "its errors itself (measure-error.localizer); name yours otherwise",
+                 "", ""};
+  }
+  LocalizerProfile profile{options.localizer, static_cast<std::uint32_t>(options.version),
+                           *parameters};
+  if (validate(profile)) return profile;
+  return Error{ErrorCode::kBadValue,
+               "import-errors.localizer: expected the name by which the vehicle's program will "
+               "know it, 1 to 64 printable characters without a blank or '/'",
+               "", ""};
+}
+
+std::vector<OptionField> option_fields(OutsideErrorsOptions& options) {
+  return {
+      text("file", options.file,
+           "CSV with a line \"scan,look,start,error\" and one error a line: what a localizer of "
+           "yours made of the localization drive, in place of measure-error; empty: none"),
+      text("evaluation_file", options.evaluation_file, "the same of the evaluation drive"),
+      text("localizer", options.localizer,
+           "its name, which the map keeps and the vehicle tells the reader"),
+      integer("version", options.version, "raise it when that localizer changes", 0, 1'000'000'000),
+      text("parameters", options.parameters,
+           "what the name leaves open, for the record: \"name=value, ...\""),
+      choice("reference", options.reference,
+             "what the errors were measured against: the known pose, or the match at full range",
+             {"known", "full-range"})};
+}
 
 std::vector<OptionField> option_fields(AnnotationOptions& options) {
   return {numbers("ranges_m", options.ranges_m, "observation ranges to choose from, m", 1.0, 300.0),
@@ -83,6 +153,8 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   all.push_back({"evaluation",
                  "An independent drive that judges the finished map (sightline evaluate)",
                  option_fields(config.evaluation)});
+  all.push_back({"import-errors", "Errors that a localizer of yours made, measured outside",
+                 option_fields(config.outside)});
   return all;
 }
 
@@ -98,14 +170,17 @@ Result<void> read_compile_config(const std::filesystem::path& file,
     resolve(file.parent_path(), *recording);
   }
   for (RecordingOptions& sensor : config.other_sensors) resolve(file.parent_path(), sensor);
+  for (std::string* path : {&config.outside.file, &config.outside.evaluation_file}) {
+    if (!path->empty()) *path = (file.parent_path() / *path).lexically_normal().string();
+  }
   for (const std::string& assignment : overrides) {
     SIGHTLINE_TRY(set_override(assignment, sections));
   }
+  config.passes = settings_of(sections);
+  config.passes.shared = shared_values(config.annotation);
   SIGHTLINE_TRY(check(config, file));
   // Judged later, but a mistake in it is reported before hours of work.
   SIGHTLINE_TRY(read_gate_settings(file));
-  config.passes = settings_of(sections);
-  config.passes.shared = shared_values(config.annotation);
   return {};
 }
 

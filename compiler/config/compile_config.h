@@ -7,6 +7,7 @@
 
 #include "compiler/config/config_file.h"
 #include "compiler/pipeline/settings.h"
+#include "formats/annotation/measured_error.h"
 #include "formats/foreign/recording/recording.h"
 #include "passes/pass/default_ranges.h"
 
@@ -27,6 +28,17 @@ struct AnnotationOptions {
 };
 std::vector<OptionField> option_fields(AnnotationOptions& options);
 
+// Errors that a localizer outside of this program made, in place of what measure-error measures.
+struct OutsideErrorsOptions {
+  std::string file;             // CSV of the localization drive; empty: nothing is imported
+  std::string evaluation_file;  // CSV of the evaluation drive
+  std::string localizer;        // as the vehicle names it to the reader
+  int version = 1;              // raised by whoever changes that localizer
+  std::string parameters;       // "name=value, ...", kept in the map
+  ErrorReference reference = ErrorReference::kKnownPose;
+};
+std::vector<OptionField> option_fields(OutsideErrorsOptions& options);
+
 // One YAML file: everything a compile and its evaluation depend on.
 struct CompileConfig {
   AnnotationOptions annotation;
@@ -35,9 +47,12 @@ struct CompileConfig {
   std::array<RecordingOptions, 3> other_sensors;
   RecordingOptions localization;  // no scans: see AnnotationOptions::split
   RecordingOptions evaluation;    // an independent drive, for `evaluate`
+  OutsideErrorsOptions outside;   // section import-errors
   PassSettings passes;            // options of passes, with what they share
 
   [[nodiscard]] bool is_split() const { return localization.scans.empty(); }
+  [[nodiscard]] bool imports_errors() const { return !outside.file.empty(); }
+  [[nodiscard]] bool imports_evaluation() const { return !outside.evaluation_file.empty(); }
 };
 
 // "mapping-2" of the first of other_sensors, and so on.
@@ -48,11 +63,15 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config);
 // What `sightline gate` reads of the same file.
 ConfigSection gate_section();
 
+// The localizer of import-errors. Error: bad-value.
+Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options);
+
 // Reads the file into `config` and `sections`, which are all that it may name (the drives' sections
 // point into `config`, those of passes hold their options), then the overrides
 // ("section.key=value"). Paths become relative to the file's folder; options of passes become
 // `config.passes`. Errors: those of read_yaml and set_override, missing-key (no mapping drive),
-// bad-value (a split beside a localization drive).
+// bad-value (a split beside a localization drive; a localizer of import-errors without a good name,
+// or parameters that are none; pcl-ndt in a program without PCL).
 Result<void> read_compile_config(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides,
                                  std::vector<ConfigSection> sections, CompileConfig& config);

@@ -46,6 +46,7 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
   for (const RecordingOptions* recording : recordings) {
     SIGHTLINE_TRY(add_recording(*recording, inputs));
   }
+  if (config.imports_errors()) inputs.files.emplace_back(config.outside.file);
   sort_once(inputs.files);
   sort_once(inputs.folders);
   return inputs;

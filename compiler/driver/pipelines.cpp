@@ -5,12 +5,14 @@
 
 #include "formats/base/atomic_file.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/text/outside_errors_file.h"
 #include "formats/map/map_reader.h"
 #include "passes/emit/emit_map.h"
 #include "passes/factors/compute_factors.h"
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/join_sensors.h"
 #include "passes/localize/add_mapping_error.h"
+#include "passes/localize/import_errors.h"
 #include "passes/localize/measure_error.h"
 #include "passes/localize/track_drive.h"
 #include "passes/map/build_ndt.h"
@@ -42,9 +44,36 @@ ScanShares scan_shares(const CompileConfig& config) {
   return config.is_split() ? ScanShares{ScanSelection::kEven, ScanSelection::kOdd} : ScanShares{};
 }
 
+// A map that a drive is measured in, and how.
+struct OnMap {
+  Plan& plan;
+  Wire<NdtMap> ndt;
+  Wire<Sites> sites;
+  MeasureErrorOptions measuring;
+};
+
 RecordingInput add_recording(Plan& plan, const std::string& role, const RecordingOptions& options) {
   return {role, options, plan.input<Recording>(role + "/recording"),
           plan.input<SensorProfile>(role + "/sensor")};
+}
+
+// Its errors as a localizer outside made them, where `file` names them; else as ours makes them.
+Wire<MeasuredError> add_errors(const CompileConfig& config, std::string_view label,
+                               const LocalizedDrive& drive, const OnMap& on,
+                               std::vector<OutsideInput>& outside) {
+  Plan& plan = on.plan;
+  const bool is_evaluation = label == "evaluation";
+  const std::string& file = is_evaluation ? config.outside.evaluation_file : config.outside.file;
+  if (file.empty()) {
+    return plan.run_as(label, kMeasureError, on.measuring, drive.undistorted, drive.trajectory,
+                       on.ndt, on.sites);
+  }
+  const std::string role = is_evaluation ? "evaluation" : "localization";
+  outside.push_back({file, config.outside, plan.input<OutsideErrors>(role + "/outside-errors")});
+  const ImportErrorsOptions importing{on.measuring.ranges_m, on.measuring.scans,
+                                      on.measuring.site_radius_m};
+  return plan.run_as(label, kImportErrors, importing, outside.back().errors, drive.drive,
+                     drive.trajectory, on.sites);
 }
 
 // What makes the map: the scans of all sensors on the vehicle, and a pose for each.
@@ -121,6 +150,12 @@ Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDriv
   Plan& plan = compile.plan;
   MeasureErrorOptions options = plan.options(kMeasureError);
   options.scans = scan_shares(config).mapping;
+  // Evidence and a factor, not labels: cheap, at every site, and the same whoever will localize here.
+  if (options.localizer == LocalizerKind::kPclNdt) {
+    options.localizer = LocalizerKind::kSearching;
+    options.starts.count = 0;
+  }
+  options.site_step = 1;
   const auto measured_as = [&](const std::string& role) {
     return plan.run_as(role, kMeasureError, options, mapping.undistorted, mapping.trajectory,
                        compile.ndt, compile.sites);
@@ -193,8 +228,8 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   }
   MeasureErrorOptions measuring = plan.options(kMeasureError);
   measuring.scans = scan_shares(config).localization;
-  compile.measured = plan.run_as("", kMeasureError, measuring, localized.undistorted,
-                                 localized.trajectory, compile.ndt, compile.sites);
+  compile.measured = add_errors(config, "", localized,
+                                {plan, compile.ndt, compile.sites, measuring}, compile.outside);
   add_choice(config, compile);
   EmitMapOptions emitting = plan.options(kEmitMap);
   emitting.mapping_scans = scan_shares(config).mapping;
@@ -211,8 +246,8 @@ Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, Compil
       add_drive(plan, compile.recordings.back(), compile.ndt, compile.sites);
   MeasureErrorOptions measuring = plan.options(kMeasureError);
   measuring.scans = scan_shares(config).localization;
-  return plan.run_as("evaluation", kMeasureError, measuring, drive.undistorted, drive.trajectory,
-                     compile.ndt, compile.sites);
+  return add_errors(config, "evaluation", drive, {plan, compile.ndt, compile.sites, measuring},
+                    compile.outside);
 }
 
 EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) {
@@ -231,10 +266,12 @@ EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) 
   const bool is_same_recording =
       config.is_split() && config.evaluation.scans == config.mapping.scans;
   measuring.scans = is_same_recording ? ScanSelection::kOdd : ScanSelection::kAll;
-  evaluate.measured = plan.run_as("evaluation", kMeasureError, measuring, drive.undistorted,
-                                  drive.trajectory, evaluate.ndt, evaluate.sites);
+  evaluate.measured = add_errors(config, "evaluation", drive,
+                                 {plan, evaluate.ndt, evaluate.sites, measuring}, evaluate.outside);
   evaluate.evaluation = plan.run(kEvaluateRanges, evaluate.sites, evaluate.predicted,
                                  evaluate.ranges, evaluate.factors, evaluate.measured);
+  const bool is_own = measuring.localizer != LocalizerKind::kPclNdt && evaluate.outside.empty();
+  if (!is_own) return evaluate;
   TrackDriveOptions tracking = plan.options(kTrackDrive);
   tracking.reach_m = map.reach_m;
   tracking.matching = measuring;
@@ -275,7 +312,9 @@ Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
   return config;
 }
 
-Result<void> provide_drive(const RecordingInput& input, ArtifactSet& artifacts) {
+namespace {
+
+Result<void> provide_recording(const RecordingInput& input, ArtifactSet& artifacts) {
   SIGHTLINE_ASSIGN(Recording recording, open_recording(input.options, /*threads=*/0));
   const Digest digest = recording.digest;
   artifacts.provide(input.sensor, recording.sensor);
@@ -283,9 +322,29 @@ Result<void> provide_drive(const RecordingInput& input, ArtifactSet& artifacts) 
   return {};
 }
 
+Result<void> provide_outside(const std::vector<OutsideInput>& inputs, ArtifactSet& artifacts) {
+  for (const OutsideInput& input : inputs) {
+    OutsideErrors outside;
+    SIGHTLINE_ASSIGN(outside.localizer, outside_localizer(input.options));
+    outside.reference = input.options.reference;
+    SIGHTLINE_ASSIGN(outside.errors, read_outside_errors(input.file));
+    artifacts.provide(input.errors, std::move(outside));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> provide_drive(const EvaluatePlan& evaluate, ArtifactSet& artifacts) {
+  SIGHTLINE_TRY(provide_recording(evaluate.recording, artifacts));
+  return provide_outside(evaluate.outside, artifacts);
+}
+
 Result<void> provide_drives(const CompilePlan& compile, ArtifactSet& artifacts) {
+  // The files that are read in no time come first: a mistake in them is told at once.
+  SIGHTLINE_TRY(provide_outside(compile.outside, artifacts));
   for (const RecordingInput& input : compile.recordings) {
-    SIGHTLINE_TRY(provide_drive(input, artifacts));
+    SIGHTLINE_TRY(provide_recording(input, artifacts));
   }
   artifacts.provide(compile.cards, recording_cards(compile, artifacts));
   return {};

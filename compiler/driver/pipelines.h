@@ -9,6 +9,7 @@
 #include "formats/annotation/evaluation.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/driven_places.h"
+#include "formats/drive/outside_errors.h"
 #include "formats/map/compiled_map.h"
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/sharpness.h"
@@ -32,6 +33,13 @@ struct RecordingInput {
   Wire<SensorProfile> sensor;
 };
 
+// A file of import-errors.
+struct OutsideInput {
+  std::string file;
+  OutsideErrorsOptions options;
+  Wire<OutsideErrors> errors;
+};
+
 // A drive that is localized in a map.
 struct LocalizedDrive {
   Wire<Drive> drive;
@@ -44,6 +52,7 @@ struct CompilePlan {
   Plan plan;
   // From outside; a split recording localizes by its own sensor, which is not provided again.
   std::vector<RecordingInput> recordings;
+  std::vector<OutsideInput> outside;  // those that were named
   Wire<RecordingCards> cards;
   Wire<ErrorModel> given_model;  // connected where the model is given
   // Made.
@@ -75,6 +84,7 @@ struct EvaluatePlan {
   Plan plan;
   // From outside.
   RecordingInput recording;
+  std::vector<OutsideInput> outside;
   Wire<NdtMap> ndt;
   Wire<Sites> sites;
   Wire<PredictedError> predicted;
@@ -83,6 +93,8 @@ struct EvaluatePlan {
   // Made, but for `measured` where it is provided.
   Wire<MeasuredError> measured;
   Wire<Evaluation> evaluation;
+  // Not connected where the drive is localized by another localizer than this program's own: nobody
+  // replays it then.
   Wire<DriveTracks> tracks;
 };
 EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map);
@@ -103,10 +115,10 @@ std::vector<ConfigSection> published_sections(CompileConfig& config);
 Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
                                           const std::vector<std::string>& overrides);
 
-// Opens the recordings of a plan and provides them, their sensors and cards. Errors: those of
-// open_recording.
+// Opens the recordings of a plan and provides them, their sensors and cards, and reads the files of
+// import-errors. Errors: those of open_recording and read_outside_errors.
 Result<void> provide_drives(const CompilePlan& compile, ArtifactSet& artifacts);
-Result<void> provide_drive(const RecordingInput& input, ArtifactSet& artifacts);
+Result<void> provide_drive(const EvaluatePlan& evaluate, ArtifactSet& artifacts);
 
 // Provides what a map holds.
 void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactSet& artifacts);

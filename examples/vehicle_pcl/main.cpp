@@ -1,11 +1,14 @@
 // Localizes one scan with PCL's NDT, looking as far as a compiled map says for that place:
 //
-//   vehicle_pcl MAP CLOUD SCAN X_M Y_M Z_M YAW_DEG [LIMIT_M]
+//   vehicle_pcl MAP CLOUD SCAN X_M Y_M Z_M YAW_DEG [LIMIT_M [LOCALIZER]]
 //
 // MAP is the compiled map, CLOUD the points it was made of (`sightline export town.yaml --format
 // pcd -o CLOUD`), SCAN a PCD file in the sensor's frame. The rest is a guess of the sensor's pose
 // in the world the map was made in, level, good to about a metre and a few degrees. LIMIT_M is the
-// accuracy that is needed, 0.10 m unless given.
+// accuracy that is needed, 0.10 m unless given. LOCALIZER is the name under which this vehicle's
+// errors were measured, "vehicle-pcl" unless given: a map of another localizer's errors knows no
+// range for it, and it looks as far as the map goes. What it runs here is PCL's NDT on voxels of 1
+// m; "pcl-ndt" is the same matcher with Autoware's numbers (schemas/definitions.md, "Localizers").
 
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/io/pcd_io.h>
@@ -16,6 +19,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
+#include <string>
 
 #include "formats/reader/pcl.h"
 #include "formats/reader/reader.h"
@@ -27,7 +31,7 @@ using sightline::MapReader;
 using sightline::RangeAnswer;
 using sightline::Result;
 
-constexpr float kLeaf_m = 1.0F;  // the map's errors were measured with scans thinned like this
+constexpr float kLeaf_m = 1.0F;  // voxel of the thinned scan
 constexpr float kCell_m = 2.0F;  // of the NDT grid
 
 int refuse(const sightline::Error& error) {
@@ -59,6 +63,10 @@ int localize(const MapReader& map, const Cloud::Ptr& target, const Cloud& scan, 
              double limit_m) {
   const Result<RangeAnswer> answer = map.observation_range(guess.position_world_m, limit_m);
   if (!answer) return refuse(answer.error());
+  if ((answer->flags & sightline::kAnswerUnknownLocalizer) != 0) {
+    std::fprintf(stderr, "the map's errors are those of %s: nothing is known for this localizer\n",
+                 std::string(map.info().localizer).c_str());
+  }
   const Cloud::Ptr source = thinned(crop(scan, *answer));
   // The cloud is in map coordinates, near its origin: floats hold no world.
   Eigen::Affine3d T_map_sensor = Eigen::Affine3d::Identity();
@@ -91,16 +99,17 @@ int localize(const MapReader& map, const Cloud::Ptr& target, const Cloud& scan, 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 8 || argc > 9) {
-    std::fprintf(stderr, "usage: %s MAP CLOUD SCAN X_M Y_M Z_M YAW_DEG [LIMIT_M]\n", argv[0]);
+  if (argc < 8 || argc > 10) {
+    std::fprintf(stderr, "usage: %s MAP CLOUD SCAN X_M Y_M Z_M YAW_DEG [LIMIT_M [LOCALIZER]]\n",
+                 argv[0]);
     return 64;
   }
-  const Result<MapReader> map = MapReader::open(argv[1]);
+  const Result<MapReader> map = MapReader::open(argv[1], argc == 10 ? argv[9] : "vehicle-pcl");
   if (!map) return refuse(map.error());
   const Cloud::Ptr target = load(argv[2]);
   const Cloud::Ptr scan = load(argv[3]);
   if (target == nullptr || scan == nullptr) return 65;  // PCL has said why
   const Guess guess{{std::atof(argv[4]), std::atof(argv[5]), std::atof(argv[6])},
                     std::atof(argv[7]) * std::numbers::pi / 180.0};
-  return localize(*map, target, *scan, guess, argc == 9 ? std::atof(argv[8]) : 0.10);
+  return localize(*map, target, *scan, guess, argc >= 9 ? std::atof(argv[8]) : 0.10);
 }

@@ -22,6 +22,8 @@ namespace {
 
 using namespace sightline;
 
+// What this vehicle matches with. A map of another localizer's errors knows no range for it.
+constexpr const char* kLocalizer = "searching";
 constexpr double kLeaf_m = 1.0;  // the voxel that errors were measured with
 
 int refuse(const Error& error) {
@@ -63,7 +65,7 @@ int localize_scan(const char* map_path, const char* scan_path, const Pose& T_wor
   if (!map) return refuse(map.error());
   const Pose& T_vehicle_lidar = map->sensor.T_vehicle_lidar;
   const Eigen::Vector3d sensor_m = T_world_guess * T_vehicle_lidar.translation();
-  const Result<MapReader> reader = MapReader::open(map_path);
+  const Result<MapReader> reader = MapReader::open(map_path, kLocalizer);
   if (!reader) return refuse(reader.error());
   const Result<RangeAnswer> range =
       reader->observation_range({sensor_m.x(), sensor_m.y(), sensor_m.z()}, limit_m);
@@ -71,9 +73,7 @@ int localize_scan(const char* map_path, const char* scan_path, const Pose& T_wor
   Result<PointCloudFile> cloud = read_point_cloud(scan_path);
   if (!cloud) return refuse(cloud.error());
 
-  const Localizer localizer = make_localizer(
-      map->ndt,
-      localizer_named(map->measurement.localizer, static_cast<int>(map->measurement.coarse_cells)));
+  const Localizer localizer = make_localizer(map->ndt, localizer_named(kLocalizer));
   ScanCutter cutter;  // a vehicle keeps it from scan to scan
   ScanForMatch scan =
       make_scan_for_match(localizer, cutter, {.points_m = std::move(cloud->points_m)}, map->sensor,

@@ -1,10 +1,12 @@
 // Follows a pose file through a compiled map and prints how far to look at each pose:
 //
-//   vehicle_reader MAP POSES [LIMIT_M]
+//   vehicle_reader MAP POSES [LIMIT_M [LOCALIZER]]
 //
 // POSES is a TUM file: lines "time x y z qx qy qz qw" in the world the map was made in, the
 // sensor's own poses; '#' begins a comment. LIMIT_M is the accuracy that is needed, 0.10 m unless
-// given. It links nothing but the reader.
+// given. LOCALIZER is what the vehicle localizes with, the compiler's own unless given: a map knows
+// probabilities for the localizer whose errors were measured and for no other. It links nothing but
+// the reader.
 
 #include <cstdio>
 #include <cstdlib>
@@ -31,6 +33,7 @@ std::string flag_names(std::uint32_t flags) {
   add(sightline::kAnswerFar, "far");
   add(sightline::kAnswerTighterLimit, "tighter-limit");
   add(sightline::kAnswerStatic, "static");
+  add(sightline::kAnswerUnknownLocalizer, "unknown-localizer");
   return names.empty() ? "-" : names;
 }
 
@@ -78,12 +81,12 @@ int follow(const MapReader& map, std::istream& poses, double limit_m) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3 || argc > 4) {
-    std::fprintf(stderr, "usage: %s MAP POSES [LIMIT_M]\n", argv[0]);
+  if (argc < 3 || argc > 5) {
+    std::fprintf(stderr, "usage: %s MAP POSES [LIMIT_M [LOCALIZER]]\n", argv[0]);
     return 64;
   }
-  const double limit_m = argc == 4 ? std::atof(argv[3]) : 0.10;
-  const Result<MapReader> map = MapReader::open(argv[1]);
+  const double limit_m = argc >= 4 ? std::atof(argv[3]) : 0.10;
+  const Result<MapReader> map = MapReader::open(argv[1], argc == 5 ? argv[4] : "searching");
   if (!map) {
     std::fprintf(stderr, "%s\n", to_string(map.error()).c_str());
     return sightline::exit_status(map.error().code);

@@ -5,7 +5,9 @@ Written from schemas/map_format.md and schemas/map.fbs alone, so it is also a se
 compiler wrote. NDs are read where they lie unpacked: Python 3.11 has no zstd.
 
     sightline_map.py MAP                      what the map is
-    sightline_map.py MAP X_M Y_M Z_M [LIMIT_M]    how far to look there (limit 0.10 m unless given)
+    sightline_map.py MAP X_M Y_M Z_M [LIMIT_M [LOCALIZER]]
+                                              how far to look there (limit 0.10 m, localizer
+                                              "searching" unless given)
     sightline_map.py MAP --check              every digest that needs no unpacking
 """
 
@@ -16,7 +18,7 @@ import struct
 import sys
 from typing import NamedTuple
 
-UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC = 1, 2, 4, 8, 16
+UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER = 1, 2, 4, 8, 16, 32
 KNOWN_BLOCKS = {("ndt", 1), ("range", 1)}
 LOOK_UP = 1  # compatible feature bit 0
 PAGE = 4096
@@ -141,6 +143,9 @@ class Table:
         place = self.place + self.offset(field)
         return place + struct.unpack_from("<I", self.data, place)[0]
 
+    def table(self, field):
+        return Table(self.data, self.target(field))
+
     def vector(self, field):
         start = self.target(field)
         return start + 4, struct.unpack_from("<I", self.data, start)[0]
@@ -190,8 +195,8 @@ class Tile(NamedTuple):
 
 class Answer(NamedTuple):
     range_m: float
-    probability: float  # that the localization error is within the limit
-    mean_error_m: float
+    probability: float  # that the localization error is within the limit; NaN with UNKNOWN_LOCALIZER
+    mean_error_m: float  # likewise
     distance_m: float  # to the nearest site
     flags: int
     site: int  # None far from any
@@ -214,7 +219,10 @@ def columns_of(raw, rows, layout):
 
 
 class SightlineMap:
-    def __init__(self, path):
+    """A map for a vehicle that localizes with `localizer` ("searching", or "searching/3" for that version
+    of its definition alone). Nothing is known for one whose errors were not measured."""
+
+    def __init__(self, path, localizer=""):
         with open(path, "rb") as file:
             self.data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         self._read_header()
@@ -230,6 +238,11 @@ class SightlineMap:
         self.ranges_m = manifest.numbers(14, "d")
         self.promises = [self._promise(table) for table in manifest.tables(17)]
         self.limits_m = [promise["limit_m"] for promise in self.promises]
+        profile = manifest.table(22).table(3)
+        self.localizer, self.localizer_version = profile.string(0), profile.number(1, "I")
+        self.localizer_parameters = {fact.string(0): fact.string(1) for fact in profile.tables(2)}
+        self.is_for_caller = localizer != "" and localizer in (
+            self.localizer, f"{self.localizer}/{self.localizer_version}")
         self._directory = None
         demand(self.compatible & LOOK_UP, "bad-layer", "there is no section look-up")
         self._look_up = LookUp(self)
@@ -372,6 +385,10 @@ class SightlineMap:
         limit = sum(each <= limit_m for each in self.limits_m) - 1
         flags = TIGHTER_LIMIT if limit < 0 else 0
         row = self._look_up.nearest(p_m)
+        if not self.is_for_caller:
+            distance_m, site = row[:2] if row else (math.inf, None)
+            flags |= UNKNOWN_LOCALIZER | (0 if row else FAR)
+            return Answer(self.ranges_m[-1], math.nan, math.nan, distance_m, flags, site)
         if row is None:
             return Answer(self.ranges_m[-1], 0.0, math.inf, math.inf, flags | FAR, None)
         distance_m, site, longest_error_m, choices = row
@@ -455,21 +472,23 @@ class LookUp:
 
 
 def main(arguments):
-    if not arguments or len(arguments) not in (1, 2, 4, 5):
+    if not arguments or len(arguments) not in (1, 2, 4, 5, 6):
         print(__doc__, file=sys.stderr)
         return 64
     try:
-        opened = SightlineMap(arguments[0])
+        opened = SightlineMap(arguments[0], arguments[5] if len(arguments) == 6 else "searching")
         if arguments[1:] == ["--check"]:
             packed = opened.check()
             print(f"every digest holds; {packed} blocks are packed and were not unpacked")
         elif len(arguments) >= 4:
-            limit_m = float(arguments[4]) if len(arguments) == 5 else 0.10
+            limit_m = float(arguments[4]) if len(arguments) >= 5 else 0.10
             print(opened.observation_range([float(text) for text in arguments[1:4]], limit_m))
         else:
             print(f"map {opened.map_id}, version {opened.version}, release {opened.release}, format "
                   f"{opened.major}.{opened.minor}\n{opened.site_count} sites, {opened.nd_count} NDs, "
                   f"ranges {opened.ranges_m} m, limits {opened.limits_m} m\n"
+                  f"errors of localizer {opened.localizer} v{opened.localizer_version} "
+                  f"{opened.localizer_parameters}\n"
                   f"root digest {opened.root_digest.hex()}")
     except (MapError, OSError, ValueError) as error:
         print(error, file=sys.stderr)

@@ -26,6 +26,7 @@ Result<void> validate_card(const ErrorModel& model) {
       card.reference != ErrorReference::kFullRangeMatch) {
     return invalid("model card", "found an unknown reference");
   }
+  SIGHTLINE_TRY(validate(card.localizer));
   if (card.places.empty() ||
       (card.hold_out != "blocks" && card.hold_out != "drives" && card.hold_out != "places")) {
     return invalid("model card", "it names no place, or holds out no blocks, drives or places");

@@ -36,6 +36,7 @@ bool made_the_map(const RecordingCards& recordings, const RecordingCard& card);
 struct TrainingCard {
   std::vector<PlaceCard> places;
   ErrorReference reference = ErrorReference::kKnownPose;
+  LocalizerProfile localizer;  // whose errors it learnt, and foretells
   std::string feature_set;  // "paper", "all"
   std::string hold_out;     // what a fold is made of: "blocks" of route, blocks of one of the
                             // "drives", or whole "places"

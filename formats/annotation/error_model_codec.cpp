@@ -41,6 +41,7 @@ void encode_card(const TrainingCard& card, ByteWriter& writer) {
     encode(place.recordings, writer);
   }
   writer.put(card.reference);
+  encode(card.localizer, writer);
   writer.put_string(card.feature_set);
   writer.put_string(card.hold_out);
   writer.put(card.seed);
@@ -67,6 +68,7 @@ void decode_card(ByteReader& reader, TrainingCard& card) {
     decode(reader, place.recordings);
   }
   reader.get(card.reference);
+  decode(reader, card.localizer);
   reader.get_string(card.feature_set);
   reader.get_string(card.hold_out);
   reader.get(card.seed);

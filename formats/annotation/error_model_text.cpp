@@ -19,6 +19,7 @@ void append_card(const ErrorModel& model, Table& table) {
   table.facts = {{"places", places},
                  {"drives", drives},
                  {"reference", std::string(is_known ? "known-pose" : "full-range-match")},
+                 {"localizer", to_text(card.localizer)},
                  {"feature_set", card.feature_set},
                  {"hold_out", card.hold_out},
                  {"knows_history", std::int64_t{card.knows_history ? 1 : 0}},

@@ -45,6 +45,8 @@ Error invalid(const std::string& message, const std::string& place) {
 
 Result<void> validate_setup(const MeasuredError& measured) {
   if (to_text(measured.reference).empty()) return invalid("found an unknown reference", "");
+  SIGHTLINE_TRY(validate(measured.matching.localizer));
+  if (measured.matching.site_step == 0) return invalid("found a step of 0 sites", "");
   for (std::size_t i = 0; i < measured.ranges_m.size(); ++i) {
     const double before_m = i == 0 ? 0.0 : measured.ranges_m[i - 1];
     if (!(measured.ranges_m[i] > before_m) || !std::isfinite(measured.ranges_m[i])) {
@@ -112,9 +114,12 @@ Table dump(const MeasuredError& measured) {
   table.name = "measured";
   table.facts.emplace_back("drive", measured.drive);
   table.facts.emplace_back("scans", std::string(scan_selection_name(measured.matching.scans)));
-  table.facts.emplace_back("localizer", measured.matching.localizer);
+  table.facts.emplace_back("localizer", measured.matching.localizer.name);
+  table.facts.emplace_back("localizer_version", std::int64_t{measured.matching.localizer.version});
+  table.facts.emplace_back("localizer_parameters", parameters_text(measured.matching.localizer));
   table.facts.emplace_back("coarse_cells", std::int64_t{measured.matching.coarse_cells});
   table.facts.emplace_back("leaf_m", measured.matching.leaf_m);
+  table.facts.emplace_back("site_step", std::int64_t{measured.matching.site_step});
   table.facts.emplace_back("reference", to_text(measured.reference));
   table.facts.emplace_back("offset_count", static_cast<std::int64_t>(measured.offsets.size()));
   for (std::size_t k = 0; k < measured.offsets.size(); ++k) {
@@ -141,9 +146,10 @@ Table dump(const MeasuredError& measured) {
 void encode(const MeasuredError& measured, ByteWriter& writer) {
   writer.put_string(measured.drive);
   writer.put(measured.matching.scans);
-  writer.put_string(measured.matching.localizer);
+  encode(measured.matching.localizer, writer);
   writer.put(measured.matching.coarse_cells);
   writer.put(measured.matching.leaf_m);
+  writer.put(measured.matching.site_step);
   writer.put(measured.reference);
   writer.put_array(measured.ranges_m);
   writer.put<std::uint64_t>(measured.offsets.size());
@@ -164,9 +170,10 @@ void encode(const MeasuredError& measured, ByteWriter& writer) {
 void decode(ByteReader& reader, MeasuredError& measured) {
   reader.get_string(measured.drive);
   reader.get(measured.matching.scans);
-  reader.get_string(measured.matching.localizer);
+  decode(reader, measured.matching.localizer);
   reader.get(measured.matching.coarse_cells);
   reader.get(measured.matching.leaf_m);
+  reader.get(measured.matching.site_step);
   reader.get(measured.reference);
   reader.get_array(measured.ranges_m);
   measured.offsets.resize(reader.get_count(kBytesPerOffset));

@@ -7,6 +7,7 @@
 
 #include "formats/artifact.h"
 #include "formats/drive/drive.h"
+#include "formats/drive/localizer_profile.h"
 #include "formats/grid/site_shape.h"
 
 namespace sightline {
@@ -45,9 +46,13 @@ struct ErrorRow {
 // How the scans of a drive were matched.
 struct MatchingCard {
   ScanSelection scans = ScanSelection::kAll;  // of the recording
-  std::string localizer = "searching";        // "Localizers" in schemas/definitions.md
-  std::uint32_t coarse_cells = 1;             // of its first level
-  double leaf_m = 1.0;                        // voxel grid to which scans were thinned
+  LocalizerProfile localizer;
+  // Of this program's own localizers, once more as numbers: cells of the first level, and the voxel
+  // grid to which scans were thinned.
+  std::uint32_t coarse_cells = 1;
+  double leaf_m = 1.0;
+  // A site that was measured stands for so many along its run: dear localizers take every tenth.
+  std::uint32_t site_step = 1;
 };
 
 // Localization error of one drive at the sites of a map.
@@ -72,7 +77,7 @@ struct MeasuredError {
 template <>
 struct ArtifactTraits<MeasuredError> {
   static constexpr std::string_view kName = "measured-error";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 Result<void> validate(const MeasuredError& measured);

@@ -16,8 +16,9 @@ Error invalid(const std::string& message) {
 }
 
 Result<void> validate_artifacts(const CompiledMap& map) {
-  for (const Result<void>& valid : {validate(map.ndt), validate(map.sites), validate(map.predicted),
-                                    validate(map.ranges), validate(map.sensor)}) {
+  for (const Result<void>& valid :
+       {validate(map.ndt), validate(map.sites), validate(map.predicted), validate(map.ranges),
+        validate(map.sensor), validate(map.measurement.localizer), validate(map.model.localizer)}) {
     if (!valid) return valid.error();
   }
   return {};
@@ -181,6 +182,7 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
 ModelRecord record_of(const ErrorModel& model) {
   ModelRecord record;
   record.encoding_version = ArtifactTraits<ErrorModel>::kVersion;
+  record.localizer = model.card.localizer;
   for (const auto& [name, value] : dump(model).facts)
     record.card.emplace_back(name, text_of(value));
   std::vector<double> r_squared;
@@ -216,6 +218,12 @@ Result<ErrorModel> model_of(const ModelRecord& record) {
     return Error{ErrorCode::kBadLayer, "the model cannot be decoded", "", place};
   }
   SIGHTLINE_TRY(validate(model));
+  if (!(model.card.localizer == record.localizer)) {
+    return Error{ErrorCode::kDigestMismatch,
+                 "the model learnt errors of " + to_text(model.card.localizer) +
+                     ", the map names " + to_text(record.localizer),
+                 "", place};
+  }
   return model;
 }
 

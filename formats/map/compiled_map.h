@@ -29,10 +29,10 @@ struct MeasurementCard {
   std::string localization_drive;
   std::string localization_scans = "all";
   ErrorReference reference = ErrorReference::kKnownPose;
-  std::vector<InitialOffset> offsets;  // the same at every site
-  std::uint32_t measured_site_count = 0;
-  // "Localizers" in schemas/definitions.md; empty and 0 in maps made before they were recorded.
-  std::string localizer;
+  std::vector<InitialOffset> offsets;     // the same at every site
+  std::uint32_t measured_site_count = 0;  // by the localizer whose errors the map foretells
+  LocalizerProfile localizer;  // that was measured; what the map foretells is its model's
+  // As in MatchingCard.
   std::uint32_t coarse_cells = 1;
   double leaf_m = 0.0;
 };
@@ -46,7 +46,8 @@ struct NamedVersion {
 // encoding of its time, so that a map outlives changes of the model. A stripped map has no bytes.
 struct ModelRecord {
   std::uint32_t encoding_version = 0;
-  Digest digest{};  // SHA-256 of the bytes, also where they were stripped
+  Digest digest{};             // SHA-256 of the bytes, also where they were stripped
+  LocalizerProfile localizer;  // whose errors the model, and so the map, foretells
   std::vector<std::pair<std::string, std::string>> card;
   double mean_r_squared = 0.0;  // mean of RangeCard::r_squared over the ranges of the model
   std::vector<std::byte> bytes;

@@ -49,6 +49,24 @@ SensorProfile decode_sensor(const schema::Sensor& sensor) {
   return profile;
 }
 
+flatbuffers::Offset<schema::LocalizerProfile> encode_localizer(const LocalizerProfile& profile,
+                                                               Builder& builder) {
+  std::vector<flatbuffers::Offset<schema::Fact>> parameters;
+  for (const auto& [name, value] : profile.parameters) {
+    parameters.push_back(schema::CreateFactDirect(builder, name.c_str(), value.c_str()));
+  }
+  return schema::CreateLocalizerProfileDirect(builder, profile.name.c_str(), profile.version,
+                                              &parameters);
+}
+
+LocalizerProfile decode_localizer(const schema::LocalizerProfile& from) {
+  LocalizerProfile profile{from.name()->str(), from.version(), {}};
+  for (const schema::Fact* fact : *from.parameters()) {
+    profile.parameters.emplace_back(fact->name()->str(), fact->value()->str());
+  }
+  return profile;
+}
+
 flatbuffers::Offset<schema::Measurement> encode_measurement(const MeasurementCard& card,
                                                             Builder& builder) {
   std::vector<schema::Offset> offsets;
@@ -59,7 +77,7 @@ flatbuffers::Offset<schema::Measurement> encode_measurement(const MeasurementCar
       builder, card.mapping_drive.c_str(), card.mapping_scans.c_str(),
       card.localization_drive.c_str(), card.localization_scans.c_str(),
       static_cast<schema::Reference>(card.reference), &offsets, card.measured_site_count,
-      card.localizer.empty() ? nullptr : card.localizer.c_str(), card.coarse_cells, card.leaf_m);
+      encode_localizer(card.localizer, builder), card.coarse_cells, card.leaf_m);
 }
 
 MeasurementCard decode_measurement(const schema::Measurement& measurement) {
@@ -73,7 +91,7 @@ MeasurementCard decode_measurement(const schema::Measurement& measurement) {
     card.offsets.push_back({offset->x_m(), offset->y_m(), offset->z_m(), offset->yaw_rad()});
   }
   card.measured_site_count = measurement.measured_site_count();
-  if (measurement.localizer() != nullptr) card.localizer = measurement.localizer()->str();
+  card.localizer = decode_localizer(*measurement.localizer());
   card.coarse_cells = measurement.coarse_cells();
   card.leaf_m = measurement.leaf_m();
   return card;
@@ -138,7 +156,7 @@ flatbuffers::Offset<schema::Model> encode_model(const ModelRecord& model, Builde
   }
   const schema::Digest digest(flatbuffers::span<const std::uint8_t, 32>(model.digest));
   return schema::CreateModelDirect(builder, model.encoding_version, &digest, &card,
-                                   model.mean_r_squared);
+                                   model.mean_r_squared, encode_localizer(model.localizer, builder));
 }
 
 flatbuffers::Offset<schema::SharpnessFigures> encode_figures(const SharpnessFigures& figures,
@@ -198,6 +216,7 @@ ModelRecord decode_model(const schema::Model& model) {
     record.card.emplace_back(fact->name()->str(), fact->value()->str());
   }
   record.mean_r_squared = model.mean_r_squared();
+  record.localizer = decode_localizer(*model.localizer());
   return record;
 }
 

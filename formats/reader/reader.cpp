@@ -27,21 +27,29 @@ Error unknown_range(std::uint32_t site) {
 
 // Numbers of the file are told only where they can be true.
 Result<RangeAnswer> believable(const RangeAnswer& answer, std::uint32_t site_count) {
-  if (answer.site < site_count && answer.probability >= 0.0 && answer.probability <= 1.0 &&
-      answer.mean_error_m >= 0.0) {
-    return answer;
-  }
+  const bool is_unknown = (answer.flags & kAnswerUnknownLocalizer) != 0;
+  const bool can_be =
+      answer.probability >= 0.0 && answer.probability <= 1.0 && answer.mean_error_m >= 0.0;
+  if (answer.site < site_count && (is_unknown || can_be)) return answer;
   return Error{ErrorCode::kBadLayer, "a site's number, probability or error cannot be", "",
                "site " + std::to_string(answer.site)};
 }
 
-// What a map says where no range can be read from it: look as far as it goes, expect nothing.
-RangeAnswer default_answer(std::span<const double> ranges_m, std::uint32_t flags) {
-  RangeAnswer answer;
-  answer.range_m = ranges_m.back();
-  answer.mean_error_m = std::numeric_limits<double>::infinity();
-  answer.flags = flags;
-  return answer;
+std::vector<char> parameters_text(const schema::LocalizerProfile& profile) {
+  std::string text;
+  for (const schema::Fact* fact : *profile.parameters()) {
+    text += (text.empty() ? "" : ", ") + fact->name()->str() + "=" + fact->value()->str();
+  }
+  return {text.begin(), text.end()};
+}
+
+// "searching", or "searching/3" where the version of its definition is to be that one.
+bool is_callers(const schema::LocalizerProfile& profile, std::string_view callers_localizer) {
+  const std::size_t slash = callers_localizer.find('/');
+  const std::string_view name = callers_localizer.substr(0, slash);
+  if (name.empty() || name != profile.name()->string_view()) return false;
+  if (slash == std::string_view::npos) return true;
+  return callers_localizer.substr(slash + 1) == std::to_string(profile.version());
 }
 
 MapPromise promise_of(const schema::Promise& from) {
@@ -58,7 +66,8 @@ MapPromise promise_of(const schema::Promise& from) {
 
 }  // namespace
 
-MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up)
+MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up,
+                     std::string_view callers_localizer)
     : file_(std::move(file)), look_up_(std::move(look_up)) {
   const schema::Manifest& manifest = *front.manifest;
   ranges_m_.assign(manifest.ranges_m()->begin(), manifest.ranges_m()->end());
@@ -77,22 +86,30 @@ MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up)
   info_.ranges_m = ranges_m_;
   info_.limits_m = limits_m_;
   info_.promises = promises_;
+  const schema::LocalizerProfile& localizer = *manifest.model()->localizer();
+  parameters_ = parameters_text(localizer);
+  info_.localizer = localizer.name()->string_view();
+  info_.localizer_version = localizer.version();
+  info_.localizer_parameters = {parameters_.data(), parameters_.size()};
+  info_.is_for_caller = is_callers(localizer, callers_localizer);
 }
 
-Result<MapReader> MapReader::open(MappedFile file, std::span<const std::byte> bytes) {
+Result<MapReader> MapReader::open(MappedFile file, std::span<const std::byte> bytes,
+                                  std::string_view callers_localizer) {
   SIGHTLINE_ASSIGN(const MapFront front, open_front(bytes));
   SIGHTLINE_ASSIGN(LookUp look_up, LookUp::open(front));
-  return MapReader(std::move(file), front, std::move(look_up));
+  return MapReader(std::move(file), front, std::move(look_up), callers_localizer);
 }
 
-Result<MapReader> MapReader::open(std::span<const std::byte> bytes) {
-  return open(MappedFile(), bytes);
+Result<MapReader> MapReader::open(std::span<const std::byte> bytes,
+                                  std::string_view callers_localizer) {
+  return open(MappedFile(), bytes, callers_localizer);
 }
 
-Result<MapReader> MapReader::open(const std::string& path) {
+Result<MapReader> MapReader::open(const std::string& path, std::string_view callers_localizer) {
   SIGHTLINE_ASSIGN(MappedFile file, MappedFile::open(path, MappedFile::Use::kHereAndThere));
   const std::span<const std::byte> bytes = file.bytes();
-  Result<MapReader> reader = open(std::move(file), bytes);
+  Result<MapReader> reader = open(std::move(file), bytes, callers_localizer);
   if (reader) return reader;
   Error error = reader.error();
   error.file = path;
@@ -106,11 +123,24 @@ std::optional<std::size_t> MapReader::limit_for(double limit_m) const {
   return static_cast<std::size_t>(above - limits_m_.begin()) - 1;
 }
 
+// What a map says where no range can be read from it: look as far as it goes, expect nothing.
+RangeAnswer MapReader::default_answer(std::uint32_t flags) const {
+  RangeAnswer answer;
+  answer.range_m = ranges_m_.back();
+  answer.mean_error_m = std::numeric_limits<double>::infinity();
+  answer.flags = flags;
+  if (info_.is_for_caller) return answer;
+  answer.probability = std::numeric_limits<double>::quiet_NaN();
+  answer.mean_error_m = answer.probability;
+  answer.flags |= kAnswerUnknownLocalizer;
+  return answer;
+}
+
 Result<RangeAnswer> MapReader::answer(const std::array<double, 3>& p_m,
                                       std::optional<std::size_t> limit) const {
   const LookUp::Nearest nearest = look_up_.nearest(p_m);
   if (nearest.is_damaged) return look_up_.damage(nearest);
-  RangeAnswer answer = default_answer(ranges_m_, limit ? 0 : kAnswerTighterLimit);
+  RangeAnswer answer = default_answer(limit ? 0 : kAnswerTighterLimit);
   if (nearest.row == nullptr) {
     answer.flags |= kAnswerFar;
     return answer;
@@ -118,6 +148,7 @@ Result<RangeAnswer> MapReader::answer(const std::array<double, 3>& p_m,
   const LookUpRowLayout& layout = look_up_.row_layout();
   answer.site = nearest.site;
   answer.distance_m = std::sqrt(nearest.distance2_m2);
+  if (!info_.is_for_caller) return believable(answer, info_.site_count);
   if (!limit) {
     answer.mean_error_m = load<double>(nearest.row + LookUpRowLayout::longest_error, 0);
     return believable(answer, info_.site_count);

@@ -26,13 +26,17 @@ inline constexpr std::uint32_t kAnswerFar = 4;           // no site within the m
 inline constexpr std::uint32_t kAnswerTighterLimit = 8;  // a limit tighter than the map has any
 // The street's own static answer: what a model would say of it is not believed, P included.
 inline constexpr std::uint32_t kAnswerStatic = 16;
+// The map's errors were measured with another localizer: unknown for the caller's.
+inline constexpr std::uint32_t kAnswerUnknownLocalizer = 32;
 
 inline constexpr std::uint32_t kNoSite = std::numeric_limits<std::uint32_t>::max();
 
 struct RangeAnswer {
-  double range_m = 0.0;       // how far to look
-  double probability = 0.0;   // that the localization error is within the limit, at this range
-  double mean_error_m = 0.0;  // predicted, at this range; infinity far from any site
+  double range_m = 0.0;  // how far to look
+  // That the localization error is within the limit, at this range; NaN with
+  // kAnswerUnknownLocalizer.
+  double probability = 0.0;
+  double mean_error_m = 0.0;  // predicted, at this range; infinity far from any site; NaN as above
   double distance_m = std::numeric_limits<double>::infinity();  // 3D, to the nearest site
   std::uint32_t flags = 0;
   std::uint32_t site = kNoSite;  // the nearest one
@@ -61,7 +65,20 @@ struct MapInfo {  // refers into the map
   std::span<const double> ranges_m;      // ascending
   std::span<const double> limits_m;      // ascending
   std::span<const MapPromise> promises;  // one a limit
+  // The localizer whose errors were measured: its name, the version of its definition, and what the
+  // name leaves open ("leaf_m=1, ...").
+  std::string_view localizer;
+  std::uint32_t localizer_version = 0;
+  std::string_view localizer_parameters;
+  bool is_for_caller = false;  // whether that is the localizer that the caller named
 };
+
+// The caller's localizer, as it is named when a map is opened: "searching", "pcl-ndt", or the name
+// under which the errors of one outside were imported; "searching/3" asks for that version of its
+// definition too. How well a place can be localized depends on who localizes: where the map's
+// errors are those of another localizer, or none is named, every answer is the longest range,
+// probability and mean error NaN, and kAnswerUnknownLocalizer. Who decides that the map's numbers
+// hold for his localizer too names the map's own, MapInfo::localizer.
 
 // A map open for looking up. Safe to use from several threads at once. After open() a look-up
 // allocates nothing (but to tell of a failure) and touches a few pages of 4 KiB; each is checked
@@ -73,15 +90,17 @@ class MapReader {
   // of a file is whole is verify_map()'s question, asked once when it arrives.
   // Errors: file-not-found, cannot-open, cannot-read, and those of open_front() and
   // LookUp::open().
-  static Result<MapReader> open(const std::string& path);
+  static Result<MapReader> open(const std::string& path, std::string_view callers_localizer);
   // The same on bytes that outlive the reader and start at a multiple of 8.
-  static Result<MapReader> open(std::span<const std::byte> bytes);
+  static Result<MapReader> open(std::span<const std::byte> bytes,
+                                std::string_view callers_localizer);
 
   // The range for a sensor at this position in world coordinates (the recording's own, as the
   // map's frame tells), for an accuracy of limit_m: what the map holds at the nearest site, the
   // lower id on a tie. A limit the map does not have is served by the next tighter one; one
   // tighter than all by the longest range, probability 0 and kAnswerTighterLimit. Far from any
-  // site: the longest range, probability 0 and kAnswerFar.
+  // site: the longest range, probability 0 and kAnswerFar. Another localizer than the caller's: see
+  // above.
   // Errors: bad-argument (not finite, or a limit not above 0), checksum-mismatch and bad-layer
   // where what is needed is damaged.
   [[nodiscard]] Result<RangeAnswer> observation_range(const std::array<double, 3>& position_world_m,
@@ -90,11 +109,14 @@ class MapReader {
   [[nodiscard]] const MapInfo& info() const { return info_; }
 
  private:
-  MapReader(MappedFile file, const MapFront& front, LookUp look_up);
-  static Result<MapReader> open(MappedFile file, std::span<const std::byte> bytes);
+  MapReader(MappedFile file, const MapFront& front, LookUp look_up,
+            std::string_view callers_localizer);
+  static Result<MapReader> open(MappedFile file, std::span<const std::byte> bytes,
+                                std::string_view callers_localizer);
   [[nodiscard]] std::optional<std::size_t> limit_for(double limit_m) const;
   [[nodiscard]] Result<RangeAnswer> answer(const std::array<double, 3>& p_m,
                                            std::optional<std::size_t> limit) const;
+  [[nodiscard]] RangeAnswer default_answer(std::uint32_t flags) const;
 
   MappedFile file_;
   LookUp look_up_;
@@ -102,6 +124,7 @@ class MapReader {
   std::vector<double> limits_m_;
   std::vector<double> ranges_m_;
   std::vector<MapPromise> promises_;
+  std::vector<char> parameters_;  // a view of a short string would not outlive a move
 };
 
 }  // namespace sightline

@@ -16,6 +16,7 @@ using sightline::Result;
 
 struct sightline_map {
   MapReader reader;
+  std::string parameters;  // ends in a zero
 };
 
 namespace {
@@ -25,6 +26,7 @@ static_assert(SIGHTLINE_EXTRAPOLATED == sightline::kAnswerExtrapolated);
 static_assert(SIGHTLINE_FAR == sightline::kAnswerFar);
 static_assert(SIGHTLINE_TIGHTER_LIMIT == sightline::kAnswerTighterLimit);
 static_assert(SIGHTLINE_STATIC == sightline::kAnswerStatic);
+static_assert(SIGHTLINE_UNKNOWN_LOCALIZER == sightline::kAnswerUnknownLocalizer);
 static_assert(SIGHTLINE_NO_SITE == sightline::kNoSite);
 
 void copy_message(const std::string& text, char* message, std::size_t message_size) {
@@ -46,13 +48,16 @@ RangeAnswer default_answer(const MapReader& reader) {
 
 extern "C" {
 
-int sightline_open(const char* path, sightline_map** map, char* message, size_t message_size) {
+int sightline_open(const char* path, const char* localizer, sightline_map** map, char* message,
+                   size_t message_size) {
   *map = nullptr;
   copy_message("", message, message_size);
   try {
-    Result<MapReader> reader = MapReader::open(std::string(path));
+    Result<MapReader> reader =
+        MapReader::open(std::string(path), localizer == nullptr ? "" : localizer);
     if (reader) {
-      *map = new sightline_map{std::move(*reader)};
+      const std::string parameters(reader->info().localizer_parameters);
+      *map = new sightline_map{std::move(*reader), parameters};
       return 0;
     }
     copy_message(to_string(reader.error()), message, message_size);
@@ -77,6 +82,10 @@ void sightline_get_info(const sightline_map* map, sightline_info* info) {
   info->range_count = from.ranges_m.size();
   info->limit_count = from.limits_m.size();
   info->site_count = from.site_count;
+  info->localizer = from.localizer.data();
+  info->localizer_version = from.localizer_version;
+  info->localizer_parameters = map->parameters.c_str();
+  info->is_for_caller = from.is_for_caller ? 1 : 0;
 }
 
 int sightline_get_promise(const sightline_map* map, size_t limit, sightline_promise* promise) {

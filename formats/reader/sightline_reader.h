@@ -21,13 +21,16 @@ typedef struct sightline_map sightline_map;
 #define SIGHTLINE_FAR 4u           /* no site within the map's reach: the longest range */
 #define SIGHTLINE_TIGHTER_LIMIT 8u /* tighter than any limit of the map: the longest range */
 #define SIGHTLINE_STATIC 16u       /* the street's own static answer: no model is believed here */
+/* The map's errors were measured with another localizer than the caller's: the longest range. */
+#define SIGHTLINE_UNKNOWN_LOCALIZER 32u
 
 #define SIGHTLINE_NO_SITE UINT32_MAX
 
 typedef struct sightline_range {
-  double range_m;      /* how far to look */
-  double probability;  /* that the localization error is within the limit, at this range */
-  double mean_error_m; /* predicted, at this range; infinity far from any site */
+  double range_m; /* how far to look */
+  /* That the localization error is within the limit, at this range. */
+  double probability;  /* NaN with SIGHTLINE_UNKNOWN_LOCALIZER */
+  double mean_error_m; /* predicted, at this range; infinity far from any site; NaN as above */
   double distance_m;   /* 3D, to the nearest site; infinity far from any */
   uint32_t flags;
   uint32_t site; /* the nearest one, or SIGHTLINE_NO_SITE */
@@ -45,6 +48,12 @@ typedef struct sightline_info {
   size_t range_count;
   size_t limit_count;
   uint32_t site_count;
+  /* The localizer whose errors were measured, its definition's version, and what the name leaves
+   * open ("leaf_m=1, ..."). */
+  const char* localizer;
+  uint32_t localizer_version;
+  const char* localizer_parameters;
+  int is_for_caller; /* 1 where that is the localizer that the caller named */
 } sightline_info;
 
 /* What the map promises within one of its limits: a promise is about the next drive. */
@@ -58,10 +67,14 @@ typedef struct sightline_promise {
   const char* statement; /* one sentence for people; valid until sightline_close */
 } sightline_promise;
 
-/* Opens a map and checks it. On success *map is to be closed; on failure it is NULL, and the
- * sentence that tells what was found goes to message (cut to message_size, always terminated),
- * which may be NULL. */
-int sightline_open(const char* path, sightline_map** map, char* message, size_t message_size);
+/* Opens a map for a vehicle that localizes with the localizer named: "searching", "pcl-ndt", the
+ * name under which errors of one outside were imported, or "searching/3" for that version of its
+ * definition alone. Where the map's errors were measured with another, or localizer is NULL, every
+ * answer is the longest range with SIGHTLINE_UNKNOWN_LOCALIZER. Checks the map. On success *map is
+ * to be closed; on failure it is NULL, and the sentence that tells what was found goes to message
+ * (cut to message_size, always terminated), which may be NULL. */
+int sightline_open(const char* path, const char* localizer, sightline_map** map, char* message,
+                   size_t message_size);
 
 /* NULL is fine. */
 void sightline_close(sightline_map* map);

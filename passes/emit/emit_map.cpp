@@ -63,6 +63,10 @@ Result<void> check_measured(const EmitMapInputs& inputs) {
                "", ""};
 }
 
+bool is_of_models_localizer(const EmitMapInputs& inputs) {
+  return inputs.measured.matching.localizer == inputs.model.card.localizer;
+}
+
 MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
   MeasurementCard card;
   card.mapping_drive = inputs.mapping.name;
@@ -74,9 +78,20 @@ MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   card.localizer = inputs.measured.matching.localizer;
   card.coarse_cells = inputs.measured.matching.coarse_cells;
   card.leaf_m = inputs.measured.matching.leaf_m;
-  card.measured_site_count = static_cast<std::uint32_t>(std::ranges::count_if(
-      inputs.measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; }));
+  if (is_of_models_localizer(inputs)) {
+    card.measured_site_count = static_cast<std::uint32_t>(std::ranges::count_if(
+        inputs.measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; }));
+  }
   return card;
+}
+
+// What one localizer reached says nothing of the promise to another.
+MeasuredError to_judge_by(const PassContext& ctx, const EmitMapInputs& inputs) {
+  if (is_of_models_localizer(inputs)) return inputs.measured;
+  ctx.warn("the map foretells the errors of " + to_text(inputs.model.card.localizer) +
+           ", but drive '" + inputs.measured.drive + "' was localized by " +
+           to_text(inputs.measured.matching.localizer) + ": no coverage was measured");
+  return {};
 }
 
 // With what the predictions were told besides.
@@ -128,9 +143,9 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   if (!valid) {
     return Error{ErrorCode::kMismatchedInputs, valid.error().message, "", valid.error().place};
   }
-  map.quality = quality_of(map, inputs.measured);
+  map.quality = quality_of(map, to_judge_by(ctx, inputs));
   const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
-  if (unmeasured > 0) {
+  if (unmeasured > 0 && is_of_models_localizer(inputs)) {
     ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
              std::to_string(map.sites.sites.size()) + " sites");
   }

@@ -26,7 +26,9 @@ Result<PredictedError> predicted_again(PassContext& ctx, const CompiledMap& map,
                                        const ErrorModel& model) {
   PredictErrorOptions options;
   options.support_margin = map.predicted.support_margin;
-  const std::optional<MeasuredError> told = measured_of_columns(map.factors);
+  std::optional<MeasuredError> told = measured_of_columns(map.factors);
+  // Nothing else would have been told.
+  if (told) told->matching.localizer = model.card.localizer;
   // Which recordings made the map matters to a warning alone.
   return told ? predict_error_with_history(ctx, options, model, map.sites, map.factors, *told, {})
               : predict_error(ctx, options, model, map.sites, map.factors, {});

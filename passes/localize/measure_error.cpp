@@ -4,37 +4,32 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 
 #include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
+#include "formats/base/random.h"
 #include "formats/base/statistics.h"
 #include "formats/base/stopwatch.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
-#include "passes/matching/localizer.h"
+#include "passes/localize/site_localizer.h"
 #include "passes/pass/scan_selection.h"
 
 namespace sightline {
 namespace {
-
-constexpr double kLostBeyond_m = 0.5;
 
 // What all sites share.
 struct Setup {
   const MeasureErrorOptions& options;
   const Drive& drive;
   const Trajectory& trajectory;  // in the map's frame
-  const Localizer& localizer;
+  const SiteLocalizerInputs& localizer;
   const std::vector<InitialOffset>& offsets;
+  std::uint64_t seed = 0;
 };
-
-// As it is matched at a range.
-ScanForMatch prepared(const Setup& setup, ScanCutter& cutter, const Scan& scan, double range_m) {
-  return make_scan_for_match(setup.localizer, cutter, scan, setup.drive.sensor,
-                             {range_m, setup.options.leaf_m});
-}
 
 void add_run(const MatchResult& result, const Pose& T_map_reference, double count, ErrorRow& row) {
   const Pose T_reference_found = T_map_reference.inverse(Eigen::Isometry) * result.T_map_sensor;
@@ -53,16 +48,14 @@ void add_run(const MatchResult& result, const Pose& T_map_reference, double coun
 
 // All offsets at one range. `preparation_ms` is what cropping and subsampling took: the runs share
 // it here, but a vehicle pays it for each scan, so it counts in full for each run.
-ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_reference,
+ErrorRow measure_row(const Setup& setup, SiteLocalizer& localizer, const Pose& T_map_reference,
                      double preparation_ms) {
   ErrorRow row;
-  row.point_count = static_cast<std::uint32_t>(scan.points_m.size());
   const auto count = static_cast<double>(setup.offsets.size());
   std::vector<double> errors_m;
   for (const InitialOffset& offset : setup.offsets) {
     const double begin_ms = thread_cpu_ms();
-    const MatchResult result =
-        localize(setup.localizer, scan, T_map_reference * start_pose(offset));
+    const MatchResult result = localizer.match(T_map_reference * start_pose(offset));
     const double time_ms = preparation_ms + thread_cpu_ms() - begin_ms;
     add_run(result, T_map_reference, count, row);
     row.mean_time_ms += time_ms / count;
@@ -78,24 +71,27 @@ ErrorRow measure_row(const Setup& setup, ScanForMatch& scan, const Pose& T_map_r
   return row;
 }
 
-Pose reference_pose(const Setup& setup, ScanCutter& cutter, const Scan& scan,
+Pose reference_pose(const Setup& setup, SiteLocalizer& localizer, const Scan& scan,
                     const Pose& T_map_given) {
   if (setup.options.reference == ErrorReference::kKnownPose) return T_map_given;
-  ScanForMatch full = prepared(setup, cutter, scan, setup.drive.sensor.max_range_m);
-  return localize(setup.localizer, full, T_map_given).T_map_sensor;
+  localizer.take(scan, setup.drive.sensor.max_range_m);
+  return localizer.match(T_map_given).T_map_sensor;
 }
 
-Result<std::vector<ErrorRow>> measure_site(const Setup& setup, ScanCutter& cutter,
+Result<std::vector<ErrorRow>> measure_site(const Setup& setup, SiteLocalizer& localizer,
                                            std::size_t scan_index) {
   SIGHTLINE_ASSIGN(const Scan scan, setup.drive.store->read(scan_index));
-  const Pose T_map_reference =
-      reference_pose(setup, cutter, scan, setup.trajectory.poses[scan_index].T_map_vehicle);
+  const Pose& T_map_given = setup.trajectory.poses[scan_index].T_map_vehicle;
+  localizer.go_to(T_map_given.translation(),
+                  mix(setup.seed, setup.drive.scans[scan_index].recording_index));
+  const Pose T_map_reference = reference_pose(setup, localizer, scan, T_map_given);
   std::vector<ErrorRow> rows;
   for (const double range_m : setup.options.ranges_m) {
     const double begin_ms = thread_cpu_ms();
-    ScanForMatch cropped = prepared(setup, cutter, scan, range_m);
+    const std::size_t point_count = localizer.take(scan, range_m);
     const double preparation_ms = thread_cpu_ms() - begin_ms;
-    rows.push_back(measure_row(setup, cropped, T_map_reference, preparation_ms));
+    rows.push_back(measure_row(setup, localizer, T_map_reference, preparation_ms));
+    rows.back().point_count = static_cast<std::uint32_t>(point_count);
   }
   return rows;
 }
@@ -123,10 +119,10 @@ Result<std::vector<ErrorRow>> measure_part(const Setup& setup,
                                            std::span<const std::optional<std::size_t>> scans,
                                            const std::function<void()>& site_done) {
   std::vector<ErrorRow> rows;
-  ScanCutter cutter;
+  const std::unique_ptr<SiteLocalizer> localizer = make_site_localizer(setup.localizer);
   for (const std::optional<std::size_t>& scan : scans) {
     SIGHTLINE_ASSIGN(std::vector<ErrorRow> measured,
-                     scan ? measure_site(setup, cutter, *scan)
+                     scan ? measure_site(setup, *localizer, *scan)
                           : std::vector<ErrorRow>(setup.options.ranges_m.size()));
     rows.insert(rows.end(), measured.begin(), measured.end());
     site_done();
@@ -209,6 +205,17 @@ std::vector<std::optional<std::size_t>> nearest_scans(const Setup& setup, const 
   return scans;
 }
 
+MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map) {
+  MatchingCard card;
+  card.scans = options.scans;
+  card.localizer = profile_of({options.localizer, options.coarse_cells, options.leaf_m}, map);
+  card.site_step = static_cast<std::uint32_t>(site_step_of(options));
+  const bool is_own = options.localizer != LocalizerKind::kPclNdt;
+  card.coarse_cells = is_own ? static_cast<std::uint32_t>(options.coarse_cells) : 1;
+  card.leaf_m = is_own ? options.leaf_m : 0.0;
+  return card;
+}
+
 // Where each site has its scan. Error: no-overlap.
 Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx, const Setup& setup,
                                                                const Sites& sites) {
@@ -230,6 +237,13 @@ Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx,
   return scans;
 }
 
+// Leaves every step-th.
+void thin_sites(std::size_t step, std::vector<std::optional<std::size_t>>& scans) {
+  for (std::size_t site = 0; site < scans.size(); ++site) {
+    if (site % step != 0) scans[site].reset();
+  }
+}
+
 }  // namespace
 
 Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
@@ -237,16 +251,22 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
                                     const NdtMap& map, const Sites& sites) {
   SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, map, sites));
   const Trajectory in_map = rebase(trajectory, map.frame);
-  const Localizer localizer =
-      make_localizer(map, localizer_options(options.localizer, options.coarse_cells));
-  const std::vector<InitialOffset> offsets = initial_offsets(options.starts);
-  const Setup setup{options, localization_drive, in_map, localizer, offsets};
-  SIGHTLINE_ASSIGN(const std::vector<std::optional<std::size_t>> scans,
+  const bool is_own = options.localizer != LocalizerKind::kPclNdt;
+  const Localizer own =
+      is_own ? make_localizer(map, localizer_options(options.localizer, options.coarse_cells))
+             : Localizer{};
+  const SiteLocalizerInputs localizer{{options.localizer, options.coarse_cells, options.leaf_m},
+                                      localization_drive.sensor,
+                                      map,
+                                      own};
+  const std::vector<InitialOffset> offsets = initial_offsets(starts_of(options));
+  const Setup setup{options, localization_drive, in_map, localizer, offsets, ctx.seed};
+  SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,
                    scans_of_sites(ctx, setup, sites));
+  thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
   MeasuredError measured;
   measured.drive = localization_drive.name;
-  measured.matching = {options.scans, std::string(localizer_name(options.localizer)),
-                       static_cast<std::uint32_t>(options.coarse_cells), options.leaf_m};
+  measured.matching = matching_card(options, map);
   measured.reference = options.reference;
   measured.ranges_m = options.ranges_m;
   measured.offsets = offsets;

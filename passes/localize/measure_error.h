@@ -18,7 +18,8 @@ namespace sightline {
 struct MeasureErrorOptions {
   std::vector<double> ranges_m = default_ranges_m();
   double leaf_m = 1.0;
-  StartPattern starts;
+  StartPattern starts{.count = 0};  // count 0: starts_of() says how many
+  int site_step = 0;                // every so many sites one is measured; 0: site_step_of() says
   ScanSelection scans = ScanSelection::kAll;
   double site_radius_m = 1.0;  // the scan of a site lies no farther from it
   // full-range: the match at the sensor's full range, the paper's choice; known: the poses given
@@ -28,17 +29,25 @@ struct MeasureErrorOptions {
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 
-// How far off the matcher ends when it localizes a drive at the sites of a map: at each site the
-// nearest scan is cropped at every range, subsampled, matched from every initial offset and
-// compared with the reference, as defined in schemas/definitions.md ("Measured error", v2).
-// `trajectory` is that of `localization_drive`, in any frame of the same world. Sites without a
-// scan near are counted in a warning and keep rows of zeros. Errors: mismatched-inputs (trajectory
-// and drive, or map and sites, do not belong together), empty-map, no-overlap (no site has a scan
-// near), and what reading a scan returns.
+// 12 starts at every site; of pcl-ndt, whose matches take hundreds of times as long, 3 at every
+// tenth.
+StartPattern starts_of(const MeasureErrorOptions& options);
+int site_step_of(const MeasureErrorOptions& options);
+
+// A match that ended farther off counts as lost.
+inline constexpr double kLostBeyond_m = 0.5;
+
+// How far off the matcher ends when it localizes a drive at the sites of a map: at each site (or
+// every site_step-th) the nearest scan is cropped at every range, subsampled, matched from every
+// initial offset and compared with the reference, as defined in schemas/definitions.md ("Measured
+// error", v2). `trajectory` is that of `localization_drive`, in any frame of the same world. Sites
+// without a scan near are counted in a warning and keep rows of zeros. pcl-ndt needs has_pcl_ndt().
+// Errors: mismatched-inputs (trajectory and drive, or map and sites, do not belong together),
+// empty-map, no-overlap (no site has a scan near), and what reading a scan returns.
 Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
                                     const Drive& localization_drive, const Trajectory& trajectory,
                                     const NdtMap& map, const Sites& sites);
-inline constexpr Pass kMeasureError{"measure-error", 8, "measured", "Localization error of a drive",
+inline constexpr Pass kMeasureError{"measure-error", 9, "measured", "Localization error of a drive",
                                     &measure_error};
 
 }  // namespace sightline

@@ -264,7 +264,7 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& optio
   const MeasureErrorOptions& matching = options.matching;
   const Localizer localizer =
       make_localizer(map, localizer_options(matching.localizer, matching.coarse_cells));
-  const std::vector<InitialOffset> offsets = initial_offsets(matching.starts);
+  const std::vector<InitialOffset> offsets = initial_offsets(starts_of(matching));
   const Setup setup{options, drive, places, ranges, localizer, offsets, scans};
   std::vector<Replay> replays = replays_of(ranges);
   KnownScan before;

@@ -145,6 +145,8 @@ MatchResult localize_searching(Search& search, ScanForMatch& scan) {
   return best;
 }
 
+constexpr std::string_view kNames[] = {"plain", "annealed", "searching", "pcl-ndt"};
+
 // A turn is small enough when it moves the farthest point no farther than the step allowed in
 // translation: seen 10 m far, a milliradian is a centimetre.
 void stop_where_points_rest(const ScanForMatch& scan, std::span<MatchLevel> levels) {
@@ -154,8 +156,9 @@ void stop_where_points_rest(const ScanForMatch& scan, std::span<MatchLevel> leve
 
 }  // namespace
 
+std::vector<std::string> localizer_names() { return {std::begin(kNames), std::end(kNames)}; }
+
 std::string_view localizer_name(LocalizerKind kind) {
-  constexpr std::string_view kNames[] = {"plain", "annealed", "searching"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

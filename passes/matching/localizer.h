@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -25,7 +27,10 @@ struct LocalizerOptions {
 };
 
 // The localizers of schemas/definitions.md: plain, annealed, searching.
-enum class LocalizerKind { kPlain, kAnnealed, kSearching };
+inline constexpr std::uint32_t kLocalizersVersion = 3;  // of that definition
+// kPclNdt is PCL's own, which passes/localize runs; the functions below know the first three.
+enum class LocalizerKind { kPlain, kAnnealed, kSearching, kPclNdt };
+std::vector<std::string> localizer_names();  // of all kinds, in their order
 std::string_view localizer_name(LocalizerKind kind);
 LocalizerOptions localizer_options(LocalizerKind kind, int coarse_cells = 1);
 // By that name, as a map stores it. Any other name is taken for searching, the default.

@@ -192,6 +192,12 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
     return Error{ErrorCode::kMismatchedInputs,
                  "the earlier drive was measured at other sites or ranges", "", ""};
   }
+  if (!(history.matching.localizer == model.card.localizer)) {
+    ctx.warn("drive '" + history.drive + "' was localized by " +
+             to_text(history.matching.localizer) + ", the model foretells the errors of " +
+             to_text(model.card.localizer) + ": what was measured here is not told to it");
+    return predict(ctx, options, model, {sites, factors}, nullptr);
+  }
   if (!model.card.knows_history) {
     ctx.warn("the model was trained on places that were driven once: it cannot tell what drive '" +
              history.drive + "' measured here is worth, and does not use it");

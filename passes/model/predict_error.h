@@ -43,7 +43,7 @@ inline constexpr Pass kPredictError{"predict-error", 4, "predicted",
 
 // The same where an earlier drive was measured on this map: what it found within 6 m of a site is
 // among the site's features (schemas/definitions.md, "Measured history"). A model that was never
-// told of history ignores it, which a warning says.
+// told of history ignores it, and so does one of another localizer; a warning says so.
 Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const PredictErrorOptions& options,
                                                   const ErrorModel& model, const Sites& sites,

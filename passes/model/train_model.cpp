@@ -150,10 +150,11 @@ std::vector<StreetCard> street_cards(const TrainingSet& training_set,
 }
 
 TrainingCard training_card(const PassContext& ctx, const TrainModelOptions& options,
-                           const TrainingSet& training_set, ErrorReference reference) {
+                           const TrainingSet& training_set, const MeasuredError& any_drive) {
   TrainingCard card;
   card.places = training_set.places;
-  card.reference = reference;
+  card.reference = any_drive.reference;
+  card.localizer = any_drive.matching.localizer;
   card.feature_set = options.features == FeatureSet::kPaper ? "paper" : "all";
   card.hold_out = hold_out_name(training_set.held_out);
   card.seed = ctx.seed;
@@ -195,8 +196,7 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
                                                               training_set, std::move(predicted)));
   SIGHTLINE_ASSIGN(RegressionForest forest, grow_whole_forest(ctx, options, training_set));
   ErrorModel model;
-  model.card =
-      training_card(ctx, options, training_set, places.places.front().drives.front().reference);
+  model.card = training_card(ctx, options, training_set, places.places.front().drives.front());
   model.features = feature_cards(training_set, out_of_fold.importance);
   warn_of_constant_factors(ctx, model.features);
   model.ranges = range_cards(training_set, out_of_fold.predicted);

@@ -34,10 +34,10 @@ std::vector<OptionField> option_fields(TrainModelOptions& options);
 // blocks is judged on shorter ones, which a warning says and the model's card shows. Equal inputs,
 // options and seed give equal bytes for any thread count. Factors that never vary are named in a
 // warning, and so is a model that knows one place alone.
-// Errors: mismatched-inputs where sites, factors and errors are not of one map or lack a factor;
-// invalid-artifact for a factor or error that is not finite; no-training-rows; drive-too-short
-// where not even two blocks of 15 m fit, or the buffer leaves a fold nothing to learn from; both
-// name the place.
+// Errors: mismatched-inputs where sites, factors and errors are not of one map or lack a factor, or
+// where drives were localized by different localizers; invalid-artifact for a factor or error that
+// is not finite; no-training-rows; drive-too-short where not even two blocks of 15 m fit, or the
+// buffer leaves a fold nothing to learn from; both name the place.
 Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted,
                                const DrivenPlaces& places);
 inline constexpr Pass kTrainModel{"train-model", 6, "model", "The error model", &train_model};

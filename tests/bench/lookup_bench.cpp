@@ -63,7 +63,7 @@ std::vector<std::array<double, 3>> places(const CompiledMap& map, double off_m) 
 void look_up(benchmark::State& state) {
   static const CompiledMap kMap = city();
   static const std::vector<std::byte> kFile = encode_map(kMap);
-  const Result<MapReader> reader = MapReader::open(kFile);
+  const Result<MapReader> reader = MapReader::open(kFile, "searching");
   const std::vector<std::array<double, 3>> positions =
       places(kMap, static_cast<double>(state.range(0)));
   std::size_t i = 0;
@@ -79,7 +79,7 @@ BENCHMARK(look_up)->Arg(1)->Arg(5)->Arg(200);
 void open_map(benchmark::State& state) {
   static const std::vector<std::byte> kFile = encode_map(city());
   for (auto _ : state) {
-    const Result<MapReader> reader = MapReader::open(kFile);
+    const Result<MapReader> reader = MapReader::open(kFile, "searching");
     benchmark::DoNotOptimize(reader->info().site_count);
   }
 }

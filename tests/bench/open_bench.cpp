@@ -65,7 +65,7 @@ Visit visit(const std::string& path, double x_m, double y_m) {
   Visit visit;
   const long faults = page_faults();
   const double start_ms = thread_cpu_ms();
-  const Result<MapReader> reader = MapReader::open(path);
+  const Result<MapReader> reader = MapReader::open(path, "searching");
   const Result<RangeAnswer> answer =
       reader ? reader->observation_range({x_m, y_m, 1.8}, 0.10) : reader.error();
   visit.cpu_ms = thread_cpu_ms() - start_ms;
@@ -123,7 +123,7 @@ int measure(const std::string& path, int columns) {
   std::printf("open and look up     warm, median %.3f ms, most %.3f ms of CPU time\n",
               median(warm_ms), *std::ranges::max_element(warm_ms));
 
-  const Result<MapReader> reader = MapReader::open(path);
+  const Result<MapReader> reader = MapReader::open(path, "searching");
   // Anywhere in the map, and a metre further each time along its streets.
   std::vector<std::array<double, 3>> anywhere;
   std::vector<std::array<double, 3>> along;
@@ -148,7 +148,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: %s MAP, one that write_big_map wrote\n", argv[0]);
     return 64;
   }
-  const Result<MapReader> reader = MapReader::open(std::string(argv[1]));
+  const Result<MapReader> reader = MapReader::open(std::string(argv[1]), "searching");
   if (!reader) {
     std::fprintf(stderr, "%s\n", to_string(reader.error()).c_str());
     return exit_status(reader.error().code);

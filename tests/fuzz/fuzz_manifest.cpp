@@ -26,7 +26,7 @@ const ContainerParts& sound_parts() {
 }
 
 void use(std::span<const std::byte> file) {
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   if (reader) (void)reader->observation_range(reader->info().origin_world_m, 0.1);
   const Result<CompiledMap> map = read_map(file);
   if (!map) return;

@@ -25,7 +25,7 @@ void check_answer(const MapReader& reader, const RangeAnswer& answer) {
 
 // What a vehicle does with the file.
 void look_up(std::span<const std::byte> file) {
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   if (!reader) return;
   const std::array<double, 3>& origin = reader->info().origin_world_m;
   const double tile_m = reader->info().tile_m;

@@ -193,7 +193,7 @@ Result<void> add_evaluation(const std::string& name, const CompileConfig& config
   if (config.evaluation.scans.empty()) return {};
   const EvaluatePlan evaluate = evaluate_plan(config, map);
   ArtifactSet artifacts;
-  SIGHTLINE_TRY(provide_drive(evaluate.recording, artifacts));
+  SIGHTLINE_TRY(provide_drive(evaluate, artifacts));
   provide_map(map, evaluate, artifacts);
   return add_run(name, evaluate.plan, options, artifacts, runs);
 }

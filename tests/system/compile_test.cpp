@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "formats/base/atomic_file.h"
 #include "tests/system/evaluation_schema.h"
@@ -258,6 +260,77 @@ TEST(VehicleReader, FollowsADriveThroughTheMap) {
                   (small_town() / "drive_2" / "poses.tum").string());
   EXPECT_EQ(run.status, 0) << run.err;
   EXPECT_GT(std::count(run.out.begin(), run.out.end(), '\n'), 100);
+}
+
+// What the town's own localizer measured, as if another program had: one start, the mean.
+std::string csv_of_measured() {
+  const ProgramResult run = run_sightline("dump " + config() + " -q --what measured --format json");
+  EXPECT_EQ(run.status, 0) << run.err;
+  const nlohmann::json table = nlohmann::json::parse(run.out);
+  std::map<std::string, std::size_t> column;
+  for (const std::string name : table.at("columns")) column.emplace(name, column.size());
+  std::map<std::pair<int, double>, double> errors_m;
+  for (const nlohmann::json& row : table.at("rows")) {
+    if (row.at(column["scan"]) < 0) continue;
+    errors_m[{row.at(column["scan"]), row.at(column["range_m"])}] = row.at(column["mean_m"]);
+  }
+  std::ostringstream csv;
+  csv.precision(17);
+  csv << "scan,look,start,error\n";
+  for (const auto& [of, error_m] : errors_m) {
+    csv << of.first << "," << of.second << ",0," << error_m << "\n";
+  }
+  return csv.str();
+}
+
+TEST(ImportErrors, MakeAMapForTheLocalizerThatMadeThemAndForNoOther) {
+  compiled_map();
+  const std::filesystem::path folder = fresh_folder();
+  const std::string file = (folder / "errors.csv").string();
+  ASSERT_TRUE(write_file_atomically(file, csv_of_measured(), IfExists::kRefuse));
+  const std::string imports =
+      config() + " --set import-errors.file=" + file +
+      " --set import-errors.localizer=my-ndt --set import-errors.version=2 ";
+  EXPECT_EQ(dumped(imports, "measured", "mean_m"), dumped(config(), "measured", "mean_m"));
+  const std::string map = (folder / "town.slmap").string();
+  const ProgramResult compiled = run_sightline("compile " + imports + "-o " + map);
+  ASSERT_EQ(compiled.status, 0) << compiled.err;
+  EXPECT_NE(compiled.out.find("to a vehicle that localizes with my-ndt v2"), std::string::npos);
+  EXPECT_EQ(dumped(map, "predicted", "mean_error_m"),
+            dumped(compiled_map().string(), "predicted", "mean_error_m"))
+      << "the same errors teach the same";
+  const ProgramResult inspected = run_sightline("inspect " + map);
+  EXPECT_NE(inspected.out.find("my-ndt v2: ranges and probabilities are for it alone"),
+            std::string::npos)
+      << inspected.out;
+  const ProgramResult listed = run_sightline("compile " + imports + "--list-inputs");
+  EXPECT_NE(listed.out.find(file), std::string::npos);
+  for (const auto& [localizer, is_known] :
+       {std::pair("my-ndt/2", true), std::pair("my-ndt/1", false), std::pair("searching", false)}) {
+    const ProgramResult read =
+        run_command(std::string(SIGHTLINE_VEHICLE_READER) + " " + map + " " +
+                    (small_town() / "drive_2" / "poses.tum").string() + " 0.25 " + localizer);
+    EXPECT_EQ(read.status, 0) << read.err;
+    EXPECT_EQ(read.out.find("unknown-localizer") == std::string::npos, is_known) << localizer;
+    EXPECT_EQ(read.out.find(" nan ") == std::string::npos, is_known) << localizer;
+  }
+}
+
+TEST(ImportErrors, AreRefusedAtTheLineThatIsWrong) {
+  const std::filesystem::path folder = fresh_folder();
+  const std::string file = (folder / "errors.csv").string();
+  const auto refused = [&](const std::string& csv, const std::string& message) {
+    EXPECT_TRUE(write_file_atomically(file, csv, IfExists::kReplace));
+    const ProgramResult run =
+        run_sightline("compile " + config() + " -q -o " + (folder / "map.slmap").string() +
+                      " --set import-errors.file=" + file + " --set import-errors.localizer=a");
+    EXPECT_EQ(run.status, 65) << run.err;
+    EXPECT_NE(run.err.find(message), std::string::npos) << run.err;
+  };
+  refused("scan,look,start\n", "SL2008 missing-field: " + file + " (line 1): no column error");
+  refused("scan,look,start,error\n1,10,0,0.1\n1,10,1,x\n",
+          "SL2020 malformed-text: " + file + " (line 3): found error 'x'");
+  refused("scan,look,start,error\n99999,10,0,0.1\n", "SL2022 mismatched-inputs");
 }
 
 TEST(YourOwnPass, RunsOverTheMap) {

@@ -79,7 +79,7 @@ TEST(Libraries, PclLocalizesAScanAtTheRangeOfTheMap) {
   command << SIGHTLINE_VEHICLE_PCL << " '" << map_file() << "' '" << cloud.string() << "' '"
           << (compiled_town() / "drive_1" / "scans" / "000000.pcd").string() << "' "
           << pose[0] + 0.3 << " " << pose[1] - 0.2 << " " << pose[2] << " "
-          << pose[3] * 180.0 / std::numbers::pi + 1.0;
+          << pose[3] * 180.0 / std::numbers::pi + 1.0 << " 0.10 searching";
   const ProgramResult run = run_command(command.str());
   ASSERT_EQ(run.status, 0) << run.err;
   std::istringstream lines(run.out);

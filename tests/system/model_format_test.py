@@ -64,8 +64,10 @@ def read_model(data):
     recording = lambda: r.struct(role=r.text, name=r.text, sha256=lambda: r.take(32).hex())
     place = lambda: r.struct(name=r.text, drives=lambda: r.list(r.text), route_m="d", blocks="I",
                              recordings=lambda: r.list(recording))
+    parameter = lambda: r.struct(name=r.text, value=r.text)
+    localizer = lambda: r.struct(name=r.text, version="I", parameters=lambda: r.list(parameter))
     model = {
-        "card": r.struct(places=lambda: r.list(place), reference="B", feature_set=r.text, hold_out=r.text, seed="Q",
+        "card": r.struct(places=lambda: r.list(place), reference="B", localizer=localizer, feature_set=r.text, hold_out=r.text, seed="Q",
                          trees="I", least_leaf_rows="I", feature_share="d", block_m="d", buffer_m="d", route_m="d",
                          blocks="I", folds="I", knows_history="B"),
         "features": r.list(lambda: r.struct(name=r.text, importance_m="d", least=lambda: r.array("d"),

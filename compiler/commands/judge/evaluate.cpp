@@ -7,6 +7,7 @@
 #include "compiler/driver/pipelines.h"
 #include "compiler/views/picture/charts/calibration_chart.h"
 #include "compiler/views/picture/charts/chart_svg.h"
+#include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
 #include "formats/annotation/evaluation.h"
 #include "formats/base/atomic_file.h"
@@ -63,10 +64,19 @@ Result<void> write_files(const EvaluateFlags& flags, const Evaluation& evaluatio
 Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& made,
                                   const ArtifactSet& artifacts) {
   const Evaluation& evaluation = artifacts.get(made.evaluation);
-  const DriveTracks& tracks = artifacts.get(made.tracks);
+  const LocalizerProfile& judging = artifacts.get(made.measured).matching.localizer;
+  std::string text = judged_by(map.model.localizer, judging) + to_text(evaluation) + "\n";
   std::vector<Table> all = tables(evaluation);
-  for (Table& table : tables(tracks)) all.push_back(std::move(table));
-  std::fputs((to_text(evaluation) + "\n" + to_text(tracks)).c_str(), stdout);
+  all.front().facts.emplace_back("judged_by", to_text(judging));
+  all.front().facts.emplace_back("ranges_are_for", to_text(map.model.localizer));
+  if (artifacts.has(made.tracks)) {
+    const DriveTracks& tracks = artifacts.get(made.tracks);
+    for (Table& table : tables(tracks)) all.push_back(std::move(table));
+    text += to_text(tracks);
+  } else {
+    text += "Not replayed scan by scan: that is done by this program's own localizers alone\n";
+  }
+  std::fputs(text.c_str(), stdout);
   if (map.factors.factors.empty()) return all;
   SIGHTLINE_ASSIGN(const FactorReport factors,
                    factor_report(map.factors, artifacts.get(made.measured)));
@@ -80,10 +90,11 @@ Result<void> evaluate(const EvaluateFlags& flags) {
   SIGHTLINE_ASSIGN(const CompileConfig config, evaluation_config(flags));
   const EvaluatePlan plan = evaluate_plan(config, map);
   ArtifactSet artifacts;
-  SIGHTLINE_TRY(provide_drive(plan.recording, artifacts));
+  SIGHTLINE_TRY(provide_drive(plan, artifacts));
   provide_map(map, plan, artifacts);
   SIGHTLINE_TRY(run_steps(plan.plan, {}, flags.run, config, artifacts));
-  if (!artifacts.has(plan.tracks)) return {};  // --stop-after
+  const AnyWire last = plan.tracks.is_connected() ? plan.tracks.any() : plan.evaluation.any();
+  if (!artifacts.has(last)) return {};  // --stop-after
   SIGHTLINE_ASSIGN(const std::vector<Table> all, report(map, plan, artifacts));
   return write_files(flags, artifacts.get(plan.evaluation), all);
 }
@@ -106,7 +117,8 @@ Verb evaluate_verb() {
       "sightline evaluate town.yaml --map town.slmap",
       "sightline evaluate town.yaml --map town.slmap --set evaluation.scans=drive_3/scans \\\n"
       "      --set evaluation.poses=drive_3/poses.tum --json result.json",
-      "sightline evaluate town.yaml --map town.slmap --calibration-svg curve.svg"};
+      "sightline evaluate town.yaml --map town.slmap --calibration-svg curve.svg",
+      "sightline evaluate town.yaml --map town.slmap --set measure-error.localizer=pcl-ndt"};
   verb.flags = {
       {.names = "--map",
        .value = "FILE",

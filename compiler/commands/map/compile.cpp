@@ -8,6 +8,7 @@
 #include "compiler/config/input_files.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provenance.h"
+#include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
 #include "formats/annotation/evaluation.h"
 #include "formats/base/atomic_file.h"
@@ -49,7 +50,11 @@ Result<void> write_outputs(const CompileFlags& flags, const CompiledMap& map,
 
 // What the compile found, as text.
 Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& artifacts) {
-  std::string text = to_text(artifacts.get(made.evaluation)) + "\nWhat the map promises\n";
+  const LocalizerProfile& foretold = artifacts.get(made.map).model.localizer;
+  const LocalizerProfile& measured = artifacts.get(made.measured).matching.localizer;
+  std::string text = judged_by(foretold, measured) + to_text(artifacts.get(made.evaluation)) +
+                     "\nWhat the map promises, to a vehicle that localizes with " +
+                     localizer_title(foretold) + "\n";
   for (const LimitPromise& promise : artifacts.get(made.ranges).promises) {
     text += promise.statement + "\n";
   }
@@ -131,11 +136,17 @@ Verb compile_verb() {
   verb.details =
       "The tables on stdout are judged on the localization drive by models that never saw the "
       "place. Finished passes are cached: after an interruption or a change only what is affected "
-      "runs again.";
+      "runs again.\n\n"
+      "Ranges and probabilities are for the localizer whose errors were measured: one of this "
+      "program's own, PCL's NDT (measure-error.localizer), or any other whose errors the section "
+      "import-errors names, as CSV: a line \"scan,look,start,error\", then one error a line.";
   verb.examples = {
       "sightline compile town.yaml -o town.slmap",
       "sightline compile street.yaml -o street.slmap --model city.slmodel --risk 0.1",
       "sightline compile city.yaml -o city.slmap --strict",
+      "sightline compile town.yaml -o town.slmap --set measure-error.localizer=pcl-ndt",
+      "sightline compile town.yaml -o town.slmap --set import-errors.file=my_errors.csv \\\n"
+      "      --set import-errors.localizer=my-ndt",
       "sightline compile town.yaml -o town.slmap --set build-ndt.cell_m=1.0 --explain",
       "sightline compile town.yaml --stop-after build-ndt --print-after build-ndt",
       "sightline compile town.yaml -o town.slmap --force --depfile town.d --json-progress"};

@@ -78,8 +78,8 @@ Result<Made<EvaluatePlan>> judge(const ReportFlags& flags, const CompileConfig& 
   if (config.evaluation.scans.empty()) {
     judged.artifacts.share(plan.measured, compiled.artifacts, compiled.plan.measured);
   } else {
-    SIGHTLINE_TRY(provide_drive(plan.recording, judged.artifacts));
-    wanted.push_back(plan.tracks);
+    SIGHTLINE_TRY(provide_drive(plan, judged.artifacts));
+    if (plan.tracks.is_connected()) wanted.push_back(plan.tracks);
   }
   SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, judged.artifacts));
   return judged;

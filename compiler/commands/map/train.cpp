@@ -45,6 +45,13 @@ Result<CompileConfig> load_config(const TrainFlags& flags, const std::string& fi
                  "evaluation.scans: --with-evaluation asks for a second drive and none is named",
                  file, ""};
   }
+  if (config && flags.with_evaluation && config->imports_errors() != config->imports_evaluation()) {
+    return Error{
+        ErrorCode::kMissingKey,
+        "import-errors: with --with-evaluation both drives of a place are localized by the "
+        "same localizer; name both files, or none",
+        file, ""};
+  }
   return config;
 }
 

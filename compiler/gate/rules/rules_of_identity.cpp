@@ -116,7 +116,9 @@ std::vector<Found> find_sensor(const GateInput& input, const Threshold&) {
   differences.add("least range", old.min_range_m, now.min_range_m);
   differences.add("greatest range", old.max_range_m, now.max_range_m);
   differences.add("height", old.height_m, now.height_m);
-  return differences.found("the sensor");
+  differences.add("localizer", to_text(input.old_map->model.localizer),
+                  to_text(input.map->model.localizer));
+  return differences.found("the sensor or the localizer");
 }
 
 std::vector<Found> find_release(const GateInput& input, const Threshold&) {
@@ -146,7 +148,7 @@ const GateRule kRules[] = {
      "The error model differs, or what it was trained on: numbers may change where no street did",
      find_model},
     {"sensor-change", kOldMap, kWarning, kAtMost, 0.0, "differences",
-     "The localizing sensor differs", find_sensor},
+     "The localizing sensor differs, or the localizer that ranges are for", find_sensor},
     {"release-order", kOldMap, kError, kAtLeast, 0.0, "releases",
      "By how much the release counter grew; it may never fall", find_release},
 };

@@ -56,12 +56,16 @@ std::string describe_map(const CompiledMap& map) {
          field("reach", formatted("%g m around a site", map.reach_m));
 }
 
-std::string localizer_text(const MeasurementCard& card) {
-  if (card.localizer.empty()) return "not recorded";
-  const std::string coarse = card.coarse_cells > 1
-                                 ? formatted(", first on cells %u times as long", card.coarse_cells)
-                                 : "";
-  return card.localizer + coarse + formatted(", scans thinned to %g m", card.leaf_m);
+// Whom the map's probabilities are for, and who was measured where that is another.
+std::string describe_localizer(const CompiledMap& map) {
+  const LocalizerProfile& foretold = map.model.localizer;
+  std::string text =
+      field("localizer", localizer_title(foretold) + ": ranges and probabilities are for it alone");
+  const std::string parameters = parameters_text(foretold);
+  if (!parameters.empty()) text += field("", parameters);
+  if (map.measurement.localizer == foretold) return text;
+  return text + field("measured here", "by " + to_text(map.measurement.localizer) +
+                                           ", which tells nothing of the one above");
 }
 
 std::string describe_trajectory(const TrajectoryQuality& trajectory) {
@@ -83,7 +87,7 @@ std::string describe_measurement(const CompiledMap& map) {
          field("localization",
                card.localization_drive + ", " + card.localization_scans + " scans") +
          field("reference", is_known ? "known poses" : "match at the sensor's full range") +
-         field("localizer", localizer_text(card)) +
+         describe_localizer(map) +
          field("offsets", formatted("%zu starts at every site", card.offsets.size())) +
          field("measured sites", formatted("%u of ", card.measured_site_count) +
                                      std::to_string(map.sites.sites.size())) +
@@ -194,6 +198,12 @@ std::string describe(const CompiledMap& map) {
     text += field(definition.name.c_str(), formatted("v%u", definition.version));
   }
   return text;
+}
+
+std::string judged_by(const LocalizerProfile& foretold, const LocalizerProfile& judging) {
+  if (judging == foretold) return "";
+  return "Judged by " + to_text(judging) + "; the map's ranges and probabilities are for " +
+         to_text(foretold) + "\n\n";
 }
 
 std::string describe(const ErrorModel& model) {

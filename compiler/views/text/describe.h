@@ -11,6 +11,10 @@ namespace sightline {
 // what the model is worth. Several lines, ends in a newline.
 std::string describe(const CompiledMap& map);
 
+// A line that stands before figures of a map's ranges where another localizer made them than the
+// one whose errors the map foretells; empty where both are one.
+std::string judged_by(const LocalizerProfile& foretold, const LocalizerProfile& judging);
+
 // For people: format, sizes and digests of the file.
 std::string describe(const MapSummary& summary);
 

@@ -59,6 +59,7 @@ void add_measurement(const CompiledMap& map, Facts& facts) {
   facts.emplace_back("measurement.localization_drive", card.localization_drive);
   facts.emplace_back("measurement.localization_scans", card.localization_scans);
   facts.emplace_back("measurement.reference", is_known ? "known poses" : "full-range match");
+  facts.emplace_back("measurement.localizer", to_text(card.localizer));
   facts.emplace_back("measurement.offsets", digest_of(card.offsets));
   facts.emplace_back("measurement.measured_site_count", std::to_string(card.measured_site_count));
 }
@@ -87,6 +88,7 @@ Facts facts_of(const CompiledMap& map) {
     facts.emplace_back("definitions." + definition.name, "v" + std::to_string(definition.version));
   }
   facts.emplace_back("model.encoding_version", std::to_string(map.model.encoding_version));
+  facts.emplace_back("model.localizer", to_text(map.model.localizer));
   facts.emplace_back("model.digest", to_hex(map.model.digest));
   if (map.sharpness) {
     facts.emplace_back("sharpness.mean_entropy_nat",

@@ -99,6 +99,20 @@ void append_case(const DrivenPlaces& places, const Case& of, const FeatureRows& 
   append_labels(place, place.drives[of.label_drive], training_set);
 }
 
+// Where the drive was measured, or a measured site stands for its neighbours of the same run.
+void mark_measured(const Sites& sites, const MeasuredError& drive,
+                   std::vector<std::uint8_t>& is_measured) {
+  const std::size_t step = drive.matching.site_step;
+  for (std::size_t i = 0; i < is_measured.size(); ++i) {
+    if (drive.scan_of_site[i] < 0) continue;
+    const std::size_t first = i - std::min(i, step / 2);
+    const std::size_t last = std::min(i + (step - 1) / 2, is_measured.size() - 1);
+    for (std::size_t near = first; near <= last; ++near) {
+      if (sites.sites[near].run == sites.sites[i].run) is_measured[near] = 1;
+    }
+  }
+}
+
 // Cuts each place into blocks, which all its cases share.
 Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces& places,
                            const std::vector<Case>& cases, TrainingSet& training_set) {
@@ -111,9 +125,7 @@ Result<void> append_blocks(const TrainingSetOptions& options, const DrivenPlaces
     card.recordings = place.recordings;
     for (const MeasuredError& drive : place.drives) {
       card.drives.push_back(drive.drive);
-      for (std::size_t i = 0; i < has_label.size(); ++i) {
-        if (drive.scan_of_site[i] >= 0) has_label[i] = 1;
-      }
+      mark_measured(place.sites, drive, has_label);
     }
     const bool holds_out_places = training_set.held_out == HoldOut::kPlaces;
     const int least_blocks = holds_out_places ? 1 : 2;
@@ -160,11 +172,28 @@ Result<void> settle_hold_out(const TrainingSetOptions& options, const DrivenPlac
   return {};
 }
 
+// A model foretells the errors of one localizer.
+Result<void> check_localizers(const DrivenPlaces& places) {
+  const LocalizerProfile& first = places.places.front().drives.front().matching.localizer;
+  for (const DrivenPlace& place : places.places) {
+    for (const MeasuredError& drive : place.drives) {
+      if (drive.matching.localizer == first) continue;
+      return Error{ErrorCode::kMismatchedInputs,
+                   "drive '" + drive.drive + "' was localized by " +
+                       to_text(drive.matching.localizer) + ", expected " + to_text(first) +
+                       " as on every other: a model foretells the errors of one localizer",
+                   "", "place " + place.name};
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<TrainingSet> make_training_set(const TrainingSetOptions& options,
                                       const DrivenPlaces& places) {
   SIGHTLINE_TRY(validate(places));
+  SIGHTLINE_TRY(check_localizers(places));
   TrainingSet training_set;
   training_set.range_count = places.places.front().factors.ranges_m.size();
   training_set.knows_history = std::ranges::any_of(

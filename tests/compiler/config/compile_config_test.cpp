@@ -115,6 +115,42 @@ TEST(CompileConfig, TakesPathsFromTheFilesFolderAndOverridesFromTheCommandLine) 
   EXPECT_EQ(config->passes.options(kBuildNdt).cell_m, 1.0);
 }
 
+TEST(CompileConfig, TakesErrorsOfALocalizerOutsideInPlaceOfMeasuringThem) {
+  const Result<CompileConfig> config = load(
+      "mapping: {scans: a}\nimport-errors: {file: e.csv, localizer: my-ndt, version: 4, "
+      "parameters: 'voxel_m = 3,box_m=60'}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_EQ(config->outside.file, (scratch_folder() / "compile_config_test/e.csv").string());
+  EXPECT_EQ(to_text(*outside_localizer(config->outside)), "my-ndt v4 (box_m=60, voxel_m=3)");
+  EXPECT_EQ(option_of(*config, "import-errors", "scans"), "odd");
+  EXPECT_EQ(option_of(*config, "measure-error", "scans"), "no such option");
+  EXPECT_EQ(option_of(*config, "measure-error:mapping", "localizer"), "no such option")
+      << "a split drive has no mapping error";
+}
+
+TEST(CompileConfig, RefusesALocalizerOutsideThatAVehicleCouldNotName) {
+  for (const char* keys :
+       {"", ", localizer: my ndt", ", localizer: searching", ", localizer: a/2",
+        ", localizer: a, parameters: leaf", ", localizer: a, parameters: 'x=1, x=2'"}) {
+    const Result<CompileConfig> config =
+        load("mapping: {scans: a}\nimport-errors: {file: e.csv" + std::string(keys) + "}\n");
+    ASSERT_FALSE(config.has_value()) << keys;
+    EXPECT_EQ(config.error().code, ErrorCode::kBadValue) << keys;
+    EXPECT_NE(config.error().message.find("import-errors."), std::string::npos);
+  }
+}
+
+TEST(CompileConfig, MakesTheFactorOfTheMappingDriveByItsOwnLocalizerWhoeverLocalizes) {
+  const Result<CompileConfig> config =
+      load("mapping: {scans: a}\nlocalization: {scans: b}\nmeasure-error: {localizer: pcl-ndt}\n");
+  if (!config.has_value()) {
+    EXPECT_NE(config.error().message.find("built without PCL"), std::string::npos);
+    return;
+  }
+  EXPECT_EQ(option_of(*config, "measure-error", "localizer"), "pcl-ndt");
+  EXPECT_EQ(option_of(*config, "measure-error:mapping", "localizer"), "searching");
+}
+
 TEST(CompileConfig, RefusesNoDriveAndTwoWaysToLocalize) {
   EXPECT_EQ(load("build-ndt: {cell_m: 1.0}\n").error().code, ErrorCode::kMissingKey);
   EXPECT_EQ(load("mapping: {scans: a}\nlocalization: {scans: b}\nannotation: {split: even-odd}\n")

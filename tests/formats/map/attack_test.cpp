@@ -84,7 +84,7 @@ TEST(Attack, TilesOfTwoVersionsMixedAreRefused) {
   std::vector<std::byte> sealed_anew = mixed;
   repair_map(sealed_anew, root);
   EXPECT_EQ(refusal_of(sealed_anew), ErrorCode::kDigestMismatch);
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   ASSERT_FALSE(reader);
   EXPECT_EQ(reader.error().code, ErrorCode::kChecksumMismatch);
 }
@@ -134,7 +134,8 @@ TEST(Attack, AFileWithoutAnEndIsRefusedAtOnce) {
     const Result<MapSummary> read = verify_map(std::filesystem::path(path));
     ASSERT_FALSE(read);
     EXPECT_EQ(read.error().code, ErrorCode::kCannotRead) << path;
-    EXPECT_EQ(MapReader::open(std::string(path)).error().code, ErrorCode::kCannotRead) << path;
+    EXPECT_EQ(MapReader::open(std::string(path), "annealed").error().code, ErrorCode::kCannotRead)
+        << path;
   }
 }
 
@@ -142,7 +143,7 @@ TEST(Attack, APipeThatNobodyWritesToIsRefusedAtOnce) {
   const std::filesystem::path pipe =
       std::filesystem::path(testing::TempDir()) / ("pipe" + std::to_string(::getpid()));
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_EQ(MapReader::open(pipe.string()).error().code, ErrorCode::kCannotRead);
+  EXPECT_EQ(MapReader::open(pipe.string(), "annealed").error().code, ErrorCode::kCannotRead);
   EXPECT_EQ(verify_map(pipe).error().code, ErrorCode::kCannotRead);
   std::filesystem::remove(pipe);
 }
@@ -174,7 +175,7 @@ TEST(Attack, ALongSparseFileIsRefusedAtOnce) {
     if (!stream) GTEST_SKIP() << "this file system has no sparse files of a terabyte";
   }
   EXPECT_EQ(verify_map(path).error().code, ErrorCode::kOutOfBounds);
-  EXPECT_EQ(MapReader::open(path.string()).error().code, ErrorCode::kBadLayer);
+  EXPECT_EQ(MapReader::open(path.string(), "annealed").error().code, ErrorCode::kBadLayer);
   std::filesystem::remove(path);
 }
 

@@ -23,14 +23,14 @@ std::string full_refusal(const std::vector<std::byte>& file, ErrorCode code) {
   EXPECT_FALSE(map.has_value());
   if (map) return "";
   EXPECT_EQ(map.error().code, code) << to_string(map.error());
-  (void)MapReader::open(file);
+  (void)MapReader::open(file, "annealed");
   return to_string(map.error());
 }
 
 // Both readers refuse, with this code.
 std::string refusal(const std::vector<std::byte>& file, ErrorCode code) {
   const Result<CompiledMap> map = read_map(file);
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   EXPECT_FALSE(map.has_value());
   EXPECT_FALSE(reader.has_value());
   if (map || reader) return "";
@@ -42,7 +42,7 @@ std::string refusal(const std::vector<std::byte>& file, ErrorCode code) {
 void expect_reads(const std::vector<std::byte>& file) {
   const Result<CompiledMap> map = read_map(file);
   EXPECT_TRUE(map.has_value()) << to_string(map.error());
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   EXPECT_TRUE(reader.has_value()) << to_string(reader.error());
 }
 
@@ -156,7 +156,7 @@ TEST(MapContainer, WithAManifestThatIsNoFlatBufferIsRefused) {
     damaged.manifest[i] ^= std::byte{0x81};
     const std::vector<std::byte> file = assemble(damaged);
     (void)read_map(file);
-    (void)MapReader::open(file);
+    (void)MapReader::open(file, "annealed");
   }
   std::ranges::fill(parts.manifest, std::byte{0xff});
   refusal(assemble(parts), ErrorCode::kBadManifest);

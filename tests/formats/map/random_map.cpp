@@ -137,12 +137,13 @@ CompiledMap random_map(const RandomMapOptions& options) {
   map.measurement.mapping_scans = "even";
   map.measurement.localization_drive = "town";
   map.measurement.localization_scans = "odd";
-  map.measurement.localizer = "annealed";
+  map.measurement.localizer = {"annealed", 3, {{"coarse_cells", "2"}, {"leaf_m", "0.5"}}};
   map.measurement.coarse_cells = 2;
   map.measurement.leaf_m = 0.5;
   map.measurement.offsets = {{0.1, 0.2, -0.1, 0.01}, {-0.5, 0.3, 0.0, -0.01}};
   map.definitions = {{"ndt-map", 1}, {"sites", 1}};
   map.model = random_model(options.model_size, random);
+  map.model.localizer = map.measurement.localizer;
   MeasuredError measured;  // of no site
   map.quality = quality_of(map, measured);
   map.trajectory = TrajectoryQuality{PoseSource::kEstimated, 120, 7, 3, 0.012, 0.0009};

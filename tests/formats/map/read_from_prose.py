@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, sys.argv[2])
-from sightline_map import FAR, MapError, SightlineMap, xxh3  # noqa: E402
+from sightline_map import FAR, UNKNOWN_LOCALIZER, MapError, SightlineMap, xxh3  # noqa: E402
 
 
 def check_sites(dump, opened, sites):
@@ -116,9 +116,20 @@ def check_look_up(opened):
     return near
 
 
+def check_localizer(folder, opened):
+    """Nothing is known for a localizer whose errors were not measured."""
+    assert (opened.localizer, opened.localizer_version) == ("annealed", 3)
+    assert opened.localizer_parameters == {"coarse_cells": "2", "leaf_m": "0.5"}
+    place = [o + p for o, p in zip(opened.origin_world_m, opened.sites()[0]["pose"][3::4])]
+    for localizer in ("", "pcl-ndt", "annealed/2"):
+        answer = SightlineMap(folder / "map.slmap", localizer).observation_range(place, 0.25)
+        assert answer.flags & UNKNOWN_LOCALIZER and answer.range_m == opened.ranges_m[-1]
+        assert math.isnan(answer.probability) and math.isnan(answer.mean_error_m)
+
+
 def check_damage(file, folder):
     """A flipped bit is refused or changes no answer."""
-    whole = SightlineMap(folder / "map.slmap")
+    whole = SightlineMap(folder / "map.slmap", "annealed")
     place = [o + p for o, p in zip(whole.origin_world_m, (1.0, 2.0, 0.0))]
     expected = whole.observation_range(place, 0.25)
     refused = 0
@@ -127,7 +138,7 @@ def check_damage(file, folder):
         damaged[i] ^= 1 << i % 8
         (folder / "damaged.slmap").write_bytes(damaged)
         try:
-            assert SightlineMap(folder / "damaged.slmap").observation_range(place, 0.25) == expected
+            assert SightlineMap(folder / "damaged.slmap", "annealed").observation_range(place, 0.25) == expected
         except MapError:
             refused += 1
     assert refused > 0
@@ -161,8 +172,9 @@ def main():
         with tempfile.TemporaryDirectory() as name:
             subprocess.run([sys.argv[1], str(seed), name], check=True)
             folder = pathlib.Path(name)
-            opened = SightlineMap(folder / "map.slmap")
+            opened = SightlineMap(folder / "map.slmap", "annealed/3")
             opened.check()
+            check_localizer(folder, opened)
             sites = opened.sites()
             load = lambda what: json.loads((folder / f"{what}.json").read_text())
             check_sites(load("sites"), opened, sites)

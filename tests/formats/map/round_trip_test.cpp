@@ -25,7 +25,8 @@ TEST(MapFile, GivesBackEveryArtifactButForTheRoundingOfNds) {
     EXPECT_EQ(back->trajectory, map.trajectory);
     EXPECT_EQ(back->measurement.offsets.size(), 2u);
     EXPECT_EQ(back->measurement.localization_scans, "odd");
-    EXPECT_EQ(back->measurement.localizer, "annealed");
+    EXPECT_EQ(back->measurement.localizer, map.measurement.localizer);
+    EXPECT_EQ(back->model.localizer, map.model.localizer);
     EXPECT_EQ(back->measurement.coarse_cells, 2u);
     EXPECT_EQ(back->measurement.leaf_m, 0.5);
     ASSERT_EQ(back->ndt.nds.size(), map.ndt.nds.size());

@@ -42,7 +42,6 @@ std::vector<std::byte> map_of_1_1() {
   CompiledMap map = some_map();
   map.sharpness.reset();
   map.trajectory.reset();
-  map.measurement.localizer.clear();
   map.factors = {};
   map.model.bytes.clear();
   return of_version(encode_map(map), {1, 1});
@@ -76,7 +75,7 @@ void expect_opens(const std::vector<std::byte>& file) {
 
 // Every site of the map, as a vehicle asks for it.
 void expect_answers_of(const CompiledMap& map, const std::vector<std::byte>& file) {
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   ASSERT_TRUE(reader) << to_string(reader.error());
   for (std::uint32_t site = 0; site < map.sites.sites.size(); ++site) {
     const Eigen::Vector3d p_m = map.sites.sites[site].p_map_m + map.sites.frame.origin_world_m;
@@ -90,7 +89,7 @@ void expect_answers_of(const CompiledMap& map, const std::vector<std::byte>& fil
 
 // Whoever opens a map refuses it with this code: the vehicle, the compiler, and who repairs.
 std::string refusal(const std::vector<std::byte>& file, ErrorCode code) {
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   const Result<CompiledMap> map = read_map(file);
   const Result<Recovered> recovered = recover_map(file);
   EXPECT_FALSE(reader || map || recovered);
@@ -149,7 +148,7 @@ TEST(FormatVersion, NewerInItsMinorIsRefusedByTheNameOfARequiredSection) {
   ContainerParts parts = parts_of_1_3();
   parts.sections.back().is_required = true;
   const std::vector<std::byte> file = map_of_1_3(parts);
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   const Result<CompiledMap> map = read_map(file);
   ASSERT_FALSE(reader || map);
   for (const Error& error : {reader.error(), map.error()}) {

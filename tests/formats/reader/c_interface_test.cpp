@@ -25,7 +25,7 @@ std::string written_map(const std::vector<std::byte>& file, const char* name) {
 TEST(CInterface, AnswersWhatTheCppInterfaceAnswers) {
   const CompiledMap map = random_map({.seed = 1});
   const std::string path = written_map(encode_map(map), "c_interface.slmap");
-  const Result<MapReader> reader = MapReader::open(path);
+  const Result<MapReader> reader = MapReader::open(path, "annealed");
   ASSERT_TRUE(reader) << to_string(reader.error());
   const Eigen::Vector3d p_m = map.sites.sites[3].p_map_m + map.sites.frame.origin_world_m;
   sightline_range range;
@@ -44,7 +44,7 @@ TEST(CInterface, TellsMapAndRanges) {
   const CompiledMap map = random_map({.seed = 2});
   const std::string path = written_map(encode_map(map), "c_info.slmap");
   sightline_map* opened = nullptr;
-  ASSERT_EQ(sightline_open(path.c_str(), &opened, nullptr, 0), 0);
+  ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
   sightline_info info;
   sightline_get_info(opened, &info);
   EXPECT_STREQ(info.map_id, map.map_id.c_str());
@@ -64,14 +64,35 @@ TEST(CInterface, TellsMapAndRanges) {
   EXPECT_STREQ(promise.statement, map.ranges.promises[1].statement.c_str());
   EXPECT_EQ(sightline_get_promise(opened, 2, &promise), 1001);
   EXPECT_EQ(promise.is_earned, 0);
+  EXPECT_STREQ(info.localizer, "annealed");
+  EXPECT_EQ(info.localizer_version, 3u);
+  EXPECT_STREQ(info.localizer_parameters, "coarse_cells=2, leaf_m=0.5");
+  EXPECT_EQ(info.is_for_caller, 1);
   sightline_close(opened);
   sightline_close(nullptr);
+}
+
+TEST(CInterface, KnowsNothingForALocalizerWhoseErrorsWereNotMeasured) {
+  const CompiledMap map = random_map({.seed = 2});
+  const std::string path = written_map(encode_map(map), "c_localizer.slmap");
+  const Eigen::Vector3d p_m = map.sites.sites[3].p_map_m + map.sites.frame.origin_world_m;
+  for (const char* localizer : {static_cast<const char*>(nullptr), "pcl-ndt"}) {
+    sightline_map* opened = nullptr;
+    ASSERT_EQ(sightline_open(path.c_str(), localizer, &opened, nullptr, 0), 0);
+    sightline_range range;
+    EXPECT_EQ(sightline_observation_range(opened, p_m.data(), 0.1, &range), 0);
+    EXPECT_EQ(range.flags, SIGHTLINE_UNKNOWN_LOCALIZER);
+    EXPECT_TRUE(std::isnan(range.probability));
+    EXPECT_EQ(range.range_m, 50.0);
+    EXPECT_EQ(range.site, 3u);
+    sightline_close(opened);
+  }
 }
 
 TEST(CInterface, TellsWhyAMapCannotBeOpened) {
   sightline_map* map = reinterpret_cast<sightline_map*>(1);
   char message[40];
-  EXPECT_EQ(sightline_open("/nowhere.slmap", &map, message, sizeof message), 2001);
+  EXPECT_EQ(sightline_open("/nowhere.slmap", "annealed", &map, message, sizeof message), 2001);
   EXPECT_EQ(map, nullptr);
   EXPECT_EQ(std::strlen(message), sizeof message - 1);
   EXPECT_EQ(std::string(message).rfind("SL2001 file-not-found: /nowhere.slmap", 0), 0u);
@@ -87,7 +108,7 @@ TEST(CInterface, TellsWhoWroteAMapOfAnotherMajorVersion) {
   const std::string path = written_map(file, "c_version.slmap");
   sightline_map* map = nullptr;
   char message[400];
-  EXPECT_EQ(sightline_open(path.c_str(), &map, message, sizeof message), 3001);
+  EXPECT_EQ(sightline_open(path.c_str(), "annealed", &map, message, sizeof message), 3001);
   EXPECT_EQ(map, nullptr);
   EXPECT_NE(std::string(message).find("written by sightline test, format 2.0, this program reads "
                                       "1.0: compile again or use that version"),

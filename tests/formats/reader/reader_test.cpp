@@ -91,7 +91,7 @@ TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
                                   .limits_m = {0.10, 0.20, 0.30}});
     map.reach_m = seed % 3 == 0 ? 16.0 : 6.0;
     const std::vector<std::byte> file = encode_map(map);
-    const Result<MapReader> reader = MapReader::open(file);
+    const Result<MapReader> reader = MapReader::open(file, "annealed");
     ASSERT_TRUE(reader) << to_string(reader.error());
     for (int i = 0; i < 300; ++i) {
       const Position position =
@@ -114,7 +114,7 @@ TEST(MapReader, FindsASiteJustAcrossABorderOfTilesOnEverySide) {
     for (const double dy_m : {-5.0, 0.0, 5.0}) {
       map.sites.sites[0].p_map_m = {64.0 + dx_m, -64.0 + dy_m, 1.0};
       const std::vector<std::byte> file = encode_map(map);
-      const Result<MapReader> reader = MapReader::open(file);
+      const Result<MapReader> reader = MapReader::open(file, "annealed");
       ASSERT_TRUE(reader);
       for (const double ex_m : {-1e-9, 0.0, 1e-9}) {
         const Position position = world(map, {64.0 + ex_m, -64.0 - ex_m, 1.0});
@@ -130,7 +130,7 @@ TEST(MapReader, TakesTheLowerIdWhereTwoSitesAreEquallyNear) {
     map.sites.sites[is_swapped ? 1 : 0].p_map_m = {-3.0, 0.0, 0.0};
     map.sites.sites[is_swapped ? 0 : 1].p_map_m = {3.0, 0.0, 0.0};
     const std::vector<std::byte> file = encode_map(map);
-    const Result<MapReader> reader = MapReader::open(file);
+    const Result<MapReader> reader = MapReader::open(file, "annealed");
     ASSERT_TRUE(reader);
     EXPECT_EQ(reader->observation_range(world(map, {0.0, 0.0, 0.0}), 0.1)->site, 0u);
   }
@@ -139,7 +139,7 @@ TEST(MapReader, TakesTheLowerIdWhereTwoSitesAreEquallyNear) {
 TEST(MapReader, FarFromAnySiteAnswersTheLongestRange) {
   const CompiledMap map = random_map({.seed = 2});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   ASSERT_TRUE(reader);
   for (const double far_m : {200.0, -5000.0, 1e7, 1e300}) {
     const Result<RangeAnswer> answer = reader->observation_range({far_m, far_m, 0.0}, 0.25);
@@ -173,7 +173,7 @@ std::vector<std::byte> with_reach(const CompiledMap& map, double reach_m) {
 TEST(MapReader, AnswersFromAMapWithAnAbsurdReach) {
   for (const double reach_m : {1e-300, 1e-9, 1e200, 1e308}) {
     const std::vector<std::byte> file = with_reach(random_map({.seed = 2}), reach_m);
-    const Result<MapReader> reader = MapReader::open(file);
+    const Result<MapReader> reader = MapReader::open(file, "annealed");
     ASSERT_TRUE(reader) << to_string(reader.error());
     for (const double x_m : {0.0, 3.0, 1e5, 1e307}) {
       EXPECT_TRUE(reader->observation_range({x_m, -x_m, 0.0}, 0.25)) << reach_m << " at " << x_m;
@@ -202,7 +202,7 @@ TEST(MapReader, TellsWhatIsPromisedOfTheNextDrive) {
 
 TEST(MapReader, RefusesWhatIsNoPositionOrLimit) {
   const std::vector<std::byte> file = encode_map(random_map({.seed = 3}));
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   ASSERT_TRUE(reader);
   for (const double bad : {double{NAN}, double{INFINITY}, -1.0, 0.0}) {
     const Result<RangeAnswer> answer = reader->observation_range({0.0, 0.0, 0.0}, bad);
@@ -216,7 +216,7 @@ TEST(MapReader, RefusesAFileThatNamesNoLookUp) {
   const std::vector<std::byte> file =
       with_header(encode_map(random_map({.seed = 4})),
                   [](FileHeader& header) { header.compatible_features = 0; });
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   ASSERT_FALSE(reader);
   EXPECT_EQ(reader.error().code, ErrorCode::kBadLayer);
 }
@@ -229,7 +229,7 @@ TEST(MapReader, ChecksAPageOnlyWhenItIsUsed) {
   std::vector<std::byte> file = encode_map(map);
   // The last page but one: rows ascend with x.
   file[decode_header(file)->directory_offset - 2 * kPageSize] ^= std::byte{1};
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   ASSERT_TRUE(reader) << to_string(reader.error());
   EXPECT_TRUE(reader->observation_range(world(map, {10.0, 10.0, 0.0}), 0.1));
   for (int i = 0; i < 2; ++i) {  // and it stays refused
@@ -253,7 +253,7 @@ TEST(MapReader, RefusesAPageOfAnotherVersionOfTheMap) {
   std::copy(newer.begin() + static_cast<std::ptrdiff_t>(begin),
             newer.begin() + static_cast<std::ptrdiff_t>(end),
             file.begin() + static_cast<std::ptrdiff_t>(begin));
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   ASSERT_TRUE(reader) << to_string(reader.error());
   const Result<RangeAnswer> answer =
       reader->observation_range(world(map, map.sites.sites[0].p_map_m), 0.1);
@@ -268,7 +268,7 @@ TEST(MapReader, NeverAnswersWronglyFromADamagedFile) {
   for (std::size_t i = 0; i < file.size(); ++i) {
     std::vector<std::byte> damaged = file;
     damaged[i] ^= std::byte(1 << (i % 8));
-    const Result<MapReader> reader = MapReader::open(damaged);
+    const Result<MapReader> reader = MapReader::open(damaged, "annealed");
     if (!reader) continue;
     for (const Site& site : map.sites.sites) {
       const Position position = world(map, site.p_map_m);
@@ -278,14 +278,15 @@ TEST(MapReader, NeverAnswersWronglyFromADamagedFile) {
     ASSERT_FALSE(testing::Test::HasFailure()) << "after a flip in byte " << i;
   }
   for (std::size_t size = 0; size < file.size(); ++size) {
-    ASSERT_FALSE(MapReader::open(std::span(file).first(size))) << "cut at byte " << size;
+    ASSERT_FALSE(MapReader::open(std::span(file).first(size), "annealed"))
+        << "cut at byte " << size;
   }
 }
 
 TEST(MapReader, AnswersSeveralThreadsAtOnce) {
   const CompiledMap map = random_map({.seed = 6, .site_count = 300, .tile_m = 16.0});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   ASSERT_TRUE(reader);
   std::vector<int> wrong(4, 0);
   std::vector<std::thread> threads;
@@ -305,15 +306,63 @@ TEST(MapReader, AnswersSeveralThreadsAtOnce) {
 TEST(MapReader, AllocatesNothingToLookUp) {
   const CompiledMap map = random_map({.seed = 7});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file);
-  ASSERT_TRUE(reader);
-  double sum_m = 0.0;
-  const std::size_t before = allocation_count();
-  for (const Site& site : map.sites.sites) {
-    sum_m += reader->observation_range(world(map, site.p_map_m), 0.25)->range_m;
+  for (const char* callers : {"annealed", "pcl-ndt"}) {
+    const Result<MapReader> reader = MapReader::open(file, callers);
+    ASSERT_TRUE(reader);
+    double sum_m = 0.0;
+    const std::size_t before = allocation_count();
+    for (const Site& site : map.sites.sites) {
+      sum_m += reader->observation_range(world(map, site.p_map_m), 0.25)->range_m;
+    }
+    EXPECT_EQ(allocation_count(), before) << callers;
+    EXPECT_GT(sum_m, 0.0);
   }
-  EXPECT_EQ(allocation_count(), before);
-  EXPECT_GT(sum_m, 0.0);
+}
+
+TEST(MapReader, KnowsNothingForALocalizerWhoseErrorsWereNotMeasured) {
+  const CompiledMap map = random_map({.seed = 7});
+  const std::vector<std::byte> file = encode_map(map);
+  const Position position = world(map, map.sites.sites[3].p_map_m);
+  for (const char* callers : {"pcl-ndt", "", "anneal", "annealed/2", "annealed/", "/3"}) {
+    const Result<MapReader> reader = MapReader::open(file, callers);
+    ASSERT_TRUE(reader) << to_string(reader.error());
+    EXPECT_FALSE(reader->info().is_for_caller) << callers;
+    for (const double limit_m : {0.01, 0.1, 0.25}) {
+      const Result<RangeAnswer> answer = reader->observation_range(position, limit_m);
+      ASSERT_TRUE(answer) << to_string(answer.error());
+      EXPECT_TRUE(std::isnan(answer->probability)) << callers;
+      EXPECT_TRUE(std::isnan(answer->mean_error_m)) << callers;
+      EXPECT_EQ(answer->range_m, map.ranges.ranges_m.back()) << "as far as the map goes";
+      EXPECT_EQ(answer->flags, limit_m < 0.1 ? kAnswerUnknownLocalizer | kAnswerTighterLimit
+                                             : kAnswerUnknownLocalizer);
+      EXPECT_EQ(answer->site, 3u);
+      EXPECT_NEAR(answer->distance_m, 0.0, 1e-9);
+    }
+    const Result<RangeAnswer> far = reader->observation_range({1e6, 1e6, 0.0}, 0.25);
+    ASSERT_TRUE(far);
+    EXPECT_TRUE(std::isnan(far->probability));
+    EXPECT_EQ(far->flags, kAnswerUnknownLocalizer | kAnswerFar);
+  }
+}
+
+TEST(MapReader, NamesTheLocalizerWhoseErrorsWereMeasured) {
+  CompiledMap map = random_map({.seed = 7});
+  map.model.localizer = {"my-ndt", 4, {{"leaf_m", "0.5"}, {"resolution_m", "2"}}};
+  const std::vector<std::byte> file = encode_map(map);
+  for (const char* callers : {"my-ndt", "my-ndt/4"}) {
+    Result<MapReader> opened = MapReader::open(file, callers);
+    ASSERT_TRUE(opened) << to_string(opened.error());
+    const MapReader reader = std::move(*opened);  // its texts come along
+    EXPECT_EQ(reader.info().localizer, "my-ndt");
+    EXPECT_EQ(reader.info().localizer_version, 4u);
+    EXPECT_EQ(reader.info().localizer_parameters, "leaf_m=0.5, resolution_m=2");
+    EXPECT_TRUE(reader.info().is_for_caller);
+    const Result<RangeAnswer> answer =
+        reader.observation_range(world(map, map.sites.sites[3].p_map_m), 0.25);
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->flags & kAnswerUnknownLocalizer, 0u);
+    EXPECT_GE(answer->probability, 0.0);
+  }
 }
 
 // A file in memory that nobody may write to any more stands for a read-only file system.
@@ -324,7 +373,8 @@ TEST(MapReader, ReadsFromStorageThatCannotBeWritten) {
   ASSERT_GE(descriptor, 0);
   ASSERT_EQ(::write(descriptor, file.data(), file.size()), static_cast<ssize_t>(file.size()));
   ASSERT_EQ(::fcntl(descriptor, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK), 0);
-  const Result<MapReader> reader = MapReader::open("/proc/self/fd/" + std::to_string(descriptor));
+  const Result<MapReader> reader =
+      MapReader::open("/proc/self/fd/" + std::to_string(descriptor), "annealed");
   ASSERT_TRUE(reader) << to_string(reader.error());
   EXPECT_EQ(reader->observation_range(world(map, map.sites.sites[7].p_map_m), 0.1)->site, 7u);
   ::close(descriptor);
@@ -333,7 +383,7 @@ TEST(MapReader, ReadsFromStorageThatCannotBeWritten) {
 TEST(MapReader, OutlivesBeingMoved) {
   const CompiledMap map = random_map({.seed = 8});
   const std::vector<std::byte> file = encode_map(map);
-  Result<MapReader> opened = MapReader::open(file);
+  Result<MapReader> opened = MapReader::open(file, "annealed");
   ASSERT_TRUE(opened);
   const MapReader reader = std::move(*opened);
   EXPECT_EQ(reader.info().ranges_m.back(), 50.0);

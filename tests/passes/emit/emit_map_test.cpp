@@ -115,6 +115,26 @@ TEST(EmitMap, CountsQualityThatCanBeCheckedByHand) {
   EXPECT_THAT(workshop.warnings[0], HasSubstr("1 of 4 sites"));
 }
 
+TEST(EmitMap, NamesTheLocalizerOfTheModelAndNoCoverageOfAnother) {
+  Workshop workshop({.seed = 3});
+  for (ErrorRow& row : workshop.measured.rows) row.mean_m = 0.01;
+  const Result<CompiledMap> same = workshop.emit();
+  workshop.model.card.localizer = {"my-ndt", 2, {{"leaf_m", "0.5"}}};
+  const Result<CompiledMap> other = workshop.emit();
+  ASSERT_TRUE(same && other);
+  EXPECT_EQ(same->model.localizer.name, "searching");
+  EXPECT_EQ(same->quality[0].measured_coverage, 1.0);
+  EXPECT_EQ(to_text(other->model.localizer), "my-ndt v2 (leaf_m=0.5)");
+  EXPECT_EQ(other->measurement.localizer.name, "searching");
+  EXPECT_EQ(other->measurement.measured_site_count, 0u);
+  EXPECT_EQ(other->quality[0].measured_coverage, 0.0);
+  ASSERT_EQ(workshop.warnings.size(), 1u);
+  EXPECT_THAT(workshop.warnings[0], HasSubstr("foretells the errors of my-ndt v2"));
+  CompiledMap lying = *other;
+  lying.model.localizer.name = "pcl-ndt";
+  EXPECT_EQ(model_of(lying.model).error().code, ErrorCode::kDigestMismatch);
+}
+
 TEST(EmitMap, NamesTheRecordingAndNotTheRelease) {
   Workshop workshop({.seed = 4});
   EmitMapOptions options;

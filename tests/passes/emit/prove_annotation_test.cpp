@@ -120,6 +120,7 @@ TEST(ProveAnnotation, RefusesAnyStoredNumberThatDoesNotFollow) {
       [](CompiledMap& m) { m.ranges.promises[1].history_threshold += 0.005; },
       [](CompiledMap& m) { m.ranges.promises[0].statement += " or so"; },
       [](CompiledMap& m) { ++m.quality[0].unmet_count; },
+      [](CompiledMap& m) { m.model.localizer.name = "pcl-ndt"; },
       [](CompiledMap& m) { m.quality[1].expected_coverage = 1.0; },
       [](CompiledMap& m) { m.factors.values.end()[-3] += 0.5; },  // an error of the first drive
       [](CompiledMap& m) { m.factors.values[2] += 1000.0; }};     // beyond the support

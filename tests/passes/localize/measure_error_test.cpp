@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 
+#include "passes/localize/pcl/pcl_ndt.h"
 #include "passes/map/build_ndt.h"
 #include "tests/passes/matching/random_scene.h"
 
@@ -130,7 +131,7 @@ TEST(MeasureError, WithoutPointsInRangeReportsTheOffsetsThemselves) {
   const Result<MeasuredError> measured = measure(world, options);
   ASSERT_TRUE(measured.has_value());
   double expected_m = 0.0;
-  for (const InitialOffset& offset : initial_offsets(options.starts)) {
+  for (const InitialOffset& offset : initial_offsets(starts_of(options))) {
     expected_m += std::hypot(offset.x_m, offset.y_m, offset.z_m) / 12.0;
   }
   EXPECT_EQ(measured->rows[4].point_count, 0u);
@@ -279,6 +280,43 @@ TEST(MeasureError, TheAnnealedLocalizerEndsNearerFromTheSameStarts) {
     annealed_m += annealed->rows[i].mean_m;
   }
   EXPECT_LT(annealed_m, plain_m);
+}
+
+TEST(MeasureError, NamesTheLocalizerAndWhatItsNameLeavesOpen) {
+  const Result<MeasuredError> measured = measure(make_world(), two_ranges());
+  ASSERT_TRUE(measured.has_value());
+  EXPECT_EQ(to_text(measured->matching.localizer),
+            "searching v3 (cell_m=2, coarse_cells=1, leaf_m=1)");
+}
+
+TEST(MeasureError, LocalizesByPclAtEveryTenthSiteFromThreeStartsForAnyNumberOfThreads) {
+  if (!has_pcl_ndt()) GTEST_SKIP() << "built without PCL";
+  World world = make_world();
+  // Two more rounds over the same places: 27 sites.
+  const std::vector<Site> once = world.sites.sites;
+  for (int round = 0; round < 2; ++round) {
+    world.sites.sites.insert(world.sites.sites.end(), once.begin(), once.end());
+  }
+  MeasureErrorOptions options = two_ranges();
+  options.localizer = LocalizerKind::kPclNdt;
+  options.reference = ErrorReference::kKnownPose;
+  const Result<MeasuredError> one = measure(world, options, 1);
+  const Result<MeasuredError> three = measure(world, options, 3);
+  ASSERT_TRUE(one.has_value() && three.has_value());
+  const auto bytes_without_times = [](MeasuredError measured) {
+    for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    return to_bytes(measured);
+  };
+  EXPECT_EQ(bytes_without_times(*one), bytes_without_times(*three));
+  EXPECT_EQ(one->matching.localizer.name, "pcl-ndt");
+  EXPECT_EQ(one->matching.site_step, 10u);
+  EXPECT_EQ(one->offsets.size(), 3u);
+  for (std::size_t site = 0; site < one->scan_of_site.size(); ++site) {
+    EXPECT_EQ(one->scan_of_site[site] >= 0, site % 10 == 0) << site;
+  }
+  EXPECT_GT(one->row(0, 1).point_count, one->row(0, 0).point_count);
+  EXPECT_GT(one->row(0, 1).mean_iterations, 1.0);
+  EXPECT_LT(one->row(0, 1).mean_m, 0.25) << "from 0.25 m off and nearer";
 }
 
 void expect_refused(const World& world, ErrorCode code) {

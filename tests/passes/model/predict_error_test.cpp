@@ -105,6 +105,29 @@ TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
   EXPECT_NE(warnings[0].find("driven once"), std::string::npos);
 }
 
+TEST(PredictError, IsNotToldWhatAnotherLocalizerFound) {
+  PassContext ctx;
+  TrainModelOptions options;
+  options.trees = 20;
+  const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(3, kSmall));
+  ASSERT_TRUE(model.has_value());
+  EXPECT_EQ(model->card.localizer.name, "searching");
+  DrivenPlace place = place_driven_twice(9, kSmall);
+  for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
+  place.drives[0].matching.localizer.name = "pcl-ndt";
+  std::vector<std::string> warnings;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const Result<PredictedError> predicted =
+      predict_error_with_history(ctx, {}, *model, place.sites, place.factors, place.drives[0], {});
+  ASSERT_TRUE(predicted.has_value());
+  EXPECT_EQ(predicted->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("was localized by pcl-ndt v3, the model foretells the errors of "
+                             "searching v3"),
+            std::string::npos)
+      << warnings[0];
+}
+
 // Site 5 lies half a metre off where the model knows it.
 std::vector<std::string> warnings_of_a_moved_site(const Eigen::Vector3d& origin_world_m,
                                                   const RecordingCards& recordings) {

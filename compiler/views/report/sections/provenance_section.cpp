@@ -103,6 +103,8 @@ std::vector<std::pair<std::string, std::string>> map_facts(const ReportSources& 
           {"localization drive", map.measurement.localization_drive + ", " +
                                      map.measurement.localization_scans + " scans"},
           {"localizing sensor", map.sensor.name},
+          {"localizer that ranges and probabilities are for", to_text(map.model.localizer)},
+          {"localizer that was measured", to_text(map.measurement.localizer)},
           {"definitions", definitions}};
 }
 

@@ -51,6 +51,39 @@ TEST(TrainingSet, HoldsOutTheSameStretchInEveryCase) {
   EXPECT_EQ(runs.size(), 8u);  // no case runs into the next
 }
 
+TEST(TrainingSet, RefusesDrivesOfDifferentLocalizers) {
+  DrivenPlaces places = places_driven_twice(2, kSmall);
+  places.places[1].drives[1].matching.localizer = {"pcl-ndt", 3, {{"voxel_m", "3"}}};
+  const Result<TrainingSet> training_set = make_training_set({}, places);
+  ASSERT_FALSE(training_set.has_value());
+  EXPECT_EQ(training_set.error().code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(training_set.error().place, "place place 2");
+  EXPECT_NE(training_set.error().message.find("'again' was localized by pcl-ndt v3 (voxel_m=3)"),
+            std::string::npos)
+      << training_set.error().message;
+}
+
+// A localizer that takes its time is measured at every tenth site: the route is as long all the
+// same.
+TEST(TrainingSet, CountsTheRouteThatAMeasuredSiteStandsFor) {
+  DrivenPlaces places = places_driven_twice(1, kSmall);
+  places.places[0].drives.pop_back();
+  MeasuredError& drive = places.places[0].drives[0];
+  for (std::size_t i = 0; i < drive.scan_of_site.size(); ++i) {
+    if (i % 10 == 5) continue;
+    drive.scan_of_site[i] = -1;
+    for (std::size_t range = 0; range < 2; ++range) drive.rows[2 * i + range] = ErrorRow{};
+  }
+  EXPECT_EQ(make_training_set({}, places).error().code, ErrorCode::kDriveTooShort);
+  drive.matching.site_step = 10;
+  const Result<TrainingSet> training_set = make_training_set({}, places);
+  ASSERT_TRUE(training_set.has_value()) << to_string(training_set.error());
+  EXPECT_EQ(training_set->folds.labelled_route_m, 130.0);
+  EXPECT_EQ(labelled_rows(*training_set, std::vector<std::uint8_t>(130, 0), 100000).rows.size(),
+            13u * 2u)
+      << "it learns from what was measured alone";
+}
+
 TEST(TrainingSet, HoldsOutWholePlacesWhereThereAreTwo) {
   const Result<TrainingSet> three = make_training_set({}, places_driven_twice(3, kSmall));
   ASSERT_TRUE(three.has_value());

@@ -1,0 +1,79 @@
+#include "formats/drive/localizer_profile.h"
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kLongestName = 64;
+
+bool is_printable(std::string_view text) {
+  return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+Error invalid(const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", "localizer"};
+}
+
+}  // namespace
+
+bool is_localizer_name(std::string_view name) {
+  return is_printable(name) && name.size() <= kLongestName &&
+         name.find_first_of(" /") == std::string_view::npos;
+}
+
+Result<void> validate(const LocalizerProfile& profile) {
+  if (!is_localizer_name(profile.name)) {
+    return invalid("found a name of " + std::to_string(profile.name.size()) +
+                   " characters, expected 1 to 64 printable ones without a blank or '/'");
+  }
+  for (std::size_t i = 0; i < profile.parameters.size(); ++i) {
+    const auto& [name, value] = profile.parameters[i];
+    if (!is_printable(name) || !is_printable(value)) {
+      return invalid("parameter " + std::to_string(i) + " is not printable ASCII");
+    }
+    if (i > 0 && profile.parameters[i - 1].first >= name) {
+      return invalid("the names of parameters do not ascend at '" + name + "'");
+    }
+  }
+  return {};
+}
+
+std::string localizer_title(const LocalizerProfile& profile) {
+  return profile.name + " v" + std::to_string(profile.version);
+}
+
+std::string parameters_text(const LocalizerProfile& profile) {
+  std::string text;
+  for (const auto& [name, value] : profile.parameters) {
+    text += (text.empty() ? "" : ", ") + name + "=" + value;
+  }
+  return text;
+}
+
+std::string to_text(const LocalizerProfile& profile) {
+  const std::string parameters = parameters_text(profile);
+  return localizer_title(profile) + (parameters.empty() ? "" : " (" + parameters + ")");
+}
+
+void encode(const LocalizerProfile& profile, ByteWriter& writer) {
+  writer.put_string(profile.name);
+  writer.put(profile.version);
+  writer.put<std::uint64_t>(profile.parameters.size());
+  for (const auto& [name, value] : profile.parameters) {
+    writer.put_string(name);
+    writer.put_string(value);
+  }
+}
+
+void decode(ByteReader& reader, LocalizerProfile& profile) {
+  reader.get_string(profile.name);
+  reader.get(profile.version);
+  profile.parameters.resize(reader.get_count(2 * sizeof(std::uint64_t)));
+  for (auto& [name, value] : profile.parameters) {
+    reader.get_string(name);
+    reader.get_string(value);
+  }
+}
+
+}  // namespace sightline

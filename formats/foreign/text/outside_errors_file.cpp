@@ -1,0 +1,155 @@
+#include "formats/foreign/text/outside_errors_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <tuple>
+
+#include "formats/base/atomic_file.h"
+#include "formats/foreign/text/text_lines.h"
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+enum Column : std::size_t { kScan, kLook, kStart, kError, kColumnCount };
+constexpr std::array<std::string_view, kColumnCount> kNames = {"scan", "look", "start", "error"};
+
+using Words = std::vector<std::string_view>;
+using Places = std::array<std::size_t, kColumnCount>;  // of each column among the words
+
+Error at_line(ErrorCode code, const std::string& message, std::size_t line) {
+  return {code, message, "", "line " + std::to_string(line)};
+}
+
+Error malformed(const std::string& message, std::size_t line) {
+  return at_line(ErrorCode::kMalformedText, message, line);
+}
+
+std::string_view trimmed(std::string_view word) {
+  const std::size_t first = word.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return word.substr(first, word.find_last_not_of(" \t") - first + 1);
+}
+
+// Between commas, also where nothing is.
+void split_at_commas(std::string_view line, Words& words) {
+  words.clear();
+  for (std::size_t begin = 0;;) {
+    const std::size_t end = line.find(',', begin);
+    words.push_back(trimmed(line.substr(begin, end - begin)));
+    if (end == std::string_view::npos) return;
+    begin = end + 1;
+  }
+}
+
+std::optional<Column> column_named(std::string_view name) {
+  if (name == "range" || name == "range_m" || name == "look_m") return kLook;
+  if (name == "error_m") return kError;
+  const auto found = std::ranges::find(kNames, name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<Column>(found - kNames.begin());
+}
+
+Result<Places> places_of(const Words& words, std::size_t line) {
+  Places places;
+  places.fill(words.size());
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::optional<Column> column = column_named(words[i]);
+    if (!column) {
+      return malformed(
+          "found a column " + in_quotes(words[i]) + ", expected scan, look, start and error", line);
+    }
+    if (places[*column] != words.size()) {
+      return malformed("found the column " + std::string(kNames[*column]) + " twice", line);
+    }
+    places[*column] = i;
+  }
+  const auto missing = std::ranges::find(places, words.size());
+  if (missing == places.end()) return places;
+  const auto column = static_cast<std::size_t>(missing - places.begin());
+  return at_line(ErrorCode::kMissingField,
+                 "no column " + std::string(kNames[column]) +
+                     ": the first line names scan, look, start and error",
+                 line);
+}
+
+Result<OutsideError> error_of(const Words& words, const Places& places, std::size_t line) {
+  const auto bad = [&](Column column, const char* expected) {
+    return malformed("found " + std::string(kNames[column]) + " " +
+                         in_quotes(words[places[column]]) + ", expected " + expected,
+                     line);
+  };
+  const auto scan = to_number<std::uint32_t>(words[places[kScan]]);
+  if (!scan) return bad(kScan, "the index of a scan in the recording, counted from 0");
+  const auto look_m = to_number<double>(words[places[kLook]]);
+  if (!look_m || !std::isfinite(*look_m) || *look_m <= 0.0) {
+    return bad(kLook, "a distance above 0, m");
+  }
+  const auto start = to_number<std::uint32_t>(words[places[kStart]]);
+  if (!start) return bad(kStart, "the number of a start, counted from 0");
+  const auto error_m = to_number<double>(words[places[kError]]);
+  if (!error_m || !std::isfinite(*error_m) || *error_m < 0.0) {
+    return bad(kError, "a finite distance that is not negative, m");
+  }
+  return OutsideError{*scan, *look_m, *start, *error_m, static_cast<std::uint32_t>(line)};
+}
+
+// By scan, look and start; the same twice is told at the later line.
+Result<void> sort_once(std::vector<OutsideError>& errors) {
+  const auto key = [](const OutsideError& error) {
+    return std::tuple(error.scan, error.range_m, error.start);
+  };
+  std::ranges::stable_sort(errors, {}, key);
+  const auto twice = std::ranges::adjacent_find(errors, {}, key);
+  if (twice == errors.end()) return {};
+  const OutsideError& again = *(twice + 1);
+  return malformed("found scan " + std::to_string(again.scan) + ", look " +
+                       format_double(again.range_m) + " m, start " + std::to_string(again.start) +
+                       " again, which line " + std::to_string(twice->line) + " has",
+                   again.line);
+}
+
+Result<std::vector<OutsideError>> parse(std::string_view text) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  LineReader lines(text);
+  std::string_view line;
+  Words words;
+  std::optional<Places> places;
+  std::vector<OutsideError> errors;
+  while (lines.next(line)) {
+    const std::string_view content = trimmed(line);
+    if (content.empty() || content.starts_with('#')) continue;
+    split_at_commas(content, words);
+    if (!places) {
+      SIGHTLINE_ASSIGN(places, places_of(words, lines.number()));
+      continue;
+    }
+    if (words.size() != kColumnCount) {
+      return malformed("found " + std::to_string(words.size()) + " columns, expected 4",
+                       lines.number());
+    }
+    SIGHTLINE_ASSIGN(const OutsideError error, error_of(words, *places, lines.number()));
+    errors.push_back(error);
+  }
+  if (errors.empty()) {
+    return malformed("found no error, expected a line of names and one error a line",
+                     lines.number());
+  }
+  SIGHTLINE_TRY(sort_once(errors));
+  return errors;
+}
+
+}  // namespace
+
+Result<std::vector<OutsideError>> read_outside_errors(const std::filesystem::path& path) {
+  SIGHTLINE_ASSIGN(const std::string text, read_text_file(path));
+  Result<std::vector<OutsideError>> errors = parse(text);
+  if (!errors) return in_file(errors.error(), path.string());
+  return errors;
+}
+
+}  // namespace sightline

@@ -1,0 +1,214 @@
+#include "passes/localize/import_errors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <span>
+
+#include "formats/base/parallel.h"
+#include "formats/base/statistics.h"
+#include "formats/drive/trajectory_of_drive.h"
+#include "formats/grid/point_grid.h"
+#include "passes/localize/measure_error.h"
+#include "passes/pass/scan_selection.h"
+
+namespace sightline {
+namespace {
+
+// A scan and what the file says of it: errors ascending by range and start.
+struct ToldScan {
+  std::size_t scan = 0;  // position in the drive
+  std::span<const OutsideError> errors;
+};
+
+Error mismatched(const OutsideError& at, const std::string& message) {
+  return {ErrorCode::kMismatchedInputs, message, "", "line " + std::to_string(at.line)};
+}
+
+std::string text_of(const std::vector<double>& ranges_m) {
+  std::string text;
+  for (const double range_m : ranges_m) {
+    text += (text.empty() ? "" : ", ") + format_double(range_m);
+  }
+  return text + " m";
+}
+
+// Every range with the starts 0, 1, ... up to `start_count`, and nothing else.
+Result<void> check_complete(const ImportErrorsOptions& options,
+                            std::span<const OutsideError> of_scan, std::size_t start_count) {
+  for (const OutsideError& error : of_scan) {
+    if (std::ranges::find(options.ranges_m, error.range_m) != options.ranges_m.end()) continue;
+    return mismatched(error,
+                      "found a look of " + format_double(error.range_m) +
+                          " m, expected one of annotation.ranges_m: " + text_of(options.ranges_m));
+  }
+  for (std::size_t i = 0; i < options.ranges_m.size() * start_count; ++i) {
+    const double range_m = options.ranges_m[i / start_count];
+    const std::size_t start = i % start_count;
+    const bool is_there =
+        i < of_scan.size() && of_scan[i].range_m == range_m && of_scan[i].start == start;
+    if (is_there) continue;
+    return mismatched(of_scan[std::min(i, of_scan.size() - 1)],
+                      "scan " + std::to_string(of_scan.front().scan) +
+                          " has no error for a look of " + format_double(range_m) +
+                          " m and start " + std::to_string(start) +
+                          ": every scan needs the same starts, from 0 on, at each of " +
+                          text_of(options.ranges_m));
+  }
+  if (of_scan.size() == options.ranges_m.size() * start_count) return {};
+  return mismatched(of_scan.back(), "scan " + std::to_string(of_scan.front().scan) +
+                                        " has more starts than the first one's " +
+                                        std::to_string(start_count));
+}
+
+// The drive's position of each recording index that may be localized.
+std::map<std::uint32_t, std::size_t> scans_by_index(const ImportErrorsOptions& options,
+                                                    const Drive& drive) {
+  std::map<std::uint32_t, std::size_t> scans;
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    if (is_selected(drive.scans[i], options.scans)) scans[drive.scans[i].recording_index] = i;
+  }
+  return scans;
+}
+
+std::size_t start_count_of(std::span<const OutsideError> errors) {
+  std::size_t count = 0;
+  while (count < errors.size() && errors[count].scan == errors.front().scan &&
+         errors[count].range_m == errors.front().range_m) {
+    ++count;
+  }
+  return count;
+}
+
+Result<std::vector<ToldScan>> told_scans(const ImportErrorsOptions& options, const Drive& drive,
+                                         const OutsideErrors& outside) {
+  const std::map<std::uint32_t, std::size_t> scans = scans_by_index(options, drive);
+  const std::span<const OutsideError> all(outside.errors);
+  const std::size_t start_count = start_count_of(all);
+  std::vector<ToldScan> told;
+  for (std::size_t first = 0, last = 0; first < all.size(); first = last) {
+    while (last < all.size() && all[last].scan == all[first].scan) ++last;
+    const auto found = scans.find(all[first].scan);
+    if (found == scans.end()) {
+      const std::string of_which = options.scans == ScanSelection::kAll
+                                       ? "scans"
+                                       : std::string(scan_selection_name(options.scans)) +
+                                             " scans, since the others made "
+                                             "the map,";
+      return mismatched(all[first], "found scan " + std::to_string(all[first].scan) +
+                                        ", expected one of the " + std::to_string(scans.size()) +
+                                        " " + of_which + " of drive '" + drive.name + "'");
+    }
+    const std::span<const OutsideError> of_scan = all.subspan(first, last - first);
+    SIGHTLINE_TRY(check_complete(options, of_scan, start_count));
+    told.push_back({found->second, of_scan});
+  }
+  return told;
+}
+
+ErrorRow row_of(std::span<const OutsideError> starts) {
+  std::vector<double> errors_m;
+  std::size_t lost_count = 0;
+  for (const OutsideError& error : starts) {
+    errors_m.push_back(error.error_m);
+    if (error.error_m > kLostBeyond_m) ++lost_count;
+  }
+  ErrorRow row;
+  const auto count = static_cast<double>(errors_m.size());
+  row.mean_m = ordered_sum(errors_m) / count;
+  row.lost_share = static_cast<double>(lost_count) / count;
+  std::ranges::sort(errors_m);
+  row.median_m = quantile_of_sorted(errors_m, 0.5);
+  row.p90_m = quantile_of_sorted(errors_m, 0.9);
+  row.max_m = errors_m.back();
+  return row;
+}
+
+// For each site, which of the scans told is nearest, the first on a tie.
+std::vector<std::optional<std::size_t>> nearest_told(const ImportErrorsOptions& options,
+                                                     const std::vector<ToldScan>& told,
+                                                     const Trajectory& in_map, const Sites& sites) {
+  std::vector<Eigen::Vector3d> places_m;
+  for (const ToldScan& scan : told) {
+    places_m.push_back(in_map.poses[scan.scan].T_map_vehicle.translation());
+  }
+  const PointGrid grid(places_m);
+  std::vector<std::optional<std::size_t>> taken;
+  for (const Site& site : sites.sites) {
+    const std::optional<NearPoint> nearest =
+        grid.nearest(site.T_map_vehicle.translation(), options.site_radius_m);
+    taken.push_back(nearest ? std::optional(nearest->index) : std::nullopt);
+  }
+  return taken;
+}
+
+void warn_of_unused(const PassContext& ctx, const std::vector<std::optional<std::size_t>>& taken,
+                    std::size_t told_count, const ImportErrorsOptions& options) {
+  std::vector<std::uint8_t> is_used(told_count, 0);
+  for (const std::optional<std::size_t>& told : taken) {
+    if (told) is_used[*told] = 1;
+  }
+  const auto unused = std::ranges::count(is_used, std::uint8_t{0});
+  if (unused == 0) return;
+  ctx.warn(std::to_string(unused) + " of " + std::to_string(told_count) +
+           " imported scans are no site's nearest within " + format_double(options.site_radius_m) +
+           " m, and their errors are not used");
+}
+
+std::size_t count_taken(const std::vector<std::optional<std::size_t>>& taken) {
+  return taken.size() -
+         static_cast<std::size_t>(std::count(taken.begin(), taken.end(), std::nullopt));
+}
+
+// One site in so many was measured; beyond this two measured places say little of what is between.
+std::uint32_t site_step_of(const std::vector<std::optional<std::size_t>>& taken) {
+  constexpr std::size_t kMostSites = 20;
+  const std::size_t measured = count_taken(taken);
+  return static_cast<std::uint32_t>(
+      std::clamp<std::size_t>((taken.size() + measured / 2) / measured, 1, kMostSites));
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(ImportErrorsOptions& options) {
+  return {shared(numbers("ranges_m", options.ranges_m, "ranges that errors are needed at, m", 1.0,
+                         1000.0)),
+          scans_option(options.scans),
+          shared(number("site_radius_m", options.site_radius_m,
+                        "a site's scan lies no farther from it, m", 0.01, 100.0))};
+}
+
+Result<MeasuredError> import_errors(PassContext& ctx, const ImportErrorsOptions& options,
+                                    const OutsideErrors& outside, const Drive& drive,
+                                    const Trajectory& trajectory, const Sites& sites) {
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
+  SIGHTLINE_ASSIGN(const std::vector<ToldScan> told, told_scans(options, drive, outside));
+  const std::vector<std::optional<std::size_t>> taken =
+      nearest_told(options, told, rebase(trajectory, sites.frame), sites);
+  if (count_taken(taken) == 0) {
+    return Error{ErrorCode::kNoOverlap,
+                 "none of " + std::to_string(taken.size()) + " sites has one of the " +
+                     std::to_string(told.size()) + " imported scans of drive '" + drive.name +
+                     "' within " + format_double(options.site_radius_m) + " m",
+                 "", "pass import-errors"};
+  }
+  warn_of_unused(ctx, taken, told.size(), options);
+  const std::size_t start_count = start_count_of(outside.errors);
+  MeasuredError measured;
+  measured.drive = drive.name;
+  measured.matching = {options.scans, outside.localizer, 1, 0.0, site_step_of(taken)};
+  measured.reference = outside.reference;
+  measured.ranges_m = options.ranges_m;
+  for (const std::optional<std::size_t>& scan : taken) {
+    measured.scan_of_site.push_back(
+        scan ? std::int64_t{drive.scans[told[*scan].scan].recording_index} : -1);
+    for (std::size_t range = 0; range < options.ranges_m.size(); ++range) {
+      measured.rows.push_back(
+          scan ? row_of(told[*scan].errors.subspan(range * start_count, start_count)) : ErrorRow{});
+    }
+  }
+  return measured;
+}
+
+}  // namespace sightline

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "formats/drive/drive.h"
+#include "formats/drive/localizer_profile.h"
+#include "formats/surroundings/ndt_map.h"
+#include "passes/matching/localizer.h"
+
+namespace sightline {
+
+// What measure-error localizes with at one site after the other: this program's own localizers, or
+// PCL's NDT. One for each thread.
+class SiteLocalizer {
+ public:
+  virtual ~SiteLocalizer() = default;
+  // At another site. `seed` is this site's own.
+  virtual void go_to(const Eigen::Vector3d& p_map_m, std::uint64_t seed) = 0;
+  // Looks `range_m` far; the number of points that are matched.
+  virtual std::size_t take(const Scan& scan, double range_m) = 0;
+  // Of the scan taken last; T_map_sensor is the vehicle's pose.
+  virtual MatchResult match(const Pose& T_map_start) = 0;
+};
+
+// Which localizer, and what its name leaves open; the last two of this program's own alone.
+struct LocalizerChoice {
+  LocalizerKind kind = LocalizerKind::kSearching;
+  int coarse_cells = 1;
+  double leaf_m = 1.0;
+};
+
+// What all of them share. `own` serves this program's localizers alone.
+struct SiteLocalizerInputs {
+  LocalizerChoice choice;
+  const SensorProfile& sensor;
+  const NdtMap& map;
+  const Localizer& own;
+};
+std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs);
+
+// What a vehicle must do alike for the errors to be its own.
+LocalizerProfile profile_of(const LocalizerChoice& choice, const NdtMap& map);
+
+}  // namespace sightline
