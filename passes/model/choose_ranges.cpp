@@ -1,7 +1,9 @@
 #include "passes/model/choose_ranges.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "passes/model/calibration.h"
@@ -57,6 +59,12 @@ double static_coverage(const ChooseRangesOptions& options) {
   const bool is_controlled =
       options.selection == Selection::kProbability && options.risk_control != RiskControl::kFixed;
   return is_controlled ? 1.0 - options.alpha : kUncontrolled;
+}
+
+// Whose errors the map's own scans tell: LocalizerKind's, PCL's apart.
+bool is_of_this_program(const LocalizerProfile& localizer) {
+  constexpr std::string_view kOurs[] = {"plain", "annealed", "searching"};
+  return std::ranges::find(kOurs, localizer.name) != std::end(kOurs);
 }
 
 Chosen choose_all_by_mean(const ChooseRangesOptions& options, const PredictedError& predicted,
@@ -282,7 +290,10 @@ Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& op
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const FactorTable& factors) {
   SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors));
-  SIGHTLINE_ASSIGN(const OwnEvidence evidence, own_evidence_of(factors));
+  SIGHTLINE_ASSIGN(OwnEvidence evidence, own_evidence_of(factors));
+  if (!is_of_this_program(model.card.localizer)) {
+    evidence = for_another_localizer(std::move(evidence));
+  }
   const bool is_mean = options.selection == Selection::kMean;
   RangeTable table = to_table(
       predicted, is_mean ? choose_all_by_mean(options, predicted, model, evidence)

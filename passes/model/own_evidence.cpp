@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -63,6 +64,15 @@ Result<OwnEvidence> own_evidence_of(const FactorTable& factors) {
   }
   return OwnEvidence{factors.ranges_m, factors.site_count, values_of(factors, *column),
                      cost_of(factors)};
+}
+
+OwnEvidence for_another_localizer(OwnEvidence evidence) {
+  const std::size_t range_count = evidence.ranges_m.size();
+  for (std::size_t i = 0; i < evidence.error_m.size(); ++i) {
+    const bool is_longest = i % range_count == range_count - 1;
+    evidence.error_m[i] = is_longest ? 0.0 : std::numeric_limits<double>::infinity();
+  }
+  return evidence;
 }
 
 Standing standing_of(const OwnEvidence& evidence, double limit_m,

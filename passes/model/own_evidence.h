@@ -25,6 +25,10 @@ struct OwnEvidence {
 // Error: mismatched-inputs where the table has none of the three.
 Result<OwnEvidence> own_evidence_of(const FactorTable& factors);
 
+// The same for a localizer that is not the one which found it: all that is believed is the longest
+// range.
+OwnEvidence for_another_localizer(OwnEvidence evidence);
+
 // How a choice fares by that evidence.
 struct Standing {
   double coverage = 0.0;  // share of sites whose own error is within the limit at their range
