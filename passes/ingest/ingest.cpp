@@ -18,6 +18,7 @@ struct ScanCounts {
   std::uint64_t point_count = 0;
   std::uint64_t nonfinite_count = 0;
   std::uint64_t zero_count = 0;
+  std::uint64_t withheld_count = 0;
   bool may_be_cut = false;
   bool is_far_away = false;  // no point near the sensor
   bool has_point_times = false;
@@ -31,6 +32,7 @@ ScanCounts count(const PointCloudFile& cloud) {
   counts.point_count = cloud.points_m.size();
   counts.nonfinite_count = cloud.nonfinite_count;
   counts.zero_count = cloud.zero_count;
+  counts.withheld_count = cloud.withheld_count;
   counts.may_be_cut = cloud.may_be_cut;
   counts.has_point_times = !cloud.time_offset_ns.empty();
   counts.has_unclear_times = cloud.has_unclear_times;
@@ -112,6 +114,7 @@ void warn_of(const PassContext& ctx, const Recording& recording,
     sum.point_count += scan.point_count;
     sum.nonfinite_count += scan.nonfinite_count;
     sum.zero_count += scan.zero_count;
+    sum.withheld_count += scan.withheld_count;
     cut_scans += scan.may_be_cut ? 1 : 0;
     far_scans += scan.is_far_away ? 1 : 0;
     unclear_scans += scan.has_unclear_times ? 1 : 0;
@@ -121,6 +124,10 @@ void warn_of(const PassContext& ctx, const Recording& recording,
     ctx.warn(drive + "dropped " + std::to_string(sum.nonfinite_count) +
              " NaN or infinite points and " + std::to_string(sum.zero_count) +
              " at (0,0,0), kept " + std::to_string(sum.point_count));
+  }
+  if (sum.withheld_count > 0) {
+    ctx.warn(drive + "dropped " + std::to_string(sum.withheld_count) +
+             " points that their files mark as withheld, kept " + std::to_string(sum.point_count));
   }
   if (cut_scans > 0) {
     ctx.warn(drive + std::to_string(cut_scans) +
@@ -169,6 +176,9 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
            "folder with one file per scan (" + scan_endings_text() +
                "); or a ROS bag, or a Velodyne pcap"),
       text("topic", options.topic, "of a bag's sensor_msgs/PointCloud2; empty: its only one"),
+      text("columns", options.columns,
+           "what the floats of a point are in .bin scans: how many, or names such as x y z "
+           "intensity ring time; empty: what the floats themselves speak for"),
       text("poses", options.poses,
            "pose file or ROS bag; empty: the compiler estimates the trajectory"),
       text("poses_topic", options.poses_topic, "of a bag's poses or odometry; empty: its only one"),

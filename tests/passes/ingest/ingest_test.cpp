@@ -37,6 +37,35 @@ class IngestTest : public testing::Test {
   PassContext ctx_;
 };
 
+// Three points in millimetres, the second of which is withheld (LAS 1.2, point format 0).
+std::string las_with_a_withheld_point() {
+  std::string bytes(227 + 3 * 20, '\0');
+  const auto put = [&](std::size_t at, auto value) {
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+  };
+  bytes.replace(0, 4, "LASF");
+  put(24, std::uint16_t{0x0201});
+  put(94, std::uint16_t{227});
+  put(96, std::uint32_t{227});
+  put(105, std::uint16_t{20});
+  put(107, std::uint32_t{3});
+  for (std::size_t axis = 0; axis < 3; ++axis) put(131 + 8 * axis, 0.001);
+  for (std::size_t i = 0; i < 3; ++i) put(227 + 20 * i, static_cast<std::int32_t>(1000 * (i + 1)));
+  put(227 + 20 + 15, std::uint8_t{0x80});
+  return bytes;
+}
+
+TEST_F(IngestTest, SaysHowManyPointsTheirFilesWithhold) {
+  folder_.write("0.las", las_with_a_withheld_point());
+  const Result<Drive> drive = ingest(ctx_, {}, open());
+  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
+  EXPECT_EQ(drive->scans[0].point_count, 2U);
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("dropped 1 points that their files mark as withheld, kept 2"),
+            std::string::npos)
+      << warnings_[0];
+}
+
 TEST_F(IngestTest, CountsWhatIsInEachScanAndWarnsOfWhatWasDropped) {
   write_ascii("0.pcd", 4, "1 2 3\nnan 0 0\n0 0 0\n4 5 6\n");
   write_ascii("1.pcd", 2, "0 0 0\n7 8 9\n");
