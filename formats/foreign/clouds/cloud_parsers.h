@@ -11,6 +11,7 @@
 #include "formats/foreign/clouds/float_columns.h"
 #include "formats/foreign/clouds/float_counts.h"
 #include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/text/field_names.h"
 
 // What the parsers of formats/foreign share; not for other folders.
 
@@ -46,12 +47,6 @@ inline bool add_point(PointCloudFile& cloud, const Eigen::Vector3d& point_m, flo
   cloud.points_m.push_back(point_m);
   cloud.intensity.push_back(intensity);
   return true;
-}
-
-// Fields that hold the strength of the return, as the usual writers name them.
-inline bool is_intensity_name(std::string_view name) {
-  return name == "intensity" || name == "Intensity" || name == "scalar_intensity" ||
-         name == "scalar_Intensity" || name == "reflectivity" || name == "i";
 }
 
 // Some writers pad a file to whole pages with zeros, and editors add line ends. Anything else

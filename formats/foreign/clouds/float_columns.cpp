@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/clouds/point_times.h"
+#include "formats/foreign/text/field_names.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {

@@ -24,12 +24,11 @@ bool is_torn(const FloatReadings& readings, std::size_t count) {
   return false;
 }
 
-// Points of a smaller count, several of them taken for one.
-bool is_repetition(const FloatReadings& readings, std::size_t count) {
+// Points of a smaller count that fits, several of them taken for one.
+bool is_repetition(const FloatReadings& readings, FloatCounts fitting, std::size_t count) {
   for (std::size_t part = kLeastFloats; 2 * part <= count; ++part) {
-    if (count % part == 0 && !readings.is_beaten(part) && are_alike(readings, part, count)) {
-      return true;
-    }
+    const bool is_part = count % part == 0 && (fitting & only(part)) != 0;
+    if (is_part && are_alike(readings, part, count)) return true;
   }
   return false;
 }
@@ -50,7 +49,7 @@ FloatCounts fitting_counts(std::span<const std::byte> bytes) {
   FloatCounts counts = 0;
   for (std::size_t count = kLeastFloats; count <= kMostFloats; ++count) {
     const bool fits = !readings.is_beaten(count) && !readings.is_no_point(count) &&
-                      !is_torn(readings, count) && !is_repetition(readings, count) &&
+                      !is_torn(readings, count) && !is_repetition(readings, counts, count) &&
                       readings.begins_with_coordinates(count);
     if (fits) counts |= only(count);
   }

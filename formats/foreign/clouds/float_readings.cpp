@@ -147,6 +147,20 @@ bool FloatReadings::is_rising(std::size_t count) const {
   return rises;
 }
 
+// A return lies on an axis to the last bit once in a turn, if ever; here more than one in 50 does.
+bool FloatReadings::has_lone_numbers(std::size_t count) const {
+  std::size_t points = 0;
+  std::size_t lone = 0;
+  for_each_float([&](std::size_t i) {
+    if (i % count != 0 || i + 2 >= size()) return;
+    int zeros = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) zeros += float_at(bytes_, i + axis) == 0.0F;
+    ++points;
+    lone += zeros == 2 ? 1 : 0;
+  });
+  return 50 * lone > points;
+}
+
 FloatReadings::FloatReadings(std::span<const std::byte> bytes) : bytes_(bytes) {
   for_each_float([&](std::size_t i) { kinds_.emplace_back(i, kind_of(float_at(bytes_, i))); });
   for (std::size_t count = 1; count <= kMostFloats; ++count) add_reading(count);
@@ -199,7 +213,8 @@ bool FloatReadings::follow_each_other(std::size_t count, std::size_t multiple) c
 }
 
 bool FloatReadings::begins_with_coordinates(std::size_t count) const {
-  return has_fractions(count, 0) && has_fractions(count, 1) && !is_rising(count);
+  return has_fractions(count, 0) && has_fractions(count, 1) && !is_rising(count) &&
+         !has_lone_numbers(count);
 }
 
 }  // namespace sightline

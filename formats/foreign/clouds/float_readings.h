@@ -30,7 +30,8 @@ class FloatReadings {
   [[nodiscard]] double divergence(std::size_t count, std::size_t multiple) const;
   // Whether most of them lie within 5 degrees of the one before them.
   [[nodiscard]] bool follow_each_other(std::size_t count, std::size_t multiple) const;
-  // Whether x and y can be coordinates: a ring, a label or a time that stands first cannot.
+  // Whether x, y and z can be coordinates: a ring, a label or a time that stands first cannot, nor
+  // can a row of which two are exactly 0 and one is not.
   [[nodiscard]] bool begins_with_coordinates(std::size_t count) const;
 
  private:
@@ -47,6 +48,7 @@ class FloatReadings {
                                                     std::size_t multiple) const;
   [[nodiscard]] bool has_fractions(std::size_t count, std::size_t column) const;
   [[nodiscard]] bool is_rising(std::size_t count) const;
+  [[nodiscard]] bool has_lone_numbers(std::size_t count) const;
 
   std::span<const std::byte> bytes_;
   std::vector<std::pair<std::size_t, std::size_t>> kinds_;  // index and kind of each float

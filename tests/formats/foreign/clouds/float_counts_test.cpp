@@ -89,9 +89,9 @@ FloatCounts fitting(std::string_view text) {
 }
 
 const std::vector<std::string> kLayouts = {
-    "xyz",      "xyzi",     "xyzI",     "xyz0",   "xyzi0",    "xyzir",
-    "xyzit",    "xyzirt",   "xyzggg",   "xyznnn", "xyzil",    "xyzgggl",
-    "xyzinnnd", "xyz1i000", "xyzirtdl", "xyzitr", "xyzitrgd", "xyziltrgdn"};
+    "xyz",      "xyzi",   "xyzI",     "xyz0",       "xyzi0",   "xyzir",    "xyzit",
+    "xyzirt",   "xyzggg", "xyznnn",   "xyzil",      "xyzgggl", "xyzinnnd", "xyz1i000",
+    "xyzirtdl", "xyzitr", "xyzitrgd", "xyziltrgdn", "xyz001",  "xyzi001d", "xyzir000"};
 
 TEST(FloatCounts, FindTheOneCountOfEachLayout) {
   for (const int beams : {16, 64}) {
