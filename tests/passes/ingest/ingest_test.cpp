@@ -183,13 +183,27 @@ TEST_F(IngestTest, RefusesADriveWithoutScans) {
   EXPECT_EQ(ingest(ctx_, {}, Recording{}).error().code, ErrorCode::kDriveTooShort);
 }
 
-TEST_F(IngestTest, WarnsOfScansInWorldCoordinatesAndOfCutText) {
-  write_ascii("0.pcd", 1, "588348.9 4141240.2 -30.1");
-  const Result<Drive> drive = ingest(ctx_, {}, open());
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  ASSERT_EQ(warnings_.size(), 2U);
+TEST_F(IngestTest, WarnsOfCutText) {
+  write_ascii("0.pcd", 1, "8.9 2.2 -0.1");
+  ASSERT_TRUE(ingest(ctx_, {}, open()).has_value());
+  ASSERT_EQ(warnings_.size(), 1U);
   EXPECT_NE(warnings_[0].find("may be cut"), std::string::npos);
-  EXPECT_NE(warnings_[1].find("world coordinates"), std::string::npos);
+}
+
+// World coordinates, or millimetres: the map of either is wrong.
+TEST_F(IngestTest, RefusesScansThatMostlyLieFartherThanALidarSees) {
+  write_ascii("0.pcd", 2, "1 2 3\n4 5 6\n");
+  write_ascii("1.pcd", 1, "588348.9 4141240.2 -30.1\n");
+  EXPECT_TRUE(ingest(ctx_, {}, open()).has_value());
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("1 scans have most of their points beyond 2 km"), std::string::npos)
+      << warnings_[0];
+  write_ascii("2.pcd", 3, "12010 -3410 110\n15 20 30\n-8750 2100 -1800\n");
+  const Result<Drive> drive = ingest(ctx_, {}, open());
+  ASSERT_FALSE(drive.has_value());
+  EXPECT_EQ(drive.error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(drive.error().file, (folder_ / "1.pcd").string());
+  EXPECT_NE(drive.error().message.find("millimetres"), std::string::npos) << drive.error().message;
 }
 
 TEST(IngestOptionFields, ReadBackAsTheyArePrinted) {

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "formats/base/random.h"
-#include "tests/formats/foreign/foreign_files.h"
+#include "tests/formats/foreign/float_layouts.h"
 
 namespace sightline {
 namespace {
@@ -43,61 +43,11 @@ std::vector<Eigen::Vector3d> scan_of(const Street& street) {
   return points_m;
 }
 
-// One letter a column: x y z, i a strength in 0 to 1, I one in 0 to 255, r a ring, t a time, g a
-// colour, n a part of a normal, l a label, 0 zero, 1 one, d a distance.
-float number_in(char column, const Eigen::Vector3d& point_m, std::size_t index, Random& random) {
-  switch (column) {
-    case 'x':
-      return static_cast<float>(point_m.x());
-    case 'y':
-      return static_cast<float>(point_m.y());
-    case 'z':
-      return static_cast<float>(point_m.z());
-    case 'i':
-      return static_cast<float>(std::floor(100.0 * random.uniform()) / 100.0);
-    case 'I':
-      return static_cast<float>(random.below(256));
-    case 'r':
-      return static_cast<float>(index % 16);
-    case 't':
-      return 4e-6F * static_cast<float>(index);
-    case 'g':
-      return static_cast<float>(30 + static_cast<int>(3.0 * std::abs(point_m.x())) % 200);
-    case 'n':
-      return static_cast<float>(std::clamp(0.5 * random.normal(), -1.0, 1.0));
-    case 'l':
-      return static_cast<float>(10 + random.below(5));
-    case 'd':
-      return static_cast<float>(point_m.norm());
-    default:
-      return column == '1' ? 1.0F : 0.0F;
-  }
-}
-
-std::string file_of(const std::vector<Eigen::Vector3d>& points_m, std::string_view columns) {
-  Random random(3);
-  std::string bytes;
-  for (std::size_t i = 0; i < points_m.size(); ++i) {
-    for (const char column : columns)
-      bytes += as_bytes({number_in(column, points_m[i], i, random)});
-  }
-  return bytes;
-}
-
-FloatCounts fitting(std::string_view text) {
-  return fitting_counts(std::as_bytes(std::span(text)));
-}
-
-const std::vector<std::string> kLayouts = {
-    "xyz",      "xyzi",   "xyzI",     "xyz0",       "xyzi0",   "xyzir",    "xyzit",
-    "xyzirt",   "xyzggg", "xyznnn",   "xyzil",      "xyzgggl", "xyzinnnd", "xyz1i000",
-    "xyzirtdl", "xyzitr", "xyzitrgd", "xyziltrgdn", "xyz001",  "xyzi001d", "xyzir000"};
-
 TEST(FloatCounts, FindTheOneCountOfEachLayout) {
   for (const int beams : {16, 64}) {
     const std::vector<Eigen::Vector3d> points_m = scan_of({beams, false});
     for (const std::string& layout : kLayouts) {
-      EXPECT_EQ(counts_text(fitting(file_of(points_m, layout))), std::to_string(layout.size()))
+      EXPECT_EQ(counts_text(fitting(float_file(points_m, layout))), std::to_string(layout.size()))
           << layout << " of " << beams << " beams";
     }
   }
@@ -109,7 +59,7 @@ TEST(FloatCounts, DoNotDependOnTheOrderOfThePoints) {
   for (std::size_t i = points_m.size(); i > 1; --i)
     std::swap(points_m[i - 1], points_m[random.below(i)]);
   for (const std::string& layout : kLayouts) {
-    EXPECT_EQ(counts_text(fitting(file_of(points_m, layout))), std::to_string(layout.size()))
+    EXPECT_EQ(counts_text(fitting(float_file(points_m, layout))), std::to_string(layout.size()))
         << layout;
   }
 }
@@ -119,7 +69,7 @@ TEST(FloatCounts, FindTheOneCountWhereBeamsTakeTurnsToMiss) {
   for (const int beams : {16, 32, 64}) {
     const std::vector<Eigen::Vector3d> points_m = scan_of({beams, true});
     for (const std::string layout : {"xyz", "xyzi", "xyzir", "xyzirt"}) {
-      const std::string bytes = file_of(points_m, layout);
+      const std::string bytes = float_file(points_m, layout);
       EXPECT_EQ(counts_text(fitting(bytes)), std::to_string(layout.size()))
           << layout << " of " << beams;
       EXPECT_FALSE(is_refuted(std::as_bytes(std::span(bytes)), layout.size()));
@@ -132,7 +82,7 @@ TEST(FloatCounts, FitEachPartOfAScanThatIsLargeEnough) {
   for (const std::string layout : {"xyz", "xyzi", "xyzir", "xyzirt", "xyzinnnd"}) {
     for (std::size_t begin = 0; begin + 1400 <= points_m.size(); begin += 1400) {
       const auto first = points_m.begin() + static_cast<long>(begin);
-      const std::string bytes = file_of({first, first + 1400}, layout);
+      const std::string bytes = float_file({first, first + 1400}, layout);
       EXPECT_NE(fitting(bytes) & only(layout.size()), 0U) << layout << " from point " << begin;
     }
   }
@@ -142,7 +92,7 @@ TEST(FloatCounts, LeaveOutWhatIsNoPoint) {
   const std::vector<Eigen::Vector3d> points_m = scan_of({});
   // Distances alone, pairs, and what does not begin with x y z.
   for (const std::string layout : {"d", "dI", "rxyzi", "lxyz", "txyzi"}) {
-    EXPECT_EQ(counts_text(fitting(file_of(points_m, layout))), "none") << layout;
+    EXPECT_EQ(counts_text(fitting(float_file(points_m, layout))), "none") << layout;
   }
 }
 
@@ -154,7 +104,7 @@ TEST(FloatCounts, AreAllPossibleWhereThereIsTooLittleToTell) {
 }
 
 TEST(FloatCounts, RefuteWhatSomebodySaysOnlyWhereItCannotBe) {
-  const std::string bytes = file_of(scan_of({}), "xyzir");
+  const std::string bytes = float_file(scan_of({}), "xyzir");
   for (std::size_t count = kLeastFloats; count <= kMostFloats; ++count) {
     EXPECT_EQ(is_refuted(std::as_bytes(std::span(bytes)), count), count % 5 != 0) << count;
   }
