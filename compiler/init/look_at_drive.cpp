@@ -61,6 +61,18 @@ Result<void> check_reach(const fs::path& scans, const std::vector<PointCloudFile
   return {};
 }
 
+// Of scans that do not say it themselves.
+void add_columns(const std::vector<PointCloudFile>& samples, FoundDrive& drive) {
+  const std::size_t count = samples.front().float_count;
+  const bool is_one_count = std::ranges::all_of(
+      samples, [&](const PointCloudFile& sample) { return sample.float_count == count; });
+  if (count == 0 || !is_one_count) return;
+  drive.keys.push_back(
+      {"columns", to_text(columns_of_count(count)),
+       std::to_string(count) +
+           " floats a point fit, and no header says what they are (_ is left out)"});
+}
+
 void add_sensor(const SensorGuess& guess, FoundDrive& drive) {
   if (!guess.profile.empty()) {
     drive.keys.push_back({"sensor", guess.profile, guess.reason});
@@ -256,6 +268,7 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
   SIGHTLINE_TRY(check_reach(found.scans, samples));
   drive.scan_count = recording.scans.size();
   drive.contents = contents_of(recording);
+  add_columns(samples, drive);
   choose_stamps(found, options, drive);
   const SensorGuess sensor = guess_sensor(samples);
   std::string remarks;

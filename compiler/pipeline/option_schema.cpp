@@ -31,7 +31,11 @@ Json field_schema(const OptionField& field) {
   } else if (std::holds_alternative<std::string*>(field.value) ||
              std::holds_alternative<EnumValue>(field.value)) {
     schema["type"] = "string";
-    if (!field.choices.empty()) schema["enum"] = field.choices;
+    if (!field.choices.empty()) {
+      schema["enum"] = field.choices;
+    } else {
+      schema["type"] = {"string", "number"};  // `columns: 4` is a text as good as any
+    }
   } else {
     schema = {{"type", "array"}, {"items", number_schema(field, "number")}, {"minItems", 1}};
   }

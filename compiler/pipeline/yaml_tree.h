@@ -18,13 +18,13 @@ struct YamlNode {
   std::vector<YamlNode> keys;    // of a map, in the order of the file
   std::vector<YamlNode> values;  // of a map, one per key; or of a list
 
-  // The value of a key, or nullptr; the last where a key comes twice.
+  // The value of a key, or nullptr.
   [[nodiscard]] const YamlNode* find(std::string_view key) const;
   [[nodiscard]] std::string place() const { return "line " + std::to_string(line); }
 };
 
-// Error: malformed-text with its line, also for documents that are nested or repeat themselves
-// beyond all use.
+// Error: malformed-text with its line, also for a key that a map has twice, for a second document,
+// and for documents that are nested or repeat themselves beyond all use.
 Result<YamlNode> parse_yaml(const std::string& text);
 
 }  // namespace sightline

@@ -18,8 +18,9 @@ struct ScanCounts {
   std::uint64_t point_count = 0;
   std::uint64_t nonfinite_count = 0;
   std::uint64_t zero_count = 0;
+  std::uint64_t withheld_count = 0;
   bool may_be_cut = false;
-  bool is_far_away = false;  // no point near the sensor
+  bool is_far_away = false;  // most points are farther than any LiDAR sees
   bool has_point_times = false;
   bool has_unclear_times = false;
 };
@@ -31,12 +32,14 @@ ScanCounts count(const PointCloudFile& cloud) {
   counts.point_count = cloud.points_m.size();
   counts.nonfinite_count = cloud.nonfinite_count;
   counts.zero_count = cloud.zero_count;
+  counts.withheld_count = cloud.withheld_count;
   counts.may_be_cut = cloud.may_be_cut;
   counts.has_point_times = !cloud.time_offset_ns.empty();
   counts.has_unclear_times = cloud.has_unclear_times;
-  counts.is_far_away = std::ranges::all_of(cloud.points_m, [](const Eigen::Vector3d& point_m) {
+  const auto far_points = std::ranges::count_if(cloud.points_m, [](const Eigen::Vector3d& point_m) {
     return point_m.squaredNorm() > kFarthest_m * kFarthest_m;
   });
+  counts.is_far_away = 2 * static_cast<std::size_t>(far_points) > cloud.points_m.size();
   return counts;
 }
 
@@ -101,6 +104,20 @@ Result<std::vector<ScanCounts>> count_all(PassContext& ctx, const Recording& rec
   return counts;
 }
 
+// Then these are no coordinates of the sensor in metres, and no map of them is right.
+Result<void> check_reach(const Recording& recording, const std::vector<ScanCounts>& counts) {
+  const auto far_scans = std::ranges::count_if(counts, &ScanCounts::is_far_away);
+  if (2 * static_cast<std::size_t>(far_scans) <= counts.size()) return {};
+  const auto first = std::ranges::find_if(counts, &ScanCounts::is_far_away);
+  const auto index = static_cast<std::size_t>(first - counts.begin());
+  return Error{ErrorCode::kUnsupportedFormat,
+               "most points of " + std::to_string(far_scans) + " of " +
+                   std::to_string(counts.size()) +
+                   " scans lie beyond 2 km, where no LiDAR sees; expected coordinates in metres, "
+                   "seen from the sensor, and these look like world coordinates or millimetres",
+               recording.scans[index].file.string(), "scan " + std::to_string(index)};
+}
+
 void warn_of(const PassContext& ctx, const Recording& recording,
              const std::vector<ScanCounts>& counts) {
   for (const std::string& warning : recording.warnings) ctx.warn(warning);
@@ -112,6 +129,7 @@ void warn_of(const PassContext& ctx, const Recording& recording,
     sum.point_count += scan.point_count;
     sum.nonfinite_count += scan.nonfinite_count;
     sum.zero_count += scan.zero_count;
+    sum.withheld_count += scan.withheld_count;
     cut_scans += scan.may_be_cut ? 1 : 0;
     far_scans += scan.is_far_away ? 1 : 0;
     unclear_scans += scan.has_unclear_times ? 1 : 0;
@@ -122,14 +140,17 @@ void warn_of(const PassContext& ctx, const Recording& recording,
              " NaN or infinite points and " + std::to_string(sum.zero_count) +
              " at (0,0,0), kept " + std::to_string(sum.point_count));
   }
+  if (sum.withheld_count > 0) {
+    ctx.warn(drive + "dropped " + std::to_string(sum.withheld_count) +
+             " points that their files mark as withheld, kept " + std::to_string(sum.point_count));
+  }
   if (cut_scans > 0) {
     ctx.warn(drive + std::to_string(cut_scans) +
              " text scans end without a line end; their last number may be cut");
   }
   if (far_scans > 0) {
     ctx.warn(drive + std::to_string(far_scans) +
-             " scans have no point within 2 km of the sensor; they look like world coordinates, "
-             "expected the sensor's");
+             " scans have most of their points beyond 2 km, where no LiDAR sees");
   }
   if (unclear_scans > 0) {
     ctx.warn(drive + std::to_string(unclear_scans) +
@@ -169,6 +190,9 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
            "folder with one file per scan (" + scan_endings_text() +
                "); or a ROS bag, or a Velodyne pcap"),
       text("topic", options.topic, "of a bag's sensor_msgs/PointCloud2; empty: its only one"),
+      text("columns", options.columns,
+           "what the floats of a point are in .bin scans: how many, or names such as x y z "
+           "intensity ring time; empty: what the floats themselves speak for"),
       text("poses", options.poses,
            "pose file or ROS bag; empty: the compiler estimates the trajectory"),
       text("poses_topic", options.poses_topic, "of a bag's poses or odometry; empty: its only one"),
@@ -206,6 +230,7 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
   SIGHTLINE_TRY(check_times(recording));
   SIGHTLINE_ASSIGN(const std::vector<ScanCounts> counts, count_all(ctx, recording));
   warn_of(ctx, recording, counts);
+  SIGHTLINE_TRY(check_reach(recording, counts));
   Drive drive;
   drive.name = recording.name;
   drive.sensor = recording.sensor;

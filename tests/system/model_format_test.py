@@ -156,8 +156,8 @@ class Drive:
             (scans / name).write_bytes(data)
         poses = "".join(" ".join(map(repr, pose(self.first_x_m + i))) + "\n" for i in range(3))
         (folder / f"{self.name}.txt").write_text(poses)
-        return (f"{{name: {self.name}, scans: {scans.name}, poses: {self.name}.txt, pose_format: kitti, rings: 3, "
-                "lidar_z_m: 2}")
+        return (f"{{name: {self.name}, scans: {scans.name}, poses: {self.name}.txt, columns: 4, pose_format: kitti, "
+                "rings: 3, lidar_z_m: 2}")
 
     def digest(self):
         beams = [-15.0, 0.0, 15.0]

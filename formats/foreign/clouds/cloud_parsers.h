@@ -2,12 +2,16 @@
 
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "formats/base/result.h"
+#include "formats/foreign/clouds/float_columns.h"
+#include "formats/foreign/clouds/float_counts.h"
 #include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/text/field_names.h"
 
 // What the parsers of formats/foreign share; not for other folders.
 
@@ -17,6 +21,7 @@ namespace sightline {
 struct FileBytes {
   std::span<const std::byte> bytes;
   std::string file;
+  std::optional<FloatColumns> columns = {};  // of a .bin; nothing: what its floats speak for
 
   [[nodiscard]] std::string_view text() const {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -44,12 +49,6 @@ inline bool add_point(PointCloudFile& cloud, const Eigen::Vector3d& point_m, flo
   return true;
 }
 
-// Fields that hold the strength of the return, as the usual writers name them.
-inline bool is_intensity_name(std::string_view name) {
-  return name == "intensity" || name == "Intensity" || name == "scalar_intensity" ||
-         name == "scalar_Intensity" || name == "reflectivity" || name == "i";
-}
-
 // Some writers pad a file to whole pages with zeros, and editors add line ends. Anything else
 // behind the data means that the header and the data disagree.
 inline bool is_padding(std::string_view rest) {
@@ -60,7 +59,10 @@ inline bool is_padding(std::string_view rest) {
 Result<PointCloudFile> parse_pcd(const FileBytes& file);
 Result<PointCloudFile> parse_ply(const FileBytes& file);
 Result<PointCloudFile> parse_las(const FileBytes& file);
-// KITTI's four floats a point, or nuScenes' five.
+// Float32 without a header: KITTI's four floats a point, nuScenes' five, and others.
 Result<PointCloudFile> parse_float_bin(const FileBytes& file);
+
+// Those of its floats; of several only nuScenes' five where the name is one of theirs (.pcd.bin).
+FloatCounts fitting_counts(const FileBytes& file);
 
 }  // namespace sightline

@@ -1,68 +1,97 @@
+#include <bit>
 #include <cstring>
 
 #include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/clouds/point_times.h"
 
-// KITTI's .bin has no header: float32 x y z intensity, little-endian, one point after the other.
-// nuScenes' .pcd.bin is the same with a fifth float, the ring. All that can be checked is whether
-// the numbers could be a scan.
+// A .bin has no header: float32, little-endian, one point after the other. KITTI writes x y z
+// intensity, nuScenes a fifth float, others three, six or eight.
 
 namespace sightline {
 namespace {
 
-constexpr std::size_t kKittiSize = 4 * sizeof(float);
-constexpr std::size_t kNuscenesSize = 5 * sizeof(float);
-
-// The ring is a small whole number, which no other column of a whole scan is by chance.
-bool has_rings(std::span<const std::byte> bytes) {
-  constexpr float kMostRings = 128.0F;
-  if (bytes.size() % kNuscenesSize != 0) return false;
-  for (std::size_t at = 0; at < bytes.size(); at += kNuscenesSize) {
-    float ring = 0.0F;
-    std::memcpy(&ring, bytes.data() + at + kKittiSize, sizeof ring);
-    if (!(ring >= 0.0F && ring < kMostRings && ring == std::floor(ring))) return false;
-  }
-  return true;
+// Those that the caller knows, or how many the floats themselves speak for.
+Result<FloatColumns> columns_of(const FileBytes& file) {
+  if (file.columns) return *file.columns;
+  const std::size_t size = file.bytes.size();
+  const FloatCounts fitting = fitting_counts(file);
+  const Result<std::size_t> count = the_one_count(fitting, dividing_counts(size));
+  if (count) return columns_of_count(*count);
+  const bool is_one = std::has_single_bit(fitting);
+  const std::size_t point_size =
+      is_one ? static_cast<std::size_t>(std::countr_zero(fitting)) * sizeof(float) : size;
+  return file.error(count.error().code, count.error().message,
+                    at_byte(size / point_size * point_size));
 }
 
-// By its name, or by what it holds: both kinds are often renamed to .bin.
-bool is_nuscenes(const FileBytes& file) {
-  // A KITTI file of a few points may look as if it had rings.
-  constexpr std::size_t kLeastSize = 8 * kNuscenesSize;
-  if (file.file.ends_with(".pcd.bin")) return true;
-  return file.bytes.size() >= kLeastSize && has_rings(file.bytes);
+class PointReader {
+ public:
+  PointReader(const FileBytes& file, const FloatColumns& columns)
+      : file_(file), columns_(columns), size_(columns.count * sizeof(float)) {}
+
+  [[nodiscard]] std::size_t count() const { return file_.bytes.size() / size_; }
+
+  [[nodiscard]] float value(std::size_t point, std::size_t column) const {
+    float value = 0.0F;
+    std::memcpy(&value, file_.bytes.data() + point * size_ + column * sizeof value, sizeof value);
+    return value;
+  }
+
+  [[nodiscard]] Eigen::Vector3d position_m(std::size_t point) const {
+    const auto& [x, y, z] = columns_.position;
+    return {value(point, x), value(point, y), value(point, z)};
+  }
+
+ private:
+  const FileBytes& file_;
+  const FloatColumns& columns_;
+  std::size_t size_;
+};
+
+// No LiDAR sees farther than 100 km; a larger number means that these are no coordinates in metres.
+bool is_too_far(const Eigen::Vector3d& point_m) {
+  constexpr double kFarthest_m = 1e5;
+  return (point_m.array().isFinite() && point_m.array().abs() > kFarthest_m).any();
 }
 
 }  // namespace
 
+FloatCounts fitting_counts(const FileBytes& file) {
+  constexpr std::size_t kNuscenes = 5;
+  const FloatCounts fitting = fitting_counts(file.bytes);
+  const bool is_nuscenes = file.file.ends_with(".pcd.bin") && (fitting & only(kNuscenes)) != 0;
+  return is_nuscenes ? only(kNuscenes) : fitting;
+}
+
 Result<PointCloudFile> parse_float_bin(const FileBytes& file) {
-  // No LiDAR sees farther; a larger number means that these are not coordinates in metres.
-  constexpr float kFarthest_m = 1e5F;
-  const bool nuscenes = is_nuscenes(file);
-  const std::size_t point_size = nuscenes ? kNuscenesSize : kKittiSize;
+  SIGHTLINE_ASSIGN(const FloatColumns columns, columns_of(file));
+  const std::size_t point_size = columns.count * sizeof(float);
   if (file.bytes.size() % point_size != 0) {
     return file.error(ErrorCode::kTruncatedScan,
                       "found " + std::to_string(file.bytes.size()) +
-                          " bytes, expected a multiple " +
-                          (nuscenes ? "of 20 (nuScenes: float32 x y z intensity ring)"
-                                    : "of 16 (KITTI: float32 x y z intensity)"),
+                          " bytes, expected a multiple of " + std::to_string(point_size) +
+                          " (float32 " + to_text(columns) + ")",
                       at_byte(file.bytes.size() / point_size * point_size));
   }
+  const PointReader points(file, columns);
   PointCloudFile cloud;
-  cloud.points_m.reserve(file.bytes.size() / point_size);
-  cloud.intensity.reserve(file.bytes.size() / point_size);
-  for (std::size_t at = 0; at < file.bytes.size(); at += point_size) {
-    float value[4];
-    std::memcpy(value, file.bytes.data() + at, sizeof value);
-    for (int axis = 0; axis < 3; ++axis) {
-      if (std::isfinite(value[axis]) && std::abs(value[axis]) > kFarthest_m) {
-        return file.error(ErrorCode::kUnsupportedFormat,
-                          "found a coordinate beyond 100 km, expected float32 x y z intensity as "
-                          "KITTI and nuScenes write them; convert it to binary PCD",
-                          at_byte(at));
-      }
+  cloud.float_count = columns.count;
+  cloud.points_m.reserve(points.count());
+  cloud.intensity.reserve(points.count());
+  std::vector<double> times;
+  for (std::size_t i = 0; i < points.count(); ++i) {
+    const Eigen::Vector3d point_m = points.position_m(i);
+    if (is_too_far(point_m)) {
+      return file.error(ErrorCode::kUnsupportedFormat,
+                        "found a coordinate beyond 100 km with float32 " + to_text(columns) +
+                            "; name the columns with `columns`, or convert it to binary PCD",
+                        at_byte(i * point_size));
     }
-    add_point(cloud, Eigen::Vector3d(value[0], value[1], value[2]), value[3]);
+    const float intensity = columns.intensity ? points.value(i, *columns.intensity) : 0.0F;
+    const bool is_return = add_point(cloud, point_m, intensity);
+    if (is_return && columns.time) times.push_back(points.value(i, *columns.time));
   }
+  if (columns.time) set_point_times(times, cloud);
   return cloud;
 }
 

@@ -5,6 +5,11 @@
 #include <algorithm>
 #include <limits>
 
+// A gzip file is one member or several, one after the other; what they hold belongs together (RFC
+// 1952, 2.2). Behind the last one gzip itself passes over zeros, as tapes leave them, and warns of
+// anything else. Here anything else is refused: it may be a member whose first bytes are damaged,
+// and then points are missing.
+
 namespace sightline {
 namespace {
 
@@ -12,20 +17,55 @@ constexpr std::size_t kMost = std::size_t{1} << 30U;
 // inflateInit2: 15 bits of window, and 16 asks for a gzip header.
 constexpr int kGzipWindow = 15 + 16;
 
-// Appends what the stream gives until it ends; false where it is cut or damaged.
-bool inflate_all(z_stream& stream, std::vector<std::byte>& bytes) {
-  constexpr std::size_t kStep = 1U << 20U;
-  int status = Z_OK;
-  while (status == Z_OK && bytes.size() <= kMost) {
-    const std::size_t filled = bytes.size();
-    bytes.resize(filled + kStep);
-    stream.next_out = reinterpret_cast<Bytef*>(bytes.data() + filled);
-    stream.avail_out = static_cast<uInt>(kStep);
-    status = inflate(&stream, Z_NO_FLUSH);
-    bytes.resize(filled + kStep - stream.avail_out);
+// Unpacks member after member.
+class Unpacker {
+ public:
+  explicit Unpacker(const FileBytes& file) : file_(file) {
+    SIGHTLINE_CHECK(inflateInit2(&stream_, kGzipWindow) == Z_OK);
   }
-  return status == Z_STREAM_END || bytes.size() > kMost;
-}
+  ~Unpacker() { inflateEnd(&stream_); }
+  Unpacker(const Unpacker&) = delete;
+  Unpacker& operator=(const Unpacker&) = delete;
+
+  [[nodiscard]] std::string_view rest() const { return file_.text().substr(read_); }
+  std::vector<std::byte> take() { return std::move(bytes_); }
+
+  // Appends what one member holds.
+  Result<void> add_member() {
+    SIGHTLINE_CHECK(inflateReset(&stream_) == Z_OK);
+    int status = Z_OK;
+    while (status == Z_OK && bytes_.size() <= kMost) status = step();
+    if (bytes_.size() > kMost) {
+      return file_.error(ErrorCode::kUnsupportedFormat,
+                         "unpacks to more than 1 GiB, expected a single scan", at_byte(0));
+    }
+    if (status == Z_STREAM_END) return {};
+    return file_.error(ErrorCode::kTruncatedScan, "the gzip stream is cut or damaged",
+                       at_byte(read_));
+  }
+
+ private:
+  int step() {
+    constexpr std::size_t kStep = 1U << 20U;
+    const std::size_t filled = bytes_.size();
+    const std::size_t given =
+        std::min<std::size_t>(rest().size(), std::numeric_limits<uInt>::max());
+    bytes_.resize(filled + kStep);
+    stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(rest().data()));
+    stream_.avail_in = static_cast<uInt>(given);
+    stream_.next_out = reinterpret_cast<Bytef*>(bytes_.data() + filled);
+    stream_.avail_out = static_cast<uInt>(kStep);
+    const int status = inflate(&stream_, Z_NO_FLUSH);
+    read_ += given - stream_.avail_in;
+    bytes_.resize(filled + kStep - stream_.avail_out);
+    return status;
+  }
+
+  const FileBytes& file_;
+  z_stream stream_{};
+  std::size_t read_ = 0;  // of the file, bytes
+  std::vector<std::byte> bytes_;
+};
 
 }  // namespace
 
@@ -35,24 +75,17 @@ bool is_gzip(std::string_view text) {
 }
 
 Result<std::vector<std::byte>> unpack_gzip(const FileBytes& file) {
-  z_stream stream{};
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(file.bytes.data()));
-  const std::size_t given =
-      std::min<std::size_t>(file.bytes.size(), std::numeric_limits<uInt>::max());
-  stream.avail_in = static_cast<uInt>(given);
-  SIGHTLINE_CHECK(inflateInit2(&stream, kGzipWindow) == Z_OK);
-  std::vector<std::byte> bytes;
-  const bool is_whole = inflate_all(stream, bytes);
-  inflateEnd(&stream);
-  if (!is_whole) {
-    return file.error(ErrorCode::kTruncatedScan, "the gzip stream is cut or damaged",
-                      at_byte(given - stream.avail_in));
+  Unpacker unpacker(file);
+  do {
+    SIGHTLINE_TRY(unpacker.add_member());
+  } while (is_gzip(unpacker.rest()));
+  if (!is_padding(unpacker.rest())) {
+    return file.error(ErrorCode::kMalformedHeader,
+                      "found " + std::to_string(unpacker.rest().size()) +
+                          " bytes behind the gzip stream that are none; points may be missing",
+                      at_byte(file.bytes.size() - unpacker.rest().size()));
   }
-  if (bytes.size() > kMost) {
-    return file.error(ErrorCode::kUnsupportedFormat,
-                      "unpacks to more than 1 GiB, expected a single scan", at_byte(0));
-  }
-  return bytes;
+  return unpacker.take();
 }
 
 }  // namespace sightline

@@ -2,11 +2,13 @@
 #include <cstring>
 
 #include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/clouds/las_reference.h"
 #include "formats/foreign/clouds/point_times.h"
 
-// LAS 1.0 to 1.4 (ASPRS): a public header block, variable length records that are not needed here,
-// and point records of fixed length. All point formats begin with x, y, z (int32, scaled) and
-// intensity; they differ in where the GPS time stands, if there is one.
+// LAS 1.0 to 1.4 (ASPRS): a public header block, variable length records of which those of the
+// reference system matter, and point records of fixed length. All point formats begin with x, y, z
+// (int32, scaled) and intensity; they differ in where the GPS time stands, if there is one, and in
+// which bit says that a point is withheld: deleted, but for its bytes.
 
 namespace sightline {
 namespace {
@@ -15,37 +17,49 @@ namespace {
 constexpr std::size_t kVersionAt = 24;
 constexpr std::size_t kHeaderSizeAt = 94;
 constexpr std::size_t kDataOffsetAt = 96;
+constexpr std::size_t kRecordsAt = 100;
 constexpr std::size_t kFormatAt = 104;
 constexpr std::size_t kRecordLengthAt = 105;
 constexpr std::size_t kCountAt = 107;
 constexpr std::size_t kScaleAt = 131;
 constexpr std::size_t kOffsetAt = 155;
+constexpr std::size_t kWaveformsAt = 227;
+constexpr std::size_t kExtendedAt = 235;
+constexpr std::size_t kExtendedCountAt = 243;
 constexpr std::size_t kCount14At = 247;
-constexpr std::size_t kLeastHeader = 227;    // of 1.0 to 1.2
-constexpr std::size_t kLeastHeader14 = 375;  // of 1.4
+constexpr std::size_t kLeastHeader = 227;  // of 1.0 to 1.2
+constexpr std::size_t kLeastHeader13 = 235;
+constexpr std::size_t kLeastHeader14 = 375;
+constexpr std::size_t kFlagsAt = 15;  // of a point
 
-// Of one point format: its least record length, and where its GPS time stands (0: it has none).
+// Of one point format: its least record length, where its GPS time stands (0: it has none), and
+// which of its flags withholds a point.
 struct PointFormat {
   std::size_t length = 0;
   std::size_t time_at = 0;
+  std::uint8_t withheld = 0;
 };
-constexpr std::array<PointFormat, 11> kFormats = {{{20, 0},
-                                                   {28, 20},
-                                                   {26, 0},
-                                                   {34, 20},
-                                                   {57, 20},
-                                                   {63, 20},
-                                                   {30, 22},
-                                                   {36, 22},
-                                                   {38, 22},
-                                                   {59, 22},
-                                                   {67, 22}}};
+constexpr std::uint8_t kWithheld = 0x80;   // beside the class, in five bits
+constexpr std::uint8_t kWithheld6 = 0x04;  // from format 6 on
+constexpr std::array<PointFormat, 11> kFormats = {{{20, 0, kWithheld},
+                                                   {28, 20, kWithheld},
+                                                   {26, 0, kWithheld},
+                                                   {34, 20, kWithheld},
+                                                   {57, 20, kWithheld},
+                                                   {63, 20, kWithheld},
+                                                   {30, 22, kWithheld6},
+                                                   {36, 22, kWithheld6},
+                                                   {38, 22, kWithheld6},
+                                                   {59, 22, kWithheld6},
+                                                   {67, 22, kWithheld6}}};
 
 struct LasHeader {
   PointFormat format;
   std::size_t record_length = 0;
   std::uint64_t count = 0;
   std::size_t data_offset = 0;
+  LasRecordPlaces records;
+  bool has_more = false;  // waveforms or extended records, which may stand behind the points
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
 };
@@ -90,7 +104,9 @@ Result<PointFormat> point_format(const FileBytes& file) {
     return malformed(file, kFormatAt,
                      "found point format " + std::to_string(id) + ", expected 0 to 10");
   }
-  return kFormats[id];
+  PointFormat format = kFormats[id];
+  if (minor == 0) format.withheld = 0;  // 1.1 brought the flag
+  return format;
 }
 
 Result<void> read_scales(const FileBytes& file, LasHeader& header) {
@@ -104,6 +120,19 @@ Result<void> read_scales(const FileBytes& file, LasHeader& header) {
   }
   if (!header.offset_m.allFinite()) return malformed(file, kOffsetAt, "an offset is not finite");
   return {};
+}
+
+void read_records(const FileBytes& file, std::size_t header_size, LasHeader& header) {
+  const auto minor = read_at<std::uint8_t>(file, kVersionAt + 1);
+  header.records = {header_size, read_at<std::uint32_t>(file, kRecordsAt), header.data_offset, 0,
+                    0};
+  if (minor >= 3 && header_size >= kLeastHeader13) {
+    header.has_more = read_at<std::uint64_t>(file, kWaveformsAt) != 0;
+  }
+  if (minor < 4) return;
+  header.records.extended_first = read_at<std::uint64_t>(file, kExtendedAt);
+  header.records.extended_count = read_at<std::uint32_t>(file, kExtendedCountAt);
+  header.has_more = header.has_more || header.records.extended_count > 0;
 }
 
 Result<LasHeader> parse_header(const FileBytes& file) {
@@ -128,19 +157,17 @@ Result<LasHeader> parse_header(const FileBytes& file) {
   // 1.4 may leave the older, shorter count at 0, and careless writers of 1.4 the newer one.
   header.count = is_14 ? read_at<std::uint64_t>(file, kCount14At) : 0;
   if (header.count == 0) header.count = read_at<std::uint32_t>(file, kCountAt);
+  read_records(file, header_size, header);
   SIGHTLINE_TRY(read_scales(file, header));
   return header;
 }
 
-}  // namespace
-
-Result<PointCloudFile> parse_las(const FileBytes& file) {
-  SIGHTLINE_ASSIGN(const LasHeader header, parse_header(file));
+// Whether the points are as many as the header says: all there, and none behind them.
+Result<void> check_size(const FileBytes& file, const LasHeader& header) {
   if (header.count == 0) {
     return file.error(ErrorCode::kEmptyScan, "the header says that there are no points",
                       at_byte(kCountAt));
   }
-  // Waveforms and extended records may follow the points, so more bytes say nothing.
   const std::uint64_t room = (file.bytes.size() - header.data_offset) / header.record_length;
   if (header.count > room) {
     return file.error(ErrorCode::kTruncatedScan,
@@ -148,10 +175,27 @@ Result<PointCloudFile> parse_las(const FileBytes& file) {
                           std::to_string(header.count),
                       at_byte(file.bytes.size()));
   }
+  const std::size_t end = header.data_offset + header.count * header.record_length;
+  if (header.has_more || is_padding(file.text().substr(end))) return {};
+  return malformed(file, end,
+                   "found " + std::to_string(file.bytes.size() - end) + " bytes behind the " +
+                       std::to_string(header.count) + " points that the header speaks of");
+}
+
+}  // namespace
+
+Result<PointCloudFile> parse_las(const FileBytes& file) {
+  SIGHTLINE_ASSIGN(const LasHeader header, parse_header(file));
+  SIGHTLINE_TRY(check_reference(file, header.records));
+  SIGHTLINE_TRY(check_size(file, header));
   PointCloudFile cloud;
   std::vector<double> times;
   for (std::uint64_t i = 0; i < header.count; ++i) {
     const std::size_t at = header.data_offset + i * header.record_length;
+    if ((read_at<std::uint8_t>(file, at + kFlagsAt) & header.format.withheld) != 0) {
+      ++cloud.withheld_count;
+      continue;
+    }
     Eigen::Vector3d point_m;
     for (int axis = 0; axis < 3; ++axis) {
       const auto units = read_at<std::int32_t>(file, at + 4 * static_cast<std::size_t>(axis));
@@ -161,6 +205,7 @@ Result<PointCloudFile> parse_las(const FileBytes& file) {
     if (!add_point(cloud, point_m, intensity) || header.format.time_at == 0) continue;
     times.push_back(read_at<double>(file, at + header.format.time_at));
   }
+  SIGHTLINE_TRY(check_extent(file, cloud, header.scale));
   constexpr double kGpsUnit_ns = 1e9;
   if (header.format.time_at != 0) set_point_times(times, cloud, kGpsUnit_ns);
   return cloud;

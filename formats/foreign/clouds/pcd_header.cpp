@@ -1,5 +1,6 @@
 #include "formats/foreign/clouds/pcd_header.h"
 
+#include <algorithm>
 #include <limits>
 #include <map>
 
@@ -206,6 +207,9 @@ Result<void> read_encoding(const FileBytes& file, const Entry& entry, PcdHeader&
 Result<void> check_position_fields(const FileBytes& file, const PcdHeader& header) {
   for (const std::string_view name : {"x", "y", "z"}) {
     const PcdField* field = header.field(name);
+    if (std::ranges::count(header.fields, name, &PcdField::name) > 1) {
+      return malformed(file, header.header_lines, "a second field " + std::string(name));
+    }
     if (field != nullptr && field->count == 1) continue;
     std::string found;
     for (const PcdField& other : header.fields) found += (found.empty() ? "" : " ") + other.name;

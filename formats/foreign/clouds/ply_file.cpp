@@ -37,9 +37,14 @@ Result<VertexLayout> vertex_layout(const FileBytes& file, const PlyHeader& heade
       const PlyProperty& property = element.properties[i];
       if (property.is_list) continue;
       const auto place = static_cast<std::ptrdiff_t>(i);
-      if (property.name == "x") layout.position[0] = place;
-      if (property.name == "y") layout.position[1] = place;
-      if (property.name == "z") layout.position[2] = place;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (property.name != std::string_view("xyz").substr(axis, 1)) continue;
+        if (layout.position[axis] >= 0) {
+          return file.error(ErrorCode::kMalformedHeader, "a second property " + property.name,
+                            at_line(header.lines));
+        }
+        layout.position[axis] = place;
+      }
       if (is_intensity_name(property.name)) layout.intensity = place;
       if (is_time_name(property.name)) layout.time = place;
     }
@@ -142,7 +147,9 @@ class PlyBody {
     const std::size_t left = encoding_ == PlyEncoding::kAscii
                                  ? words_.size() - word_
                                  : (file_.bytes.size() - offset_) / type.size;
-    if (!(count >= 0.0) || count > static_cast<double>(left)) return false;
+    if (!(count >= 0.0) || count > static_cast<double>(left) || count != std::floor(count)) {
+      return false;
+    }
     const auto whole = static_cast<std::size_t>(count);
     if (encoding_ == PlyEncoding::kAscii) {
       word_ += whole;

@@ -105,7 +105,9 @@ Result<PlyHeader> parse_ply_header(const FileBytes& file) {
       return header;
     }
     SIGHTLINE_TRY(read_header_line(file, reader.number(), words, header));
-    has_format = has_format || (!words.empty() && words[0] == "format");
+    const bool is_format = !words.empty() && words[0] == "format";
+    if (is_format && has_format) return malformed(file, reader.number(), "a second format");
+    has_format = has_format || is_format;
   }
   return file.error(ErrorCode::kTruncatedScan, "the file ends before end_header",
                     at_byte(file.bytes.size()));

@@ -15,6 +15,10 @@ struct PointCloudFile {
   std::vector<float> intensity;  // one per point; 0 where the file has none
   std::uint64_t nonfinite_count = 0;
   std::uint64_t zero_count = 0;
+  // Points that the file itself marks as not to be used (LAS: withheld); left out too.
+  std::uint64_t withheld_count = 0;
+  // Floats a point of a file that does not say it itself (.bin); 0: the file says it.
+  std::size_t float_count = 0;
   // A text file whose last line has no end: its last number may have lost digits.
   bool may_be_cut = false;
   // When each point was measured, one per point; empty where the file does not say. ns after

@@ -131,6 +131,34 @@ std::filesystem::path without_gz(std::filesystem::path path) {
   return path;
 }
 
+// Calls body(file) with the file itself, or with what a gzip holds under the name that it had.
+// Once: a gzip in a gzip has neither the name nor the signature of a scan. Errors name the file
+// itself.
+template <class T, class Body>
+Result<T> unpacked(const FileBytes& file, Body body) {
+  if (!is_gzip(file.text())) return body(file);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, unpack_gzip(file));
+  Result<T> made = body(FileBytes{bytes, without_gz(file.file).string(), file.columns});
+  if (made) return made;
+  Error error = made.error();
+  error.file = file.file;
+  return error;
+}
+
+FloatEvidence evidence_of(const FileBytes& file) {
+  FloatEvidence evidence;
+  const bool says_it_itself = std::ranges::any_of(
+      kKinds, [&](const CloudKind& kind) { return begins_as(kind, file.text()); });
+  if (says_it_itself) return evidence;
+  evidence.dividing = dividing_counts(file.bytes.size());
+  if (file.columns) {
+    evidence.refutes = is_refuted(file.bytes, file.columns->count);
+  } else {
+    evidence.fitting = fitting_counts(file);
+  }
+  return evidence;
+}
+
 Result<PointCloudFile> parse_unpacked(const FileBytes& file) {
   if (file.bytes.empty()) return file.error(ErrorCode::kEmptyScan, "the file is empty", at_byte(0));
   SIGHTLINE_TRY(refuse_unsupported_formats(file));
@@ -160,26 +188,33 @@ Result<PointCloudFile> with_returns(PointCloudFile cloud, const std::string& fil
   if (!cloud.points_m.empty()) return cloud;
   return Error{ErrorCode::kNoFinitePoints,
                "none of the points is a return: " + std::to_string(cloud.nonfinite_count) +
-                   " are NaN or infinite, " + std::to_string(cloud.zero_count) + " are (0,0,0)",
+                   " are NaN or infinite, " + std::to_string(cloud.zero_count) + " are (0,0,0), " +
+                   std::to_string(cloud.withheld_count) + " are withheld",
                file, place};
 }
 
-Result<PointCloudFile> parse_point_cloud(std::span<const std::byte> bytes,
-                                         const std::filesystem::path& path) {
-  const FileBytes file{bytes, path.string()};
-  if (!is_gzip(file.text())) return parse_unpacked(file);
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> unpacked, unpack_gzip(file));
-  // Once: a gzip in a gzip has neither the name nor the signature of a scan.
-  Result<PointCloudFile> cloud = parse_unpacked({unpacked, without_gz(path).string()});
-  if (cloud) return cloud;
-  Error error = cloud.error();
-  error.file = file.file;
-  return error;
+bool is_without_header(const std::filesystem::path& path) {
+  return lower_extension(without_gz(path)) == ".bin";
 }
 
-Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path) {
+Result<PointCloudFile> parse_point_cloud(std::span<const std::byte> bytes,
+                                         const std::filesystem::path& path,
+                                         const std::optional<FloatColumns>& columns) {
+  return unpacked<PointCloudFile>({bytes, path.string(), columns}, parse_unpacked);
+}
+
+Result<PointCloudFile> read_point_cloud(const std::filesystem::path& path,
+                                        const std::optional<FloatColumns>& columns) {
   SIGHTLINE_ASSIGN(const FileContent content, read_file_content(path));
-  return parse_point_cloud(content.bytes(), path);
+  return parse_point_cloud(content.bytes(), path, columns);
+}
+
+Result<FloatEvidence> float_evidence(std::span<const std::byte> bytes,
+                                     const std::filesystem::path& path,
+                                     const std::optional<FloatColumns>& believed) {
+  return unpacked<FloatEvidence>(
+      {bytes, path.string(), believed},
+      [](const FileBytes& file) -> Result<FloatEvidence> { return evidence_of(file); });
 }
 
 }  // namespace sightline

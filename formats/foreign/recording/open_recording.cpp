@@ -9,6 +9,7 @@
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/logs/open_scan_container.h"
 #include "formats/foreign/recording/scan_association.h"
+#include "formats/foreign/recording/scan_columns.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/rotation.h"
 
@@ -57,6 +58,10 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
   return profile;
 }
 
+bool has_no_headers(const Recording& recording) {
+  return !recording.container && is_without_header(recording.scans.front().file);
+}
+
 // Every file is read once here, so that the digest names what later passes will see. A file of many
 // scans was read when it was opened.
 Result<void> take_digests(Recording& recording, int threads) {
@@ -66,20 +71,26 @@ Result<void> take_digests(Recording& recording, int threads) {
     }
     return {};
   }
+  const bool needs_columns = has_no_headers(recording);
+  std::vector<FloatEvidence> evidence(needs_columns ? recording.scans.size() : 0);
+  const auto take = [&](std::size_t i) -> Result<void> {
+    RecordedScan& scan = recording.scans[i];
+    SIGHTLINE_ASSIGN(const FileContent file, read_file_content(scan.file));
+    scan.content = sha256(file.bytes());
+    scan.content_xxh3 = xxh3(file.bytes());
+    if (!needs_columns) return {};
+    SIGHTLINE_ASSIGN(evidence[i], float_evidence(file.bytes(), scan.file, recording.columns));
+    return {};
+  };
   std::vector<std::optional<Error>> failures(recording.scans.size());
   parallel_for(recording.scans.size(), threads, [&](std::size_t i) {
-    const Result<FileContent> file = read_file_content(recording.scans[i].file);
-    if (file) {
-      recording.scans[i].content = sha256(file->bytes());
-      recording.scans[i].content_xxh3 = xxh3(file->bytes());
-    } else {
-      failures[i] = file.error();
-    }
+    const Result<void> taken = take(i);
+    if (!taken) failures[i] = taken.error();
   });
   for (const std::optional<Error>& failure : failures) {
     if (failure) return *failure;
   }
-  return {};
+  return needs_columns ? settle_columns(evidence, recording) : Result<void>();
 }
 
 Digest digest_of(const Recording& recording) {
@@ -93,6 +104,9 @@ Digest digest_of(const Recording& recording) {
     writer.put<std::uint8_t>(scan.T_world_vehicle ? 1 : 0);
     if (scan.T_world_vehicle) encode(*scan.T_world_vehicle, writer);
   }
+  // KITTI's are what digests have always meant.
+  const bool is_kitti = !recording.columns || *recording.columns == FloatColumns();
+  if (!is_kitti) writer.put_string(to_text(*recording.columns));
   return sha256(writer.bytes());
 }
 
@@ -110,15 +124,11 @@ Result<PointCloudFile> read_contained(const ScanContainer& container, const Reco
   return with_returns(std::move(cloud), scan.file.string(), "scan " + std::to_string(index));
 }
 
-Result<PointCloudFile> read_checked(const RecordedScan& scan) {
+Result<PointCloudFile> read_checked(const RecordedScan& scan,
+                                    const std::optional<FloatColumns>& columns) {
   SIGHTLINE_ASSIGN(const FileContent file, read_file_content(scan.file));
   if (xxh3(file.bytes()) != scan.content_xxh3) return changed(scan);
-  return parse_point_cloud(file.bytes(), scan.file);
-}
-
-Result<PointCloudFile> read_scan(const ScanContainer* container, const RecordedScan& scan,
-                                 std::size_t index) {
-  return container ? read_contained(*container, scan, index) : read_checked(scan);
+  return parse_point_cloud(file.bytes(), scan.file, columns);
 }
 
 // Offsets from the stamp. A clock far from that of the stamps says only how the points follow each
@@ -137,12 +147,13 @@ void count_from(std::int64_t stamp_ns, PointCloudFile& cloud) {
 class RecordedScanStore : public ScanStore {
  public:
   explicit RecordedScanStore(const Recording& recording)
-      : scans_(recording.scans), container_(recording.container) {}
+      : scans_(recording.scans), container_(recording.container), columns_(recording.columns) {}
 
   Result<Scan> read(std::size_t index) const override {
     SIGHTLINE_CHECK(index < scans_.size());
     const RecordedScan& scan = scans_[index];
-    SIGHTLINE_ASSIGN(PointCloudFile cloud, read_scan(container_.get(), scan, index));
+    SIGHTLINE_ASSIGN(PointCloudFile cloud, container_ ? read_contained(*container_, scan, index)
+                                                      : read_checked(scan, columns_));
     count_from(scan.stamp_ns, cloud);
     return Scan{scan.stamp_ns, std::move(cloud.points_m), std::move(cloud.time_offset_ns)};
   }
@@ -150,6 +161,7 @@ class RecordedScanStore : public ScanStore {
  private:
   std::vector<RecordedScan> scans_;
   std::shared_ptr<const ScanContainer> container_;
+  std::optional<FloatColumns> columns_;
 };
 
 // The scans' files, or names of the parts of the one file that holds them.
@@ -166,6 +178,18 @@ Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& op
   return std::vector<std::filesystem::path>(recording.container->scans().size(), options.scans);
 }
 
+Result<void> take_columns(const RecordingOptions& options, Recording& recording) {
+  if (options.columns.empty()) return {};
+  if (!has_no_headers(recording)) {
+    return Error{ErrorCode::kBadValue,
+                 "columns is for .bin scans, which do not say it themselves; found " +
+                     recording.scans.front().name,
+                 "", ""};
+  }
+  SIGHTLINE_ASSIGN(recording.columns, parse_float_columns(options.columns));
+  return {};
+}
+
 }  // namespace
 
 Result<Recording> list_recording(const RecordingOptions& options) {
@@ -178,6 +202,7 @@ Result<Recording> list_recording(const RecordingOptions& options) {
   recording.sensor = std::move(sensor);
   SIGHTLINE_ASSIGN(const std::vector<std::filesystem::path> files, list_scans(options, recording));
   SIGHTLINE_TRY(describe_scans(options, files, recording));
+  SIGHTLINE_TRY(take_columns(options, recording));
   return recording;
 }
 
@@ -190,12 +215,16 @@ Result<Recording> open_recording(const RecordingOptions& options, int threads) {
 
 Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index) {
   SIGHTLINE_CHECK(index < recording.scans.size());
-  return read_scan(recording.container.get(), recording.scans[index], index);
+  const RecordedScan& scan = recording.scans[index];
+  return recording.container ? read_contained(*recording.container, scan, index)
+                             : read_checked(scan, recording.columns);
 }
 
 Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t index) {
   SIGHTLINE_CHECK(index < recording.scans.size());
-  if (!recording.container) return read_point_cloud(recording.scans[index].file);
+  if (!recording.container) {
+    return read_point_cloud(recording.scans[index].file, recording.columns);
+  }
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(index));
   return recording.container->parse(bytes, index);
 }

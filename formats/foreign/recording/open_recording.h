@@ -22,7 +22,11 @@ namespace sightline {
 // numbers, else the scan's position. Rows that no scan uses are a warning, and so are scans before
 // the first and behind the last pose of a bag, which have none.
 //
-// Errors: file-not-found, cannot-open, cannot-read, empty-directory, mixed-formats,
+// Columns of scans without a header (.bin): those of the options, refused where the floats of a
+// scan speak against them; else the one count of floats a point that fits all scans
+// (fitting_counts), with a warning where it is not KITTI's four.
+//
+// Errors: file-not-found, cannot-open, cannot-read, empty-directory, mixed-formats, truncated-scan,
 // unsupported-format, unknown-name, bad-value, fewer-poses-than-scans, mismatched-inputs (fewer
 // stamps than scans), and those of read_poses, read_bag_poses, read_stamps and open_scan_container.
 Result<Recording> open_recording(const RecordingOptions& options, int threads = 1);

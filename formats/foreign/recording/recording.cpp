@@ -10,6 +10,7 @@ Result<void> validate(const Recording& recording) {
 Table dump(const Recording& recording) {
   Table table{"recording", {"scan", "file", "stamp_ns", "has_pose", "content_sha256"}, {}, {}};
   table.facts = {{"name", recording.name}, {"sensor", recording.sensor.name}};
+  if (recording.columns) table.facts.emplace_back("columns", to_text(*recording.columns));
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
     const RecordedScan& scan = recording.scans[i];
     table.rows.push_back({static_cast<std::int64_t>(i), scan.name, scan.stamp_ns,

@@ -10,6 +10,7 @@
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
+#include "formats/foreign/clouds/float_columns.h"
 #include "formats/foreign/logs/scan_container.h"
 #include "formats/foreign/text/pose_file.h"
 
@@ -18,11 +19,14 @@ namespace sightline {
 enum class PosesOf { kVehicle, kSensor };
 
 struct RecordingOptions {
-  std::string name;         // of the drive; empty: the last part of `scans`
-  std::string scans;        // folder with one point cloud file per scan, or a file of many
-  std::string topic;        // of a bag's scans; empty: its only one
-  std::string poses;        // pose file or bag; empty: there are none
-  std::string poses_topic;  // of a bag's poses; empty: its only one
+  std::string name;   // of the drive; empty: the last part of `scans`
+  std::string scans;  // folder with one point cloud file per scan, or a file of many
+  std::string topic;  // of a bag's scans; empty: its only one
+  // What the floats of scans without a header are, as parse_float_columns reads it; empty: see
+  // open_recording.
+  std::string columns;
+  std::string poses;                           // pose file or bag; empty: there are none
+  std::string poses_topic;                     // of a bag's poses; empty: its only one
   PoseFormat pose_format = PoseFormat::kAuto;  // or kitti, tum, apollo
   PosesOf poses_of = PosesOf::kVehicle;        // kSensor: the mounting below does not apply
   std::string stamps;                 // file with one time a line; empty: see open_recording
@@ -58,6 +62,8 @@ struct Recording {
   // In natural order of their names (2 before 10), or in the order of the file that holds them.
   std::vector<RecordedScan> scans;
   std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
+  // Of scans without a header: as given, or as found when they were opened.
+  std::optional<FloatColumns> columns;
   std::vector<std::string> warnings;  // what was assumed, for the person who brought it
   // Names everything above but the warnings: equal for equal contents, wherever the folder lies.
   Digest digest{};

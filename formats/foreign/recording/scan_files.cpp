@@ -38,6 +38,23 @@ struct Candidates {
   std::vector<std::filesystem::path> folders;
 };
 
+// A link to nothing, a pipe or a socket is no scan, whatever its name.
+Result<void> check_is_file(const std::filesystem::path& path) {
+  std::error_code failure;
+  const std::filesystem::file_status status = std::filesystem::status(path, failure);
+  if (std::filesystem::is_regular_file(status)) return {};
+  std::error_code ignored;
+  if (std::filesystem::is_symlink(path, ignored) && !std::filesystem::exists(status)) {
+    return Error{ErrorCode::kFileNotFound,
+                 "a link to " + std::filesystem::read_symlink(path, ignored).string() +
+                     ", which is not there; take the link away or bring the scan back",
+                 path.string(), ""};
+  }
+  return Error{ErrorCode::kCannotRead,
+               failure ? "cannot look at it: " + failure.message() : "no regular file",
+               path.string(), ""};
+}
+
 Result<Candidates> list_candidates(const std::filesystem::path& folder) {
   std::error_code failure;
   if (!std::filesystem::exists(folder, failure)) {
@@ -108,6 +125,7 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
                      hint_of_folders(candidates.folders),
                  folder.string(), ""};
   }
+  for (const std::filesystem::path& file : files) SIGHTLINE_TRY(check_is_file(file));
   const std::string extension = lower_extension(files.front());
   for (const std::filesystem::path& file : files) {
     if (lower_extension(file) != extension) {

@@ -76,6 +76,8 @@ TEST(CompileConfig, OfTheExampleIsValidByAnIndependentValidator) {
   EXPECT_TRUE(is_valid(json_of(YAML::LoadFile((kRoot / "examples/town/town.yaml").string()))));
   CompileConfig config;
   EXPECT_TRUE(is_valid(json_of(YAML::Load(to_yaml(published_sections(config))))));
+  EXPECT_TRUE(is_valid(json_of(YAML::Load("mapping: {scans: a, columns: 4}"))));
+  EXPECT_TRUE(is_valid(json_of(YAML::Load("mapping: {scans: a, columns: x y z intensity}"))));
   EXPECT_FALSE(is_valid(json_of(YAML::Load("build-ndt: {cel_m: 1.0}"))));
   EXPECT_FALSE(is_valid(json_of(YAML::Load("build-ndt: {cell_m: -1.0}"))));
 }

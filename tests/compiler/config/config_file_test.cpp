@@ -66,7 +66,13 @@ TEST_F(ConfigFile, SaysLineAndNearestNameOfWhatItCannotRead) {
       {"annotation:\n  ranges_m: [[1]]\n", ErrorCode::kBadValue, "line 2", "nested"},
       {"build-ndt: 3\n", ErrorCode::kBadValue, "line 1", "map of keys"},
       {"- a\n- b\n", ErrorCode::kMalformedText, "line 1", "map of sections"},
-      {"build-ndt:\n  cell_m: [1\n", ErrorCode::kMalformedText, "line 3", "not YAML"}};
+      {"build-ndt:\n  cell_m: [1\n", ErrorCode::kMalformedText, "line 3", "not YAML"},
+      {"build-ndt:\n  cell_m: 1\n  cell_m: 2\n", ErrorCode::kMalformedText, "line 3",
+       "a second 'cell_m', the first stands in line 2"},
+      {"build-ndt:\n  cell_m: 1\nmapping:\n  scans: a\nbuild-ndt:\n", ErrorCode::kMalformedText,
+       "line 5", "a second 'build-ndt'"},
+      {"mapping: {scans: a}\n---\nmapping: {scans: b}\n", ErrorCode::kMalformedText, "line 3",
+       "a second document"}};
   for (const BadConfig& bad : cases) {
     const Result<void> refused = read(bad.yaml);
     ASSERT_FALSE(refused.has_value()) << bad.yaml;

@@ -78,8 +78,8 @@ Pose lidar_on(const Way& way, int scan) {
   return T;
 }
 
-// As KITTI writes them.
-void write_scans(const fs::path& folder, const Way& way) {
+// As KITTI writes them, or with a fifth float for the beam.
+void write_scans(const fs::path& folder, const Way& way, bool has_beams = false) {
   fs::create_directories(folder);
   for (int i = 0; i < way.scans; ++i) {
     const PointCloudFile scan =
@@ -88,6 +88,7 @@ void write_scans(const fs::path& folder, const Way& way) {
     for (const Eigen::Vector3d& p_m : scan.points_m) {
       const Eigen::Vector3f p = p_m.cast<float>();
       bytes += as_bytes({p.x(), p.y(), p.z(), 0.5F});
+      if (has_beams) bytes += as_bytes({std::round(p.z() / p.head<2>().norm() * 30.0F) + 8.0F});
     }
     std::ofstream(folder / (std::to_string(i) + ".bin"), std::ios::binary) << bytes;
   }
@@ -167,6 +168,25 @@ TEST_F(Init, SplitsASingleDriveAndLeavesItsPosesToTheCompiler) {
   EXPECT_EQ(config.mapping.poses, "");
   EXPECT_TRUE(config.localization.scans.empty());
   EXPECT_THAT(yaml_, HasSubstr("no poses were found"));
+}
+
+TEST_F(Init, SaysWhatTheFloatsOfScansWithoutAHeaderAre) {
+  write_scans(folder_ / "mapping", {});
+  write_scans(folder_ / "other", {}, true);
+  const CompileConfig config = draft();
+  EXPECT_EQ(config.mapping.columns, "x y z intensity");
+  EXPECT_EQ(config.localization.columns, "x y z intensity _");
+  EXPECT_TRUE(open_recording(config.localization)->warnings.empty());
+}
+
+TEST_F(Init, PassesOverAFolderWithALinkThatLeadsNowhere) {
+  write_scans(folder_ / "mapping", {});
+  write_scans(folder_ / "other", {});
+  fs::create_symlink("gone.bin", folder_ / "other" / "99.bin");
+  const CompileConfig config = draft();
+  EXPECT_EQ(config.localization.scans, "");
+  EXPECT_THAT(yaml_, HasSubstr("Not used: other"));
+  EXPECT_THAT(yaml_, HasSubstr("gone.bin"));
 }
 
 TEST_F(Init, TakesThePosesOfTheSensorBeforeThoseOfTheCamera) {

@@ -35,6 +35,38 @@ TEST(YamlTree, RefusesTextsThatRepeatThemselvesBeyondAllUse) {
             ErrorCode::kMalformedText);
 }
 
+struct Twice {
+  const char* text;
+  const char* place;
+  const char* hint;
+};
+
+// Whichever of two values was meant, the other would be a silent mistake.
+TEST(YamlTree, RefusesASecondKeyOrDocumentWithItsLine) {
+  const std::vector<Twice> cases = {
+      {"a: 1\nb: 2\na: 3\n", "line 3", "a second 'a', the first stands in line 1"},
+      {"a:\n  b: 1\n  'b': 2\n", "line 3", "the first stands in line 2"},
+      {"{a: 1, a: 2}", "line 1", "a second 'a'"},
+      {"- {a: 1}\n- {a: 1, a: 2}\n", "line 2", "a second 'a'"},
+      {"a: 1\n---\nb: 2\n", "line 3", "a second document"},
+      {"a: 1\n...\nb: 2\n", "line 3", "a second document"},
+      {"---\n---\na: 1\n", "line 3", "a second document"}};
+  for (const Twice& twice : cases) {
+    const Result<YamlNode> refused = parse_yaml(twice.text);
+    ASSERT_FALSE(refused) << twice.text;
+    EXPECT_EQ(refused.error().code, ErrorCode::kMalformedText);
+    EXPECT_EQ(refused.error().place, twice.place) << twice.text;
+    EXPECT_NE(refused.error().message.find(twice.hint), std::string::npos)
+        << refused.error().message;
+  }
+  for (const char* text :
+       {"%YAML 1.2\n---\na: 1\n...\n", "a: 1\n---\n", "a: {c: 1}\nb: {c: 1}\n"}) {
+    const Result<YamlNode> root = parse_yaml(text);
+    ASSERT_TRUE(root) << to_string(root.error());
+    EXPECT_NE(root->find("a"), nullptr) << text;
+  }
+}
+
 TEST(OptionYaml, SetsFieldsAndLeavesOtherKeysToItsCaller) {
   double cell_m = 1.0;
   std::vector<OptionField> fields = {number("cell_m", cell_m, "edge, m", 0.1, 10.0)};

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <string>
@@ -46,8 +47,9 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-inline Result<PointCloudFile> parse_text(std::string_view text, const std::string& name) {
-  return parse_point_cloud(std::as_bytes(std::span(text)), name);
+inline Result<PointCloudFile> parse_text(std::string_view text, const std::string& name,
+                                         const std::optional<FloatColumns>& columns = {}) {
+  return parse_point_cloud(std::as_bytes(std::span(text)), name, columns);
 }
 
 template <class T>
@@ -57,6 +59,18 @@ std::string as_bytes(std::initializer_list<T> values) {
     char raw[sizeof(T)];
     std::memcpy(raw, &value, sizeof value);
     bytes.append(raw, sizeof value);
+  }
+  return bytes;
+}
+
+// Points in a spiral, `columns` floats each: x y z, then whole numbers.
+inline std::string float_spiral(std::size_t columns, std::size_t points = 1600) {
+  std::string bytes;
+  for (std::size_t i = 0; i < points; ++i) {
+    const auto turn = static_cast<float>(i);
+    bytes += as_bytes({(5.0F + 0.1F * turn) * std::cos(turn), (5.0F + 0.1F * turn) * std::sin(turn),
+                       0.3F + 0.001F * turn});
+    for (std::size_t k = 3; k < columns; ++k) bytes += as_bytes({static_cast<float>(i * k % 16)});
   }
   return bytes;
 }

@@ -10,6 +10,7 @@ or infinity, points at (0,0,0), lowest and highest x y z; or the code that the f
 import gzip
 import math
 import os
+import re
 import struct
 import sys
 
@@ -107,9 +108,40 @@ def ply(data):
     return [[row[i] for i in axes] for row in record.iter_unpack(body[:count * record.size])]
 
 
+FEET = range(9002, 9100)  # EPSG's lengths that are no metre
+
+
+def las_records(data):
+    """User, number and content of the variable length records, in the header and (1.4) behind it."""
+    header, = struct.unpack_from("<H", data, 94)
+    count, = struct.unpack_from("<I", data, 100)
+    places = [(header, count, "<H", 54)]
+    if data[25] == 4:
+        places.append((*struct.unpack_from("<QI", data, 235), "<Q", 60))
+    for at, count, length_type, head in places:
+        for _ in range(count):
+            length, = struct.unpack_from(length_type, data, at + 20)
+            number, = struct.unpack_from("<H", data, at + 18)
+            yield data[at + 2:at + 18].rstrip(b"\0"), number, data[at + head:at + head + length]
+            at += head + length
+
+
+def check_metres(data):
+    for user, number, content in las_records(data):
+        if user == b"LASF_Projection" and number == 34735:
+            keys = list(struct.iter_unpack("<4H", content))[1:]
+            if any(k[0] == 1024 and k[3] in (2, 3) or k[0] in (3076, 4099) and k[3] in FEET for k in keys):
+                raise Refused("unsupported-format")
+        if user == b"LASF_Projection" and number == 2112:
+            first = re.search(rb"PROJC|GEOGC|GEOCCS|GEODCRS", content)
+            if first and first[0] != b"PROJC" or re.search(rb'UNIT\["[^"]*[Ff](oo|ee)t', content):
+                raise Refused("unsupported-format")
+
+
 def las(data):
     if data[104] & 0xC0:
         raise Refused("unsupported-format")
+    check_metres(data)
     length, = struct.unpack_from("<H", data, 105)
     start, = struct.unpack_from("<I", data, 96)
     count, = struct.unpack_from("<Q", data, 247) if data[25] == 4 else (0,)
@@ -118,12 +150,17 @@ def las(data):
         raise Refused("empty-scan")
     scale = struct.unpack_from("<ddd", data, 131)
     offset = struct.unpack_from("<ddd", data, 155)
+    flag_at, flag = (15, 0x80) if data[104] < 6 else (15, 0x04)
     return [[n * s + o for n, s, o in zip(struct.unpack_from("<iii", data, start + i * length),
-                                          scale, offset)] for i in range(count)]
+                                          scale, offset)]
+            for i in range(count) if not data[start + i * length + flag_at] & flag]
 
 
 def float_bin(data, name):
+    """The files of this set that are large enough to tell have KITTI's floats or nuScenes'."""
     floats = 5 if name.endswith(".pcd.bin") else 4
+    if len(data) < 4 * 4096 and sum(len(data) % (4 * n) == 0 for n in range(3, 11)) != 1:
+        raise Refused("unsupported-format")
     if len(data) % (4 * floats):
         raise Refused("truncated-scan")
     return [row[:3] for row in struct.Struct("<%df" % floats).iter_unpack(data)]

@@ -1,5 +1,6 @@
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "tests/formats/foreign/float_layouts.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/support/real_data.h"
 
@@ -95,6 +96,35 @@ TEST(RealFiles, Kitti00TakesItsPosesByFrame) {
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
   ASSERT_EQ(recording->scans.size(), 6U);
   EXPECT_NEAR(recording->scans[5].T_world_vehicle->translation().x(), 4.291719, 1e-6);
+}
+
+// Laid out as people do without a header, each scan speaks for its number of floats a point.
+void expect_right_counts(const std::filesystem::path& file) {
+  const Result<PointCloudFile> cloud = read_point_cloud(file);
+  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
+  for (const std::string& layout : kLayouts) {
+    EXPECT_EQ(counts_text(fitting(float_file(cloud->points_m, layout))),
+              std::to_string(layout.size()))
+        << layout << " of " << file;
+  }
+}
+
+TEST(RealFiles, SpeakForTheirNumberOfFloatsAPointInEveryLayout) {
+  const RealData data = real_data("kitti00_head");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  for (int i = 0; i < 6; ++i) {
+    expect_right_counts(data.folder / "data" / ("00000" + std::to_string(i) + ".bin"));
+  }
+  const RealData street = real_data("kitti_0005");
+  for (const char* name : {"0000000000.pcd", "0000000077.pcd", "0000000153.pcd"}) {
+    if (street.missing.empty()) expect_right_counts(street.folder / name);
+  }
+  const RealData interop = real_data("interop");
+  if (!interop.missing.empty()) return;
+  expect_right_counts(interop.folder / "ndt_omp/251370668.pcd");
+  expect_right_counts(interop.folder / "mmdet3d/000008.bin");
+  expect_right_counts(interop.folder /
+                      "mmdet3d/n015-2018-07-24-11-22-45+0800__LIDAR_TOP__1532402927647951.pcd.bin");
 }
 
 }  // namespace

@@ -37,6 +37,35 @@ class IngestTest : public testing::Test {
   PassContext ctx_;
 };
 
+// Three points in millimetres, the second of which is withheld (LAS 1.2, point format 0).
+std::string las_with_a_withheld_point() {
+  std::string bytes(227 + 3 * 20, '\0');
+  const auto put = [&](std::size_t at, auto value) {
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+  };
+  bytes.replace(0, 4, "LASF");
+  put(24, std::uint16_t{0x0201});
+  put(94, std::uint16_t{227});
+  put(96, std::uint32_t{227});
+  put(105, std::uint16_t{20});
+  put(107, std::uint32_t{3});
+  for (std::size_t axis = 0; axis < 3; ++axis) put(131 + 8 * axis, 0.001);
+  for (std::size_t i = 0; i < 3; ++i) put(227 + 20 * i, static_cast<std::int32_t>(1000 * (i + 1)));
+  put(227 + 20 + 15, std::uint8_t{0x80});
+  return bytes;
+}
+
+TEST_F(IngestTest, SaysHowManyPointsTheirFilesWithhold) {
+  folder_.write("0.las", las_with_a_withheld_point());
+  const Result<Drive> drive = ingest(ctx_, {}, open());
+  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
+  EXPECT_EQ(drive->scans[0].point_count, 2U);
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("dropped 1 points that their files mark as withheld, kept 2"),
+            std::string::npos)
+      << warnings_[0];
+}
+
 TEST_F(IngestTest, CountsWhatIsInEachScanAndWarnsOfWhatWasDropped) {
   write_ascii("0.pcd", 4, "1 2 3\nnan 0 0\n0 0 0\n4 5 6\n");
   write_ascii("1.pcd", 2, "0 0 0\n7 8 9\n");
@@ -154,13 +183,27 @@ TEST_F(IngestTest, RefusesADriveWithoutScans) {
   EXPECT_EQ(ingest(ctx_, {}, Recording{}).error().code, ErrorCode::kDriveTooShort);
 }
 
-TEST_F(IngestTest, WarnsOfScansInWorldCoordinatesAndOfCutText) {
-  write_ascii("0.pcd", 1, "588348.9 4141240.2 -30.1");
-  const Result<Drive> drive = ingest(ctx_, {}, open());
-  ASSERT_TRUE(drive.has_value()) << to_string(drive.error());
-  ASSERT_EQ(warnings_.size(), 2U);
+TEST_F(IngestTest, WarnsOfCutText) {
+  write_ascii("0.pcd", 1, "8.9 2.2 -0.1");
+  ASSERT_TRUE(ingest(ctx_, {}, open()).has_value());
+  ASSERT_EQ(warnings_.size(), 1U);
   EXPECT_NE(warnings_[0].find("may be cut"), std::string::npos);
-  EXPECT_NE(warnings_[1].find("world coordinates"), std::string::npos);
+}
+
+// World coordinates, or millimetres: the map of either is wrong.
+TEST_F(IngestTest, RefusesScansThatMostlyLieFartherThanALidarSees) {
+  write_ascii("0.pcd", 2, "1 2 3\n4 5 6\n");
+  write_ascii("1.pcd", 1, "588348.9 4141240.2 -30.1\n");
+  EXPECT_TRUE(ingest(ctx_, {}, open()).has_value());
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("1 scans have most of their points beyond 2 km"), std::string::npos)
+      << warnings_[0];
+  write_ascii("2.pcd", 3, "12010 -3410 110\n15 20 30\n-8750 2100 -1800\n");
+  const Result<Drive> drive = ingest(ctx_, {}, open());
+  ASSERT_FALSE(drive.has_value());
+  EXPECT_EQ(drive.error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(drive.error().file, (folder_ / "1.pcd").string());
+  EXPECT_NE(drive.error().message.find("millimetres"), std::string::npos) << drive.error().message;
 }
 
 TEST(IngestOptionFields, ReadBackAsTheyArePrinted) {

@@ -41,6 +41,12 @@ TEST(OwnEvidence, TakesWhatCoversMostWhereNothingCoversEnough) {
   EXPECT_EQ(best_static(evidence, 0.01, 0.95).range_index, 1) << "nothing helps: the least error";
 }
 
+TEST(OwnEvidence, OfOneLocalizerMakesAnotherLookAsFarAsThereIs) {
+  const StaticAnswer answer = best_static(for_another_localizer(one_hard_place()), 0.1, 0.95);
+  EXPECT_EQ(answer.range_index, 3);
+  EXPECT_EQ(answer.standing.coverage, 1.0);
+}
+
 TEST(OwnEvidence, IsTheMappingErrorOrTheVirtualOneWhereThereIsNoOther) {
   FactorTable factors = factors_with_own_error({10, 20}, {{0.3, 0.05}});
   for (const char* name : {"mapping_error", "virtual_error"}) {

@@ -1,3 +1,4 @@
+#include <array>
 #include <limits>
 
 #include "tests/formats/foreign/foreign_files.h"
@@ -16,6 +17,7 @@ struct LasPoint {
   std::int32_t z = 0;
   std::uint16_t intensity = 0;
   double time_s = 0.0;
+  std::uint8_t flags = 0;  // the sixteenth byte: class and flags, or flags alone
 };
 
 // Lengths and places of the GPS time as the tables of the ASPRS specification list them.
@@ -60,6 +62,7 @@ std::string las(const Format& format, int minor, const std::vector<LasPoint>& po
     put(bytes, at + 4, point.y);
     put(bytes, at + 8, point.z);
     put(bytes, at + 12, point.intensity);
+    put(bytes, at + 15, point.flags);
     if (format.time_at != 0) put(bytes, at + format.time_at, point.time_s);
   }
   return bytes;
@@ -125,10 +128,120 @@ TEST(LasFile, RefusesLazAndWhatContradictsItselfAndSaysWhy) {
   EXPECT_EQ(refusal(105, std::uint16_t{33}).code, ErrorCode::kMalformedHeader);
   EXPECT_EQ(refusal(96, std::uint32_t{226}).code, ErrorCode::kMalformedHeader);
   EXPECT_EQ(refusal(107, std::uint32_t{4}).code, ErrorCode::kTruncatedScan);
+  EXPECT_EQ(refusal(107, std::uint32_t{2}).code, ErrorCode::kMalformedHeader);
   EXPECT_EQ(refusal(107, std::uint32_t{0}).code, ErrorCode::kEmptyScan);
   EXPECT_EQ(refusal(131, 0.0).code, ErrorCode::kMalformedHeader);
   EXPECT_EQ(refusal(155, std::numeric_limits<double>::infinity()).code,
             ErrorCode::kMalformedHeader);
+}
+
+// What says that a point is deleted stands in other bits of the newer formats.
+TEST(LasFile, LeavesOutWithheldPointsAndCountsThem) {
+  for (const Format& format : kFormats) {
+    std::vector<LasPoint> points = kPoints;
+    points[1].flags = format.id < 6 ? 0x82 : 0x04;
+    points[2].flags = format.id < 6 ? 0x7f : 0xfb;  // all but that one
+    const Result<PointCloudFile> cloud = parse_text(las(format, 4, points), "0.las");
+    ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
+    EXPECT_EQ(cloud->withheld_count, 1U) << format.id;
+    EXPECT_EQ(cloud->intensity, (std::vector<float>{7.0F, 0.0F})) << format.id;
+    EXPECT_EQ(cloud->time_offset_ns.size(), format.time_at == 0 ? 0U : 2U) << format.id;
+  }
+  // LAS 1.0 had no flags beside the class.
+  std::vector<LasPoint> points = kPoints;
+  for (LasPoint& point : points) point.flags = 0x82;
+  EXPECT_EQ(parse_text(las(kFormats[1], 0, points), "0.las")->withheld_count, 0U);
+  const Result<PointCloudFile> none = parse_text(las(kFormats[1], 2, points), "0.las");
+  ASSERT_FALSE(none.has_value());
+  EXPECT_EQ(none.error().code, ErrorCode::kNoFinitePoints);
+  EXPECT_NE(none.error().message.find("3 are withheld"), std::string::npos) << none.error().message;
+}
+
+// With a record of the reference system in place of the empty one, or behind the points.
+std::string with_record(std::uint16_t id, const std::string& content, bool is_extended) {
+  std::string bytes = las(kFormats[6], 4, kPoints);
+  std::string record(is_extended ? 60 : 54, '\0');
+  record.replace(2, 15, "LASF_Projection");
+  put(record, 18, id);
+  if (is_extended) {
+    put(record, 20, std::uint64_t{content.size()});
+    put(bytes, 235, std::uint64_t{bytes.size()});
+    put(bytes, 243, std::uint32_t{1});
+    return bytes + record + content;
+  }
+  put(record, 20, static_cast<std::uint16_t>(content.size()));
+  bytes.replace(375, 64, record + content);
+  put(bytes, 96, static_cast<std::uint32_t>(375 + record.size() + content.size()));
+  return bytes;
+}
+
+std::string geo_keys(std::initializer_list<std::array<std::uint16_t, 2>> keys) {
+  std::string content = as_bytes<std::uint16_t>({1, 1, 0, static_cast<std::uint16_t>(keys.size())});
+  for (const auto& [key, value] : keys) content += as_bytes<std::uint16_t>({key, 0, 1, value});
+  return content;
+}
+
+struct Reference {
+  std::uint16_t id;
+  std::string content;
+  std::string refusal;  // part of the message; empty: it is read
+};
+
+TEST(LasFile, RefusesCoordinatesThatAreNoMetres) {
+  const std::string degrees = "GEOGCS[\"WGS 84\",UNIT[\"degree\",0.0174532925199433]]";
+  const std::string utm =
+      "PROJCS[\"UTM 32N\"," + degrees + ",PARAMETER[\"k\",0.9996],UNIT[\"metre\",1]]";
+  const std::string feet = "PROJCS[\"Oregon (ft)\"," + degrees + ",UNIT[\"foot\",0.3048]]";
+  const std::string height_ft = "VERT_CS[\"NAVD88\",UNIT[\"US survey foot\",0.304800609601219]]";
+  const std::string utm2 =
+      "PROJCRS[\"UTM\",BASEGEOGCRS[\"WGS 84\",ANGLEUNIT[\"degree\",0.017]],CS[Cartesian,2],"
+      "AXIS[\"east\",east],LENGTHUNIT[\"metre\",1]]";
+  const std::vector<Reference> cases = {
+      {34735, geo_keys({{1024, 1}, {3072, 32632}, {3076, 9001}, {4099, 9001}}), ""},
+      {34735, geo_keys({{1024, 2}, {2048, 4326}, {2054, 9102}}), "degrees"},
+      {34735, geo_keys({{1024, 3}}), "Earth's centre"},
+      {34735, geo_keys({{1024, 1}, {3076, 9002}}), "EPSG:9002"},
+      {34735, geo_keys({{1024, 1}, {3076, 9001}, {4099, 9003}}), "EPSG:9003"},
+      {2112, utm, ""},
+      {2112, utm2, ""},
+      {2112, "COMPD_CS[\"both\"," + utm + ",VERT_CS[\"height\",UNIT[\"metre\",1]]]", ""},
+      {2112, degrees, "degrees"},
+      {2112, "COMPD_CS[\"both\"," + degrees + ",VERT_CS[\"height\",UNIT[\"metre\",1]]]", "degrees"},
+      {2112, "GEOGCRS[\"WGS 84\",CS[ellipsoidal,2]]", "degrees"},
+      {2112, "GEOCCS[\"WGS 84\",UNIT[\"metre\",1]]", "geodetic"},
+      {2112, feet, "'\"foot\"'"},
+      {2112, "COMPD_CS[\"both\"," + utm + "," + height_ft + "]", "survey foot"},
+      {2112, "no reference at all", ""},
+      {2112, "PROJCS[\"cut", ""}};
+  for (const Reference& reference : cases) {
+    for (const bool is_extended : {false, true}) {
+      const Result<PointCloudFile> cloud =
+          parse_text(with_record(reference.id, reference.content, is_extended), "0.las");
+      EXPECT_EQ(cloud.has_value(), reference.refusal.empty()) << reference.content;
+      if (cloud) continue;
+      EXPECT_EQ(cloud.error().code, ErrorCode::kUnsupportedFormat) << to_string(cloud.error());
+      EXPECT_NE(cloud.error().message.find(reference.refusal), std::string::npos)
+          << to_string(cloud.error());
+      EXPECT_NE(cloud.error().message.find("pdal translate"), std::string::npos);
+    }
+  }
+}
+
+TEST(LasFile, RefusesDegreesThatNoRecordSpeaksOf) {
+  // 300 points over 200 m of a street in Berlin, in units of 1e-7 degrees.
+  std::vector<LasPoint> points;
+  for (int i = 0; i < 300; ++i)
+    points.push_back({134'050'000 + 100 * i, 525'200'000 + 60 * i, 30 + i});
+  std::string bytes = las(kFormats[0], 2, points);
+  for (const std::size_t axis : {0U, 1U, 2U}) put(bytes, 155 + 8 * axis, 0.0);
+  put(bytes, 131, 1e-7);
+  put(bytes, 139, 1e-7);
+  const Result<PointCloudFile> cloud = parse_text(bytes, "0.las");
+  ASSERT_FALSE(cloud.has_value());
+  EXPECT_EQ(cloud.error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_NE(cloud.error().message.find("degrees"), std::string::npos) << cloud.error().message;
+  put(bytes, 131, 1e-4);
+  EXPECT_TRUE(parse_text(bytes, "0.las").has_value());
 }
 
 }  // namespace

@@ -387,6 +387,8 @@ TEST(PcdFile, RefusesHeadersThatMakeNoSense) {
             ErrorCode::kMissingField);
   EXPECT_EQ(code_of("VERSION 0.8\nDATA ascii\n"), ErrorCode::kUnsupportedFormat);
   EXPECT_EQ(code_of("FIELDS x y z\nFIELDS x y z\n"), ErrorCode::kMalformedHeader);
+  EXPECT_EQ(code_of(pcd("x y z x", "4 4 4 4", "F F F F", 1, "ascii", "1 2 3 4\n")),
+            ErrorCode::kMalformedHeader);
   EXPECT_EQ(code_of("hello\n"), ErrorCode::kMalformedHeader);
   EXPECT_EQ(code_of("FIELDS\nDATA ascii\n"), ErrorCode::kMalformedHeader);
 }

@@ -120,6 +120,19 @@ TEST(PlyFile, RefusesHeadersThatLieOrMakeNoSense) {
   EXPECT_EQ(code_of(header("ascii", kXyz) + "1 2 3\n4 5 6 7\n"), ErrorCode::kMalformedText);
 }
 
+TEST(PlyFile, RefusesWhatCouldBeReadInTwoWays) {
+  EXPECT_EQ(code_of(header("ascii",
+                           "element vertex 1\nproperty float x\nproperty float y\n"
+                           "property float z\nproperty float x\n") +
+                    "1 2 3 4\n"),
+            ErrorCode::kMalformedHeader);
+  EXPECT_EQ(code_of("ply\nformat binary_big_endian 1.0\nformat ascii 1.0\n" + std::string(kXyz) +
+                    "end_header\n1 2 3\n4 5 6\n"),
+            ErrorCode::kMalformedHeader);
+  const std::string faces = std::string(kXyz).append("element face 1\nproperty list uchar int i\n");
+  EXPECT_EQ(code_of(header("ascii", faces) + "1 2 3\n4 5 6\n1.5 0\n"), ErrorCode::kTruncatedScan);
+}
+
 TEST(PlyFile, IsRefusedOrFlaggedWhereverItIsCutAndNeverCrashesWhenDamaged) {
   const std::string faces =
       std::string(kXyz).append("element face 1\nproperty list uchar int vertex_indices\n");

@@ -63,20 +63,46 @@ TEST(PointCloudFile, RecognizesUnsupportedFormatsByContentAndSaysWhatToDo) {
   }
 }
 
+const std::string kTextScan =
+    "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 2\nDATA ascii\n1.5 -2 3\n4 5 6\n";
+const std::vector<Eigen::Vector3d> kTextPoints = {Eigen::Vector3d(1.5, -2.0, 3.0), {4.0, 5.0, 6.0}};
+
 TEST(PointCloudFile, ReadsWhatGzipPackedAndRefusesWhatItDamaged) {
-  const std::string scan = as_bytes({1.5F, -2.0F, 3.0F, 0.25F, 4.0F, 5.0F, 6.0F, 0.5F});
-  const std::string packed = gzipped(scan);
-  const Result<PointCloudFile> cloud = parse_text(packed, "0.bin.gz");
+  const std::string packed = gzipped(kTextScan);
+  const Result<PointCloudFile> cloud = parse_text(packed, "0.pcd.gz");
   ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-  EXPECT_EQ(cloud->points_m,
-            (std::vector<Eigen::Vector3d>{Eigen::Vector3d(1.5, -2.0, 3.0), {4.0, 5.0, 6.0}}));
-  expect_every_cut_is_noticed(packed, "0.bin.gz");
-  expect_no_damage_crashes(packed, "0.bin.gz");
-  const Result<PointCloudFile> nested = parse_text(gzipped(packed), "0.bin.gz");
+  EXPECT_EQ(cloud->points_m, kTextPoints);
+  expect_every_cut_is_noticed(packed, "0.pcd.gz");
+  expect_no_damage_crashes(packed, "0.pcd.gz");
+  const Result<PointCloudFile> nested = parse_text(gzipped(packed), "0.pcd.gz");
   ASSERT_FALSE(nested.has_value());
   const Result<PointCloudFile> strange = parse_text(gzipped("ASTM-E57"), "0.e57.gz");
   EXPECT_EQ(strange.error().code, ErrorCode::kUnsupportedFormat);
   EXPECT_EQ(strange.error().file, "0.e57.gz");
+}
+
+// As `pigz -i`, `bgzip` and `cat a.gz b.gz` write it.
+TEST(PointCloudFile, ReadsAllMembersOfAGzip) {
+  std::string packed = gzipped("");
+  for (std::size_t at = 0; at < kTextScan.size(); at += 7)
+    packed += gzipped(kTextScan.substr(at, 7));
+  const Result<PointCloudFile> cloud = parse_text(packed, "0.pcd.gz");
+  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
+  EXPECT_EQ(cloud->points_m, kTextPoints);
+  expect_every_cut_is_noticed(packed, "0.pcd.gz");
+}
+
+TEST(PointCloudFile, RefusesWhatLiesBehindAGzipUnlessItIsPadding) {
+  const std::string packed = gzipped(kTextScan);
+  EXPECT_TRUE(parse_text(packed + std::string(512, '\0'), "0.pcd.gz").has_value());
+  std::string damaged = packed + packed;
+  damaged[packed.size()] ^= 1;
+  for (const std::string& whole : {packed + "more", damaged, packed + packed.substr(0, 2)}) {
+    const Result<PointCloudFile> cloud = parse_text(whole, "0.pcd.gz");
+    ASSERT_FALSE(cloud.has_value());
+    EXPECT_EQ(cloud.error().code, ErrorCode::kMalformedHeader);
+    EXPECT_EQ(cloud.error().place, "byte " + std::to_string(packed.size()));
+  }
 }
 
 TEST(PointCloudFile, SaysWhichFileIsMissing) {
@@ -86,40 +112,78 @@ TEST(PointCloudFile, SaysWhichFileIsMissing) {
   EXPECT_EQ(cloud.error().file, "/nowhere/0.pcd");
 }
 
-TEST(KittiBin, ReadsFourFloatsAPointAndCountsWhatIsNoReturn) {
+const FloatColumns kKitti;
+
+TEST(FloatBin, ReadsFourFloatsAPointAndCountsWhatIsNoReturn) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const Result<PointCloudFile> cloud = parse_text(
-      as_bytes({1.5F, -2.0F, 3.0F, 0.25F, 0.0F, 0.0F, 0.0F, 0.1F, nan, 1.0F, 1.0F, 0.0F}), "0.bin");
+      as_bytes({1.5F, -2.0F, 3.0F, 0.25F, 0.0F, 0.0F, 0.0F, 0.1F, nan, 1.0F, 1.0F, 0.0F}), "0.bin",
+      kKitti);
   ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
   EXPECT_EQ(cloud->points_m, std::vector<Eigen::Vector3d>{Eigen::Vector3d(1.5, -2.0, 3.0)});
   EXPECT_EQ(cloud->intensity, std::vector<float>{0.25F});
   EXPECT_EQ(cloud->nonfinite_count, 1U);
   EXPECT_EQ(cloud->zero_count, 1U);
+  EXPECT_EQ(cloud->float_count, 4U);
 }
 
-TEST(NuscenesBin, ReadsFiveFloatsAPointByItsNameOrItsRings) {
-  std::string scan;
-  for (int i = 0; i < 16; ++i) {
-    scan += as_bytes({1.5F, 2.5F, static_cast<float>(i + 1), 17.0F, static_cast<float>(i)});
+TEST(FloatBin, ReadsTheColumnsThatItIsGiven) {
+  const std::string row = as_bytes({0.5F, 7.0F, 3.0F, 2.0F, 1.0F, 0.01F});
+  const std::string next = as_bytes({0.75F, 8.0F, 6.0F, 5.0F, 4.0F, 0.09F});
+  const Result<PointCloudFile> cloud =
+      parse_text(row + next, "0.bin", *parse_float_columns("intensity ring z y x time"));
+  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
+  EXPECT_EQ(cloud->points_m, (std::vector<Eigen::Vector3d>{{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}}));
+  EXPECT_EQ(cloud->intensity, (std::vector<float>{0.5F, 0.75F}));
+  ASSERT_EQ(cloud->time_offset_ns.size(), 2U);
+  EXPECT_NEAR(cloud->time_offset_ns[1], 90'000'000, 10);
+}
+
+// Each file is as long as so many points of 4 floats.
+TEST(FloatBin, IsNotReadAsFourFloatsWhereItHasOthers) {
+  for (const std::size_t columns : {3U, 4U, 5U, 6U, 8U}) {
+    const Result<PointCloudFile> cloud = parse_text(float_spiral(columns), "0.bin");
+    ASSERT_TRUE(cloud.has_value()) << columns << ": " << to_string(cloud.error());
+    EXPECT_EQ(cloud->float_count, columns);
+    ASSERT_EQ(cloud->points_m.size(), 1600U) << columns;
+    EXPECT_NEAR(cloud->points_m[1599].z(), 1.899, 1e-6) << columns;
   }
-  for (const char* name : {"0.pcd.bin", "0.bin"}) {
-    const Result<PointCloudFile> cloud = parse_text(scan, name);
-    ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
-    ASSERT_EQ(cloud->points_m.size(), 16U);
-    EXPECT_EQ(cloud->points_m[15], Eigen::Vector3d(1.5, 2.5, 16.0));
-    EXPECT_EQ(cloud->intensity[15], 17.0F);
-  }
+}
+
+TEST(FloatBin, IsRefusedWhereNothingOrTooMuchFits) {
+  const Result<PointCloudFile> few = parse_text(float_spiral(4, 6), "0.bin");
+  ASSERT_FALSE(few.has_value());
+  EXPECT_EQ(few.error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_NE(few.error().message.find("3 or 4 or 6 or 8"), std::string::npos) << few.error().message;
+  EXPECT_NE(few.error().message.find("`columns`"), std::string::npos) << few.error().message;
+  std::string image;
+  for (int i = 0; i < 4000; ++i)
+    image += as_bytes({10.0F + std::sin(0.01F * static_cast<float>(i))});
+  EXPECT_EQ(parse_text(image, "0.bin").error().code, ErrorCode::kUnsupportedFormat);
+  // Five floats a point, and not a whole number of them.
+  const Result<PointCloudFile> cut = parse_text(float_spiral(5).substr(0, 31984), "0.bin");
+  EXPECT_EQ(cut.error().code, ErrorCode::kTruncatedScan);
+  EXPECT_EQ(cut.error().place, "byte 31980");
+}
+
+TEST(FloatBin, TakesFiveFloatsWhereTheNameIsOneOfNuscenes) {
+  const std::string scan = float_spiral(5, 20);
+  EXPECT_EQ(parse_text(scan, "0.bin").error().code, ErrorCode::kUnsupportedFormat);
+  const Result<PointCloudFile> cloud = parse_text(scan, "0.pcd.bin");
+  ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
+  EXPECT_EQ(cloud->points_m.size(), 20U);
+  EXPECT_EQ(parse_text(float_spiral(4), "0.pcd.bin")->points_m.size(), 1600U);
   const Result<PointCloudFile> cut = parse_text(scan.substr(0, 50), "0.pcd.bin");
   EXPECT_EQ(cut.error().code, ErrorCode::kTruncatedScan);
   EXPECT_EQ(cut.error().place, "byte 40");
 }
 
-TEST(KittiBin, RefusesWhatCannotBeFourFloatsAPoint) {
+TEST(FloatBin, RefusesWhatCannotBeTheGivenColumns) {
   const std::string point = as_bytes({1.5F, 2.5F, 3.5F, 0.5F});
-  const Result<PointCloudFile> cut = parse_text(point + point.substr(0, 9), "0.bin");
+  const Result<PointCloudFile> cut = parse_text(point + point.substr(0, 9), "0.bin", kKitti);
   EXPECT_EQ(cut.error().code, ErrorCode::kTruncatedScan);
   EXPECT_EQ(cut.error().place, "byte 16");
-  EXPECT_EQ(parse_text(point + as_bytes({1e9F, 0.0F, 0.0F, 0.0F}), "0.bin").error().code,
+  EXPECT_EQ(parse_text(point + as_bytes({1e9F, 0.0F, 0.0F, 0.0F}), "0.bin", kKitti).error().code,
             ErrorCode::kUnsupportedFormat);
 }
 

@@ -191,5 +191,83 @@ TEST_F(RecordingTest, ItsStoreReadsScansAndNoticesWhenAFileChanged) {
   EXPECT_TRUE(store->read(0).has_value());
 }
 
+// Scans without a header: the same count of floats a point for all, or none.
+class HeaderlessRecording : public RecordingTest {
+ protected:
+  void write_bins(std::initializer_list<std::string> contents) {
+    int index = 0;
+    for (const std::string& content : contents) {
+      folder_.write("scans/" + std::to_string(index++) + ".bin", content);
+    }
+  }
+  RecordingOptions with_columns(const std::string& columns) {
+    RecordingOptions made = options();
+    made.columns = columns;
+    return made;
+  }
+  std::size_t count_of(const RecordingOptions& made) {
+    const Result<Recording> recording = open_recording(made);
+    EXPECT_TRUE(recording.has_value()) << to_string(recording.error());
+    return recording ? recording->columns->count : 0;
+  }
+};
+
+TEST_F(HeaderlessRecording, TakesTheCountThatFitsAllScansAndSaysSo) {
+  write_bins({float_spiral(5), float_spiral(5, 8), float_spiral(5, 2400)});
+  const Result<Recording> recording = open_recording(options());
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  EXPECT_EQ(to_text(*recording->columns), "x y z intensity _");
+  ASSERT_EQ(recording->warnings.size(), 1U);
+  EXPECT_NE(recording->warnings[0].find("`columns: x y z intensity _`"), std::string::npos);
+  EXPECT_EQ(recorded_scan_store(*recording)->read(1)->points_m.size(), 8U);
+  write_bins({float_spiral(4), float_spiral(4), float_spiral(4)});
+  EXPECT_EQ(count_of(options()), 4U);
+  EXPECT_TRUE(open_recording(options())->warnings.empty());
+}
+
+TEST_F(HeaderlessRecording, RefusesScansThatSpeakForDifferentCounts) {
+  write_bins({float_spiral(4), float_spiral(4, 2), float_spiral(5)});
+  const Result<Recording> recording = open_recording(options());
+  ASSERT_FALSE(recording.has_value());
+  EXPECT_EQ(recording.error().code, ErrorCode::kMixedFormats);
+  EXPECT_NE(recording.error().message.find("4 fit up to 1.bin, 5 fit 2.bin"), std::string::npos)
+      << recording.error().message;
+}
+
+TEST_F(HeaderlessRecording, RefusesWhatFitsNothingOrTooMuchByItsFile) {
+  write_bins({float_spiral(4), std::string(32000, '\1')});
+  const Result<Recording> none = open_recording(options());
+  ASSERT_FALSE(none.has_value());
+  EXPECT_EQ(none.error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(none.error().file, (folder_ / "scans/1.bin").string());
+  write_bins({float_spiral(4, 6), float_spiral(4, 12)});
+  EXPECT_EQ(refusal(options()), ErrorCode::kUnsupportedFormat);
+  write_bins({float_spiral(4), float_spiral(4) + "cut"});
+  EXPECT_EQ(open_recording(options()).error().file, (folder_ / "scans/1.bin").string());
+  EXPECT_EQ(refusal(options()), ErrorCode::kTruncatedScan);
+}
+
+TEST_F(HeaderlessRecording, BelievesGivenColumnsUnlessTheFloatsCannotBeThem) {
+  write_bins({float_spiral(4, 6), float_spiral(4, 12)});
+  EXPECT_EQ(count_of(with_columns("4")), 4U);
+  EXPECT_EQ(count_of(with_columns("x, y, z, intensity")), 4U);
+  write_bins({float_spiral(5), float_spiral(5)});
+  EXPECT_EQ(count_of(with_columns("x y z intensity ring")), 5U);
+  EXPECT_EQ(refusal(with_columns("4")), ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(refusal(with_columns("x y")), ErrorCode::kBadValue);
+}
+
+TEST_F(HeaderlessRecording, ItsDigestNamesItsColumnsAndNotHowTheyAreWritten) {
+  write_bins({float_spiral(6), float_spiral(6)});
+  const Digest six = open_recording(options())->digest;
+  EXPECT_EQ(open_recording(with_columns("x y z i _ _"))->digest, six);
+  EXPECT_NE(open_recording(with_columns("y x z i _ _"))->digest, six);
+}
+
+TEST_F(HeaderlessRecording, OnlyIsGivenColumns) {
+  write_scans({"0.pcd"});
+  EXPECT_EQ(refusal(with_columns("4")), ErrorCode::kBadValue);
+}
+
 }  // namespace
 }  // namespace sightline

@@ -1,5 +1,7 @@
 #include "formats/foreign/recording/scan_files.h"
 
+#include <sys/stat.h>
+
 #include "tests/formats/foreign/foreign_files.h"
 
 namespace sightline {
@@ -54,6 +56,28 @@ TEST(ScanFiles, RefusesFoldersWithoutScansOfOneKind) {
   EXPECT_EQ(list_scan_files(folder.path()).error().code, ErrorCode::kUnsupportedFormat);
   folder.write("001.bin", "x");
   EXPECT_EQ(list_scan_files(folder.path()).error().code, ErrorCode::kMixedFormats);
+}
+
+TEST(ScanFiles, RefusesALinkThatLeadsNowhereByItsName) {
+  const ScratchFolder folder;
+  folder.write("000.pcd", "x");
+  std::filesystem::create_symlink("000.pcd", folder / "001.pcd");
+  EXPECT_EQ(list_scan_files(folder.path())->size(), 2U);
+  std::filesystem::create_symlink("archive/002.pcd", folder / "002.pcd");
+  const auto files = list_scan_files(folder.path());
+  ASSERT_FALSE(files.has_value());
+  EXPECT_EQ(files.error().code, ErrorCode::kFileNotFound);
+  EXPECT_EQ(files.error().file, (folder / "002.pcd").string());
+  EXPECT_NE(files.error().message.find("archive/002.pcd"), std::string::npos);
+  std::filesystem::remove(folder / "002.pcd");
+  std::filesystem::create_symlink("003.pcd", folder / "003.pcd");
+  EXPECT_EQ(list_scan_files(folder.path()).error().file, (folder / "003.pcd").string());
+}
+
+TEST(ScanFiles, RefusesAPipeWithoutWaitingForIt) {
+  const ScratchFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "000.pcd").c_str(), 0600), 0);
+  EXPECT_EQ(list_scan_files(folder.path()).error().code, ErrorCode::kCannotRead);
 }
 
 TEST(ScanFiles, NamesTellNumbersAndTimes) {

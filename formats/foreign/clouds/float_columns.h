@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "formats/base/result.h"
+
+namespace sightline {
+
+// What the floats of a point are, in a file that does not say it itself (.bin).
+struct FloatColumns {
+  std::size_t count = 4;  // floats a point
+  std::array<std::size_t, 3> position = {0, 1, 2};
+  std::optional<std::size_t> intensity = 3;
+  std::optional<std::size_t> time;
+
+  bool operator==(const FloatColumns&) const = default;
+};
+
+// From how many there are ("5": x y z, then the intensity; the rest is left out), or from their
+// names apart by blanks or commas ("x y z intensity ring time"): x, y and z, a usual name of the
+// intensity and of a point's time; what has another name is left out. Error: bad-value.
+Result<FloatColumns> parse_float_columns(std::string_view text);
+FloatColumns columns_of_count(std::size_t count);  // 3 or more
+
+// Their names, as parse_float_columns reads them; "_" stands for what is left out.
+std::string to_text(const FloatColumns& columns);
+
+}  // namespace sightline

@@ -1,0 +1,30 @@
+#include "formats/foreign/clouds/float_columns.h"
+
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+TEST(FloatColumns, AreTakenFromACountOrFromNames) {
+  EXPECT_EQ(*parse_float_columns("4"), FloatColumns());
+  EXPECT_EQ(*parse_float_columns("x y z intensity"), FloatColumns());
+  EXPECT_EQ(*parse_float_columns("x, y, z, i"), FloatColumns());
+  EXPECT_EQ(to_text(*parse_float_columns("3")), "x y z");
+  EXPECT_EQ(to_text(*parse_float_columns("6")), "x y z intensity _ _");
+  EXPECT_EQ(to_text(*parse_float_columns("t ring y x z reflectivity _ _")),
+            "time _ y x z intensity _ _");
+  EXPECT_EQ(*parse_float_columns(to_text(columns_of_count(7))), columns_of_count(7));
+}
+
+TEST(FloatColumns, RefuseWhatIsNoPoint) {
+  for (const char* text : {"", "2", "65", "-4", "4.0", "xyz", "x y", "x y i", "x y z x",
+                           "x y z i intensity", "x y z t time", "x y z ring ring"}) {
+    const Result<FloatColumns> columns = parse_float_columns(text);
+    ASSERT_FALSE(columns.has_value()) << text;
+    EXPECT_EQ(columns.error().code, ErrorCode::kBadValue) << text;
+    EXPECT_NE(columns.error().message.find("x y z intensity ring"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace sightline
