@@ -24,6 +24,10 @@ constexpr double kStepSigma_rad = 0.0005;
 // Of a step that could not be matched and follows the given poses.
 constexpr double kUnmatchedSigma_m = 0.5;
 constexpr double kUnmatchedSigma_rad = 0.05;
+// Of a step through what the recording lacks: a scan matched to what was seen from far is off by as
+// much as the beams are aimed askew.
+constexpr double kFarSigma_m = 0.2;
+constexpr double kFarSigma_rad = 0.01;
 // Between scans that are adjusted; those between follow.
 constexpr double kKeyStep_m = 2.0;
 constexpr double kKeyTurn_rad = 0.1;
@@ -97,7 +101,8 @@ std::vector<std::uint32_t> key_scans(const Odometry& odometry) {
                         odometry.driven_m[k] - odometry.driven_m[keys.back()] >= kKeyStep_m ||
                         rotation_angle_rad(odometry.T_map_lidar[keys.back()].linear().transpose() *
                                            odometry.T_map_lidar[k].linear()) >= kKeyTurn_rad;
-    const bool is_end = k + 1 == count || begins_piece(odometry, k + 1);
+    const bool is_end =
+        k + 1 == count || begins_piece(odometry, k + 1) || odometry.is_far[k + 1];
     if (is_far || is_end || begins_piece(odometry, k)) keys.push_back(k);
   }
   return keys;
@@ -109,8 +114,10 @@ std::vector<GraphEdge> steps_of(const Odometry& odometry, const std::vector<std:
   for (std::uint32_t i = 1; i < scans.size(); ++i) {
     if (odometry.piece[scans[i]] != odometry.piece[scans[i - 1]]) continue;
     bool is_matched = true;
+    bool is_far = false;
     for (std::uint32_t k = scans[i - 1] + 1; k <= scans[i]; ++k) {
       is_matched = is_matched && odometry.is_matched[k];
+      is_far = is_far || odometry.is_far[k];
     }
     GraphEdge edge;
     edge.from = i - 1;
@@ -119,6 +126,10 @@ std::vector<GraphEdge> steps_of(const Odometry& odometry, const std::vector<std:
     const double count = std::sqrt(static_cast<double>(scans[i] - scans[i - 1]));
     edge.sigma_m = count * (is_matched ? kStepSigma_m : kUnmatchedSigma_m);
     edge.sigma_rad = count * (is_matched ? kStepSigma_rad : kUnmatchedSigma_rad);
+    if (is_far) {
+      edge.sigma_m = kFarSigma_m;
+      edge.sigma_rad = kFarSigma_rad;
+    }
     steps.push_back(edge);
   }
   return steps;
@@ -201,7 +212,8 @@ Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectory
                    adjust_to_planes(ctx, drive, key_graph, solution.T_map_pose, keys));
   // Where no given pose pulls the way out of shape, matching each scan to many at once is nearer to
   // the truth than planes are, which lend it only their covariance.
-  if (!refines) adjusted.T_map_lidar = solution.T_map_pose;
+  const bool is_loose = !pieces.edges.empty() || std::ranges::count(odometry.is_far, true) > 0;
+  if (!refines && !is_loose) adjusted.T_map_lidar = solution.T_map_pose;
   Trajectory trajectory = trajectory_of(drive, graph, solution, adjusted);
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     trajectory.poses[i].piece = pieces.piece[i];

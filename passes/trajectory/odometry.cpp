@@ -126,8 +126,10 @@ struct ReadScan {
 struct Found {
   LocalMatch match;
   std::optional<double> overlap;
+  double overlap_elsewhere = 0.0;
   bool is_believed = false;
   bool is_wide = false;  // not where even motion leads
+  bool is_far = false;   // found by the search farther around
 };
 
 // Follows a drive from scan to scan.
@@ -174,6 +176,7 @@ class Follower {
   // Where scan k may be, by what is known of its motion; the likeliest first.
   [[nodiscard]] std::vector<Pose> predictions(std::size_t k) const {
     std::vector<Pose> starts;
+    if (was_found_widely_) starts.push_back(moved_on(k));
     for (const TimedStep& step : steps_) {
       starts.push_back(T_map_before() * carried_on(step, step_ns(k)));
     }
@@ -183,6 +186,20 @@ class Follower {
     if (starts.empty()) starts.push_back(T_map_before());
     for (Pose& start : starts) start = tidied(start);
     return starts;
+  }
+
+  // On as the last step led, without its turn: who looks aside walks on.
+  [[nodiscard]] Pose moved_on(std::size_t k) const {
+    Pose start = T_map_before();
+    if (steps_.empty()) return start;
+    const Pose T_map_last_but_one = T_map_before() * steps_.front().T_before_after.inverse();
+    const Pose straight = carried_on({Eigen::Translation3d(T_map_before().translation() -
+                                                           T_map_last_but_one.translation()) *
+                                          Pose::Identity(),
+                                      steps_.front().time_ns},
+                                     step_ns(k));
+    start.translation() += straight.translation();
+    return start;
   }
 
   [[nodiscard]] Found follow_from(const std::vector<Pose>& starts, const ReadScan& scan) const {
@@ -205,13 +222,16 @@ class Follower {
   void follow_alone(std::size_t k, const ReadScan& scan) {
     const bool is_jump = step_ns(k) > longest_step_ns_;
     Found found;
-    if (!is_jump) found = find(scan, predictions(k));
+    if (!is_jump) found = find(k, scan);
     if (!found.is_believed) {
-      begin_piece(k, is_jump, found.overlap.value_or(0.0));
+      begin_piece({static_cast<std::uint32_t>(k), is_jump,
+                   found.match.is_good() ? found.overlap.value_or(0.0) : 0.0,
+                   found.overlap_elsewhere});
       return;
     }
     average_.add(found.match, found.overlap);
     const TimedStep step{T_map_before().inverse() * found.match.T_map_lidar, step_ns(k)};
+    was_found_widely_ = found.is_wide;
     if (found.is_wide && !steps_.empty()) {
       // The drive may have jumped and go on as before, or be as fast as that.
       steps_ = {step, steps_.front()};
@@ -219,6 +239,7 @@ class Follower {
       steps_ = {step};
     }
     append(found.match.T_map_lidar, true, found.overlap);
+    odometry.is_far.back() = found.is_far;
   }
 
   [[nodiscard]] bool is_poor(const Found& found) const {
@@ -227,29 +248,42 @@ class Follower {
     return found.overlap && *found.overlap < least;
   }
 
-  // Where even motion leads; where that is poor, wherever it is.
-  [[nodiscard]] Found find(const ReadScan& scan, const std::vector<Pose>& starts) const {
-    Found found = follow_from(starts, scan);
+  // Where even motion leads; where that is poor, turned or wherever else it is.
+  [[nodiscard]] Found find(std::size_t k, const ReadScan& scan) const {
+    Found found = follow_from(predictions(k), scan);
     found.is_believed = found.match.is_good();
     if (!is_poor(found)) return found;
     const double least = std::max(kLeastOverlap, kLeastShareOfUsual * average_.overlap);
     const double overlap = found.match.is_good() ? found.overlap.value_or(1.0) : 0.0;
     found.is_believed = found.is_believed && overlap >= least;
-    const std::optional<WidePlacement> wide =
-        place_widely({map_.grids(), upright_}, {scan.thinned.to_match_m, scan.upright_m},
-                     T_map_before(), {});
-    if (!wide || wide->overlap < overlap + kClearly) return found;
-    const double elsewhere = are_elsewhere(wide->match.T_map_lidar, found.match.T_map_lidar)
-                                 ? std::max(overlap, wide->overlap_elsewhere)
-                                 : wide->overlap_elsewhere;
+    const LocalSurroundings there{map_.grids(), upright_};
+    const SoughtScan sought{scan.thinned.to_match_m, scan.upright_m};
+    const std::optional<WidePlacement> turned =
+        place_turned(there, sought, {moved_on(k), T_map_before()});
+    if (turned && turned->overlap >= std::max(least, overlap + kClearly)) {
+      const Found near{turned->match, turned->overlap, 0.0, true, true};
+      if (!is_poor(near)) return near;
+    }
+    return find_widely(there, sought, found);
+  }
+
+  [[nodiscard]] Found find_widely(const LocalSurroundings& there, const SoughtScan& sought,
+                                  const Found& followed) const {
+    const std::optional<WidePlacement> wide = place_widely(there, sought, T_map_before(), {});
+    const double overlap = followed.match.is_good() ? followed.overlap.value_or(1.0) : 0.0;
+    if (!wide || wide->overlap < overlap + kClearly) return followed;
+    const bool is_other = are_elsewhere(wide->match.T_map_lidar, followed.match.T_map_lidar);
+    const double elsewhere =
+        is_other ? std::max(overlap, wide->overlap_elsewhere) : wide->overlap_elsewhere;
     const bool is_believed =
         wide->overlap >= kLeastOverlap && wide->overlap >= elsewhere + kClearly;
-    return {wide->match, wide->overlap, is_believed, true};
+    return {wide->match, wide->overlap, elsewhere, is_believed, true, true};
   }
 
   // With a map of its own, and nothing known of the speed.
-  void begin_piece(std::size_t k, bool is_time_jump, double overlap) {
-    odometry.piece_starts.push_back({static_cast<std::uint32_t>(k), is_time_jump, overlap});
+  void begin_piece(const PieceStart& start) {
+    odometry.piece_starts.push_back(start);
+    was_found_widely_ = false;
     map_ = LocalMap(local_map_m_);
     upright_ = UprightMap(local_map_m_);
     average_ = {};
@@ -265,6 +299,7 @@ class Follower {
     odometry.driven_m.push_back(is_first ? 0.0 : odometry.driven_m.back() + step_m);
     odometry.T_map_lidar.push_back(T_map_lidar);
     odometry.is_matched.push_back(is_matched || is_first);
+    odometry.is_far.push_back(false);
     odometry.piece.push_back(static_cast<std::uint32_t>(odometry.piece_starts.size()));
     odometry.overlap.push_back(overlap);
   }
@@ -285,6 +320,7 @@ class Follower {
   UprightMap upright_;
   RunningAverage average_;
   std::vector<TimedStep> steps_;  // that the drive may go on with
+  bool was_found_widely_ = false;
   bool is_map_empty_ = true;
 };
 

@@ -28,8 +28,8 @@ constexpr double kLeastOverlap = 0.4;
 constexpr double kClearly = 0.08;
 constexpr std::size_t kLeastAgreeing = 2;
 constexpr double kLeastShareAgreeing = 0.6;
-constexpr double kJoinSigma_m = 0.05;
-constexpr double kJoinSigma_rad = 0.002;
+constexpr double kJoinSigma_m = 0.2;
+constexpr double kJoinSigma_rad = 0.01;
 // Pieces are laid this far apart besides the sensor's range.
 constexpr double kApart_m = 64.0;
 
@@ -318,11 +318,16 @@ std::string time_text(std::int64_t stamp_ns) {
 }
 
 std::string reason_text(const Drive& drive, const PieceStart& start) {
-  char text[160];
+  char text[192];
   if (start.is_time_jump) {
     const double pause_s = 1e-9 * static_cast<double>(drive.scans[start.scan].stamp_ns -
                                                       drive.scans[start.scan - 1].stamp_ns);
     std::snprintf(text, sizeof text, "it comes %.1f s after the scan before it", pause_s);
+  } else if (start.overlap_elsewhere > 0.5 * start.overlap) {
+    std::snprintf(text, sizeof text,
+                  "it fits several places of what was seen before it, where %.0f and %.0f %% of "
+                  "what it sees upright meet that",
+                  100.0 * start.overlap, 100.0 * start.overlap_elsewhere);
   } else {
     std::snprintf(text, sizeof text,
                   "at most %.0f %% of what it sees upright meets what was seen before it",
