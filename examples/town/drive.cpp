@@ -46,8 +46,8 @@ Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
   return T_town_vehicle;
 }
 
-// How far each scan looks to the left of the way, 0 or look_about_rad to either side; of seven scans
-// two turn.
+// How far each scan looks to the left of the way, 0 or look_about_rad to either side; of seven
+// scans two turn.
 std::vector<double> looks_rad(std::uint64_t seed, double look_about_rad, std::size_t count) {
   std::vector<double> looks(count, 0.0);
   if (look_about_rad == 0.0) return looks;
@@ -72,8 +72,9 @@ std::vector<Pose> follow_line(const Town& town, const DriveOptions& options) {
   for (std::size_t i = 0; i < count; ++i) {
     const LinePoint point = town.plan.line.at(static_cast<double>(i) * options.spacing_m);
     const Eigen::Vector2d left = left_of(direction(point.heading_rad));
-    poses.push_back(stand_on_ground(town.options.seed, {point.position_m + options.lateral_m * left,
-                                                        point.heading_rad + options.yaw_rad + looks[i]}));
+    poses.push_back(
+        stand_on_ground(town.options.seed, {point.position_m + options.lateral_m * left,
+                                            point.heading_rad + options.yaw_rad + looks[i]}));
   }
   return poses;
 }

@@ -12,6 +12,7 @@
 #include "passes/trajectory/loops.h"
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/join_pieces.h"
+#include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/plane_adjustment.h"
 #include "passes/trajectory/pose_graph.h"
 
@@ -101,8 +102,7 @@ std::vector<std::uint32_t> key_scans(const Odometry& odometry) {
                         odometry.driven_m[k] - odometry.driven_m[keys.back()] >= kKeyStep_m ||
                         rotation_angle_rad(odometry.T_map_lidar[keys.back()].linear().transpose() *
                                            odometry.T_map_lidar[k].linear()) >= kKeyTurn_rad;
-    const bool is_end =
-        k + 1 == count || begins_piece(odometry, k + 1) || odometry.is_far[k + 1];
+    const bool is_end = k + 1 == count || begins_piece(odometry, k + 1) || odometry.is_far[k + 1];
     if (is_far || is_end || begins_piece(odometry, k)) keys.push_back(k);
   }
   return keys;

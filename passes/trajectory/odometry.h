@@ -18,7 +18,7 @@ namespace sightline {
 struct PieceStart {
   std::uint32_t scan = 0;
   bool is_time_jump = false;  // else the scan was found nowhere near
-  double overlap = 0.0;  // the best that was found with what was seen before; 0 where none was
+  double overlap = 0.0;       // the best that was found with what was seen before; 0 where none was
   double overlap_elsewhere = 0.0;  // in another place than that one
 };
 

@@ -30,9 +30,7 @@ class ChosenScans : public ScanStore {
  public:
   ChosenScans(const Drive& drive, std::vector<std::size_t> chosen)
       : drive_(drive), chosen_(std::move(chosen)) {}
-  Result<Scan> read(std::size_t index) const override {
-    return drive_.store->read(chosen_[index]);
-  }
+  Result<Scan> read(std::size_t index) const override { return drive_.store->read(chosen_[index]); }
 
  private:
   Drive drive_;
@@ -41,7 +39,7 @@ class ChosenScans : public ScanStore {
 
 struct Case {
   std::string name;
-  std::vector<std::size_t> scans;   // of the whole drive
+  std::vector<std::size_t> scans;    // of the whole drive
   std::vector<double> times_s = {};  // empty: a tenth of a second from each to the next
 };
 
@@ -79,7 +77,12 @@ Outcome compare(const Trajectory& found, const std::vector<Pose>& truth) {
     const std::size_t begin = first[pose.piece];
     const Pose T_truth_found = truth[begin] * found.poses[begin].T_map_vehicle.inverse();
     const Pose off = truth[i].inverse() * T_truth_found * pose.T_map_vehicle;
-    if (std::getenv("V") && (i % 6 == 0)) { const Eigen::Vector3d w = rotation_vector(off.linear())*57.3; std::printf("  %zu piece %u off %.2f %.2f %.2f m  %.2f %.2f %.2f deg\n", i, pose.piece, off.translation().x(), off.translation().y(), off.translation().z(), w.x(), w.y(), w.z()); }
+    if (std::getenv("V") && (i % 6 == 0)) {
+      const Eigen::Vector3d w = rotation_vector(off.linear()) * 57.3;
+      std::printf("  %zu piece %u off %.2f %.2f %.2f m  %.2f %.2f %.2f deg\n", i, pose.piece,
+                  off.translation().x(), off.translation().y(), off.translation().z(), w.x(), w.y(),
+                  w.z());
+    }
     const double off_deg = rotation_angle_rad(off.linear()) * 180.0 / std::numbers::pi;
     outcome.largest_m = std::max(outcome.largest_m, off.translation().norm());
     outcome.largest_deg = std::max(outcome.largest_deg, off_deg);
@@ -104,11 +107,11 @@ std::vector<Pose> run(const Drive& drive, const std::vector<Pose>& truth) {
   } else {
     for (const TrajectoryPose& pose : found->poses) poses.push_back(pose.T_map_vehicle);
     const Outcome outcome = compare(*found, truth.empty() ? poses : truth);
-    std::printf("%-22s %4zu scans %2u pieces %3zu wrong | largest %6.2f m %6.2f deg | least overlap "
-                "%.2f | loops %u | cpu %.1f s\n",
-                drive.name.c_str(), drive.scans.size(), outcome.pieces, outcome.wrong,
-                outcome.largest_m, outcome.largest_deg, outcome.least_overlap, found->loop_edges,
-                cpu_s);
+    std::printf(
+        "%-22s %4zu scans %2u pieces %3zu wrong | largest %6.2f m %6.2f deg | least overlap "
+        "%.2f | loops %u | cpu %.1f s\n",
+        drive.name.c_str(), drive.scans.size(), outcome.pieces, outcome.wrong, outcome.largest_m,
+        outcome.largest_deg, outcome.least_overlap, found->loop_edges, cpu_s);
   }
   for (const std::string& warning : warnings) std::printf("    warning: %s\n", warning.c_str());
   std::fflush(stdout);

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "formats/base/result.h"
@@ -15,15 +14,11 @@
 
 namespace sightline {
 
-// Refuses an odometry that could not follow more than a quarter of the steps, stamps that jump
-// aside. Error: trajectory-lost; place: the first such scan.
-Result<void> check_following(const Drive& drive, const Odometry& odometry);
-
 struct JoinedPieces {
-  std::vector<std::uint32_t> piece;   // of each scan, after joining; ascending from 0
-  std::vector<PieceStart> starts;     // of every piece that is left, but the first
-  std::vector<GraphEdge> edges;       // that join odometry's pieces, between scans
-  std::vector<std::uint32_t> held;    // the first scan of each piece that is left, but the first
+  std::vector<std::uint32_t> piece;  // of each scan, after joining; ascending from 0
+  std::vector<PieceStart> starts;    // of every piece that is left, but the first
+  std::vector<GraphEdge> edges;      // that join odometry's pieces, between scans
+  std::vector<std::uint32_t> held;   // the first scan of each piece that is left, but the first
 };
 
 // Joins pieces that saw the same place: several scans of the later one, each looked for in maps of
@@ -33,11 +28,6 @@ struct JoinedPieces {
 // more between them: nothing is known of how they lie to each other, and no scan of one may touch
 // the map of another. Error: what reading a scan says.
 Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive,
-                                 const std::vector<std::optional<Pose>>& given,
-                                 Odometry& odometry);
-
-// One warning for each piece that is left: its scan, time and place, and why it begins.
-void warn_of_pieces(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
-                    const JoinedPieces& joined);
+                                 const std::vector<std::optional<Pose>>& given, Odometry& odometry);
 
 }  // namespace sightline

@@ -43,8 +43,8 @@ std::vector<Pose> best_turns(const UprightMap& upright, const std::vector<Eigen:
   std::vector<int> taken;
   std::vector<Pose> best;
   for (const auto& [less, turn] : turns) {
-    const bool is_beside = std::ranges::any_of(
-        taken, [&](int other) { return std::abs(other - turn) <= 2; });
+    const bool is_beside =
+        std::ranges::any_of(taken, [&](int other) { return std::abs(other - turn) <= 2; });
     if (is_beside) continue;
     taken.push_back(turn);
     best.push_back(turned(turn));
@@ -80,8 +80,7 @@ bool are_elsewhere(const Pose& a, const Pose& b) {
 }
 
 std::optional<WidePlacement> place_widely(const LocalSurroundings& there, const SoughtScan& scan,
-                                          const Pose& T_map_around,
-                                          const WideSearch& options) {
+                                          const Pose& T_map_around, const WideSearch& options) {
   std::vector<Candidate> candidates;
   for (const WiderStart& start :
        wider_starts(there.upright.points_m(), scan.upright_m, T_map_around, options)) {

@@ -34,12 +34,11 @@ struct WidePlacement {
 // Searches all headings and up to the reach around; each of the best starts is matched. None where
 // no start ends in a good match.
 std::optional<WidePlacement> place_widely(const LocalSurroundings& there, const SoughtScan& scan,
-                                          const Pose& T_map_around,
-                                          const WideSearch& options);
+                                          const Pose& T_map_around, const WideSearch& options);
 
-// The same from given places at headings up to 100 degrees to either side: who turns quickly is still
-// about where he was. The first of the places from which nearly as much of the scan meets the map as
-// from any. None where no start ends in a good match.
+// The same from given places at headings up to 100 degrees to either side: who turns quickly is
+// still about where he was. The first of the places from which nearly as much of the scan meets the
+// map as from any. None where no start ends in a good match.
 std::optional<WidePlacement> place_turned(const LocalSurroundings& there, const SoughtScan& scan,
                                           const std::vector<Pose>& T_map_places);
 

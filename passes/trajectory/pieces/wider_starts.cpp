@@ -253,11 +253,9 @@ class Search {
     const double reach_m = std::sqrt(0.5) * side_m;
     const Eigen::Matrix3d rotation = rotation_of(node.heading) * T_map_around_.linear();
     return std::ranges::any_of(found, [&](const WiderStart& better) {
-      const Eigen::Vector3d off_m =
-          better.T_map_lidar.translation() - T_map_around_.translation();
+      const Eigen::Vector3d off_m = better.T_map_lidar.translation() - T_map_around_.translation();
       return (off_m.head<2>() - middle_m).norm() + reach_m < kDistinct_m &&
-             rotation_angle_rad(better.T_map_lidar.linear().transpose() * rotation) <
-                 kDistinct_rad;
+             rotation_angle_rad(better.T_map_lidar.linear().transpose() * rotation) < kDistinct_rad;
     });
   }
 
