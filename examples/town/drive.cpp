@@ -14,9 +14,9 @@
 namespace sightline::town {
 namespace {
 
-constexpr std::int64_t kScanPeriodNs = 100'000'000;  // 10 Hz
 constexpr std::uint64_t kPoseKey = 0x706f7365ULL;
 constexpr std::uint64_t kRayKey = 0x72617973ULL;
+constexpr std::uint64_t kLookKey = 0x6c6f6f6bULL;
 
 // A car on its four wheels: what the ground does to its height, roll and pitch.
 Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
@@ -46,15 +46,35 @@ Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
   return T_town_vehicle;
 }
 
+// How far each scan looks to the left of the way, 0 or look_about_rad to either side; of seven
+// scans two turn.
+std::vector<double> looks_rad(std::uint64_t seed, double look_about_rad, std::size_t count) {
+  std::vector<double> looks(count, 0.0);
+  if (look_about_rad == 0.0) return looks;
+  Random random(mix(seed, kLookKey));
+  double look_rad = 0.0;
+  for (std::size_t i = 2; i < count; ++i) {
+    if (random.uniform(0.0, 7.0) < 2.0) {
+      const double side = random.uniform(0.0, 1.0) < 0.5 ? -1.0 : 1.0;
+      look_rad = look_rad == 0.0 ? side * look_about_rad : 0.0;
+    }
+    looks[i] = look_rad;
+  }
+  return looks;
+}
+
 std::vector<Pose> follow_line(const Town& town, const DriveOptions& options) {
   std::vector<Pose> poses;
   const auto count =
       static_cast<std::size_t>(std::floor(options.length_m / options.spacing_m + 1e-9)) + 1;
+  const std::vector<double> looks =
+      looks_rad(mix(town.options.seed, options.drive), options.look_about_rad, count);
   for (std::size_t i = 0; i < count; ++i) {
     const LinePoint point = town.plan.line.at(static_cast<double>(i) * options.spacing_m);
     const Eigen::Vector2d left = left_of(direction(point.heading_rad));
-    poses.push_back(stand_on_ground(town.options.seed, {point.position_m + options.lateral_m * left,
-                                                        point.heading_rad + options.yaw_rad}));
+    poses.push_back(
+        stand_on_ground(town.options.seed, {point.position_m + options.lateral_m * left,
+                                            point.heading_rad + options.yaw_rad + looks[i]}));
   }
   return poses;
 }
@@ -133,6 +153,13 @@ DriveOptions usual_drive(const TownOptions& town, std::uint64_t drive,
   return options;
 }
 
+DriveOptions carried_by_hand(DriveOptions options) {
+  options.spacing_m = 0.7;
+  options.scan_period_ns = 500'000'000;
+  options.look_about_rad = to_radians(60.0);
+  return options;
+}
+
 Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions& options) {
   SIGHTLINE_TRY(check(town, options));
   DriveSimulator drive;
@@ -146,7 +173,7 @@ Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions
 }
 
 std::int64_t DriveSimulator::stamp_ns(std::size_t index) const {
-  return static_cast<std::int64_t>(index) * kScanPeriodNs;
+  return static_cast<std::int64_t>(index) * options_.scan_period_ns;
 }
 
 std::vector<Pose> DriveSimulator::disturbed_poses() const {

@@ -21,12 +21,19 @@ namespace sightline::town {
 struct DriveOptions {
   std::uint64_t drive = 0;  // 0 maps; each number is another day with other cars and people
   double length_m = 600.0;  // at most the town's; twice that around a block
-  double spacing_m = 1.0;   // between scans, one every 0.1 s
+  double spacing_m = 1.0;   // between scans
   double lateral_m = 0.0;   // to the left of the driven line
   double yaw_rad = 0.0;     // how far the vehicle points to the left of it
   double range_sigma_m = 0.02;
+  std::int64_t scan_period_ns = 100'000'000;
+  // Now and then turns this far between two scans, to one side or the other, and later back: as
+  // who carries a sensor looks about.
+  double look_about_rad = 0.0;
   SensorProfile sensor;  // T_vehicle_lidar says where the sensor sits
 };
+
+// The same drive on foot: two scans a second, 0.7 m apart, and turns of 60 degrees between two.
+DriveOptions carried_by_hand(DriveOptions options);
 
 // The customary drives: 0 maps, 1 is 0.1 m to the left, 2 and later 0.3 m to the right; noise of
 // 2.0, 2.25 and 2.5 cm.

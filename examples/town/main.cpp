@@ -48,6 +48,9 @@ int main(int argc, char** argv) {
   app.add_option("--beams", options.beams, "16, 32, 64 or 128")->capture_default_str();
   app.add_option("--spacing-m", options.spacing_m, "route between two scans, m")
       ->capture_default_str();
+  app.add_flag("--by-hand", options.is_by_hand,
+               "as who walks with a sensor in the hand: two scans a second, 0.7 m apart, and "
+               "turns of 60 degrees between two");
   app.add_option("--origin-m", origin_m, "world coordinates x,y of the route's start, m")
       ->delimiter(',')
       ->expected(2);

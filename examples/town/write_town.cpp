@@ -72,6 +72,7 @@ Result<void> write_drive(const WriteTownOptions& options, const Town& town, int 
   DriveOptions drive_options =
       usual_drive(town.options, static_cast<std::uint64_t>(number), sensor);
   drive_options.spacing_m = options.spacing_m;
+  if (options.is_by_hand) drive_options = carried_by_hand(drive_options);
   SIGHTLINE_ASSIGN(const DriveSimulator drive, DriveSimulator::make(town, drive_options));
   const fs::path folder = options.out / drive_name(number);
   SIGHTLINE_TRY(write_scans(folder / "scans", drive, options.threads));
@@ -91,6 +92,7 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
   json["length_m"] = options.town.length_m;
   json["is_round"] = options.town.is_round;
   json["spacing_m"] = options.spacing_m;
+  if (options.is_by_hand) json["is_by_hand"] = true;
   json["sensor"] = "generic-" + std::to_string(options.beams);
   json["origin_world_m"] = {options.origin_world_m.x(), options.origin_world_m.y()};
   json["localization_drives"] = options.drives;

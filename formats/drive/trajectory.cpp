@@ -1,5 +1,6 @@
 #include "formats/drive/trajectory.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sightline {
@@ -44,6 +45,8 @@ void decode_covariance(ByteReader& reader, Covariance& covariance) {
   }
 }
 
+constexpr double kNotMeasured = -1.0;  // an overlap
+
 bool is_residual(double value) { return std::isfinite(value) && value >= 0.0; }
 
 }  // namespace
@@ -64,8 +67,13 @@ Result<void> validate(const Trajectory& trajectory) {
     return Error{ErrorCode::kInvalidArtifact,
                  "a trajectory's origin, source or residuals make no sense", "", ""};
   }
+  std::uint32_t pieces = 0;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     const TrajectoryPose& pose = trajectory.poses[i];
+    if (pose.piece > pieces || (pose.overlap && !(*pose.overlap >= 0.0 && *pose.overlap <= 1.0))) {
+      return invalid(i, "found a piece out of order or an overlap that is no share");
+    }
+    pieces = std::max(pieces, pose.piece + 1);
     if (!is_rigid(pose.T_map_vehicle)) return invalid(i, "found a pose that is no rigid motion");
     if (!is_covariance(pose.covariance)) return invalid(i, "found a covariance that is none");
     if (i == 0) continue;
@@ -96,12 +104,15 @@ Table dump(const Trajectory& trajectory) {
   table.columns = {"recording_index", "stamp_ns"};
   append_pose_columns(table.columns);
   const std::vector<std::string> sigmas = {"sigma_x_m",    "sigma_y_m",    "sigma_z_m",
-                                           "sigma_rx_rad", "sigma_ry_rad", "sigma_rz_rad"};
+                                           "sigma_rx_rad", "sigma_ry_rad", "sigma_rz_rad",
+                                           "piece",        "overlap"};
   table.columns.insert(table.columns.end(), sigmas.begin(), sigmas.end());
   for (const TrajectoryPose& pose : trajectory.poses) {
     std::vector<Cell> row = {std::int64_t{pose.recording_index}, pose.stamp_ns};
     append_cells(pose.T_map_vehicle, row);
     for (int i = 0; i < 6; ++i) row.emplace_back(std::sqrt(pose.covariance(i, i)));
+    row.emplace_back(std::int64_t{pose.piece});
+    row.push_back(pose.overlap ? Cell(*pose.overlap) : Cell(std::string()));
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -121,11 +132,13 @@ void encode(const Trajectory& trajectory, ByteWriter& writer) {
     writer.put(pose.stamp_ns);
     encode(pose.T_map_vehicle, writer);
     encode_covariance(pose.covariance, writer);
+    writer.put(pose.piece);
+    writer.put(pose.overlap.value_or(kNotMeasured));
   }
 }
 
 void decode(ByteReader& reader, Trajectory& trajectory) {
-  constexpr std::size_t kBytesPerPose = 4 + 8 + 12 * 8 + 21 * 8;
+  constexpr std::size_t kBytesPerPose = 4 + 8 + 12 * 8 + 21 * 8 + 4 + 8;
   decode(reader, trajectory.frame);
   reader.get(trajectory.source);
   reader.get(trajectory.odometry_edges);
@@ -139,6 +152,10 @@ void decode(ByteReader& reader, Trajectory& trajectory) {
     reader.get(pose.stamp_ns);
     decode(reader, pose.T_map_vehicle);
     decode_covariance(reader, pose.covariance);
+    reader.get(pose.piece);
+    double overlap = kNotMeasured;
+    reader.get(overlap);
+    if (overlap != kNotMeasured) pose.overlap = overlap;
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,15 @@ struct TrajectoryPose {
   // Of a small motion of the pose, x -> t + dt + exp([w]x) R q, in map axes: dt (m), then w (rad).
   // Zero where poses were given.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  // Poses of one piece are known relative to each other; how pieces lie to each other is not known.
+  std::uint32_t piece = 0;
+  // Share of the scan's upright returns that meet what was seen before it ("Overlap" in
+  // schemas/definitions.md, v1); none where it was not measured.
+  std::optional<double> overlap = std::nullopt;
 };
 
 // Where the vehicle was at each scan of a drive, in `frame`; one pose per scan, in time order.
+// Pieces are numbered 0, 1, 2, ... in the order of their first scans.
 struct Trajectory {
   MapFrame frame;
   PoseSource source = PoseSource::kGiven;
@@ -36,7 +43,7 @@ struct Trajectory {
 template <>
 struct ArtifactTraits<Trajectory> {
   static constexpr std::string_view kName = "trajectory";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 // The same poses told in another map frame of the same world.

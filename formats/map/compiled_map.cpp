@@ -228,12 +228,41 @@ Result<ErrorModel> model_of(const ModelRecord& record) {
 }
 
 TrajectoryQuality quality_of(const Trajectory& trajectory) {
-  return {trajectory.source,
-          trajectory.odometry_edges,
-          trajectory.loop_edges,
-          trajectory.prior_edges,
-          trajectory.rms_translation_residual_m,
-          trajectory.rms_rotation_residual_rad};
+  TrajectoryQuality quality{trajectory.source,
+                            trajectory.odometry_edges,
+                            trajectory.loop_edges,
+                            trajectory.prior_edges,
+                            trajectory.rms_translation_residual_m,
+                            trajectory.rms_rotation_residual_rad};
+  quality.pieces = pieces_of(trajectory);
+  std::vector<double> overlaps;
+  for (const TrajectoryPose& pose : trajectory.poses) {
+    if (pose.overlap) overlaps.push_back(*pose.overlap);
+  }
+  if (overlaps.empty()) return quality;
+  std::ranges::sort(overlaps);
+  quality.overlap_count = static_cast<std::uint32_t>(overlaps.size());
+  quality.median_overlap = overlaps[overlaps.size() / 2];
+  quality.least_overlap = overlaps.front();
+  return quality;
+}
+
+std::vector<TrajectoryPiece> pieces_of(const Trajectory& trajectory) {
+  std::vector<TrajectoryPiece> pieces;
+  const TrajectoryPose* before = nullptr;
+  for (const TrajectoryPose& pose : trajectory.poses) {
+    const Eigen::Vector3d at_m = pose.T_map_vehicle.translation();
+    if (pose.piece >= pieces.size()) {
+      pieces.push_back({pose.recording_index, pose.stamp_ns, 0, 0.0, at_m});
+    }
+    TrajectoryPiece& piece = pieces[pose.piece];
+    ++piece.scan_count;
+    if (before && before->piece == pose.piece) {
+      piece.way_m += (at_m - before->T_map_vehicle.translation()).norm();
+    }
+    before = &pose;
+  }
+  return pieces;
 }
 
 std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured) {

@@ -66,6 +66,16 @@ struct LimitQuality {
   double measured_coverage = 0.0;
 };
 
+// A piece of the mapping drive whose poses are known relative to each other (see TrajectoryPose).
+struct TrajectoryPiece {
+  std::uint32_t first_scan = 0;  // recording index
+  std::int64_t stamp_ns = 0;     // of that scan
+  std::uint32_t scan_count = 0;
+  double way_m = 0.0;
+  Eigen::Vector3d begin_map_m = Eigen::Vector3d::Zero();  // where the vehicle is at that scan
+  friend bool operator==(const TrajectoryPiece&, const TrajectoryPiece&) = default;
+};
+
 // Where the mapping drive's poses came from, and what its pose graph left over (see Trajectory).
 struct TrajectoryQuality {
   PoseSource source = PoseSource::kGiven;
@@ -74,6 +84,11 @@ struct TrajectoryQuality {
   std::uint32_t prior_edges = 0;
   double rms_translation_residual_m = 0.0;
   double rms_rotation_residual_rad = 0.0;
+  std::vector<TrajectoryPiece> pieces = {};  // one, or how they lie to each other is not known
+  // "Overlap" in schemas/definitions.md, v1, over the scans where it was measured.
+  std::uint32_t overlap_count = 0;
+  double median_overlap = 0.0;
+  double least_overlap = 0.0;
   friend bool operator==(const TrajectoryQuality&, const TrajectoryQuality&) = default;
 };
 
@@ -124,6 +139,7 @@ Result<ErrorModel> model_of(const ModelRecord& record);
 
 // From the artifacts already in `map`; measured errors may be of fewer sites than the map has.
 TrajectoryQuality quality_of(const Trajectory& trajectory);
+std::vector<TrajectoryPiece> pieces_of(const Trajectory& trajectory);
 std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured);
 
 }  // namespace sightline

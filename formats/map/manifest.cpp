@@ -183,20 +183,42 @@ SharpnessFigures decode_figures(const schema::SharpnessFigures& figures) {
 flatbuffers::Offset<schema::TrajectoryQuality> encode_trajectory(
     const std::optional<TrajectoryQuality>& trajectory, Builder& builder) {
   if (!trajectory) return 0;
-  return schema::CreateTrajectoryQuality(
+  std::vector<flatbuffers::Offset<schema::TrajectoryPiece>> pieces;
+  for (const TrajectoryPiece& piece : trajectory->pieces) {
+    const Eigen::Vector3d& at_m = piece.begin_map_m;
+    const schema::Vector3 begin_map_m(at_m.x(), at_m.y(), at_m.z());
+    pieces.push_back(schema::CreateTrajectoryPiece(builder, piece.first_scan, piece.stamp_ns,
+                                                   piece.scan_count, piece.way_m, &begin_map_m));
+  }
+  return schema::CreateTrajectoryQualityDirect(
       builder, static_cast<schema::PoseSource>(trajectory->source), trajectory->odometry_edges,
       trajectory->loop_edges, trajectory->prior_edges, trajectory->rms_translation_residual_m,
-      trajectory->rms_rotation_residual_rad);
+      trajectory->rms_rotation_residual_rad, &pieces, trajectory->overlap_count,
+      trajectory->median_overlap, trajectory->least_overlap);
 }
 
 std::optional<TrajectoryQuality> decode_trajectory(const schema::TrajectoryQuality* from) {
   if (from == nullptr) return std::nullopt;
-  return TrajectoryQuality{static_cast<PoseSource>(from->source()),
-                           from->odometry_edges(),
-                           from->loop_edges(),
-                           from->prior_edges(),
-                           from->rms_translation_residual_m(),
-                           from->rms_rotation_residual_rad()};
+  TrajectoryQuality quality{static_cast<PoseSource>(from->source()),
+                            from->odometry_edges(),
+                            from->loop_edges(),
+                            from->prior_edges(),
+                            from->rms_translation_residual_m(),
+                            from->rms_rotation_residual_rad()};
+  if (from->pieces() != nullptr) {
+    for (const schema::TrajectoryPiece* piece : *from->pieces()) {
+      const schema::Vector3& at_m = *piece->begin_map_m();
+      quality.pieces.push_back({piece->first_scan(),
+                                piece->stamp_ns(),
+                                piece->scan_count(),
+                                piece->way_m(),
+                                {at_m.x(), at_m.y(), at_m.z()}});
+    }
+  }
+  quality.overlap_count = from->overlap_count();
+  quality.median_overlap = from->median_overlap();
+  quality.least_overlap = from->least_overlap();
+  return quality;
 }
 
 std::optional<Sharpness> decode_sharpness(const schema::Sharpness* from) {

@@ -32,8 +32,8 @@ void decode_figures(ByteReader& reader, SharpnessFigures& figures) {
 
 std::string figures_text(const SharpnessFigures& figures) {
   char text[96];
-  std::snprintf(text, sizeof text, "mean map entropy %.3f nat, mean plane variance %.2f cm2",
-                figures.mean_entropy_nat, 1e4 * figures.mean_plane_variance_m2);
+  std::snprintf(text, sizeof text, "mean plane variance %.2f cm2, mean map entropy %.3f nat",
+                1e4 * figures.mean_plane_variance_m2, figures.mean_entropy_nat);
   return text;
 }
 

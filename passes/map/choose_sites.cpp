@@ -15,12 +15,15 @@ constexpr double kSmallestStep_m = 0.1;
 // to make 10 m.
 constexpr double kRounding_m = 1e-9;
 
-using Run = std::vector<Pose>;  // consecutive kept poses without a gap
+using Run = std::vector<Pose>;  // consecutive kept poses of one piece without a gap
 
-std::vector<Run> split_into_runs(const std::vector<Pose>& poses, double largest_gap_m) {
+std::vector<Run> split_into_runs(const std::vector<const TrajectoryPose*>& poses,
+                                 double largest_gap_m) {
   std::vector<Run> runs;
-  for (const Pose& pose : poses) {
-    if (!runs.empty()) {
+  std::uint32_t piece = 0;
+  for (const TrajectoryPose* at : poses) {
+    const Pose& pose = at->T_map_vehicle;
+    if (!runs.empty() && at->piece == piece) {
       const double step_m = (pose.translation() - runs.back().back().translation()).norm();
       if (step_m < kSmallestStep_m) continue;
       if (step_m <= largest_gap_m) {
@@ -29,6 +32,7 @@ std::vector<Run> split_into_runs(const std::vector<Pose>& poses, double largest_
       }
     }
     runs.push_back({pose});
+    piece = at->piece;
   }
   return runs;
 }
@@ -69,9 +73,9 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
                            const Trajectory& trajectory) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   const ScanSelection selection = options.scans;
-  std::vector<Pose> poses;
+  std::vector<const TrajectoryPose*> poses;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    if (is_selected(drive.scans[i], selection)) poses.push_back(trajectory.poses[i].T_map_vehicle);
+    if (is_selected(drive.scans[i], selection)) poses.push_back(&trajectory.poses[i]);
   }
   if (poses.empty()) {
     return Error{

@@ -10,6 +10,7 @@
 #include "formats/rotation.h"
 #include "passes/matching/matcher.h"
 #include "passes/trajectory/odometry.h"
+#include "passes/trajectory/pieces/own_pieces.h"
 #include "passes/trajectory/pose_graph.h"
 
 namespace sightline {
@@ -57,12 +58,13 @@ struct Query {
   std::vector<Eigen::Vector3d> points_m;
 };
 
-Result<std::vector<Query>> make_queries(const Drive& drive, const std::vector<Pose>& T_own_lidar) {
+Result<std::vector<Query>> make_queries(const Drive& drive, const OwnPiece& piece,
+                                        const std::vector<Pose>& T_own_lidar) {
   std::vector<Query> queries;
-  const std::size_t count = std::min(kQueries, drive.scans.size());
+  const std::size_t count = std::min(kQueries, piece.size());
   for (std::size_t i = 0; i < count; ++i) {
     Query query;
-    query.scan = (2 * i + 1) * drive.scans.size() / (2 * count);
+    query.scan = piece.begin + (2 * i + 1) * piece.size() / (2 * count);
     query.T_own_lidar = T_own_lidar[query.scan];
     SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, query.scan));
     query.points_m = scan.to_match_m;
@@ -144,38 +146,49 @@ struct Followed {
   std::vector<bool> is_matched;
 };
 
-// From the anchor to both ends: each scan is expected where its neighbour's match puts it.
-Result<Followed> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
-                        const std::vector<Pose>& T_own_lidar, const Placement& placement) {
-  const std::size_t count = drive.scans.size();
-  Followed followed{std::vector<Pose>(count), std::vector<bool>(count)};
-  std::size_t done = 0;
+// From the anchor to both ends of its piece: each scan is expected where its neighbour's match puts
+// it.
+Result<void> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
+                    const std::vector<Pose>& T_own_lidar, const OwnPiece& piece,
+                    const Placement& placement, Followed& followed) {
+  std::size_t done = piece.begin;
   const auto visit = [&](std::size_t k, const Pose& T_map_own) -> Result<Pose> {
     SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
     const Pose start = T_map_own * T_own_lidar[k];
     const MapMatch found = match_to_map(grid, scan.to_match_m, start);
     followed.is_matched[k] = found.is_good && is_near(found.T_map_lidar, start);
     followed.T_map_lidar[k] = followed.is_matched[k] ? found.T_map_lidar : start;
-    ctx.progress(++done, count);
+    ctx.progress(std::min(++done, drive.scans.size()), drive.scans.size());
     return Pose(followed.T_map_lidar[k] * T_own_lidar[k].inverse());
   };
   Pose T_map_own = placement.T_map_own;
-  for (std::size_t k = placement.anchor; k < count; ++k) {
+  for (std::size_t k = placement.anchor; k < piece.end; ++k) {
     SIGHTLINE_ASSIGN(const Pose next, visit(k, T_map_own));
     T_map_own = next;
   }
   T_map_own = followed.T_map_lidar[placement.anchor] * T_own_lidar[placement.anchor].inverse();
-  for (std::size_t k = placement.anchor; k-- > 0;) {
+  for (std::size_t k = placement.anchor; k-- > piece.begin;) {
     SIGHTLINE_ASSIGN(const Pose next, visit(k, T_map_own));
     T_map_own = next;
   }
-  return followed;
+  return {};
 }
 
-PoseGraph graph_of(const Followed& followed, const std::vector<Pose>& T_own_lidar) {
+PoseGraph graph_of(const Followed& followed, const std::vector<OwnPiece>& pieces,
+                   const std::vector<Pose>& T_own_lidar) {
   PoseGraph graph;
+  for (const OwnPiece& piece : pieces) {
+    const auto begin = followed.is_matched.begin();
+    const auto first = begin + static_cast<std::ptrdiff_t>(piece.begin);
+    const bool is_placed = std::find(first, begin + static_cast<std::ptrdiff_t>(piece.end), true) !=
+                           begin + static_cast<std::ptrdiff_t>(piece.end);
+    if (!is_placed) graph.held.push_back(static_cast<std::uint32_t>(piece.begin));
+  }
+  std::size_t next = 0;
   for (std::uint32_t k = 0; k < T_own_lidar.size(); ++k) {
-    if (k > 0) {
+    const bool begins = next < pieces.size() && pieces[next].begin == k;
+    if (begins) ++next;
+    if (!begins) {
       graph.odometry.push_back(
           {k - 1, k, T_own_lidar[k - 1].inverse() * T_own_lidar[k], kStepSigma_m, kStepSigma_rad});
     }
@@ -215,6 +228,12 @@ void warn_of_unmatched(const PassContext& ctx, const Drive& drive, const Followe
            " do not match the map and follow the drive's own steps");
 }
 
+void warn_of_unplaced(const PassContext& ctx, const Drive& drive, const OwnPiece& piece) {
+  ctx.warn("scans " + std::to_string(drive.scans[piece.begin].recording_index) + " to " +
+           std::to_string(drive.scans[piece.end - 1].recording_index) + " of drive " + drive.name +
+           ", a piece of its own, are found nowhere in the map and left out");
+}
+
 }  // namespace
 
 std::vector<OptionField> option_fields(AlignDriveOptions& options) {
@@ -238,17 +257,31 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
   for (const TrajectoryPose& pose : near.poses) {
     T_own_lidar.push_back(pose.T_map_vehicle * drive.sensor.T_vehicle_lidar);
   }
-  SIGHTLINE_ASSIGN(const std::vector<Query> queries, make_queries(drive, T_own_lidar));
   const MatchGrid grid = make_match_grid(map, surface_information_per_m2);
-  const std::optional<Placement> placement =
-      place(ctx, grid, queries, candidates(sites, options.candidate_step_m));
-  if (!placement) {
+  const std::vector<Pose> places = candidates(sites, options.candidate_step_m);
+  const std::vector<OwnPiece> pieces = pieces_of_drive(own);
+  Followed followed{std::vector<Pose>(drive.scans.size(), Pose::Identity()),
+                    std::vector<bool>(drive.scans.size())};
+  std::vector<OwnPiece> unplaced;
+  for (const OwnPiece& piece : pieces) {
+    SIGHTLINE_ASSIGN(const std::vector<Query> queries, make_queries(drive, piece, T_own_lidar));
+    const std::optional<Placement> placement = place(ctx, grid, queries, places);
+    if (placement) {
+      SIGHTLINE_TRY(follow(ctx, grid, drive, T_own_lidar, piece, *placement, followed));
+    } else {
+      unplaced.push_back(piece);
+    }
+  }
+  if (unplaced.size() == pieces.size()) {
     return Error{ErrorCode::kNoOverlap, "no two scans agree on where the drive was in the map", "",
                  "drive " + drive.name};
   }
-  SIGHTLINE_ASSIGN(const Followed followed, follow(ctx, grid, drive, T_own_lidar, *placement));
+  for (const OwnPiece& piece : unplaced) {
+    lay_aside(T_own_lidar, piece, sites, followed.T_map_lidar);
+    warn_of_unplaced(ctx, drive, piece);
+  }
   warn_of_unmatched(ctx, drive, followed);
-  const PoseGraph graph = graph_of(followed, T_own_lidar);
+  const PoseGraph graph = graph_of(followed, pieces, T_own_lidar);
   SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, followed.T_map_lidar));
   return trajectory_of(drive, map, graph, solution);
 }

@@ -25,6 +25,17 @@ Result<void> check_first_sensor(const Drive& drive, const Trajectory& trajectory
   return mismatch(drive, drive.scans.size(), "the trajectory has more poses than scans");
 }
 
+// Where a vehicle is after the last pose of a piece, if it goes on as it came there; at most one
+// step on.
+Pose carried_on(const std::vector<TrajectoryPose>& known, std::size_t last, std::int64_t stamp_ns) {
+  const Pose& T_map_last = known[last].T_map_vehicle;
+  if (last == 0 || known[last - 1].piece != known[last].piece) return T_map_last;
+  const Pose step = known[last - 1].T_map_vehicle.inverse() * T_map_last;
+  const double share = static_cast<double>(stamp_ns - known[last].stamp_ns) /
+                       static_cast<double>(known[last].stamp_ns - known[last - 1].stamp_ns);
+  return T_map_last * interpolate(Pose::Identity(), step, std::min(1.0, share));
+}
+
 }  // namespace
 
 Result<Trajectory> complete_trajectory(PassContext&, const NoOptions&, const Drive& drive,
@@ -43,6 +54,15 @@ Result<Trajectory> complete_trajectory(PassContext&, const NoOptions&, const Dri
     TrajectoryPose pose = *after;
     if (after->stamp_ns != scan.stamp_ns) {
       const TrajectoryPose& before = *std::prev(after);
+      if (before.piece != after->piece) {
+        const auto last = static_cast<std::size_t>(std::prev(after) - known.begin());
+        pose = before;
+        pose.T_map_vehicle = carried_on(known, last, scan.stamp_ns);
+        pose.recording_index = scan.recording_index;
+        pose.stamp_ns = scan.stamp_ns;
+        complete.poses.push_back(pose);
+        continue;
+      }
       const double fraction = static_cast<double>(scan.stamp_ns - before.stamp_ns) /
                               static_cast<double>(after->stamp_ns - before.stamp_ns);
       pose.T_map_vehicle = interpolate(before.T_map_vehicle, after->T_map_vehicle, fraction);

@@ -11,6 +11,8 @@
 #include "passes/trajectory/disagreements.h"
 #include "passes/trajectory/loops.h"
 #include "passes/trajectory/odometry.h"
+#include "passes/trajectory/pieces/join_pieces.h"
+#include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/plane_adjustment.h"
 #include "passes/trajectory/pose_graph.h"
 
@@ -23,6 +25,10 @@ constexpr double kStepSigma_rad = 0.0005;
 // Of a step that could not be matched and follows the given poses.
 constexpr double kUnmatchedSigma_m = 0.5;
 constexpr double kUnmatchedSigma_rad = 0.05;
+// Of a step through what the recording lacks: a scan matched to what was seen from far is off by as
+// much as the beams are aimed askew.
+constexpr double kFarSigma_m = 0.2;
+constexpr double kFarSigma_rad = 0.01;
 // Between scans that are adjusted; those between follow.
 constexpr double kKeyStep_m = 2.0;
 constexpr double kKeyTurn_rad = 0.1;
@@ -81,7 +87,13 @@ std::vector<std::uint32_t> all_scans(const Odometry& odometry) {
   return scans;
 }
 
-// Scans far enough from each other to be worth adjusting: with the first and the last one.
+// Whether nothing is known of the step to a scan.
+bool begins_piece(const Odometry& odometry, std::size_t scan) {
+  return scan > 0 && odometry.piece[scan] != odometry.piece[scan - 1];
+}
+
+// Scans far enough from each other to be worth adjusting: with the first and the last one of each
+// piece.
 std::vector<std::uint32_t> key_scans(const Odometry& odometry) {
   std::vector<std::uint32_t> keys;
   const std::size_t count = odometry.T_map_lidar.size();
@@ -90,7 +102,8 @@ std::vector<std::uint32_t> key_scans(const Odometry& odometry) {
                         odometry.driven_m[k] - odometry.driven_m[keys.back()] >= kKeyStep_m ||
                         rotation_angle_rad(odometry.T_map_lidar[keys.back()].linear().transpose() *
                                            odometry.T_map_lidar[k].linear()) >= kKeyTurn_rad;
-    if (is_far || k + 1 == count) keys.push_back(k);
+    const bool is_end = k + 1 == count || begins_piece(odometry, k + 1) || odometry.is_far[k + 1];
+    if (is_far || is_end || begins_piece(odometry, k)) keys.push_back(k);
   }
   return keys;
 }
@@ -99,9 +112,12 @@ std::vector<std::uint32_t> key_scans(const Odometry& odometry) {
 std::vector<GraphEdge> steps_of(const Odometry& odometry, const std::vector<std::uint32_t>& scans) {
   std::vector<GraphEdge> steps;
   for (std::uint32_t i = 1; i < scans.size(); ++i) {
+    if (odometry.piece[scans[i]] != odometry.piece[scans[i - 1]]) continue;
     bool is_matched = true;
+    bool is_far = false;
     for (std::uint32_t k = scans[i - 1] + 1; k <= scans[i]; ++k) {
       is_matched = is_matched && odometry.is_matched[k];
+      is_far = is_far || odometry.is_far[k];
     }
     GraphEdge edge;
     edge.from = i - 1;
@@ -110,6 +126,10 @@ std::vector<GraphEdge> steps_of(const Odometry& odometry, const std::vector<std:
     const double count = std::sqrt(static_cast<double>(scans[i] - scans[i - 1]));
     edge.sigma_m = count * (is_matched ? kStepSigma_m : kUnmatchedSigma_m);
     edge.sigma_rad = count * (is_matched ? kStepSigma_rad : kUnmatchedSigma_rad);
+    if (is_far) {
+      edge.sigma_m = kFarSigma_m;
+      edge.sigma_rad = kFarSigma_rad;
+    }
     steps.push_back(edge);
   }
   return steps;
@@ -135,6 +155,7 @@ PoseGraph graph_of_keys(const PoseGraph& graph, const Odometry& odometry,
     loop.to = to;
     if (from != to) reduced.loops.push_back(loop);
   }
+  for (const std::uint32_t scan : graph.held) reduced.held.push_back(key_before(scan));
   return reduced;
 }
 
@@ -171,13 +192,17 @@ Trajectory trajectory_of(const Drive& drive, const PoseGraph& graph, const Graph
 Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                       const Drive& drive, bool refines) {
   const std::vector<std::optional<Pose>> given = given_poses(drive, refines);
-  SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
+  SIGHTLINE_ASSIGN(Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
+  SIGHTLINE_TRY(check_following(drive, odometry));
+  SIGHTLINE_ASSIGN(const JoinedPieces pieces, join_pieces(ctx, drive, given, odometry));
+  warn_of_pieces(ctx, drive, odometry, pieces);
   const std::vector<std::uint32_t> scans = all_scans(odometry);
   const double way_m = odometry.driven_m.back();
-  PoseGraph graph{steps_of(odometry, scans), {}, priors_of(options, way_m, given, scans)};
+  PoseGraph graph{steps_of(odometry, scans), pieces.edges, priors_of(options, way_m, given, scans),
+                  pieces.held};
   if (options.closes_loops) {
-    SIGHTLINE_ASSIGN(std::vector<GraphEdge> loops, find_loops(ctx, drive, odometry));
-    graph.loops = std::move(loops);
+    SIGHTLINE_ASSIGN(const std::vector<GraphEdge> loops, find_loops(ctx, drive, odometry));
+    graph.loops.insert(graph.loops.end(), loops.begin(), loops.end());
   }
   SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, odometry.T_map_lidar));
   const std::vector<std::uint32_t> keys = key_scans(odometry);
@@ -187,10 +212,16 @@ Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectory
                    adjust_to_planes(ctx, drive, key_graph, solution.T_map_pose, keys));
   // Where no given pose pulls the way out of shape, matching each scan to many at once is nearer to
   // the truth than planes are, which lend it only their covariance.
-  if (!refines) adjusted.T_map_lidar = solution.T_map_pose;
+  const bool is_loose = !pieces.edges.empty() || std::ranges::count(odometry.is_far, true) > 0;
+  if (!refines && !is_loose) adjusted.T_map_lidar = solution.T_map_pose;
   Trajectory trajectory = trajectory_of(drive, graph, solution, adjusted);
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
+    trajectory.poses[i].piece = pieces.piece[i];
+    trajectory.poses[i].overlap = odometry.overlap[i];
+  }
   trajectory.source = refines ? PoseSource::kRefined : PoseSource::kEstimated;
-  const auto unmatched = std::ranges::count(odometry.is_matched, false);
+  const auto unmatched = std::ranges::count(odometry.is_matched, false) -
+                         static_cast<std::ptrdiff_t>(odometry.piece_starts.size());
   if (unmatched > 0) {
     ctx.warn(std::to_string(unmatched) +
              " scans could not be matched to those before them and follow the given poses");

@@ -41,7 +41,7 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
 // to match), and what reading a scan says.
 Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                        const Drive& drive);
-inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 5, "trajectory",
+inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 6, "trajectory",
                                           "Where the vehicle was", &estimate_trajectory};
 
 }  // namespace sightline

@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-// Holds the first pose where no prior does.
+// Holds a pose where no prior does.
 constexpr double kFixed_m = 1e-4;
 constexpr double kFixed_rad = 1e-6;
 
@@ -77,6 +77,9 @@ void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations
   for (const GraphEdge& edge : graph.loops) add_edge(edge, true, poses, all);
   for (const GraphPrior& prior : graph.priors) add_prior(prior, poses, all);
   if (graph.priors.empty()) add_prior({0, poses[0], kFixed_m, kFixed_rad}, poses, all);
+  for (const std::uint32_t pose : graph.held) {
+    add_prior({pose, poses[pose], kFixed_m, kFixed_rad}, poses, all);
+  }
 }
 
 Eigen::SparseMatrix<double> matrix_of(const Equations& all) {

@@ -1,183 +1,249 @@
 #include "passes/trajectory/odometry.h"
 
 #include <algorithm>
-#include <array>
-#include <deque>
 #include <string>
 #include <utility>
 
 #include "formats/rotation.h"
-#include "passes/map/build_ndt.h"
-#include "passes/matching/matcher.h"
-#include "passes/matching/scan_preparation.h"
+#include "passes/trajectory/pieces/even_motion.h"
+#include "passes/trajectory/pieces/place_widely.h"
+#include "passes/trajectory/pieces/scan_overlap.h"
 
 namespace sightline {
 namespace {
 
-// Leaf of the points that are matched: several in each cell of a wall.
-constexpr double kMatchLeaf_m = 0.5;
-// Leaf of the points that make local maps, so dense that a single scan fills cells.
-constexpr double kMapLeaf_m = 0.2;
-// Farther returns are sparse, and where the sensor turns, the least rigid.
-constexpr double kFarthest_m = 70.0;
-// Below these a match is not believed. On streets the right pose has a likelihood of about 2 and a
-// wrong one, which looks alike only in part, 1 to 1.7; a sparse first scan leaves most points
-// without an ND near.
-constexpr double kLeastLikelihood = 1.2;
-constexpr double kLeastScoredShare = 0.15;
-// How far from where constant velocity leads a scan may be looked for: at the start, when nothing
-// is known of the speed, and where matching has failed.
-constexpr double kSearchReach_m = 3.0;
-constexpr double kSearchStep_m = 1.0;
+// Where less of a scan's upright returns meets the local map than this, or than this share of what
+// is usual, it is looked for farther around: steps of a few metres still have 0.7.
+constexpr double kPoorOverlap = 0.6;
+constexpr double kPoorShare = 0.75;
+// Less is met by chance: a place is not believed.
+constexpr double kLeastOverlap = 0.35;
+// A drop below this share of what is usual is not believed of a scan that was not searched for.
+constexpr double kLeastShareOfUsual = 0.5;
+// So much more must meet the map than in any other place; and than where even motion leads.
+constexpr double kClearly = 0.08;
+constexpr std::int64_t kShortestJump_ns = 1'000'000'000;
 
-// Rotations that are multiplied for kilometres drift from being rotations.
-Pose tidied(const Pose& pose) {
-  Pose tidy = pose;
-  tidy.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
-  return tidy;
-}
-
-// Where scan k may be, by what is known of its motion; the likeliest first.
-std::vector<Pose> predictions(const std::vector<Pose>& T_map_lidar,
-                              const std::vector<std::optional<Pose>>& given, std::size_t k) {
-  std::vector<Pose> starts;
-  if (k >= 2)
-    starts.push_back(T_map_lidar[k - 1] * T_map_lidar[k - 2].inverse() * T_map_lidar[k - 1]);
-  if (given[k - 1] && given[k]) {
-    starts.push_back(T_map_lidar[k - 1] * given[k - 1]->inverse() * *given[k]);
-  }
-  if (starts.empty()) starts.push_back(T_map_lidar[k - 1]);
-  for (Pose& start : starts) start = tidied(start);
-  return starts;
-}
-
-// How well the latest scans matched: where one does much worse, it was looked for in a wrong place.
-struct RunningAverage {
-  double likelihood = 0.0;
-  double scored_share = 0.0;
-
-  void add(const LocalMatch& match) {
-    if (likelihood == 0.0) *this = {match.likelihood, match.scored_share};
-    likelihood += kNewShare * (match.likelihood - likelihood);
-    scored_share += kNewShare * (match.scored_share - scored_share);
-  }
-  [[nodiscard]] bool is_met_by(const LocalMatch& match) const {
-    return match.likelihood >= kUsual * likelihood && match.scored_share >= kUsual * scored_share;
-  }
-
-  static constexpr double kNewShare = 0.1;
-  static constexpr double kUsual = 0.85;
+// A scan as it is matched, and as it is remembered.
+struct ReadScan {
+  ThinnedScan thinned;
+  std::vector<Eigen::Vector3d> upright_m;         // of to_match_m
+  std::vector<Eigen::Vector3d> upright_to_map_m;  // of to_map_m
 };
 
-// Where a vehicle may be that begins or ends a turn, or brakes, harder than constant velocity has
-// it.
-std::vector<Pose> bolder(const Pose& T_map_before, const Pose& T_map_start) {
-  std::vector<Pose> starts;
-  const Pose step = T_map_before.inverse() * T_map_start;
-  for (const double turn_rad : {-0.12, -0.06, 0.06, 0.12}) {
-    Pose start = T_map_start;
-    start.linear() = T_map_start.linear() * rotation_matrix({Eigen::Vector3d::UnitZ(), turn_rad});
-    starts.push_back(start);
-  }
-  for (const double share : {0.0, 0.5, 1.5}) {
-    Pose part = step;
-    part.translation() *= share;
-    starts.push_back(T_map_before * part);
-  }
-  return starts;
-}
+// Where a scan is found, with the overlap that speaks for it.
+struct Found {
+  LocalMatch match;
+  std::optional<double> overlap;
+  double overlap_elsewhere = 0.0;
+  bool is_believed = false;
+  bool is_wide = false;  // not where even motion leads
+  bool is_far = false;   // found by the search farther around
+};
 
-LocalMatch best_of(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
-                   const std::vector<Pose>& starts, LocalMatch best) {
-  for (const Pose& start : starts) {
-    const LocalMatch match = match_locally(grids, points_m, start);
-    if (match.is_better_than(best)) best = match;
-  }
-  return best;
-}
+// Follows a drive from scan to scan.
+class Follower {
+ public:
+  Follower(const Drive& drive, const std::vector<std::optional<Pose>>& given, double local_map_m)
+      : drive_(drive),
+        given_(given),
+        local_map_m_(local_map_m),
+        longest_step_ns_(longest_step_ns(drive)),
+        map_(local_map_m),
+        upright_(local_map_m) {}
 
-LocalMatch follow(const LocalMap& map, const std::vector<Eigen::Vector3d>& points_m,
-                  const std::vector<Pose>& starts, const Pose& T_map_before,
-                  const RunningAverage& average) {
-  LocalMatch best = best_of(map.grids(), points_m, starts, {});
-  if (!average.is_met_by(best)) {
-    best = best_of(map.grids(), points_m, bolder(T_map_before, starts.front()), best);
-  }
-  const bool is_first = average.likelihood == 0.0;
-  if (is_first || !best.is_good()) {
-    for (const Pose& start : starts) {
-      const LocalMatch match = search_locally(map.grids(), points_m, start, kSearchReach_m);
-      if (match.is_better_than(best)) best = match;
+  Result<void> take(std::size_t k) {
+    SIGHTLINE_ASSIGN(const ReadScan scan, read(k));
+    if (k == 0) {
+      append(given_[0].value_or(drive_.sensor.T_vehicle_lidar), false, {});
+    } else if (has_given_step(k)) {
+      follow_with_given(k, scan);
+    } else {
+      follow_alone(k, scan);
     }
+    remember(k, scan);
+    return {};
   }
-  return best;
-}
+  Odometry odometry;
 
-Error lost(const Drive& drive, std::size_t k, const LocalMatch& match) {
-  return {ErrorCode::kTrajectoryLost,
-          "the scan does not match what was seen before it (likelihood " +
-              format_double(match.likelihood) + ", expected " + format_double(kLeastLikelihood) +
-              "; " + format_double(match.scored_share) +
-              " of its points near the local map) and no given pose helps",
-          drive.scans[k].source, "scan " + std::to_string(drive.scans[k].recording_index)};
-}
+ private:
+  [[nodiscard]] bool has_given_step(std::size_t k) const { return given_[k - 1] && given_[k]; }
+  [[nodiscard]] std::int64_t step_ns(std::size_t k) const {
+    return drive_.scans[k].stamp_ns - drive_.scans[k - 1].stamp_ns;
+  }
+  [[nodiscard]] const Pose& T_map_before() const { return odometry.T_map_lidar.back(); }
+
+  Result<ReadScan> read(std::size_t k) const {
+    ReadScan scan;
+    SIGHTLINE_ASSIGN(scan.thinned, read_thinned(drive_, k));
+    const Eigen::Matrix3d level = drive_.sensor.T_vehicle_lidar.linear();
+    scan.upright_m = upright_points(scan.thinned.to_match_m, level);
+    scan.upright_to_map_m = upright_points(scan.thinned.to_map_m, level);
+    return scan;
+  }
+
+  // Where scan k may be, by what is known of its motion; the likeliest first.
+  [[nodiscard]] std::vector<Pose> predictions(std::size_t k) const {
+    std::vector<Pose> starts;
+    if (was_found_widely_) starts.push_back(moved_on(k));
+    for (const TimedStep& step : steps_) {
+      starts.push_back(T_map_before() * carried_on(step, step_ns(k)));
+    }
+    if (has_given_step(k)) {
+      starts.push_back(T_map_before() * given_[k - 1]->inverse() * *given_[k]);
+    }
+    if (starts.empty()) starts.push_back(T_map_before());
+    for (Pose& start : starts) start = tidied(start);
+    return starts;
+  }
+
+  // On as the last step led, without its turn: who looks aside walks on.
+  [[nodiscard]] Pose moved_on(std::size_t k) const {
+    Pose start = T_map_before();
+    if (steps_.empty()) return start;
+    const Pose T_map_last_but_one = T_map_before() * steps_.front().T_before_after.inverse();
+    const Pose straight = carried_on(
+        {Eigen::Translation3d(T_map_before().translation() - T_map_last_but_one.translation()) *
+             Pose::Identity(),
+         steps_.front().time_ns},
+        step_ns(k));
+    start.translation() += straight.translation();
+    return start;
+  }
+
+  [[nodiscard]] Found follow_from(const std::vector<Pose>& starts, const ReadScan& scan) const {
+    Found found;
+    found.match = follow(map_.grids(), scan.thinned.to_match_m, starts, T_map_before(), average_);
+    found.overlap = upright_.overlap(scan.upright_m, found.match.T_map_lidar);
+    return found;
+  }
+
+  void follow_with_given(std::size_t k, const ReadScan& scan) {
+    const std::vector<Pose> starts = predictions(k);
+    const Found found = follow_from(starts, scan);
+    const bool is_matched = found.match.is_good();
+    if (is_matched) average_.add(found.match, found.overlap);
+    const Pose T_map_lidar = is_matched ? found.match.T_map_lidar : starts.back();
+    steps_ = {{T_map_before().inverse() * T_map_lidar, step_ns(k)}};
+    append(T_map_lidar, is_matched, found.overlap);
+  }
+
+  void follow_alone(std::size_t k, const ReadScan& scan) {
+    const bool is_jump = step_ns(k) > longest_step_ns_;
+    Found found;
+    if (!is_jump) found = find(k, scan);
+    if (!found.is_believed) {
+      begin_piece({static_cast<std::uint32_t>(k), is_jump,
+                   found.match.is_good() ? found.overlap.value_or(0.0) : 0.0,
+                   found.overlap_elsewhere});
+      return;
+    }
+    average_.add(found.match, found.overlap);
+    const TimedStep step{T_map_before().inverse() * found.match.T_map_lidar, step_ns(k)};
+    was_found_widely_ = found.is_wide;
+    if (found.is_wide && !steps_.empty()) {
+      // The drive may have jumped and go on as before, or be as fast as that.
+      steps_ = {step, steps_.front()};
+    } else {
+      steps_ = {step};
+    }
+    append(found.match.T_map_lidar, true, found.overlap);
+    odometry.is_far.back() = found.is_far;
+  }
+
+  [[nodiscard]] bool is_poor(const Found& found) const {
+    if (!found.match.is_good()) return true;
+    const double least = std::max(kPoorOverlap, kPoorShare * average_.overlap);
+    return found.overlap && *found.overlap < least;
+  }
+
+  // Where even motion leads; where that is poor, turned or wherever else it is.
+  [[nodiscard]] Found find(std::size_t k, const ReadScan& scan) const {
+    Found found = follow_from(predictions(k), scan);
+    found.is_believed = found.match.is_good();
+    if (!is_poor(found)) return found;
+    const double least = std::max(kLeastOverlap, kLeastShareOfUsual * average_.overlap);
+    const double overlap = found.match.is_good() ? found.overlap.value_or(1.0) : 0.0;
+    found.is_believed = found.is_believed && overlap >= least;
+    const LocalSurroundings there{map_.grids(), upright_};
+    const SoughtScan sought{scan.thinned.to_match_m, scan.upright_m};
+    const std::optional<WidePlacement> turned =
+        place_turned(there, sought, {moved_on(k), T_map_before()});
+    if (turned && turned->overlap >= std::max(least, overlap + kClearly)) {
+      const Found near{turned->match, turned->overlap, 0.0, true, true};
+      if (!is_poor(near)) return near;
+    }
+    return find_widely(there, sought, found);
+  }
+
+  [[nodiscard]] Found find_widely(const LocalSurroundings& there, const SoughtScan& sought,
+                                  const Found& followed) const {
+    const std::optional<WidePlacement> wide = place_widely(there, sought, T_map_before(), {});
+    const double overlap = followed.match.is_good() ? followed.overlap.value_or(1.0) : 0.0;
+    if (!wide || wide->overlap < overlap + kClearly) return followed;
+    const bool is_other = are_elsewhere(wide->match.T_map_lidar, followed.match.T_map_lidar);
+    const double elsewhere =
+        is_other ? std::max(overlap, wide->overlap_elsewhere) : wide->overlap_elsewhere;
+    const bool is_believed =
+        wide->overlap >= kLeastOverlap && wide->overlap >= elsewhere + kClearly;
+    return {wide->match, wide->overlap, elsewhere, is_believed, true, true};
+  }
+
+  // With a map of its own, and nothing known of the speed.
+  void begin_piece(const PieceStart& start) {
+    odometry.piece_starts.push_back(start);
+    was_found_widely_ = false;
+    map_ = LocalMap(local_map_m_);
+    upright_ = UprightMap(local_map_m_);
+    average_ = {};
+    steps_.clear();
+    is_map_empty_ = true;
+    append(T_map_before(), false, {});
+  }
+
+  void append(const Pose& T_map_lidar, bool is_matched, std::optional<double> overlap) {
+    const bool is_first = odometry.T_map_lidar.empty();
+    const double step_m =
+        is_first ? 0.0 : (T_map_lidar.translation() - T_map_before().translation()).norm();
+    odometry.driven_m.push_back(is_first ? 0.0 : odometry.driven_m.back() + step_m);
+    odometry.T_map_lidar.push_back(T_map_lidar);
+    odometry.is_matched.push_back(is_matched || is_first);
+    odometry.is_far.push_back(false);
+    odometry.piece.push_back(static_cast<std::uint32_t>(odometry.piece_starts.size()));
+    odometry.overlap.push_back(overlap);
+  }
+
+  void remember(std::size_t k, const ReadScan& scan) {
+    const Pose& T_map_lidar = odometry.T_map_lidar.back();
+    if (!is_map_empty_ && !map_.wants(T_map_lidar)) return;
+    is_map_empty_ = false;
+    map_.add(scan.thinned.to_map_m, T_map_lidar, odometry.driven_m[k]);
+    upright_.add(scan.upright_to_map_m, T_map_lidar, odometry.driven_m[k]);
+  }
+
+  const Drive& drive_;
+  const std::vector<std::optional<Pose>>& given_;
+  double local_map_m_;
+  std::int64_t longest_step_ns_;
+  LocalMap map_;
+  UprightMap upright_;
+  RunningAverage average_;
+  std::vector<TimedStep> steps_;  // that the drive may go on with
+  bool was_found_widely_ = false;
+  bool is_map_empty_ = true;
+};
 
 }  // namespace
 
-bool LocalMatch::is_better_than(const LocalMatch& other) const {
-  const bool has_say = scored_share >= kLeastScoredShare;
-  const bool other_has_say = other.scored_share >= kLeastScoredShare;
-  return has_say == other_has_say ? likelihood > other.likelihood : has_say;
-}
-
-bool LocalMatch::is_good() const {
-  return likelihood >= kLeastLikelihood && scored_share >= kLeastScoredShare;
-}
-
-Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index) {
-  SIGHTLINE_ASSIGN(const Scan scan, drive.store->read(index));
-  const SensorProfile& sensor = drive.sensor_of(drive.scans[index]);
-  const Pose T_first_sensor = drive.sensor.T_vehicle_lidar.inverse() * sensor.T_vehicle_lidar;
-  std::vector<Eigen::Vector3d> within_m;
-  within_m.reserve(scan.points_m.size());
-  for (const Eigen::Vector3d& point_m : scan.points_m) {
-    const double range_m = point_m.norm();
-    if (range_m >= sensor.min_range_m && range_m <= std::min(sensor.max_range_m, kFarthest_m)) {
-      within_m.push_back(T_first_sensor * point_m);
-    }
+std::int64_t longest_step_ns(const Drive& drive) {
+  std::vector<std::int64_t> steps_ns;
+  for (std::size_t i = 1; i < drive.scans.size(); ++i) {
+    steps_ns.push_back(drive.scans[i].stamp_ns - drive.scans[i - 1].stamp_ns);
   }
-  return ThinnedScan{voxel_subsample(within_m, kMatchLeaf_m),
-                     voxel_subsample(within_m, kMapLeaf_m)};
-}
-
-LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
-                         const Pose& T_map_start) {
-  MatchOptions options;
-  const MatchResult coarse = match(grids.coarse, points_m, T_map_start, options);
-  const MatchResult fine = match(grids.fine, points_m, coarse.T_map_sensor, options);
-  LocalMatch result;
-  result.T_map_lidar = tidied(fine.T_map_sensor);
-  result.likelihood = fine.nearest_voxel_likelihood;
-  result.scored_share =
-      points_m.empty() ? 0.0 : fine.scored_points / static_cast<double>(points_m.size());
-  return result;
-}
-
-LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
-                          const Pose& T_map_start, double reach_m) {
-  LocalMatch best;
-  const int steps = static_cast<int>(reach_m / kSearchStep_m);
-  for (int i = -steps; i <= steps; ++i) {
-    for (int j = -steps; j <= steps; ++j) {
-      const Eigen::Vector3d offset_m(i * kSearchStep_m, j * kSearchStep_m, 0.0);
-      if (offset_m.norm() > reach_m) continue;
-      Pose start = T_map_start;
-      start.translation() += T_map_start.linear() * offset_m;
-      const LocalMatch match = match_locally(grids, points_m, start);
-      if (match.is_better_than(best)) best = match;
-    }
-  }
-  return best;
+  if (steps_ns.empty()) return kShortestJump_ns;
+  const auto middle = steps_ns.begin() + static_cast<std::ptrdiff_t>(steps_ns.size() / 2);
+  std::ranges::nth_element(steps_ns, middle);
+  return std::max(kShortestJump_ns, 3 * *middle);
 }
 
 Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive& drive,
@@ -188,34 +254,12 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
                  "found " + std::to_string(count) + " scans, expected at least 2 to match", "",
                  "drive " + drive.name};
   }
-  Odometry odometry;
-  LocalMap map(local_map_m);
-  RunningAverage average;
+  Follower follower(drive, given, local_map_m);
   for (std::size_t k = 0; k < count; ++k) {
-    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
-    Pose T_map_lidar = given[0].value_or(drive.sensor.T_vehicle_lidar);
-    bool is_matched = true;
-    double step_m = 0.0;
-    if (k > 0) {
-      const std::vector<Pose> starts = predictions(odometry.T_map_lidar, given, k);
-      const LocalMatch match =
-          follow(map, scan.to_match_m, starts, odometry.T_map_lidar.back(), average);
-      is_matched = match.is_good();
-      if (is_matched) average.add(match);
-      const bool is_given = given[k - 1] && given[k];
-      if (!is_matched && !is_given) return lost(drive, k, match);
-      T_map_lidar = is_matched ? match.T_map_lidar : starts.back();
-      step_m = (T_map_lidar.translation() - odometry.T_map_lidar.back().translation()).norm();
-    }
-    odometry.T_map_lidar.push_back(T_map_lidar);
-    odometry.is_matched.push_back(is_matched);
-    odometry.driven_m.push_back(k == 0 ? 0.0 : odometry.driven_m.back() + step_m);
-    if (k == 0 || map.wants(T_map_lidar)) {
-      map.add(scan.to_map_m, T_map_lidar, odometry.driven_m.back());
-    }
+    SIGHTLINE_TRY(follower.take(k));
     ctx.progress(k + 1, count);
   }
-  return odometry;
+  return std::move(follower.odometry);
 }
 
 }  // namespace sightline

@@ -154,6 +154,11 @@ void add_prior(const GraphPrior& prior, std::vector<PoseBlock>& blocks, ceres::P
                            block.rotation.data());
 }
 
+void hold(PoseBlock& block, ceres::Problem& problem) {
+  problem.SetParameterBlockConstant(block.position_m.data());
+  problem.SetParameterBlockConstant(block.rotation.data());
+}
+
 ceres::Solver::Options solver_options() {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -199,10 +204,8 @@ Result<GraphSolution> solve_pose_graph(const PoseGraph& graph, const std::vector
   for (const GraphEdge& edge : graph.odometry) add_edge(edge, false, blocks, problem);
   for (const GraphEdge& edge : graph.loops) add_edge(edge, true, blocks, problem);
   for (const GraphPrior& prior : graph.priors) add_prior(prior, blocks, problem);
-  if (graph.priors.empty() && !blocks.empty()) {
-    problem.SetParameterBlockConstant(blocks[0].position_m.data());
-    problem.SetParameterBlockConstant(blocks[0].rotation.data());
-  }
+  if (graph.priors.empty() && !blocks.empty()) hold(blocks[0], problem);
+  for (const std::uint32_t pose : graph.held) hold(blocks[pose], problem);
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(), &problem, &summary);
   if (!summary.IsSolutionUsable()) {

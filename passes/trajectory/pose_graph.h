@@ -28,6 +28,8 @@ struct PoseGraph {
   std::vector<GraphEdge> odometry;
   std::vector<GraphEdge> loops;    // doubted: Huber's loss beyond one sigma
   std::vector<GraphPrior> priors;  // the same; without any the first pose stays where it is
+  // More poses that stay where they are: one of each part that nothing joins to the first.
+  std::vector<std::uint32_t> held = {};
 };
 
 struct GraphSolution {

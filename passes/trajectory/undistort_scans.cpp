@@ -47,7 +47,8 @@ class Motion {
     const TrajectoryPose* before = nullptr;
     for (const TrajectoryPose& pose : trajectory.poses) {
       if (before && pose.stamp_ns == before->stamp_ns) continue;  // of another sensor
-      const bool is_gap = before && pose.stamp_ns - before->stamp_ns > kLongestGap_ns;
+      const bool is_gap = before && (pose.piece != before->piece ||
+                                     pose.stamp_ns - before->stamp_ns > kLongestGap_ns);
       if (before && !is_gap) segments_.push_back(segment_between(*before, pose));
       before = &pose;
     }
@@ -68,7 +69,7 @@ class Motion {
   }
 
  private:
-  std::vector<Segment> segments_;  // in order of time; none across a gap
+  std::vector<Segment> segments_;  // in order of time; none across a gap or between pieces
 };
 
 class UndistortedScanStore : public ScanStore {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace sightline::town {
 namespace {
@@ -180,6 +181,24 @@ TEST_F(TownDrive, DisturbedPosesAreOffByTwoCentimetresAndFourHundredthsOfADegree
   EXPECT_NEAR(std::sqrt(squares_m2 / count), 0.02, 0.006);
   EXPECT_NEAR(std::sqrt(squares_rad2 / count), to_radians(0.04), to_radians(0.012));
   EXPECT_LT(largest_step_m, 0.03);  // it drifts and does not jump
+}
+
+TEST_F(TownDrive, ByHandTurnsSixtyDegreesBetweenTwoScansAtWalkingPace) {
+  const DriveSimulator drive = simulator(carried_by_hand(options_of(0, 70.0)));
+  ASSERT_EQ(drive.scan_count(), 101U);
+  EXPECT_EQ(drive.stamp_ns(3), 1'500'000'000);
+  int turns = 0;
+  for (std::size_t i = 1; i < drive.scan_count(); ++i) {
+    const Pose step = drive.T_town_vehicle()[i - 1].inverse() * drive.T_town_vehicle()[i];
+    EXPECT_NEAR(step.translation().norm(), 0.7, 0.1);
+    const double turn_deg = Eigen::AngleAxisd(step.linear()).angle() * 180.0 / std::numbers::pi;
+    if (turn_deg > 30.0) {
+      EXPECT_NEAR(turn_deg, 60.0, 12.0);  // the way turns as well
+      ++turns;
+    }
+  }
+  EXPECT_GT(turns, 10);
+  EXPECT_LT(turns, 50);
 }
 
 TEST_F(TownDrive, IsHandedToPassesPointForPoint) {

@@ -29,6 +29,19 @@ std::vector<Found> find_less_sharp_than_given(const GateInput& input, const Thre
                " above that with the poses given"}};
 }
 
+// A building that is laid twice has an entropy like one that is laid once; its walls are thicker.
+std::vector<Found> find_thicker_than_given(const GateInput& input, const Threshold&) {
+  const auto& sharpness = input.map->sharpness;
+  if (!sharpness || !sharpness->of_given) {
+    return unknown("the map does not say how sharp it was with poses given");
+  }
+  const double thicker_m = std::sqrt(sharpness->of_map.mean_plane_variance_m2) -
+                           std::sqrt(sharpness->of_given->mean_plane_variance_m2);
+  return {{std::nullopt, std::nullopt, thicker_m,
+           "planes of the map are " + told(thicker_m, "m") +
+               " thicker than with the poses given (standard deviation)"}};
+}
+
 std::vector<Found> find_residual(const GateInput& input, const Threshold&) {
   const auto& trajectory = input.map->trajectory;
   if (!trajectory || trajectory->odometry_edges == 0) {
@@ -50,6 +63,32 @@ std::vector<Found> find_turn_residual(const GateInput& input, const Threshold&) 
        "steps and loops of the trajectory disagree by " + told(residual_deg, "deg") + " (RMS)"}};
 }
 
+std::vector<Found> find_pieces(const GateInput& input, const Threshold&) {
+  const auto& trajectory = input.map->trajectory;
+  if (!trajectory || trajectory->pieces.empty()) {
+    return unknown("the map does not say of how many pieces its trajectory is");
+  }
+  const std::size_t count = trajectory->pieces.size();
+  std::string text = "the trajectory is of " + std::to_string(count) +
+                     " pieces; how they lie to each other is not known";
+  if (count == 1) text = "the trajectory is of one piece";
+  for (std::size_t i = 1; i < count; ++i) {
+    text += (i == 1 ? "; one begins at scan " : ", at scan ") +
+            std::to_string(trajectory->pieces[i].first_scan);
+  }
+  return {{std::nullopt, std::nullopt, static_cast<double>(count), text}};
+}
+
+std::vector<Found> find_overlap(const GateInput& input, const Threshold&) {
+  const auto& trajectory = input.map->trajectory;
+  if (!trajectory || trajectory->overlap_count == 0) {
+    return unknown("the map does not say how its scans overlap: its poses were given");
+  }
+  return {{std::nullopt, std::nullopt, trajectory->median_overlap,
+           "of what half of the scans see upright, less than " +
+               told(trajectory->median_overlap, "share") + " meets what was seen before them"}};
+}
+
 using enum Severity;
 using enum Needs;
 using enum Bound;
@@ -59,9 +98,19 @@ const GateRule kRules[] = {
      "Root mean square of what the pose graph left over, translation", find_residual},
     {"trajectory-turn-residual", kMap, kError, kAtMost, 0.5, "deg",
      "Root mean square of what the pose graph left over, rotation", find_turn_residual},
+    {"trajectory-pieces", kMap, kError, kAtMost, 1.0, "pieces",
+     "Pieces of the trajectory: how they lie to each other is not known, and the scans that begin "
+     "them are named",
+     find_pieces},
+    {"scan-overlap", kMap, kWarning, kAtLeast, 0.5, "share",
+     "Median share of a scan's upright returns that meet what was seen before it", find_overlap},
     {"plane-thickness", kMap, kWarning, kAtMost, 0.15, "m",
      "Sharpness: root of the mean plane variance of the scans laid on each other",
      find_plane_thickness},
+    {"thicker-than-given", kMap, kWarning, kAtMost, 0.01, "m",
+     "Sharpness: root of the mean plane variance with the poses used, less that with the poses "
+     "given",
+     find_thicker_than_given},
     {"less-sharp-than-given", kMap, kWarning, kAtMost, 0.05, "nat",
      "Sharpness: mean map entropy with the poses used, less that with the poses given",
      find_less_sharp_than_given},

@@ -68,9 +68,32 @@ std::string describe_localizer(const CompiledMap& map) {
                                            ", which tells nothing of the one above");
 }
 
+// Nothing of a trajectory of one piece that was given.
+std::string describe_pieces(const TrajectoryQuality& trajectory) {
+  std::string text;
+  const std::size_t count = trajectory.pieces.size();
+  if (count > 1) {
+    text += field("pieces", std::to_string(count) + "; how they lie to each other is not known");
+  }
+  for (std::size_t i = 0; count > 1 && i < count; ++i) {
+    const TrajectoryPiece& piece = trajectory.pieces[i];
+    text += field("", formatted("%zu: from scan %u at %.3f s, %u scans, %.1f m of way from "
+                                "(%.1f, %.1f, %.1f)",
+                                i, piece.first_scan, 1e-9 * static_cast<double>(piece.stamp_ns),
+                                piece.scan_count, piece.way_m, piece.begin_map_m.x(),
+                                piece.begin_map_m.y(), piece.begin_map_m.z()));
+  }
+  if (trajectory.overlap_count == 0) return text;
+  return text +
+         field("overlap", formatted("median %.0f %%, least %.0f %% of what %u scans saw",
+                                    100.0 * trajectory.median_overlap,
+                                    100.0 * trajectory.least_overlap, trajectory.overlap_count));
+}
+
 std::string describe_trajectory(const TrajectoryQuality& trajectory) {
   static constexpr std::array kSources = {"as given", "given, then refined", "estimated"};
-  std::string text = field("poses", kSources[static_cast<std::size_t>(trajectory.source)]);
+  std::string text = field("poses", kSources[static_cast<std::size_t>(trajectory.source)]) +
+                     describe_pieces(trajectory);
   if (trajectory.odometry_edges == 0) return text;
   return text + field("pose graph",
                       formatted("%u steps, %u loops; off by %.1f cm and %.3f degrees (RMS)",

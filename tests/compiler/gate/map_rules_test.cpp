@@ -79,14 +79,26 @@ TEST(GateOnOneMap, TakesThresholdsForSingleLimitsAndJudgesNothingWithoutOne) {
   EXPECT_EQ(report.violations(Severity::kNote), 2u);
 }
 
+TEST(GateOnOneMap, RefusesPiecesThatNobodyExplainedAndNamesTheirScans) {
+  CompiledMap map = route_map(20);
+  map.trajectory->pieces = {{0, 0, 60, 25.0, {0.0, 0.0, 0.0}}, {60, 6'000'000'000, 54, 30.0, {}}};
+  const GateReport report = judged(map);
+  EXPECT_FALSE(report.passes());
+  const Check pieces = checks_of(report, "trajectory-pieces").at(0);
+  EXPECT_EQ(pieces.verdict, Verdict::kViolated);
+  EXPECT_DOUBLE_EQ(pieces.found, 2.0);
+  EXPECT_THAT(pieces.message, HasSubstr("one begins at scan 60"));
+}
+
 TEST(GateOnOneMap, SaysWhatItCannotJudge) {
   CompiledMap map = route_map(20);
   map.factors = {};
   map.sharpness.reset();
   map.trajectory.reset();
   const GateReport report = judged(map);
-  for (const char* rule : {"expected-work", "plane-thickness", "less-sharp-than-given",
-                           "trajectory-residual", "trajectory-turn-residual"}) {
+  for (const char* rule :
+       {"expected-work", "plane-thickness", "less-sharp-than-given", "thicker-than-given",
+        "trajectory-pieces", "scan-overlap", "trajectory-residual", "trajectory-turn-residual"}) {
     ASSERT_EQ(checks_of(report, rule).size(), 1u) << rule;
     EXPECT_EQ(checks_of(report, rule)[0].verdict, Verdict::kNotJudged) << rule;
   }

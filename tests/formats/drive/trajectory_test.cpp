@@ -26,6 +26,8 @@ Trajectory two_poses() {
   trajectory.rms_translation_residual_m = 0.01;
   trajectory.poses = {{3, 100, turned(0.0, {1.0, 2.0, 3.0})},
                       {4, 200, turned(0.5, {2.0, 2.0, 3.0})}};
+  trajectory.poses[1].piece = 1;
+  trajectory.poses[1].overlap = 0.75;
   trajectory.poses[1].covariance.diagonal().setConstant(0.04);
   trajectory.poses[1].covariance(0, 5) = trajectory.poses[1].covariance(5, 0) = 0.01;
   return trajectory;
@@ -40,17 +42,29 @@ TEST(Trajectory, SurvivesTheDisk) { expect_survives_disk(two_poses()); }
 
 TEST(Trajectory, IsPrintedWithItsPosesAndWhereTheyCameFrom) {
   const Table table = dump(two_poses());
-  EXPECT_EQ(table.columns,
-            (std::vector<std::string>{"recording_index", "stamp_ns", "x_m", "y_m", "z_m", "qx",
-                                      "qy", "qz", "qw", "sigma_x_m", "sigma_y_m", "sigma_z_m",
-                                      "sigma_rx_rad", "sigma_ry_rad", "sigma_rz_rad"}));
+  EXPECT_EQ(table.columns, (std::vector<std::string>{
+                               "recording_index", "stamp_ns", "x_m", "y_m", "z_m", "qx", "qy", "qz",
+                               "qw", "sigma_x_m", "sigma_y_m", "sigma_z_m", "sigma_rx_rad",
+                               "sigma_ry_rad", "sigma_rz_rad", "piece", "overlap"}));
   ASSERT_EQ(table.rows.size(), 2u);
   EXPECT_EQ(table.rows[1][0], Cell(std::int64_t{4}));
   EXPECT_EQ(table.rows[1][2], Cell(2.0));
   EXPECT_NEAR(std::get<double>(table.rows[1][7]), std::sin(0.25), 1e-15);
   EXPECT_EQ(table.rows[0][9], Cell(0.0));
   EXPECT_EQ(table.rows[1][9], Cell(0.2));
+  EXPECT_EQ(table.rows[0][16], Cell(std::string()));  // not measured
+  EXPECT_EQ(table.rows[1][15], Cell(std::int64_t{1}));
+  EXPECT_EQ(table.rows[1][16], Cell(0.75));
   EXPECT_EQ(table.facts[3].second, Cell(std::string("refined")));
+}
+
+TEST(Trajectory, RefusesPiecesOutOfOrderAndOverlapsThatAreNoShares) {
+  Trajectory skipped = two_poses();
+  skipped.poses[1].piece = 2;
+  EXPECT_EQ(code_of(skipped), ErrorCode::kInvalidArtifact);
+  Trajectory too_much = two_poses();
+  too_much.poses[1].overlap = 1.5;
+  EXPECT_EQ(code_of(too_much), ErrorCode::kInvalidArtifact);
 }
 
 TEST(Trajectory, ToldInAnotherFrameStaysWhereItIsInTheWorld) {

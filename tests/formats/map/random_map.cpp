@@ -147,6 +147,10 @@ CompiledMap random_map(const RandomMapOptions& options) {
   MeasuredError measured;  // of no site
   map.quality = quality_of(map, measured);
   map.trajectory = TrajectoryQuality{PoseSource::kEstimated, 120, 7, 3, 0.012, 0.0009};
+  map.trajectory->pieces = {{0, 1'000'000'000, 80, 79.5, {1.0, 2.0, 3.0}}};
+  map.trajectory->overlap_count = 79;
+  map.trajectory->median_overlap = 0.9;
+  map.trajectory->least_overlap = 0.7;
   map.sharpness = Sharpness{{-1.5, 40, 0.002, 900}, SharpnessFigures{-1.25, 38, 0.003, 910}};
   map.factors = random_factors(options, random);
   return map;

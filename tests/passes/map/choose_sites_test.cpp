@@ -171,6 +171,18 @@ TEST(ChooseSites, AreEquallySpacedAlongAnyRoute) {
   }
 }
 
+// Even where they come near each other: nothing is known of the way between.
+TEST(ChooseSites, BeginANewRunAtEveryPieceOfTheTrajectory) {
+  Journey journey = random_journey(3);
+  const std::uint32_t runs = sites_of(journey).sites.back().run;
+  const std::size_t count = journey.trajectory.poses.size();
+  for (std::size_t i = count / 2; i < count; ++i) journey.trajectory.poses[i].piece = 1;
+  ChooseSitesOptions options;
+  options.largest_gap_m = 1000.0;
+  EXPECT_EQ(sites_of(journey, options).sites.back().run, 1u);
+  EXPECT_GE(sites_of(journey).sites.back().run, runs);
+}
+
 TEST(ChooseSites, MoveWithTheWorld) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     const Journey journey = random_journey(seed);

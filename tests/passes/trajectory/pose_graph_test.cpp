@@ -42,6 +42,19 @@ TEST(PoseGraph, KeepsTheFirstPoseWhereNothingElseIsKnown) {
   EXPECT_NEAR(solution->T_map_pose[1].translation().x(), 6.0, 1e-6);
 }
 
+// Two parts that nothing joins.
+TEST(PoseGraph, KeepsOnePoseOfEachPartThatNothingJoinsToTheFirst) {
+  PoseGraph graph;
+  graph.odometry = {edge(0, 1, along_x(1.0), 0.1), edge(2, 3, along_x(1.0), 0.1)};
+  graph.held = {2};
+  const Result<GraphSolution> solution =
+      solve_pose_graph(graph, {along_x(0.0), along_x(2.0), along_x(300.0), along_x(303.0)});
+  ASSERT_TRUE(solution.has_value());
+  EXPECT_NEAR(solution->T_map_pose[1].translation().x(), 1.0, 1e-6);
+  EXPECT_NEAR(solution->T_map_pose[2].translation().x(), 300.0, 1e-12);
+  EXPECT_NEAR(solution->T_map_pose[3].translation().x(), 301.0, 1e-6);
+}
+
 Pose random_step(Random& random) {
   Pose step = Pose::Identity();
   step.linear() =

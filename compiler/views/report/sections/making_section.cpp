@@ -22,17 +22,43 @@ std::string source_words(PoseSource source) {
   return "";
 }
 
+// 0 between pieces, whose distance means nothing.
+double step_m(const Trajectory& trajectory, std::size_t i) {
+  if (i == 0 || trajectory.poses[i].piece != trajectory.poses[i - 1].piece) return 0.0;
+  return (trajectory.poses[i].T_map_vehicle.translation() -
+          trajectory.poses[i - 1].T_map_vehicle.translation())
+      .norm();
+}
+
+std::string pieces_table(const TrajectoryQuality& quality) {
+  if (quality.pieces.size() < 2) return "";
+  TextGrid grid = {{"piece", "first scan", "time (s)", "scans", "way (m)", "begins at (m)"}};
+  for (std::size_t i = 0; i < quality.pieces.size(); ++i) {
+    const TrajectoryPiece& piece = quality.pieces[i];
+    const Eigen::Vector3d& at_m = piece.begin_map_m;
+    grid.push_back({std::to_string(i), std::to_string(piece.first_scan),
+                    fixed(1e-9 * static_cast<double>(piece.stamp_ns), 3),
+                    std::to_string(piece.scan_count), fixed(piece.way_m, 1),
+                    fixed(at_m.x(), 1) + ", " + fixed(at_m.y(), 1) + ", " + fixed(at_m.z(), 1)});
+  }
+  return html_table(grid,
+                    "Pieces of the trajectory. How they lie to each other is not known: they are "
+                    "laid side by side, and distances between them mean nothing");
+}
+
 std::string trajectory_facts(const Trajectory& trajectory) {
   double way_m = 0.0;
-  for (std::size_t i = 1; i < trajectory.poses.size(); ++i) {
-    way_m += (trajectory.poses[i].T_map_vehicle.translation() -
-              trajectory.poses[i - 1].T_map_vehicle.translation())
-                 .norm();
-  }
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) way_m += step_m(trajectory, i);
+  const TrajectoryQuality quality = quality_of(trajectory);
   const double to_deg = 180.0 / std::numbers::pi;
   std::vector<std::pair<std::string, std::string>> facts = {
       {"poses", std::to_string(trajectory.poses.size()) + ", " + source_words(trajectory.source)},
       {"way", fixed(way_m, 1) + " m"}};
+  if (quality.overlap_count > 0) {
+    facts.emplace_back("overlap with what was seen before",
+                       "median " + fixed(100.0 * quality.median_overlap, 0) + " %, least " +
+                           fixed(100.0 * quality.least_overlap, 0) + " %");
+  }
   if (trajectory.odometry_edges > 0) {
     facts.emplace_back("pose graph", std::to_string(trajectory.odometry_edges) + " steps, " +
                                          std::to_string(trajectory.loop_edges) +
@@ -42,7 +68,7 @@ std::string trajectory_facts(const Trajectory& trajectory) {
                        centimetres(trajectory.rms_translation_residual_m) + " cm, " +
                            fixed(to_deg * trajectory.rms_rotation_residual_rad, 3) + "°");
   }
-  return fact_table(facts);
+  return fact_table(facts) + pieces_table(quality);
 }
 
 std::string uncertainty_figure(const Trajectory& trajectory) {
@@ -58,21 +84,18 @@ std::string uncertainty_figure(const Trajectory& trajectory) {
   double way_m = 0.0;
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     const TrajectoryPose& pose = trajectory.poses[i];
-    if (i > 0) {
-      way_m +=
-          (pose.T_map_vehicle.translation() - trajectory.poses[i - 1].T_map_vehicle.translation())
-              .norm();
-    }
+    way_m += step_m(trajectory, i);
     level.x.push_back(way_m);
     level.y.push_back(100.0 * std::sqrt(pose.covariance(0, 0) + pose.covariance(1, 1)));
     height.x.push_back(way_m);
     height.y.push_back(100.0 * std::sqrt(pose.covariance(2, 2)));
   }
   chart.series = {level, height};
-  return html_figure({"trajectory", "Trajectory.",
-                      "How well the poses that made the map are known, by the least squares that "
-                      "placed them.",
-                      chart_svg(chart), ""});
+  return html_figure(
+      {"trajectory", "Trajectory.",
+       "How well the poses that made the map are known relative to the first of their "
+       "piece, by the least squares that placed them.",
+       chart_svg(chart), ""});
 }
 
 std::string sharpness_table(const Sharpness& sharpness) {

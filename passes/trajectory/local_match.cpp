@@ -1,0 +1,90 @@
+#include "passes/trajectory/local_match.h"
+
+#include <algorithm>
+
+#include "passes/matching/matcher.h"
+#include "passes/matching/scan_preparation.h"
+
+namespace sightline {
+namespace {
+
+// Leaf of the points that are matched: several in each cell of a wall.
+constexpr double kMatchLeaf_m = 0.5;
+// Leaf of the points that make local maps, so dense that a single scan fills cells.
+constexpr double kMapLeaf_m = 0.2;
+// Farther returns are sparse, and where the sensor turns, the least rigid.
+constexpr double kFarthest_m = 70.0;
+// Below these a match is not believed. On streets the right pose has a likelihood of about 2 and a
+// wrong one, which looks alike only in part, 1 to 1.7; a sparse first scan leaves most points
+// without an ND near.
+constexpr double kLeastLikelihood = 1.2;
+constexpr double kLeastScoredShare = 0.15;
+constexpr double kSearchStep_m = 1.0;
+
+}  // namespace
+
+double least_likelihood() { return kLeastLikelihood; }
+
+bool LocalMatch::is_better_than(const LocalMatch& other) const {
+  const bool has_say = scored_share >= kLeastScoredShare;
+  const bool other_has_say = other.scored_share >= kLeastScoredShare;
+  return has_say == other_has_say ? likelihood > other.likelihood : has_say;
+}
+
+bool LocalMatch::is_good() const {
+  return likelihood >= kLeastLikelihood && scored_share >= kLeastScoredShare;
+}
+
+Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index) {
+  SIGHTLINE_ASSIGN(const Scan scan, drive.store->read(index));
+  const SensorProfile& sensor = drive.sensor_of(drive.scans[index]);
+  const Pose T_first_sensor = drive.sensor.T_vehicle_lidar.inverse() * sensor.T_vehicle_lidar;
+  std::vector<Eigen::Vector3d> within_m;
+  within_m.reserve(scan.points_m.size());
+  for (const Eigen::Vector3d& point_m : scan.points_m) {
+    const double range_m = point_m.norm();
+    if (range_m >= sensor.min_range_m && range_m <= std::min(sensor.max_range_m, kFarthest_m)) {
+      within_m.push_back(T_first_sensor * point_m);
+    }
+  }
+  return ThinnedScan{voxel_subsample(within_m, kMatchLeaf_m),
+                     voxel_subsample(within_m, kMapLeaf_m)};
+}
+
+Pose tidied(const Pose& pose) {
+  Pose tidy = pose;
+  tidy.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
+  return tidy;
+}
+
+LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+                         const Pose& T_map_start) {
+  MatchOptions options;
+  const MatchResult coarse = match(grids.coarse, points_m, T_map_start, options);
+  const MatchResult fine = match(grids.fine, points_m, coarse.T_map_sensor, options);
+  LocalMatch result;
+  result.T_map_lidar = tidied(fine.T_map_sensor);
+  result.likelihood = fine.nearest_voxel_likelihood;
+  result.scored_share =
+      points_m.empty() ? 0.0 : fine.scored_points / static_cast<double>(points_m.size());
+  return result;
+}
+
+LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+                          const Pose& T_map_start, double reach_m) {
+  LocalMatch best;
+  const int steps = static_cast<int>(reach_m / kSearchStep_m);
+  for (int i = -steps; i <= steps; ++i) {
+    for (int j = -steps; j <= steps; ++j) {
+      const Eigen::Vector3d offset_m(i * kSearchStep_m, j * kSearchStep_m, 0.0);
+      if (offset_m.norm() > reach_m) continue;
+      Pose start = T_map_start;
+      start.translation() += T_map_start.linear() * offset_m;
+      const LocalMatch match = match_locally(grids, points_m, start);
+      if (match.is_better_than(best)) best = match;
+    }
+  }
+  return best;
+}
+
+}  // namespace sightline

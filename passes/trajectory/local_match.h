@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/geometry.h"
+#include "passes/trajectory/local_map.h"
+
+// Matching one scan to a local map; part of estimate-trajectory. Poses here are the sensor's:
+// T_map_lidar.
+
+namespace sightline {
+
+// A scan within its sensor's range, thinned, in the frame of the drive's first sensor.
+struct ThinnedScan {
+  std::vector<Eigen::Vector3d> to_match_m;
+  std::vector<Eigen::Vector3d> to_map_m;  // denser: what local maps are made of
+};
+// Errors: what reading a scan says.
+Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index);
+
+struct LocalMatch {
+  Pose T_map_lidar = Pose::Identity();
+  double likelihood = 0.0;    // mean over points of the largest single term of the fine score
+  double scored_share = 0.0;  // of the points that have an ND near
+  // By likelihood alone, once enough points speak: the share draws scans onto each other, ring on
+  // ring, whether the vehicle moved or not.
+  [[nodiscard]] bool is_better_than(const LocalMatch& other) const;
+  [[nodiscard]] bool is_good() const;
+};
+// The least likelihood of a good match.
+double least_likelihood();
+
+// Rotations that are multiplied for kilometres drift from being rotations.
+Pose tidied(const Pose& pose);
+
+// Coarse, then fine, from one start.
+LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+                         const Pose& T_map_start);
+
+// The same from starts up to `reach_m` around in the plane; the best end.
+LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+                          const Pose& T_map_start, double reach_m);
+
+}  // namespace sightline

@@ -1,0 +1,91 @@
+#include "passes/trajectory/pieces/even_motion.h"
+
+#include <algorithm>
+
+#include "formats/rotation.h"
+
+namespace sightline {
+namespace {
+
+// How far from where constant velocity leads a scan may be looked for: at the start, when nothing
+// is known of the speed, and where matching has failed.
+constexpr double kSearchReach_m = 3.0;
+
+// Even motion is carried on through so many times the step that it was seen on.
+constexpr double kMostSteps = 10.0;
+constexpr double kNewShare = 0.1;
+constexpr double kUsual = 0.85;
+
+// Where a vehicle may be that begins or ends a turn, or brakes, harder than constant velocity has
+// it.
+std::vector<Pose> bolder(const Pose& T_map_before, const Pose& T_map_start) {
+  std::vector<Pose> starts;
+  const Pose step = T_map_before.inverse() * T_map_start;
+  for (const double turn_rad : {-0.12, -0.06, 0.06, 0.12}) {
+    Pose start = T_map_start;
+    start.linear() = T_map_start.linear() * rotation_matrix({Eigen::Vector3d::UnitZ(), turn_rad});
+    starts.push_back(start);
+  }
+  for (const double share : {0.0, 0.5, 1.5}) {
+    Pose part = step;
+    part.translation() *= share;
+    starts.push_back(T_map_before * part);
+  }
+  return starts;
+}
+
+LocalMatch best_of(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+                   const std::vector<Pose>& starts, LocalMatch best) {
+  for (const Pose& start : starts) {
+    const LocalMatch match = match_locally(grids, points_m, start);
+    if (match.is_better_than(best)) best = match;
+  }
+  return best;
+}
+
+}  // namespace
+
+Pose carried_on(const TimedStep& step, std::int64_t time_ns) {
+  if (step.time_ns <= 0 || time_ns == step.time_ns) return step.T_before_after;
+  const double share =
+      std::clamp(static_cast<double>(time_ns) / static_cast<double>(step.time_ns), 0.0, kMostSteps);
+  const AxisAngle turn = axis_angle(step.T_before_after.linear());
+  const Eigen::Matrix3d half_more =
+      rotation_matrix({turn.axis, 0.5 * (share - 1.0) * turn.angle_rad});
+  Pose longer = Pose::Identity();
+  longer.linear() = rotation_matrix({turn.axis, share * turn.angle_rad});
+  longer.translation() = share * (half_more * step.T_before_after.translation());
+  return longer;
+}
+
+void RunningAverage::add(const LocalMatch& match, std::optional<double> scan_overlap) {
+  if (likelihood == 0.0) *this = {match.likelihood, match.scored_share, 0.0};
+  likelihood += kNewShare * (match.likelihood - likelihood);
+  scored_share += kNewShare * (match.scored_share - scored_share);
+  if (!scan_overlap) return;
+  if (overlap == 0.0) overlap = *scan_overlap;
+  overlap += kNewShare * (*scan_overlap - overlap);
+}
+
+bool RunningAverage::is_met_by(const LocalMatch& match) const {
+  return match.likelihood >= kUsual * likelihood && match.scored_share >= kUsual * scored_share;
+}
+
+LocalMatch follow(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+                  const std::vector<Pose>& starts, const Pose& T_map_before,
+                  const RunningAverage& average) {
+  LocalMatch best = best_of(grids, points_m, starts, {});
+  if (!average.is_met_by(best)) {
+    best = best_of(grids, points_m, bolder(T_map_before, starts.front()), best);
+  }
+  const bool is_first = average.likelihood == 0.0;
+  if (is_first || !best.is_good()) {
+    for (const Pose& start : starts) {
+      const LocalMatch match = search_locally(grids, points_m, start, kSearchReach_m);
+      if (match.is_better_than(best)) best = match;
+    }
+  }
+  return best;
+}
+
+}  // namespace sightline

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "passes/trajectory/local_match.h"
+
+// Following a vehicle that moves about evenly; part of estimate-trajectory.
+
+namespace sightline {
+
+// A step of the vehicle's motion and how long it took.
+struct TimedStep {
+  Pose T_before_after = Pose::Identity();
+  std::int64_t time_ns = 0;
+};
+
+// The same motion for another time, along the same arc; at most ten times as long.
+Pose carried_on(const TimedStep& step, std::int64_t time_ns);
+
+// How well the latest scans matched: where one does much worse, it was looked for in a wrong place.
+struct RunningAverage {
+  double likelihood = 0.0;
+  double scored_share = 0.0;
+  double overlap = 0.0;
+
+  void add(const LocalMatch& match, std::optional<double> scan_overlap);
+  [[nodiscard]] bool is_met_by(const LocalMatch& match) const;
+};
+
+// The best match from the starts; where it is worse than usual, of bolder ones too, and where it is
+// not good, or nothing is known of the speed yet, of all within 3 m.
+LocalMatch follow(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+                  const std::vector<Pose>& starts, const Pose& T_map_before,
+                  const RunningAverage& average);
+
+}  // namespace sightline

@@ -1,0 +1,176 @@
+#include "passes/trajectory/pieces/join_pieces.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "passes/trajectory/pieces/seek_piece.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kJoinSigma_m = 0.2;
+constexpr double kJoinSigma_rad = 0.01;
+// Pieces are laid this far apart besides the sensor's range.
+constexpr double kApart_m = 64.0;
+
+// Joins the pieces of one odometry.
+class Joiner {
+ public:
+  Joiner(PassContext& ctx, const Drive& drive, Odometry& odometry)
+      : ctx_(ctx), drive_(drive), odometry_(odometry), ranges_(ranges_of(odometry.piece)) {
+    part_.resize(ranges_.size());
+    std::iota(part_.begin(), part_.end(), 0U);
+  }
+
+  // By the first pose given of each piece.
+  void join_by_given(const std::vector<std::optional<Pose>>& given) {
+    std::optional<std::uint32_t> first;
+    for (std::uint32_t piece = 0; piece < ranges_.size(); ++piece) {
+      for (std::uint32_t k = ranges_[piece].begin; k < ranges_[piece].end; ++k) {
+        if (!given[k]) continue;
+        move(piece, *given[k] * odometry_.T_map_lidar[k].inverse());
+        if (first) merge(*first, piece);
+        if (!first) first = piece;
+        break;
+      }
+    }
+  }
+
+  Result<void> join_by_sight() {
+    for (std::uint32_t later = 1; later < ranges_.size(); ++later) {
+      SIGHTLINE_ASSIGN(const std::vector<Query> queries,
+                       read_queries(drive_, odometry_, ranges_[later]));
+      for (std::uint32_t earlier = later; earlier-- > 0;) {
+        if (part_[earlier] == part_[later]) continue;
+        SIGHTLINE_TRY(join(earlier, later, queries));
+      }
+    }
+    return {};
+  }
+
+  JoinedPieces lay_apart() {
+    JoinedPieces joined;
+    joined.edges = std::move(edges_);
+    const std::vector<std::uint32_t> numbers = piece_numbers();
+    for (const std::uint32_t piece : odometry_.piece) joined.piece.push_back(numbers[piece]);
+    double taken_m = -std::numeric_limits<double>::infinity();
+    std::vector<bool> is_laid(ranges_.size(), false);
+    for (std::uint32_t piece = 0; piece < ranges_.size(); ++piece) {
+      if (is_laid[numbers[piece]]) continue;
+      is_laid[numbers[piece]] = true;
+      if (piece > 0) {
+        joined.starts.push_back(odometry_.piece_starts[piece - 1]);
+        joined.held.push_back(ranges_[piece].begin);
+        lay_behind(piece, taken_m);
+      }
+      taken_m = std::max(taken_m, extent_x_m(piece).second);
+    }
+    return joined;
+  }
+
+ private:
+  Result<void> join(std::uint32_t earlier, std::uint32_t later, const std::vector<Query>& queries) {
+    for (const std::uint32_t middle : middles_of(odometry_, ranges_[earlier])) {
+      SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive_, odometry_, ranges_[earlier], middle));
+      const std::vector<Hypothesis> agreed =
+          agreeing(odometry_, look_for(ctx_, visit, odometry_, queries));
+      if (agreed.empty()) continue;
+      const auto best = std::ranges::max_element(agreed, {}, &Hypothesis::overlap);
+      for (const Hypothesis& one : agreed) {
+        edges_.push_back({middle, one.scan,
+                          odometry_.T_map_lidar[middle].inverse() * one.T_map_lidar, kJoinSigma_m,
+                          kJoinSigma_rad});
+      }
+      move(later, best->T_map_lidar * odometry_.T_map_lidar[best->scan].inverse());
+      merge(earlier, later);
+      break;
+    }
+    return {};
+  }
+
+  // Moves all that is joined to a piece.
+  void move(std::uint32_t piece, const Pose& T_new_old) {
+    for (std::size_t k = 0; k < odometry_.T_map_lidar.size(); ++k) {
+      if (part_[odometry_.piece[k]] != part_[piece]) continue;
+      odometry_.T_map_lidar[k] = tidied(T_new_old * odometry_.T_map_lidar[k]);
+    }
+  }
+
+  void merge(std::uint32_t earlier, std::uint32_t later) {
+    std::ranges::replace(part_, std::uint32_t{part_[later]}, std::uint32_t{part_[earlier]});
+  }
+
+  // Of the pieces that are left, in the order of their first scans.
+  [[nodiscard]] std::vector<std::uint32_t> piece_numbers() const {
+    std::vector<std::uint32_t> numbers;
+    std::uint32_t next = 0;
+    for (std::size_t piece = 0; piece < part_.size(); ++piece) {
+      const auto first = std::ranges::find(part_, part_[piece]) - part_.begin();
+      const bool is_new = first == static_cast<std::ptrdiff_t>(piece);
+      numbers.push_back(is_new ? next++ : numbers[static_cast<std::size_t>(first)]);
+    }
+    return numbers;
+  }
+
+  [[nodiscard]] std::pair<double, double> extent_x_m(std::uint32_t piece) const {
+    std::pair<double, double> extent_m(std::numeric_limits<double>::infinity(),
+                                       -std::numeric_limits<double>::infinity());
+    for (std::size_t k = 0; k < odometry_.T_map_lidar.size(); ++k) {
+      if (part_[odometry_.piece[k]] != part_[piece]) continue;
+      const double x_m = odometry_.T_map_lidar[k].translation().x();
+      extent_m = {std::min(extent_m.first, x_m), std::max(extent_m.second, x_m)};
+    }
+    return extent_m;
+  }
+
+  void lay_behind(std::uint32_t piece, double taken_m) {
+    const std::uint32_t first = ranges_[piece].begin;
+    Pose T_map_first = odometry_.T_map_lidar.front();
+    move(piece, T_map_first * odometry_.T_map_lidar[first].inverse());
+    const double apart_m = 2.0 * drive_.sensor.max_range_m + kApart_m;
+    Pose shift = Pose::Identity();
+    shift.translation().x() = taken_m + apart_m - extent_x_m(piece).first;
+    move(piece, shift);
+  }
+
+  PassContext& ctx_;
+  const Drive& drive_;
+  Odometry& odometry_;
+  std::vector<ScanRange> ranges_;
+  std::vector<std::uint32_t> part_;  // pieces with one number are joined
+  std::vector<GraphEdge> edges_;
+};
+
+// Where poses are given they hold the pieces that have some, and no other.
+void hold_what_is_loose(const std::vector<std::optional<Pose>>& given, JoinedPieces& joined) {
+  std::vector<bool> has_given(joined.held.size() + 1, false);
+  for (std::size_t k = 0; k < given.size(); ++k) {
+    if (given[k]) has_given[joined.piece[k]] = true;
+  }
+  if (std::ranges::count(has_given, true) == 0) return;
+  std::vector<std::uint32_t> held;
+  if (!has_given[0]) held.push_back(0);
+  for (std::size_t i = 0; i < joined.held.size(); ++i) {
+    if (!has_given[i + 1]) held.push_back(joined.held[i]);
+  }
+  joined.held = std::move(held);
+}
+
+}  // namespace
+
+Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive,
+                                 const std::vector<std::optional<Pose>>& given,
+                                 Odometry& odometry) {
+  Joiner joiner(ctx, drive, odometry);
+  if (!odometry.piece_starts.empty()) {
+    joiner.join_by_given(given);
+    SIGHTLINE_TRY(joiner.join_by_sight());
+  }
+  JoinedPieces joined = joiner.lay_apart();
+  hold_what_is_loose(given, joined);
+  return joined;
+}
+
+}  // namespace sightline

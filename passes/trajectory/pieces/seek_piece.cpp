@@ -1,0 +1,142 @@
+#include "passes/trajectory/pieces/seek_piece.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "formats/base/parallel.h"
+#include "passes/trajectory/pieces/place_widely.h"
+
+namespace sightline {
+namespace {
+
+// Maps of an earlier piece, from its end back: one every so much of the way, of so much of the way
+// before and after, of one scan in so much.
+constexpr double kVisitEvery_m = 25.0;
+constexpr double kVisitReach_m = 20.0;
+constexpr double kVisitStep_m = 1.5;
+// Scans of the later piece that are looked for: so far from its beginning, and as far from its end.
+constexpr double kQueryWays_m[] = {0.0, 2.0, 5.0, 10.0, 20.0, 40.0};
+constexpr double kLastQueries_m[] = {0.0, 20.0};
+constexpr std::size_t kFewScans = 6;
+// What is believed of one scan; and how many must agree, of those that found a place.
+constexpr double kLeastOverlap = 0.4;
+constexpr double kClearly = 0.08;
+constexpr std::size_t kLeastAgreeing = 2;
+constexpr double kLeastShareAgreeing = 0.6;
+std::vector<std::uint32_t> query_scans(const Odometry& odometry, const ScanRange& range) {
+  std::vector<std::uint32_t> scans;
+  const auto begin = odometry.driven_m.begin();
+  const auto at = [&](double driven_m) {
+    const auto found = std::lower_bound(begin + range.begin, begin + range.end, driven_m);
+    if (found != begin + range.end) scans.push_back(static_cast<std::uint32_t>(found - begin));
+  };
+  for (const double way_m : kQueryWays_m) at(odometry.driven_m[range.begin] + way_m);
+  for (const double way_m : kLastQueries_m) {
+    if (way_m <= odometry.driven_m[range.end - 1] - odometry.driven_m[range.begin]) {
+      at(odometry.driven_m[range.end - 1] - way_m);
+    }
+  }
+  // Who stands still has scans all the same.
+  for (std::uint32_t k = range.begin; scans.size() < kFewScans && k < range.end; ++k) {
+    scans.push_back(k);
+  }
+  std::ranges::sort(scans);
+  const auto doubled = std::ranges::unique(scans);
+  scans.erase(doubled.begin(), doubled.end());
+  return scans;
+}
+
+}  // namespace
+
+std::vector<ScanRange> ranges_of(const std::vector<std::uint32_t>& piece) {
+  std::vector<ScanRange> ranges;
+  for (std::uint32_t k = 0; k < piece.size(); ++k) {
+    if (k == 0 || piece[k] != piece[k - 1]) ranges.push_back({k, k});
+    ranges.back().end = k + 1;
+  }
+  return ranges;
+}
+
+Result<Visit> make_visit(const Drive& drive, const Odometry& odometry, const ScanRange& range,
+                         std::uint32_t middle) {
+  Visit visit;
+  visit.middle = middle;
+  std::vector<Eigen::Vector3d> points_m;
+  const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
+  double next_m = odometry.driven_m[middle] - kVisitReach_m;
+  for (std::uint32_t k = range.begin; k < range.end; ++k) {
+    if (odometry.driven_m[k] > odometry.driven_m[middle] + kVisitReach_m) break;
+    if (odometry.driven_m[k] < next_m && k != middle) continue;
+    next_m = odometry.driven_m[k] + kVisitStep_m;
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
+    const Pose& T_map_lidar = odometry.T_map_lidar[k];
+    for (const Eigen::Vector3d& point_m : scan.to_map_m) points_m.push_back(T_map_lidar * point_m);
+    visit.upright.add(upright_points(scan.to_map_m, level), T_map_lidar, odometry.driven_m[k]);
+  }
+  visit.grids = local_grids(points_m);
+  return visit;
+}
+
+std::vector<std::uint32_t> middles_of(const Odometry& odometry, const ScanRange& range) {
+  std::vector<std::uint32_t> middles;
+  double next_m = std::numeric_limits<double>::infinity();
+  for (std::uint32_t k = range.end; k-- > range.begin;) {
+    if (odometry.driven_m[k] > next_m) continue;
+    middles.push_back(k);
+    next_m = odometry.driven_m[k] - kVisitEvery_m;
+  }
+  return middles;
+}
+
+Result<std::vector<Query>> read_queries(const Drive& drive, const Odometry& odometry,
+                                        const ScanRange& range) {
+  std::vector<Query> queries;
+  for (const std::uint32_t scan : query_scans(odometry, range)) {
+    Query& query = queries.emplace_back();
+    query.scan = scan;
+    SIGHTLINE_ASSIGN(query.thinned, read_thinned(drive, scan));
+    query.upright_m =
+        upright_points(query.thinned.to_match_m, drive.sensor.T_vehicle_lidar.linear());
+  }
+  return queries;
+}
+
+std::vector<Hypothesis> look_for(const PassContext& ctx, const Visit& visit,
+                                 const Odometry& odometry, const std::vector<Query>& queries) {
+  WideSearch search;
+  search.least_share = kLeastOverlap;
+  const std::vector<std::optional<WidePlacement>> placed =
+      parallel_map<std::optional<WidePlacement>>(queries.size(), ctx.threads, [&](std::size_t i) {
+        return place_widely({visit.grids, visit.upright},
+                            {queries[i].thinned.to_match_m, queries[i].upright_m},
+                            odometry.T_map_lidar[visit.middle], search);
+      });
+  std::vector<Hypothesis> found;
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    if (!placed[i] || placed[i]->overlap < kLeastOverlap ||
+        placed[i]->overlap < placed[i]->overlap_elsewhere + kClearly) {
+      continue;
+    }
+    found.push_back({queries[i].scan, placed[i]->match.T_map_lidar, placed[i]->overlap});
+  }
+  return found;
+}
+
+std::vector<Hypothesis> agreeing(const Odometry& odometry, const std::vector<Hypothesis>& found) {
+  std::vector<Hypothesis> most;
+  for (const Hypothesis& one : found) {
+    const Pose T_earlier_later = one.T_map_lidar * odometry.T_map_lidar[one.scan].inverse();
+    std::vector<Hypothesis> with_it = {one};
+    for (const Hypothesis& other : found) {
+      if (other.scan == one.scan) continue;
+      const Pose expected = T_earlier_later * odometry.T_map_lidar[other.scan];
+      if (!are_elsewhere(expected, other.T_map_lidar)) with_it.push_back(other);
+    }
+    if (with_it.size() > most.size()) most = std::move(with_it);
+  }
+  const double least = kLeastShareAgreeing * static_cast<double>(found.size());
+  if (most.size() < kLeastAgreeing || static_cast<double>(most.size()) < least) return {};
+  return most;
+}
+
+}  // namespace sightline

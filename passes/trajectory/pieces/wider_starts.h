@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "formats/geometry.h"
+
+// Where in a local map a scan may be of which little is known; part of estimate-trajectory.
+
+namespace sightline {
+
+struct WideSearch {
+  double reach_m = 45.0;     // in the plane, along each axis
+  double least_share = 0.3;  // of a start; less is met by chance in many streets
+};
+
+struct WiderStart {
+  Pose T_map_lidar = Pose::Identity();
+  double share = 0.0;  // of the scan's upright points that meet the map's, in cells of 0.5 m
+};
+
+// Poses at all headings and up to the reach around `T_map_around` whose upright points
+// fall on those of the map, the best first; poses within 1.5 m and 10 degrees of a better one are
+// left out. Height, roll and pitch are those of `T_map_around`. Exhaustive on cells of 0.5 m by
+// branch and bound (Hess et al., "Real-time loop closure in 2D LIDAR SLAM", 2016), with a bound on
+// the work, after which the best so far are returned. The same order on every machine.
+std::vector<WiderStart> wider_starts(const std::vector<Eigen::Vector3d>& map_upright_m,
+                                     const std::vector<Eigen::Vector3d>& scan_upright_m,
+                                     const Pose& T_map_around, const WideSearch& options);
+
+}  // namespace sightline

@@ -1,0 +1,196 @@
+// Drives that a trajectory cannot follow from end to end, and those that it can.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "passes/trajectory/estimate_trajectory.h"
+#include "tests/support/box_world.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kAzimuthStep_deg = 0.5;
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+std::vector<Pose> along_street(double from_m, int count, double step_m = 1.0) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < count; ++i) {
+    const double x_m = from_m + step_m * i;
+    poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
+  }
+  return poses;
+}
+
+std::vector<Pose> joined(std::vector<Pose> first, const std::vector<Pose>& then) {
+  first.insert(first.end(), then.begin(), then.end());
+  return first;
+}
+
+struct Told {
+  Result<Trajectory> trajectory;
+  std::vector<std::string> warnings;
+};
+
+Told run(const Drive& drive) {
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.threads = 2;
+  ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
+  Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, drive);
+  return {std::move(trajectory), warnings};
+}
+
+// Of scans of one piece, seen from the first of them.
+double largest_error_m(const Trajectory& found, const Trajectory& truth, std::uint32_t piece) {
+  std::optional<std::size_t> first;
+  double largest_m = 0.0;
+  for (std::size_t i = 0; i < found.poses.size(); ++i) {
+    if (found.poses[i].piece != piece) continue;
+    if (!first) first = i;
+    const Pose T_truth_found =
+        truth.poses[*first].T_map_vehicle * found.poses[*first].T_map_vehicle.inverse();
+    const Pose laid = T_truth_found * found.poses[i].T_map_vehicle;
+    largest_m = std::max(largest_m,
+                         (laid.translation() - truth.poses[i].T_map_vehicle.translation()).norm());
+  }
+  return largest_m;
+}
+
+std::uint32_t pieces_in(const Trajectory& trajectory) { return trajectory.poses.back().piece + 1; }
+
+TEST(Pieces, AreNotMadeOfADriveThatCanBeFollowedAndEveryOverlapIsKept) {
+  const TestDrive test = drive_through(random_street(2), along_street(0.0, 8), kAzimuthStep_deg);
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_TRUE(told.warnings.empty());
+  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
+  EXPECT_FALSE(told.trajectory->poses[0].overlap.has_value());
+  for (std::size_t i = 1; i < 8; ++i) EXPECT_GT(told.trajectory->poses[i].overlap.value(), 0.6);
+}
+
+// As a hole of 7 m in a recording whose stamps do not tell.
+TEST(Pieces, AreNotMadeWhereWhatIsMissingIsFoundAgain) {
+  const TestDrive test = drive_through(
+      random_street(1), joined(along_street(-8.0, 6), along_street(4.0, 5)), kAzimuthStep_deg);
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
+  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.3);
+}
+
+TEST(Pieces, AreNotMadeByAQuickTurnOfTheHand) {
+  std::vector<Pose> poses = along_street(0.0, 7, 0.7);
+  for (std::size_t i = 3; i < 5; ++i) {
+    poses[i].linear() *=
+        Eigen::AngleAxisd(std::numbers::pi / 3.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  }
+  const TestDrive test = drive_through(random_street(5), poses, kAzimuthStep_deg);
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
+  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.1);
+}
+
+// Another street without a pause: nothing that it sees was seen before.
+TEST(Pieces, BeginWhereNothingOverlapsWithAWarningThatNamesScanTimeAndPlace) {
+  TestDrive test = drive_through(random_street(3), along_street(0.0, 6), kAzimuthStep_deg);
+  const TestDrive other = drive_through(random_street(40), along_street(0.0, 6), kAzimuthStep_deg);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 12; ++i) {
+    scans.push_back(*(i < 6 ? test : other).drive.store->read(i % 6));
+    scans.back().stamp_ns = static_cast<std::int64_t>(i) * kSecond_ns / 10;
+  }
+  test = drive_of(scans, joined(along_street(0.0, 6), along_street(0.0, 6)));
+  test.drive.sensor.azimuth_step_deg = kAzimuthStep_deg;
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_TRUE(validate(*told.trajectory).has_value());
+  ASSERT_EQ(pieces_in(*told.trajectory), 2u);
+  for (std::size_t i = 0; i < 12; ++i) {
+    EXPECT_EQ(told.trajectory->poses[i].piece, i < 6 ? 0u : 1u) << i;
+  }
+  for (const std::uint32_t piece : {0U, 1U}) {
+    EXPECT_LT(largest_error_m(*told.trajectory, test.truth, piece), 0.1);
+  }
+  ASSERT_EQ(told.warnings.size(), 1u);
+  EXPECT_NE(told.warnings[0].find("begins at scan 6, 0.600 s, after 5."), std::string::npos)
+      << told.warnings[0];
+  EXPECT_NE(told.warnings[0].find("is not known"), std::string::npos);
+  // Farther than two sensors see.
+  const Eigen::Vector3d apart_m = told.trajectory->poses[6].T_map_vehicle.translation() -
+                                  told.trajectory->poses[5].T_map_vehicle.translation();
+  EXPECT_GT(apart_m.x(), 2.0 * test.drive.sensor.max_range_m);
+  EXPECT_FALSE(told.trajectory->poses[6].overlap.has_value());
+}
+
+// The same street, the next day, from where the first day ended: a piece, joined by what it sees.
+TEST(Pieces, AreJoinedAgainByScansThatAgreeWhereTheyAre) {
+  TestDrive test = drive_through(
+      random_street(4), joined(along_street(0.0, 6), along_street(3.0, 6)), kAzimuthStep_deg);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 12; ++i) {
+    scans.push_back(*test.drive.store->read(i));
+    test.drive.scans[i].stamp_ns += i < 6 ? 0 : 86'400 * kSecond_ns;
+    scans.back().stamp_ns = test.drive.scans[i].stamp_ns;
+  }
+  test.drive.store = memory_scan_store(scans);
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
+  EXPECT_TRUE(told.warnings.empty());
+  EXPECT_GE(told.trajectory->loop_edges, 2u);
+  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.3);
+}
+
+// The same street, but nothing to tell where along it: walls without any feature, after a pause.
+TEST(Pieces, AreNotJoinedWhereAllPlacesLookAlike) {
+  BoxWorld world;
+  world.boxes = {{{-200.0, 6.0, 0.0}, {200.0, 8.0, 6.0}},
+                 {{-200.0, -8.0, 0.0}, {200.0, -6.0, 6.0}}};
+  TestDrive test =
+      drive_through(world, joined(along_street(0.0, 5), along_street(30.0, 5)), kAzimuthStep_deg);
+  for (std::size_t i = 5; i < 10; ++i) test.drive.scans[i].stamp_ns += 60 * kSecond_ns;
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(pieces_in(*told.trajectory), 2u);
+  ASSERT_EQ(told.warnings.size(), 1u);
+  EXPECT_NE(told.warnings[0].find("it comes 60.1 s after"), std::string::npos) << told.warnings[0];
+}
+
+TEST(Pieces, AreRefusedWhereADriveIsMadeOfThem) {
+  std::vector<Scan> scans;
+  std::vector<Pose> poses;
+  for (std::uint64_t i = 0; i < 6; ++i) {
+    poses.push_back(along_street(0.0, 1).front());
+    Pose lidar = poses.back();
+    lidar.translation().z() = 2.0;
+    scans.push_back(scan_world(random_street(20 + i), lidar, kAzimuthStep_deg));
+  }
+  const Told told = run(drive_of(scans, poses).drive);
+  ASSERT_FALSE(told.trajectory.has_value());
+  EXPECT_EQ(told.trajectory.error().code, ErrorCode::kTrajectoryLost);
+  EXPECT_EQ(told.trajectory.error().place, "scan 1");
+  EXPECT_NE(told.trajectory.error().message.find("of 5 scans do not follow those before them"),
+            std::string::npos)
+      << told.trajectory.error().message;
+}
+
+// Twice the time, twice the way: with the stamps of a recording that lacks every second scan.
+TEST(Pieces, AreNotMadeByStepsThatTakeLonger) {
+  std::vector<Pose> poses = along_street(0.0, 4);
+  poses = joined(poses, along_street(5.0, 3, 2.0));
+  TestDrive test = drive_through(random_street(6), poses, kAzimuthStep_deg);
+  for (std::size_t i = 4; i < 7; ++i) {
+    test.drive.scans[i].stamp_ns += static_cast<std::int64_t>(i - 3) * kSecond_ns / 10;
+  }
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
+  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.1);
+}
+
+}  // namespace
+}  // namespace sightline
