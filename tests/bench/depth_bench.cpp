@@ -1,7 +1,7 @@
 // Depth images of the product against the exact triangles of lanes (tests/support/lane), with and
 // without leaves: `depth_bench [--beams 16 64] [--seeds 1 2] [--length-m 60]`. Overall, by bands of
-// elevation, by what is truly hit, and what the surface costs. "Nearer" and "farther": shares of rays
-// that are found more than 0.5 m off that way, a miss counting as far.
+// elevation, by what is truly hit, and what the surface costs. "Nearer" and "farther": shares of
+// rays that are found more than 0.5 m off that way, a miss counting as far.
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -29,6 +29,7 @@ struct BenchOptions {
   std::vector<std::uint64_t> seeds = {1};
   double length_m = 60.0;
   double site_spacing_m = 3.0;
+  double hills = 1.0;
   int threads = 1;
   bool prints_rows = false;
 };
@@ -71,7 +72,7 @@ void print_tables(const DepthImages& images, const std::vector<TrueRay>& truth,
 }
 
 void measure(std::uint64_t seed, bool has_leaves, int beams, const BenchOptions& options) {
-  const Lane lane = make_lane({seed, options.length_m, has_leaves});
+  const Lane lane = make_lane({seed, options.length_m, has_leaves, options.hills});
   const Caster caster(lane.mesh);
   const Result<SensorProfile> sensor = sensor_profile("generic-" + std::to_string(beams));
   SIGHTLINE_CHECK(sensor);
@@ -79,21 +80,22 @@ void measure(std::uint64_t seed, bool has_leaves, int beams, const BenchOptions&
   drive.sensor = *sensor;
   drive.length_m = options.length_m;
   drive.threads = options.threads;
-  const SurfacePoints points = drive_along(caster, drive);
+  const SurfacePoints points = drive_along(lane, caster, drive);
   PassContext ctx;
   ctx.threads = options.threads;
   const double begin_s = cpu_s();
   const Result<Surface> surface = build_surface(ctx, {}, points);
   const double built_s = cpu_s();
   SIGHTLINE_CHECK(surface);
-  const Sites sites = sites_along(options.length_m, options.site_spacing_m);
+  const Sites sites = sites_along(lane, options.length_m, options.site_spacing_m);
   const Result<DepthImages> images = cast_rays(ctx, {}, *surface, sites);
   const double cast_s = cpu_s();
   SIGHTLINE_CHECK(images);
-  std::printf("\nlane %llu, %s, %d beams: %llu points, %zu patches, surface %.2f s, %.2f ms a site\n",
-              static_cast<unsigned long long>(seed), has_leaves ? "leaves" : "no leaves", beams,
-              static_cast<unsigned long long>(points.standing_count), surface->patches.size(),
-              built_s - begin_s, 1e3 * (cast_s - built_s) / static_cast<double>(sites.sites.size()));
+  std::printf(
+      "\nlane %llu, %s, %d beams: %llu points, %zu patches, surface %.2f s, %.2f ms a site\n",
+      static_cast<unsigned long long>(seed), has_leaves ? "leaves" : "no leaves", beams,
+      static_cast<unsigned long long>(points.standing_count), surface->patches.size(),
+      built_s - begin_s, 1e3 * (cast_s - built_s) / static_cast<double>(sites.sites.size()));
   print_tables(*images, true_rays(lane, caster, sites, *images), options);
 }
 
@@ -108,6 +110,7 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", options.seeds);
   app.add_option("--length-m", options.length_m);
   app.add_option("--site-spacing-m", options.site_spacing_m);
+  app.add_option("--hills", options.hills);
   app.add_option("--threads", options.threads);
   app.add_flag("--rows", options.prints_rows);
   CLI11_PARSE(app, argc, argv);

@@ -28,11 +28,11 @@ double quantile(std::vector<double>& values, double share) {
 
 }  // namespace
 
-Sites sites_along(double length_m, double spacing_m) {
+Sites sites_along(const Lane& lane, double length_m, double spacing_m) {
   Sites sites;
   for (double way_m = 0.5; way_m < length_m; way_m += spacing_m) {
     Site site;
-    site.p_map_m = sensor_pose(way_m).translation();
+    site.p_map_m = sensor_pose(lane.ground, way_m).translation();
     sites.sites.push_back(site);
   }
   return sites;
@@ -60,7 +60,8 @@ std::vector<TrueRay> true_rays(const Lane& lane, const Caster& caster, const Sit
         ray.kind = Kind::kGround;
       }
       const double way_m = std::min(ray.range_m, images.longest_range_m);
-      ray.is_through_leaves = is_foliage(ray.kind) || passes_leaves(lane, site.p_map_m, direction, way_m);
+      ray.is_through_leaves =
+          is_foliage(ray.kind) || passes_leaves(lane, site.p_map_m, direction, way_m);
       rays.push_back(ray);
     }
   }

@@ -16,12 +16,12 @@ namespace sightline::lane {
 struct TrueRay {
   double range_m = 0.0;
   double elevation_deg = 0.0;
-  Kind kind = Kind::kGround;      // of what is hit; kGround where nothing is
+  Kind kind = Kind::kGround;       // of what is hit; kGround where nothing is
   bool is_through_leaves = false;  // hits leaves, or passes them closely on its way
 };
 
 // Sites between the scans of a drive along the lane.
-Sites sites_along(double length_m, double spacing_m);
+Sites sites_along(const Lane& lane, double length_m, double spacing_m);
 
 // As the cells of `images` lie, whose distances are not looked at.
 std::vector<TrueRay> true_rays(const Lane& lane, const Caster& caster, const Sites& sites,
@@ -33,8 +33,8 @@ struct Fidelity {
   double agreement = 0.0;  // share of rays on which both hit or both miss
   double median_m = 0.0;   // of the distance's error where both hit
   double p95_m = 0.0;
-  double nearer = 0.0;     // share of rays found over 0.5 m nearer than the truth, a miss being far
-  double farther = 0.0;    // ... farther
+  double nearer = 0.0;   // share of rays found over 0.5 m nearer than the truth, a miss being far
+  double farther = 0.0;  // ... farther
 };
 
 // Over the rays that are counted.

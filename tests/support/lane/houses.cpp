@@ -1,9 +1,8 @@
 #include "tests/support/lane/houses.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-
-#include "tests/support/lane/lane.h"
 
 namespace sightline::lane {
 namespace {
@@ -40,9 +39,8 @@ void add_window(Mesh& mesh, const Front& front, const Eigen::Vector2d& low,
   add_quad(mesh, front.wall({low.x(), in_high.y()}, high), Kind::kWall);
   add_quad(mesh, front.wall({low.x(), in_low.y()}, {in_low.x(), in_high.y()}), Kind::kWall);
   add_quad(mesh, front.wall({in_high.x(), in_low.y()}, {high.x(), in_high.y()}), Kind::kWall);
-  const std::array<Eigen::Vector2d, 4> around = {
-      in_low, Eigen::Vector2d(in_high.x(), in_low.y()), in_high,
-      Eigen::Vector2d(in_low.x(), in_high.y())};
+  const std::array<Eigen::Vector2d, 4> around = {in_low, Eigen::Vector2d(in_high.x(), in_low.y()),
+                                                 in_high, Eigen::Vector2d(in_low.x(), in_high.y())};
   Quad pane_m;
   for (std::size_t i = 0; i < 4; ++i) {
     const Eigen::Vector2d& a = around[i];
@@ -75,11 +73,11 @@ void add_arch(Mesh& mesh, const Front& front) {
                 front.at(next.x(), 4.0, 0.0), front.at(last.x(), 4.0, 0.0)},
                Kind::kWall);
     }
-    add_quad(mesh,
-             {front.at(last.x(), last.y(), 0.0), front.at(next.x(), next.y(), 0.0),
-              front.at(next.x(), next.y(), house.depth_m),
-              front.at(last.x(), last.y(), house.depth_m)},
-             Kind::kArch);
+    add_quad(
+        mesh,
+        {front.at(last.x(), last.y(), 0.0), front.at(next.x(), next.y(), 0.0),
+         front.at(next.x(), next.y(), house.depth_m), front.at(last.x(), last.y(), house.depth_m)},
+        Kind::kArch);
     last = next;
   }
 }
@@ -97,8 +95,7 @@ void add_front(Mesh& mesh, const Front& front) {
   const double storey_m = (top_m(house) - first_up_m) / storeys;
   for (double bay = 0.0; bay < bays; bay += 1.0) {
     for (double storey = 0.0; storey < storeys; storey += 1.0) {
-      add_window(mesh, front,
-                 {house.from_y_m + bay * pitch_m, first_up_m + storey * storey_m},
+      add_window(mesh, front, {house.from_y_m + bay * pitch_m, first_up_m + storey * storey_m},
                  {house.from_y_m + (bay + 1.0) * pitch_m, first_up_m + (storey + 1.0) * storey_m});
     }
   }
@@ -136,9 +133,8 @@ House draw_house(double side, double from_y_m, Random& random) {
   return house;
 }
 
-void add_house(Mesh& mesh, const House& house) {
-  const double x_m = house.side * house.front_m;
-  const Front front{house, ground_m(x_m, 0.5 * (house.from_y_m + house.to_y_m))};
+void add_house(Mesh& mesh, const House& house, double foot_m) {
+  const Front front{house, foot_m};
   add_front(mesh, front);
   add_roof(mesh, front);
   const double up_m = top_m(house);
@@ -153,12 +149,12 @@ void add_house(Mesh& mesh, const House& house) {
                  Kind::kWall);
   }
   const double back_low_m = house.has_arch ? 4.0 : -1.0;
-  add_quad(mesh,
-           {front.at(house.from_y_m, back_low_m, house.depth_m),
-            front.at(house.to_y_m, back_low_m, house.depth_m),
-            front.at(house.to_y_m, up_m, house.depth_m),
-            front.at(house.from_y_m, up_m, house.depth_m)},
-           Kind::kWall);
+  add_quad(
+      mesh,
+      {front.at(house.from_y_m, back_low_m, house.depth_m),
+       front.at(house.to_y_m, back_low_m, house.depth_m),
+       front.at(house.to_y_m, up_m, house.depth_m), front.at(house.from_y_m, up_m, house.depth_m)},
+      Kind::kWall);
 }
 
 }  // namespace sightline::lane

@@ -17,6 +17,7 @@ struct LaneOptions {
   std::uint64_t seed = 1;
   double length_m = 60.0;
   bool has_leaves = true;  // false: bare trees, no hedges
+  double hills = 1.0;      // 0: flat ground, on which the sensor keeps its height
 };
 
 // A ball around boughs or a stretch of hedge: what lies in its shadow is seen through leaves.
@@ -25,16 +26,20 @@ struct LeafBall {
   double radius_m = 1.0;
 };
 
+struct Ground {
+  double hills = 1.0;
+  [[nodiscard]] double height_m(double x_m, double y_m) const;
+};
+
 struct Lane {
+  Ground ground;
   Mesh mesh;
   std::vector<LeafBall> leaf_balls;
 };
 
 Lane make_lane(const LaneOptions& options);
 
-double ground_m(double x_m, double y_m);  // height of the ground
-
 // On the driven line, 2 m above the ground at a length of way, pitching with the ground.
-Pose sensor_pose(double way_m);
+Pose sensor_pose(const Ground& ground, double way_m);
 
 }  // namespace sightline::lane

@@ -91,14 +91,14 @@ Scan spin(const Caster& caster, const DriveOptions& options, const Pose& T_map_l
 
 }  // namespace
 
-SurfacePoints drive_along(const Caster& caster, const DriveOptions& options) {
+SurfacePoints drive_along(const Lane& lane, const Caster& caster, const DriveOptions& options) {
   const auto count = static_cast<std::size_t>(options.length_m / options.spacing_m) + 1;
   std::vector<Scan> scans(count);
   SurfacePoints points;
   points.scans.resize(count);
   parallel_for(count, options.threads, [&](std::size_t i) {
     Random random(mix(options.seed, i));
-    const Pose T_map_lidar = sensor_pose(static_cast<double>(i) * options.spacing_m);
+    const Pose T_map_lidar = sensor_pose(lane.ground, static_cast<double>(i) * options.spacing_m);
     scans[i] = spin(caster, options, T_map_lidar, random);
     points.scans[i] = {static_cast<std::uint32_t>(i), T_map_lidar, options.sensor.min_range_m,
                        options.sensor.max_range_m};

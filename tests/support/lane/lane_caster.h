@@ -42,6 +42,6 @@ struct DriveOptions {
 };
 
 // What the sensor saw along the lane, at true poses, behind a store of its own: nothing moved.
-SurfacePoints drive_along(const Caster& caster, const DriveOptions& options);
+SurfacePoints drive_along(const Lane& lane, const Caster& caster, const DriveOptions& options);
 
 }  // namespace sightline::lane
