@@ -54,7 +54,8 @@ Columns ground_columns(std::span<const SurfacePatch> patches, double column_m) {
     const Eigen::Vector2d off_m = (middle_m - patch.centre_m).head<2>();
     const double height_m =
         patch.centre_m.z() - patch.normal.head<2>().dot(off_m) / patch.normal.z();
-    Column& column = columns.values()[columns.insert(key).number];
+    const std::uint32_t number = columns.insert(key).number;
+    Column& column = columns.values()[number];
     if (is_before(height_m, patch.normal, column)) column = {height_m, patch.normal};
   }
   return columns;
@@ -81,7 +82,8 @@ void bridge(const Columns& columns, std::size_t from, const std::array<int, 2>& 
   if (std::abs(far.height_m - near.height_m) > kMostStep_m + kMostSlope * length_m) return;
   for (int i = 1; i < count; ++i) {
     const double share = static_cast<double>(i) / count;
-    Bridge& best = bridges.values()[bridges.insert(beside(key, step, i)).number];
+    const std::uint32_t number = bridges.insert(beside(key, step, i)).number;
+    Bridge& best = bridges.values()[number];
     if (length_m >= best.length_m) continue;
     best.length_m = length_m;
     best.column.height_m = (1.0 - share) * near.height_m + share * far.height_m;

@@ -16,25 +16,29 @@ namespace {
 constexpr double kHalfSidePerCell = 0.72;
 // What is thicker than walls with windows and noise is no one surface: leaves, boughs, pickets.
 constexpr double kMostThickness_m = 0.08;
+// A coarse one reaches across the gap even where that lies between two coarse cells.
+constexpr double kCoarseHalfSidePerCell = 0.9;
 // Cells so many times as long close gaps between scan lines. Lines 2 degrees apart leave 1.4 m open
 // at the sensor's own height on a wall 40 m off, however often it drives by.
 constexpr std::array<int, 3> kCoarseFactors = {2, 4, 8};
+// Windows set back by 0.2 m in a wall are part of it, where they close a gap.
+constexpr double kMostCoarseThickness_m = 0.12;
 // Second spread of a coarse cell, in its cells: a single line lies in any plane.
 constexpr double kLeastWidthPerCell = 0.12;
 // A gap has no other patch this near to its plane.
 constexpr double kSamePlane_m = 0.15;
 
-SurfacePatch patch_of(const Nd& nd, double cell_m, double own_cell_m) {
+SurfacePatch patch_of(const Nd& nd, double cell_m, double half_side_m) {
   SurfacePatch patch;
   patch.key = cell_key(nd.mean_m, cell_m);
   patch.centre_m = nd.mean_m;
   patch.normal = nd.eigenvectors.col(2);
   if (patch.normal.z() < 0.0) patch.normal = -patch.normal;
-  patch.half_side_m = kHalfSidePerCell * own_cell_m;
+  patch.half_side_m = half_side_m;
   return patch;
 }
 
-bool is_thin(const Nd& nd) { return std::sqrt(nd.eigenvalues_m2[2]) <= kMostThickness_m; }
+double thickness_m(const Nd& nd) { return std::sqrt(nd.eigenvalues_m2[2]); }
 
 bool is_solid(const SurfacePatch& patch, int square) { return (patch.solid >> square & 1) != 0; }
 
@@ -66,14 +70,17 @@ std::vector<SurfaceCandidate> surface_candidates(const NdtMap& cells, std::uint3
   std::vector<SurfaceCandidate> candidates;
   for (const Nd& nd : cells.nds) {
     if (nd.point_count < min_points) continue;
-    candidates.push_back({patch_of(nd, cells.cell_m, cells.cell_m), !is_thin(nd), 1});
+    candidates.push_back({patch_of(nd, cells.cell_m, kHalfSidePerCell * cells.cell_m),
+                          thickness_m(nd) > kMostThickness_m, 1});
   }
   for (const int factor : kCoarseFactors) {
     const NdtMap coarse = coarse_map(cells, factor);
     for (const Nd& nd : coarse.nds) {
       const double width_m = std::sqrt(nd.eigenvalues_m2[1]);
-      if (!is_thin(nd) || width_m < kLeastWidthPerCell * coarse.cell_m) continue;
-      candidates.push_back({patch_of(nd, cells.cell_m, coarse.cell_m), false, factor});
+      if (thickness_m(nd) > kMostCoarseThickness_m) continue;
+      if (width_m < kLeastWidthPerCell * coarse.cell_m) continue;
+      candidates.push_back(
+          {patch_of(nd, cells.cell_m, kCoarseHalfSidePerCell * coarse.cell_m), false, factor});
     }
   }
   return candidates;
