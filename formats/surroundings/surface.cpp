@@ -1,6 +1,7 @@
 #include "formats/surroundings/surface.h"
 
 #include <cmath>
+#include <string_view>
 
 namespace sightline {
 namespace {
@@ -18,11 +19,20 @@ Result<void> validate_patch(const SurfacePatch& patch, std::size_t index) {
   if (!(patch.half_side_m > 0.0) || !std::isfinite(patch.half_side_m)) {
     return invalid("the side is not positive", "patch " + std::to_string(index));
   }
+  if (patch.solid == 0) {
+    return invalid("none of its squares is solid", "patch " + std::to_string(index));
+  }
   return {};
 }
 
-std::pair<TileKey, CellKey> order_of(const SurfacePatch& patch, const Surface& surface) {
-  return {tile_of(patch.key, surface.cell_m, surface.tile_m), patch.key};
+// 16 digits, the highest square first.
+std::string hexadecimal(std::uint64_t bits) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text(16, '0');
+  for (auto digit = text.rbegin(); digit != text.rend(); ++digit, bits >>= 4) {
+    *digit = kDigits[bits & 15];
+  }
+  return text;
 }
 
 }  // namespace
@@ -34,6 +44,10 @@ Eigen::Vector3d side_of(const SurfacePatch& patch) {
   return across.cross(patch.normal).normalized();
 }
 
+SurfaceOrder order_of(const SurfacePatch& patch, const Surface& surface) {
+  return {tile_of(patch.key, surface.cell_m, surface.tile_m), patch.key, patch.half_side_m};
+}
+
 Result<void> validate(const Surface& surface) {
   if (!is_tiling(surface.cell_m, surface.tile_m)) {
     return invalid("a tile is no multiple of a surface cell", "");
@@ -43,7 +57,7 @@ Result<void> validate(const Surface& surface) {
     SIGHTLINE_TRY(validate_patch(surface.patches[i], i));
     if (i > 0 &&
         !(order_of(surface.patches[i - 1], surface) < order_of(surface.patches[i], surface))) {
-      return invalid("patches must ascend by tile and key", "patch " + std::to_string(i));
+      return invalid("patches must ascend by tile, key and side", "patch " + std::to_string(i));
     }
   }
   return {};
@@ -55,8 +69,8 @@ Table dump(const Surface& surface) {
   append_facts(surface.frame, table);
   table.facts.emplace_back("cell_m", surface.cell_m);
   table.facts.emplace_back("tile_m", surface.tile_m);
-  table.columns = {"key_x",      "key_y",    "key_z",    "centre_x_m", "centre_y_m",
-                   "centre_z_m", "normal_x", "normal_y", "normal_z",   "half_side_m"};
+  table.columns = {"key_x",    "key_y",    "key_z",    "centre_x_m",  "centre_y_m", "centre_z_m",
+                   "normal_x", "normal_y", "normal_z", "half_side_m", "solid"};
   table.rows.reserve(surface.patches.size());
   for (const SurfacePatch& patch : surface.patches) {
     std::vector<Cell> row = {std::int64_t{patch.key.x}, std::int64_t{patch.key.y},
@@ -64,6 +78,7 @@ Table dump(const Surface& surface) {
     for (int i = 0; i < 3; ++i) row.emplace_back(patch.centre_m[i]);
     for (int i = 0; i < 3; ++i) row.emplace_back(patch.normal[i]);
     row.emplace_back(patch.half_side_m);
+    row.emplace_back(hexadecimal(patch.solid));
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -81,11 +96,13 @@ void encode(const Surface& surface, ByteWriter& writer) {
     for (int i = 0; i < 3; ++i) writer.put(patch.centre_m[i]);
     for (int i = 0; i < 3; ++i) writer.put(patch.normal[i]);
     writer.put(patch.half_side_m);
+    writer.put(patch.solid);
   }
 }
 
 void decode(ByteReader& reader, Surface& surface) {
-  constexpr std::size_t kPatchSize = 3 * sizeof(std::int32_t) + 7 * sizeof(double);
+  constexpr std::size_t kPatchSize =
+      3 * sizeof(std::int32_t) + 7 * sizeof(double) + sizeof(std::uint64_t);
   decode(reader, surface.frame);
   reader.get(surface.cell_m);
   reader.get(surface.tile_m);
@@ -97,6 +114,7 @@ void decode(ByteReader& reader, Surface& surface) {
     for (int i = 0; i < 3; ++i) reader.get(patch.centre_m[i]);
     for (int i = 0; i < 3; ++i) reader.get(patch.normal[i]);
     reader.get(patch.half_side_m);
+    reader.get(patch.solid);
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include "formats/artifact.h"
@@ -9,30 +10,48 @@
 
 namespace sightline {
 
-// A small square of something solid; rays hit it from both sides.
+// A patch is cut into so many squares along each side, each of them solid or open.
+inline constexpr int kPatchSquares = 8;
+
+// A small square of something solid, or of which a part is; rays hit it from both sides.
 struct SurfacePatch {
-  CellKey key;  // of the surface grid; unique
+  CellKey key;  // of the cell that holds the centre
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // unit length, z >= 0
   double half_side_m = 0.0;
+  std::uint64_t solid = ~std::uint64_t{0};  // bit of square_at(): a ray is stopped there
 };
+
+// The number of the square at a place of the patch, told in halves of its sides from its centre
+// along side_of() and normal x side_of(): rows along the first. Each within [-1, 1].
+inline int square_at(double along, double across) {
+  const auto place = [](double of_half) {
+    const int square = static_cast<int>((of_half + 1.0) * (0.5 * kPatchSquares));
+    return square < kPatchSquares ? square : kPatchSquares - 1;
+  };
+  return kPatchSquares * place(across) + place(along);
+}
 
 // Unit vector along one pair of sides; the other pair is at right angles to it and to the normal.
 // Level where the patch is steep; on ground the sides run along the map's axes.
 Eigen::Vector3d side_of(const SurfacePatch& patch);
 
-// What rays can hit: one patch for each occupied cell of a grid finer than the NDT map's.
+// What rays can hit: patches on the cells of a grid finer than the NDT map's.
 struct Surface {
   MapFrame frame;
   double cell_m = 0.0;
   double tile_m = 0.0;
-  std::vector<SurfacePatch> patches;  // ascending by (tile, key)
+  std::vector<SurfacePatch> patches;  // ascending by order_of()
 };
+
+// By tile, then cell, then half side: no two patches have the same.
+using SurfaceOrder = std::tuple<TileKey, CellKey, double>;
+SurfaceOrder order_of(const SurfacePatch& patch, const Surface& surface);
 
 template <>
 struct ArtifactTraits<Surface> {
   static constexpr std::string_view kName = "surface";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 Result<void> validate(const Surface& surface);

@@ -23,7 +23,7 @@ double distance_to_block_m(const Eigen::Vector3d& point_m, const TileKey& block)
   return portable_hypot(dx, dy);
 }
 
-// Ascending by key within a block, however the surface was cut into tiles.
+// Ascending by key and side within a block, however the surface was cut into tiles.
 using PatchesByBlock = std::map<TileKey, std::vector<std::uint32_t>>;
 
 PatchesByBlock patches_by_block(const Surface& surface) {
@@ -33,7 +33,10 @@ PatchesByBlock patches_by_block(const Surface& surface) {
   }
   for (auto& [key, patches] : by_block) {
     std::sort(patches.begin(), patches.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return surface.patches[a].key < surface.patches[b].key;
+      const SurfacePatch& patch_a = surface.patches[a];
+      const SurfacePatch& patch_b = surface.patches[b];
+      if (patch_a.key != patch_b.key) return patch_a.key < patch_b.key;
+      return patch_a.half_side_m < patch_b.half_side_m;
     });
   }
   return by_block;

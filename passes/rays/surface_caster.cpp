@@ -59,11 +59,13 @@ Device make_device() {
 struct ExactPatch {
   Eigen::Vector3d centre_m, normal, side, other_side;
   double half_side_m = 0.0;
+  std::uint64_t solid = 0;
 };
 
 ExactPatch exact_patch(const SurfacePatch& patch) {
   const Eigen::Vector3d side = side_of(patch);
-  return {patch.centre_m, patch.normal, side, patch.normal.cross(side), patch.half_side_m};
+  return {patch.centre_m,           patch.normal,      side,
+          patch.normal.cross(side), patch.half_side_m, patch.solid};
 }
 
 // A patch as seen from the place where rays begin.
@@ -86,7 +88,9 @@ struct SeenPatch {
     const double other_off_m = distance_m * patch.other_side.dot(direction) - other_aside_m;
     const bool is_inside =
         std::abs(off_m) <= patch.half_side_m && std::abs(other_off_m) <= patch.half_side_m;
-    return is_inside ? distance_m : kInfinity;
+    if (!is_inside) return kInfinity;
+    const int square = square_at(off_m / patch.half_side_m, other_off_m / patch.half_side_m);
+    return (patch.solid >> square & 1) != 0 ? distance_m : kInfinity;
   }
 };
 

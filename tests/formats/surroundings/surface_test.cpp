@@ -14,7 +14,8 @@ Surface two_patches() {
   surface.cell_m = 0.5;
   surface.tile_m = 64.0;
   surface.patches.push_back({{0, 0, 0}, {0.25, 0.2, 0.1}, {0.0, 0.6, 0.8}, 0.3});
-  surface.patches.push_back({{0, 1, 0}, {0.25, 0.7, 0.1}, {1.0, 0.0, 0.0}, 0.2});
+  surface.patches.push_back(
+      {{0, 1, 0}, {0.25, 0.7, 0.1}, {1.0, 0.0, 0.0}, 0.2, 0x8000000000000001});
   return surface;
 }
 
@@ -42,6 +43,19 @@ TEST(Surface, RefusesAPatchOfNoWidth) {
   Surface surface = two_patches();
   surface.patches[0].half_side_m = 0.0;
   EXPECT_FALSE(validate(surface).has_value());
+}
+
+TEST(Surface, RefusesAPatchWithoutASolidSquare) {
+  Surface surface = two_patches();
+  surface.patches[1].solid = 0;
+  EXPECT_FALSE(validate(surface).has_value());
+}
+
+TEST(Surface, CountsSquaresAlongTheSideThenAcross) {
+  EXPECT_EQ(square_at(-1.0, -1.0), 0);
+  EXPECT_EQ(square_at(1.0, -1.0), 7);
+  EXPECT_EQ(square_at(-1.0, 1.0), 56);
+  EXPECT_EQ(square_at(0.01, 0.26), 8 * 5 + 4);
 }
 
 TEST(Surface, RefusesPatchesOutOfOrder) {

@@ -36,6 +36,7 @@ Surface random_surface(std::uint64_t seed, int count, const Eigen::Vector3d& aro
     patch.key = cell_key(patch.centre_m, surface.cell_m);
     patch.normal = random_direction(random);
     patch.half_side_m = random.uniform(0.2, 0.8);
+    if (random.uniform() < 0.5) patch.solid = random.next() | 1;
     if (taken.insert(patch.key).second) surface.patches.push_back(patch);
   }
   return surface;
@@ -87,7 +88,14 @@ PlainHit plain_cast(const Surface& surface, const Eigen::Vector3d& p_m,
       hit.is_close_call = true;
     }
     if (std::abs(slope) < 0.01) continue;
-    if (beyond_m <= 0.0 && t >= near_m && t <= far_m) hit.distance_m = std::min(hit.distance_m, t);
+    if (beyond_m > 0.0) continue;
+    const double along = off_m.dot(u) / patch.half_side_m;
+    const double across = off_m.dot(patch.normal.cross(u)) / patch.half_side_m;
+    for (const double place : {4.0 * along, 4.0 * across}) {
+      if (std::abs(place - std::round(place)) < 1e-8) hit.is_close_call = true;
+    }
+    if ((patch.solid >> square_at(along, across) & 1) == 0) continue;
+    if (t >= near_m && t <= far_m) hit.distance_m = std::min(hit.distance_m, t);
   }
   return hit;
 }
@@ -174,6 +182,23 @@ TEST(SurfaceCaster, HitsBothFacesAndHonoursNearAndFar) {
   EXPECT_EQ(cast(surface, {0.0, 0.0, 0.0}, back, 0.5, 50.0)[0], kInfinity);
   EXPECT_EQ(cast(surface, {0.0, 0.0, 0.0}, towards, 0.5, 9.9)[0], kInfinity);
   EXPECT_EQ(cast(surface, {9.8, 0.0, 0.0}, towards, 0.5, 50.0)[0], kInfinity);
+}
+
+TEST(SurfaceCaster, GoesOnThroughTheOpenSquaresOfAPatch) {
+  Surface surface;
+  surface.cell_m = 0.5;
+  surface.tile_m = 64.0;
+  surface.patches.push_back({{20, 0, 0}, {10.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.5});
+  surface.patches.push_back({{22, 0, 0}, {11.0, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.5});
+  const Eigen::Vector3d side = side_of(surface.patches[0]);
+  surface.patches[0].solid &= ~(std::uint64_t{1} << square_at(0.1, 0.1));
+  const Eigen::Vector3d up = surface.patches[0].normal.cross(side);
+  const Eigen::Vector3d open_m = Eigen::Vector3d(10.0, 0.0, 0.0) + 0.05 * side + 0.05 * up;
+  const Eigen::Vector3d solid_m = Eigen::Vector3d(10.0, 0.0, 0.0) - 0.05 * side + 0.05 * up;
+  const std::vector<double> found_m =
+      cast(surface, {0.0, 0.0, 0.0}, {open_m.normalized(), solid_m.normalized()}, 0.5, 50.0);
+  EXPECT_NEAR(found_m[0], 1.1 * open_m.norm(), 1e-9);
+  EXPECT_NEAR(found_m[1], solid_m.norm(), 1e-9);
 }
 
 TEST(SurfaceCaster, SeesNothingWhereThereIsNoSurface) {

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "formats/surroundings/surface.h"
+
+namespace sightline {
+
+// Level patches for ground that lies between ground: the lines of a scan are many metres apart on
+// the ground where the sensor looks far, and rays between them would go on below it. Straight from
+// what was seen on one side to what was seen on the other, in the direction in which that is
+// nearest, where both are at heights that one street may have. Not where ground was seen.
+std::vector<SurfacePatch> ground_between(std::span<const SurfacePatch> patches, double cell_m);
+
+}  // namespace sightline

@@ -1,0 +1,174 @@
+#include "passes/map/surface/patch_evidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "formats/base/parallel.h"
+
+// Rays are followed from cell to cell (Amanatides and Woo, 1987).
+
+namespace sightline {
+namespace {
+
+// A ray goes through a patch when it ends behind it by more than noise, relief and unevenness
+// within a cell explain.
+constexpr double kLeastBehindPlane_m = 0.2;
+constexpr double kLeastBeyond_m = 0.4;  // along the ray
+// Sine of the angle to the plane (10 degrees). Seen more edge-on, the place where a ray crosses is
+// off by more than a square wherever the plane is off by two centimetres.
+constexpr double kLeastSlope = 0.17;
+constexpr double kLongestPass_m = 60.0;
+// A return farther from a plane, as a share of the patch's half side, is no part of it.
+constexpr double kMostOffPlane = 0.3;
+// Of a scan.
+constexpr std::size_t kReturnsCounted = 32000;
+constexpr std::size_t kRaysFollowed = 8000;
+
+// What one scan says of one square.
+struct Sight {
+  std::uint32_t patch = 0;
+  std::uint8_t square = 0;
+  bool is_return = true;
+};
+
+// Positions floor(n s) with s = t - floor(t - g) no fraction: every ring is met alike. At most
+// about `most` of `count`; the same rule as that of measured error (schemas/definitions.md).
+std::vector<std::size_t> spread_evenly(std::size_t count, std::size_t most) {
+  constexpr double kGolden = 0.6180339887498949;
+  const double wanted = static_cast<double>(count) / static_cast<double>(most);
+  const double stride = wanted < 1.0 + kGolden ? 1.0 : std::floor(wanted - kGolden) + kGolden;
+  std::vector<std::size_t> positions;
+  for (double n = 0.0;; n += 1.0) {
+    const auto position = static_cast<std::size_t>(n * stride);
+    if (position >= count) return positions;
+    positions.push_back(position);
+  }
+}
+
+class ScanSights {
+ public:
+  explicit ScanSights(const PatchGrid& grid) : grid_(grid) {}
+
+  void add_return(const Eigen::Vector3d& point_m) {
+    const CellKey cell = cell_key(point_m, grid_.cell_m());
+    for (const std::uint32_t patch : grid_.patches_at(cell)) {
+      const PatchPlane& plane = grid_.plane(patch);
+      const double off_m = plane.normal.dot(point_m - plane.centre_m);
+      if (std::abs(off_m) > kMostOffPlane * plane.half_side_m) continue;
+      add(patch, plane.square_of(point_m), true);
+    }
+  }
+
+  void follow_ray(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m);
+
+  std::vector<Sight> sights;
+  std::size_t returns = 0;
+  std::size_t rays = 0;
+
+ private:
+  struct Ray {
+    Eigen::Vector3d from_m, direction;
+    double range_m = 0.0;
+  };
+  void add(std::uint32_t patch, int square, bool is_return) {
+    if (square >= 0) sights.push_back({patch, static_cast<std::uint8_t>(square), is_return});
+  }
+  void look_into(const CellKey& cell, const Ray& ray);
+
+  const PatchGrid& grid_;
+};
+
+// Each patch counts in the cell in which the ray crosses it.
+void ScanSights::look_into(const CellKey& cell, const Ray& ray) {
+  for (const std::uint32_t patch : grid_.patches_at(cell)) {
+    const PatchPlane& plane = grid_.plane(patch);
+    const double slope = plane.normal.dot(ray.direction);
+    if (std::abs(slope) < kLeastSlope) continue;
+    const double distance_m = plane.normal.dot(plane.centre_m - ray.from_m) / slope;
+    const double beyond_m = ray.range_m - distance_m;
+    if (!(distance_m > 0.0 && beyond_m > kLeastBeyond_m)) continue;
+    if (beyond_m * std::abs(slope) < kLeastBehindPlane_m) continue;
+    const Eigen::Vector3d at_m = ray.from_m + distance_m * ray.direction;
+    if (cell_key(at_m, grid_.cell_m()) != cell) continue;
+    add(patch, plane.square_of(at_m), false);
+  }
+}
+
+void ScanSights::follow_ray(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
+  const double cell_m = grid_.cell_m();
+  const double range_m = (to_m - from_m).norm();
+  const Ray ray{from_m, (to_m - from_m) / range_m, range_m};
+  const double last_m = std::min(range_m - kLeastBeyond_m, kLongestPass_m);
+  const CellKey first = cell_key(from_m, cell_m);
+  std::array<std::int32_t, 3> at = {first.x, first.y, first.z};
+  std::array<std::int32_t, 3> step{};
+  Eigen::Vector3d next_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d step_m = next_m;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    const double along = ray.direction[axis];
+    step[i] = along > 0.0 ? 1 : -1;
+    if (along == 0.0) continue;
+    step_m[axis] = cell_m / std::abs(along);
+    next_m[axis] = ((at[i] + (along > 0.0 ? 1 : 0)) * cell_m - from_m[axis]) / along;
+  }
+  CellKey block = PatchGrid::block_of(first);
+  std::uint64_t held = grid_.held_cells(block);
+  for (double entered_m = 0.0; entered_m < last_m;) {
+    const CellKey cell{at[0], at[1], at[2]};
+    if (PatchGrid::block_of(cell) != block) {
+      block = PatchGrid::block_of(cell);
+      held = grid_.held_cells(block);
+    }
+    if ((held & PatchGrid::bit_of(cell)) != 0) look_into(cell, ray);
+    int axis = 0;
+    entered_m = next_m.minCoeff(&axis);
+    next_m[axis] += step_m[axis];
+    at[static_cast<std::size_t>(axis)] += step[static_cast<std::size_t>(axis)];
+  }
+}
+
+ScanSights sights_of(const SeenScan& scan, const PatchGrid& grid) {
+  ScanSights seen(grid);
+  const std::size_t count = scan.points_m.size();
+  for (const std::size_t i : spread_evenly(count, scan.has_origin ? kReturnsCounted : count)) {
+    seen.add_return(scan.points_m[i]);
+    ++seen.returns;
+  }
+  if (!scan.has_origin) return seen;
+  for (const std::size_t i : spread_evenly(count, kRaysFollowed)) {
+    seen.follow_ray(scan.origin_m, scan.points_m[i]);
+    ++seen.rays;
+  }
+  return seen;
+}
+
+}  // namespace
+
+void PatchEvidence::add(std::span<const SeenScan> scans, int threads) {
+  std::vector<ScanSights> seen(scans.size(), ScanSights(grid_));
+  parallel_for(scans.size(), threads, [&](std::size_t i) {
+    ScanSights of_scan = sights_of(scans[i], grid_);
+    seen[i].sights = std::move(of_scan.sights);
+    seen[i].returns = of_scan.returns;
+    seen[i].rays = of_scan.rays;
+  });
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    if (scans[i].has_origin) counted_returns_ += seen[i].returns;
+    followed_rays_ += seen[i].rays;
+    for (const Sight& sight : seen[i].sights) {
+      SquareCounts& counts = counts_[sight.patch];
+      std::uint8_t& counter =
+          sight.is_return ? counts.returns[sight.square] : counts.passes[sight.square];
+      if (counter < 255) ++counter;
+    }
+  }
+}
+
+double PatchEvidence::returns_per_ray() const {
+  if (followed_rays_ == 0) return 1.0;
+  return static_cast<double>(counted_returns_) / static_cast<double>(followed_rays_);
+}
+
+}  // namespace sightline

@@ -1,0 +1,86 @@
+#include "passes/map/surface/patch_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace sightline {
+namespace {
+
+// The cells in which points of a lattice over the patch lie, half a cell apart at most.
+void cells_of(const PatchPlane& plane, double cell_m, std::vector<CellKey>& keys) {
+  keys.clear();
+  const int steps = static_cast<int>(std::ceil(2.0 * plane.half_side_m / cell_m));
+  const double step_m = plane.half_side_m / steps;
+  for (int row = -steps; row <= steps; ++row) {
+    for (int column = -steps; column <= steps; ++column) {
+      const Eigen::Vector3d at_m =
+          plane.centre_m + step_m * (column * plane.side + row * plane.other_side);
+      const CellKey key = cell_key(at_m, cell_m);
+      if (keys.empty() || keys.back() != key) keys.push_back(key);
+    }
+  }
+  std::ranges::sort(keys);
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+}
+
+}  // namespace
+
+PatchPlane::PatchPlane(const SurfacePatch& patch)
+    : centre_m(patch.centre_m),
+      normal(patch.normal),
+      side(side_of(patch)),
+      other_side(patch.normal.cross(side)),
+      half_side_m(patch.half_side_m) {}
+
+int PatchPlane::square_of(const Eigen::Vector3d& place_m) const {
+  const Eigen::Vector3d from_centre_m = place_m - centre_m;
+  const double along_m = side.dot(from_centre_m);
+  const double across_m = other_side.dot(from_centre_m);
+  if (std::abs(along_m) > half_side_m || std::abs(across_m) > half_side_m) return -1;
+  return square_at(along_m / half_side_m, across_m / half_side_m);
+}
+
+Eigen::Vector3d PatchPlane::middle_m(int square) const {
+  const double step_m = 2.0 * half_side_m / kPatchSquares;
+  const double column = square % kPatchSquares + 0.5 - 0.5 * kPatchSquares;
+  const double row = square / kPatchSquares + 0.5 - 0.5 * kPatchSquares;
+  return centre_m + step_m * (column * side + row * other_side);
+}
+
+PatchGrid::PatchGrid(std::span<const SurfacePatch> patches, double cell_m) : cell_m_(cell_m) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> reached;  // cell, patch
+  std::vector<CellKey> keys;
+  planes_.reserve(patches.size());
+  for (const SurfacePatch& patch : patches) {
+    const auto number = static_cast<std::uint32_t>(planes_.size());
+    planes_.emplace_back(patch);
+    cells_of(planes_.back(), cell_m, keys);
+    for (const CellKey& key : keys) reached.emplace_back(cells_.insert(key).number, number);
+  }
+  std::ranges::sort(reached);
+  begin_.assign(cells_.size() + 1, 0);
+  reaching_.reserve(reached.size());
+  for (const auto& [cell, patch] : reached) {
+    ++begin_[cell + 1];
+    reaching_.push_back(patch);
+  }
+  for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
+  for (const CellKey& key : cells_.keys()) {
+    const std::uint32_t block = blocks_.insert(block_of(key)).number;
+    blocks_.values()[block] |= bit_of(key);
+  }
+}
+
+std::span<const std::uint32_t> PatchGrid::patches_at(const CellKey& cell) const {
+  const std::uint32_t number = cells_.number_of(cell);
+  if (number == FlatCellMap<char>::kNone) return {};
+  return std::span(reaching_).subspan(begin_[number], begin_[number + 1] - begin_[number]);
+}
+
+std::uint64_t PatchGrid::held_cells(const CellKey& block) const {
+  const std::uint64_t* held = blocks_.find(block);
+  return held == nullptr ? 0 : *held;
+}
+
+}  // namespace sightline

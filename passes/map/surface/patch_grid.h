@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/grid/flat_cell_map.h"
+#include "formats/surroundings/surface.h"
+
+namespace sightline {
+
+inline constexpr int kSquaresOfPatch = kPatchSquares * kPatchSquares;
+
+// A patch with its axes at hand.
+struct PatchPlane {
+  Eigen::Vector3d centre_m, normal, side, other_side;
+  double half_side_m = 0.0;
+
+  explicit PatchPlane(const SurfacePatch& patch);
+  // The square across which a place lies; -1 beside the patch.
+  [[nodiscard]] int square_of(const Eigen::Vector3d& place_m) const;
+  [[nodiscard]] Eigen::Vector3d middle_m(int square) const;
+};
+
+// Finds the patches that reach into a cell of a grid. Most cells hold none, so that one look at a
+// block of 4 x 4 x 4 of them answers for many.
+class PatchGrid {
+ public:
+  PatchGrid(std::span<const SurfacePatch> patches, double cell_m);
+
+  [[nodiscard]] double cell_m() const { return cell_m_; }
+  [[nodiscard]] const PatchPlane& plane(std::uint32_t patch) const { return planes_[patch]; }
+  // Ascending; none for most cells.
+  [[nodiscard]] std::span<const std::uint32_t> patches_at(const CellKey& cell) const;
+
+  static CellKey block_of(const CellKey& cell) { return {cell.x >> 2, cell.y >> 2, cell.z >> 2}; }
+  // The bits of the cells of a block that hold patches.
+  [[nodiscard]] std::uint64_t held_cells(const CellKey& block) const;
+  static std::uint64_t bit_of(const CellKey& cell) {
+    return std::uint64_t{1} << ((cell.x & 3) | (cell.y & 3) << 2 | (cell.z & 3) << 4);
+  }
+
+ private:
+  double cell_m_;
+  std::vector<PatchPlane> planes_;
+  FlatCellMap<std::uint64_t> blocks_;
+  FlatCellMap<char> cells_;
+  std::vector<std::uint32_t> begin_;  // by number of the cell, into reaching_; and the end
+  std::vector<std::uint32_t> reaching_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,113 @@
+#include "passes/map/surface/surface_candidates.h"
+
+#include <array>
+#include <cmath>
+
+#include "passes/map/surface/solid_squares.h"
+#include "passes/matching/coarse_map.h"
+
+// The constants below were chosen against the exact triangles of lanes (tests/bench/depth_bench).
+
+namespace sightline {
+namespace {
+
+// A patch reaches a little over its cell wherever its centre lies. Squares of 0.09 m in cells of
+// 0.5 m are no finer than what several rays of a drive tell apart.
+constexpr double kHalfSidePerCell = 0.72;
+// What is thicker than walls with windows and noise is no one surface: leaves, boughs, pickets.
+constexpr double kMostThickness_m = 0.08;
+// A coarse one reaches across the gap even where that lies between two coarse cells.
+constexpr double kCoarseHalfSidePerCell = 0.9;
+// Cells so many times as long close gaps between scan lines. Lines 2 degrees apart leave 1.4 m open
+// at the sensor's own height on a wall 40 m off, however often it drives by.
+constexpr std::array<int, 3> kCoarseFactors = {2, 4, 8};
+// Windows set back by 0.2 m in a wall are part of it, where they close a gap.
+constexpr double kMostCoarseThickness_m = 0.12;
+// Second spread of a coarse cell, in its cells: a single line lies in any plane.
+constexpr double kLeastWidthPerCell = 0.12;
+// A gap has no other patch this near to its plane.
+constexpr double kSamePlane_m = 0.15;
+
+SurfacePatch patch_of(const Nd& nd, double cell_m, double half_side_m) {
+  SurfacePatch patch;
+  patch.key = cell_key(nd.mean_m, cell_m);
+  patch.centre_m = nd.mean_m;
+  patch.normal = nd.eigenvectors.col(2);
+  if (patch.normal.z() < 0.0) patch.normal = -patch.normal;
+  patch.half_side_m = half_side_m;
+  return patch;
+}
+
+double thickness_m(const Nd& nd) { return std::sqrt(nd.eigenvalues_m2[2]); }
+
+bool is_solid(const SurfacePatch& patch, int square) { return (patch.solid >> square & 1) != 0; }
+
+// Whether one of the first patches of the grid is solid there.
+bool is_covered(const Eigen::Vector3d& place_m, const PatchGrid& grid,
+                std::span<const SurfacePatch> first) {
+  for (const std::uint32_t i : grid.patches_at(cell_key(place_m, grid.cell_m()))) {
+    if (i >= first.size()) return false;
+    const PatchPlane& plane = grid.plane(i);
+    if (std::abs(plane.normal.dot(place_m - plane.centre_m)) > kSamePlane_m) continue;
+    const int square = plane.square_of(place_m);
+    if (square >= 0 && is_solid(first[i], square)) return true;
+  }
+  return false;
+}
+
+void clear_covered(const PatchPlane& plane, const PatchGrid& grid,
+                   std::span<const SurfacePatch> first, std::uint64_t& squares) {
+  for (int square = 0; square < kSquaresOfPatch; ++square) {
+    const std::uint64_t bit = std::uint64_t{1} << square;
+    if ((squares & bit) == 0) continue;
+    if (is_covered(plane.middle_m(square), grid, first)) squares &= ~bit;
+  }
+}
+
+}  // namespace
+
+std::vector<SurfaceCandidate> surface_candidates(const NdtMap& cells, std::uint32_t min_points) {
+  std::vector<SurfaceCandidate> candidates;
+  for (const Nd& nd : cells.nds) {
+    if (nd.point_count < min_points) continue;
+    candidates.push_back({patch_of(nd, cells.cell_m, kHalfSidePerCell * cells.cell_m),
+                          thickness_m(nd) > kMostThickness_m, 1});
+  }
+  for (const int factor : kCoarseFactors) {
+    const NdtMap coarse = coarse_map(cells, factor);
+    for (const Nd& nd : coarse.nds) {
+      const double width_m = std::sqrt(nd.eigenvalues_m2[1]);
+      if (thickness_m(nd) > kMostCoarseThickness_m) continue;
+      if (width_m < kLeastWidthPerCell * coarse.cell_m) continue;
+      candidates.push_back(
+          {patch_of(nd, cells.cell_m, kCoarseHalfSidePerCell * coarse.cell_m), false, factor});
+    }
+  }
+  return candidates;
+}
+
+std::vector<SurfacePatch> solid_patches(const std::vector<SurfaceCandidate>& candidates,
+                                        const PatchGrid& grid, const PatchEvidence& evidence) {
+  const double returns_per_ray = evidence.returns_per_ray();
+  std::vector<SurfacePatch> patches;
+  patches.reserve(candidates.size());
+  std::size_t shorter_count = 0;  // candidates of shorter cells: what covers depends on no order
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const SquareCounts& counts = evidence.counts()[i];
+    const std::uint64_t stopping = stopping_squares(counts, returns_per_ray);
+    const std::uint64_t between = convex_hull(stopping) & ~open_squares(counts, returns_per_ray);
+    SurfacePatch patch = candidates[i].patch;
+    patch.solid = candidates[i].is_thick ? stopping : between;
+    if (i > 0 && candidates[i].factor != candidates[i - 1].factor) shorter_count = i;
+    if (candidates[i].factor > 1) {
+      patch.solid &= ~stopping;
+      clear_covered(grid.plane(static_cast<std::uint32_t>(i)), grid,
+                    std::span(patches).first(shorter_count), patch.solid);
+    }
+    patches.push_back(patch);
+  }
+  std::erase_if(patches, [](const SurfacePatch& patch) { return patch.solid == 0; });
+  return patches;
+}
+
+}  // namespace sightline

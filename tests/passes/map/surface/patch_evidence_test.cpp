@@ -1,0 +1,116 @@
+#include "passes/map/surface/patch_evidence.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "formats/base/random.h"
+
+namespace sightline {
+namespace {
+
+// Upright, 10 m ahead along x: squares count columns along -y and rows up or down.
+SurfacePatch wall() {
+  SurfacePatch patch;
+  patch.key = {20, 0, 0};
+  patch.centre_m = {10.2, 0.25, 0.25};
+  patch.normal = Eigen::Vector3d::UnitX();
+  patch.half_side_m = 0.4;
+  return patch;
+}
+
+SquareCounts seen(const SurfacePatch& patch, const SeenScan& scan) {
+  const PatchGrid grid(std::vector<SurfacePatch>{patch}, 0.5);
+  PatchEvidence evidence(grid, 1);
+  evidence.add(std::vector<SeenScan>{scan}, 1);
+  return evidence.counts()[0];
+}
+
+int sum(const std::array<std::uint8_t, kSquaresOfPatch>& counts) {
+  return std::accumulate(counts.begin(), counts.end(), 0);
+}
+
+SeenScan scan_of(std::vector<Eigen::Vector3d> points_m) { return {std::move(points_m), true}; }
+
+TEST(PatchEvidence, CountsAReturnInTheSquareWhereItLies) {
+  const SquareCounts counts = seen(wall(), scan_of({{10.25, 0.3, 0.3}}));
+  EXPECT_EQ(sum(counts.returns), 1);
+  EXPECT_EQ(sum(counts.passes), 0);
+  const int square = PatchPlane(wall()).square_of({10.2, 0.3, 0.3});
+  ASSERT_GE(square, 0);
+  EXPECT_EQ(counts.returns[static_cast<std::size_t>(square)], 1);
+}
+
+TEST(PatchEvidence, CountsARayThatEndsBehindThePatch) {
+  const SquareCounts counts = seen(wall(), scan_of({{20.4, 0.5, 0.5}}));
+  EXPECT_EQ(sum(counts.returns), 0);
+  EXPECT_EQ(sum(counts.passes), 1);
+  const int square = PatchPlane(wall()).square_of({10.2, 0.25, 0.25});
+  EXPECT_EQ(counts.passes[static_cast<std::size_t>(square)], 1);
+}
+
+TEST(PatchEvidence, SaysNothingOfRaysThatEndAtThePatchOrBeforeItOrPassBeside) {
+  for (const Eigen::Vector3d& point_m :
+       {Eigen::Vector3d(10.35, 0.25, 0.25), Eigen::Vector3d(5.0, 0.1, 0.1),
+        Eigen::Vector3d(20.0, 3.0, 0.0)}) {
+    EXPECT_EQ(sum(seen(wall(), scan_of({point_m})).passes), 0);
+  }
+}
+
+TEST(PatchEvidence, SaysNothingOfAPatchSeenEdgeOn) {
+  SurfacePatch ground = wall();
+  ground.centre_m = {10.2, 0.25, -0.5};
+  ground.normal = Eigen::Vector3d(0.0, 0.0, 1.0);
+  EXPECT_EQ(sum(seen(ground, scan_of({{20.4, 0.5, -1.0}})).passes), 0);
+}
+
+TEST(PatchEvidence, FollowsNoRayWithoutAnOrigin) {
+  const SquareCounts counts = seen(wall(), {{{20.4, 0.5, 0.5}, {10.2, 0.25, 0.25}}, false});
+  EXPECT_EQ(sum(counts.passes), 0);
+  EXPECT_EQ(sum(counts.returns), 1);
+}
+
+TEST(PatchEvidence, CountsAPassOnceHoweverManyCellsThePatchReachesInto) {
+  Random random(3);
+  for (int i = 0; i < 500; ++i) {
+    SurfacePatch patch = wall();
+    patch.centre_m += Eigen::Vector3d(random.uniform(), random.uniform(), random.uniform());
+    patch.half_side_m = 1.4;
+    const Eigen::Vector3d through_m =
+        patch.centre_m + Eigen::Vector3d(0.0, random.uniform(-1.3, 1.3), random.uniform(-1.3, 1.3));
+    EXPECT_EQ(sum(seen(patch, scan_of({2.0 * through_m})).passes), 1);
+  }
+}
+
+TEST(PatchEvidence, IsTheSameForAnyNumberOfThreads) {
+  Random random(4);
+  std::vector<SurfacePatch> patches(200, wall());
+  for (SurfacePatch& patch : patches) {
+    patch.centre_m = {random.uniform(5.0, 9.0), random.uniform(-4.0, 4.0),
+                      random.uniform(0.0, 2.0)};
+  }
+  std::vector<SeenScan> scans(20);
+  for (SeenScan& scan : scans) {
+    scan.has_origin = true;
+    for (int i = 0; i < 500; ++i) {
+      scan.points_m.emplace_back(random.uniform(4.0, 20.0), random.uniform(-8.0, 8.0),
+                                 random.uniform(0.0, 3.0));
+    }
+  }
+  const PatchGrid grid(patches, 0.5);
+  PatchEvidence one(grid, patches.size());
+  PatchEvidence three(grid, patches.size());
+  one.add(scans, 1);
+  three.add(scans, 3);
+  int passes = 0;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    EXPECT_EQ(one.counts()[i].returns, three.counts()[i].returns);
+    EXPECT_EQ(one.counts()[i].passes, three.counts()[i].passes);
+    passes += sum(one.counts()[i].passes);
+  }
+  EXPECT_GT(passes, 100);
+  EXPECT_EQ(one.returns_per_ray(), 1.0);
+}
+
+}  // namespace
+}  // namespace sightline

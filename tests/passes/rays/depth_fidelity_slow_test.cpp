@@ -1,0 +1,67 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "passes/map/build_surface.h"
+#include "passes/rays/cast_rays.h"
+#include "tests/support/lane/depth_truth.h"
+
+// Depth images in lanes, whose generator shares nothing with the towns that the surface was first
+// made for: what is thin, porous or stands free must not shade what lies behind it.
+
+namespace sightline::lane {
+namespace {
+
+struct LaneCase {
+  std::uint64_t seed = 1;
+  int beams = 16;
+  bool has_leaves = true;
+  double hills = 1.0;
+};
+
+std::string name_of(const testing::TestParamInfo<LaneCase>& info) {
+  const LaneCase& tried = info.param;
+  return "Seed" + std::to_string(tried.seed) + "Beams" + std::to_string(tried.beams) +
+         (tried.has_leaves ? "Leaves" : "Bare") + (tried.hills > 0.0 ? "Hills" : "Flat");
+}
+
+class DepthFidelity : public testing::TestWithParam<LaneCase> {};
+
+TEST_P(DepthFidelity, ShadesNothingThatLiesBehind) {
+  const LaneCase& tried = GetParam();
+  constexpr double kLength_m = 60.0;
+  const Lane lane = make_lane({tried.seed, kLength_m, tried.has_leaves, tried.hills});
+  const Caster caster(lane.mesh);
+  const Result<SensorProfile> sensor = sensor_profile("generic-" + std::to_string(tried.beams));
+  ASSERT_TRUE(sensor.has_value());
+  DriveOptions drive;
+  drive.sensor = *sensor;
+  drive.length_m = kLength_m;
+  PassContext ctx;
+  const Result<Surface> surface = build_surface(ctx, {}, drive_along(lane, caster, drive));
+  ASSERT_TRUE(surface.has_value());
+  const Sites sites = sites_along(lane, kLength_m, 6.0);
+  const Result<DepthImages> images = cast_rays(ctx, {}, *surface, sites);
+  ASSERT_TRUE(images.has_value());
+  const std::vector<TrueRay> truth = true_rays(lane, caster, sites, *images);
+  const Fidelity all =
+      fidelity_of(*images, truth, [](const TrueRay& ray) { return !is_foliage(ray.kind); });
+  EXPECT_LE(all.median_m, 0.05);
+  EXPECT_LE(all.p95_m, 0.5);
+  for (double first = -15.0; first < 15.0; first += 5.0) {
+    const double last = first == 10.0 ? 15.0 : first + 4.0;
+    const Fidelity band = fidelity_of(*images, truth, [&](const TrueRay& ray) {
+      return ray.elevation_deg > first - 0.5 && ray.elevation_deg < last + 0.5;
+    });
+    EXPECT_GE(band.agreement, 0.95) << "from " << first << " degrees";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Lanes, DepthFidelity,
+                         testing::Values(LaneCase{1, 16, true, 1.0}, LaneCase{1, 16, false, 0.0},
+                                         LaneCase{2, 64, true, 0.0}, LaneCase{2, 64, false, 1.0}),
+                         name_of);
+
+}  // namespace
+}  // namespace sightline::lane

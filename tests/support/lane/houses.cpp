@@ -1,0 +1,160 @@
+#include "tests/support/lane/houses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sightline::lane {
+namespace {
+
+constexpr double kStorey_m = 3.0;
+constexpr double kPitch_m = 2.4;  // of windows
+constexpr double kRecess_m = 0.2;
+constexpr double kArchHalf_m = 1.6;
+constexpr double kSpring_m = 2.0;  // where the arch begins to bend
+
+struct Front {
+  const House& house;
+  double foot_m;
+
+  // At a place along the lane and a height above the foot, so far behind the wall.
+  [[nodiscard]] Eigen::Vector3d at(double y_m, double up_m, double behind_m) const {
+    const double x_m = house.front_m + house.slant * up_m + behind_m;
+    return {house.side * x_m, y_m, foot_m + up_m};
+  }
+  [[nodiscard]] Quad wall(const Eigen::Vector2d& low, const Eigen::Vector2d& high) const {
+    return {at(low.x(), low.y(), 0.0), at(high.x(), low.y(), 0.0), at(high.x(), high.y(), 0.0),
+            at(low.x(), high.y(), 0.0)};
+  }
+};
+
+double top_m(const House& house) { return kStorey_m * house.storeys; }
+
+// One bay of one storey: wall around an opening, its reveals, and the pane behind.
+void add_window(Mesh& mesh, const Front& front, const Eigen::Vector2d& low,
+                const Eigen::Vector2d& high) {
+  const Eigen::Vector2d in_low = low + Eigen::Vector2d(0.55, 0.9);
+  const Eigen::Vector2d in_high = high - Eigen::Vector2d(0.55, 0.6);
+  add_quad(mesh, front.wall(low, {high.x(), in_low.y()}), Kind::kWall);
+  add_quad(mesh, front.wall({low.x(), in_high.y()}, high), Kind::kWall);
+  add_quad(mesh, front.wall({low.x(), in_low.y()}, {in_low.x(), in_high.y()}), Kind::kWall);
+  add_quad(mesh, front.wall({in_high.x(), in_low.y()}, {high.x(), in_high.y()}), Kind::kWall);
+  const std::array<Eigen::Vector2d, 4> around = {in_low, Eigen::Vector2d(in_high.x(), in_low.y()),
+                                                 in_high, Eigen::Vector2d(in_low.x(), in_high.y())};
+  Quad pane_m;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d& a = around[i];
+    const Eigen::Vector2d& b = around[(i + 1) % 4];
+    pane_m[i] = front.at(a.x(), a.y(), kRecess_m);
+    add_quad(mesh,
+             {front.at(a.x(), a.y(), 0.0), front.at(b.x(), b.y(), 0.0),
+              front.at(b.x(), b.y(), kRecess_m), front.at(a.x(), a.y(), kRecess_m)},
+             Kind::kWall);
+  }
+  add_quad(mesh, pane_m, Kind::kWindow);
+}
+
+// The ground floor around a passage, and the passage itself.
+void add_arch(Mesh& mesh, const Front& front) {
+  constexpr int kSteps = 10;
+  const House& house = front.house;
+  const double middle_m = 0.5 * (house.from_y_m + house.to_y_m);
+  add_quad(mesh, front.wall({house.from_y_m, -1.0}, {middle_m - kArchHalf_m, 4.0}), Kind::kWall);
+  add_quad(mesh, front.wall({middle_m + kArchHalf_m, -1.0}, {house.to_y_m, 4.0}), Kind::kWall);
+  Eigen::Vector2d last(middle_m - kArchHalf_m, -1.0);
+  for (int i = 0; i <= kSteps + 1; ++i) {
+    const double angle = std::numbers::pi * std::min(i, kSteps) / kSteps;
+    Eigen::Vector2d next(middle_m - kArchHalf_m * std::cos(angle),
+                         kSpring_m + kArchHalf_m * std::sin(angle));
+    if (i == kSteps + 1) next.y() = -1.0;
+    if (i > 0 && i <= kSteps) {
+      add_quad(mesh,
+               {front.at(last.x(), last.y(), 0.0), front.at(next.x(), next.y(), 0.0),
+                front.at(next.x(), 4.0, 0.0), front.at(last.x(), 4.0, 0.0)},
+               Kind::kWall);
+    }
+    add_quad(
+        mesh,
+        {front.at(last.x(), last.y(), 0.0), front.at(next.x(), next.y(), 0.0),
+         front.at(next.x(), next.y(), house.depth_m), front.at(last.x(), last.y(), house.depth_m)},
+        Kind::kArch);
+    last = next;
+  }
+}
+
+void add_front(Mesh& mesh, const Front& front) {
+  const House& house = front.house;
+  if (house.has_arch) add_arch(mesh, front);
+  if (!house.has_arch) {
+    add_quad(mesh, front.wall({house.from_y_m, -1.0}, {house.to_y_m, 0.0}), Kind::kWall);
+  }
+  const double bays = std::floor((house.to_y_m - house.from_y_m) / kPitch_m);
+  const double pitch_m = (house.to_y_m - house.from_y_m) / bays;
+  const double first_up_m = house.has_arch ? 4.0 : 0.0;
+  const double storeys = house.has_arch ? house.storeys - 1.0 : house.storeys;
+  const double storey_m = (top_m(house) - first_up_m) / storeys;
+  for (double bay = 0.0; bay < bays; bay += 1.0) {
+    for (double storey = 0.0; storey < storeys; storey += 1.0) {
+      add_window(mesh, front, {house.from_y_m + bay * pitch_m, first_up_m + storey * storey_m},
+                 {house.from_y_m + (bay + 1.0) * pitch_m, first_up_m + (storey + 1.0) * storey_m});
+    }
+  }
+}
+
+// Two slopes with eaves that hang over the walls.
+void add_roof(Mesh& mesh, const Front& front) {
+  constexpr double kEaves_m = 0.6;
+  constexpr double kDrop_m = 0.3;
+  const House& house = front.house;
+  const double up_m = top_m(house);
+  const double low_y = house.from_y_m - 0.3;
+  const double high_y = house.to_y_m + 0.3;
+  const double ridge_m = 0.5 * house.depth_m;
+  for (const double eaves_m : {-kEaves_m, house.depth_m + kEaves_m}) {
+    add_quad(mesh,
+             {front.at(low_y, up_m - kDrop_m, eaves_m), front.at(high_y, up_m - kDrop_m, eaves_m),
+              front.at(high_y, up_m + 2.2, ridge_m), front.at(low_y, up_m + 2.2, ridge_m)},
+             Kind::kRoof);
+  }
+}
+
+}  // namespace
+
+House draw_house(double side, double from_y_m, Random& random) {
+  House house;
+  house.side = side;
+  house.from_y_m = from_y_m;
+  house.to_y_m = from_y_m + random.uniform(8.0, 18.0);
+  house.front_m = random.uniform(6.0, 12.0);
+  house.depth_m = random.uniform(7.0, 12.0);
+  house.storeys = 1.0 + static_cast<double>(random.below(4));
+  house.slant = random.uniform(-0.04, 0.09);
+  house.has_arch = house.storeys > 1.0 && random.uniform() < 0.3;
+  return house;
+}
+
+void add_house(Mesh& mesh, const House& house, double foot_m) {
+  const Front front{house, foot_m};
+  add_front(mesh, front);
+  add_roof(mesh, front);
+  const double up_m = top_m(house);
+  for (const double y_m : {house.from_y_m, house.to_y_m}) {
+    add_quad(mesh,
+             {front.at(y_m, -1.0, 0.0), front.at(y_m, -1.0, house.depth_m),
+              front.at(y_m, up_m, house.depth_m), front.at(y_m, up_m, 0.0)},
+             Kind::kWall);
+    add_triangle(mesh,
+                 {front.at(y_m, up_m, 0.0), front.at(y_m, up_m, house.depth_m),
+                  front.at(y_m, up_m + 2.2, 0.5 * house.depth_m)},
+                 Kind::kWall);
+  }
+  const double back_low_m = house.has_arch ? 4.0 : -1.0;
+  add_quad(
+      mesh,
+      {front.at(house.from_y_m, back_low_m, house.depth_m),
+       front.at(house.to_y_m, back_low_m, house.depth_m),
+       front.at(house.to_y_m, up_m, house.depth_m), front.at(house.from_y_m, up_m, house.depth_m)},
+      Kind::kWall);
+}
+
+}  // namespace sightline::lane
