@@ -15,6 +15,7 @@
 #include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/plane_adjustment.h"
 #include "passes/trajectory/pose_graph.h"
+#include "passes/trajectory/sweep/swept_drive.h"
 
 namespace sightline {
 namespace {
@@ -298,7 +299,12 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
     return Error{ErrorCode::kNoPoses, "the recording gives no poses to refine", "",
                  "drive " + drive.name};
   }
-  return matched_trajectory(ctx, options, drive, some_given && options.mode != PoseMode::kEstimate);
+  const EstimatePoses estimate = [&](PassContext& own, const Drive& scans) {
+    return matched_trajectory(own, options, scans,
+                              some_given && options.mode != PoseMode::kEstimate);
+  };
+  SIGHTLINE_ASSIGN(const Trajectory rigid, estimate(ctx, drive));
+  return estimate_undistorted(ctx, drive, rigid, estimate);
 }
 
 }  // namespace sightline

@@ -35,7 +35,9 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
 // graph takes that odometry, loops where the route comes back to a place, and, when refining, the
 // given poses; then the small planes that several scans saw say how well each pose is known, and
 // where poses were given all are adjusted to them. Given poses are compared with that odometry and
-// kept. Scans are taken as rigid, as every later pass takes them. Errors: no-poses (mode given or
+// kept. Scans are taken as rigid first; where their points have times, or lie in the order in which
+// they were measured, poses of the undistorted scans take over where they lay these more sharply
+// (see estimate_undistorted). Errors: no-poses (mode given or
 // refine without), mismatched-inputs (bad poses are refused; place: the scans), trajectory-lost
 // (matching fails and no given pose helps; place: the scan), drive-too-short (fewer than two scans
 // to match), and what reading a scan says.

@@ -7,6 +7,7 @@
 
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/rotation.h"
+#include "passes/trajectory/sweep/swept_drive.h"
 
 namespace sightline {
 namespace {
@@ -112,7 +113,24 @@ class UndistortedScanStore : public ScanStore {
   Motion motion_;
 };
 
+// By times that nobody wrote down, where that makes the scans fit each other better.
+Result<Drive> undistorted_by_order(PassContext& ctx, const Drive& drive,
+                                   const Trajectory& trajectory) {
+  SIGHTLINE_ASSIGN(const Drive swept, with_sweep_times(drive));
+  if (swept.store == drive.store) return drive;
+  const Drive straight = undistorted(swept, trajectory);
+  SIGHTLINE_ASSIGN(const bool is_sharper, is_sharper_undistorted(ctx, drive, straight, trajectory));
+  return is_sharper ? straight : drive;
+}
+
 }  // namespace
+
+Drive undistorted(const Drive& drive, const Trajectory& trajectory) {
+  Drive straight =
+      with_store(drive, std::make_shared<const UndistortedScanStore>(drive, trajectory));
+  for (ScanInfo& scan : straight.scans) scan.has_point_times = false;
+  return straight;
+}
 
 std::vector<OptionField> option_fields(UndistortScansOptions& options) {
   return {flag("enabled", options.enabled,
@@ -124,25 +142,23 @@ Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& opt
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   const auto timed =
       std::ranges::count_if(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
-  if (timed == 0) return drive;
+  if (timed == 0) return options.enabled ? undistorted_by_order(ctx, drive, trajectory) : drive;
   const std::string name = "drive " + drive.name + ": ";
   if (!options.enabled) {
     ctx.warn(name + std::to_string(timed) +
              " scans have point times that are not used: undistort-scans is off");
     return drive;
   }
-  const auto store = std::make_shared<const UndistortedScanStore>(drive, trajectory);
-  Drive undistorted = with_store(drive, store);
+  const UndistortedScanStore store(drive, trajectory);
   std::size_t still = 0;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    if (drive.scans[i].has_point_times && !store->knows_motion(i)) ++still;
-    undistorted.scans[i].has_point_times = false;
+    if (drive.scans[i].has_point_times && !store.knows_motion(i)) ++still;
   }
   if (still > 0) {
     ctx.warn(name + std::to_string(still) +
              " scans have no other pose within 1 s; they are taken to stand still");
   }
-  return undistorted;
+  return undistorted(drive, trajectory);
 }
 
 }  // namespace sightline

@@ -20,12 +20,16 @@ std::vector<OptionField> option_fields(UndistortScansOptions& options);
 // other side of the scan, and stands still where there is none.
 //
 // The scans are changed when they are read, one in memory; they carry no times any more. Where no
-// scan has times, or when disabled, it is the same drive. Warns when times are there and not used,
-// and of scans that are taken to stand still. Error: mismatched-inputs (not one pose for each
-// scan).
+// scan has times, those that the order of its points tells are tried (see with_sweep_times), and
+// kept where they make the scans lie on each other more sharply; else, or when disabled, it is the
+// same drive. Warns when times are there and not used, and of scans that are taken to stand still.
+// Errors: mismatched-inputs (not one pose for each scan) and what reading a scan says.
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
                               const Drive& drive, const Trajectory& trajectory);
-inline constexpr Pass kUndistortScans{"undistort-scans", 2, "undistorted", "Motion during a scan",
+inline constexpr Pass kUndistortScans{"undistort-scans", 3, "undistorted", "Motion during a scan",
                                       &undistort_scans};
+
+// The same without a question: every point that has a time moves. One pose for each scan.
+Drive undistorted(const Drive& drive, const Trajectory& trajectory);
 
 }  // namespace sightline
