@@ -67,10 +67,8 @@ void add_columns(const std::vector<PointCloudFile>& samples, FoundDrive& drive) 
   const bool is_one_count = std::ranges::all_of(
       samples, [&](const PointCloudFile& sample) { return sample.float_count == count; });
   if (count == 0 || !is_one_count) return;
-  drive.keys.push_back(
-      {"columns", to_text(columns_of_count(count)),
-       std::to_string(count) +
-           " floats a point fit, and no header says what they are (_ is left out)"});
+  drive.keys.push_back({"columns", to_text(columns_of_count(count)),
+                        std::to_string(count) + " floats a point fit, and no header names them"});
 }
 
 void add_sensor(const SensorGuess& guess, FoundDrive& drive) {

@@ -1,6 +1,7 @@
 // Writes the inputs that the fuzzers start from: write_corpus FOLDER makes FOLDER/<target>/seed_*.
 
 #include <cstdio>
+#include <cstring>
 #include <string>
 
 #include "formats/base/atomic_file.h"
@@ -84,6 +85,79 @@ void add_deltas(std::vector<Seed>& seeds) {
   seeds.push_back({"delta/seed_empty", *make_delta(base, base, DeltaOptions())});
 }
 
+template <class T>
+void put(std::string& bytes, std::size_t at, T value) {
+  if (bytes.size() < at + sizeof value) bytes.resize(at + sizeof value);
+  std::memcpy(bytes.data() + at, &value, sizeof value);
+}
+
+std::string floats(std::initializer_list<float> values) {
+  std::string bytes;
+  for (const float value : values) put(bytes, bytes.size(), value);
+  return bytes;
+}
+
+// LAS 1.4 with two points of format 6, one of them withheld, and a reference system said twice.
+std::string las() {
+  const std::string wkt = "PROJCS[\"UTM\",GEOGCS[\"WGS 84\"],UNIT[\"metre\",1]]";
+  std::string bytes = "LASF";
+  put(bytes, 24, std::uint16_t{0x0401});
+  put(bytes, 94, std::uint16_t{375});
+  put(bytes, 96, static_cast<std::uint32_t>(375 + 54 + wkt.size()));
+  put(bytes, 100, std::uint32_t{1});
+  put(bytes, 104, std::uint8_t{6});
+  put(bytes, 105, std::uint16_t{30});
+  for (std::size_t axis = 0; axis < 3; ++axis) put(bytes, 131 + 8 * axis, 0.001);
+  put(bytes, 235, static_cast<std::uint64_t>(375 + 54 + wkt.size() + 60));
+  put(bytes, 243, std::uint32_t{1});
+  put(bytes, 247, std::uint64_t{2});
+  bytes.resize(375 + 54);
+  bytes.replace(375 + 2, 15, "LASF_Projection");
+  put(bytes, 375 + 18, std::uint16_t{2112});
+  put(bytes, 375 + 20, static_cast<std::uint16_t>(wkt.size()));
+  bytes += wkt;
+  for (std::int32_t i = 0; i < 2; ++i) {
+    const std::size_t at = bytes.size();
+    put(bytes, at, 1000 + i);
+    put(bytes, at + 4, 2000);
+    put(bytes, at + 15, static_cast<std::uint8_t>(4 * i));
+    put(bytes, at + 22, 100.5 + i);
+  }
+  const std::size_t at = bytes.size();
+  bytes += std::string(60, '\0');
+  bytes.replace(at + 2, 15, "LASF_Projection");
+  put(bytes, at + 18, std::uint16_t{34735});
+  put(bytes, at + 20, std::uint64_t{16});
+  for (const std::uint16_t key : {1, 1, 0, 1, 1024, 0, 1, 1}) put(bytes, bytes.size(), key);
+  return bytes;
+}
+
+// The first byte tells fuzz_clouds what the file is called.
+void add_clouds(std::vector<Seed>& seeds) {
+  const auto add = [&](const std::string& name, char kind, const std::string& text) {
+    Seed seed{"clouds/seed_" + name, {static_cast<std::byte>(kind)}};
+    for (const char c : text) seed.bytes.push_back(static_cast<std::byte>(c));
+    seeds.push_back(std::move(seed));
+  };
+  const std::string fields =
+      "FIELDS x y z t\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH 2\nHEIGHT 1\nPOINTS 2\n";
+  const std::string points = floats({1.0F, 2.0F, 3.0F, 0.0F, 4.0F, 5.0F, 6.0F, 0.1F});
+  add("pcd_text", 0, fields + "DATA ascii\n1 2 3 0\n4 5 6 0.1\n");
+  add("pcd_binary", 0, fields + "DATA binary\n" + points);
+  std::string packed;
+  put(packed, 0, std::uint32_t{33});
+  put(packed, 4, std::uint32_t{32});
+  add("pcd_compressed", 0, fields + "DATA binary_compressed\n" + packed + '\x1f' + points);
+  const std::string vertices =
+      "element vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float t\n";
+  const std::string faces = "element face 1\nproperty list uchar int index\nend_header\n";
+  add("ply_text", 1, "ply\nformat ascii 1.0\n" + vertices + faces + "1 2 3 0\n4 5 6 1\n2 0 1\n");
+  add("ply_binary", 1,
+      "ply\nformat binary_big_endian 1.0\n" + vertices + faces + points + std::string(1, '\0'));
+  add("las", 2, las());
+  add("bin", 3, points + points);
+}
+
 }  // namespace
 }  // namespace sightline
 
@@ -95,6 +169,7 @@ int main(int argc, char** argv) {
   add_models(seeds);
   add_records(seeds);
   add_deltas(seeds);
+  add_clouds(seeds);
   for (const Seed& seed : seeds) {
     const std::string path = std::string(argv[1]) + "/" + seed.name;
     const Result<void> written = write_file_atomically(path, seed.bytes, IfExists::kReplace);
