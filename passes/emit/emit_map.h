@@ -62,6 +62,6 @@ Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& option
                                   const MeasuredError& measured, const ErrorModel& model,
                                   const FactorTable& factors, const Sharpness& sharpness,
                                   const Trajectory& mapping_trajectory);
-inline constexpr Pass kEmitMap{"emit-map", 6, "map", "The map file", &emit_map_step};
+inline constexpr Pass kEmitMap{"emit-map", 7, "map", "The map file", &emit_map_step};
 
 }  // namespace sightline
