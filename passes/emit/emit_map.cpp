@@ -18,7 +18,8 @@ const std::vector<NamedVersion>& definitions() {
                                                          {"localizers", 3},
                                                          {"measured-error", 2},
                                                          {"ndt-map", 1},
-                                                         {"sites", 1}};
+                                                         {"sites", 1},
+                                                         {"surface", 3}};
   return kDefinitions;
 }
 

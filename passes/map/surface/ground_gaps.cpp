@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kColumnPerCell = 2.0;   // edge of a column; coarser than what is seen
 constexpr double kSteepestGround = 0.9;  // height of its normal: 25 degrees
-constexpr int kMostColumns = 12;         // from ground to ground
+constexpr int kMostColumns = 16;         // from ground to ground
+constexpr int kColumnsBeyond = 5;        // where there is ground on one side alone
 // Between two ends: unevenness, and the steepest street.
 constexpr double kMostStep_m = 0.2;
 constexpr double kMostSlope = 0.1;
@@ -70,6 +71,13 @@ int steps_to_ground(const Columns& columns, const CellKey& from, const std::arra
   return 0;
 }
 
+// Notes what a column may be, if nothing nearer is known.
+void note(const CellKey& key, const Bridge& bridge, FlatCellMap<Bridge>& bridges) {
+  const std::uint32_t number = bridges.insert(key).number;
+  Bridge& best = bridges.values()[number];
+  if (bridge.length_m < best.length_m) best = bridge;
+}
+
 void bridge(const Columns& columns, std::size_t from, const std::array<int, 2>& step,
             double column_m, FlatCellMap<Bridge>& bridges) {
   const CellKey key = columns.keys()[from];
@@ -82,12 +90,26 @@ void bridge(const Columns& columns, std::size_t from, const std::array<int, 2>& 
   if (std::abs(far.height_m - near.height_m) > kMostStep_m + kMostSlope * length_m) return;
   for (int i = 1; i < count; ++i) {
     const double share = static_cast<double>(i) / count;
-    const std::uint32_t number = bridges.insert(beside(key, step, i)).number;
-    Bridge& best = bridges.values()[number];
-    if (length_m >= best.length_m) continue;
-    best.length_m = length_m;
-    best.column.height_m = (1.0 - share) * near.height_m + share * far.height_m;
-    best.column.normal = ((1.0 - share) * near.normal + share * far.normal).normalized();
+    Bridge between;
+    between.length_m = length_m;
+    between.column.height_m = (1.0 - share) * near.height_m + share * far.height_m;
+    between.column.normal = ((1.0 - share) * near.normal + share * far.normal).normalized();
+    note(beside(key, step, i), between, bridges);
+  }
+}
+
+// As high as the last that was seen; anything between two ends counts as nearer.
+void extend(const Columns& columns, std::size_t from, const std::array<int, 2>& step,
+            double column_m, FlatCellMap<Bridge>& bridges) {
+  const CellKey key = columns.keys()[from];
+  const Column& last = columns.values()[from];
+  for (int i = 1; i <= kColumnsBeyond; ++i) {
+    if (columns.find(beside(key, step, i)) != nullptr) return;
+    const double off_m = i * column_m * std::sqrt(step[0] * step[0] + step[1] * step[1]);
+    Bridge beyond;
+    beyond.length_m = kMostColumns * column_m + off_m;
+    beyond.column.height_m = last.height_m;
+    note(beside(key, step, i), beyond, bridges);
   }
 }
 
@@ -100,7 +122,11 @@ std::vector<SurfacePatch> ground_between(std::span<const SurfacePatch> patches, 
   const Columns columns = ground_columns(patches, column_m);
   FlatCellMap<Bridge> bridges;
   for (const std::array<int, 2>& step : kSteps) {
-    for (std::size_t i = 0; i < columns.size(); ++i) bridge(columns, i, step, column_m, bridges);
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      bridge(columns, i, step, column_m, bridges);
+      extend(columns, i, step, column_m, bridges);
+      extend(columns, i, {-step[0], -step[1]}, column_m, bridges);
+    }
   }
   std::vector<SurfacePatch> between;
   for (std::size_t i = 0; i < bridges.size(); ++i) {

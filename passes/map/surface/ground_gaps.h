@@ -10,7 +10,8 @@ namespace sightline {
 // Level patches for ground that lies between ground: the lines of a scan are many metres apart on
 // the ground where the sensor looks far, and rays between them would go on below it. Straight from
 // what was seen on one side to what was seen on the other, in the direction in which that is
-// nearest, where both are at heights that one street may have. Not where ground was seen.
+// nearest, where both are at heights that one street may have; level for five columns of two cells
+// where ground lies on one side alone, as at the foot of a wall. Not where ground was seen.
 std::vector<SurfacePatch> ground_between(std::span<const SurfacePatch> patches, double cell_m);
 
 }  // namespace sightline

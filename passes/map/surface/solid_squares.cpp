@@ -47,15 +47,25 @@ std::uint64_t squares_where(const Holds& holds) {
 
 }  // namespace
 
-std::uint64_t stopping_squares(const SquareCounts& counts, double returns_per_ray) {
+std::uint64_t stopping_squares(const SquareCounts& counts, double returns_per_pass) {
   return squares_where([&](std::size_t i) {
-    return counts.returns[i] > 0 && returns_per_ray * counts.passes[i] <= counts.returns[i];
+    return counts.returns[i] > 0 && returns_per_pass * counts.passes[i] <= counts.returns[i];
   });
 }
 
-std::uint64_t open_squares(const SquareCounts& counts, double returns_per_ray) {
+std::uint64_t open_squares(const SquareCounts& counts, double returns_per_pass) {
   return squares_where(
-      [&](std::size_t i) { return returns_per_ray * counts.passes[i] > counts.returns[i]; });
+      [&](std::size_t i) { return returns_per_pass * counts.passes[i] > counts.returns[i]; });
+}
+
+std::uint64_t between_rows(std::uint64_t squares) {
+  std::uint64_t from_below = squares;
+  std::uint64_t from_above = squares;
+  for (int row = 1; row < kPatchSquares; ++row) {
+    from_below |= from_below << kPatchSquares;
+    from_above |= from_above >> kPatchSquares;
+  }
+  return from_below & from_above;
 }
 
 std::uint64_t convex_hull(std::uint64_t squares) {

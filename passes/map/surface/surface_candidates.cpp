@@ -1,6 +1,7 @@
 #include "passes/map/surface/surface_candidates.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "passes/map/surface/solid_squares.h"
@@ -18,13 +19,19 @@ constexpr double kHalfSidePerCell = 0.72;
 constexpr double kMostThickness_m = 0.08;
 // A coarse one reaches across the gap even where that lies between two coarse cells.
 constexpr double kCoarseHalfSidePerCell = 0.9;
+// Rays that end at a square of what is thick, for each that goes on. Layers of leaves lie one
+// behind the other: one that stops every second ray would make a crown solid all the same.
+constexpr double kReturnsPerPassOfThick = 2.0;
+// With more open squares among those that stop rays, nothing is known of the others: a fence.
+constexpr int kStoppingPerOpen = 4;
+constexpr double kSteepestGround = 0.9;  // height of its normal: 25 degrees
 // Cells so many times as long close gaps between scan lines. Lines 2 degrees apart leave 1.4 m open
 // at the sensor's own height on a wall 40 m off, however often it drives by.
 constexpr std::array<int, 3> kCoarseFactors = {2, 4, 8};
 // Windows set back by 0.2 m in a wall are part of it, where they close a gap.
 constexpr double kMostCoarseThickness_m = 0.12;
 // Second spread of a coarse cell, in its cells: a single line lies in any plane.
-constexpr double kLeastWidthPerCell = 0.12;
+constexpr double kLeastWidthPerCell = 0.06;
 // A gap has no other patch this near to its plane.
 constexpr double kSamePlane_m = 0.15;
 
@@ -53,6 +60,17 @@ bool is_covered(const Eigen::Vector3d& place_m, const PatchGrid& grid,
     if (square >= 0 && is_solid(first[i], square)) return true;
   }
   return false;
+}
+
+// What may be taken for solid between squares that stop rays.
+std::uint64_t known_between(const SurfaceCandidate& candidate, std::uint64_t stopping,
+                            std::uint64_t open) {
+  const std::uint64_t hull = convex_hull(stopping);
+  const bool is_porous = kStoppingPerOpen * std::popcount(open & hull) > std::popcount(stopping);
+  if (candidate.is_thick || is_porous) return 0;
+  // Of walls the scan lines leave gaps between low and high; what is open beside may be an alley.
+  const bool is_coarse_wall = candidate.factor > 1 && candidate.patch.normal.z() < kSteepestGround;
+  return (is_coarse_wall ? between_rows(stopping) : hull) & ~open;
 }
 
 void clear_covered(const PatchPlane& plane, const PatchGrid& grid,
@@ -94,10 +112,12 @@ std::vector<SurfacePatch> solid_patches(const std::vector<SurfaceCandidate>& can
   std::size_t shorter_count = 0;  // candidates of shorter cells: what covers depends on no order
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const SquareCounts& counts = evidence.counts()[i];
-    const std::uint64_t stopping = stopping_squares(counts, returns_per_ray);
-    const std::uint64_t between = convex_hull(stopping) & ~open_squares(counts, returns_per_ray);
+    const double returns_per_pass =
+        (candidates[i].is_thick ? kReturnsPerPassOfThick : 1.0) * returns_per_ray;
+    const std::uint64_t stopping = stopping_squares(counts, returns_per_pass);
     SurfacePatch patch = candidates[i].patch;
-    patch.solid = candidates[i].is_thick ? stopping : between;
+    patch.solid =
+        stopping | known_between(candidates[i], stopping, open_squares(counts, returns_per_pass));
     if (i > 0 && candidates[i].factor != candidates[i - 1].factor) shorter_count = i;
     if (candidates[i].factor > 1) {
       patch.solid &= ~stopping;

@@ -37,6 +37,13 @@ TEST(SolidSquares, KeepsALineALineAndASquareASquare) {
   EXPECT_EQ(convex_hull(bit(3, 0) | bit(3, 2)), bit(3, 0) | bit(3, 1) | bit(3, 2));
 }
 
+TEST(SolidSquares, FillsColumnsBetweenTheirEndsAlone) {
+  EXPECT_EQ(between_rows(bit(2, 1) | bit(2, 4) | bit(5, 1)),
+            bit(2, 1) | bit(2, 2) | bit(2, 3) | bit(2, 4) | bit(5, 1));
+  EXPECT_EQ(between_rows(bit(0, 0) | bit(0, 7)), 0x0101010101010101U);
+  EXPECT_EQ(between_rows(0), 0U);
+}
+
 TEST(SolidSquares, TheHullHoldsItsSquaresAndIsItsOwnHull) {
   Random random(1);
   for (int i = 0; i < 2000; ++i) {
