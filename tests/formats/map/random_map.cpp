@@ -62,12 +62,15 @@ PredictedError random_prediction(const RandomMapOptions& options, Random& random
   for (int i = 0; i < options.site_count; ++i) {
     for (std::size_t range = 0; range < options.ranges_m.size(); ++range) {
       predicted.mean_m.push_back(random.uniform(0.0, 0.5));
-      predicted.extrapolated.push_back(static_cast<std::uint8_t>(random.below(2)));
       double probability = 0.0;
       for (std::size_t limit = 0; limit < options.limits_m.size(); ++limit) {
         probability += (1.0 - probability) * random.uniform();
         predicted.within_probability.push_back(std::min(1.0, probability));
       }
+    }
+    const auto is_odd = static_cast<std::size_t>(random.below(2));
+    for (std::size_t range = 0; range < options.ranges_m.size(); ++range) {
+      predicted.extrapolated.push_back(range % 2 == is_odd ? 1 : 0);
     }
     predicted.out_of_fold.push_back(static_cast<std::uint8_t>(random.below(2)));
     predicted.has_history.push_back(static_cast<std::uint8_t>(random.below(2)));
