@@ -85,10 +85,14 @@ std::string observed_misses(const LimitPromise& promise) {
          ", " + counted(promise.drive_count, "drive");
 }
 
-std::string earned_statement(const LimitPromise& promise) {
+std::string earned_statement(const LimitPromise& promise, double worst_place_miss_share) {
   const std::string whom = promise.place_count > 1 ? "places like these" : "this place's sites";
   std::string text = "on the next drive " + bound_text(promise, whom) + " (" +
-                     method_text(promise) + "; " + observed_misses(promise) + ")";
+                     method_text(promise) + "; " + observed_misses(promise);
+  if (promise.place_count > 1) {
+    text += ", " + percent(worst_place_miss_share) + " in the worst place";
+  }
+  text += ")";
   if (promise.place_count <= kFewPlaces) {
     text +=
         "; blocks of so few places are alike, and the bound is a little optimistic: 5.1 to "
