@@ -34,7 +34,7 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options);
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
                                      const FactorTable& factors);
-inline constexpr Pass kPredictError{"predict-error", 3, "predicted",
+inline constexpr Pass kPredictError{"predict-error", 4, "predicted",
                                     "What the model says of each site", &predict_error};
 
 // The same where an earlier drive was measured on this map: what it found within 6 m of a site is

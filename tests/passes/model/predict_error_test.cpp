@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "passes/model/forest/probability_curve.h"
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/train_on_place.h"
@@ -64,6 +65,20 @@ TEST(PredictError, AsksTheWholeForestElsewhere) {
     EXPECT_EQ(predicted->out_of_fold[site], 0);
     EXPECT_EQ(predicted->extrapolated[site], 0);  // the same factors, which training saw
   }
+}
+
+TEST(PredictError, PutsTheTreesSharesOnTheModelsCurve) {
+  ErrorModel model = model_of(synthetic_drive(1, kSmall));
+  model.card.curve = {};
+  const Result<PredictedError> shares = predict(model, elsewhere(1));
+  model.card.curve = {-0.3, 1.3};
+  const Result<PredictedError> predicted = predict(model, elsewhere(1));
+  ASSERT_TRUE(shares.has_value() && predicted.has_value());
+  for (std::size_t i = 0; i < shares->within_probability.size(); ++i) {
+    EXPECT_EQ(predicted->within_probability[i],
+              on_curve(model.card.curve, shares->within_probability[i]));
+  }
+  EXPECT_NE(predicted->within_probability, shares->within_probability);
 }
 
 TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
