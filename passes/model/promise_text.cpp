@@ -67,7 +67,10 @@ std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& car
     const double missing_m = (needed_blocks - promise.block_count) * card.block_m;
     return counted(promise.block_count, "block") + " of " + format_double(card.block_m) +
            " m cannot earn " + percent(promise.alpha) + ", " + std::to_string(needed_blocks) +
-           " can, " + kilometres(missing_m) + " more of measured route";
+           " can, " + kilometres(missing_m) + " more of measured route" +
+           (promise.scope == PromiseScope::kThisDrive
+                ? ", by drives that the trees do not learn from"
+                : "");
   }
   return "even the strictest threshold misses " + format_double(promise.limit_m) +
          " m too often for " + percent(promise.alpha);
