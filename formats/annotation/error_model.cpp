@@ -22,6 +22,10 @@ Result<void> validate_card(const ErrorModel& model) {
   if (!are_finite(numbers) || *std::min_element(numbers.begin(), numbers.end()) < 0.0) {
     return invalid("model card", "found a number that is negative or not finite");
   }
+  if (!std::isfinite(card.curve.offset) || !std::isfinite(card.curve.slope) ||
+      card.curve.slope <= 0.0) {
+    return invalid("model card", "the curve of its probabilities does not rise");
+  }
   if (card.reference != ErrorReference::kKnownPose &&
       card.reference != ErrorReference::kFullRangeMatch) {
     return invalid("model card", "found an unknown reference");

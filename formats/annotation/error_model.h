@@ -32,6 +32,13 @@ std::vector<RecordingCard> recordings_of_drives(const RecordingCards& recordings
 // Whether a recording is one of those that the map was made from.
 bool made_the_map(const RecordingCards& recordings, const RecordingCard& card);
 
+// What a share of labels within a limit is worth as a probability, in log odds: offset + slope
+// times those of the share (schemas/definitions.md, "Error model and choice of range").
+struct ProbabilityCurve {
+  double offset = 0.0;
+  double slope = 1.0;  // above 0
+};
+
 // How the model was trained, and on how much.
 struct TrainingCard {
   std::vector<PlaceCard> places;
@@ -50,6 +57,7 @@ struct TrainingCard {
   std::uint32_t block_count = 0;
   std::uint32_t fold_count = 0;
   bool knows_history = false;  // some place was driven twice: one drive told, the other judged
+  ProbabilityCurve curve;      // of the probabilities, out of fold and of the forest
 };
 
 // One input of the forest.
@@ -92,7 +100,7 @@ struct TrainedSite {
   Eigen::Vector3d p_world_m = Eigen::Vector3d::Zero();  // sensor origin, world axes and origin
   std::uint32_t place = 0;                              // index into the card's places
   std::uint32_t drive = 0;  // that measured it, index into the place's drives
-  std::uint32_t run = 0;  // a stretch of route of one place, one drive and one history
+  std::uint32_t run = 0;    // a stretch of route of one place, one drive and one history
   double s_m = 0.0;
   std::uint32_t block = 0;          // the same for every case of a stretch of route
   std::uint8_t has_label = 0;       // 1 where a scan was matched

@@ -54,6 +54,8 @@ void encode_card(const TrainingCard& card, ByteWriter& writer) {
   writer.put(card.block_count);
   writer.put(card.fold_count);
   writer.put<std::uint8_t>(card.knows_history ? 1 : 0);
+  writer.put(card.curve.offset);
+  writer.put(card.curve.slope);
 }
 
 void decode_card(ByteReader& reader, TrainingCard& card) {
@@ -83,6 +85,8 @@ void decode_card(ByteReader& reader, TrainingCard& card) {
   const auto knows_history = reader.get<std::uint8_t>();
   if (knows_history > 1) reader.fail();
   card.knows_history = knows_history == 1;
+  reader.get(card.curve.offset);
+  reader.get(card.curve.slope);
 }
 
 void decode_sites(ByteReader& reader, std::vector<TrainedSite>& sites) {

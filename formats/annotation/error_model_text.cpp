@@ -32,7 +32,9 @@ void append_card(const ErrorModel& model, Table& table) {
                  {"buffer_m", card.buffer_m},
                  {"labelled_route_m", card.labelled_route_m},
                  {"block_count", std::int64_t{card.block_count}},
-                 {"fold_count", std::int64_t{card.fold_count}}};
+                 {"fold_count", std::int64_t{card.fold_count}},
+                 {"probability_offset", card.curve.offset},
+                 {"probability_slope", card.curve.slope}};
   for (const RangeCard& range : model.ranges) {
     const std::string name = "range_" + format_double(range.range_m) + "_m_";
     table.facts.emplace_back(name + "r_squared", range.r_squared);
@@ -213,8 +215,8 @@ Table dump(const ErrorModel& model) {
   Table table = dump(model.out_of_fold);
   table.name = "error-model";
   append_card(model, table);
-  table.columns.insert(table.columns.begin() + 1,
-                       {"place", "drive", "run", "s_m", "block", "has_history", "measured_mean_error_m"});
+  table.columns.insert(table.columns.begin() + 1, {"place", "drive", "run", "s_m", "block",
+                                                   "has_history", "measured_mean_error_m"});
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const TrainedSite& site = model.sites[model.shape().site_of(i)];
     const Cell measured =

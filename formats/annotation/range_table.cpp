@@ -169,7 +169,8 @@ void encode(const RangeTable& table, ByteWriter& writer) {
 }
 
 void decode(ByteReader& reader, RangeTable& table) {
-  constexpr std::size_t kBytesPerPromise = 6 * sizeof(double) + 3 * 4 + 2 + 2 * sizeof(std::uint64_t);
+  constexpr std::size_t kBytesPerPromise =
+      6 * sizeof(double) + 3 * 4 + 2 + 2 * sizeof(std::uint64_t);
   reader.get_array(table.ranges_m);
   reader.get(table.selection);
   reader.get(table.dilation_m);

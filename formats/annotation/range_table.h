@@ -38,10 +38,10 @@ inline constexpr std::uint8_t kStatic = 16;
 // The promise behind the ranges of one limit.
 struct LimitPromise {
   double limit_m = 0.0;
-  double probability_threshold = 0.0;   // p*; 0 under the mean rule
-  double history_threshold = 0.0;       // p* of sites with measured history; 0 where there are none
-  double alpha = 0.0;                   // expected share of misses named by the user
-  double delta = 0.0;                   // learn-then-test only
+  double probability_threshold = 0.0;  // p*; 0 under the mean rule
+  double history_threshold = 0.0;      // p* of sites with measured history; 0 where there are none
+  double alpha = 0.0;                  // expected share of misses named by the user
+  double delta = 0.0;                  // learn-then-test only
   // Of the calibration: blocks of route, the places they lie in, and the drives that measured them.
   std::uint32_t block_count = 0;
   std::uint32_t place_count = 0;

@@ -55,11 +55,13 @@ void take_counts(const WitnessCount& count, LimitPromise& promise) {
 }
 
 // What the decision is worth, in numbers and words.
-void state(const RiskDecision& decision, const Witnesses& witnesses, LimitPromise& promise) {
+void state(const RiskDecision& decision, const Witnesses& witnesses, const Choice& choice,
+           LimitPromise& promise) {
   const bool is_next_drive = witnesses.count.scope == PromiseScope::kNextDrive;
   promise.is_earned = decision.is_earned && is_next_drive;
   if (promise.is_earned) {
-    promise.statement = earned_statement(promise);
+    promise.statement =
+        earned_statement(promise, worst_place_miss_share(witnesses, promise.limit_m, choice));
   } else if (decision.is_earned) {
     promise.statement = this_drive_statement(promise, witnesses.model.card);
   } else {
@@ -87,9 +89,9 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, Ca
   take_counts(witnesses.count, promise);
   promise.calibration_miss_share = decision.miss_share;
   promise.method = risk_control_name(options.risk_control);
-  state(decision, witnesses, promise);
   calibration.choice =
       choose_out_of_fold(model, limit, decision.threshold, options.dilation_m, tighter);
+  state(decision, witnesses, calibration.choice, promise);
   return calibration;
 }
 

@@ -10,6 +10,7 @@
 #include "passes/model/forest/feature_rows.h"
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/history.h"
+#include "passes/model/forest/probability_curve.h"
 #include "passes/model/forest/support.h"
 
 namespace sightline {
@@ -99,6 +100,7 @@ PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
       PreparedForest(model.forest, predicted.limits_m).predict(features, rows, ctx.threads);
   predicted.mean_m = std::move(prediction.mean);
   predicted.within_probability = std::move(prediction.within);
+  put_on_curve(model.card.curve, predicted);
   predicted.out_of_fold.assign(predicted.site_count, 0);
   predicted.has_history.assign(predicted.site_count, 0);
   const Support support(model, margin);

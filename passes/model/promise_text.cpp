@@ -67,7 +67,10 @@ std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& car
     const double missing_m = (needed_blocks - promise.block_count) * card.block_m;
     return counted(promise.block_count, "block") + " of " + format_double(card.block_m) +
            " m cannot earn " + percent(promise.alpha) + ", " + std::to_string(needed_blocks) +
-           " can, " + kilometres(missing_m) + " more of measured route";
+           " can, " + kilometres(missing_m) + " more of measured route" +
+           (promise.scope == PromiseScope::kThisDrive
+                ? ", by drives that the trees do not learn from"
+                : "");
   }
   return "even the strictest threshold misses " + format_double(promise.limit_m) +
          " m too often for " + percent(promise.alpha);
@@ -85,10 +88,14 @@ std::string observed_misses(const LimitPromise& promise) {
          ", " + counted(promise.drive_count, "drive");
 }
 
-std::string earned_statement(const LimitPromise& promise) {
+std::string earned_statement(const LimitPromise& promise, double worst_place_miss_share) {
   const std::string whom = promise.place_count > 1 ? "places like these" : "this place's sites";
   std::string text = "on the next drive " + bound_text(promise, whom) + " (" +
-                     method_text(promise) + "; " + observed_misses(promise) + ")";
+                     method_text(promise) + "; " + observed_misses(promise);
+  if (promise.place_count > 1) {
+    text += ", " + percent(worst_place_miss_share) + " in the worst place";
+  }
+  text += ")";
   if (promise.place_count <= kFewPlaces) {
     text +=
         "; blocks of so few places are alike, and the bound is a little optimistic: 5.1 to "

@@ -13,8 +13,9 @@ namespace sightline {
 // "3.1 % missed out of fold in 70 blocks of 7 places, 14 drives"
 std::string observed_misses(const LimitPromise& promise);
 
-// Of a promise that is earned.
-std::string earned_statement(const LimitPromise& promise);
+// Of a promise that is earned. It is about the mean over places: `worst_place_miss_share` tells how
+// far one may lie from it.
+std::string earned_statement(const LimitPromise& promise, double worst_place_miss_share);
 
 // Of a threshold whose bound holds, set on drives that the trees learnt from or on one alone.
 std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card);

@@ -10,6 +10,7 @@
 #include "formats/base/statistics.h"
 #include "formats/text/table.h"
 #include "passes/model/forest/out_of_fold.h"
+#include "passes/model/forest/probability_curve.h"
 #include "passes/model/forest/training_set.h"
 #include "passes/model/own_evidence_model.h"
 #include "passes/model/selection.h"
@@ -197,6 +198,9 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   SIGHTLINE_ASSIGN(RegressionForest forest, grow_whole_forest(ctx, options, training_set));
   ErrorModel model;
   model.card = training_card(ctx, options, training_set, places.places.front().drives.front());
+  model.card.curve = fit_curve(predicted_shares(training_set, out_of_fold.predicted));
+  put_on_curve(model.card.curve, out_of_fold.predicted);
+  // From here on P(error <= limit) is what came true out of fold.
   model.features = feature_cards(training_set, out_of_fold.importance);
   warn_of_constant_factors(ctx, model.features);
   model.ranges = range_cards(training_set, out_of_fold.predicted);

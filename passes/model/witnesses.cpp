@@ -104,6 +104,23 @@ std::vector<std::uint32_t> missed_cases(const Witnesses& witnesses, double limit
   return missed;
 }
 
+double worst_place_miss_share(const Witnesses& witnesses, double limit_m, const Choice& choice) {
+  const ErrorModel& model = witnesses.model;
+  std::vector<std::size_t> missed(model.card.places.size(), 0);
+  std::vector<std::size_t> count(model.card.places.size(), 0);
+  for (const std::size_t i : witnesses.cases) {
+    const std::uint32_t place = model.sites[i].place;
+    ++count[place];
+    if (model.measured(i, choice.range_index[i]) > limit_m) ++missed[place];
+  }
+  double worst = 0.0;
+  for (std::size_t place = 0; place < count.size(); ++place) {
+    if (count[place] == 0) continue;
+    worst = std::max(worst, static_cast<double>(missed[place]) / static_cast<double>(count[place]));
+  }
+  return worst;
+}
+
 double least_error_m(const Witnesses& witnesses) {
   double least_m = std::numeric_limits<double>::infinity();
   for (const std::size_t site : witnesses.cases) {

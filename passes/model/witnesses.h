@@ -38,6 +38,9 @@ Witnesses witnesses_of(const ErrorModel& model, CaseKind kind);
 std::vector<std::uint32_t> missed_cases(const Witnesses& witnesses, double limit_m,
                                         const Choice& choice);
 
+// The largest share of misses of any place.
+double worst_place_miss_share(const Witnesses& witnesses, double limit_m, const Choice& choice);
+
 // Of the witnesses at any range, m.
 double least_error_m(const Witnesses& witnesses);
 

@@ -125,7 +125,7 @@ std::string describe_promise(const LimitPromise& promise) {
   if (!promise.statement.empty()) text += field("", promise.statement);
   if (promise.is_earned) text += field("coverage promised", percent(1.0 - promise.alpha));
   return text +
-         field("p*", formatted("%.4f (%s, %u blocks, %u places, %u drives)",
+         field("p*", formatted("%.4f (%s; blocks %u, places %u, drives %u)",
                                promise.probability_threshold, promise.method.c_str(),
                                promise.block_count, promise.place_count, promise.drive_count));
 }

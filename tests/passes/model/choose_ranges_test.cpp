@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/base/random.h"
-#include "tests/support/handmade_model.h"
+#include "tests/passes/model/honest_model.h"
 
 namespace sightline {
 namespace {
@@ -16,48 +15,6 @@ ErrorModel five_sites() {
                          {{0.9, 0.9, 0.9}, {0.05, 0.05, 0.05}},
                          {{0.1, 0.2, 0.3}, {0.3, 0.3, 0.3}}},
                         2);
-}
-
-// A long route whose predictions are honest: a site with P misses with probability 1 - P.
-ErrorModel honest_model(std::uint64_t seed, std::size_t block_count) {
-  Random random(seed);
-  std::vector<HandmadeSite> sites;
-  double ease = 0.5;
-  for (std::size_t i = 0; i < 60 * block_count; ++i) {
-    ease = std::clamp(ease + random.uniform(-0.1, 0.1), 0.0, 1.0);
-    HandmadeSite site;
-    for (int range = 0; range < 5; ++range) {
-      const double probability =
-          std::clamp(0.3 * ease + 0.2 * (range + 1) + random.uniform(-0.1, 0.1), 0.0, 1.0);
-      site.probability.push_back(probability);
-      site.error_m.push_back(random.uniform() < probability ? 0.05 : 0.3);
-    }
-    sites.push_back(site);
-  }
-  ErrorModel model = handmade_model(sites, static_cast<std::uint32_t>(block_count));
-  std::vector<double>& mean_m = model.out_of_fold.mean_m;
-  for (std::size_t i = 0; i < mean_m.size(); ++i) {
-    mean_m[i] = 0.3 - 0.25 * model.out_of_fold.within_probability[2 * i];
-  }
-  return model;
-}
-
-// With own scans that ask for the longest range everywhere.
-Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options,
-                          const PredictedError& predicted) {
-  PassContext ctx;
-  return choose_ranges(ctx, options, sites_of(model), predicted, model, demanding_factors(model));
-}
-
-Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options) {
-  return choose(model, options, model.out_of_fold);
-}
-
-ChooseRangesOptions with(RiskControl risk_control, double alpha = 0.05) {
-  ChooseRangesOptions options;
-  options.risk_control = risk_control;
-  options.alpha = alpha;
-  return options;
 }
 
 std::vector<double> chosen_m(const RangeTable& table, std::size_t limit) {
@@ -140,73 +97,6 @@ TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
     card.digest = sha256("elsewhere, " + card.name);
   }
   EXPECT_TRUE(promise_of().is_earned);
-}
-
-TEST(ChooseRanges, PromisesTheNextDriveOnlyFromDrivesThatTheTreesDidNotLearnFrom) {
-  ErrorModel model = honest_model(1, 60);
-  const LimitPromise of_next = choose(model, with(RiskControl::kConformal))->promises[0];
-  EXPECT_TRUE(of_next.is_earned);
-  EXPECT_EQ(of_next.scope, PromiseScope::kNextDrive);
-  model.card.hold_out = "blocks";
-  for (const RiskControl risk_control : {RiskControl::kConformal, RiskControl::kLearnThenTest}) {
-    const Result<RangeTable> table = choose(model, with(risk_control, 0.2));
-    ASSERT_TRUE(table.has_value() && validate(*table).has_value());
-    EXPECT_FALSE(table->promises[0].is_earned);
-    EXPECT_EQ(table->promises[0].scope, PromiseScope::kThisDrive);
-    EXPECT_NE(table->promises[0].statement.find("nothing is promised about the next drive"),
-              std::string::npos)
-        << table->promises[0].statement;
-  }
-  const LimitPromise of_this = choose(model, with(RiskControl::kConformal))->promises[0];
-  EXPECT_EQ(of_this.probability_threshold, of_next.probability_threshold) << "as careful as before";
-  EXPECT_NE(of_this.statement.find("of this drive at most 5 % of its sites"), std::string::npos);
-}
-
-TEST(ChooseRanges, OneDriveAloneSaysOfThisDrive) {
-  ErrorModel model = honest_model(1, 60);
-  for (TrainedSite& site : model.sites) site.drive = 0;
-  const LimitPromise promise = choose(model, with(RiskControl::kConformal))->promises[0];
-  EXPECT_FALSE(promise.is_earned);
-  EXPECT_EQ(promise.drive_count, 1u);
-  EXPECT_NE(promise.statement.find("one drive alone was measured; of this drive"),
-            std::string::npos)
-      << promise.statement;
-}
-
-TEST(ChooseRanges, TheDriveThatMadeTheMapIsNoNextDrive) {
-  ErrorModel model = honest_model(1, 60);
-  std::vector<RecordingCard>& cards = model.card.places[0].recordings.cards;
-  cards.erase(cards.begin() + 1);  // the first drive is half the scans of the mapping drive
-  const LimitPromise split = choose(model, with(RiskControl::kConformal))->promises[0];
-  EXPECT_FALSE(split.is_earned);
-  EXPECT_EQ(split.scope, PromiseScope::kThisDrive);
-  model = honest_model(1, 60);
-  model.card.places[0].recordings.cards[1].digest = sha256("by foot");
-  EXPECT_FALSE(choose(model, with(RiskControl::kConformal))->promises[0].is_earned)
-      << "the same recording under another name";
-}
-
-TEST(ChooseRanges, CountsPlacesAndDrivesAndSaysWhereTheyAreFew) {
-  ErrorModel model = honest_model(1, 60);
-  const LimitPromise few = choose(model, with(RiskControl::kConformal))->promises[0];
-  EXPECT_EQ(few.block_count, 60u);
-  EXPECT_EQ(few.place_count, 1u);
-  EXPECT_EQ(few.drive_count, 2u);
-  EXPECT_NE(few.statement.find("60 blocks of 1 place, 2 drives"), std::string::npos);
-  EXPECT_NE(few.statement.find("a little optimistic: 5.1 to 5.9 %"), std::string::npos);
-  const PlaceCard first = model.card.places[0];
-  for (std::uint32_t place = 1; place < 4; ++place) {
-    model.card.places.push_back(first);
-    for (RecordingCard& card : model.card.places[place].recordings.cards) {
-      card.digest = sha256(card.name + std::to_string(place));
-    }
-  }
-  for (TrainedSite& site : model.sites) site.place = site.block / 15;
-  const LimitPromise many = choose(model, with(RiskControl::kConformal))->promises[0];
-  EXPECT_EQ(many.place_count, 4u);
-  EXPECT_EQ(many.drive_count, 8u);
-  EXPECT_NE(many.statement.find("60 blocks of 4 places, 8 drives"), std::string::npos);
-  EXPECT_EQ(many.statement.find("optimistic"), std::string::npos) << many.statement;
 }
 
 TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {

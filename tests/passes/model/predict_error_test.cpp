@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "passes/model/forest/probability_curve.h"
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
 #include "tests/support/train_on_place.h"
@@ -63,6 +64,20 @@ TEST(PredictError, AsksTheWholeForestElsewhere) {
   EXPECT_EQ(predicted->out_of_fold, std::vector<std::uint8_t>(kSmall.site_count, 0));
   // The same factors, which training saw.
   EXPECT_EQ(predicted->extrapolated, std::vector<std::uint8_t>(3 * kSmall.site_count, 0));
+}
+
+TEST(PredictError, PutsTheTreesSharesOnTheModelsCurve) {
+  ErrorModel model = model_of(synthetic_drive(1, kSmall));
+  model.card.curve = {};
+  const Result<PredictedError> shares = predict(model, elsewhere(1));
+  model.card.curve = {-0.3, 1.3};
+  const Result<PredictedError> predicted = predict(model, elsewhere(1));
+  ASSERT_TRUE(shares.has_value() && predicted.has_value());
+  for (std::size_t i = 0; i < shares->within_probability.size(); ++i) {
+    EXPECT_EQ(predicted->within_probability[i],
+              on_curve(model.card.curve, shares->within_probability[i]));
+  }
+  EXPECT_NE(predicted->within_probability, shares->within_probability);
 }
 
 TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
