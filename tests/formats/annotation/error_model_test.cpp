@@ -86,9 +86,9 @@ TEST(ErrorModel, OfAnotherVersionIsRefusedAndSaysWhich) {
   const auto of_version = [&](std::uint32_t version) {
     return from_bytes<ErrorModel>(seal("error-model", version, writer.bytes())).error();
   };
-  EXPECT_EQ(of_version(3).code, ErrorCode::kOldVersion);
-  EXPECT_EQ(of_version(3).message, "a error-model of version 3, this program reads version 4");
-  EXPECT_EQ(of_version(5).code, ErrorCode::kFutureVersion);
+  EXPECT_EQ(of_version(4).code, ErrorCode::kOldVersion);
+  EXPECT_EQ(of_version(4).message, "a error-model of version 4, this program reads version 5");
+  EXPECT_EQ(of_version(6).code, ErrorCode::kFutureVersion);
 }
 
 TEST(ErrorModel, NamesEveryRecordingInTextTableAndFacts) {
