@@ -10,6 +10,7 @@ namespace {
 
 OutsideErrors some_errors() {
   OutsideErrors outside;
+  outside.file = "my.csv";
   outside.localizer = {"my-ndt", 2, {{"leaf_m", "0.5"}}};
   outside.reference = ErrorReference::kFullRangeMatch;
   outside.errors = {{3, 10.0, 0, 0.05, 4}, {3, 10.0, 1, 0.07, 2}, {3, 20.0, 0, 0.01, 3}};
@@ -21,6 +22,7 @@ TEST(OutsideErrors, ReadBackWhatTheyWroteAndNoPartOfIt) {
   const Result<OutsideErrors> back = from_bytes<OutsideErrors>(bytes);
   ASSERT_TRUE(back.has_value()) << to_string(back.error());
   EXPECT_EQ(to_bytes(*back), bytes);
+  EXPECT_EQ(back->file, "my.csv");
   EXPECT_EQ(back->localizer, some_errors().localizer);
   EXPECT_EQ(back->reference, ErrorReference::kFullRangeMatch);
   for (std::size_t size = 0; size < bytes.size(); ++size) {
