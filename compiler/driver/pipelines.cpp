@@ -325,6 +325,7 @@ Result<void> provide_recording(const RecordingInput& input, ArtifactSet& artifac
 Result<void> provide_outside(const std::vector<OutsideInput>& inputs, ArtifactSet& artifacts) {
   for (const OutsideInput& input : inputs) {
     OutsideErrors outside;
+    outside.file = std::filesystem::path(input.file).filename().string();
     SIGHTLINE_ASSIGN(outside.localizer, outside_localizer(input.options));
     outside.reference = input.options.reference;
     SIGHTLINE_ASSIGN(outside.errors, read_outside_errors(input.file));

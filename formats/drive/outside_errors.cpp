@@ -42,6 +42,7 @@ Result<void> validate(const OutsideErrors& outside) {
 
 Table dump(const OutsideErrors& outside) {
   Table table{"outside-errors", {"scan", "range_m", "start", "error_m"}, {}, {}};
+  table.facts.emplace_back("file", outside.file);
   table.facts.emplace_back("localizer", to_text(outside.localizer));
   for (const OutsideError& error : outside.errors) {
     table.rows.push_back(
@@ -51,6 +52,7 @@ Table dump(const OutsideErrors& outside) {
 }
 
 void encode(const OutsideErrors& outside, ByteWriter& writer) {
+  writer.put_string(outside.file);
   encode(outside.localizer, writer);
   writer.put(outside.reference);
   writer.put<std::uint64_t>(outside.errors.size());
@@ -65,6 +67,7 @@ void encode(const OutsideErrors& outside, ByteWriter& writer) {
 
 void decode(ByteReader& reader, OutsideErrors& outside) {
   constexpr std::size_t kBytesPerError = 3 * sizeof(std::uint32_t) + 2 * sizeof(double);
+  reader.get_string(outside.file);
   decode(reader, outside.localizer);
   reader.get(outside.reference);
   outside.errors.resize(reader.get_count(kBytesPerError));

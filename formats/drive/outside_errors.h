@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "formats/annotation/measured_error.h"
@@ -20,6 +21,7 @@ struct OutsideError {
 
 // What a file of import-errors says of one drive.
 struct OutsideErrors {
+  std::string file;  // its name, without folders
   LocalizerProfile localizer;
   ErrorReference reference = ErrorReference::kKnownPose;
   std::vector<OutsideError> errors;  // ascending (scan, range_m, start), each once

@@ -146,7 +146,9 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   }
   map.quality = quality_of(map, to_judge_by(ctx, inputs));
   const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
-  if (unmeasured > 0 && is_of_models_localizer(inputs)) {
+  const std::size_t spoken_for =
+      std::size_t{map.measurement.measured_site_count} * inputs.measured.matching.site_step;
+  if (spoken_for < map.sites.sites.size() && is_of_models_localizer(inputs)) {
     ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
              std::to_string(map.sites.sites.size()) + " sites");
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "formats/base/parallel.h"
@@ -161,10 +162,15 @@ std::size_t count_taken(const std::vector<std::optional<std::size_t>>& taken) {
          static_cast<std::size_t>(std::count(taken.begin(), taken.end(), std::nullopt));
 }
 
-// One site in so many was measured; beyond this two measured places say little of what is between.
+// A measured scan stands for so many sites; beyond this two measured places say little of what is
+// between.
 std::uint32_t site_step_of(const std::vector<std::optional<std::size_t>>& taken) {
   constexpr std::size_t kMostSites = 20;
-  const std::size_t measured = count_taken(taken);
+  std::set<std::size_t> scans;
+  for (const std::optional<std::size_t>& scan : taken) {
+    if (scan) scans.insert(*scan);
+  }
+  const std::size_t measured = scans.size();
   return static_cast<std::uint32_t>(
       std::clamp<std::size_t>((taken.size() + measured / 2) / measured, 1, kMostSites));
 }
@@ -183,7 +189,9 @@ Result<MeasuredError> import_errors(PassContext& ctx, const ImportErrorsOptions&
                                     const OutsideErrors& outside, const Drive& drive,
                                     const Trajectory& trajectory, const Sites& sites) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  SIGHTLINE_ASSIGN(const std::vector<ToldScan> told, told_scans(options, drive, outside));
+  const Result<std::vector<ToldScan>> found = told_scans(options, drive, outside);
+  if (!found) return in_file(found.error(), outside.file);
+  const std::vector<ToldScan>& told = *found;
   const std::vector<std::optional<std::size_t>> taken =
       nearest_told(options, told, rebase(trajectory, sites.frame), sites);
   if (count_taken(taken) == 0) {

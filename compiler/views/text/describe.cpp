@@ -111,7 +111,9 @@ std::string describe_measurement(const CompiledMap& map) {
                card.localization_drive + ", " + card.localization_scans + " scans") +
          field("reference", is_known ? "known poses" : "match at the sensor's full range") +
          describe_localizer(map) +
-         field("offsets", formatted("%zu starts at every site", card.offsets.size())) +
+         field("offsets", card.offsets.empty()
+                              ? "imported with the errors, not known here"
+                              : formatted("%zu starts at every site", card.offsets.size())) +
          field("measured sites", formatted("%u of ", card.measured_site_count) +
                                      std::to_string(map.sites.sites.size())) +
          field("sensor", map.sensor.name + formatted(", %d beams", map.sensor.ring_count()));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "passes/localize/measure_error.h"
@@ -42,6 +43,7 @@ ImportErrorsOptions two_ranges() {
 // Of each scan named: at both ranges three starts, errors that tell where they come from.
 OutsideErrors errors_of(const std::vector<std::uint32_t>& scans) {
   OutsideErrors outside;
+  outside.file = "errors.csv";
   outside.localizer = {"my-ndt", 2, {{"leaf_m", "0.5"}}};
   std::uint32_t line = 1;
   for (const std::uint32_t scan : scans) {
@@ -99,6 +101,16 @@ TEST(ImportErrors, MovesWithTheFrameAndNeverNamesAFartherScan) {
   EXPECT_EQ(here->matching.site_step, 10u);
 }
 
+TEST(ImportErrors, AScanStandsForAllThatLiesBetweenItAndTheNext) {
+  ImportErrorsOptions options = two_ranges();
+  options.site_radius_m = 1.5;  // three sites take each scan
+  const Result<MeasuredError> measured =
+      import(straight_world(30), errors_of({11, 31, 51}), nullptr, options);
+  ASSERT_TRUE(measured) << to_string(measured.error());
+  EXPECT_EQ(std::ranges::count(measured->scan_of_site, 31), 3);
+  EXPECT_EQ(measured->matching.site_step, 10u);
+}
+
 TEST(ImportErrors, CountsTheScansThatNoSiteTakes) {
   World world = straight_world(4);
   world.trajectory.poses[3].T_map_vehicle.translation().y() = 5.0;
@@ -115,6 +127,7 @@ TEST(ImportErrors, RefusesAtTheLineWhatDoesNotBelongToTheDriveOrTheRanges) {
     ASSERT_FALSE(measured) << message;
     EXPECT_EQ(measured.error().code, ErrorCode::kMismatchedInputs);
     EXPECT_EQ(measured.error().place, place) << to_string(measured.error());
+    EXPECT_EQ(measured.error().file, "errors.csv");
     EXPECT_NE(measured.error().message.find(message), std::string::npos)
         << to_string(measured.error());
   };
