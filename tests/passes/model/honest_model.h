@@ -27,12 +27,17 @@ inline ErrorModel honest_model(std::uint64_t seed, std::size_t block_count) {
     }
     sites.push_back(site);
   }
-  return handmade_model(sites, static_cast<std::uint32_t>(block_count));
+  ErrorModel model = handmade_model(sites, static_cast<std::uint32_t>(block_count));
+  std::vector<double>& mean_m = model.out_of_fold.mean_m;
+  for (std::size_t i = 0; i < mean_m.size(); ++i) {
+    mean_m[i] = 0.3 - 0.25 * model.out_of_fold.within_probability[2 * i];
+  }
+  return model;
 }
 
 // With own scans that ask for the longest range everywhere.
 inline Result<RangeTable> choose(const ErrorModel& model, const ChooseRangesOptions& options,
-                          const PredictedError& predicted) {
+                                 const PredictedError& predicted) {
   PassContext ctx;
   return choose_ranges(ctx, options, sites_of(model), predicted, model, demanding_factors(model));
 }
