@@ -198,7 +198,7 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
     ctx.warn("drive '" + history.drive + "' was localized by " +
              to_text(history.matching.localizer) + ", the model foretells the errors of " +
              to_text(model.card.localizer) + ": what was measured here is not told to it");
-    return predict(ctx, options, model, {sites, factors}, nullptr);
+    return predict(ctx, options, model, {sites, factors, recordings}, nullptr);
   }
   if (!model.card.knows_history) {
     ctx.warn("the model was trained on places that were driven once: it cannot tell what drive '" +
