@@ -12,7 +12,7 @@ namespace sightline {
 namespace {
 
 constexpr std::array<const char*, 6> kNames = {"a.pcd", "a.ply",     "a.las",
-                                               "a.bin", "a.pcd.bin", "a.bin.gz"};
+                                               "a.bin", "a.pcd.bin", "a.pcd.gz"};
 
 // Whatever is read is one thing a point, and all of it finite.
 void check(const PointCloudFile& cloud) {

@@ -128,7 +128,9 @@ std::string las() {
   bytes.replace(at + 2, 15, "LASF_Projection");
   put(bytes, at + 18, std::uint16_t{34735});
   put(bytes, at + 20, std::uint64_t{16});
-  for (const std::uint16_t key : {1, 1, 0, 1, 1024, 0, 1, 1}) put(bytes, bytes.size(), key);
+  for (const int key : {1, 1, 0, 1, 1024, 0, 1, 1}) {
+    put(bytes, bytes.size(), static_cast<std::uint16_t>(key));
+  }
   return bytes;
 }
 
