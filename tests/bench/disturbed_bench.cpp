@@ -77,12 +77,6 @@ Outcome compare(const Trajectory& found, const std::vector<Pose>& truth) {
     const std::size_t begin = first[pose.piece];
     const Pose T_truth_found = truth[begin] * found.poses[begin].T_map_vehicle.inverse();
     const Pose off = truth[i].inverse() * T_truth_found * pose.T_map_vehicle;
-    if (std::getenv("V") && (i % 6 == 0)) {
-      const Eigen::Vector3d w = rotation_vector(off.linear()) * 57.3;
-      std::printf("  %zu piece %u off %.2f %.2f %.2f m  %.2f %.2f %.2f deg\n", i, pose.piece,
-                  off.translation().x(), off.translation().y(), off.translation().z(), w.x(), w.y(),
-                  w.z());
-    }
     const double off_deg = rotation_angle_rad(off.linear()) * 180.0 / std::numbers::pi;
     outcome.largest_m = std::max(outcome.largest_m, off.translation().norm());
     outcome.largest_deg = std::max(outcome.largest_deg, off_deg);
