@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "formats/rotation.h"
-#include "passes/trajectory/disagreements.h"
+#include "passes/trajectory/given/disagreements.h"
 #include "passes/trajectory/loops.h"
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/plane_adjustment.h"

@@ -1,4 +1,4 @@
-#include "passes/trajectory/disagreements.h"
+#include "passes/trajectory/given/disagreements.h"
 
 #include <algorithm>
 #include <cmath>
