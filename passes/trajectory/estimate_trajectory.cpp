@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "formats/rotation.h"
-#include "passes/trajectory/given/disagreements.h"
+#include "passes/trajectory/given/given_trajectory.h"
 #include "passes/trajectory/loops.h"
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/plane_adjustment.h"
@@ -26,31 +26,6 @@ constexpr double kUnmatchedSigma_rad = 0.05;
 // Between scans that are adjusted; those between follow.
 constexpr double kKeyStep_m = 2.0;
 constexpr double kKeyTurn_rad = 0.1;
-
-Result<Trajectory> given_trajectory(const Drive& drive) {
-  Trajectory trajectory;
-  trajectory.frame = drive.frame;
-  for (const ScanInfo& scan : drive.scans) {
-    if (!scan.T_world_vehicle) {
-      return Error{ErrorCode::kNoPoses, "the recording gives no pose of this scan", scan.source,
-                   "scan " + std::to_string(scan.recording_index)};
-    }
-    trajectory.poses.push_back({scan.recording_index, scan.stamp_ns,
-                                rebase(*scan.T_world_vehicle, MapFrame{}, drive.frame)});
-  }
-  return trajectory;
-}
-
-// T_map_lidar of each scan as given, none where it is not wanted or not there.
-std::vector<std::optional<Pose>> given_poses(const Drive& drive, bool wanted) {
-  std::vector<std::optional<Pose>> given(drive.scans.size());
-  for (std::size_t i = 0; wanted && i < given.size(); ++i) {
-    if (!drive.scans[i].T_world_vehicle) continue;
-    given[i] = rebase(*drive.scans[i].T_world_vehicle, MapFrame{}, drive.frame) *
-               drive.sensor.T_vehicle_lidar;
-  }
-  return given;
-}
 
 // Errors of given poses vary slowly: those on one stretch of this length share theirs, and together
 // they say no more than one.
@@ -168,10 +143,22 @@ Trajectory trajectory_of(const Drive& drive, const PoseGraph& graph, const Graph
   return trajectory;
 }
 
-Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                                      const Drive& drive, bool refines) {
-  const std::vector<std::optional<Pose>> given = given_poses(drive, refines);
-  SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
+// Poses of odometry laid on the first given one, from where the graph moves them little.
+Odometry laid_on(const std::vector<std::optional<Pose>>& given, Odometry odometry) {
+  const auto first = std::ranges::find_if(given, [](const auto& pose) { return bool(pose); });
+  if (first == given.end() || first == given.begin()) return odometry;
+  const Pose T_given_found = **first * odometry.T_map_lidar[first - given.begin()].inverse();
+  for (Pose& pose : odometry.T_map_lidar) pose = T_given_found * pose;
+  return odometry;
+}
+
+// By odometry and, where `given` has them, given poses.
+Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
+                                     const Drive& drive,
+                                     const std::vector<std::optional<Pose>>& given,
+                                     const Odometry& found) {
+  const bool refines = std::ranges::any_of(given, [](const auto& pose) { return bool(pose); });
+  const Odometry odometry = laid_on(given, found);
   const std::vector<std::uint32_t> scans = all_scans(odometry);
   const double way_m = odometry.driven_m.back();
   PoseGraph graph{steps_of(odometry, scans), {}, priors_of(options, way_m, given, scans)};
@@ -196,42 +183,6 @@ Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectory
              " scans could not be matched to those before them and follow the given poses");
   }
   return trajectory;
-}
-
-// Says where given poses and scans disagree; true where it found such a place.
-Result<bool> check_given(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                         const Drive& drive) {
-  constexpr std::size_t kMostTold = 5;
-  const std::vector<std::optional<Pose>> given = given_poses(drive, true);
-  SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
-  const std::vector<PoseDisagreement> found = find_disagreements(given, odometry);
-  if (found.empty()) return false;
-  std::string text = "given poses and scans disagree on " + std::to_string(found.size()) +
-                     " stretches of drive " + drive.name;
-  for (std::size_t i = 0; i < std::min(found.size(), kMostTold); ++i) {
-    text += (i == 0 ? ": " : "; ") + to_text(found[i], drive);
-  }
-  if (options.bad_poses == BadPoses::kRefuse) {
-    return Error{ErrorCode::kMismatchedInputs, text, drive.scans[found[0].first].source,
-                 "scan " + std::to_string(drive.scans[found[0].first].recording_index)};
-  }
-  ctx.warn(text + (options.bad_poses == BadPoses::kRepair
-                       ? ". They are refined"
-                       : ". They are used all the same; "
-                         "estimate-trajectory.bad_poses=repair refines "
-                         "them"));
-  return true;
-}
-
-Result<Trajectory> checked_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                                      const Drive& drive) {
-  Result<Trajectory> given = given_trajectory(drive);
-  if (!given || options.bad_poses == BadPoses::kIgnore || drive.scans.size() < 2) return given;
-  SIGHTLINE_ASSIGN(const bool is_bad, check_given(ctx, options, drive));
-  if (is_bad && options.bad_poses == BadPoses::kRepair) {
-    return matched_trajectory(ctx, options, drive, true);
-  }
-  return given;
 }
 
 }  // namespace
@@ -260,14 +211,23 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
                                        const Drive& drive) {
   const bool some_given = std::ranges::any_of(
       drive.scans, [](const ScanInfo& scan) { return scan.T_world_vehicle.has_value(); });
+  const TrajectorySolver solve = [&](const std::vector<std::optional<Pose>>& given,
+                                     const Odometry& odometry) {
+    return solved_trajectory(ctx, options, drive, given, odometry);
+  };
   if (options.mode == PoseMode::kGiven || (options.mode == PoseMode::kAuto && drive.has_poses())) {
-    return checked_trajectory(ctx, options, drive);
+    return checked_trajectory(ctx, options, drive, solve);
   }
   if (options.mode == PoseMode::kRefine && !some_given) {
     return Error{ErrorCode::kNoPoses, "the recording gives no poses to refine", "",
                  "drive " + drive.name};
   }
-  return matched_trajectory(ctx, options, drive, some_given && options.mode != PoseMode::kEstimate);
+  if (some_given && options.mode != PoseMode::kEstimate) {
+    return refined_trajectory(ctx, options, drive, solve);
+  }
+  const std::vector<std::optional<Pose>> none(drive.scans.size());
+  SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, none));
+  return solve(none, odometry);
 }
 
 }  // namespace sightline

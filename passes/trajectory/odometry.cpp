@@ -41,12 +41,14 @@ Pose tidied(const Pose& pose) {
 std::vector<Pose> predictions(const std::vector<Pose>& T_map_lidar,
                               const std::vector<std::optional<Pose>>& given, std::size_t k) {
   std::vector<Pose> starts;
-  if (k >= 2)
+  if (k >= 2) {
     starts.push_back(T_map_lidar[k - 1] * T_map_lidar[k - 2].inverse() * T_map_lidar[k - 1]);
+  } else {
+    starts.push_back(T_map_lidar[k - 1]);
+  }
   if (given[k - 1] && given[k]) {
     starts.push_back(T_map_lidar[k - 1] * given[k - 1]->inverse() * *given[k]);
   }
-  if (starts.empty()) starts.push_back(T_map_lidar[k - 1]);
   for (Pose& start : starts) start = tidied(start);
   return starts;
 }

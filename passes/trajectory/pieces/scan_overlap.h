@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "formats/geometry.h"
+#include "formats/grid/flat_cell_map.h"
+
+// How much of what a scan sees is there in a local map; part of estimate-trajectory. Level returns
+// say nothing of a place, for every road is flat: only upright things count.
+
+namespace sightline {
+
+// The points within 40 m of the sensor that belong to something upright: in a column of 0.5 m there
+// are others at least 0.4 m above or below. `level` turns the points so that z is up.
+std::vector<Eigen::Vector3d> upright_points(const std::vector<Eigen::Vector3d>& points_m,
+                                            const Eigen::Matrix3d& level);
+
+// Where the upright points of the latest scans are, in the map frame.
+class UprightMap {
+ public:
+  // Those of scans more than `reach_m` of way ago are forgotten.
+  explicit UprightMap(double reach_m) : reach_m_(reach_m) {}
+
+  void add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar, double driven_m);
+
+  // Share of the points with one of the map within 0.3 m in the plane and about 1 m in height; none
+  // where there are too few to say.
+  [[nodiscard]] std::optional<double> overlap(const std::vector<Eigen::Vector3d>& points_m,
+                                              const Pose& T_map_lidar) const;
+
+  // Every point that is remembered, map frame.
+  [[nodiscard]] std::vector<Eigen::Vector3d> points_m() const;
+
+ private:
+  struct KeyScan {
+    double driven_m = 0.0;
+    std::vector<Eigen::Vector3d> points_m;
+  };
+  void count(const std::vector<Eigen::Vector3d>& points_m);
+  [[nodiscard]] bool has_near(const Eigen::Vector3d& point_m) const;
+
+  double reach_m_;
+  std::deque<KeyScan> scans_;
+  FlatCellMap<std::int32_t> counts_;  // of points in a cell
+};
+
+}  // namespace sightline
