@@ -18,6 +18,7 @@ std::vector<OptionField> option_fields(RecordingOptions& options);
 
 // Reads every scan of a recording once and says what is in it: points, and what was dropped of
 // them. Memory holds one scan per thread. The drive's store reads the same files again on demand.
+// Quaternions of poses are read as w x y z where the scans contradict x y z w (pose_reading.h).
 // Its map frame begins at the multiple of tile_m at or below the first pose; at zero where there
 // are no poses. Warns of dropped points, of text files that may be cut, of scans that look as if
 // they were in world coordinates, of point times that make no sense, of gaps in time (longer than
@@ -25,6 +26,6 @@ std::vector<OptionField> option_fields(RecordingOptions& options);
 // drive-too-short (no scans), time-runs-backwards, and those of read_recorded_scan for the first
 // scan that cannot be read.
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording);
-inline constexpr Pass kIngest{"ingest", 3, "drive", "Reading drives", &ingest};
+inline constexpr Pass kIngest{"ingest", 4, "drive", "Reading drives", &ingest};
 
 }  // namespace sightline

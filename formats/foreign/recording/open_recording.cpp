@@ -93,6 +93,7 @@ Digest digest_of(const Recording& recording) {
     writer.put<std::uint8_t>(scan.T_world_vehicle ? 1 : 0);
     if (scan.T_world_vehicle) encode(*scan.T_world_vehicle, writer);
   }
+  writer.put<std::uint8_t>(recording.has_quaternions ? 1 : 0);
   return sha256(writer.bytes());
 }
 

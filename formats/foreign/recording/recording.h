@@ -58,6 +58,7 @@ struct Recording {
   // In natural order of their names (2 before 10), or in the order of the file that holds them.
   std::vector<RecordedScan> scans;
   std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
+  bool has_quaternions = false;       // poses are quaternions of a text file, read as x y z w
   std::vector<std::string> warnings;  // what was assumed, for the person who brought it
   // Names everything above but the warnings: equal for equal contents, wherever the folder lies.
   Digest digest{};
