@@ -121,6 +121,7 @@ Wire<FactorTable> add_mapping_error_steps(const CompileConfig& config,
   MeasureErrorOptions options = plan.options(kMeasureError);
   options.scans = scan_shares(config).mapping;
   options.reference = ErrorReference::kKnownPose;
+  options.is_mapping_drive = true;
   const Wire<MeasuredError> measured =
       plan.run_as("mapping", kMeasureError, options, mapping.undistorted, mapping.trajectory,
                   compile.ndt, compile.sites);

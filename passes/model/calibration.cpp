@@ -111,6 +111,11 @@ bool are_blocks_independent(const TrainingCard& card) {
   return card.block_m >= kIndependentBlock_m && card.buffer_m >= kIndependentBuffer_m;
 }
 
+// A match to the very map is no truth: against it errors vanish with range by construction.
+bool are_poses_known(const TrainingCard& card) {
+  return card.reference == ErrorReference::kKnownPose;
+}
+
 std::string observed(const LimitPromise& promise) {
   return percent(promise.calibration_miss_share) + " missed out of fold in " +
          std::to_string(promise.block_count) + " blocks";
@@ -153,6 +158,12 @@ std::string unearned_statement(const LimitPromise& promise, const Witnesses& wit
            " m anywhere, the least error measured is " + format_double(least_m) + " m";
   }
   const std::string fallback = "; the threshold fits what was seen instead: " + observed(promise);
+  if (!are_poses_known(card)) {
+    return "nothing is promised: errors were measured against matches to the map itself, known "
+           "poses "
+           "(measure-error.reference=known) can earn a promise" +
+           fallback;
+  }
   if (!are_blocks_independent(card)) {
     return "nothing is promised: blocks of " + format_double(card.block_m) +
            " m with a buffer of " + format_double(card.buffer_m) +
@@ -176,7 +187,7 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, Ca
   const Witnesses witnesses = witnesses_of(model, kind);
   const Misses misses = misses_of_rule(witnesses, limit, options, tighter);
   RiskDecision decision = decide(misses, options);
-  if (decision.is_earned && !are_blocks_independent(model.card)) {
+  if (decision.is_earned && !(are_blocks_independent(model.card) && are_poses_known(model.card))) {
     decision = decide_empirically(misses, options.alpha);
   }
   Calibration calibration;
