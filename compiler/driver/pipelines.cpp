@@ -165,6 +165,7 @@ Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDriv
   if (learns_here) return plan.run(kAddOwnError, map_factors, own);
   const bool are_one = options.reference == ErrorReference::kKnownPose;
   options.reference = ErrorReference::kKnownPose;
+  options.is_mapping_drive = true;
   const Wire<MeasuredError> by_pose = are_one ? own : measured_as("mapping");
   return plan.run(kAddMappingError, map_factors, own, by_pose, compile.recordings.front().sensor,
                   localizing_sensor);

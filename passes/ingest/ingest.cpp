@@ -9,6 +9,7 @@
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/pose_file.h"
+#include "passes/ingest/pose_reading.h"
 
 namespace sightline {
 namespace {
@@ -235,6 +236,7 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
   drive.name = recording.name;
   drive.sensor = recording.sensor;
   drive.scans = describe(recording, counts);
+  SIGHTLINE_TRY(try_w_first(ctx, recording, drive));
   if (drive.has_poses()) {
     const Eigen::Vector3d first_m = drive.scans.front().T_world_vehicle->translation();
     drive.frame = frame_near(first_m, options.tile_m);

@@ -18,6 +18,7 @@ std::vector<OptionField> option_fields(RecordingOptions& options);
 
 // Reads every scan of a recording once and says what is in it: points, and what was dropped of
 // them. Memory holds one scan per thread. The drive's store reads the same files again on demand.
+// Quaternions of poses are read as w x y z where the scans contradict x y z w (pose_reading.h).
 // Its map frame begins at the multiple of tile_m at or below the first pose; at zero where there
 // are no poses. Warns of points dropped (not finite, at zero, withheld), of text files that may be
 // cut, of scans with most points beyond 2 km, of point times that make no sense,

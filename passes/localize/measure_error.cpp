@@ -246,10 +246,22 @@ void thin_sites(std::size_t step, std::vector<std::optional<std::size_t>>& scans
 
 }  // namespace
 
-Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
+ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory& trajectory) {
+  const bool is_known = options.is_mapping_drive || trajectory.source != PoseSource::kEstimated;
+  return is_known ? options.reference : ErrorReference::kFullRangeMatch;
+}
+
+Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& wanted,
                                     const Drive& localization_drive, const Trajectory& trajectory,
                                     const NdtMap& map, const Sites& sites) {
   SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, map, sites));
+  MeasureErrorOptions options = wanted;
+  options.reference = reference_of(wanted, trajectory);
+  if (options.reference != wanted.reference) {
+    ctx.warn("drive '" + localization_drive.name +
+             "' has no known poses, its trajectory was found by matching: errors are measured "
+             "against matches to this very map at the sensor's full range");
+  }
   const Trajectory in_map = rebase(trajectory, map.frame);
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;
   const Localizer own =

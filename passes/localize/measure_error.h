@@ -22,10 +22,12 @@ struct MeasureErrorOptions {
   int site_step = 0;                // every so many sites one is measured; 0: site_step_of() says
   ScanSelection scans = ScanSelection::kAll;
   double site_radius_m = 1.0;  // the scan of a site lies no farther from it
-  // full-range: the match at the sensor's full range, the paper's choice; known: the poses given
+  // full-range: the match at the sensor's full range, the paper's choice; known: the poses given,
+  // full-range where there are none (reference_of)
   ErrorReference reference = ErrorReference::kFullRangeMatch;
   LocalizerKind localizer = LocalizerKind::kSearching;  // "Localizers" in schemas/definitions.md
   int coarse_cells = 1;
+  bool is_mapping_drive = false;  // its poses made the map, and are its reference wherever from
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 
@@ -37,11 +39,16 @@ int site_step_of(const MeasureErrorOptions& options);
 // A match that ended farther off counts as lost.
 inline constexpr double kLostBeyond_m = 0.5;
 
+// What the errors of a drive with this trajectory can be measured against: poses that were
+// estimated are matches to the very map, and no known ones.
+ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory& trajectory);
+
 // How far off the matcher ends when it localizes a drive at the sites of a map: at each site (or
 // every site_step-th) the nearest scan is cropped at every range, subsampled, matched from every
 // initial offset and compared with the reference, as defined in schemas/definitions.md ("Measured
 // error", v2). `trajectory` is that of `localization_drive`, in any frame of the same world. Sites
-// without a scan near are counted in a warning and keep rows of zeros. pcl-ndt needs has_pcl_ndt().
+// without a scan near are counted in a warning and keep rows of zeros; another warning tells where
+// no known poses are there to measure against. pcl-ndt needs has_pcl_ndt().
 // Errors: mismatched-inputs (trajectory and drive, or map and sites, do not belong together),
 // empty-map, no-overlap (no site has a scan near), and what reading a scan returns.
 Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,

@@ -31,14 +31,17 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
       number("site_radius_m", options.site_radius_m, "a site's scan lies no farther from it, m",
              0.01, 100.0),
       choice("reference", options.reference,
-             "what errors are measured against: the known pose, or the match at full range",
+             "what errors are measured against: the known pose (full-range where there is none), "
+             "or the match at full range",
              {"known", "full-range"}),
       choice("localizer", options.localizer,
              "how scans are matched (definitions: Localizers); pcl-ndt: PCL's own NDT with "
              "Autoware's numbers",
              localizer_names()),
       integer("coarse_cells", options.coarse_cells,
-              "matches first on cells so many times as long as the map's; 1 does not", 1, 16)};
+              "matches first on cells so many times as long as the map's; 1 does not", 1, 16),
+      shared(flag("is_mapping_drive", options.is_mapping_drive,
+                  "the drive's poses made the map and are its reference"))};
 }
 
 }  // namespace sightline

@@ -248,10 +248,12 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options) {
   return fields;
 }
 
-Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
+Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wanted,
                                 const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
                                 const Sites& sites, const RangeTable& ranges) {
   SIGHTLINE_TRY(check_inputs(drive, trajectory, map, sites, ranges));
+  TrackDriveOptions options = wanted;
+  options.matching.reference = reference_of(wanted.matching, trajectory);
   const Trajectory in_map = rebase(trajectory, map.frame);
   const PointGrid places(positions_m(sites));
   const std::vector<std::size_t> scans = scans_on_map(options, drive, in_map, places);

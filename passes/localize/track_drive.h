@@ -29,7 +29,7 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options);
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
                                 const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
                                 const Sites& sites, const RangeTable& ranges);
-inline constexpr Pass kTrackDrive{"track-drive", 4, "tracks",
+inline constexpr Pass kTrackDrive{"track-drive", 5, "tracks",
                                   "Replaying a drive as a vehicle localizes", &track_drive};
 
 }  // namespace sightline

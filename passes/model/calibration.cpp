@@ -76,7 +76,7 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, Ca
   const Witnesses witnesses = witnesses_of(model, kind);
   const Misses misses = misses_of_rule(witnesses, limit, options, tighter);
   RiskDecision decision = decide(misses, options);
-  if (decision.is_earned && !are_blocks_independent(model.card)) {
+  if (decision.is_earned && !(are_blocks_independent(model.card) && are_poses_known(model.card))) {
     decision = decide_empirically(misses, options.alpha);
   }
   Calibration calibration;

@@ -59,6 +59,10 @@ std::string why_this_drive(const LimitPromise& promise, const TrainingCard& card
 // What is wanting for a promise, without the fallback.
 std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& card,
                             std::uint32_t needed_blocks) {
+  if (!are_poses_known(card)) {
+    return "errors were measured against matches to the map itself, known poses "
+           "(measure-error.reference=known) can earn a promise";
+  }
   if (!are_blocks_independent(card)) {
     return "blocks of " + format_double(card.block_m) + " m with a buffer of " +
            format_double(card.buffer_m) + " m see the same walls, 60 m and 25 m are needed";
@@ -77,6 +81,10 @@ std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& car
 }
 
 }  // namespace
+
+bool are_poses_known(const TrainingCard& card) {
+  return card.reference == ErrorReference::kKnownPose;
+}
 
 bool are_blocks_independent(const TrainingCard& card) {
   return card.block_m >= kIndependentBlock_m && card.buffer_m >= kIndependentBuffer_m;

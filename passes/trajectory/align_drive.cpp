@@ -203,7 +203,7 @@ Trajectory trajectory_of(const Drive& drive, const NdtMap& map, const PoseGraph&
                          const GraphSolution& solution) {
   Trajectory trajectory;
   trajectory.frame = map.frame;
-  trajectory.source = PoseSource::kRefined;
+  trajectory.source = PoseSource::kEstimated;  // by matches to the map
   trajectory.odometry_edges = static_cast<std::uint32_t>(graph.odometry.size());
   trajectory.prior_edges = static_cast<std::uint32_t>(graph.priors.size());
   trajectory.rms_translation_residual_m = solution.rms_translation_m;

@@ -26,10 +26,11 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 // knows of itself, in a frame of its own or nearly in the map's. A few scans are matched against
 // the map from everywhere on the route, both ways round; the placement that most of them confirm is
 // followed through the drive, scan by scan, and a pose graph joins those matches with the drive's
-// own steps, so that stretches beside the map are bridged. Each piece of `own` is placed by itself;
-// one that is found nowhere is laid aside, 2 km from every site, with a warning. Errors:
-// mismatched-inputs (`own` is not of the drive), empty-map, no-overlap (no placement of any piece
-// is confirmed), trajectory-lost (no solution), and what reading a scan says.
+// own steps, so that stretches beside the map are bridged: its source is estimated. Each piece of
+// `own` is placed by itself; one that is found nowhere is laid aside, 2 km from every site, with a
+// warning. Errors: mismatched-inputs (`own` is not of the drive), empty-map, no-overlap (no
+// placement of any piece is confirmed), trajectory-lost (no solution), and what reading a scan
+// says.
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
                                const Drive& drive, const Trajectory& own, const NdtMap& map,
                                const Sites& sites);

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "formats/rotation.h"
-#include "passes/trajectory/disagreements.h"
+#include "passes/trajectory/given/given_trajectory.h"
 #include "passes/trajectory/loops.h"
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/join_pieces.h"
@@ -33,31 +33,6 @@ constexpr double kFarSigma_rad = 0.01;
 // Between scans that are adjusted; those between follow.
 constexpr double kKeyStep_m = 2.0;
 constexpr double kKeyTurn_rad = 0.1;
-
-Result<Trajectory> given_trajectory(const Drive& drive) {
-  Trajectory trajectory;
-  trajectory.frame = drive.frame;
-  for (const ScanInfo& scan : drive.scans) {
-    if (!scan.T_world_vehicle) {
-      return Error{ErrorCode::kNoPoses, "the recording gives no pose of this scan", scan.source,
-                   "scan " + std::to_string(scan.recording_index)};
-    }
-    trajectory.poses.push_back({scan.recording_index, scan.stamp_ns,
-                                rebase(*scan.T_world_vehicle, MapFrame{}, drive.frame)});
-  }
-  return trajectory;
-}
-
-// T_map_lidar of each scan as given, none where it is not wanted or not there.
-std::vector<std::optional<Pose>> given_poses(const Drive& drive, bool wanted) {
-  std::vector<std::optional<Pose>> given(drive.scans.size());
-  for (std::size_t i = 0; wanted && i < given.size(); ++i) {
-    if (!drive.scans[i].T_world_vehicle) continue;
-    given[i] = rebase(*drive.scans[i].T_world_vehicle, MapFrame{}, drive.frame) *
-               drive.sensor.T_vehicle_lidar;
-  }
-  return given;
-}
 
 // Errors of given poses vary slowly: those on one stretch of this length share theirs, and together
 // they say no more than one.
@@ -190,10 +165,22 @@ Trajectory trajectory_of(const Drive& drive, const PoseGraph& graph, const Graph
   return trajectory;
 }
 
-Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                                      const Drive& drive, bool refines) {
-  const std::vector<std::optional<Pose>> given = given_poses(drive, refines);
-  SIGHTLINE_ASSIGN(Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
+// Poses of odometry laid on the first given one, from where the graph moves them little.
+Odometry laid_on(const std::vector<std::optional<Pose>>& given, Odometry odometry) {
+  const auto first = std::ranges::find_if(given, [](const auto& pose) { return bool(pose); });
+  if (first == given.end() || first == given.begin()) return odometry;
+  const Pose T_given_found = **first * odometry.T_map_lidar[first - given.begin()].inverse();
+  for (Pose& pose : odometry.T_map_lidar) pose = T_given_found * pose;
+  return odometry;
+}
+
+// By odometry and, where `given` has them, given poses.
+Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
+                                     const Drive& drive,
+                                     const std::vector<std::optional<Pose>>& given,
+                                     const Odometry& found) {
+  const bool refines = std::ranges::any_of(given, [](const auto& pose) { return bool(pose); });
+  Odometry odometry = laid_on(given, found);
   SIGHTLINE_TRY(check_following(drive, odometry));
   SIGHTLINE_ASSIGN(const JoinedPieces pieces, join_pieces(ctx, drive, given, odometry));
   warn_of_pieces(ctx, drive, odometry, pieces);
@@ -230,40 +217,11 @@ Result<Trajectory> matched_trajectory(PassContext& ctx, const EstimateTrajectory
   return trajectory;
 }
 
-// Says where given poses and scans disagree; true where it found such a place.
-Result<bool> check_given(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                         const Drive& drive) {
-  constexpr std::size_t kMostTold = 5;
-  const std::vector<std::optional<Pose>> given = given_poses(drive, true);
-  SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
-  const std::vector<PoseDisagreement> found = find_disagreements(given, odometry);
-  if (found.empty()) return false;
-  std::string text = "given poses and scans disagree on " + std::to_string(found.size()) +
-                     " stretches of drive " + drive.name;
-  for (std::size_t i = 0; i < std::min(found.size(), kMostTold); ++i) {
-    text += (i == 0 ? ": " : "; ") + to_text(found[i], drive);
-  }
-  if (options.bad_poses == BadPoses::kRefuse) {
-    return Error{ErrorCode::kMismatchedInputs, text, drive.scans[found[0].first].source,
-                 "scan " + std::to_string(drive.scans[found[0].first].recording_index)};
-  }
-  ctx.warn(text + (options.bad_poses == BadPoses::kRepair
-                       ? ". They are refined"
-                       : ". They are used all the same; "
-                         "estimate-trajectory.bad_poses=repair refines "
-                         "them"));
-  return true;
-}
-
-Result<Trajectory> checked_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                                      const Drive& drive) {
-  Result<Trajectory> given = given_trajectory(drive);
-  if (!given || options.bad_poses == BadPoses::kIgnore || drive.scans.size() < 2) return given;
-  SIGHTLINE_ASSIGN(const bool is_bad, check_given(ctx, options, drive));
-  if (is_bad && options.bad_poses == BadPoses::kRepair) {
-    return matched_trajectory(ctx, options, drive, true);
-  }
-  return given;
+TrajectorySolver solver_of(PassContext& ctx, const EstimateTrajectoryOptions& options,
+                           const Drive& drive) {
+  return [&](const std::vector<std::optional<Pose>>& given, const Odometry& odometry) {
+    return solved_trajectory(ctx, options, drive, given, odometry);
+  };
 }
 
 }  // namespace
@@ -293,15 +251,19 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
   const bool some_given = std::ranges::any_of(
       drive.scans, [](const ScanInfo& scan) { return scan.T_world_vehicle.has_value(); });
   if (options.mode == PoseMode::kGiven || (options.mode == PoseMode::kAuto && drive.has_poses())) {
-    return checked_trajectory(ctx, options, drive);
+    return checked_trajectory(ctx, options, drive, solver_of(ctx, options, drive));
   }
   if (options.mode == PoseMode::kRefine && !some_given) {
     return Error{ErrorCode::kNoPoses, "the recording gives no poses to refine", "",
                  "drive " + drive.name};
   }
-  const EstimatePoses estimate = [&](PassContext& own, const Drive& scans) {
-    return matched_trajectory(own, options, scans,
-                              some_given && options.mode != PoseMode::kEstimate);
+  const bool refines = some_given && options.mode != PoseMode::kEstimate;
+  const EstimatePoses estimate = [&](PassContext& own, const Drive& scans) -> Result<Trajectory> {
+    const TrajectorySolver solve = solver_of(own, options, scans);
+    if (refines) return refined_trajectory(own, options, scans, solve);
+    const std::vector<std::optional<Pose>> none(scans.scans.size());
+    SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(own, options.local_map_m, scans, none));
+    return solve(none, odometry);
   };
   SIGHTLINE_ASSIGN(const Trajectory rigid, estimate(ctx, drive));
   return estimate_undistorted(ctx, drive, rigid, estimate);

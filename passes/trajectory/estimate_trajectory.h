@@ -15,11 +15,14 @@ enum class PoseMode { kAuto, kGiven, kRefine, kEstimate };
 enum class BadPoses { kIgnore, kWarn, kRepair, kRefuse };
 
 struct EstimateTrajectoryOptions {
-  // auto: given poses as they are where every scan has one, refined where some have, estimated
-  // where none has. given, refine and estimate say it outright.
+  // auto: given poses where every scan has one, as they are unless refining them makes the map
+  // sharper; refined where some have one, estimated where none has. given, refine and estimate say
+  // it outright.
   PoseMode mode = PoseMode::kAuto;
   // What happens where given poses move otherwise than the scans show: nothing is compared, a
-  // warning says so, poses are refined as well, or they are refused.
+  // warning says so, poses are refined as well, or they are refused. A jump, by more than three
+  // prior sigmas from one scan to the next, is refused unless poses are repaired (then it is left
+  // out) or refined by `mode`.
   BadPoses bad_poses = BadPoses::kWarn;
   double prior_sigma_m = 0.5;  // refine: how far a given pose is to be believed
   double prior_sigma_deg = 2.0;
@@ -34,13 +37,13 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
 // matched by NDT to a map of the latest ones from where constant velocity would take it; a pose
 // graph takes that odometry, loops where the route comes back to a place, and, when refining, the
 // given poses; then the small planes that several scans saw say how well each pose is known, and
-// where poses were given all are adjusted to them. Given poses are compared with that odometry and
-// kept. Scans are taken as rigid first; where their points have times, or lie in the order in which
-// they were measured, poses of the undistorted scans take over where they lay these more sharply
-// (see estimate_undistorted). Errors: no-poses (mode given or
-// refine without), mismatched-inputs (bad poses are refused; place: the scans), trajectory-lost
-// (matching fails and no given pose helps; place: the scan), drive-too-short (fewer than two scans
-// to match), and what reading a scan says.
+// where poses were given all are adjusted to them. Given poses are compared with that odometry
+// (passes/trajectory/given) and kept. Scans are taken as rigid first; where their points have
+// times, or lie in the order in which they were measured, estimated poses of the undistorted scans
+// take over where they lay these more sharply (see estimate_undistorted). Errors: no-poses (mode
+// given or refine without), mismatched-inputs (poses are refused; place: the worst scan),
+// trajectory-lost (matching fails and no given pose helps; place: the scan), drive-too-short (fewer
+// than two scans to match), and what reading a scan says.
 Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                        const Drive& drive);
 inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 6, "trajectory",

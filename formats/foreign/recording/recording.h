@@ -64,6 +64,7 @@ struct Recording {
   std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
   // Of scans without a header: as given, or as found when they were opened.
   std::optional<FloatColumns> columns;
+  bool has_quaternions = false;       // poses are quaternions of a text file, read as x y z w
   std::vector<std::string> warnings;  // what was assumed, for the person who brought it
   // Names everything above but the warnings: equal for equal contents, wherever the folder lies.
   Digest digest{};

@@ -6,6 +6,7 @@
 #include "formats/foreign/logs/ros_bag.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/text/pose_file.h"
+#include "formats/foreign/text/time_unit.h"
 
 namespace sightline {
 namespace {
@@ -46,14 +47,22 @@ RowChoice choose_rows(const Files& files, std::size_t rows, const std::string& t
 
 using Stamps = std::vector<std::optional<std::int64_t>>;
 
+void warn_of_unit(const std::string& path, const std::string& unit, Recording& recording) {
+  if (unit.empty()) return;
+  recording.warnings.push_back(path +
+                               ": as seconds its times are 20 s and more apart; they are read as " +
+                               unit + " (seconds are written with a point)");
+}
+
 Result<Stamps> stamps_from_file(const std::string& path, const Files& files, Recording& recording) {
-  SIGHTLINE_ASSIGN(const std::vector<std::int64_t> rows, read_stamps(path));
+  SIGHTLINE_ASSIGN(std::vector<std::int64_t> rows, read_stamps(path));
   if (rows.size() < files.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "found " + std::to_string(rows.size()) + " times for " +
                      std::to_string(files.size()) + " scans",
                  path, ""};
   }
+  warn_of_unit(path, take_finer_unit(rows), recording);
   const RowChoice choice = choose_rows(files, rows.size(), path);
   if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
   Stamps stamps;
@@ -173,9 +182,22 @@ Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stam
   return poses;
 }
 
+// Times of all rows or of none, in a finer unit than seconds where they are of one.
+void take_unit_of_times(const std::string& path, std::vector<PoseRow>& rows, Recording& recording) {
+  std::vector<std::int64_t> stamps_ns;
+  for (const PoseRow& row : rows) {
+    if (row.stamp_ns) stamps_ns.push_back(*row.stamp_ns);
+  }
+  if (stamps_ns.empty()) return;
+  warn_of_unit(path, take_finer_unit(stamps_ns), recording);
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].stamp_ns = stamps_ns[i];
+}
+
 Result<std::vector<PoseRow>> poses_from_file(const RecordingOptions& options, const Files& files,
                                              const Stamps& stamps_ns, Recording& recording) {
-  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_poses(options.poses, options.pose_format));
+  SIGHTLINE_ASSIGN(std::vector<PoseRow> rows, read_poses(options.poses, options.pose_format));
+  take_unit_of_times(options.poses, rows, recording);
+  recording.has_quaternions = !rows.empty() && rows.front().stamp_ns.has_value();
   if (!rows.empty() && rows.front().id) return poses_by_id(options.poses, files, rows);
   if (!rows.empty() && rows.front().stamp_ns && !stamps_ns.empty()) {
     return poses_by_time(options.poses, files, rows, stamps_ns);

@@ -45,8 +45,9 @@ Result<void> write_tum(const std::filesystem::path& path, std::span<const PoseRo
 // Errors as read_poses, malformed-text for what is no time.
 Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path);
 
-// A time as people write it: seconds in decimals ("1567410201.7452047", "1.5e9"), or, where it is a
-// whole number too large for seconds, microseconds (15 to 17 digits) or nanoseconds (18 and more).
+// A time as people write it: seconds in decimals ("1567410201.7452047", "1.5e9"), or, where it is
+// too large for seconds, milliseconds (12 to 14 digits before the point), or as a whole number
+// microseconds (15 to 17 digits) or nanoseconds (18 and more).
 // No rounding down to the nanosecond, half a nanosecond rounds up. nullopt: no time.
 std::optional<std::int64_t> parse_stamp_ns(std::string_view word);
 

@@ -70,6 +70,7 @@ std::optional<std::int64_t> shifted(const Decimal& decimal, long shift) {
 }  // namespace
 
 std::optional<std::int64_t> parse_stamp_ns(std::string_view word) {
+  constexpr long kMillisecondDigits = 12;         // as seconds, after the year 5000
   constexpr std::size_t kMicrosecondDigits = 15;  // as seconds, 30 million years
   constexpr std::size_t kNanosecondDigits = 18;
   const std::optional<Decimal> decimal = parse_decimal(word);
@@ -78,6 +79,10 @@ std::optional<std::int64_t> parse_stamp_ns(std::string_view word) {
   const std::size_t length = zeros == std::string::npos ? 0 : decimal->digits.size() - zeros;
   if (decimal->is_whole && length >= kNanosecondDigits) return shifted(*decimal, 0);
   if (decimal->is_whole && length >= kMicrosecondDigits) return shifted(*decimal, 3);
+  const bool is_zero = zeros == std::string::npos;
+  if (!is_zero && decimal->point - static_cast<long>(zeros) >= kMillisecondDigits) {
+    return shifted(*decimal, 6);
+  }
   return shifted(*decimal, 9);
 }
 

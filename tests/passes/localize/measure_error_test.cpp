@@ -176,6 +176,24 @@ TEST(MeasureError, TakesTheMatchAtFullRangeAsReferenceWhenAsked) {
   for (const ErrorRow& row : measured->rows) EXPECT_LT(row.mean_m, 0.02);
 }
 
+// Its reference would be a match to this very map, believed to be the truth.
+TEST(MeasureError, KnowsNoPoseOfADriveThatWasPlacedByMatchingAndSaysSo) {
+  World world = make_world();
+  world.trajectory.source = PoseSource::kEstimated;
+  MeasureErrorOptions options = two_ranges();
+  options.reference = ErrorReference::kKnownPose;
+  std::string warning;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warning = message; };
+  const Result<MeasuredError> measured =
+      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites);
+  ASSERT_TRUE(measured.has_value());
+  EXPECT_EQ(measured->reference, ErrorReference::kFullRangeMatch);
+  EXPECT_NE(warning.find("has no known poses"), std::string::npos) << warning;
+  options.is_mapping_drive = true;  // its poses made the map
+  EXPECT_EQ(measure(world, options)->reference, ErrorReference::kKnownPose);
+}
+
 TEST(MeasureError, CountsSitesWithoutAScan) {
   World world = make_world();
   world.sites.sites[2].T_map_vehicle.translation().y() = 5.0;

@@ -97,6 +97,10 @@ TEST(ChooseRanges, PromisesNothingElsewhereFromOnePlaceAlone) {
     card.digest = sha256("elsewhere, " + card.name);
   }
   EXPECT_TRUE(promise_of().is_earned);
+  model.card.reference = ErrorReference::kFullRangeMatch;
+  EXPECT_FALSE(promise_of().is_earned) << "a match to the map is no truth";
+  EXPECT_NE(promise_of().statement.find("matches to the map itself"), std::string::npos)
+      << promise_of().statement;
 }
 
 TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {

@@ -64,7 +64,7 @@ TEST(AlignDrive, FindsASecondDriveInTheMapOfTheFirst) {
         align_drive(ctx, {}, drive.drive, own_trajectory(drive), place.map, place.sites);
     ASSERT_TRUE(found.has_value()) << to_string(found.error());
     EXPECT_TRUE(validate(*found).has_value());
-    EXPECT_EQ(found->source, PoseSource::kRefined);
+    EXPECT_EQ(found->source, PoseSource::kEstimated) << "a match to the map";
     for (std::size_t k = 0; k < drive.truth.poses.size(); ++k) {
       const Pose off = drive.truth.poses[k].T_map_vehicle.inverse() * found->poses[k].T_map_vehicle;
       // Cells of 2 m and exact rings: no sensor is as regular.

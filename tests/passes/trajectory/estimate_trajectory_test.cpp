@@ -54,7 +54,10 @@ TEST(EstimateTrajectory, TakesGivenPosesInTheDrivesFrame) {
   test.drive.frame.origin_world_m = {64.0, 0.0, -64.0};
   test.drive.scans[0].T_world_vehicle = pose_at(65.0, 2.0, 0.0);
   test.drive.scans[1].T_world_vehicle = pose_at(66.0, 2.0, 0.5);
-  const Result<Trajectory> trajectory = run(test.drive, PoseMode::kAuto);
+  PassContext ctx;
+  EstimateTrajectoryOptions options;
+  options.bad_poses = BadPoses::kIgnore;
+  const Result<Trajectory> trajectory = estimate_trajectory(ctx, options, test.drive);
   ASSERT_TRUE(trajectory.has_value());
   EXPECT_EQ(trajectory->source, PoseSource::kGiven);
   EXPECT_EQ(trajectory->poses[0].T_map_vehicle.translation(), Eigen::Vector3d(1.0, 2.0, 64.0));
@@ -105,6 +108,7 @@ TEST(EstimateTrajectory, NoticesGivenPosesThatRunTooFastAndRepairsThemWhenAllowe
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warning = message; };
   EstimateTrajectoryOptions options;
+  options.mode = PoseMode::kGiven;
   Result<Trajectory> trajectory = estimate_trajectory(ctx, options, test.drive);
   ASSERT_TRUE(trajectory.has_value());
   EXPECT_EQ(trajectory->source, PoseSource::kGiven);

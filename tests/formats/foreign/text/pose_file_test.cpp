@@ -1,4 +1,5 @@
 #include "formats/foreign/text/pose_file.h"
+#include "formats/foreign/text/time_unit.h"
 
 #include "formats/base/random.h"
 #include "tests/formats/foreign/foreign_files.h"
@@ -47,8 +48,10 @@ TEST(PoseFile, TimesKeepEveryNanosecond) {
   EXPECT_EQ(parse_stamp_ns("1403636579.763555450"), 1403636579763555450);
   EXPECT_EQ(parse_stamp_ns("1.403636579763555450e+09"), 1403636579763555450);
   EXPECT_EQ(parse_stamp_ns("1.036224e-01"), 103622400);
-  EXPECT_EQ(parse_stamp_ns("1567410201745204736"), 1567410201745204736);  // ns
-  EXPECT_EQ(parse_stamp_ns("1567410201745204"), 1567410201745204000);     // us
+  EXPECT_EQ(parse_stamp_ns("1567410201745204736"), 1567410201745204736);   // ns
+  EXPECT_EQ(parse_stamp_ns("1567410201745204"), 1567410201745204000);      // us
+  EXPECT_EQ(parse_stamp_ns("1567410201745"), 1567410201745000000);         // ms
+  EXPECT_EQ(parse_stamp_ns("1567410201745.204736"), 1567410201745204736);  // ms
   EXPECT_EQ(parse_stamp_ns("0.0000000005"), 1);
   EXPECT_EQ(parse_stamp_ns("0.00000000049"), 0);
   EXPECT_EQ(parse_stamp_ns("12"), 12'000'000'000);
@@ -61,6 +64,19 @@ TEST(PoseFile, TimesKeepEveryNanosecond) {
   }
   EXPECT_EQ(format_stamp(1403636579763555450), "1403636579.763555450");
   EXPECT_EQ(format_stamp(-1), "-0.000000001");
+}
+
+TEST(PoseFile, TimesThatFitNoDriveAsSecondsAreOfAFinerUnit) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  const auto unit_of = [](std::int64_t step_ns) {
+    std::vector<std::int64_t> stamps_ns = {0, step_ns, 2 * step_ns, 5 * step_ns};
+    const std::string unit = take_finer_unit(stamps_ns);
+    return unit + " " + format_stamp(stamps_ns[1]);
+  };
+  EXPECT_EQ(unit_of(100 * kSecond_ns), "milliseconds 0.100000000");
+  EXPECT_EQ(unit_of(100'000 * kSecond_ns), "microseconds 0.100000000");
+  EXPECT_EQ(unit_of(1 * kSecond_ns), " 1.000000000") << "a keyframe a second";
+  EXPECT_EQ(unit_of(100 * kSecond_ns + 1), " 100.000000001") << "written with a point";
 }
 
 TEST(PoseFile, EveryStampReadsBackAsItWasWritten) {

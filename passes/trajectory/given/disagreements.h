@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "passes/trajectory/odometry.h"
 
@@ -18,13 +19,17 @@ struct PoseDisagreement {
   double matched_m = 0.0;
   double off_m = 0.0;  // the difference of the two motions
   double off_rad = 0.0;
+  std::uint32_t worst = 0;  // the scan that is farthest from where the scans put it, from the first
+  double worst_off_m = 0.0;
 };
 
 // Compares motions over about 3 m of way: 0.15 m and 5 % of the way, or 1 degree and 5 % of the
 // turn, are allowed. Stretches that touch are told as one. Scans without a given pose or that could
-// not be matched say nothing.
-std::vector<PoseDisagreement> find_disagreements(const std::vector<std::optional<Pose>>& given,
-                                                 const Odometry& odometry);
+// not be matched say nothing, nor do scans that speak for neither motion
+// (is_contradicted), unless they are off by 1 m and 25 % of the way.
+// Errors: what reading a scan says.
+Result<std::vector<PoseDisagreement>> find_disagreements(
+    const Drive& drive, const std::vector<std::optional<Pose>>& given, const Odometry& odometry);
 
 std::string to_text(const PoseDisagreement& disagreement, const Drive& drive);
 

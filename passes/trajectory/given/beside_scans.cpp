@@ -1,0 +1,47 @@
+#include "passes/trajectory/given/beside_scans.h"
+
+#include "formats/rotation.h"
+#include "passes/trajectory/pieces/scan_overlap.h"
+
+namespace sightline {
+namespace {
+
+// Of upright returns: scans that see one street have 0.65 and more of them in common.
+constexpr double kLeastOverlap = 0.35;
+// The given motion keeps less than this part of that.
+constexpr double kContradictedShare = 0.9;
+
+}  // namespace
+
+double MotionPair::off_m() const { return (given.translation() - matched.translation()).norm(); }
+
+double MotionPair::off_rad() const {
+  return rotation_angle_rad(matched.linear().transpose() * given.linear());
+}
+
+MotionPair motion_between(const std::vector<std::optional<Pose>>& given, const Odometry& odometry,
+                          std::uint32_t from, std::uint32_t to) {
+  return {from, to, given[from]->inverse() * *given[to],
+          odometry.T_map_lidar[from].inverse() * odometry.T_map_lidar[to]};
+}
+
+bool is_matched_through(const Odometry& odometry, std::uint32_t from, std::uint32_t to) {
+  for (std::uint32_t k = from + 1; k <= to; ++k) {
+    if (!odometry.is_matched[k]) return false;
+  }
+  return true;
+}
+
+Result<bool> is_contradicted(const Drive& drive, const MotionPair& motion) {
+  const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
+  SIGHTLINE_ASSIGN(const ThinnedScan from, read_thinned(drive, motion.from));
+  SIGHTLINE_ASSIGN(const ThinnedScan to, read_thinned(drive, motion.to));
+  UprightMap seen(1.0);
+  seen.add(upright_points(from.to_map_m, level), Pose::Identity(), 0.0);
+  const std::vector<Eigen::Vector3d> upright_m = upright_points(to.to_match_m, level);
+  const std::optional<double> matched = seen.overlap(upright_m, motion.matched);
+  if (!matched || *matched < kLeastOverlap) return false;
+  return seen.overlap(upright_m, motion.given).value_or(0.0) < kContradictedShare * *matched;
+}
+
+}  // namespace sightline

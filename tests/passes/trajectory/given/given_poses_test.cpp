@@ -1,0 +1,173 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "passes/trajectory/estimate_trajectory.h"
+#include "tests/support/box_world.h"
+
+// What estimate-trajectory does with poses that come with a drive.
+
+namespace sightline {
+namespace {
+
+constexpr double kAzimuthStep_deg = 0.5;
+
+TestDrive given_drive(const BoxWorld& world, int count, double step_m) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < count; ++i) {
+    const double x_m = step_m * i;
+    poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
+  }
+  TestDrive test = drive_through(world, poses, kAzimuthStep_deg);
+  for (std::size_t i = 0; i < poses.size(); ++i) test.drive.scans[i].T_world_vehicle = poses[i];
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    test.drive.scans[i].source = "scan" + std::to_string(i) + ".pcd";
+  }
+  return test;
+}
+
+struct Outcome {
+  Result<Trajectory> trajectory;
+  std::string warnings;
+};
+
+Outcome run(const Drive& drive, const EstimateTrajectoryOptions& options = {}) {
+  std::string warnings;
+  PassContext ctx;
+  ctx.threads = 2;
+  ctx.warning_sink = [&](const std::string& message) { warnings += message + "\n"; };
+  Result<Trajectory> trajectory = estimate_trajectory(ctx, options, drive);
+  return {std::move(trajectory), warnings};
+}
+
+EstimateTrajectoryOptions repairing() {
+  EstimateTrajectoryOptions options;
+  options.bad_poses = BadPoses::kRepair;
+  return options;
+}
+
+double largest_error_m(const Trajectory& found, const Trajectory& truth) {
+  double largest_m = 0.0;
+  for (std::size_t i = 0; i < truth.poses.size(); ++i) {
+    const Eigen::Vector3d off_m =
+        found.poses[i].T_map_vehicle.translation() - truth.poses[i].T_map_vehicle.translation();
+    largest_m = std::max(largest_m, off_m.norm());
+  }
+  return largest_m;
+}
+
+void expect_refused(const TestDrive& test, const std::string& place, const std::string& words) {
+  const Outcome outcome = run(test.drive);
+  ASSERT_FALSE(outcome.trajectory.has_value()) << outcome.warnings;
+  const Error error = outcome.trajectory.error();
+  EXPECT_EQ(error.code, ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(error.place, place) << to_string(error);
+  EXPECT_NE(error.message.find(words), std::string::npos) << to_string(error);
+}
+
+TEST(GivenPoses, OneThatIsFarOffIsRefusedByNameAndRepairedWhenAllowed) {
+  for (const double off_m : {2.0, 20.0, 1e7}) {
+    TestDrive test = given_drive(random_street(3), 6, 1.0);
+    test.drive.scans[3].T_world_vehicle->translation().y() += off_m;
+    char words[96];
+    std::snprintf(words, sizeof words, "scan 3 (scan3.pcd) lies %.0f", off_m);
+    expect_refused(test, "scan 3", words);
+    const Outcome repaired = run(test.drive, repairing());
+    ASSERT_TRUE(repaired.trajectory.has_value()) << to_string(repaired.trajectory.error());
+    EXPECT_EQ(repaired.trajectory->source, PoseSource::kRefined);
+    EXPECT_EQ(repaired.trajectory->prior_edges, 5U);
+    EXPECT_LT(largest_error_m(*repaired.trajectory, test.truth), 0.1) << off_m;
+    EXPECT_NE(repaired.warnings.find("scan 3"), std::string::npos) << repaired.warnings;
+  }
+}
+
+TEST(GivenPoses, AFirstOneThatIsFarOffIsToldFromAllTheOthers) {
+  TestDrive test = given_drive(random_street(3), 5, 1.0);
+  test.drive.scans[0].T_world_vehicle->translation().x() -= 50.0;
+  expect_refused(test, "scan 0", "1 of 5 given poses of drive test: scan 0 (scan0.pcd) lies");
+  const Outcome repaired = run(test.drive, repairing());
+  ASSERT_TRUE(repaired.trajectory.has_value()) << to_string(repaired.trajectory.error());
+  EXPECT_LT(largest_error_m(*repaired.trajectory, test.truth), 0.1);
+}
+
+TEST(GivenPoses, AJumpThatStaysIsToldOfTheShorterPart) {
+  TestDrive test = given_drive(random_street(4), 7, 1.0);
+  for (const std::size_t i : {5U, 6U}) {
+    test.drive.scans[i].T_world_vehicle->translation().y() -= 20.0;
+  }
+  expect_refused(test, "scan 5", "2 of 7 given poses of drive test: scans 5 to 6, of which scan");
+}
+
+TEST(GivenPoses, AHeadingTurnedRoundIsRefused) {
+  TestDrive test = given_drive(random_street(5), 6, 1.0);
+  test.drive.scans[2].T_world_vehicle->rotate(
+      Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()));
+  expect_refused(test, "scan 2", "180.0 degrees from where the scans put it");
+}
+
+TEST(GivenPoses, ASensorThatLooksBackwardsIsRefusedWithAWordOnAxes) {
+  TestDrive test = given_drive(random_street(6), 6, 1.0);
+  for (ScanInfo& scan : test.drive.scans) {
+    scan.T_world_vehicle->rotate(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()));
+  }
+  const Outcome outcome = run(test.drive);
+  ASSERT_FALSE(outcome.trajectory.has_value());
+  EXPECT_NE(outcome.trajectory.error().message.find("lidar_yaw_deg"), std::string::npos)
+      << to_string(outcome.trajectory.error());
+}
+
+// Two walls and nothing else: no scan tells how far the vehicle went, and matching stands still.
+TEST(GivenPoses, StayWhereScansCannotTell) {
+  BoxWorld walls;
+  walls.boxes = {{{-200.0, 6.0, 0.0}, {200.0, 8.0, 6.0}},
+                 {{-200.0, -8.0, 0.0}, {200.0, -6.0, 6.0}}};
+  std::vector<Pose> poses;
+  for (int i = 0; i < 6; ++i) poses.push_back(pose_at(1.0 * i, 0.0, 0.0));
+  TestDrive test = drive_through(walls, poses, 0.2);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    test.drive.scans[i].T_world_vehicle = poses[i];
+    test.drive.scans[i].T_world_vehicle->translation() *= 1.25;
+  }
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value()) << to_string(outcome.trajectory.error());
+  EXPECT_EQ(outcome.trajectory->source, PoseSource::kGiven) << outcome.warnings;
+}
+
+TEST(GivenPoses, ThatBlurTheMapAreRefinedWhichIsSaid) {
+  TestDrive test = given_drive(random_street(7), 14, 1.0);
+  for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
+    const double off_rad = (i % 2 == 0 ? 0.4 : -0.4) * std::numbers::pi / 180.0;
+    test.drive.scans[i].T_world_vehicle->rotate(
+        Eigen::AngleAxisd(off_rad, Eigen::Vector3d::UnitZ()));
+  }
+  const Outcome refined = run(test.drive);
+  ASSERT_TRUE(refined.trajectory.has_value()) << to_string(refined.trajectory.error());
+  EXPECT_EQ(refined.trajectory->source, PoseSource::kRefined);
+  EXPECT_LT(largest_error_m(*refined.trajectory, test.truth), 0.1);
+  EXPECT_NE(refined.warnings.find("given poses of drive test are refined"), std::string::npos)
+      << refined.warnings;
+  EstimateTrajectoryOptions kept;
+  kept.mode = PoseMode::kGiven;
+  EXPECT_EQ(run(test.drive, kept).trajectory->source, PoseSource::kGiven);
+}
+
+TEST(GivenPoses, ThatAreGoodToTwoCentimetresStayAsTheyAre) {
+  TestDrive test = given_drive(random_street(8), 14, 1.0);
+  Random random(5);
+  for (ScanInfo& scan : test.drive.scans) {
+    for (int axis = 0; axis < 3; ++axis) {
+      scan.T_world_vehicle->translation()[axis] += 0.02 * random.normal();
+    }
+    const double off_rad = 0.04 * random.normal() * std::numbers::pi / 180.0;
+    scan.T_world_vehicle->rotate(Eigen::AngleAxisd(off_rad, Eigen::Vector3d::UnitZ()));
+  }
+  const Outcome outcome = run(test.drive);
+  ASSERT_TRUE(outcome.trajectory.has_value());
+  EXPECT_EQ(outcome.trajectory->source, PoseSource::kGiven);
+  EXPECT_EQ(outcome.warnings, "");
+}
+
+}  // namespace
+}  // namespace sightline
