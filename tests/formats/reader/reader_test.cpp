@@ -184,7 +184,7 @@ TEST(MapReader, AnswersFromAMapWithAnAbsurdReach) {
 TEST(MapReader, TellsWhatIsPromisedOfTheNextDrive) {
   const CompiledMap map = random_map({.seed = 3});
   const std::vector<std::byte> file = encode_map(map);
-  const Result<MapReader> reader = MapReader::open(file);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
   ASSERT_TRUE(reader.has_value());
   const std::span<const MapPromise> promises = reader->info().promises;
   ASSERT_EQ(promises.size(), 2u);
