@@ -100,9 +100,8 @@ bool UprightMap::has_near(const Eigen::Vector3d& point_m) const {
 std::optional<double> UprightMap::overlap(const std::vector<Eigen::Vector3d>& points_m,
                                           const Pose& T_map_lidar) const {
   if (points_m.size() < kLeastPoints || counts_.empty()) return std::nullopt;
-  const auto near = std::ranges::count_if(points_m, [&](const Eigen::Vector3d& point_m) {
-    return has_near(T_map_lidar * point_m);
-  });
+  const auto near = std::ranges::count_if(
+      points_m, [&](const Eigen::Vector3d& point_m) { return has_near(T_map_lidar * point_m); });
   return static_cast<double>(near) / static_cast<double>(points_m.size());
 }
 
