@@ -8,7 +8,7 @@
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 #include "passes/pass/pass_context.h"
-#include "passes/trajectory/estimate_trajectory.h"
+#include "passes/trajectory/estimate_options.h"
 #include "passes/trajectory/odometry.h"
 
 // What becomes of poses that came with a drive; part of estimate-trajectory.
