@@ -61,7 +61,7 @@ TEST_F(RealDrive, TooShortToTrainOnTakesItsOwnStaticAnswerOrAModelTrainedElsewhe
   const ProgramResult inspected = run_sightline("inspect " + (folder_ / "drive.slmap").string());
   EXPECT_NE(inspected.out.find("the drive is too short to learn from; it looks"), std::string::npos)
       << inspected.out;
-  const ProgramResult run = compile(yaml, town_model());
+  const ProgramResult run = compile(yaml, town_model() + " --force");
   EXPECT_EQ(run.status, 0) << run.err;
   EXPECT_EQ(run.err.find("of where the model was trained"), std::string::npos)
       << "both begin at 0: " << run.err;
