@@ -49,7 +49,7 @@ OutsideErrors errors_of(const std::vector<std::uint32_t>& scans) {
   for (const std::uint32_t scan : scans) {
     for (const double range_m : {10.0, 20.0}) {
       for (std::uint32_t start = 0; start < 3; ++start) {
-        const double error_m = 0.1 * scan + (range_m > 15.0 ? 0.0 : 0.2) + 0.03 * start;
+        const double error_m = 0.1 * scan + (range_m > 15.0 ? 0.0 : 0.2) + 0.03 * (2 - start);
         outside.errors.push_back({scan, range_m, start, error_m, ++line});
       }
     }
