@@ -1,6 +1,6 @@
-// What should rays meet? Shapes made of one cleaned point cloud against the exact triangles of the
-// town that it was recorded in: do hits and misses agree, how far off is the distance, what does a
-// ray cost. For what the product uses, elevation by elevation too. `surface_bench [LENGTH_M=150]
+// What should rays meet? Simple shapes made of one cleaned point cloud against the exact triangles
+// of the town that it was recorded in: do hits and misses agree, how far off is the distance, what
+// does a ray cost. For solid squares elevation by elevation too. `surface_bench [LENGTH_M=150]
 // [SEED=1 ...]`; time is CPU time of one thread, shapes taken in turn at every site so that all
 // meet the same machine.
 
@@ -18,8 +18,8 @@
 #include "examples/town/drive.h"
 #include "examples/town/town.h"
 #include "formats/base/check.h"
+#include "formats/surroundings/surface.h"
 #include "passes/map/build_ndt.h"
-#include "passes/map/build_surface.h"
 #include "tests/bench/surface_shapes.h"
 
 namespace sightline {
@@ -105,16 +105,20 @@ NdtMap cells_of(const SurfacePoints& points, double cell_m) {
   return std::move(*cells);
 }
 
-// The product's squares, and discs as wide as `half_side_per_product` makes them.
-std::vector<FlatPatch> product_patches(const SurfacePoints& points, double half_side_per_product) {
-  PassContext ctx;
-  ctx.threads = 1;
-  const Result<Surface> surface = build_surface(ctx, {}, points);
-  SIGHTLINE_CHECK(surface);
+// One solid square a cell, as wide as the geometric mean of the points' two spreads says (the
+// surface before v3, schemas/definitions.md), times `share`; the sides of discs of equal area.
+std::vector<FlatPatch> solid_squares(const SurfacePoints& points, double share) {
+  constexpr double kCell_m = 0.5;
   std::vector<FlatPatch> patches;
-  for (const SurfacePatch& patch : surface->patches) {
-    const Eigen::Vector3d u_m = half_side_per_product * patch.half_side_m * side_of(patch);
-    patches.push_back({patch.centre_m, u_m, patch.normal.cross(u_m)});
+  for (const Nd& nd : cells_of(points, kCell_m).nds) {
+    const Eigen::Vector3d sigma_m = nd.eigenvalues_m2.cwiseSqrt();
+    SurfacePatch patch;
+    patch.normal = nd.eigenvectors.col(2);
+    if (patch.normal.z() < 0.0) patch.normal = -patch.normal;
+    const double half_side_m =
+        std::clamp(2.5 * std::sqrt(sigma_m[0] * sigma_m[1]), 0.18 * kCell_m, 0.7 * kCell_m);
+    const Eigen::Vector3d u_m = share * half_side_m * side_of(patch);
+    patches.push_back({nd.mean_m, u_m, patch.normal.cross(u_m)});
   }
   return patches;
 }
@@ -205,7 +209,7 @@ auto shape(Shapes shapes_of, Make make) {
 
 std::vector<Tally> candidates() {
   const auto squares = [](double share) {
-    return [share](const SurfacePoints& points) { return product_patches(points, share); };
+    return [share](const SurfacePoints& points) { return solid_squares(points, share); };
   };
   const auto rectangle = [](double sigmas) {
     return [sigmas](const SurfacePoints& points) { return rectangles(points, sigmas); };
@@ -223,7 +227,7 @@ std::vector<Tally> candidates() {
     row.make = make;
     rows.push_back(std::move(row));
   };
-  add("squares (the product)", shape(squares(1.0), ShapeScene::of_quadrangles));
+  add("squares (surface v2)", shape(squares(1.0), ShapeScene::of_quadrangles));
   add("squares, sides 0.9", shape(squares(0.9), ShapeScene::of_quadrangles));
   add("squares, sides 1.1", shape(squares(1.1), ShapeScene::of_quadrangles));
   // 2 / sqrt(pi): discs of the same area.

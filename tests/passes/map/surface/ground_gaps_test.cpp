@@ -43,8 +43,8 @@ TEST(GroundGaps, GoesOnLevelForFiveMetresWhereGroundEnds) {
 }
 
 TEST(GroundGaps, LeavesAStepOpenAndWhatIsTooFarApart) {
-  const auto step = ground_between(std::vector{level(0.5, 0.5, 0.0), level(8.5, 0.5, 3.0)}, 0.5);
-  EXPECT_EQ(patch_at(step, 4.5, 0.5), nullptr);
+  const auto step = ground_between(std::vector{level(0.5, 0.5, 0.0), level(14.5, 0.5, 3.0)}, 0.5);
+  EXPECT_EQ(patch_at(step, 7.5, 0.5), nullptr);
   const auto far = ground_between(std::vector{level(0.5, 0.5, 0.0), level(30.5, 0.5, 0.0)}, 0.5);
   EXPECT_EQ(patch_at(far, 15.5, 0.5), nullptr);
 }
