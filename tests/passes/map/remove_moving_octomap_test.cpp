@@ -189,6 +189,8 @@ TEST(RemoveMovingBesideOctomap, SeesTheSameWhereBothMeanTheSame) {
       const octomap::OcTreeNode* node = tree.search(octomap_key(seen.keys()[v]));
       ASSERT_NE(node, nullptr);
       ASSERT_NEAR(log_odds(seen.values()[v]), node->getLogOdds(), 1e-5) << "seed " << seed;
+      // What hangs higher in the air does not go alone, free or not.
+      if (seen.values()[v].above_ground_m > 2.0F) continue;
       ASSERT_EQ(moved[v] == 1, node->getLogOdds() < 0.0F) << "seed " << seed;
       (moved[v] == 1 ? free_count : occupied_count) += 1;
     }
