@@ -178,7 +178,7 @@ class OpenWorld {
 TEST(RemoveMovingBesideOctomap, SeesTheSameWhereBothMeanTheSame) {
   int free_count = 0;
   int occupied_count = 0;
-  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 25; ++seed) {
     OpenWorld open(seed);
     for (int k = 0; k < 8; ++k) open.scan();
     const SeenVoxels seen = open.world().seen_by_the_pass();
