@@ -16,6 +16,7 @@ struct SeenVoxel {
   std::uint32_t misses = 0;  // scans that looked through it
   std::uint32_t last_scan = 0;
   bool is_ground = false;
+  float above_ground_m = 0.0F;  // of the ground of its surroundings; below 0: beneath it
 
   [[nodiscard]] Eigen::Vector3d mean_m() const { return sum_m / point_count; }
 };
@@ -34,7 +35,9 @@ bool stands_anyway(const SeenVoxel& voxel, std::size_t scan_count);
 // Farthest that one voxel's verdict depends on others, m.
 double reach_of_judgement_m(double voxel_m);
 
-// Fills is_ground: what lies within a hand's breadth of the lowest return of its surroundings.
+// Fills is_ground and above_ground_m. Ground is what lies within a hand's breadth of the lowest
+// return of its surroundings; what lies beneath the level that the surroundings have in common is a
+// mirror image in wet or polished ground and does not count.
 void mark_ground(SeenVoxels& seen);
 
 // The voxels at most `steps` away on each axis, without itself.

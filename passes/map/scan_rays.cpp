@@ -80,6 +80,7 @@ bool ScanRays::pass_through(const Look& look) const {
     if (along_m <= 0.0 || ray.range_m < along_m + kEndMargin_m) return false;
     const Eigen::Vector3d beside_m = look.at_m - along_m * ray.direction;
     if (beside_m.squaredNorm() > look.touch_m * look.touch_m) return false;
+    if (ray.range_m * look.up.dot(ray.direction) < look.lowest_end_m) return false;
     return look.least_below_m <= 0.0 || look.up.dot(beside_m) >= look.least_below_m;
   };
   if (distance_m <= look.touch_m) return std::ranges::any_of(rays_, goes_through);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,8 @@ struct Look {
   // Where positive a ray counts only if it passes at least this far below, against `up`.
   double least_below_m = 0.0;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  // A ray that ends lower than this, along `up` from the sensor, does not count.
+  double lowest_end_m = -std::numeric_limits<double>::infinity();
 };
 
 // The rays of one scan, from the sensor's origin to its returns, found by direction. What the

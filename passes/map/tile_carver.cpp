@@ -16,6 +16,7 @@
 // - goes on well beyond it;
 // - and, where the voxel is the lowest of its place, passes below its points: ground stays;
 // and when the scan hit nothing that stands above the ground in a neighbouring voxel.
+// Near the ground a ray that ends beneath it says nothing: wet or polished ground mirrors.
 //
 // A tile needs two readings of its scans: one to know its voxels, one to look through them.
 
@@ -27,6 +28,10 @@ constexpr double kTouch_voxels = 0.5;
 // No ray goes on below the ground: one that passes this far below what seems to be ground says that
 // it is not. Noise of ranges and poses stays below it.
 constexpr double kBelowGround_m = 0.03;
+// What ends so far beneath the ground of a voxel near it is a mirror image: its ray did not go
+// straight on. Downhill streets stay above that.
+constexpr double kNearGround_m = 0.3;
+constexpr double kBeneath_m = 1.0;
 // So that what lies at exactly a range is decided by its distance, not by rounding of a box.
 constexpr double kSlack_m = 0.01;
 // Edge of the columns that are near a sensor or not as a whole.
@@ -201,9 +206,10 @@ class TileCarver {
     Look look;
     look.at_m = T_map_lidar.linear().transpose() * from_sensor_m;
     look.touch_m = kTouch_voxels * options_.voxel_m;
-    if (voxel.is_ground) {
-      look.least_below_m = kBelowGround_m;
-      look.up = T_map_lidar.linear().row(2);
+    look.up = T_map_lidar.linear().row(2);
+    if (voxel.is_ground) look.least_below_m = kBelowGround_m;
+    if (voxel.above_ground_m < kNearGround_m) {
+      look.lowest_end_m = from_sensor_m.z() - voxel.above_ground_m - kBeneath_m;
     }
     if (rays.pass_through(look)) ++voxel.misses;
   }

@@ -15,7 +15,7 @@
 #include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/plane_adjustment.h"
 #include "passes/trajectory/pose_graph.h"
-#include "passes/trajectory/sweep/swept_drive.h"
+#include "passes/trajectory/swept_drive.h"
 
 namespace sightline {
 namespace {

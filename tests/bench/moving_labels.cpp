@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::size_t kLeastSeen = 4;
 constexpr double kMoved_m = 2.0;
+constexpr double kJump_m = 4.0;  // from one scan to the next: 40 m/s
 
 Eigen::Vector3d vector_of(const nlohmann::json& json) {
   return {json.at("x").get<double>(), json.at("y").get<double>(), json.at("z").get<double>()};
@@ -29,7 +30,10 @@ LabelBox box_of(const nlohmann::json& json) {
 
 struct Track {
   std::vector<Eigen::Vector3d> at_lidar_m;  // of its scans
-  std::vector<Eigen::Vector3d> at_map_m;
+  std::vector<Eigen::Vector3d> at_map_m;    // without jumps
+  Eigen::Vector3d last_m = Eigen::Vector3d::Zero();
+  std::size_t last_scan = 0;
+  Eigen::Vector3d jumped_m = Eigen::Vector3d::Zero();
 };
 
 // Coordinate by coordinate.
@@ -74,8 +78,17 @@ std::unordered_map<std::string, LabelMotion> motions_of(
       Track& track = tracks[box.object];
       const Eigen::Vector3d at_lidar_m = box.T_lidar_box.translation();
       if (std::ranges::find(track.at_lidar_m, at_lidar_m) != track.at_lidar_m.end()) continue;
+      const Eigen::Vector3d at_m = T_map_lidar[k] * at_lidar_m;
+      if (!track.at_lidar_m.empty()) {
+        const Eigen::Vector3d step_m = at_m - track.last_m;
+        const double most_m =
+            kJump_m * static_cast<double>(std::max<std::size_t>(k - track.last_scan, 1));
+        if (step_m.norm() > most_m) track.jumped_m += step_m;
+      }
+      track.last_m = at_m;
+      track.last_scan = k;
       track.at_lidar_m.push_back(at_lidar_m);
-      track.at_map_m.push_back(T_map_lidar[k] * at_lidar_m);
+      track.at_map_m.push_back(at_m - track.jumped_m);
     }
   }
   std::unordered_map<std::string, LabelMotion> motions;

@@ -16,11 +16,11 @@
 #include <ctime>
 #include <deque>
 #include <map>
+#include <set>
 
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/grid/flat_cell_map.h"
 #include "passes/ingest/ingest.h"
-#include "passes/map/measure_sharpness.h"
 #include "passes/map/remove_moving.h"
 #include "passes/trajectory/estimate_trajectory.h"
 #include "passes/trajectory/undistort_scans.h"
@@ -41,7 +41,8 @@ constexpr double kColumn_m = 1.0;
 constexpr double kGroundStep_m = 0.25;
 
 struct Street {
-  Drive drive;
+  Drive raw;    // as recorded: labels are of it
+  Drive drive;  // undistorted
   Trajectory trajectory;
   SurfacePoints points;
   double removal_cpu_s = 0.0;
@@ -71,7 +72,7 @@ void print(const char* what, const Share& share) {
   const double percent =
       share.all == 0 ? 0.0
                      : 100.0 * static_cast<double>(share.chosen) / static_cast<double>(share.all);
-  std::printf("%-44s %7.3f %% of %9lu\n", what, percent, static_cast<unsigned long>(share.all));
+  std::printf("%-46s %7.3f %% of %9lu\n", what, percent, static_cast<unsigned long>(share.all));
 }
 
 struct Figures {
@@ -90,18 +91,11 @@ Result<Street> compile(PassContext& ctx, const RecordingOptions& recorded,
                        const RemoveMovingOptions& removal) {
   SIGHTLINE_ASSIGN(const Recording recording, open_recording(recorded, ctx.threads));
   Street street;
-  SIGHTLINE_ASSIGN(street.drive, ingest(ctx, {}, recording));
-  SIGHTLINE_ASSIGN(street.trajectory, estimate_trajectory(ctx, {}, street.drive));
-  SIGHTLINE_ASSIGN(street.drive, undistort_scans(ctx, {}, street.drive, street.trajectory));
-  if (getenv("SHARP")) { auto sh = measure_sharpness(ctx, {}, street.drive, street.trajectory); std::fprintf(stderr, "entropy %.4f plane %.4f\n", sh->of_map.mean_entropy_nat, 1e4*sh->of_map.mean_plane_variance_m2); }
-  if (const char* w = std::getenv("WRITE_POSES")) {
-    std::FILE* f = std::fopen(w, "w");
-    for (std::size_t i = 0; i < street.trajectory.poses.size(); ++i) {
-      const Pose T = street.trajectory.poses[i].T_map_vehicle;
-      for (int r = 0; r < 3; ++r) for (int c = 0; c < 4; ++c) std::fprintf(f, "%.17g%s", T.matrix()(r, c), r == 2 && c == 3 ? "\n" : " ");
-    }
-    std::fclose(f);
-  }
+  SIGHTLINE_ASSIGN(street.raw, ingest(ctx, {}, recording));
+  EstimateTrajectoryOptions estimate;
+  estimate.bad_poses = BadPoses::kIgnore;
+  SIGHTLINE_ASSIGN(street.trajectory, estimate_trajectory(ctx, estimate, street.raw));
+  SIGHTLINE_ASSIGN(street.drive, undistort_scans(ctx, {}, street.raw, street.trajectory));
   const double begin_s = cpu_s();
   SIGHTLINE_ASSIGN(street.points, remove_moving(ctx, removal, street.drive, street.trajectory));
   street.removal_cpu_s = cpu_s() - begin_s;
@@ -120,8 +114,6 @@ Result<void> read_labels(const std::filesystem::path& folder, Street& street) {
   return {};
 }
 
-struct ObjShare { std::uint64_t n=0,g=0; };
-std::map<std::string, ObjShare> g_objects;
 // Which object a return is of, and how near one that moved.
 struct Where {
   bool is_in_box = false;
@@ -155,23 +147,29 @@ void count_object(const Where& at, double range_m, bool is_gone, Figures& figure
 }
 
 Result<void> count_returns(const Street& street, LabelledVoxels& voxels, Figures& figures) {
+  std::set<CellKey> swept;  // by returns: boxes lie where the raw scan has them
   for (std::uint32_t k = 0; k < street.points.scans.size(); ++k) {
     const PlacedScan& placed = street.points.scans[k];
+    SIGHTLINE_ASSIGN(const Scan raw, street.raw.store->read(placed.index));
     SIGHTLINE_ASSIGN(const Scan scan, street.points.store->read(placed.index));
-    for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
+    for (std::size_t i = 0; i < scan.points_m.size(); ++i) {
+      const Eigen::Vector3d& point_lidar_m = raw.points_m[i];
       const double range_m = point_lidar_m.norm();
-      if (range_m < kNearest_m || !is_within_range(placed, point_lidar_m)) continue;
-      const CellKey key = cell_key(placed.T_map_lidar * point_lidar_m, street.points.voxel_m);
+      if (range_m < kNearest_m || !is_within_range(placed, scan.points_m[i])) continue;
+      const CellKey key = cell_key(placed.T_map_lidar * scan.points_m[i], street.points.voxel_m);
       const Where at = where(street, k, point_lidar_m);
       const LabelledVoxel* seen = voxels.find(key);
-      if (at.is_in_moved || at.is_in_stood) for (const LabelBox& b : street.boxes[k]) if (b.contains(point_lidar_m,0)) { auto& o=g_objects[b.object]; ++o.n; o.g += seen != nullptr && seen->is_gone; }
       count_object(at, range_m, seen != nullptr && seen->is_gone, figures);
+      if (at.is_in_moved) swept.insert(key);
       if (at.is_in_box || at.is_beside_moved || range_m > kLostWithin_m) continue;
       const std::uint32_t v = voxels.insert(key).number;
       LabelledVoxel& voxel = voxels.values()[v];
       if (voxel.clean_scans == 0 || voxel.last_scan != k) ++voxel.clean_scans;
       voxel.last_scan = k;
     }
+  }
+  for (const CellKey& key : swept) {
+    if (LabelledVoxel* voxel = voxels.find(key)) voxel->is_swept = true;
   }
   return {};
 }
@@ -227,6 +225,11 @@ class Ground {
     return entry == height_m_.end() ? 0.0 : point_m.z() - entry->second;
   }
 
+  // Not only taken over from its neighbours.
+  [[nodiscard]] bool is_seen_below(const Eigen::Vector3d& point_m) const {
+    return seen_.contains(tile_key(point_m, kColumn_m));
+  }
+
  private:
   void spread(const TileKey& from, const std::map<TileKey, double>& lowest_m,
               std::deque<TileKey>& next) {
@@ -241,11 +244,13 @@ class Ground {
       const bool goes_on =
           lowest != lowest_m.end() && std::abs(lowest->second - before_m) <= kGroundStep_m;
       height_m_[to] = goes_on ? lowest->second : before_m;
+      if (goes_on) seen_.insert(to);
       next.push_back(to);
     }
   }
 
   std::map<TileKey, double> height_m_;
+  std::set<TileKey> seen_;
 };
 
 void count_voxels(const Street& street, const LabelledVoxels& voxels, const char* csv,
@@ -264,7 +269,8 @@ void count_voxels(const Street& street, const LabelledVoxels& voxels, const char
       figures.lost_low.count(voxel.is_gone);
     } else {
       figures.lost_high.count(voxel.is_gone);
-      if (voxel.clean_scans >= 2) figures.lost_high_seen_again.count(voxel.is_gone);
+      if (voxel.clean_scans >= 2 && ground.is_seen_below(at_m))
+        figures.lost_high_seen_again.count(voxel.is_gone);
     }
     if (out != nullptr) {
       std::fprintf(out, "%.1f %.1f %.1f %.2f %u %d\n", at_m.x(), at_m.y(), at_m.z(), above_m,
@@ -298,7 +304,6 @@ int run(const RecordingOptions& recorded, const std::string& labels, bool is_eve
   if (!counted) return report(counted.error());
   sweep(*street, voxels);
   count_voxels(*street, voxels, csv.empty() ? nullptr : csv.c_str(), figures);
-  if (getenv("OBJECTS")) for (auto& [id,o] : g_objects) std::printf("%s %d n %lu gone %.1f\n", id.c_str(), (int)street->motions.at(id), o.n, 100.0*double(o.g)/double(o.n));
   std::printf("%zu scans, remove-moving took %.1f CPU s\n", street->points.scans.size(),
               street->removal_cpu_s);
   print("gone, returns at 4 to 20 m", figures.gone[0]);
@@ -309,7 +314,7 @@ int run(const RecordingOptions& recorded, const std::string& labels, bool is_eve
   print("lost, of the ground", figures.lost_ground);
   print("lost, 0.3 to 3 m above it", figures.lost_low);
   print("lost, above 3 m", figures.lost_high);
-  print("lost, above 3 m and seen by two scans", figures.lost_high_seen_again);
+  print("lost, above 3 m, seen again, over seen ground", figures.lost_high_seen_again);
   return 0;
 }
 

@@ -178,7 +178,7 @@ class OpenWorld {
 TEST(RemoveMovingBesideOctomap, SeesTheSameWhereBothMeanTheSame) {
   int free_count = 0;
   int occupied_count = 0;
-  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 25; ++seed) {
     OpenWorld open(seed);
     for (int k = 0; k < 8; ++k) open.scan();
     const SeenVoxels seen = open.world().seen_by_the_pass();
@@ -189,6 +189,8 @@ TEST(RemoveMovingBesideOctomap, SeesTheSameWhereBothMeanTheSame) {
       const octomap::OcTreeNode* node = tree.search(octomap_key(seen.keys()[v]));
       ASSERT_NE(node, nullptr);
       ASSERT_NEAR(log_odds(seen.values()[v]), node->getLogOdds(), 1e-5) << "seed " << seed;
+      // What hangs higher in the air does not go alone, free or not.
+      if (seen.values()[v].above_ground_m > 2.0F) continue;
       ASSERT_EQ(moved[v] == 1, node->getLogOdds() < 0.0F) << "seed " << seed;
       (moved[v] == 1 ? free_count : occupied_count) += 1;
     }

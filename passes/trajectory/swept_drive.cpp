@@ -1,11 +1,11 @@
-#include "passes/trajectory/sweep/swept_drive.h"
+#include "passes/trajectory/swept_drive.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "passes/map/measure_sharpness.h"
-#include "passes/trajectory/sweep/sweep_times.h"
+#include "passes/trajectory/sweep_times.h"
 #include "passes/trajectory/undistort_scans.h"
 
 // A scan of 0.1 s at 10 m/s is drawn out by 1 m, and where its sweep begins the world tears. Poses
