@@ -132,7 +132,9 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   // From here on all that is left stood still.
   compile.ndt = plan.run(kBuildNdt, compile.points);
   compile.surface = plan.run(kBuildSurface, compile.points);
-  compile.sharpness = plan.run(kMeasureSharpness, compile.drive, compile.trajectory);
+  const bool is_one_sensor = mapping.drive == compile.drive;
+  compile.sharpness = plan.run(
+      kMeasureSharpness, is_one_sensor ? compile.undistorted : compile.drive, compile.trajectory);
   compile.sites = plan.run_as("", kChooseSites, route, compile.drive, compile.trajectory);
   compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
   const Wire<VirtualScans> virtual_scans =
@@ -150,7 +152,8 @@ Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDriv
   Plan& plan = compile.plan;
   MeasureErrorOptions options = plan.options(kMeasureError);
   options.scans = scan_shares(config).mapping;
-  // Evidence and a factor, not labels: cheap, at every site, and the same whoever will localize here.
+  // Evidence and a factor, not labels: cheap, at every site, and the same whoever will localize
+  // here.
   if (options.localizer == LocalizerKind::kPclNdt) {
     options.localizer = LocalizerKind::kSearching;
     options.starts.count = 0;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "formats/rotation.h"
+#include "passes/trajectory/estimate_undistorted.h"
 #include "passes/trajectory/given/given_trajectory.h"
 #include "passes/trajectory/loops.h"
 #include "passes/trajectory/odometry.h"
@@ -15,7 +16,6 @@
 #include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/plane_adjustment.h"
 #include "passes/trajectory/pose_graph.h"
-#include "passes/trajectory/swept_drive.h"
 
 namespace sightline {
 namespace {

@@ -7,7 +7,8 @@
 
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/rotation.h"
-#include "passes/trajectory/swept_drive.h"
+#include "passes/trajectory/sweep/sweep_trial.h"
+#include "passes/trajectory/sweep/swept_drive.h"
 
 namespace sightline {
 namespace {

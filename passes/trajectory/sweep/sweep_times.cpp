@@ -1,4 +1,4 @@
-#include "passes/trajectory/sweep_times.h"
+#include "passes/trajectory/sweep/sweep_times.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
+#include "passes/pass/pass_context.h"
+
+// Whether undistorting scans pays, tried on the middle of a drive.
+
+namespace sightline {
+
+// At most 60 scans of a drive, and their poses; scans count from 0 anew.
+Drive middle_of(const Drive& drive);
+Trajectory middle_of(const Trajectory& trajectory, const Drive& drive);
+
+// How sharply the scans of the middle lie on each other ("Sharpness" in definitions.md), nat.
+Result<double> middle_entropy_nat(PassContext& ctx, const Drive& drive,
+                                  const Trajectory& trajectory);
+
+// Whether entropies differ by more than they do where nothing is gained.
+bool is_sharper(double after_nat, double before_nat);
+
+// Whether scans undistorted with the trajectory lie on each other more sharply than as they are.
+Result<bool> is_sharper_undistorted(PassContext& ctx, const Drive& drive, const Drive& undistorted,
+                                    const Trajectory& trajectory);
+
+}  // namespace sightline
