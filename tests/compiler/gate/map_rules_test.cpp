@@ -81,7 +81,8 @@ TEST(GateOnOneMap, TakesThresholdsForSingleLimitsAndJudgesNothingWithoutOne) {
 
 TEST(GateOnOneMap, RefusesPiecesThatNobodyExplainedAndNamesTheirScans) {
   CompiledMap map = route_map(20);
-  map.trajectory->pieces = {{0, 0, 60, 25.0, {0.0, 0.0, 0.0}}, {60, 6'000'000'000, 54, 30.0, {}}};
+  map.trajectory->pieces = {{0, 0, 60, 25.0, {0.0, 0.0, 0.0}},
+                            {60, 6'000'000'000, 54, 30.0, {0.0, 0.0, 0.0}}};
   const GateReport report = judged(map);
   EXPECT_FALSE(report.passes());
   const Check pieces = checks_of(report, "trajectory-pieces").at(0);
