@@ -238,7 +238,7 @@ class SightlineMap:
         self.ranges_m = manifest.numbers(14, "d")
         self.promises = [self._promise(table) for table in manifest.tables(17)]
         self.limits_m = [promise["limit_m"] for promise in self.promises]
-        profile = manifest.table(22).table(3)
+        profile = manifest.table(22).table(4)
         self.localizer, self.localizer_version = profile.string(0), profile.number(1, "I")
         self.localizer_parameters = {fact.string(0): fact.string(1) for fact in profile.tables(2)}
         self.is_for_caller = localizer != "" and localizer in (

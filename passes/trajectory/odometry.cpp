@@ -89,10 +89,10 @@ class Follower {
     for (const TimedStep& step : steps_) {
       starts.push_back(T_map_before() * carried_on(step, step_ns(k)));
     }
+    if (steps_.empty()) starts.push_back(T_map_before());
     if (has_given_step(k)) {
       starts.push_back(T_map_before() * given_[k - 1]->inverse() * *given_[k]);
     }
-    if (starts.empty()) starts.push_back(T_map_before());
     for (Pose& start : starts) start = tidied(start);
     return starts;
   }

@@ -107,7 +107,8 @@ Digest digest_of(const Recording& recording) {
   // KITTI's are what digests have always meant.
   const bool is_kitti = !recording.columns || *recording.columns == FloatColumns();
   if (!is_kitti) writer.put_string(to_text(*recording.columns));
-  writer.put<std::uint8_t>(recording.has_quaternions ? 1 : 0);
+  // The scans may say that they are read in the wrong order.
+  if (recording.has_quaternions) writer.put_string("quaternions");
   return sha256(writer.bytes());
 }
 

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "formats/base/portable_math.h"
+
 namespace sightline {
 namespace {
 
@@ -68,7 +70,7 @@ std::string disagreements_text(const std::vector<PoseDisagreement>& found, const
 std::string sharpening_text(const Sharpening& found, const std::vector<WayStretch>& stretches,
                             const Drive& drive) {
   const auto off = [](const WayStretch& stretch) {
-    return stretch.off_rad + std::hypot(stretch.along_m, stretch.aside_m);
+    return stretch.off_rad + portable_hypot(stretch.along_m, stretch.aside_m);
   };
   const WayStretch& worst = *std::ranges::max_element(stretches, {}, off);
   char text[320];
@@ -78,9 +80,10 @@ std::string sharpening_text(const Sharpening& found, const std::vector<WayStretc
                 "and blur the map (mean entropy %.3f nat, refined %.3f); "
                 "estimate-trajectory.mode=given keeps them",
                 drive.name.c_str(), std::ranges::count_if(stretches, is_doubtful), stretches.size(),
-                std::hypot(worst.along_m, worst.aside_m), worst.off_rad * 180.0 / std::numbers::pi,
-                drive.scans[worst.first].recording_index, drive.scans[worst.last].recording_index,
-                found.given.entropy_nat, found.refined.entropy_nat);
+                portable_hypot(worst.along_m, worst.aside_m),
+                worst.off_rad * 180.0 / std::numbers::pi, drive.scans[worst.first].recording_index,
+                drive.scans[worst.last].recording_index, found.given.entropy_nat,
+                found.refined.entropy_nat);
   return text;
 }
 
