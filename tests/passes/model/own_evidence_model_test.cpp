@@ -96,10 +96,8 @@ TEST(OwnEvidenceModel, RefusesFactorsThatTellNothingOfTheMapsOwnScans) {
 
 TEST(TrainModel, NamesThePlaceThatIsTooShort) {
   DrivenPlaces places = places_driven_twice(
-      2, {.site_count = 80, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
-  places.places[1] = place_driven_twice(
-      5, {.site_count = 10, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
-  places.places[1].name = "market/street.yaml";
+      1, {.site_count = 20, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
+  places.places[0].name = "market/street.yaml";
   PassContext ctx;
   const Result<ErrorModel> model = train_model(ctx, {}, places);
   ASSERT_FALSE(model.has_value());
