@@ -156,7 +156,8 @@ flatbuffers::Offset<schema::Model> encode_model(const ModelRecord& model, Builde
   }
   const schema::Digest digest(flatbuffers::span<const std::uint8_t, 32>(model.digest));
   return schema::CreateModelDirect(builder, model.encoding_version, &digest, &card,
-                                   model.mean_r_squared, encode_localizer(model.localizer, builder));
+                                   model.mean_r_squared,
+                                   encode_localizer(model.localizer, builder));
 }
 
 flatbuffers::Offset<schema::SharpnessFigures> encode_figures(const SharpnessFigures& figures,

@@ -15,10 +15,11 @@
 //   ranges_m, limits_m, site_spacing_m, selection, dilation_m, thresholds: of the map
 //   sites      count; x_m, y_m, z_m, s_m, heading_rad (f64), run (u32); route_m: way from the first
 //              site with all runs laid end to end
-//   predicted  mean_m [site][range], probability [site][range][limit] (f32); extrapolated
-//   [site][range] choice     range_index, flags [site][limit] (u8; bit 0 unmet, bit 1 extrapolated,
-//   bit 4 static) judged     (where a drive judged) drive, rules (names), site [judged] (u32),
-//   error_m, time_ms
+//   predicted  mean_m [site][range], probability [site][range][limit] (f32);
+//              extrapolated [site][range]
+//   choice     range_index, flags [site][limit]
+//              (u8; bit 0 unmet, bit 1 extrapolated, bit 4 static)
+//   judged     (where a drive judged) drive, rules (names), site [judged] (u32), error_m, time_ms
 //              [judged][range] (f32), chosen [limit][rule][judged] (u8)
 //   factors    names, values, of four digits [site][range][factor] (f32), median, deviation
 //              [range][factor] (f64)

@@ -83,9 +83,13 @@ def check_numbers(sightline, map_file, page):
 
 def check_stills(browser):
     """Every still picture has something in it, whether it is shown or not."""
-    empty = browser.value_of("""[...document.querySelectorAll("svg.chart, svg.still-map")]
+    empty = browser.value_of("""[...document.querySelectorAll("svg.chart")]
         .filter((svg) => svg.querySelectorAll("path[d], rect, circle").length < 5).map((svg) => svg.querySelector("title").textContent)""")
     assert empty == [], empty
+    # A route with one range everywhere is a single path, of many points.
+    drawn = browser.value_of("""[...document.querySelectorAll("svg.still-map")]
+        .map((svg) => [...svg.querySelectorAll("path[d]")].map((path) => path.getAttribute("d")).join("").length)""")
+    assert len(drawn) >= 2 and min(drawn) > 500, drawn
     assert browser.value_of('document.querySelectorAll("svg.chart").length') >= 10
     bad = browser.value_of('[...document.querySelectorAll("svg")].filter((svg) => /NaN|inf/.test(svg.outerHTML)).length')
     assert bad == 0
