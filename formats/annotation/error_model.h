@@ -44,9 +44,9 @@ struct TrainingCard {
   std::vector<PlaceCard> places;
   ErrorReference reference = ErrorReference::kKnownPose;
   LocalizerProfile localizer;  // whose errors it learnt, and foretells
-  std::string feature_set;  // "paper", "all"
-  std::string hold_out;     // what a fold is made of: "blocks" of route, blocks of one of the
-                            // "drives", or whole "places"
+  std::string feature_set;     // "paper", "all"
+  std::string hold_out;        // what a fold is made of: "blocks" of route, blocks of one of the
+                               // "drives", or whole "places"
   std::uint64_t seed = 0;
   std::uint32_t tree_count = 0;
   std::uint32_t least_leaf_rows = 0;
