@@ -93,12 +93,16 @@ const std::map<std::string, double> kBounds = {
     {"flat_050", 0.2},       {"virtual_points", 0.35},  {"virtual_error", 1.9},
     {"rival_score", 0.15}};
 
+// Of a factor that nobody has measured yet: as the worst of these.
+constexpr double kUnmeasured = 1.9;
+
 void expect_within_bounds(const ToyWorld& world, double turn_deg, const Eigen::Vector3d& by_m,
                           const FactorTable& before) {
   const FactorTable after = factors_of(laid_elsewhere(world, turn_deg, by_m));
   for (const auto& [factor, moved] : moved_by(before, after)) {
     if (factor == "crlb_heading") continue;
-    EXPECT_LE(moved, kBounds.at(factor)) << factor << " turned by " << turn_deg;
+    const auto bound = kBounds.find(factor);
+    EXPECT_LE(moved, bound == kBounds.end() ? kUnmeasured : bound->second) << factor << " turned by " << turn_deg;
   }
 }
 
