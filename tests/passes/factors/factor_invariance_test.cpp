@@ -102,7 +102,8 @@ void expect_within_bounds(const ToyWorld& world, double turn_deg, const Eigen::V
   for (const auto& [factor, moved] : moved_by(before, after)) {
     if (factor == "crlb_heading") continue;
     const auto bound = kBounds.find(factor);
-    EXPECT_LE(moved, bound == kBounds.end() ? kUnmeasured : bound->second) << factor << " turned by " << turn_deg;
+    EXPECT_LE(moved, bound == kBounds.end() ? kUnmeasured : bound->second)
+        << factor << " turned by " << turn_deg;
   }
 }
 
