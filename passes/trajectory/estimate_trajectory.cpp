@@ -169,7 +169,8 @@ Trajectory trajectory_of(const Drive& drive, const PoseGraph& graph, const Graph
 Odometry laid_on(const std::vector<std::optional<Pose>>& given, Odometry odometry) {
   const auto first = std::ranges::find_if(given, [](const auto& pose) { return bool(pose); });
   if (first == given.end() || first == given.begin()) return odometry;
-  const Pose T_given_found = **first * odometry.T_map_lidar[first - given.begin()].inverse();
+  const auto number = static_cast<std::size_t>(first - given.begin());
+  const Pose T_given_found = **first * odometry.T_map_lidar[number].inverse();
   for (Pose& pose : odometry.T_map_lidar) pose = T_given_found * pose;
   return odometry;
 }

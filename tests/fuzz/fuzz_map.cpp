@@ -1,6 +1,7 @@
 // A map from anywhere: whatever its bytes, every reader refuses it or keeps its promises.
 
 #include <algorithm>
+#include <cmath>
 
 #include "formats/base/check.h"
 #include "formats/map/compiled_map.h"
@@ -17,7 +18,9 @@ namespace {
 void check_answer(const MapReader& reader, const RangeAnswer& answer) {
   const std::span<const double> ranges = reader.info().ranges_m;
   SIGHTLINE_CHECK(std::find(ranges.begin(), ranges.end(), answer.range_m) != ranges.end());
-  SIGHTLINE_CHECK(answer.probability >= 0.0 && answer.probability <= 1.0);
+  const bool is_unknown = (answer.flags & kAnswerUnknownLocalizer) != 0;
+  SIGHTLINE_CHECK(is_unknown == std::isnan(answer.probability));
+  SIGHTLINE_CHECK(is_unknown || (answer.probability >= 0.0 && answer.probability <= 1.0));
   const bool is_far = (answer.flags & kAnswerFar) != 0;
   SIGHTLINE_CHECK(!is_far || answer.range_m == ranges.back());
   SIGHTLINE_CHECK(is_far || answer.site < reader.info().site_count);

@@ -41,6 +41,22 @@ std::vector<Found> find_coverage_drop(const GateInput& input, const Threshold&) 
   return found;
 }
 
+// What was measured needs no model: it tells of a change that the factors do not show.
+std::vector<Found> find_measured_coverage_drop(const GateInput& input, const Threshold&) {
+  if (input.map->measurement.measured_site_count == 0 ||
+      input.old_map->measurement.measured_site_count == 0) {
+    return {
+        {std::nullopt, std::nullopt, 0.0, "one of the maps was not measured by a drive", false}};
+  }
+  std::vector<Found> found =
+      each_change(input, "coverage measured by the drive that each map learnt from", "share",
+                  [](const CompiledMap& map, std::size_t limit) -> std::optional<double> {
+                    return map.quality[limit].measured_coverage;
+                  });
+  for (Found& each : found) each.value = -each.value;  // what was lost
+  return found;
+}
+
 std::vector<Found> find_mean_range_rise(const GateInput& input, const Threshold&) {
   return each_change(input, "mean range", "m",
                      [](const CompiledMap& map, std::size_t limit) -> std::optional<double> {
@@ -112,6 +128,10 @@ using enum Bound;
 const GateRule kRules[] = {
     {"coverage-drop", kOldMap, kError, kAtMost, 0.02, "share",
      "Fall of the expected coverage of the whole map", find_coverage_drop},
+    {"measured-coverage-drop", kOldMap, kError, kAtMost, 0.03, "share",
+     "Fall of the share of the measured sites whose error at the chosen range is within the limit, "
+     "on the drive that each map learnt from",
+     find_measured_coverage_drop},
     {"mean-range-rise", kOldMap, kError, kAtMost, 2.0, "m", "Rise of the mean range",
      find_mean_range_rise},
     {"work-rise", kOldMap, kError, kAtMost, 0.05, "of the longest",

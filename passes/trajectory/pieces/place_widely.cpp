@@ -42,7 +42,8 @@ std::vector<Pose> best_turns(const UprightMap& upright, const std::vector<Eigen:
   std::ranges::sort(turns);
   std::vector<int> taken;
   std::vector<Pose> best;
-  for (const auto& [less, turn] : turns) {
+  for (const std::pair<double, int>& scored : turns) {
+    const int turn = scored.second;
     const bool is_beside =
         std::ranges::any_of(taken, [&](int other) { return std::abs(other - turn) <= 2; });
     if (is_beside) continue;

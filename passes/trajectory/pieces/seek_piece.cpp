@@ -41,8 +41,7 @@ std::vector<std::uint32_t> query_scans(const Odometry& odometry, const ScanRange
     scans.push_back(k);
   }
   std::ranges::sort(scans);
-  const auto doubled = std::ranges::unique(scans);
-  scans.erase(doubled.begin(), doubled.end());
+  scans.erase(std::unique(scans.begin(), scans.end()), scans.end());
   return scans;
 }
 

@@ -57,6 +57,22 @@ TEST(GateOnTwoMaps, NamesRulePlaceAndNumbersOfAStretchThatGotWorse) {
   EXPECT_TRUE(judged(old_map, &map).passes()) << "what got better is no finding";
 }
 
+TEST(GateOnTwoMaps, BelieveWhatWasMeasuredWhereTheModelSeesNoChange) {
+  CompiledMap old_map = route_map(120);
+  old_map.measurement.measured_site_count = 120;
+  old_map.quality[0].measured_coverage = 0.95;
+  CompiledMap map = old_map;
+  map.quality[0].measured_coverage = 0.90;
+  const Check dropped = checks_of(judged(map, &old_map), "measured-coverage-drop", 0.1).at(0);
+  EXPECT_EQ(dropped.verdict, Verdict::kViolated);
+  EXPECT_NEAR(dropped.found, 0.05, 1e-12);
+  EXPECT_EQ(checks_of(judged(old_map, &map), "measured-coverage-drop", 0.1).at(0).verdict,
+            Verdict::kMet);
+  map.measurement.measured_site_count = 0;
+  EXPECT_EQ(checks_of(judged(map, &old_map), "measured-coverage-drop").at(0).verdict,
+            Verdict::kNotJudged);
+}
+
 TEST(GateOnTwoMaps, ComparesTheSamePlaceWhereTheFrameMovedAndRouteIsGone) {
   const CompiledMap old_map = route_map(120);
   CompiledMap map = route_map(80);  // the last 40 m are gone
