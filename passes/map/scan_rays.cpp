@@ -91,7 +91,8 @@ bool ScanRays::pass_through(const Look& look) const {
   for (int row = row_of(middle.elevation_rad - cone_rad); row <= last_row; ++row) {
     for (int step = 0; step < columns.count; ++step) {
       const int column = (columns.first + step + kColumns) % kColumns;
-      const auto bin = static_cast<std::size_t>(row * kColumns + column);
+      const std::size_t bin =
+          static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column);
       for (std::uint32_t i = begin_[bin]; i < begin_[bin + 1]; ++i) {
         if (goes_through(rays_[i])) return true;
       }
