@@ -159,9 +159,16 @@ MatchKernel fastest_kernel() {
 
 ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m,
                                  std::size_t thin_stride) {
+  ScanForMatch scan;
+  fill_scan_for_match(points_m, thin_stride, scan);
+  return scan;
+}
+
+void fill_scan_for_match(std::span<const Eigen::Vector3d> points_m, std::size_t thin_stride,
+                         ScanForMatch& scan) {
   SIGHTLINE_CHECK(thin_stride >= 1);
   const std::size_t padded = (points_m.size() + kKernelBatch - 1) / kKernelBatch * kKernelBatch;
-  ScanForMatch scan;
+  scan.points_m.clear();
   scan.points_m.reserve(points_m.size());
   for (std::size_t i = 0; i < points_m.size(); i += thin_stride) {
     scan.points_m.push_back(points_m[i]);
@@ -172,17 +179,18 @@ ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m,
   for (std::size_t i = 0; i < points_m.size(); ++i) {
     if (i % thin_stride != 0) scan.points_m.push_back(points_m[i]);
   }
-  for (std::vector<double>* axis : {&scan.x_m, &scan.y_m, &scan.z_m}) axis->resize(padded);
+  for (std::vector<double>* axis : {&scan.x_m, &scan.y_m, &scan.z_m}) axis->assign(padded, 0.0);
   for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) axis->resize(padded);
   scan.record.resize(padded);
   forget_cells(scan);
+  scan.cells_digest = 0;
+  scan.farthest_m = 0.0;
   for (std::size_t i = 0; i < points_m.size(); ++i) {
     scan.x_m[i] = scan.points_m[i].x();
     scan.y_m[i] = scan.points_m[i].y();
     scan.z_m[i] = scan.points_m[i].z();
     scan.farthest_m = std::max(scan.farthest_m, scan.points_m[i].norm());
   }
-  return scan;
 }
 
 MatchScore kernel_score(const MatchGrid& grid, ScanForMatch& scan, std::size_t count,
