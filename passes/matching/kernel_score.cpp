@@ -34,8 +34,16 @@ KernelVersion version_of(MatchKernel kernel) {
   }
 }
 
+constexpr double kReach = 0x1.0p30;  // cells
+
+void fetch_cell(const void* grid, double cell_x, double cell_y, double cell_z) {
+  if (std::abs(cell_x) > kReach || std::abs(cell_y) > kReach || std::abs(cell_z) > kReach) return;
+  static_cast<const MatchGrid*>(grid)->cells.prefetch({static_cast<std::int32_t>(cell_x),
+                                                       static_cast<std::int32_t>(cell_y),
+                                                       static_cast<std::int32_t>(cell_z)});
+}
+
 std::int32_t find_record(const void* grid, double cell_x, double cell_y, double cell_z) {
-  constexpr double kReach = 0x1.0p30;
   if (std::abs(cell_x) > kReach || std::abs(cell_y) > kReach || std::abs(cell_z) > kReach) return 0;
   const CellKey key{static_cast<std::int32_t>(cell_x), static_cast<std::int32_t>(cell_y),
                     static_cast<std::int32_t>(cell_z)};
@@ -55,6 +63,7 @@ KernelInput make_input(const MatchGrid& grid, const Pose& T_map_sensor) {
   input.cells_per_m = 1.0 / grid.cell_m;
   input.records = grid.records.data();
   input.find = find_record;
+  input.fetch = fetch_cell;
   input.grid = &grid;
   return input;
 }
@@ -71,12 +80,13 @@ void point_to_chunk(ScanForMatch& scan, std::size_t first, std::size_t end, Kern
 }
 
 double sum_of(const float (&of_lane)[kKernelBatch]) {
-  double lanes[kKernelBatch];
-  for (std::size_t i = 0; i < kKernelBatch; ++i) lanes[i] = static_cast<double>(of_lane[i]);
-  for (std::size_t half = kKernelBatch / 2; half > 0; half /= 2) {
-    for (std::size_t i = 0; i < half; ++i) lanes[i] += lanes[i + half];
+  static_assert(kKernelBatch == 16);
+  double lanes[8];
+  for (int i = 0; i < 8; ++i) {
+    lanes[i] = static_cast<double>(of_lane[i]) + static_cast<double>(of_lane[i + 8]);
   }
-  return lanes[0];
+  for (int i = 0; i < 4; ++i) lanes[i] += lanes[i + 4];
+  return (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
 }
 
 // The kernel's sums are over d1, and its information was times d2.
