@@ -34,8 +34,16 @@ KernelVersion version_of(MatchKernel kernel) {
   }
 }
 
+constexpr double kReach = 0x1.0p30;  // cells
+
+void fetch_cell(const void* grid, double cell_x, double cell_y, double cell_z) {
+  if (std::abs(cell_x) > kReach || std::abs(cell_y) > kReach || std::abs(cell_z) > kReach) return;
+  static_cast<const MatchGrid*>(grid)->cells.prefetch({static_cast<std::int32_t>(cell_x),
+                                                       static_cast<std::int32_t>(cell_y),
+                                                       static_cast<std::int32_t>(cell_z)});
+}
+
 std::int32_t find_record(const void* grid, double cell_x, double cell_y, double cell_z) {
-  constexpr double kReach = 0x1.0p30;
   if (std::abs(cell_x) > kReach || std::abs(cell_y) > kReach || std::abs(cell_z) > kReach) return 0;
   const CellKey key{static_cast<std::int32_t>(cell_x), static_cast<std::int32_t>(cell_y),
                     static_cast<std::int32_t>(cell_z)};
@@ -55,6 +63,7 @@ KernelInput make_input(const MatchGrid& grid, const Pose& T_map_sensor) {
   input.cells_per_m = 1.0 / grid.cell_m;
   input.records = grid.records.data();
   input.find = find_record;
+  input.fetch = fetch_cell;
   input.grid = &grid;
   return input;
 }
@@ -71,12 +80,13 @@ void point_to_chunk(ScanForMatch& scan, std::size_t first, std::size_t end, Kern
 }
 
 double sum_of(const float (&of_lane)[kKernelBatch]) {
-  double lanes[kKernelBatch];
-  for (std::size_t i = 0; i < kKernelBatch; ++i) lanes[i] = static_cast<double>(of_lane[i]);
-  for (std::size_t half = kKernelBatch / 2; half > 0; half /= 2) {
-    for (std::size_t i = 0; i < half; ++i) lanes[i] += lanes[i + half];
+  static_assert(kKernelBatch == 16);
+  double lanes[8];
+  for (int i = 0; i < 8; ++i) {
+    lanes[i] = static_cast<double>(of_lane[i]) + static_cast<double>(of_lane[i + 8]);
   }
-  return lanes[0];
+  for (int i = 0; i < 4; ++i) lanes[i] += lanes[i + 4];
+  return (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
 }
 
 // The kernel's sums are over d1, and its information was times d2.
@@ -159,9 +169,16 @@ MatchKernel fastest_kernel() {
 
 ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m,
                                  std::size_t thin_stride) {
+  ScanForMatch scan;
+  fill_scan_for_match(points_m, thin_stride, scan);
+  return scan;
+}
+
+void fill_scan_for_match(std::span<const Eigen::Vector3d> points_m, std::size_t thin_stride,
+                         ScanForMatch& scan) {
   SIGHTLINE_CHECK(thin_stride >= 1);
   const std::size_t padded = (points_m.size() + kKernelBatch - 1) / kKernelBatch * kKernelBatch;
-  ScanForMatch scan;
+  scan.points_m.clear();
   scan.points_m.reserve(points_m.size());
   for (std::size_t i = 0; i < points_m.size(); i += thin_stride) {
     scan.points_m.push_back(points_m[i]);
@@ -172,17 +189,18 @@ ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m,
   for (std::size_t i = 0; i < points_m.size(); ++i) {
     if (i % thin_stride != 0) scan.points_m.push_back(points_m[i]);
   }
-  for (std::vector<double>* axis : {&scan.x_m, &scan.y_m, &scan.z_m}) axis->resize(padded);
+  for (std::vector<double>* axis : {&scan.x_m, &scan.y_m, &scan.z_m}) axis->assign(padded, 0.0);
   for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) axis->resize(padded);
   scan.record.resize(padded);
   forget_cells(scan);
+  scan.cells_digest = 0;
+  scan.farthest_m = 0.0;
   for (std::size_t i = 0; i < points_m.size(); ++i) {
     scan.x_m[i] = scan.points_m[i].x();
     scan.y_m[i] = scan.points_m[i].y();
     scan.z_m[i] = scan.points_m[i].z();
     scan.farthest_m = std::max(scan.farthest_m, scan.points_m[i].norm());
   }
-  return scan;
 }
 
 MatchScore kernel_score(const MatchGrid& grid, ScanForMatch& scan, std::size_t count,

@@ -38,6 +38,9 @@ struct ScanForMatch {
 // Every `thin_stride`-th point goes first, else the order is kept. thin_stride >= 1.
 ScanForMatch make_scan_for_match(std::span<const Eigen::Vector3d> points_m,
                                  std::size_t thin_stride = 1);
+// The same into the memory of a scan that is done with.
+void fill_scan_for_match(std::span<const Eigen::Vector3d> points_m, std::size_t thin_stride,
+                         ScanForMatch& scan);
 
 // match_score() in float of the first `count` points, which are all or a multiple of 16: sums agree
 // to about 1e-6 of the sum of sizes. Any kernel that is_supported. Allocates nothing.

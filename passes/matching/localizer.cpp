@@ -30,7 +30,6 @@ constexpr std::size_t kMostLevels = 3;
 constexpr double kBlurTimesCell_m2 = 0.2;
 constexpr double kSharpFloor = 0.003;  // of the largest eigenvalue: 3 cm in a wall of 2 m
 constexpr std::size_t kThinStride = 4;
-constexpr std::size_t kFewestThin = 64;  // points that still see every wall near
 
 // An ND's eigenvalues below `floor` of the largest raised to it, then all by the blur's square.
 InformationOfNd information(double floor, double blur_m) {
@@ -54,13 +53,12 @@ MatchLevel leading_level(double stop_step_m) {
 
 constexpr double kProbeSpacing_m = 0.3;  // the blurred score's peaks are wider
 constexpr int kProbes = 5;               // to each side
-constexpr double kLooseBelow = 0.5;      // of the curvature in the best constrained direction
 constexpr double kWorthTrying = 0.9;     // of the score where the first level ended
 constexpr double kSame_m = 0.15;         // optima nearer than this are one
 
 // The horizontal direction that the score constrains least, of length 1, all other motions free to
 // follow; nothing where no direction is loose.
-std::optional<Eigen::Vector2d> loose_direction(const Matrix6d& hessian) {
+std::optional<Eigen::Vector2d> loose_direction(const Matrix6d& hessian, double loose_below) {
   const Eigen::Matrix<double, 2, 4> mixed = hessian.topRightCorner<2, 4>();
   Eigen::Matrix4d others = hessian.bottomRightCorner<4, 4>();
   others.diagonal().array() += 1e-6 * others.diagonal().cwiseAbs().maxCoeff();
@@ -68,13 +66,14 @@ std::optional<Eigen::Vector2d> loose_direction(const Matrix6d& hessian) {
   const Eigen::Matrix2d schur = hessian.topLeftCorner<2, 2>() - mixed * followed;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (schur + schur.transpose()));
   const Eigen::Vector2d curvature = solver.eigenvalues();
-  if (!(curvature[0] < kLooseBelow * curvature[1])) return std::nullopt;
+  if (!(curvature[0] < loose_below * curvature[1])) return std::nullopt;
   return Eigen::Vector2d(solver.eigenvectors().col(0));
 }
 
 struct Search {
   std::span<const MatchLevel> levels;
   double search_m = 0.0;
+  double loose_below = 0.5;
   Pose T_map_start;
   MatchOptions options;
   int iterations = 0;  // what all parts together took
@@ -129,7 +128,7 @@ MatchResult localize_searching(Search& search, ScanForMatch& scan) {
   const std::span<const MatchLevel> rest = search.levels.subspan(1);
   const MatchResult lead = climb(first, search.T_map_start, search, scan);
   const std::optional<Eigen::Vector2d> direction =
-      lead.scored_points > 0 ? loose_direction(lead.hessian) : std::nullopt;
+      lead.scored_points > 0 ? loose_direction(lead.hessian, search.loose_below) : std::nullopt;
   const std::optional<Pose> other =
       direction ? other_optimum(lead, *direction, search, scan) : std::nullopt;
   MatchResult best = climb(rest, lead.T_map_sensor, search, scan);
@@ -169,6 +168,15 @@ LocalizerOptions localizer_options(LocalizerKind kind, int coarse_cells) {
           .coarse_cells = coarse_cells};
 }
 
+LocalizerOptions options_for_samples(int coarse_cells) {
+  LocalizerOptions options = localizer_options(LocalizerKind::kSearching, coarse_cells);
+  options.lead_stop_m = 0.05;
+  options.loose_below = 0.25;
+  options.fewest_lead = 128;
+  options.has_quick_steps = true;
+  return options;
+}
+
 LocalizerOptions localizer_named(std::string_view name, int coarse_cells) {
   for (const LocalizerKind kind : {LocalizerKind::kPlain, LocalizerKind::kAnnealed}) {
     if (name == localizer_name(kind)) return localizer_options(kind, coarse_cells);
@@ -182,10 +190,13 @@ Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
   SIGHTLINE_CHECK(options.search_m <= 0.0 || options.is_annealed);
   localizer.is_annealed = options.is_annealed;
   localizer.search_m = options.search_m;
+  localizer.loose_below = options.loose_below;
+  localizer.fewest_lead = options.fewest_lead;
   const bool has_coarse = options.coarse_cells > 1;
   const NdtMap coarse = has_coarse ? coarse_map(map, options.coarse_cells) : NdtMap{};
   const NdtMap& widest = has_coarse ? coarse : map;
-  const auto add = [&](MatchGrid grid, const MatchLevel& settings) {
+  const auto add = [&](MatchGrid grid, MatchLevel settings) {
+    settings.has_quick_steps = options.has_quick_steps;
     localizer.levels.push_back({std::move(grid), settings});
   };
   if (!options.is_annealed) {
@@ -195,18 +206,20 @@ Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
   }
   const InformationOfNd sharp = information(kSharpFloor, 0.0);
   const InformationOfNd blurred = information(0.01, kBlurTimesCell_m2 / widest.cell_m);
-  add(make_match_grid(widest, blurred), leading_level(0.02));
-  if (has_coarse) add(make_match_grid(coarse, sharp), leading_level(0.01));
+  add(make_match_grid(widest, blurred), leading_level(options.lead_stop_m));
+  if (has_coarse) add(make_match_grid(coarse, sharp), leading_level(0.5 * options.lead_stop_m));
   add(make_match_grid(map, sharp), MatchLevel{});
   return localizer;
 }
 
 ScanForMatch make_scan_for_match(const Localizer& localizer,
                                  std::span<const Eigen::Vector3d> points_m) {
-  const std::size_t stride =
-      localizer.is_annealed ? std::clamp(points_m.size() / kFewestThin, std::size_t{1}, kThinStride)
-                            : std::size_t{1};
-  return make_scan_for_match(points_m, stride);
+  return make_scan_for_match(points_m, lead_stride(localizer, points_m.size()));
+}
+
+std::size_t lead_stride(const Localizer& localizer, std::size_t point_count) {
+  if (!localizer.is_annealed) return 1;
+  return std::clamp(point_count / localizer.fewest_lead, std::size_t{1}, kThinStride);
 }
 
 ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter, const Scan& scan,
@@ -235,8 +248,21 @@ MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose&
   if (localizer.is_annealed) stop_where_points_rest(scan, std::span(levels).first(count));
   const std::span<const MatchLevel> all = std::span(levels).first(count);
   if (localizer.search_m <= 0.0) return match(all, scan, T_map_start, options);
-  Search search{all, localizer.search_m, T_map_start, options};
+  Search search{all, localizer.search_m, localizer.loose_below, T_map_start, options};
   return localize_searching(search, scan);
+}
+
+MatchResult settle(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
+                   const MatchOptions& options) {
+  const Localizer::Level& finest = localizer.levels.back();
+  MatchLevel level = finest.settings;
+  level.grid = &finest.grid;
+  level.max_step_m = options.max_step_m;
+  level.max_step_rad = options.max_step_rad;
+  level.stop_step_m = options.stop_step_m;
+  level.stop_step_rad = options.stop_step_rad;
+  if (localizer.is_annealed) stop_where_points_rest(scan, std::span(&level, 1));
+  return match(std::span(&level, 1), scan, T_map_start, options);
 }
 
 }  // namespace sightline

@@ -24,6 +24,10 @@ struct LocalizerOptions {
   // Matches first on cells so many times as long as the map's, pooled from them; 1: on its own
   // alone.
   int coarse_cells = 1;
+  double lead_stop_m = 0.02;     // of the first level: steps shorter than this end it
+  double loose_below = 0.5;      // searches where one curvature is below this part of the other
+  std::size_t fewest_lead = 64;  // points that the first levels take, where there are as many
+  bool has_quick_steps = false;  // MatchLevel's
 };
 
 // The localizers of schemas/definitions.md: plain, annealed, searching.
@@ -33,6 +37,10 @@ enum class LocalizerKind { kPlain, kAnnealed, kSearching, kPclNdt };
 std::vector<std::string> localizer_names();  // of all kinds, in their order
 std::string_view localizer_name(LocalizerKind kind);
 LocalizerOptions localizer_options(LocalizerKind kind, int coarse_cells = 1);
+// Searching, for scans of which a sample is taken: all of up to 128 points lead, and steps end and
+// the search begins where a sample tells no more ("Looks" in schemas/definitions.md).
+LocalizerOptions options_for_samples(int coarse_cells = 1);
+inline constexpr double kSampleStop_m = 0.01;  // of its last level, in MatchOptions
 // By that name, as a map stores it. Any other name is taken for searching, the default.
 LocalizerOptions localizer_named(std::string_view name, int coarse_cells = 1);
 
@@ -44,12 +52,16 @@ struct Localizer {
   };
   bool is_annealed = false;
   double search_m = 0.0;
+  double loose_below = 0.5;
+  std::size_t fewest_lead = 64;
   std::vector<Level> levels;  // from coarse to fine, one to three
 };
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
 
 ScanForMatch make_scan_for_match(const Localizer& localizer,
                                  std::span<const Eigen::Vector3d> points_m);
+// One in so many of its points leads.
+std::size_t lead_stride(const Localizer& localizer, std::size_t point_count);
 
 // The points of a whole scan, cut in the sensor's frame with the stride that suits the sensor, then
 // told in the vehicle's, since it is the vehicle's pose that is looked for.
@@ -62,5 +74,9 @@ ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter,
 // nothing.
 MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
                      const MatchOptions& options = {});
+
+// The last level alone, from a start that is nearly right, as a vehicle foretells it that tracks.
+MatchResult settle(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
+                   const MatchOptions& options = {});
 
 }  // namespace sightline

@@ -1,6 +1,7 @@
 #include "passes/matching/match_grid.h"
 
 #include <Eigen/LU>
+#include <cmath>
 #include <span>
 
 #include "formats/base/hash.h"
@@ -64,6 +65,13 @@ KernelRecord make_record(const MatchGrid& grid, const CellKey& cell,
   return record;
 }
 
+std::uint8_t class_of(const MatchGrid& grid, const MatchGrid::Neighbourhood& neighbourhood) {
+  for (const std::int32_t nd : neighbourhood) {
+    if (nd != MatchGrid::kNone) return grid.nds[static_cast<std::size_t>(nd)].normal_class;
+  }
+  return 0;
+}
+
 // Sharper than any valid ND can be (schemas/definitions.md: lambda_1 >= 1e-6 m^2), and too sharp
 // for float.
 bool is_usable(const MatchNd& nd) {
@@ -73,6 +81,17 @@ bool is_usable(const MatchNd& nd) {
 }
 
 }  // namespace
+
+std::uint8_t normal_class(const Eigen::Vector3d& normal) {
+  constexpr double kUpright = 0.7;
+  if (std::abs(normal.z()) > kUpright) return 0;
+  // The quadrant of twice the azimuth: opposite normals have the same.
+  const double cos2 = normal.x() * normal.x() - normal.y() * normal.y();
+  const double sin2 = 2.0 * normal.x() * normal.y();
+  static_assert(kAzimuthClasses == 4);
+  if (std::abs(cos2) >= std::abs(sin2)) return cos2 >= 0.0 ? 1 : 2;
+  return sin2 >= 0.0 ? 3 : 4;
+}
 
 GaussConstants gauss_constants(double cell_m) {
   constexpr double kOutlierRatio = 0.55;
@@ -96,7 +115,7 @@ MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_
   grid.gauss = gauss_constants(map.cell_m);
   grid.nds.reserve(map.nds.size());
   for (const Nd& nd : map.nds) {
-    const MatchNd usable{nd.mean_m, information_per_m2(nd)};
+    const MatchNd usable{nd.mean_m, information_per_m2(nd), normal_class(nd.eigenvectors.col(2))};
     if (!is_usable(usable)) continue;
     list_in_neighbourhoods(nd.key, static_cast<std::int32_t>(grid.nds.size()), grid);
     grid.nds.push_back(usable);
@@ -105,6 +124,7 @@ MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_
   grid.records.push_back(make_record(grid, {}, empty_neighbourhood()));
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {
     grid.records.push_back(make_record(grid, grid.cells.keys()[i], grid.neighbourhoods[i]));
+    grid.normal_classes.push_back(class_of(grid, grid.neighbourhoods[i]));
   }
   grid.cells_digest = xxh3(std::as_bytes(std::span(grid.cells.keys())));
   return grid;

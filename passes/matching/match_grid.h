@@ -24,7 +24,13 @@ GaussConstants gauss_constants(double cell_m);
 struct MatchNd {
   Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d information_per_m2 = Eigen::Matrix3d::Zero();  // inverse regularised covariance
+  std::uint8_t normal_class = 0;                                 // below kNormalClasses
 };
+
+// Directions of an ND's normal, its shortest axis: upright, else by azimuth, opposite ones alike.
+inline constexpr std::size_t kAzimuthClasses = 4;
+inline constexpr std::size_t kNormalClasses = kAzimuthClasses + 1;
+std::uint8_t normal_class(const Eigen::Vector3d& normal);
 
 // A map made ready for matching: for each cell that a point can score in, the NDs of that cell and
 // of its six face neighbours, found by one look-up. A cell that none of these seven has an ND for
@@ -41,6 +47,7 @@ struct MatchGrid {
   CellIndex cells;
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
   std::vector<KernelRecord> records;          // of `cells`, in float, after one without any ND
+  std::vector<std::uint8_t> normal_classes;   // of `cells`: of the first ND that each has
   std::uint64_t cells_digest = 0;  // of `cells`: grids of one digest number the same cells alike
 };
 

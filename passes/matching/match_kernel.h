@@ -34,6 +34,8 @@ struct KernelInput {
   std::int32_t* record = nullptr;
   const KernelRecord* records = nullptr;  // the first one is without any ND
   std::int32_t (*find)(const void* grid, double cell_x, double cell_y, double cell_z) = nullptr;
+  // Brings what find() reads nearer.
+  void (*fetch)(const void* grid, double cell_x, double cell_y, double cell_z) = nullptr;
   const void* grid = nullptr;
 };
 

@@ -24,8 +24,9 @@ struct alignas(64) BatchPoints {
 // Within this many cells of the origin a cell's number is an int32 and has no ND beyond.
 constexpr double kReach_cells = 0x1.0p30;
 
+// Positions and cells of eight points; a bit for each whose cell is not the one it was in.
 template <class B>
-void locate(const KernelInput& in, std::size_t first, std::size_t lane, BatchPoints& points) {
+unsigned locate(const KernelInput& in, std::size_t first, std::size_t lane, BatchPoints& points) {
   using D = typename B::Doubles;
   const D x = B::load(in.x_m + first);
   const D y = B::load(in.y_m + first);
@@ -48,11 +49,7 @@ void locate(const KernelInput& in, std::size_t first, std::size_t lane, BatchPoi
     B::store_as_floats(points.offset_m[axis] + lane, B::fnma(B::add(cell, half), cell_m, place));
   }
   if (first + 8 > in.count) changed &= first < in.count ? (1u << (in.count - first)) - 1u : 0u;
-  for (unsigned i = 0; changed != 0; ++i, changed >>= 1) {
-    if (changed & 1u) {
-      in.record[first + i] = in.find(in.grid, cells[0][i], cells[1][i], cells[2][i]);
-    }
-  }
+  return changed;
 }
 
 // e^(-m2 / 2) = 2^(n + f): n by adding a number so large that only whole ones fit, f by Chebyshev
@@ -167,9 +164,40 @@ void add_rotations(const BatchPoints& points, const typename B::Floats (&t)[kTer
   add_to<B>(sums[28], B::sub(B::fnma(y, m[0][2], B::mul(x, m[1][2])), B::add(xx, yy)));
 }
 
-// The records of the batch after this one, on their way from memory while this one is computed.
-inline void fetch_ahead(const KernelInput& in, std::size_t first) {
-  if (first >= in.count) return;
+// A map is larger than the caches, and where a point's cell changes, its place in the table and
+// then its record come from memory. So a batch is located this many batches before it is computed,
+// which asks for the places, and its records are asked for on half of the way.
+constexpr std::size_t kLocateAhead = 6;
+constexpr std::size_t kRecordsAhead = 3;
+constexpr std::size_t kRing = 8;  // more than are on their way
+
+struct BatchAhead {
+  BatchPoints points;
+  unsigned changed;  // a bit for each point
+};
+
+// Calls use(point) for each point of a batch whose cell changed.
+template <class Use>
+inline void for_changed(unsigned changed, const Use& use) {
+  for (std::size_t i = 0; changed != 0; ++i, changed >>= 1) {
+    if (changed & 1u) use(i);
+  }
+}
+
+template <class B>
+void locate_batch(const KernelInput& in, std::size_t first, BatchAhead& ahead) {
+  ahead.changed = locate<B>(in, first, 0, ahead.points);
+  ahead.changed |= locate<B>(in, first + 8, 8, ahead.points) << 8;
+  for_changed(ahead.changed, [&](std::size_t i) {
+    in.fetch(in.grid, in.cell_x[first + i], in.cell_y[first + i], in.cell_z[first + i]);
+  });
+}
+
+inline void fetch_records(const KernelInput& in, std::size_t first, unsigned changed) {
+  for_changed(changed, [&](std::size_t i) {
+    in.record[first + i] =
+        in.find(in.grid, in.cell_x[first + i], in.cell_y[first + i], in.cell_z[first + i]);
+  });
   for (std::size_t i = 0; i < kKernelBatch; ++i) {
     const char* record = reinterpret_cast<const char*>(in.records + in.record[first + i]);
     for (std::size_t line = 0; line < sizeof(KernelRecord); line += 64) {
@@ -178,11 +206,21 @@ inline void fetch_ahead(const KernelInput& in, std::size_t first) {
   }
 }
 
-template <class B>
-void locate_batch(const KernelInput& in, std::size_t first, BatchPoints& points) {
-  locate<B>(in, first, 0, points);
-  locate<B>(in, first + 8, 8, points);
-  fetch_ahead(in, first + kKernelBatch);
+// Calls use(first, points) for each batch, in order.
+template <class B, class Use>
+void for_batches(const KernelInput& in, const Use& use) {
+  BatchAhead ring[kRing];
+  const std::size_t batches = (in.count + kKernelBatch - 1) / kKernelBatch;
+  for (std::size_t step = 0; step < batches + kLocateAhead; ++step) {
+    if (step < batches) locate_batch<B>(in, step * kKernelBatch, ring[step % kRing]);
+    const std::size_t fetched =
+        step - (kLocateAhead - kRecordsAhead);  // too large before the first
+    if (fetched < batches) {
+      fetch_records(in, fetched * kKernelBatch, ring[fetched % kRing].changed);
+    }
+    const std::size_t computed = step - kLocateAhead;
+    if (computed < batches) use(computed * kKernelBatch, ring[computed % kRing].points);
+  }
 }
 
 // Calls use(number, pair) for the eight pairs of a batch.
@@ -203,23 +241,19 @@ template <class B>
 void run_score(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   B::store(sums.lanes[0], B::floats(0.0f));
-  for (std::size_t first = 0; first < in.count; first += kKernelBatch) {
-    BatchPoints points;
-    locate_batch<B>(in, first, points);
+  for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
     F terms[8];
     for_pairs<B>(in, first, points,
                  [&](std::size_t number, const PairTerms<B>& pair) { terms[number] = pair.term; });
     add_to<B>(sums.lanes[0], B::sum(terms));
-  }
+  });
 }
 
 template <class B>
 void run_kernel(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   for (int s = 0; s < kKernelSums; ++s) B::store(sums.lanes[s], B::floats(0.0f));
-  for (std::size_t first = 0; first < in.count; first += kKernelBatch) {
-    BatchPoints points;
-    locate_batch<B>(in, first, points);
+  for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
     F terms[kTerms][8];
     for_pairs<B>(in, first, points, [&](std::size_t number, const PairTerms<B>& pair) {
       F of_pair[kTerms];
@@ -233,7 +267,7 @@ void run_kernel(const KernelInput& in, KernelSums& sums) {
     for (int t = 0; t < 5; ++t) add_to<B>(sums.lanes[t], totals[t]);
     for (int t = 5; t < kTerms; ++t) add_to<B>(sums.lanes[t + 3], totals[t]);
     add_rotations<B>(points, totals, sums.lanes);
-  }
+  });
 }
 
 }  // namespace

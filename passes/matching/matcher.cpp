@@ -22,7 +22,7 @@ constexpr double kShrink = 0.25;
 constexpr double kGrow = 2.0;
 
 // The step that Newton's method on minus the score proposes.
-Vector6d newton_step(const MatchScore& at) {
+Vector6d newton_step(const MatchScore& at, bool is_quick) {
   Vector6d scale;
   scale << 1.0, 1.0, 1.0, 1.0 / kLeverArm_m, 1.0 / kLeverArm_m, 1.0 / kLeverArm_m;
   const Matrix6d curvature = -(scale.asDiagonal() * at.hessian * scale.asDiagonal());
@@ -32,6 +32,17 @@ Vector6d newton_step(const MatchScore& at) {
   const Eigen::LLT<Matrix6d> cholesky(lifted);
   if (cholesky.info() == Eigen::Success) {
     const Vector6d step = cholesky.solve(uphill);
+    return scale.cwiseProduct(step);
+  }
+  if (is_quick) {
+    const Eigen::LDLT<Matrix6d> pivots(curvature);
+    const Vector6d sizes = pivots.vectorD().cwiseAbs();
+    const double floor = std::max(kLeastCurvature * sizes.maxCoeff(), 1e-300);
+    Vector6d step = pivots.transpositionsP() * uphill;
+    pivots.matrixL().solveInPlace(step);
+    step = step.cwiseQuotient(sizes.cwiseMax(floor)).eval();
+    pivots.matrixU().solveInPlace(step);
+    step = (pivots.transpositionsP().transpose() * step).eval();
     return scale.cwiseProduct(step);
   }
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(curvature);
@@ -95,7 +106,7 @@ void climb(const MatchLevel& level, ScanForMatch& scan, const MatchOptions& opti
       taken = next;
       at_taken = at_next;
     }
-    const Vector6d step = limited(newton_step(at_taken), level, share);
+    const Vector6d step = limited(newton_step(at_taken, level.has_quick_steps), level, share);
     next = moved(taken, step);
     if (is_short(step, level)) {
       stop = MatchStop::kConverged;

@@ -1,0 +1,121 @@
+#include "formats/annotation/look.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kFarthest_m = 1000.0;
+constexpr std::string_view kEven = "even beyond ";
+constexpr std::string_view kByNormals = " by normals";
+
+Error error_of(const std::string& message) {
+  return Error{ErrorCode::kBadArgument,
+               message +
+                   ", expected a look like '50 m' (every return) or '50 m, 2000 returns, even "
+                   "beyond 30 m, 80 points by normals, settle'",
+               "", "a look"};
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = std::min(text.find_first_not_of(' '), text.size());
+  text.remove_prefix(first);
+  const std::size_t last = text.find_last_not_of(' ');
+  return text.substr(0, last == std::string_view::npos ? 0 : last + 1);
+}
+
+// "30 m" with unit " m": the number before it. Nothing where the text is not of this form.
+template <class T>
+std::optional<T> number_of(std::string_view text, std::string_view unit) {
+  if (!text.ends_with(unit)) return std::nullopt;
+  text.remove_suffix(unit.size());
+  T number{};
+  const std::from_chars_result end =
+      std::from_chars(text.data(), text.data() + text.size(), number);
+  if (end.ec != std::errc() || end.ptr != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+// One part after the range. False where it is none, or stands again or too late.
+bool read_part(std::string_view part, int& last, Look& look) {
+  const auto take = [&](int place, auto number, auto& value) {
+    if (!number || place <= last) return false;
+    value = *number;
+    last = place;
+    return true;
+  };
+  if (part == "settle") return take(4, std::optional(LookMode::kSettle), look.mode);
+  if (part.starts_with(kEven)) {
+    return take(2, number_of<double>(part.substr(kEven.size()), " m"), look.even_beyond_m);
+  }
+  if (part.ends_with(kByNormals)) {
+    part.remove_suffix(kByNormals.size());
+    look.is_by_normals = true;
+    return take(3, number_of<std::uint32_t>(part, " points"), look.point_count);
+  }
+  return take(1, number_of<std::uint32_t>(part, " returns"), look.return_count) ||
+         take(3, number_of<std::uint32_t>(part, " points"), look.point_count);
+}
+
+bool is_length(double value_m) { return value_m > 0.0 && value_m < kFarthest_m; }
+
+}  // namespace
+
+std::string to_text(const Look& look) {
+  std::string text = format_double(look.range_m) + " m";
+  if (look.return_count > 0) text += ", " + std::to_string(look.return_count) + " returns";
+  if (look.even_beyond_m != 0.0) {
+    text += ", " + std::string(kEven) + format_double(look.even_beyond_m) + " m";
+  }
+  if (look.point_count > 0) text += ", " + std::to_string(look.point_count) + " points";
+  if (look.is_by_normals) text += kByNormals;
+  if (look.mode == LookMode::kSettle) text += ", settle";
+  return text;
+}
+
+Result<Look> parse_look(std::string_view text) {
+  const auto part_at = [&](std::size_t begin) {
+    return trimmed(text.substr(begin, text.find(',', begin) - begin));
+  };
+  const std::string quoted = "'" + std::string(text) + "'";
+  Look look;
+  const std::optional<double> range_m = number_of<double>(part_at(0), " m");
+  if (!range_m) return error_of(quoted + " does not begin with a range");
+  look.range_m = *range_m;
+  int last = 0;
+  for (std::size_t comma = text.find(','); comma != std::string_view::npos;
+       comma = text.find(',', comma + 1)) {
+    const std::string_view part = part_at(comma + 1);
+    if (!read_part(part, last, look)) {
+      return error_of("'" + std::string(part) + "' in " + quoted + " is out of place");
+    }
+  }
+  const Result<void> valid = validate(look);
+  if (!valid) return valid.error();
+  return look;
+}
+
+Result<void> validate(const Look& look) {
+  const std::string quoted = "'" + to_text(look) + "'";
+  if (!is_length(look.range_m)) {
+    return error_of(quoted + ": the range is not above 0 and below 1000 m");
+  }
+  if (look.even_beyond_m != 0.0 && !is_length(look.even_beyond_m)) {
+    return error_of(quoted + ": 'even beyond' is not above 0 and below 1000 m");
+  }
+  const bool is_sample = look.even_beyond_m != 0.0 || look.point_count > 0 || look.is_by_normals;
+  if (is_sample && look.return_count == 0) {
+    return error_of(quoted + " samples and does not say how many returns it looks at");
+  }
+  if (look.is_by_normals && look.point_count == 0) {
+    return error_of(quoted + " takes points by normals and does not say how many");
+  }
+  return {};
+}
+
+}  // namespace sightline

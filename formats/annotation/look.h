@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "formats/base/result.h"
+
+namespace sightline {
+
+// How a localization begins: searching from up to a metre off, or settling on the last level alone,
+// for a vehicle that tracks.
+enum class LookMode : std::uint8_t { kSearch, kSettle };
+
+// How a vehicle's scan becomes the points that are matched (schemas/definitions.md, "Looks").
+// As text, in this order, what is left out in brackets:
+//
+//   50 m[, 2000 returns][, even beyond 30 m][, 80 points[ by normals]][, settle]
+struct Look {
+  double range_m = 50.0;  // 3D slant range from the sensor
+  // So many returns of a scan are looked at, spread evenly; 0: every one, and each voxel gives the
+  // centroid of its returns, else its first return.
+  std::uint32_t return_count = 0;
+  // A return nearer than this is kept with chance (r / even_beyond_m)^2, which undoes that near
+  // surfaces get more returns; 0: all are kept.
+  double even_beyond_m = 0.0;
+  std::uint32_t point_count = 0;  // matched at most; 0: all that are left
+  bool is_by_normals = false;     // they are taken in turn from the directions of the map's normals
+  LookMode mode = LookMode::kSearch;
+  friend bool operator==(const Look&, const Look&) = default;
+};
+
+// The paper's: every return within the range.
+inline Look every_return(double range_m) { return {.range_m = range_m}; }
+inline bool takes_every_return(const Look& look) { return look.return_count == 0; }
+
+std::string to_text(const Look& look);
+
+// Reads what to_text() writes. Error: bad-argument, which says what is wrong and shows an example.
+Result<Look> parse_look(std::string_view text);
+
+// Range and even_beyond_m above 0 and below 1000 m; a sample has returns; normals and
+// even_beyond_m need a sample, normals a number of points. Error: bad-argument.
+Result<void> validate(const Look& look);
+
+}  // namespace sightline

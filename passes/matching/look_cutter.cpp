@@ -1,0 +1,195 @@
+#include "passes/matching/look_cutter.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "formats/base/check.h"
+#include "formats/grid/cell_key.h"
+
+// What makes it fast: only the returns that the stride touches are read, and each of them is
+// fetched long before it is needed, since a scan is larger than the caches. Crop and chance leave
+// a few hundred points; from there on all stays in the nearest cache.
+
+namespace sightline {
+namespace {
+
+constexpr double kGolden = std::numbers::phi - 1.0;
+
+// A number from all bits of another (Murmur3's finalizer): uniform and the same everywhere.
+std::uint32_t scrambled(std::uint32_t number) {
+  number ^= number >> 16;
+  number *= 0x85ebca6bU;
+  number ^= number >> 13;
+  number *= 0xc2b2ae35U;
+  return number ^ number >> 16;
+}
+
+// Never 0, and different for voxels less than 2^20 from the sensor.
+std::uint64_t voxel_of(const Eigen::Vector3d& point_m, double leaf_m) {
+  const CellKey key = cell_key(point_m, leaf_m);
+  const auto bits = [](std::int32_t value) {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(value + (1 << 20)));
+  };
+  return bits(key.x) << 42 | bits(key.y) << 21 | bits(key.z) | std::uint64_t{1} << 63;
+}
+
+// Points nearer than this and farther ones are taken in turn.
+constexpr double kNear_m = 15.0;
+constexpr std::size_t kBins = 2 * (kNormalClasses + 1);
+constexpr std::size_t kCandidatesPerPoint = 4;
+
+// How many each group gives when they take turns until so many are taken or none is left. Of those
+// with no ND near, which come last, none is: they would not score.
+std::array<std::size_t, kBins> turns_of(const std::array<std::size_t, kBins>& sizes,
+                                        std::size_t point_count) {
+  std::array<std::size_t, kBins> quotas{};
+  std::size_t left = point_count;
+  for (bool is_any = true; left > 0 && is_any;) {
+    is_any = false;
+    for (std::size_t bin = 0; bin < 2 * kNormalClasses && left > 0; ++bin) {
+      if (quotas[bin] == sizes[bin]) continue;
+      ++quotas[bin];
+      --left;
+      is_any = true;
+    }
+  }
+  return quotas;
+}
+
+// What the matcher reads first, on its way from memory while the rest is cut.
+void fetch(const KernelRecord& record) {
+  const char* begin = reinterpret_cast<const char*>(&record);
+  for (std::size_t line = 0; line < sizeof(KernelRecord); line += 64) {
+    __builtin_prefetch(begin + line);
+  }
+}
+
+}  // namespace
+
+double look_stride(const Look& look, std::size_t count) {
+  if (look.return_count == 0) return 1.0;
+  const double stride = static_cast<double>(count) / look.return_count;
+  return stride < 1.0 + kGolden ? 1.0 : std::floor(stride - kGolden) + kGolden;
+}
+
+void LookCutter::keep_first_of_voxels() {
+  const std::size_t size = std::bit_ceil(std::max<std::size_t>(2 * count_, 64));
+  if (slots_.size() < size) slots_.resize(size);
+  std::fill_n(slots_.begin(), size, 0);
+  const int shift = 64 - std::countr_zero(size);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Eigen::Vector3d point_m = points_m_[i];
+    const std::uint64_t voxel = voxel_of(point_m, leaf_m_);
+    std::size_t slot = (voxel * 0x9e3779b97f4a7c15ULL) >> shift;
+    while (slots_[slot] != 0 && slots_[slot] != voxel) slot = (slot + 1) & (size - 1);
+    points_m_[kept] = point_m;
+    kept += slots_[slot] == 0 ? 1 : 0;
+    slots_[slot] = voxel;
+  }
+  count_ = kept;
+}
+
+std::span<const Eigen::Vector3d> LookCutter::candidates(std::span<const Eigen::Vector3d> points_m,
+                                                        const Look& look) {
+  SIGHTLINE_CHECK(!takes_every_return(look) && points_m.size() < (std::size_t{1} << 31));
+  constexpr std::size_t kAhead = 24;
+  const double range2_m2 = look.range_m * look.range_m;
+  // r^2 / R^2 as often as a number of 32 bits is below it.
+  const double odds_per_m2 =
+      look.even_beyond_m > 0.0 ? 0x1.0p32 / (look.even_beyond_m * look.even_beyond_m) : 0.0;
+  // Fixed point: the same returns on every machine, and no conversion a return.
+  const auto step = static_cast<std::uint64_t>(look_stride(look, points_m.size()) * 0x1.0p32);
+  const std::uint64_t end = static_cast<std::uint64_t>(points_m.size()) << 32;
+  points_m_.resize(std::max(points_m_.size(), end / step + 2));
+  std::size_t count = 0;
+  for (std::uint64_t place = 0; place < end; place += step) {
+    const std::uint64_t ahead = std::min(place + kAhead * step, end - 1) >> 32;
+    __builtin_prefetch(points_m[ahead].data());
+    __builtin_prefetch(points_m[ahead].data() + 2);
+    const Eigen::Vector3d& point_m = points_m[place >> 32];
+    const double r2_m2 = point_m.squaredNorm();
+    const bool is_kept = odds_per_m2 == 0.0 ||
+                         static_cast<double>(scrambled(static_cast<std::uint32_t>(place >> 32))) <
+                             r2_m2 * odds_per_m2;
+    points_m_[count] = point_m;  // without a branch: which are kept is as good as random
+    count += r2_m2 <= range2_m2 && is_kept ? 1 : 0;
+  }
+  count_ = count;
+  keep_first_of_voxels();
+  return std::span(points_m_).first(count_);
+}
+
+void LookCutter::keep_spread(std::size_t point_count) {
+  if (count_ <= point_count) return;
+  for (std::size_t i = 0; i < point_count; ++i) points_m_[i] = points_m_[i * count_ / point_count];
+  count_ = point_count;
+}
+
+// The direction and distance of each point, and the cell of the map that it lies in.
+void LookCutter::classify(const MatchGrid& grid, const Pose& T_map_lidar) {
+  bins_.resize(std::max(bins_.size(), count_));
+  keys_.resize(std::max(keys_.size(), count_));
+  cells_.resize(std::max(cells_.size(), count_));
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Eigen::Vector3d p_map_m = T_map_lidar * points_m_[i];
+    keys_[i] = cell_key(p_map_m, grid.cell_m);
+    grid.cells.prefetch(keys_[i]);
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    cells_[i] = grid.cells.find(keys_[i]);
+    if (cells_[i] != CellIndex::kNone) __builtin_prefetch(&grid.normal_classes[cells_[i]]);
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    const std::size_t direction =
+        cells_[i] == CellIndex::kNone ? kNormalClasses : grid.normal_classes[cells_[i]];
+    const bool is_far = points_m_[i].squaredNorm() > kNear_m * kNear_m;
+    bins_[i] = static_cast<std::uint8_t>(2 * direction + (is_far ? 1 : 0));
+  }
+}
+
+void LookCutter::keep_by_normals(const Localizer& localizer, const Pose& T_map_lidar,
+                                 std::size_t point_count) {
+  keep_spread(kCandidatesPerPoint * point_count);
+  const MatchGrid& grid = localizer.levels.back().grid;
+  classify(grid, T_map_lidar);
+  std::array<std::size_t, kBins> sizes{};
+  for (std::size_t i = 0; i < count_; ++i) ++sizes[bins_[i]];
+  const std::array<std::size_t, kBins> quotas = turns_of(sizes, point_count);
+  std::array<std::size_t, kBins> met{};
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const std::size_t bin = bins_[i];
+    const std::size_t number = met[bin]++;
+    if ((number + 1) * quotas[bin] / sizes[bin] == number * quotas[bin] / sizes[bin]) continue;
+    points_m_[kept++] = points_m_[i];
+    for (const Localizer::Level& level : localizer.levels) {
+      if (level.grid.cells_digest == grid.cells_digest) fetch(level.grid.records[cells_[i] + 1]);
+    }
+  }
+  count_ = kept;
+}
+
+void LookCutter::cut(const Localizer& localizer, const Scan& scan, const SensorProfile& sensor,
+                     const Look& look, const Pose& T_map_start, ScanForMatch& cut) {
+  if (takes_every_return(look)) {
+    std::vector<Eigen::Vector3d> points_m = dense_.cut(scan.points_m, {look.range_m, leaf_m_}, 1.0);
+    for (Eigen::Vector3d& point_m : points_m) point_m = sensor.T_vehicle_lidar * point_m;
+    fill_scan_for_match(points_m, lead_stride(localizer, points_m.size()), cut);
+    return;
+  }
+  candidates(scan.points_m, look);
+  const std::size_t most = look.point_count > 0 ? look.point_count : count_;
+  if (look.is_by_normals) {
+    keep_by_normals(localizer, T_map_start * sensor.T_vehicle_lidar, most);
+  } else {
+    keep_spread(most);
+  }
+  for (std::size_t i = 0; i < count_; ++i) points_m_[i] = sensor.T_vehicle_lidar * points_m_[i];
+  fill_scan_for_match(std::span(points_m_).first(count_), lead_stride(localizer, count_), cut);
+}
+
+}  // namespace sightline

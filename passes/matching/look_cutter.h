@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/annotation/look.h"
+#include "formats/drive/drive.h"
+#include "passes/matching/localizer.h"
+#include "passes/matching/scan_cutter.h"
+
+namespace sightline {
+
+// Of `count` returns, one in so many is looked at: a whole number plus (sqrt(5) - 1) / 2, or else
+// 1, so that about return_count of them are, and all rings alike (see return_stride).
+double look_stride(const Look& look, std::size_t count);
+
+// Cuts one scan after another as a look says and keeps its memory from one to the next: the one
+// place that does. One thread at a time.
+class LookCutter {
+ public:
+  explicit LookCutter(double leaf_m = 1.0) : leaf_m_(leaf_m) {}
+
+  // Fills `cut` with the points that are matched, in the vehicle's frame. Where the look goes by
+  // normals, T_map_start, the pose from which the match starts, says which part of the map each
+  // return lies in. Allocates nothing once scans of this size were cut, unless the look takes every
+  // return.
+  void cut(const Localizer& localizer, const Scan& scan, const SensorProfile& sensor,
+           const Look& look, const Pose& T_map_start, ScanForMatch& cut);
+
+  // The same, the points alone, in the sensor's frame: of the returns number floor(n stride) those
+  // within the range that chance keeps, the first of each voxel floor(x / leaf), in their order.
+  // Valid until the next call. The look takes a sample.
+  std::span<const Eigen::Vector3d> candidates(std::span<const Eigen::Vector3d> points_m,
+                                              const Look& look);
+
+ private:
+  void keep_first_of_voxels();
+  void keep_spread(std::size_t point_count);
+  void classify(const MatchGrid& grid, const Pose& T_map_lidar);
+  void keep_by_normals(const Localizer& localizer, const Pose& T_map_lidar,
+                       std::size_t point_count);
+
+  double leaf_m_;
+  ScanCutter dense_;
+  std::vector<Eigen::Vector3d> points_m_;  // the first count_
+  std::size_t count_ = 0;
+  std::vector<std::uint64_t> slots_;  // of voxels; 0: free
+  std::vector<std::uint8_t> bins_;    // of points: their direction and distance
+  std::vector<CellKey> keys_;         // of points: their cells of the map
+  std::vector<std::uint32_t> cells_;  // and the numbers of these
+};
+
+}  // namespace sightline

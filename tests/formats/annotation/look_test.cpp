@@ -1,0 +1,83 @@
+#include "formats/annotation/look.h"
+
+#include <gtest/gtest.h>
+
+#include "formats/base/random.h"
+
+namespace sightline {
+namespace {
+
+TEST(Look, IsOneLineOfText) {
+  EXPECT_EQ(to_text(every_return(50.0)), "50 m");
+  EXPECT_EQ(to_text(Look{.range_m = 42.5, .return_count = 2000}), "42.5 m, 2000 returns");
+  const Look look{.range_m = 50.0,
+                  .return_count = 2000,
+                  .even_beyond_m = 30.0,
+                  .point_count = 80,
+                  .is_by_normals = true,
+                  .mode = LookMode::kSettle};
+  EXPECT_EQ(to_text(look), "50 m, 2000 returns, even beyond 30 m, 80 points by normals, settle");
+}
+
+TEST(Look, ReadsWhatItWrites) {
+  Random random(5);
+  for (int trial = 0; trial < 500; ++trial) {
+    Look look = every_return(random.uniform(0.1, 999.0));
+    if (random.below(4) > 0) {
+      look.return_count = static_cast<std::uint32_t>(1 + random.below(100000));
+      if (random.below(2) > 0) look.even_beyond_m = random.uniform(0.1, 999.0);
+      if (random.below(2) > 0) {
+        look.point_count = static_cast<std::uint32_t>(1 + random.below(5000));
+        look.is_by_normals = random.below(2) > 0;
+      }
+    }
+    if (random.below(2) > 0) look.mode = LookMode::kSettle;
+    const Result<Look> again = parse_look(to_text(look));
+    ASSERT_TRUE(again) << again.error().message;
+    EXPECT_EQ(*again, look) << to_text(look);
+  }
+}
+
+TEST(Look, ForgivesBlanksAroundCommas) {
+  const Result<Look> look = parse_look("50 m,2000 returns ,  100 points");
+  ASSERT_TRUE(look);
+  EXPECT_EQ(to_text(*look), "50 m, 2000 returns, 100 points");
+}
+
+TEST(Look, RefusesWhatMakesNoSense) {
+  for (const char* text : {"",
+                           "50",
+                           "m",
+                           "-3 m",
+                           "0 m",
+                           "1000 m",
+                           "nan m",
+                           "inf m",
+                           "50 m,",
+                           "50 m, ",
+                           "50m",
+                           "50 m, 2000",
+                           "50 m, -1 returns",
+                           "50 m, 1.5 returns",
+                           "50 m, 9999999999 returns",
+                           "50 m, 80 points",
+                           "50 m, even beyond 30 m",
+                           "50 m, 2000 returns, even beyond 0.5 km",
+                           "50 m, 2000 returns, even beyond -1 m",
+                           "50 m, 2000 returns, by normals",
+                           "50 m, 2000 returns, points by normals",
+                           "50 m, 80 points, 2000 returns",
+                           "50 m, 2000 returns, 2000 returns",
+                           "50 m, settle, settle",
+                           "50 m, settle, 2000 returns",
+                           "50 m, 2000 returns, 0 points by normals",
+                           "50 m settle"}) {
+    const Result<Look> look = parse_look(text);
+    ASSERT_FALSE(look) << text;
+    EXPECT_EQ(look.error().code, ErrorCode::kBadArgument);
+    EXPECT_NE(look.error().message.find("expected a look like"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace sightline
