@@ -193,7 +193,7 @@ TEST(UndistortScans, DoesNotMoveAcrossAGap) {
   ASSERT_TRUE(still.has_value());
   EXPECT_EQ(still->store->read(0)->points_m, lonely.drive.store->read(0)->points_m);
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("1 scans have no other pose within 1 s"), std::string::npos);
+  EXPECT_NE(warnings[0].find("1 scans have no other pose within 1.5 s"), std::string::npos);
 }
 
 TEST(UndistortScans, RefusesATrajectoryOfAnotherDrive) {
