@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kLeastPoints = 4096;
-// Fewer rings than sensors of two firings side by side have.
+// Scans in the order of time go round once or twice; sensors have more rings.
 constexpr double kLeastRings = 8.0;
 // Steps against the direction of the rest: what noise near the axis turns around.
 constexpr double kMostBackwards = 0.05;
