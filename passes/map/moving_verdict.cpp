@@ -1,19 +1,17 @@
 #include "passes/map/moving_verdict.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <unordered_map>
+
+#include "passes/map/voxel_ground.h"
 
 // A voxel is judged by its own evidence first, then by that of its surroundings, both ways:
 // - What stands has edges that are hit once and seen through often, by noise and because a ray
 //   beside an edge goes on. A voxel next to several that stand beyond doubt is such an edge.
 // - What moves leaves a dense trail of voxels, some of which hardly any ray tells of. A voxel of
 //   little evidence goes with the trail that it lies in.
-// - What moves on a street stands on it: edges of facades, wires and foliage that rays go through
-// do
-//   not, and stay.
+// - What moves on a street stands on it: edges of facades, wires and foliage that rays go
+//   through do not, and stay.
 
 namespace sightline {
 namespace {
@@ -21,20 +19,6 @@ namespace {
 // OctoMap's sensor model: P(occupied) after a hit is 0.7, after a miss 0.4.
 constexpr double kHitLogOdds = 0.8472978603872034;
 constexpr double kMissLogOdds = -0.4054651081081644;
-// Edge of the columns of which nine make the surroundings, in voxels: wide enough for the rings of
-// a sparse sensor.
-constexpr std::int32_t kColumn_voxels = 3;
-// Points up to here above the lowest of their surroundings are ground: kerbs and unevenness.
-constexpr double kGroundThickness_m = 0.15;
-// So many voxels of one height make ground; of each column the lowest few are looked at.
-constexpr std::size_t kSupport = 3;
-constexpr std::size_t kLowest = 12;
-// Edge of the places of which nine have a level of ground in common, in voxels, and the height of a
-// level.
-constexpr std::int32_t kPlace_voxels = 15;
-constexpr double kLevel_m = 0.4;
-// A level is common when so many columns have it, for one of the level that most have.
-constexpr double kCommonShare = 0.1;
 // Surroundings by which a voxel is judged: two voxels to each side, 124 in all.
 constexpr int kSteps = 2;
 // OctoMap's clamping threshold, P(occupied) = 0.97: what stands beyond doubt.
@@ -54,108 +38,6 @@ constexpr double kTallest_m = 4.5;
 constexpr double kFooting_m = 2.0;
 constexpr double kLowestFooting_m = 1.0;
 constexpr double kBand_m = 0.5;
-
-// Columns of the plane as one number, so that the neighbour of a column is a sum away.
-std::int64_t column_number(std::int64_t x, std::int64_t y) {
-  return x * (std::int64_t{1} << 32) + y;
-}
-
-std::int64_t column_of(const CellKey& key) {
-  return column_number(floor_divide(key.x, kColumn_voxels), floor_divide(key.y, kColumn_voxels));
-}
-
-CellKey place_of(const CellKey& key) {
-  return {floor_divide(key.x, kPlace_voxels), floor_divide(key.y, kPlace_voxels), 0};
-}
-
-// How many columns of a place have a voxel at a level.
-using Levels = std::map<std::int32_t, std::uint32_t>;
-
-FlatCellMap<Levels> levels_of_places(const SeenVoxels& seen) {
-  FlatCellMap<std::uint8_t> counted;  // columns, level by level
-  FlatCellMap<Levels> places;
-  for (std::size_t v = 0; v < seen.size(); ++v) {
-    const CellKey& key = seen.keys()[v];
-    const std::int32_t level = floor_to_int(seen.values()[v].mean_m().z() / kLevel_m);
-    const CellKey column{floor_divide(key.x, kColumn_voxels), floor_divide(key.y, kColumn_voxels),
-                         level};
-    if (!counted.insert(column).is_new) continue;
-    const std::uint32_t place = places.insert(place_of(key)).number;
-    ++places.values()[place][level];
-  }
-  return places;
-}
-
-// The lowest level that many columns around a place have in common.
-class GroundLevels {
- public:
-  explicit GroundLevels(const SeenVoxels& seen) {
-    const FlatCellMap<Levels> places = levels_of_places(seen);
-    for (const CellKey& at : places.keys()) level_m_.insert(at, common_level_m(places, at));
-  }
-
-  // Lower edge of the level around a voxel, m.
-  [[nodiscard]] double around_m(const CellKey& key) const { return *level_m_.find(place_of(key)); }
-
- private:
-  static double common_level_m(const FlatCellMap<Levels>& places, const CellKey& at) {
-    Levels around;
-    std::uint32_t most = 0;
-    for (int code = 0; code < 9; ++code) {
-      const Levels* near = places.find({at.x + code % 3 - 1, at.y + code / 3 - 1, 0});
-      if (near == nullptr) continue;
-      for (const auto& [level, count] : *near) most = std::max(most, around[level] += count);
-    }
-    for (const auto& [level, count] : around) {
-      if (count >= kCommonShare * most) return kLevel_m * level;
-    }
-    return kLevel_m * around.begin()->first;
-  }
-
-  FlatCellMap<double> level_m_;
-};
-
-// The ground of each column's surroundings.
-class LowVoxels {
- public:
-  LowVoxels(const SeenVoxels& seen, const GroundLevels& levels) {
-    for (std::size_t v = 0; v < seen.size(); ++v) {
-      const double height_m = seen.values()[v].mean_m().z();
-      if (height_m < levels.around_m(seen.keys()[v]) - kLevel_m) continue;
-      heights_m_[column_of(seen.keys()[v])].push_back(height_m);
-    }
-    for (auto& [column, heights_m] : heights_m_) {
-      std::ranges::sort(heights_m);
-      if (heights_m.size() > kLowest) heights_m.resize(kLowest);
-    }
-    for (const auto& [column, heights_m] : heights_m_) ground_m_[column] = ground_around_m(column);
-  }
-
-  // Infinite where there is nothing.
-  [[nodiscard]] double around_m(std::int64_t column) const {
-    const auto entry = ground_m_.find(column);
-    return entry == ground_m_.end() ? std::numeric_limits<double>::infinity() : entry->second;
-  }
-
- private:
-  // The lowest voxel that is one of several of a height; where there is none, the lowest.
-  [[nodiscard]] double ground_around_m(std::int64_t column) const {
-    std::vector<double> around_m;
-    for (int code = 0; code < 9; ++code) {
-      const auto entry = heights_m_.find(column + column_number(code % 3 - 1, code / 3 - 1));
-      if (entry == heights_m_.end()) continue;
-      around_m.insert(around_m.end(), entry->second.begin(), entry->second.end());
-    }
-    std::ranges::sort(around_m);
-    for (std::size_t i = 0; i + kSupport <= around_m.size(); ++i) {
-      if (around_m[i + kSupport - 1] < around_m[i] + kGroundThickness_m) return around_m[i];
-    }
-    return around_m.front();
-  }
-
-  std::unordered_map<std::int64_t, std::vector<double>> heights_m_;  // the lowest few, ascending
-  std::unordered_map<std::int64_t, double> ground_m_;
-};
 
 // How many voxels around one moved, and how many above the ground stand beyond doubt.
 struct Surroundings {
@@ -254,21 +136,7 @@ bool stands_anyway(const SeenVoxel& voxel, std::size_t scan_count) {
 
 // Two rounds of surroundings, and the columns that tell ground around those.
 double reach_of_judgement_m(double voxel_m) {
-  return (2.0 * kSteps + 1.0 + 3.0 * kColumn_voxels + 2.0 * kPlace_voxels) * voxel_m;
-}
-
-void mark_ground(SeenVoxels& seen) {
-  const GroundLevels levels(seen);
-  const LowVoxels low(seen, levels);
-  for (std::size_t v = 0; v < seen.size(); ++v) {
-    SeenVoxel& voxel = seen.values()[v];
-    const double height_m = voxel.mean_m().z();
-    const double level_m = levels.around_m(seen.keys()[v]);
-    const double lowest_m = low.around_m(column_of(seen.keys()[v]));
-    const double above_m = height_m - lowest_m;
-    voxel.is_ground = above_m < kGroundThickness_m && height_m >= level_m - kLevel_m;
-    voxel.above_ground_m = static_cast<float>(height_m - std::min(level_m + kLevel_m, lowest_m));
-  }
+  return (2.0 * kSteps + 1.0 + reach_of_ground_voxels()) * voxel_m;
 }
 
 std::vector<std::uint32_t> neighbours(const SeenVoxels& seen, std::size_t v, int steps) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "passes/map/scan_rays.h"
+#include "passes/map/voxel_ground.h"
 
 // A return says that something was there, and that nothing was between it and the sensor. A voxel
 // that some scans hit and many others look through held something that moved.

@@ -1,11 +1,13 @@
 #include "passes/trajectory/estimate_undistorted.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/sweep/swept_drive.h"
-#include "passes/trajectory/undistort_scans.h"
+#include "passes/trajectory/sweep/undistorted.h"
 
 // A scan of 0.1 s at 10 m/s is drawn out by 1 m, and where its sweep begins the world tears. Poses
 // of such scans taken as rigid are off by what the tear does to a match, so undistorting with them
@@ -26,28 +28,52 @@ Result<Trajectory> estimate_again(PassContext& ctx, const Drive& timed, Trajecto
   return trajectory;
 }
 
+// The middle of a drive, estimated again.
+struct Trial {
+  Drive timed;  // the whole drive
+  Trajectory of_middle;
+  double entropy_nat = 0.0;
+};
+
+// The sharpest of the ways in which the scans may have been measured. None where there is none, and
+// where all fail: a trial that fails says nothing for undistorting.
+Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<Drive>& ways,
+                                            const Trajectory& rigid,
+                                            const EstimatePoses& estimate) {
+  std::optional<Trial> best;
+  for (const Drive& timed : ways) {
+    const Drive middle = middle_of(timed);
+    const Result<Trajectory> after = estimate_again(ctx, middle, middle_of(rigid, timed), estimate);
+    if (!after) continue;
+    SIGHTLINE_ASSIGN(const double nat,
+                     middle_entropy_nat(ctx, undistorted(middle, *after), *after));
+    if (!best || nat < best->entropy_nat) best = {timed, *after, nat};
+  }
+  return best;
+}
+
+Result<std::vector<Drive>> ways_of(const Drive& drive, const Trajectory& rigid) {
+  const bool has_times =
+      std::ranges::any_of(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
+  if (has_times) return std::vector<Drive>{drive};
+  return swept_drives(drive, rigid);
+}
+
 }  // namespace
 
 Result<Trajectory> estimate_undistorted(PassContext& ctx, const Drive& drive,
                                         const Trajectory& rigid, const EstimatePoses& estimate) {
-  SIGHTLINE_ASSIGN(const Drive timed, with_sweep_times(drive));
-  const bool has_times =
-      std::ranges::any_of(timed.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
-  if (!has_times) return rigid;
+  SIGHTLINE_ASSIGN(const std::vector<Drive> ways, ways_of(drive, rigid));
+  if (ways.empty()) return rigid;
   PassContext quiet;
   quiet.threads = ctx.threads;
   quiet.seed = ctx.seed;
-  const Drive middle = middle_of(timed);
-  const Trajectory before = middle_of(rigid, timed);
-  const Result<Trajectory> after = estimate_again(quiet, middle, before, estimate);
-  // A trial that fails says nothing for undistorting.
-  if (!after) return rigid;
-  SIGHTLINE_ASSIGN(const double before_nat, middle_entropy_nat(quiet, middle, before));
-  SIGHTLINE_ASSIGN(const double after_nat,
-                   middle_entropy_nat(quiet, undistorted(middle, *after), *after));
-  if (!is_sharper(after_nat, before_nat)) return rigid;
-  if (middle.scans.size() == timed.scans.size()) return after;
-  return estimate_again(quiet, timed, rigid, estimate);
+  SIGHTLINE_ASSIGN(const std::optional<Trial> trial, sharpest_trial(quiet, ways, rigid, estimate));
+  if (!trial) return rigid;
+  SIGHTLINE_ASSIGN(const double before_nat, middle_entropy_nat(quiet, drive, rigid));
+  if (!is_sharper(trial->entropy_nat, before_nat)) return rigid;
+  if (trial->of_middle.poses.size() == rigid.poses.size()) return trial->of_middle;
+  return estimate_again(quiet, trial->timed, rigid, estimate);
 }
 
 }  // namespace sightline

@@ -28,13 +28,19 @@ constexpr double kDay_s = 86400.0;
 // Some scans of a drive, in another order.
 class ChosenScans : public ScanStore {
  public:
-  ChosenScans(const Drive& drive, std::vector<std::size_t> chosen)
-      : drive_(drive), chosen_(std::move(chosen)) {}
-  Result<Scan> read(std::size_t index) const override { return drive_.store->read(chosen_[index]); }
+  ChosenScans(const Drive& drive, std::vector<std::size_t> chosen,
+              std::vector<std::int64_t> stamps_ns)
+      : drive_(drive), chosen_(std::move(chosen)), stamps_ns_(std::move(stamps_ns)) {}
+  Result<Scan> read(std::size_t index) const override {
+    Result<Scan> scan = drive_.store->read(chosen_[index]);
+    if (scan) scan->stamp_ns = stamps_ns_[index];
+    return scan;
+  }
 
  private:
   Drive drive_;
   std::vector<std::size_t> chosen_;
+  std::vector<std::int64_t> stamps_ns_;
 };
 
 struct Case {
@@ -47,15 +53,17 @@ Drive drive_of(const Drive& whole, const Case& made) {
   Drive drive = whole;
   drive.name = made.name;
   drive.scans.clear();
+  std::vector<std::int64_t> stamps_ns;
   for (std::size_t i = 0; i < made.scans.size(); ++i) {
     ScanInfo scan = whole.scans[made.scans[i]];
     const double time_s = made.times_s.empty() ? 0.1 * static_cast<double>(i) : made.times_s[i];
     scan.recording_index = static_cast<std::uint32_t>(i);
     scan.stamp_ns = std::llround(1e9 * time_s);
     scan.T_world_vehicle = std::nullopt;
+    stamps_ns.push_back(scan.stamp_ns);
     drive.scans.push_back(scan);
   }
-  drive.store = std::make_shared<const ChosenScans>(whole, made.scans);
+  drive.store = std::make_shared<const ChosenScans>(whole, made.scans, stamps_ns);
   return drive;
 }
 

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <utility>
 
 #include "passes/map/measure_sharpness.h"
+#include "passes/trajectory/sweep/swept_drive.h"
+#include "passes/trajectory/sweep/undistorted.h"
 
 namespace sightline {
 namespace {
@@ -62,6 +65,23 @@ Result<double> middle_entropy_nat(PassContext& ctx, const Drive& drive,
 
 bool is_sharper(double after_nat, double before_nat) {
   return after_nat < before_nat - kSharper_nat;
+}
+
+Result<std::optional<Drive>> sharpest_sweep(PassContext& ctx, const Drive& drive,
+                                            const Trajectory& trajectory) {
+  SIGHTLINE_ASSIGN(const std::vector<Drive> sweeps, swept_drives(drive, trajectory));
+  std::optional<Drive> best;
+  if (sweeps.size() == 1) best = sweeps.front();
+  if (sweeps.size() < 2) return best;
+  double least_nat = std::numeric_limits<double>::infinity();
+  for (const Drive& swept : sweeps) {
+    SIGHTLINE_ASSIGN(const double nat,
+                     middle_entropy_nat(ctx, undistorted(swept, trajectory), trajectory));
+    if (nat >= least_nat) continue;
+    least_nat = nat;
+    best = swept;
+  }
+  return best;
 }
 
 Result<bool> is_sharper_undistorted(PassContext& ctx, const Drive& drive, const Drive& undistorted,

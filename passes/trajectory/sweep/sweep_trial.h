@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
@@ -19,6 +21,12 @@ Result<double> middle_entropy_nat(PassContext& ctx, const Drive& drive,
 
 // Whether entropies differ by more than they do where nothing is gained.
 bool is_sharper(double after_nat, double before_nat);
+
+// A drive without times with those that its scans tell: of several ways in which they may have been
+// measured (see swept_drives) the one that, undistorted with the trajectory, lays them on each
+// other most sharply. None where they tell nothing.
+Result<std::optional<Drive>> sharpest_sweep(PassContext& ctx, const Drive& drive,
+                                            const Trajectory& trajectory);
 
 // Whether scans undistorted with the trajectory lie on each other more sharply than as they are.
 Result<bool> is_sharper_undistorted(PassContext& ctx, const Drive& drive, const Drive& undistorted,

@@ -193,7 +193,19 @@ TEST(UndistortScans, DoesNotMoveAcrossAGap) {
   ASSERT_TRUE(still.has_value());
   EXPECT_EQ(still->store->read(0)->points_m, lonely.drive.store->read(0)->points_m);
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("1 scans have no other pose within 1 s"), std::string::npos);
+  EXPECT_NE(warnings[0].find("1 scans have no other pose within 1.5 s"), std::string::npos);
+}
+
+// Scans are missing after scan 1, and stamps that were made up do not say so.
+TEST(UndistortScans, DoesNotMoveByAStepThatIsOutOfKeepingWithThoseBesideIt) {
+  Journey journey = drive_along({10.0, 0.0, 0.0}, 5);
+  for (std::size_t k : {2U, 3U, 4U}) {
+    journey.trajectory.poses[k].T_map_vehicle.translation().x() += 5.0;
+  }
+  PassContext ctx;
+  const Result<Drive> drive = undistort_scans(ctx, {}, journey.drive, journey.trajectory);
+  ASSERT_TRUE(drive.has_value());
+  EXPECT_LT(worst_m(*drive, journey.trajectory, 1), 1e-6);
 }
 
 TEST(UndistortScans, RefusesATrajectoryOfAnotherDrive) {

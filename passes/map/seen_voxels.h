@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "formats/grid/flat_cell_map.h"
+
+namespace sightline {
+
+// What the scans say of one voxel.
+struct SeenVoxel {
+  Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
+  std::uint32_t point_count = 0;
+  std::uint32_t hits = 0;    // scans with a return in it
+  std::uint32_t misses = 0;  // scans that looked through it
+  std::uint32_t last_scan = 0;
+  bool is_ground = false;
+  float above_ground_m = 0.0F;  // of the ground of its surroundings; below 0: beneath it
+
+  [[nodiscard]] Eigen::Vector3d mean_m() const { return sum_m / point_count; }
+};
+
+// The voxels with returns of one place. Free space is not stored: memory grows with the surface
+// alone.
+using SeenVoxels = FlatCellMap<SeenVoxel>;
+
+}  // namespace sightline

@@ -1,0 +1,152 @@
+#include "passes/trajectory/sweep/undistorted.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "formats/rotation.h"
+
+namespace sightline {
+namespace {
+
+// Steps of 1.2 s, five metres, still bend little.
+constexpr std::int64_t kLongestGap_ns = 1'500'000'000;
+// A step this much longer than those around it leads through what a recording lacks, whatever its
+// stamps say; shorter ones are how vehicles start.
+constexpr double kOutOfStep = 3.0;
+constexpr double kLeastLeap_m = 1.0;
+
+// Even motion from one pose to the next: linear in position, about one axis in rotation.
+struct Segment {
+  std::int64_t from_ns = 0;
+  std::int64_t to_ns = 0;
+  Pose T_map_from = Pose::Identity();
+  Eigen::Vector3d step_m = Eigen::Vector3d::Zero();
+  AxisAngle turn{};
+
+  // Also before from_ns and behind to_ns.
+  [[nodiscard]] Pose at(std::int64_t time_ns) const {
+    const double fraction =
+        static_cast<double>(time_ns - from_ns) / static_cast<double>(to_ns - from_ns);
+    Pose T_map_vehicle = T_map_from;
+    T_map_vehicle.linear() =
+        T_map_from.linear() * rotation_matrix({turn.axis, fraction * turn.angle_rad});
+    T_map_vehicle.translation() += fraction * step_m;
+    return T_map_vehicle;
+  }
+};
+
+Segment segment_between(const TrajectoryPose& from, const TrajectoryPose& to) {
+  Segment segment{from.stamp_ns, to.stamp_ns, from.T_map_vehicle};
+  segment.step_m = to.T_map_vehicle.translation() - from.T_map_vehicle.translation();
+  segment.turn = axis_angle(from.T_map_vehicle.linear().transpose() * to.T_map_vehicle.linear());
+  return segment;
+}
+
+// Whether a segment is out of keeping with those on both sides.
+bool is_leap(const std::vector<Segment>& segments, std::size_t i) {
+  const double length_m = segments[i].step_m.norm();
+  if (segments.size() < 2 || length_m <= kLeastLeap_m) return false;
+  const double before_m = i > 0 ? segments[i - 1].step_m.norm() : 0.0;
+  const double after_m = i + 1 < segments.size() ? segments[i + 1].step_m.norm() : 0.0;
+  return length_m > kOutOfStep * std::max(before_m, after_m);
+}
+
+// Where the vehicle was at any time of a drive.
+class Motion {
+ public:
+  explicit Motion(const Trajectory& trajectory) {
+    std::vector<Segment> all;
+    const TrajectoryPose* before = nullptr;
+    for (const TrajectoryPose& pose : trajectory.poses) {
+      if (before && pose.stamp_ns == before->stamp_ns) continue;  // of another sensor
+      const bool is_gap = before && (pose.piece != before->piece ||
+                                     pose.stamp_ns - before->stamp_ns > kLongestGap_ns);
+      if (before && !is_gap) all.push_back(segment_between(*before, pose));
+      before = &pose;
+    }
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!is_leap(all, i)) segments_.push_back(all[i]);
+    }
+  }
+
+  // The segment that says how the vehicle moved at a time near `stamp_ns`: the one that holds it,
+  // else the nearest one that begins or ends at the stamp. nullptr: nothing is known.
+  [[nodiscard]] const Segment* segment_at(std::int64_t time_ns, std::int64_t stamp_ns) const {
+    const auto behind = std::ranges::upper_bound(segments_, time_ns, {},
+                                                 [](const Segment& s) { return s.from_ns; });
+    const Segment* before = behind == segments_.begin() ? nullptr : &*std::prev(behind);
+    if (before && time_ns <= before->to_ns) return before;
+    const Segment* after = behind == segments_.end() ? nullptr : &*behind;
+    // A gap or an end: what bounds it on the side of the stamp goes on.
+    if (before && before->to_ns >= stamp_ns) return before;
+    if (after && after->from_ns <= stamp_ns) return after;
+    return nullptr;
+  }
+
+ private:
+  std::vector<Segment> segments_;  // in order of time; none across a gap or between pieces
+};
+
+class UndistortedScanStore : public ScanStore {
+ public:
+  UndistortedScanStore(const Drive& drive, const Trajectory& trajectory)
+      : drive_(drive), trajectory_(trajectory), motion_(trajectory) {}
+
+  Result<Scan> read(std::size_t index) const override {
+    Result<Scan> scan = drive_.store->read(index);
+    if (!scan || scan->time_offset_ns.empty()) return scan;
+    SIGHTLINE_CHECK(scan->time_offset_ns.size() == scan->points_m.size());
+    const Pose& T_vehicle_lidar = drive_.sensor_of(drive_.scans[index]).T_vehicle_lidar;
+    const Pose T_map_lidar = trajectory_.poses[index].T_map_vehicle * T_vehicle_lidar;
+    const Pose T_lidar_map = T_map_lidar.inverse();
+    Pose T_lidar_then = Pose::Identity();
+    std::optional<std::int32_t> offset_ns;  // that T_lidar_then belongs to
+    for (std::size_t i = 0; i < scan->points_m.size(); ++i) {
+      if (offset_ns != scan->time_offset_ns[i]) {
+        offset_ns = scan->time_offset_ns[i];
+        const std::int64_t time_ns = scan->stamp_ns + *offset_ns;
+        const Segment* segment = motion_.segment_at(time_ns, scan->stamp_ns);
+        T_lidar_then =
+            segment ? T_lidar_map * segment->at(time_ns) * T_vehicle_lidar : Pose::Identity();
+      }
+      scan->points_m[i] = T_lidar_then * scan->points_m[i];
+    }
+    scan->time_offset_ns.clear();
+    return scan;
+  }
+
+  // Whether anything is known of how the vehicle moved at a scan.
+  [[nodiscard]] bool knows_motion(std::size_t index) const {
+    const std::int64_t stamp_ns = drive_.scans[index].stamp_ns;
+    return motion_.segment_at(stamp_ns + 1, stamp_ns) != nullptr;
+  }
+
+ private:
+  Drive drive_;
+  Trajectory trajectory_;
+  Motion motion_;
+};
+
+}  // namespace
+
+Drive undistorted(const Drive& drive, const Trajectory& trajectory) {
+  Drive straight =
+      with_store(drive, std::make_shared<const UndistortedScanStore>(drive, trajectory));
+  for (ScanInfo& scan : straight.scans) scan.has_point_times = false;
+  return straight;
+}
+
+std::size_t scans_without_motion(const Drive& drive, const Trajectory& trajectory) {
+  const UndistortedScanStore store(drive, trajectory);
+  std::size_t still = 0;
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    if (drive.scans[i].has_point_times && !store.knows_motion(i)) ++still;
+  }
+  return still;
+}
+
+}  // namespace sightline

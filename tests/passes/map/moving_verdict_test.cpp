@@ -1,0 +1,167 @@
+#include "passes/map/moving_verdict.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "formats/base/random.h"
+#include "passes/map/voxel_ground.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kVoxel_m = 0.2;
+// Half the edge of the ground, in voxels: several places that tell the level of ground.
+constexpr std::int32_t kReach = 30;
+constexpr std::uint32_t kStood = 8;
+constexpr std::uint32_t kPassed = 12;
+
+void put(SeenVoxels& seen, const CellKey& key, std::uint32_t hits, std::uint32_t misses) {
+  SeenVoxel voxel;
+  voxel.sum_m = kVoxel_m * (Eigen::Vector3d(key.x, key.y, key.z) + Eigen::Vector3d::Constant(0.5));
+  voxel.point_count = 1;
+  voxel.hits = hits;
+  voxel.misses = misses;
+  seen.insert(key, voxel);
+}
+
+// Ground that every scan hits, its returns 0.1 m above z = 0.
+SeenVoxels ground() {
+  SeenVoxels seen;
+  for (std::int32_t x = -kReach; x < kReach; ++x) {
+    for (std::int32_t y = -kReach; y < kReach; ++y) put(seen, {x, y, 0}, kStood, 0);
+  }
+  return seen;
+}
+
+// Hit once and looked through often, from `low` up to below `high`, in voxels.
+void put_moved(SeenVoxels& seen, const CellKey& at, std::int32_t low, std::int32_t high) {
+  for (std::int32_t z = low; z < high; ++z) put(seen, {at.x, at.y, z}, 1, kPassed);
+}
+
+bool has_moved(SeenVoxels& seen, const CellKey& key) {
+  mark_ground(seen);
+  return judge(seen)[seen.number_of(key)] == 1;
+}
+
+TEST(MovingVerdict, LeavesWhatHangsInTheAirAndTakesTheSameThingLowDown) {
+  for (const std::int32_t z : {3, 6, 9}) {
+    SeenVoxels seen = ground();
+    put_moved(seen, {2, 3, 0}, z, z + 1);
+    EXPECT_TRUE(has_moved(seen, {2, 3, z})) << z;
+  }
+  for (const std::int32_t z : {12, 15, 20}) {
+    SeenVoxels seen = ground();
+    put_moved(seen, {2, 3, 0}, z, z + 1);
+    EXPECT_FALSE(has_moved(seen, {2, 3, z})) << z;
+  }
+}
+
+// A lorry 3.8 m high, closed and with free space of 0.8 m below.
+TEST(MovingVerdict, TakesWhatIsHighWhereSomethingMovedInEveryBandBelow) {
+  for (const std::int32_t low : {1, 5}) {
+    SeenVoxels seen = ground();
+    put_moved(seen, {0, 0, 0}, low, 20);
+    mark_ground(seen);
+    const std::vector<std::uint8_t> moved = judge(seen);
+    for (std::int32_t z = low; z < 20; ++z) {
+      EXPECT_EQ(moved[seen.number_of({0, 0, z})], 1) << z;
+    }
+  }
+}
+
+// A wire above a car: nothing moved between them.
+TEST(MovingVerdict, LeavesWhatIsHighWhereABandBelowIsEmpty) {
+  SeenVoxels seen = ground();
+  put_moved(seen, {0, 0, 0}, 1, 8);
+  put_moved(seen, {0, 0, 0}, 16, 18);
+  mark_ground(seen);
+  const std::vector<std::uint8_t> moved = judge(seen);
+  EXPECT_EQ(moved[seen.number_of({0, 0, 7})], 1);
+  EXPECT_EQ(moved[seen.number_of({0, 0, 16})], 0);
+  EXPECT_EQ(moved[seen.number_of({0, 0, 17})], 0);
+}
+
+TEST(MovingVerdict, TakesNothingAboveTheTallestTraffic) {
+  SeenVoxels seen = ground();
+  put_moved(seen, {0, 0, 0}, 1, 30);
+  mark_ground(seen);
+  const std::vector<std::uint8_t> moved = judge(seen);
+  for (std::int32_t z = 1; z < 30; ++z) {
+    const bool is_traffic = kVoxel_m * z <= 4.5;
+    EXPECT_EQ(moved[seen.number_of({0, 0, z})] == 1, is_traffic) << z;
+  }
+}
+
+// Footing at any place and from any height: what begins above 1.5 m stays above 2 m.
+TEST(MovingVerdict, NeedsFootingWhereverItIs) {
+  Random random(7);
+  for (int i = 0; i < 10; ++i) {
+    const CellKey at{static_cast<std::int32_t>(random.next() % 40) - 20,
+                     static_cast<std::int32_t>(random.next() % 40) - 20, 0};
+    const auto low = 8 + static_cast<std::int32_t>(random.next() % 6);
+    SeenVoxels seen = ground();
+    put_moved(seen, at, low, 22);
+    mark_ground(seen);
+    const std::vector<std::uint8_t> moved = judge(seen);
+    for (std::int32_t z = std::max(low, 11); z < 22; ++z) {
+      EXPECT_EQ(moved[seen.number_of({at.x, at.y, z})], 0) << at.x << " " << at.y << " " << z;
+    }
+  }
+}
+
+// Wet ground: some rays come back from below it, each seen through as often as real ground hides
+// it.
+TEST(MovingVerdict, TellsGroundAboveItsMirrorImage) {
+  SeenVoxels seen = ground();
+  for (std::int32_t x = 0; x < 6; ++x) {
+    for (std::int32_t y = 0; y < 6; ++y) put(seen, {x, y, -9}, 2, 0);
+  }
+  mark_ground(seen);
+  for (std::int32_t x = -3; x < 9; ++x) {
+    for (std::int32_t y = -3; y < 9; ++y) {
+      const SeenVoxel& above = *seen.find({x, y, 0});
+      EXPECT_TRUE(above.is_ground) << x << " " << y;
+      EXPECT_NEAR(above.above_ground_m, 0.0, 0.01);
+    }
+  }
+  for (std::int32_t x = 0; x < 6; ++x) {
+    const SeenVoxel& mirrored = *seen.find({x, 2, -9});
+    EXPECT_FALSE(mirrored.is_ground);
+    EXPECT_NEAR(mirrored.above_ground_m, -1.8, 0.01);
+  }
+}
+
+// Over its mirror image a street judges as over dry ground.
+TEST(MovingVerdict, IsTheSameOverMirroredGround) {
+  SeenVoxels dry = ground();
+  put_moved(dry, {2, 2, 0}, 1, 9);
+  put_moved(dry, {3, 3, 0}, 15, 17);
+  SeenVoxels wet = dry;
+  for (std::int32_t x = 0; x < 6; ++x) {
+    for (std::int32_t y = 0; y < 6; ++y) put(wet, {x, y, -9}, 2, 0);
+  }
+  mark_ground(dry);
+  mark_ground(wet);
+  const std::vector<std::uint8_t> moved_dry = judge(dry);
+  const std::vector<std::uint8_t> moved_wet = judge(wet);
+  for (std::size_t v = 0; v < dry.size(); ++v) EXPECT_EQ(moved_dry[v], moved_wet[v]) << v;
+  EXPECT_EQ(moved_wet[wet.number_of({2, 2, 3})], 1);
+  EXPECT_EQ(moved_wet[wet.number_of({3, 3, 15})], 0);
+}
+
+// A cutting, a basement ramp: what most of the surroundings share lower down is ground.
+TEST(MovingVerdict, TakesAWideLowerLevelForGround) {
+  SeenVoxels seen;
+  for (std::int32_t x = -kReach; x < kReach; ++x) {
+    for (std::int32_t y = -kReach; y < kReach; ++y) {
+      put(seen, {x, y, x < 0 ? -9 : 0}, kStood, 0);
+    }
+  }
+  mark_ground(seen);
+  EXPECT_TRUE(seen.find({-20, 5, -9})->is_ground);
+  EXPECT_TRUE(seen.find({20, 5, 0})->is_ground);
+}
+
+}  // namespace
+}  // namespace sightline

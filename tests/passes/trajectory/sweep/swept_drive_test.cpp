@@ -1,0 +1,179 @@
+#include "passes/trajectory/sweep/swept_drive.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "passes/trajectory/estimate_undistorted.h"
+#include "passes/trajectory/sweep/sweep_trial.h"
+#include "passes/trajectory/undistort_scans.h"
+#include "tests/support/swept_world.h"
+
+// Scans of a spinning sensor whose files give no times: when they are taken to have been measured,
+// and when that is believed.
+
+namespace sightline {
+namespace {
+
+// So many that things are seen from several sides.
+constexpr int kScans = 12;
+
+std::vector<double> tenths(int count) {
+  std::vector<double> times_s;
+  for (int i = 0; i < count; ++i) times_s.push_back(0.1 * i);
+  return times_s;
+}
+
+// `sweep_s` 0: measured at once.
+TestDrive street(PointOrder order, double sweep_s = 0.1, double speed_mps = 10.0) {
+  return drive_swept(random_street(2), winding(-14.0, speed_mps), tenths(kScans), order, sweep_s);
+}
+
+double off_box_m(const TestBox& box, const Eigen::Vector3d& point_m) {
+  const Eigen::Vector3d beyond_m = (box.low_m - point_m).cwiseMax(point_m - box.high_m);
+  return std::abs(beyond_m.maxCoeff() > 0.0 ? beyond_m.cwiseMax(0.0).norm() : beyond_m.maxCoeff());
+}
+
+// How many points of all scans lie within 2 cm of something where the true poses put them.
+double share_on_surfaces(const Drive& drive, const Trajectory& truth) {
+  const BoxWorld world = random_street(2);
+  int near = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < drive.scans.size(); ++k) {
+    const Pose T_map_lidar = truth.poses[k].T_map_vehicle * drive.sensor.T_vehicle_lidar;
+    const Scan scan = *drive.store->read(k);
+    for (const Eigen::Vector3d& point_m : scan.points_m) {
+      if (++count % 7 != 0) continue;
+      const Eigen::Vector3d at_m = T_map_lidar * point_m;
+      double off_m = std::abs(at_m.z());
+      for (const TestBox& box : world.boxes) off_m = std::min(off_m, off_box_m(box, at_m));
+      near += off_m < 0.02 ? 7 : 0;
+    }
+  }
+  return static_cast<double>(near) / count;
+}
+
+TEST(SweptDrive, GivesTimesOfATenthOfASecondAroundTheStamp) {
+  const TestDrive test = street(PointOrder::kTime);
+  const Result<std::vector<Drive>> drives = swept_drives(test.drive, test.truth);
+  ASSERT_TRUE(drives.has_value());
+  ASSERT_EQ(drives->size(), 1u);
+  EXPECT_TRUE(drives->front().scans[0].has_point_times);
+  const Scan scan = *drives->front().store->read(1);
+  ASSERT_EQ(scan.time_offset_ns.size(), scan.points_m.size());
+  EXPECT_LT(scan.time_offset_ns.front(), -45'000'000);
+  EXPECT_GT(scan.time_offset_ns.back(), 45'000'000);
+  EXPECT_TRUE(std::ranges::is_sorted(scan.time_offset_ns));
+}
+
+TEST(SweptDrive, IsTriedInEveryWayThatRingsMayHaveBeenMeasured) {
+  const TestDrive test = street(PointOrder::kRings);
+  const Result<std::vector<Drive>> drives = swept_drives(test.drive, test.truth);
+  ASSERT_TRUE(drives.has_value());
+  EXPECT_EQ(drives->size(), 3u);
+}
+
+// Stamps of a tenth of a second where the vehicle came 6 m: one scan in several is there.
+TEST(SweptDrive, TakesLessTimeThanAStepThatNoVehicleMakes) {
+  TestDrive test = street(PointOrder::kTime);
+  for (TrajectoryPose& pose : test.truth.poses) pose.T_map_vehicle.translation() *= 6.0;
+  const Result<std::vector<Drive>> drives = swept_drives(test.drive, test.truth);
+  ASSERT_EQ(drives->size(), 1u);
+  const Scan scan = *drives->front().store->read(1);
+  EXPECT_NEAR(scan.time_offset_ns.front(), -5'000'000, 500'000);
+  EXPECT_NEAR(scan.time_offset_ns.back(), 5'000'000, 500'000);
+}
+
+TEST(SweptDrive, IsNoneWhereScansHaveTimesOrSensorsDiffer) {
+  TestDrive test = street(PointOrder::kTime);
+  test.drive.scans[1].has_point_times = true;
+  EXPECT_TRUE(swept_drives(test.drive, test.truth)->empty());
+  test.drive.scans[1].has_point_times = false;
+  test.drive.other_sensors = {test.drive.sensor};
+  EXPECT_TRUE(swept_drives(test.drive, test.truth)->empty());
+}
+
+// The property that undistorting by order stands on: whatever the order, points come to lie on what
+// they hit, and scans measured at once stay as they are.
+TEST(UndistortByOrder, PutsPointsOnWhatTheyHitAndLeavesRigidScansAlone) {
+  for (const PointOrder order : {PointOrder::kTime, PointOrder::kRings}) {
+    PassContext ctx;
+    const TestDrive test = street(order);
+    const Result<Drive> straight = undistort_scans(ctx, {}, test.drive, test.truth);
+    ASSERT_TRUE(straight.has_value());
+    EXPECT_NE(straight->store, test.drive.store);
+    const double before = share_on_surfaces(test.drive, test.truth);
+    const double after = share_on_surfaces(*straight, test.truth);
+    EXPECT_LT(before, 0.7);
+    EXPECT_GT(after, 0.95);
+    const TestDrive rigid = street(order, 0.0);
+    const Result<Drive> same = undistort_scans(ctx, {}, rigid.drive, rigid.truth);
+    ASSERT_TRUE(same.has_value());
+    EXPECT_EQ(same->store, rigid.drive.store);
+  }
+}
+
+TEST(SweepTrial, CallsSharperOnlyWhatIsSoByMoreThanFiveHundredthsOfANat) {
+  EXPECT_TRUE(is_sharper(-2.051, -2.0));
+  EXPECT_FALSE(is_sharper(-2.049, -2.0));
+  EXPECT_FALSE(is_sharper(-2.0, -2.0));
+  EXPECT_FALSE(is_sharper(-1.9, -2.0));
+}
+
+// An estimate that knows the truth, told from the first one by its loop edges.
+struct Estimates {
+  Trajectory truth;
+  int count = 0;
+  EstimatePoses estimate = [this](PassContext&, const Drive&) -> Result<Trajectory> {
+    Trajectory found = truth;
+    found.loop_edges = static_cast<std::uint32_t>(++count);
+    return found;
+  };
+};
+
+TEST(EstimateUndistorted, EstimatesTwiceMoreAndTakesThatWhereScansGetSharper) {
+  for (const PointOrder order : {PointOrder::kTime, PointOrder::kRings}) {
+    PassContext ctx;
+    const TestDrive test = street(order);
+    Estimates again{test.truth};
+    const Result<Trajectory> found =
+        estimate_undistorted(ctx, test.drive, test.truth, again.estimate);
+    ASSERT_TRUE(found.has_value());
+    EXPECT_EQ(again.count, order == PointOrder::kTime ? 2 : 6);
+    EXPECT_GT(found->loop_edges, 0u);
+    EXPECT_EQ(found->loop_edges % 2, 0u);  // the second estimate of a way
+  }
+}
+
+TEST(EstimateUndistorted, KeepsTheFirstEstimateWhereScansDoNotGetSharper) {
+  PassContext ctx;
+  // Measured at once; and a vehicle that creeps, whose scans are hardly drawn out.
+  for (const TestDrive& test : {street(PointOrder::kTime, 0.0), street(PointOrder::kRings, 0.0),
+                                street(PointOrder::kTime, 0.1, 0.2)}) {
+    Estimates again{test.truth};
+    const Result<Trajectory> found =
+        estimate_undistorted(ctx, test.drive, test.truth, again.estimate);
+    ASSERT_TRUE(found.has_value());
+    EXPECT_GE(again.count, 2);
+    EXPECT_EQ(found->loop_edges, 0u);
+  }
+}
+
+TEST(EstimateUndistorted, KeepsTheFirstEstimateWhereAnotherFailsOrNothingTellsTimes) {
+  PassContext ctx;
+  const TestDrive test = street(PointOrder::kTime);
+  const EstimatePoses fails = [](PassContext&, const Drive&) -> Result<Trajectory> {
+    return Error{ErrorCode::kTrajectoryLost, "", "", ""};
+  };
+  const Result<Trajectory> kept = estimate_undistorted(ctx, test.drive, test.truth, fails);
+  ASSERT_TRUE(kept.has_value());
+  EXPECT_EQ(kept->loop_edges, 0u);
+  TestDrive two_sensors = test;
+  two_sensors.drive.other_sensors = {test.drive.sensor};
+  Estimates again{test.truth};
+  EXPECT_TRUE(estimate_undistorted(ctx, two_sensors.drive, test.truth, again.estimate).has_value());
+  EXPECT_EQ(again.count, 0);
+}
+
+}  // namespace
+}  // namespace sightline
