@@ -3,87 +3,91 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
-#include <optional>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "examples/town/drive.h"
 #include "formats/annotation/look.h"
 #include "formats/base/parallel.h"
 #include "formats/base/stopwatch.h"
-#include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/match_starts.h"
+#include "tests/bench/mapped_town.h"
+#include "tests/bench/static_50m/localizer.h"
 
-// How good and how dear is each look, the same everywhere? Towns of the generator are mapped by
-// drive 0 and judged by drive 2 at every metre against the true pose, from 12 starts within 1 m.
+// How good and how dear is each look, the same everywhere? Towns of the generator are mapped
+// by drive 0 and judged by drive 2 at every metre against the true pose, from 12 starts within 1 m.
 // Prints for each look its coverage (share of places whose mean error over the starts is within the
 // limit: mean over the towns, worst town), and its work and time over those of static 50 m with
-// every return: the scan cut at 50 m, voxels of 1 m, searching localizer. Time is thread CPU time
+// every return, by the code that is kept for it in tests/bench/static_50m: the scan cut at 50 m,
+// voxels of 1 m, searching localizer. Time is thread CPU time
 // of cut, preparation and match; before each the caches are emptied by writing 64 MiB, and all
 // looks take turns at one place and start. "cut" is the part of it that comes before the match.
 
 namespace sightline {
 namespace {
 
-struct Town {
-  NdtMap map;
-  SensorProfile sensor;
-  std::vector<Scan> scans;
-  std::vector<Pose> T_map_vehicle;  // true
+// What a localization ends with, whoever ran it.
+struct Found {
+  Eigen::Vector3d p_map_m = Eigen::Vector3d::Zero();
+  int evaluations = 0;
+  double work = 0.0, points = 0.0;
 };
 
-std::vector<Eigen::Vector3d> points_of(const town::TownScan& scan, bool is_map) {
-  std::vector<Eigen::Vector3d> points_m;
-  for (const town::LabelledPoint& point : scan.points) {
-    if (!is_map || !is_moving(point.label)) points_m.push_back(point.position_m.cast<double>());
-  }
-  return points_m;
-}
-
-Town make_town(const town::TownOptions& options, int beams, int threads) {
-  const town::Town street = *town::make_town(options);
-  Town town;
-  town.sensor = *town::town_sensor(beams);
-  const auto drive = [&](std::uint64_t number) {
-    return *town::DriveSimulator::make(street, town::usual_drive(options, number, town.sensor));
-  };
-  const town::DriveSimulator mapping = drive(0);
-  town.sensor = mapping.sensor();
-  const std::vector<Pose> T_map_given = mapping.disturbed_poses();
-  const std::vector<town::TownScan> mapped = town::simulate(mapping, threads);
-  std::vector<Eigen::Vector3d> map_points_m;
-  for (std::size_t i = 0; i < mapped.size(); ++i) {
-    const Pose T_map_lidar = T_map_given[i] * town.sensor.T_vehicle_lidar;
-    for (const Eigen::Vector3d& p_m : points_of(mapped[i], true)) {
-      map_points_m.push_back(T_map_lidar * p_m);
-    }
-  }
-  town.map = ndt_from_points(map_points_m, MapFrame{}, BuildNdtOptions{}, threads);
-  for (const town::TownScan& scan : town::simulate(drive(2), threads)) {
-    town.scans.emplace_back();
-    town.scans.back().points_m = points_of(scan, false);
-    town.T_map_vehicle.push_back(scan.T_town_vehicle);
-  }
-  return town;
-}
-
-// How a look is run.
-struct Rule {
-  Look look;
-  const Localizer& localizer;
-  MatchOptions options;
+// A way to localize; keeps its memory from one scan to the next.
+class Method {
+ public:
+  virtual ~Method() = default;
+  virtual void cut(const MappedTown& town, std::size_t place, const Pose& T_map_start) = 0;
+  virtual Found match(const Pose& T_map_start) = 0;  // what was cut last
 };
 
-MatchResult run(const Rule& rule, const Town& town, std::size_t place, const Pose& T_map_start,
-                LookCutter& cutter, ScanForMatch& cut) {
-  cutter.cut(rule.localizer, town.scans[place], town.sensor, rule.look, T_map_start, cut);
-  if (rule.look.mode == LookMode::kSettle) {
-    return settle(rule.localizer, cut, T_map_start, rule.options);
+class Static50m final : public Method {
+ public:
+  explicit Static50m(const static_50m::Localizer& localizer) : localizer_(localizer) {}
+  void cut(const MappedTown& town, std::size_t place, const Pose&) override {
+    std::vector<Eigen::Vector3d> points_m =
+        cutter_.cut(town.scans[place].points_m, {.range_m = 50.0, .leaf_m = 1.0}, 1.0);
+    for (Eigen::Vector3d& p_m : points_m) p_m = town.sensor.T_vehicle_lidar * p_m;
+    cut_ = static_50m::make_scan_for_match(localizer_, points_m);
   }
-  return localize(rule.localizer, cut, T_map_start, rule.options);
-}
+  Found match(const Pose& T_map_start) override {
+    const static_50m::MatchResult result = static_50m::localize(localizer_, cut_, T_map_start);
+    return {result.T_map_sensor.translation(), result.iterations, static_cast<double>(result.work),
+            static_cast<double>(cut_.points_m.size())};
+  }
+
+ private:
+  const static_50m::Localizer& localizer_;
+  static_50m::ScanCutter cutter_;
+  static_50m::ScanForMatch cut_;
+};
+
+class OfLook final : public Method {
+ public:
+  OfLook(const Look& look, const Localizer& localizer) : look_(look), localizer_(localizer) {}
+  void cut(const MappedTown& town, std::size_t place, const Pose& T_map_start) override {
+    cutter_.cut(localizer_, town.scans[place], town.sensor, look_, T_map_start, cut_);
+  }
+  Found match(const Pose& T_map_start) override {
+    const MatchOptions options{.stop_step_m = kSampleStop_m};
+    const MatchResult result = look_.mode == LookMode::kSettle
+                                   ? settle(localizer_, cut_, T_map_start, options)
+                                   : localize(localizer_, cut_, T_map_start, options);
+    return {result.T_map_sensor.translation(), result.iterations, static_cast<double>(result.work),
+            static_cast<double>(cut_.points_m.size())};
+  }
+
+ private:
+  Look look_;
+  const Localizer& localizer_;
+  LookCutter cutter_;
+  ScanForMatch cut_;
+};
+
+using MakeMethod = std::function<std::unique_ptr<Method>()>;
 
 constexpr std::array<double, 2> kLimits_m = {0.10, 0.25};
 
@@ -100,21 +104,21 @@ struct PlaceFigures {
   double error_m = 0.0, points = 0.0, evaluations = 0.0, work = 0.0;
 };
 
-Figures measure(const Rule& rule, const Town& town, int threads) {
+Figures measure(const MakeMethod& make, const MappedTown& town, int threads) {
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
   const auto starts = static_cast<double>(offsets.size());
   std::vector<PlaceFigures> places(town.scans.size());
   parallel_for(places.size(), threads, [&](std::size_t place) {
-    LookCutter cutter;
-    ScanForMatch cut;
+    const std::unique_ptr<Method> method = make();
     for (const InitialOffset& offset : offsets) {
       const Pose& truth = town.T_map_vehicle[place];
-      const MatchResult found = run(rule, town, place, truth * start_pose(offset), cutter, cut);
-      places[place].error_m +=
-          (found.T_map_sensor.translation() - truth.translation()).norm() / starts;
-      places[place].work += static_cast<double>(found.work);
-      places[place].evaluations += found.iterations / starts;
-      places[place].points += static_cast<double>(cut.points_m.size()) / starts;
+      const Pose T_map_start = truth * start_pose(offset);
+      method->cut(town, place, T_map_start);
+      const Found found = method->match(T_map_start);
+      places[place].error_m += (found.p_map_m - truth.translation()).norm() / starts;
+      places[place].work += found.work;
+      places[place].evaluations += found.evaluations / starts;
+      places[place].points += found.points / starts;
     }
   });
   Figures figures;
@@ -138,25 +142,22 @@ void empty_caches() {
   std::memset(memory.data(), ++value, memory.size());
 }
 
-void measure_times(const std::vector<Rule>& rules, const Town& town, std::size_t step,
+void measure_times(const std::vector<MakeMethod>& makers, const MappedTown& town, std::size_t step,
                    std::vector<Figures>& figures) {
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
-  LookCutter cutter;
-  ScanForMatch cut;
+  std::vector<std::unique_ptr<Method>> methods;
+  for (const MakeMethod& make : makers) methods.push_back(make());
   for (std::size_t place = 0; place < town.scans.size(); place += step) {
     const Pose T_map_start =
         town.T_map_vehicle[place] * start_pose(offsets[place / step % offsets.size()]);
-    for (std::size_t r = 0; r < rules.size(); ++r) {
+    for (std::size_t m = 0; m < methods.size(); ++m) {
       empty_caches();
       const double begin_ms = thread_cpu_ms();
-      run(rules[r], town, place, T_map_start, cutter, cut);
-      const double end_ms = thread_cpu_ms();
-      figures[r].time_ms += end_ms - begin_ms;
-      empty_caches();
-      const double cut_begin_ms = thread_cpu_ms();
-      cutter.cut(rules[r].localizer, town.scans[place], town.sensor, rules[r].look, T_map_start,
-                 cut);
-      figures[r].cut_ms += thread_cpu_ms() - cut_begin_ms;
+      methods[m]->cut(town, place, T_map_start);
+      const double middle_ms = thread_cpu_ms();
+      methods[m]->match(T_map_start);
+      figures[m].time_ms += thread_cpu_ms() - begin_ms;
+      figures[m].cut_ms += middle_ms - begin_ms;
     }
   }
 }
@@ -221,18 +222,18 @@ Result<std::vector<Look>> parse_looks(const std::vector<std::string>& texts) {
 // Static 50 m by the searching localizer, then each look by the one for samples.
 std::vector<Figures> measure_town(const Options& options, const std::vector<Look>& looks,
                                   std::uint64_t seed) {
-  const Town town =
-      make_town({.seed = seed, .length_m = options.length_m}, options.beams, options.threads);
-  const Localizer searching =
-      make_localizer(town.map, localizer_options(LocalizerKind::kSearching));
+  const MappedTown town = make_mapped_town({.seed = seed, .length_m = options.length_m},
+                                           options.beams, options.threads);
+  const static_50m::Localizer searching = static_50m::make_localizer(
+      town.map, static_50m::localizer_options(static_50m::LocalizerKind::kSearching));
   const Localizer of_samples = make_localizer(town.map, options_for_samples());
-  std::vector<Rule> rules = {{every_return(50.0), searching, {}}};
+  std::vector<MakeMethod> makers = {[&] { return std::make_unique<Static50m>(searching); }};
   for (const Look& look : looks) {
-    rules.push_back({look, of_samples, {.stop_step_m = kSampleStop_m}});
+    makers.emplace_back([&] { return std::make_unique<OfLook>(look, of_samples); });
   }
   std::vector<Figures> figures;
-  for (const Rule& rule : rules) figures.push_back(measure(rule, town, options.threads));
-  measure_times(rules, town, options.timed_every, figures);
+  for (const MakeMethod& make : makers) figures.push_back(measure(make, town, options.threads));
+  measure_times(makers, town, options.timed_every, figures);
   std::fprintf(stderr, "town %llu: %zu places\n", static_cast<unsigned long long>(seed),
                town.scans.size());
   return figures;

@@ -1,0 +1,242 @@
+#include "tests/bench/static_50m/localizer.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "formats/base/check.h"
+#include "tests/bench/static_50m/coarse_map.h"
+
+// Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A level that
+// only shows the way may end far from its optimum and needs few points; what it costs is small
+// beside the last level, which starts so near that it takes three or four evaluations.
+//
+// Why a search: between two long walls the score has a chain of optima along the street, a metre or
+// so apart, and a start a metre off climbs the wrong one. The right one is nearly always the
+// highest. The first level's Hessian tells the loose direction, a handful of looks at the blurred
+// score along it tell where another optimum is, and the last level's score, of all points, decides
+// between the two.
+
+namespace sightline::static_50m {
+namespace {
+
+constexpr std::size_t kMostLevels = 3;
+// A start a metre off must feel the right wall. Narrow cells have narrow NDs: at 1 m, 0.1 m of blur
+// loses starts that 0.2 m finds; at 2 m it finds as many and takes a tenth less time.
+constexpr double kBlurTimesCell_m2 = 0.2;
+constexpr double kSharpFloor = 0.003;  // of the largest eigenvalue: 3 cm in a wall of 2 m
+constexpr std::size_t kThinStride = 4;
+constexpr std::size_t kFewestThin = 64;  // points that still see every wall near
+
+// An ND's eigenvalues below `floor` of the largest raised to it, then all by the blur's square.
+InformationOfNd information(double floor, double blur_m) {
+  return [floor, blur_m](const Nd& nd) -> Eigen::Matrix3d {
+    const Eigen::Vector3d lambda_m2 =
+        (nd.eigenvalues_m2.cwiseMax(floor * nd.eigenvalues_m2[0]).array() + blur_m * blur_m)
+            .matrix();
+    const Eigen::Matrix3d inverse =
+        nd.eigenvectors * lambda_m2.cwiseInverse().asDiagonal() * nd.eigenvectors.transpose();
+    return 0.5 * (inverse + inverse.transpose());
+  };
+}
+
+// A level that shows the way to the next: a part of the points, ended early.
+MatchLevel leading_level(double stop_step_m) {
+  MatchLevel level;
+  level.is_thin = true;
+  level.stop_step_m = stop_step_m;
+  return level;
+}
+
+constexpr double kProbeSpacing_m = 0.3;  // the blurred score's peaks are wider
+constexpr int kProbes = 5;               // to each side
+constexpr double kLooseBelow = 0.5;      // of the curvature in the best constrained direction
+constexpr double kWorthTrying = 0.9;     // of the score where the first level ended
+constexpr double kSame_m = 0.15;         // optima nearer than this are one
+
+// The horizontal direction that the score constrains least, of length 1, all other motions free to
+// follow; nothing where no direction is loose.
+std::optional<Eigen::Vector2d> loose_direction(const Matrix6d& hessian) {
+  const Eigen::Matrix<double, 2, 4> mixed = hessian.topRightCorner<2, 4>();
+  Eigen::Matrix4d others = hessian.bottomRightCorner<4, 4>();
+  others.diagonal().array() += 1e-6 * others.diagonal().cwiseAbs().maxCoeff();
+  const Eigen::Matrix<double, 4, 2> followed = others.ldlt().solve(mixed.transpose());
+  const Eigen::Matrix2d schur = hessian.topLeftCorner<2, 2>() - mixed * followed;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (schur + schur.transpose()));
+  const Eigen::Vector2d curvature = solver.eigenvalues();
+  if (!(curvature[0] < kLooseBelow * curvature[1])) return std::nullopt;
+  return Eigen::Vector2d(solver.eigenvectors().col(0));
+}
+
+struct Search {
+  std::span<const MatchLevel> levels;
+  double search_m = 0.0;
+  Pose T_map_start;
+  MatchOptions options;
+  int iterations = 0;  // what all parts together took
+  std::uint64_t work = 0;
+};
+
+MatchResult climb(std::span<const MatchLevel> levels, const Pose& T_map_start, Search& search,
+                  ScanForMatch& scan) {
+  const MatchResult result = match(levels, scan, T_map_start, search.options);
+  search.iterations += result.iterations;
+  search.work += result.work;
+  return result;
+}
+
+Pose shifted(const Pose& pose, const Eigen::Vector2d& shift_m) {
+  Pose result = pose;
+  result.translation().head<2>() += shift_m;
+  return result;
+}
+
+// The best of the first level's other optima along a direction, roughly; nothing where there is
+// none that is worth trying.
+std::optional<Pose> other_optimum(const MatchResult& lead, const Eigen::Vector2d& direction,
+                                  Search& search, ScanForMatch& scan) {
+  std::array<double, 2 * kProbes + 1> scores{};
+  const auto pose_of = [&](int probe) {
+    return shifted(lead.T_map_sensor, probe * kProbeSpacing_m * direction);
+  };
+  for (int probe = -kProbes; probe <= kProbes; ++probe) {
+    scores[static_cast<std::size_t>(probe + kProbes)] = kernel_score_alone(
+        *search.levels[0].grid, scan, scan.thin_count, pose_of(probe), search.options.kernel);
+    ++search.iterations;
+    search.work += scan.thin_count;
+  }
+  const auto score_of = [&](int probe) {
+    return std::abs(probe) > kProbes ? 0.0 : scores[static_cast<std::size_t>(probe + kProbes)];
+  };
+  int best = 0;
+  for (int probe = -kProbes; probe <= kProbes; ++probe) {
+    const double score = score_of(probe);
+    const bool is_peak = score > score_of(probe - 1) && score >= score_of(probe + 1);
+    const Eigen::Vector3d off_m = pose_of(probe).translation() - search.T_map_start.translation();
+    if (std::abs(probe) < 2 || !is_peak || off_m.head<2>().norm() > search.search_m) continue;
+    if (score > (best == 0 ? kWorthTrying * score_of(0) : score_of(best))) best = probe;
+  }
+  if (best == 0) return std::nullopt;
+  return pose_of(best);
+}
+
+MatchResult localize_searching(Search& search, ScanForMatch& scan) {
+  const std::span<const MatchLevel> first = search.levels.first(1);
+  const std::span<const MatchLevel> rest = search.levels.subspan(1);
+  const MatchResult lead = climb(first, search.T_map_start, search, scan);
+  const std::optional<Eigen::Vector2d> direction =
+      lead.scored_points > 0 ? loose_direction(lead.hessian) : std::nullopt;
+  const std::optional<Pose> other =
+      direction ? other_optimum(lead, *direction, search, scan) : std::nullopt;
+  MatchResult best = climb(rest, lead.T_map_sensor, search, scan);
+  if (other) {
+    const Pose T_map_other = climb(first, *other, search, scan).T_map_sensor;
+    if ((T_map_other.translation() - lead.T_map_sensor.translation()).norm() > kSame_m) {
+      const MatchResult found = climb(rest, T_map_other, search, scan);
+      if (found.score > best.score) best = found;
+    }
+  }
+  best.iterations = search.iterations;
+  best.work = search.work;
+  return best;
+}
+
+constexpr std::string_view kNames[] = {"plain", "annealed", "searching", "pcl-ndt"};
+
+// A turn is small enough when it moves the farthest point no farther than the step allowed in
+// translation: seen 10 m far, a milliradian is a centimetre.
+void stop_where_points_rest(const ScanForMatch& scan, std::span<MatchLevel> levels) {
+  const double lever_m = std::clamp(scan.farthest_m, 1.0, 50.0);
+  for (MatchLevel& level : levels) level.stop_step_rad = level.stop_step_m / lever_m;
+}
+
+}  // namespace
+
+std::vector<std::string> localizer_names() { return {std::begin(kNames), std::end(kNames)}; }
+
+std::string_view localizer_name(LocalizerKind kind) {
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+LocalizerOptions localizer_options(LocalizerKind kind, int coarse_cells) {
+  constexpr double kSearch_m = 1.25;  // starts of "Measured error" are at most a metre off
+  return {.is_annealed = kind != LocalizerKind::kPlain,
+          .search_m = kind == LocalizerKind::kSearching ? kSearch_m : 0.0,
+          .coarse_cells = coarse_cells};
+}
+
+LocalizerOptions localizer_named(std::string_view name, int coarse_cells) {
+  for (const LocalizerKind kind : {LocalizerKind::kPlain, LocalizerKind::kAnnealed}) {
+    if (name == localizer_name(kind)) return localizer_options(kind, coarse_cells);
+  }
+  return localizer_options(LocalizerKind::kSearching, coarse_cells);
+}
+
+Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
+  SIGHTLINE_CHECK(options.coarse_cells >= 1);
+  Localizer localizer;
+  SIGHTLINE_CHECK(options.search_m <= 0.0 || options.is_annealed);
+  localizer.is_annealed = options.is_annealed;
+  localizer.search_m = options.search_m;
+  const bool has_coarse = options.coarse_cells > 1;
+  const NdtMap coarse = has_coarse ? coarse_map(map, options.coarse_cells) : NdtMap{};
+  const NdtMap& widest = has_coarse ? coarse : map;
+  const auto add = [&](MatchGrid grid, const MatchLevel& settings) {
+    localizer.levels.push_back({std::move(grid), settings});
+  };
+  if (!options.is_annealed) {
+    if (has_coarse) add(make_match_grid(coarse), MatchLevel{});
+    add(make_match_grid(map), MatchLevel{});
+    return localizer;
+  }
+  const InformationOfNd sharp = information(kSharpFloor, 0.0);
+  const InformationOfNd blurred = information(0.01, kBlurTimesCell_m2 / widest.cell_m);
+  add(make_match_grid(widest, blurred), leading_level(0.02));
+  if (has_coarse) add(make_match_grid(coarse, sharp), leading_level(0.01));
+  add(make_match_grid(map, sharp), MatchLevel{});
+  return localizer;
+}
+
+ScanForMatch make_scan_for_match(const Localizer& localizer,
+                                 std::span<const Eigen::Vector3d> points_m) {
+  const std::size_t stride =
+      localizer.is_annealed ? std::clamp(points_m.size() / kFewestThin, std::size_t{1}, kThinStride)
+                            : std::size_t{1};
+  return make_scan_for_match(points_m, stride);
+}
+
+ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter, const Scan& scan,
+                                 const SensorProfile& sensor, const ScanCut& cut) {
+  std::vector<Eigen::Vector3d> points_m =
+      cutter.cut(scan.points_m, cut, return_stride(cut, sensor.azimuth_step_deg));
+  for (Eigen::Vector3d& point_m : points_m) point_m = sensor.T_vehicle_lidar * point_m;
+  return make_scan_for_match(localizer, points_m);
+}
+
+MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
+                     const MatchOptions& options) {
+  const std::size_t count = localizer.levels.size();
+  if (count == 1) return match(localizer.levels[0].grid, scan, T_map_start, options);
+  SIGHTLINE_CHECK(count > 0 && count <= kMostLevels);
+  std::array<MatchLevel, kMostLevels> levels;
+  for (std::size_t i = 0; i < count; ++i) {
+    levels[i] = localizer.levels[i].settings;
+    levels[i].grid = &localizer.levels[i].grid;
+  }
+  MatchLevel& last = levels[count - 1];
+  last.max_step_m = options.max_step_m;
+  last.max_step_rad = options.max_step_rad;
+  last.stop_step_m = options.stop_step_m;
+  last.stop_step_rad = options.stop_step_rad;
+  if (localizer.is_annealed) stop_where_points_rest(scan, std::span(levels).first(count));
+  const std::span<const MatchLevel> all = std::span(levels).first(count);
+  if (localizer.search_m <= 0.0) return match(all, scan, T_map_start, options);
+  Search search{all, localizer.search_m, T_map_start, options};
+  return localize_searching(search, scan);
+}
+
+}  // namespace sightline::static_50m

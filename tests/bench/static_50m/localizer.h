@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/drive/drive.h"
+#include "formats/surroundings/ndt_map.h"
+#include "tests/bench/static_50m/matcher.h"
+#include "tests/bench/static_50m/scan_cutter.h"
+
+namespace sightline::static_50m {
+
+// How a map is matched; the variants are defined in schemas/definitions.md ("Localizers").
+struct LocalizerOptions {
+  // False: the plain one, Newton's method on the map's own NDs. True: a part of the points finds
+  // the way on blurred NDs, then all points settle on sharpened ones.
+  bool is_annealed = false;
+  // Annealed alone, above 0: where the score leaves one horizontal direction loose, looks along it
+  // for a better pose no farther than this from the start, which is how far off starts may be.
+  double search_m = 0.0;
+  // Matches first on cells so many times as long as the map's, pooled from them; 1: on its own
+  // alone.
+  int coarse_cells = 1;
+};
+
+// The localizers of schemas/definitions.md: plain, annealed, searching.
+inline constexpr std::uint32_t kLocalizersVersion = 3;  // of that definition
+// kPclNdt is PCL's own, which passes/localize runs; the functions below know the first three.
+enum class LocalizerKind { kPlain, kAnnealed, kSearching, kPclNdt };
+std::vector<std::string> localizer_names();  // of all kinds, in their order
+std::string_view localizer_name(LocalizerKind kind);
+LocalizerOptions localizer_options(LocalizerKind kind, int coarse_cells = 1);
+// By that name, as a map stores it. Any other name is taken for searching, the default.
+LocalizerOptions localizer_named(std::string_view name, int coarse_cells = 1);
+
+// A map made ready for a localizer. Costs time and memory in proportion to the number of NDs.
+struct Localizer {
+  struct Level {
+    MatchGrid grid;
+    MatchLevel settings;  // without the grid
+  };
+  bool is_annealed = false;
+  double search_m = 0.0;
+  std::vector<Level> levels;  // from coarse to fine, one to three
+};
+Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
+
+ScanForMatch make_scan_for_match(const Localizer& localizer,
+                                 std::span<const Eigen::Vector3d> points_m);
+
+// The points of a whole scan, cut in the sensor's frame with the stride that suits the sensor, then
+// told in the vehicle's, since it is the vehicle's pose that is looked for.
+ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter, const Scan& scan,
+                                 const SensorProfile& sensor, const ScanCut& cut);
+
+// The pose of `scan`, made for this localizer, in the map. The limits on steps in `options` are
+// those of the last level; an annealed one stops turning where no point moves farther than
+// stop_step_m, whatever stop_step_rad is. Never fails: `stop` says what happened. Allocates
+// nothing.
+MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
+                     const MatchOptions& options = {});
+
+}  // namespace sightline::static_50m

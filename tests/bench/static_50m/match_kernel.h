@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+// The score's inner loop behind plain pointers, in three versions that give the same bits: the
+// vector instructions of a version stay in its own file. This header includes neither Eigen nor
+// anything with inline code, which a file with vector flags could leak to the rest of the program.
+
+namespace sightline::static_50m {
+
+// The seven NDs that a cell's points score with, lane by lane (own, -x, +x, -y, +y, -z, +z, none),
+// positions relative to the centre of the cell. Information is times d2 of the Gauss constants, so
+// that exp(-m^2 / 2) is the term. Where there is no ND the term vanishes.
+struct alignas(32) KernelRecord {
+  float mean_m[3][8];
+  float information_per_m2[6][8];  // xx, xy, xz, yy, yz, zz
+};
+
+// One evaluation. Arrays of points hold `count` rounded up to kKernelBatch.
+struct KernelInput {
+  const double* x_m = nullptr;  // points in the frame of the pose
+  const double* y_m = nullptr;
+  const double* z_m = nullptr;
+  std::size_t count = 0;
+  double rotation[9] = {};  // of the pose, row by row
+  double translation_m[3] = {};
+  double cell_m = 0.0;
+  double cells_per_m = 0.0;
+  // What the last evaluation found for each point: its cell (NaN at first) and that cell's record.
+  double* cell_x = nullptr;
+  double* cell_y = nullptr;
+  double* cell_z = nullptr;
+  std::int32_t* record = nullptr;
+  const KernelRecord* records = nullptr;  // the first one is without any ND
+  std::int32_t (*find)(const void* grid, double cell_x, double cell_y, double cell_z) = nullptr;
+  const void* grid = nullptr;
+};
+
+inline constexpr std::size_t kKernelBatch = 16;
+inline constexpr int kKernelSums = 29;
+// Lane l of sum s adds the points with index l modulo 16: sum of terms, sum of largest terms, force
+// (3), torque (3), and the second derivatives by translation (xx xy xz yy yz zz), by translation
+// and rotation (9, row by row) and by rotation (6); of the score over d1.
+struct alignas(64) KernelSums {
+  float lanes[kKernelSums][kKernelBatch];
+};
+
+// `score` computes the sum of terms alone, to the same bits, and leaves the others as they are.
+struct KernelVersion {
+  void (*all)(const KernelInput& input, KernelSums& sums);
+  void (*score)(const KernelInput& input, KernelSums& sums);
+};
+KernelVersion kernel_portable();
+#ifdef SIGHTLINE_X86_KERNELS
+KernelVersion kernel_avx2();
+KernelVersion kernel_avx512();
+#endif
+
+}  // namespace sightline::static_50m

@@ -1,0 +1,120 @@
+#include <immintrin.h>
+
+#include "tests/bench/static_50m/match_kernel_body.h"
+
+// The kernel in AVX2 and FMA: two registers where AVX-512 has one.
+
+namespace sightline::static_50m {
+namespace {
+
+struct Avx2 {
+  struct Floats {
+    __m256 a, b;
+  };
+  struct Doubles {
+    __m256d a, b;
+  };
+
+  static Floats floats(float x) { return {_mm256_set1_ps(x), _mm256_set1_ps(x)}; }
+  static Doubles doubles(double x) { return {_mm256_set1_pd(x), _mm256_set1_pd(x)}; }
+  static Floats load(const float* from) {
+    return {_mm256_loadu_ps(from), _mm256_loadu_ps(from + 8)};
+  }
+  static Doubles load(const double* from) {
+    return {_mm256_loadu_pd(from), _mm256_loadu_pd(from + 4)};
+  }
+  static void store(float* to, Floats x) {
+    _mm256_storeu_ps(to, x.a);
+    _mm256_storeu_ps(to + 8, x.b);
+  }
+  static void store(double* to, Doubles x) {
+    _mm256_storeu_pd(to, x.a);
+    _mm256_storeu_pd(to + 4, x.b);
+  }
+  static void store_as_floats(float* to, Doubles x) {
+    _mm_storeu_ps(to, _mm256_cvtpd_ps(x.a));
+    _mm_storeu_ps(to + 4, _mm256_cvtpd_ps(x.b));
+  }
+  static Floats add(Floats x, Floats y) {
+    return {_mm256_add_ps(x.a, y.a), _mm256_add_ps(x.b, y.b)};
+  }
+  static Doubles add(Doubles x, Doubles y) {
+    return {_mm256_add_pd(x.a, y.a), _mm256_add_pd(x.b, y.b)};
+  }
+  static Floats sub(Floats x, Floats y) {
+    return {_mm256_sub_ps(x.a, y.a), _mm256_sub_ps(x.b, y.b)};
+  }
+  static Floats mul(Floats x, Floats y) {
+    return {_mm256_mul_ps(x.a, y.a), _mm256_mul_ps(x.b, y.b)};
+  }
+  static Doubles mul(Doubles x, Doubles y) {
+    return {_mm256_mul_pd(x.a, y.a), _mm256_mul_pd(x.b, y.b)};
+  }
+  static Floats fma(Floats x, Floats y, Floats z) {
+    return {_mm256_fmadd_ps(x.a, y.a, z.a), _mm256_fmadd_ps(x.b, y.b, z.b)};
+  }
+  static Doubles fma(Doubles x, Doubles y, Doubles z) {
+    return {_mm256_fmadd_pd(x.a, y.a, z.a), _mm256_fmadd_pd(x.b, y.b, z.b)};
+  }
+  static Floats fnma(Floats x, Floats y, Floats z) {
+    return {_mm256_fnmadd_ps(x.a, y.a, z.a), _mm256_fnmadd_ps(x.b, y.b, z.b)};
+  }
+  static Doubles fnma(Doubles x, Doubles y, Doubles z) {
+    return {_mm256_fnmadd_pd(x.a, y.a, z.a), _mm256_fnmadd_pd(x.b, y.b, z.b)};
+  }
+  static Floats max(Floats x, Floats y) {
+    return {_mm256_max_ps(x.a, y.a), _mm256_max_ps(x.b, y.b)};
+  }
+  static Doubles clamp(Doubles x, Doubles limit) {
+    const __m256d zero = _mm256_setzero_pd();
+    const __m256d low = _mm256_sub_pd(zero, limit.a);
+    return {_mm256_min_pd(_mm256_max_pd(x.a, low), limit.a),
+            _mm256_min_pd(_mm256_max_pd(x.b, low), limit.b)};
+  }
+  static Doubles floor(Doubles x) { return {_mm256_floor_pd(x.a), _mm256_floor_pd(x.b)}; }
+  static unsigned differ(Doubles x, Doubles y) {
+    const int a = _mm256_movemask_pd(_mm256_cmp_pd(x.a, y.a, _CMP_NEQ_UQ));
+    const int b = _mm256_movemask_pd(_mm256_cmp_pd(x.b, y.b, _CMP_NEQ_UQ));
+    return static_cast<unsigned>(a) | static_cast<unsigned>(b) << 4;
+  }
+  static Floats as_exponent(Floats x) {
+    return {_mm256_castsi256_ps(_mm256_slli_epi32(_mm256_castps_si256(x.a), 23)),
+            _mm256_castsi256_ps(_mm256_slli_epi32(_mm256_castps_si256(x.b), 23))};
+  }
+  static Floats pair(const float* a, const float* b) {
+    return {_mm256_load_ps(a), _mm256_load_ps(b)};
+  }
+  static Floats spread(const float* a, const float* b) {
+    return {_mm256_broadcast_ss(a), _mm256_broadcast_ss(b)};
+  }
+
+  struct Add {
+    static __m256 of(__m256 x, __m256 y) { return _mm256_add_ps(x, y); }
+  };
+  struct Max {
+    static __m256 of(__m256 x, __m256 y) { return _mm256_max_ps(x, y); }
+  };
+  // Lanes 0-3 and lanes 4-7 of four points combined: one number a point in each half.
+  template <class Operation>
+  static __m256 halves(__m256 p, __m256 q, __m256 r, __m256 s) {
+    const __m256 pq = Operation::of(_mm256_shuffle_ps(p, q, 0x88), _mm256_shuffle_ps(p, q, 0xdd));
+    const __m256 rs = Operation::of(_mm256_shuffle_ps(r, s, 0x88), _mm256_shuffle_ps(r, s, 0xdd));
+    return Operation::of(_mm256_shuffle_ps(pq, rs, 0x88), _mm256_shuffle_ps(pq, rs, 0xdd));
+  }
+  template <class Operation>
+  static __m256 eight(const Floats* rows) {
+    const __m256 x = halves<Operation>(rows[0].a, rows[1].a, rows[2].a, rows[3].a);
+    const __m256 y = halves<Operation>(rows[0].b, rows[1].b, rows[2].b, rows[3].b);
+    return Operation::of(_mm256_permute2f128_ps(x, y, 0x20), _mm256_permute2f128_ps(x, y, 0x31));
+  }
+  static Floats sum(const Floats (&rows)[8]) { return {eight<Add>(rows), eight<Add>(rows + 4)}; }
+  static Floats largest(const Floats (&rows)[8]) {
+    return {eight<Max>(rows), eight<Max>(rows + 4)};
+  }
+};
+
+}  // namespace
+
+KernelVersion kernel_avx2() { return {run_kernel<Avx2>, run_score<Avx2>}; }
+
+}  // namespace sightline::static_50m

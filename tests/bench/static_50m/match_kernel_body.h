@@ -1,0 +1,240 @@
+#pragma once
+
+#include "tests/bench/static_50m/match_kernel.h"
+
+// The kernel, written once over a backend's vectors: 16 floats that are two points times eight NDs,
+// or one number each of 16 points, and 8 doubles. Every multiply-add is fused where it says so and
+// nowhere else, and sums over lanes follow one tree, so that all backends give the same bits.
+//
+// For a batch of 16 points: (1) positions and cells in double, relative to the cell's centre from
+// there on; (2) for two points at a time the eight terms of each with first and second derivatives
+// by the point's position; (3) their sums over the eight lanes, which leaves 16 points in 16 lanes;
+// (4) the chain rule to the pose.
+
+namespace sightline::static_50m {
+namespace {
+
+constexpr int kTerms = 11;  // term, largest term, force (3), curvature (6)
+
+struct alignas(64) BatchPoints {
+  float offset_m[3][kKernelBatch];  // from the centre of the point's cell
+  float arm_m[3][kKernelBatch];     // from the origin of the pose, map axes
+};
+
+// Within this many cells of the origin a cell's number is an int32 and has no ND beyond.
+constexpr double kReach_cells = 0x1.0p30;
+
+template <class B>
+void locate(const KernelInput& in, std::size_t first, std::size_t lane, BatchPoints& points) {
+  using D = typename B::Doubles;
+  const D x = B::load(in.x_m + first);
+  const D y = B::load(in.y_m + first);
+  const D z = B::load(in.z_m + first);
+  double* const cells[3] = {in.cell_x + first, in.cell_y + first, in.cell_z + first};
+  const D per_m = B::doubles(in.cells_per_m);
+  const D cell_m = B::doubles(in.cell_m);
+  const D reach_m = B::doubles(kReach_cells * in.cell_m);
+  const D half = B::doubles(0.5);
+  unsigned changed = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double* row = in.rotation + 3 * axis;
+    const D arm =
+        B::fma(B::doubles(row[0]), x, B::fma(B::doubles(row[1]), y, B::mul(B::doubles(row[2]), z)));
+    const D place = B::clamp(B::add(arm, B::doubles(in.translation_m[axis])), reach_m);
+    const D cell = B::floor(B::mul(place, per_m));
+    changed |= B::differ(cell, B::load(cells[axis]));
+    B::store(cells[axis], cell);
+    B::store_as_floats(points.arm_m[axis] + lane, arm);
+    B::store_as_floats(points.offset_m[axis] + lane, B::fnma(B::add(cell, half), cell_m, place));
+  }
+  if (first + 8 > in.count) changed &= first < in.count ? (1u << (in.count - first)) - 1u : 0u;
+  for (unsigned i = 0; changed != 0; ++i, changed >>= 1) {
+    if (changed & 1u) {
+      in.record[first + i] = in.find(in.grid, cells[0][i], cells[1][i], cells[2][i]);
+    }
+  }
+}
+
+// e^(-m2 / 2) = 2^(n + f): n by adding a number so large that only whole ones fit, f by Chebyshev
+// interpolation of degree 5 (relative error 1e-7), 2^n by shifting n into the exponent. 0 below
+// 2^-127.
+template <class B>
+typename B::Floats gauss(typename B::Floats m2) {
+  using F = typename B::Floats;
+  constexpr float kMinusHalfLog2e = -0.72134752044448170f;
+  constexpr float kWhole = 12582912.0f + 127.0f;  // 1.5 * 2^23, and the exponent's bias
+  const F power = B::max(B::mul(m2, B::floats(kMinusHalfLog2e)), B::floats(-127.0f));
+  const F biased = B::add(power, B::floats(kWhole));
+  const F f = B::sub(power, B::sub(biased, B::floats(kWhole)));
+  F series = B::fma(f, B::floats(0.0013390863314270973f), B::floats(0.009676031768321991f));
+  series = B::fma(f, series, B::floats(0.055503569543361664f));
+  series = B::fma(f, series, B::floats(0.2402210682630539f));
+  series = B::fma(f, series, B::floats(0.6931471824645996f));
+  series = B::fma(f, series, B::floats(1.0000001192092896f));
+  return B::mul(series, B::as_exponent(biased));
+}
+
+// What the eight terms of two points are made of.
+template <class B>
+struct PairTerms {
+  typename B::Floats information[6];
+  typename B::Floats push[3];  // information times the distance from the mean
+  typename B::Floats term;
+};
+
+// Of the points in lanes a and b of the batch, whose records are `of_a` and `of_b`. Inline, so that
+// what a pair is made of stays in registers.
+template <class B>
+[[gnu::always_inline]] inline void compute_pair(const KernelRecord& of_a, const KernelRecord& of_b,
+                                                const BatchPoints& points, std::size_t a,
+                                                std::size_t b, PairTerms<B>& pair) {
+  using F = typename B::Floats;
+  F d[3];
+  for (int i = 0; i < 3; ++i) {
+    d[i] = B::sub(B::spread(points.offset_m[i] + a, points.offset_m[i] + b),
+                  B::pair(of_a.mean_m[i], of_b.mean_m[i]));
+  }
+  F(&c)[6] = pair.information;
+  for (int i = 0; i < 6; ++i)
+    c[i] = B::pair(of_a.information_per_m2[i], of_b.information_per_m2[i]);
+  F(&q)[3] = pair.push;
+  q[0] = B::fma(c[0], d[0], B::fma(c[1], d[1], B::mul(c[2], d[2])));
+  q[1] = B::fma(c[1], d[0], B::fma(c[3], d[1], B::mul(c[4], d[2])));
+  q[2] = B::fma(c[2], d[0], B::fma(c[4], d[1], B::mul(c[5], d[2])));
+  pair.term = gauss<B>(B::fma(d[0], q[0], B::fma(d[1], q[1], B::mul(d[2], q[2]))));
+}
+
+// The terms with their derivatives by the points' positions.
+template <class B>
+[[gnu::always_inline]] inline void derive_pair(const PairTerms<B>& pair,
+                                               typename B::Floats (&terms)[kTerms]) {
+  using F = typename B::Floats;
+  const F(&c)[6] = pair.information;
+  const F qx = pair.push[0], qy = pair.push[1], qz = pair.push[2];
+  const F e = pair.term;
+  const F fx = B::mul(e, qx);
+  const F fy = B::mul(e, qy);
+  const F fz = B::mul(e, qz);
+  terms[0] = e;
+  terms[1] = e;
+  terms[2] = fx;
+  terms[3] = fy;
+  terms[4] = fz;
+  terms[5] = B::fnma(fx, qx, B::mul(e, c[0]));
+  terms[6] = B::fnma(fx, qy, B::mul(e, c[1]));
+  terms[7] = B::fnma(fx, qz, B::mul(e, c[2]));
+  terms[8] = B::fnma(fy, qy, B::mul(e, c[3]));
+  terms[9] = B::fnma(fy, qz, B::mul(e, c[4]));
+  terms[10] = B::fnma(fz, qz, B::mul(e, c[5]));
+}
+
+template <class B>
+void add_to(float* lanes, typename B::Floats value) {
+  B::store(lanes, B::add(B::load(lanes), value));
+}
+
+// With x = t + dt + exp([w]x) r: dx/dw = -[r]x, d2x/dw_i dw_j = (e_i r_j + e_j r_i)/2 - delta_ij r.
+template <class B>
+void add_rotations(const BatchPoints& points, const typename B::Floats (&t)[kTerms],
+                   float (*sums)[kKernelBatch]) {
+  using F = typename B::Floats;
+  const F x = B::load(points.arm_m[0]);
+  const F y = B::load(points.arm_m[1]);
+  const F z = B::load(points.arm_m[2]);
+  const F fx = t[2], fy = t[3], fz = t[4];
+  add_to<B>(sums[5], B::fnma(z, fy, B::mul(y, fz)));
+  add_to<B>(sums[6], B::fnma(x, fz, B::mul(z, fx)));
+  add_to<B>(sums[7], B::fnma(y, fx, B::mul(x, fy)));
+  // H -[r]x, and -[r]x^T of that.
+  const F h[3][3] = {{t[5], t[6], t[7]}, {t[6], t[8], t[9]}, {t[7], t[9], t[10]}};
+  F m[3][3];
+  for (int i = 0; i < 3; ++i) {
+    m[i][0] = B::fnma(h[i][1], z, B::mul(h[i][2], y));
+    m[i][1] = B::fnma(h[i][2], x, B::mul(h[i][0], z));
+    m[i][2] = B::fnma(h[i][0], y, B::mul(h[i][1], x));
+    for (int j = 0; j < 3; ++j) add_to<B>(sums[14 + 3 * i + j], m[i][j]);
+  }
+  const F half = B::floats(0.5f);
+  const F xx = B::mul(fx, x), yy = B::mul(fy, y), zz = B::mul(fz, z);
+  const F xy = B::mul(half, B::fma(fx, y, B::mul(fy, x)));
+  const F xz = B::mul(half, B::fma(fx, z, B::mul(fz, x)));
+  const F yz = B::mul(half, B::fma(fy, z, B::mul(fz, y)));
+  add_to<B>(sums[23], B::sub(B::fnma(z, m[1][0], B::mul(y, m[2][0])), B::add(yy, zz)));
+  add_to<B>(sums[24], B::add(B::fnma(z, m[1][1], B::mul(y, m[2][1])), xy));
+  add_to<B>(sums[25], B::add(B::fnma(z, m[1][2], B::mul(y, m[2][2])), xz));
+  add_to<B>(sums[26], B::sub(B::fnma(x, m[2][1], B::mul(z, m[0][1])), B::add(xx, zz)));
+  add_to<B>(sums[27], B::add(B::fnma(x, m[2][2], B::mul(z, m[0][2])), yz));
+  add_to<B>(sums[28], B::sub(B::fnma(y, m[0][2], B::mul(x, m[1][2])), B::add(xx, yy)));
+}
+
+// The records of the batch after this one, on their way from memory while this one is computed.
+inline void fetch_ahead(const KernelInput& in, std::size_t first) {
+  if (first >= in.count) return;
+  for (std::size_t i = 0; i < kKernelBatch; ++i) {
+    const char* record = reinterpret_cast<const char*>(in.records + in.record[first + i]);
+    for (std::size_t line = 0; line < sizeof(KernelRecord); line += 64) {
+      __builtin_prefetch(record + line);
+    }
+  }
+}
+
+template <class B>
+void locate_batch(const KernelInput& in, std::size_t first, BatchPoints& points) {
+  locate<B>(in, first, 0, points);
+  locate<B>(in, first + 8, 8, points);
+  fetch_ahead(in, first + kKernelBatch);
+}
+
+// Calls use(number, pair) for the eight pairs of a batch.
+template <class B, class Use>
+void for_pairs(const KernelInput& in, std::size_t first, const BatchPoints& points,
+               const Use& use) {
+  const std::int32_t* record = in.record + first;
+  for (std::size_t number = 0; number < 8; ++number) {
+    // Points 0-3 with 4-7, then 8-11 with 12-15: so the sums come out in the order of points.
+    const std::size_t a = number + (number & 4);
+    PairTerms<B> pair;
+    compute_pair<B>(in.records[record[a]], in.records[record[a + 4]], points, a, a + 4, pair);
+    use(number, pair);
+  }
+}
+
+template <class B>
+void run_score(const KernelInput& in, KernelSums& sums) {
+  using F = typename B::Floats;
+  B::store(sums.lanes[0], B::floats(0.0f));
+  for (std::size_t first = 0; first < in.count; first += kKernelBatch) {
+    BatchPoints points;
+    locate_batch<B>(in, first, points);
+    F terms[8];
+    for_pairs<B>(in, first, points,
+                 [&](std::size_t number, const PairTerms<B>& pair) { terms[number] = pair.term; });
+    add_to<B>(sums.lanes[0], B::sum(terms));
+  }
+}
+
+template <class B>
+void run_kernel(const KernelInput& in, KernelSums& sums) {
+  using F = typename B::Floats;
+  for (int s = 0; s < kKernelSums; ++s) B::store(sums.lanes[s], B::floats(0.0f));
+  for (std::size_t first = 0; first < in.count; first += kKernelBatch) {
+    BatchPoints points;
+    locate_batch<B>(in, first, points);
+    F terms[kTerms][8];
+    for_pairs<B>(in, first, points, [&](std::size_t number, const PairTerms<B>& pair) {
+      F of_pair[kTerms];
+      derive_pair<B>(pair, of_pair);
+      for (int t = 0; t < kTerms; ++t) terms[t][number] = of_pair[t];
+    });
+    F totals[kTerms];
+    totals[1] = B::largest(terms[1]);
+    totals[0] = B::sum(terms[0]);
+    for (int t = 2; t < kTerms; ++t) totals[t] = B::sum(terms[t]);
+    for (int t = 0; t < 5; ++t) add_to<B>(sums.lanes[t], totals[t]);
+    for (int t = 5; t < kTerms; ++t) add_to<B>(sums.lanes[t + 3], totals[t]);
+    add_rotations<B>(points, totals, sums.lanes);
+  }
+}
+
+}  // namespace
+}  // namespace sightline::static_50m

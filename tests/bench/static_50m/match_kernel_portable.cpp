@@ -1,0 +1,125 @@
+#include <cstring>
+
+#include "tests/bench/static_50m/match_kernel_body.h"
+#include "tests/bench/static_50m/software_fma.h"
+
+// The kernel for any machine, in loops that a compiler turns into whatever vectors it may use.
+
+namespace sightline::static_50m {
+namespace {
+
+struct Portable {
+  struct Floats {
+    float v[16];
+  };
+  struct Doubles {
+    double v[8];
+  };
+
+  template <class V, class Operation>
+  static V each(Operation operation) {
+    V result;
+    for (std::size_t i = 0; i < sizeof(V::v) / sizeof(V::v[0]); ++i) result.v[i] = operation(i);
+    return result;
+  }
+
+  static Floats floats(float a) {
+    return each<Floats>([&](std::size_t) { return a; });
+  }
+  static Doubles doubles(double a) {
+    return each<Doubles>([&](std::size_t) { return a; });
+  }
+  static Floats load(const float* from) {
+    return each<Floats>([&](std::size_t i) { return from[i]; });
+  }
+  static Doubles load(const double* from) {
+    return each<Doubles>([&](std::size_t i) { return from[i]; });
+  }
+  static void store(float* to, const Floats& a) { std::memcpy(to, a.v, sizeof a.v); }
+  static void store(double* to, const Doubles& a) { std::memcpy(to, a.v, sizeof a.v); }
+  static void store_as_floats(float* to, const Doubles& a) {
+    for (int i = 0; i < 8; ++i) to[i] = static_cast<float>(a.v[i]);
+  }
+  template <class V>
+  static V add(const V& a, const V& b) {
+    return each<V>([&](std::size_t i) { return a.v[i] + b.v[i]; });
+  }
+  template <class V>
+  static V mul(const V& a, const V& b) {
+    return each<V>([&](std::size_t i) { return a.v[i] * b.v[i]; });
+  }
+  static Floats sub(const Floats& a, const Floats& b) {
+    return each<Floats>([&](std::size_t i) { return a.v[i] - b.v[i]; });
+  }
+  // a b + c
+  template <class V>
+  static V fma(const V& a, const V& b, const V& c) {
+    return each<V>([&](std::size_t i) { return software_fma(a.v[i], b.v[i], c.v[i]); });
+  }
+  // c - a b
+  template <class V>
+  static V fnma(const V& a, const V& b, const V& c) {
+    return each<V>([&](std::size_t i) { return software_fma(-a.v[i], b.v[i], c.v[i]); });
+  }
+  static Floats max(const Floats& a, const Floats& b) {
+    return each<Floats>([&](std::size_t i) { return a.v[i] > b.v[i] ? a.v[i] : b.v[i]; });
+  }
+  // To [-limit, limit].
+  static Doubles clamp(const Doubles& a, const Doubles& limit) {
+    return each<Doubles>([&](std::size_t i) {
+      const double low = a.v[i] > -limit.v[i] ? a.v[i] : -limit.v[i];
+      return low < limit.v[i] ? low : limit.v[i];
+    });
+  }
+  // Of numbers that an int32 holds.
+  static Doubles floor(const Doubles& a) {
+    return each<Doubles>([&](std::size_t i) {
+      const auto whole = static_cast<double>(static_cast<std::int32_t>(a.v[i]));
+      return whole - (a.v[i] < whole ? 1.0 : 0.0);
+    });
+  }
+  // Bit i is set where lane i differs, or either is NaN.
+  static unsigned differ(const Doubles& a, const Doubles& b) {
+    unsigned mask = 0;
+    for (unsigned i = 0; i < 8; ++i) mask |= a.v[i] == b.v[i] ? 0u : 1u << i;
+    return mask;
+  }
+  // The low bits of the mantissa as an exponent.
+  static Floats as_exponent(const Floats& a) {
+    return each<Floats>([&](std::size_t i) {
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &a.v[i], sizeof bits);
+      bits <<= 23;
+      float power = 0.0f;
+      std::memcpy(&power, &bits, sizeof power);
+      return power;
+    });
+  }
+  static Floats pair(const float* a, const float* b) {
+    return each<Floats>([&](std::size_t i) { return i < 8 ? a[i] : b[i - 8]; });
+  }
+  static Floats spread(const float* a, const float* b) {
+    return each<Floats>([&](std::size_t i) { return i < 8 ? *a : *b; });
+  }
+
+  template <class Operation>
+  static Floats over_lanes(const Floats (&rows)[8], Operation operation) {
+    return each<Floats>([&](std::size_t point) {
+      const float* v = rows[(point & 3) + (point & 8) / 2].v + ((point & 4) != 0 ? 8 : 0);
+      return operation(operation(operation(v[0], v[1]), operation(v[2], v[3])),
+                       operation(operation(v[4], v[5]), operation(v[6], v[7])));
+    });
+  }
+  static Floats sum(const Floats (&rows)[8]) {
+    return over_lanes(rows, [](float a, float b) { return a + b; });
+  }
+  static Floats largest(const Floats (&rows)[8]) {
+    return over_lanes(rows, [](float a, float b) { return a > b ? a : b; });
+  }
+};
+
+}  // namespace
+
+KernelVersion kernel_portable() { return {run_kernel<Portable>, run_score<Portable>}; }
+
+}  // namespace sightline::static_50m

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "formats/geometry.h"
+#include "tests/bench/static_50m/kernel_score.h"
+#include "tests/bench/static_50m/match_grid.h"
+#include "tests/bench/static_50m/match_score.h"
+
+namespace sightline::static_50m {
+
+// The plain localizer of "Measured error" in schemas/definitions.md.
+struct MatchOptions {
+  double max_step_m = 0.2;  // a longer step is shortened as a whole
+  double max_step_rad = 0.02;
+  double stop_step_m = 0.005;  // ends when a step is below both
+  double stop_step_rad = 1e-4;
+  int max_iterations = 35;
+  MatchKernel kernel = MatchKernel::kFastest;
+};
+
+enum class MatchStop : std::uint8_t {
+  kConverged,
+  kIterationLimit,
+  kNoPoints,
+  kNoOverlap  // no point has an ND near
+};
+std::string_view to_text(MatchStop stop);
+
+struct MatchResult {
+  Pose T_map_sensor = Pose::Identity();  // the start where nothing could be matched
+  MatchStop stop = MatchStop::kNoPoints;
+  int iterations = 0;      // evaluations of score and derivatives
+  std::uint64_t work = 0;  // points x iterations: a stand-in for time that never varies
+  // At the last pose that was evaluated, a step below the stop limits from T_map_sensor.
+  double score = 0.0;
+  double nearest_voxel_likelihood = 0.0;  // mean over scored points of the largest single term
+  std::uint32_t scored_points = 0;
+  Matrix6d hessian = Matrix6d::Zero();  // of minus the score; order dx dy dz wx wy wz, map axes
+  // Inverse of the Hessian: how the score says the error is spread. It treats points as
+  // independent, so it ranks and is no accuracy. Zero where the Hessian is not positive definite.
+  Matrix6d covariance = Matrix6d::Zero();
+  bool has_covariance = false;
+};
+
+// One level of a match from coarse to fine: where it ends the next one starts.
+struct MatchLevel {
+  const MatchGrid* grid = nullptr;
+  bool is_thin = false;  // scores only the scan's leading points, ScanForMatch::thin_count
+  double max_step_m = 0.2;
+  double max_step_rad = 0.02;
+  double stop_step_m = 0.005;
+  double stop_step_rad = 1e-4;
+};
+
+// Newton's method on the NDT score from T_map_start. `points_m` are finite, in the frame of the
+// pose (sensor or vehicle), already cropped and subsampled. Never fails: `stop` says what happened.
+// Allocates nothing while it iterates.
+MatchResult match(const MatchGrid& grid, std::span<const Eigen::Vector3d> points_m,
+                  const Pose& T_map_start, const MatchOptions& options = {});
+
+// The same for several starts of one scan, without preparing it anew, on one grid: the scan
+// remembers its cells. Allocates nothing.
+MatchResult match(const MatchGrid& grid, ScanForMatch& scan, const Pose& T_map_start,
+                  const MatchOptions& options = {});
+
+// From coarse to fine: steps and stops are those of the levels, the limit on iterations is of all
+// together. A level whose grid has no ND near leaves the pose to the next one; the result describes
+// the last that had one. Allocates nothing.
+MatchResult match(std::span<const MatchLevel> levels, ScanForMatch& scan, const Pose& T_map_start,
+                  const MatchOptions& options = {});
+
+}  // namespace sightline::static_50m

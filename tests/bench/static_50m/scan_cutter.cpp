@@ -1,0 +1,76 @@
+#include "tests/bench/static_50m/scan_cutter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "formats/base/check.h"
+#include "tests/bench/static_50m/scan_preparation.h"
+
+namespace sightline::static_50m {
+namespace {
+
+// The golden ratio's fraction, of all numbers the farthest from every fraction.
+constexpr double kGolden = std::numbers::phi - 1.0;
+
+VoxelBox box_within(double range_m, double leaf_m) {
+  const Eigen::Vector3d corner_m = Eigen::Vector3d::Constant(range_m);
+  return {cell_key(-corner_m, leaf_m), cell_key(corner_m, leaf_m)};
+}
+
+// Calls use(points) for those within the range, one return in `stride` looked at; some at a time,
+// so that they stay in the nearest cache.
+template <class Use>
+void for_returns(std::span<const Eigen::Vector3d> points_m, double range_m, double stride,
+                 const Use& use) {
+  constexpr std::size_t kChunk = 512;
+  std::array<Eigen::Vector3d, kChunk> within_m;
+  const double range2_m2 = range_m * range_m;
+  const auto index_of = [&](std::size_t n) {
+    return static_cast<std::size_t>(static_cast<double>(n) * stride);
+  };
+  auto return_count =
+      static_cast<std::size_t>(std::ceil(static_cast<double>(points_m.size()) / stride));
+  if (return_count > 0 && index_of(return_count - 1) >= points_m.size()) --return_count;
+  for (std::size_t first = 0; first < return_count; first += kChunk) {
+    const std::size_t end = std::min(first + kChunk, return_count);
+    // Without a branch: which returns are near is as good as random.
+    std::size_t count = 0;
+    for (std::size_t n = first; n < end; ++n) {
+      const Eigen::Vector3d& point_m = points_m[index_of(n)];
+      within_m[count] = point_m;
+      count += point_m.squaredNorm() <= range2_m2 ? 1 : 0;
+    }
+    use(std::span<const Eigen::Vector3d>(within_m).first(count));
+  }
+}
+
+}  // namespace
+
+double return_stride(const ScanCut& cut, double azimuth_step_deg) {
+  constexpr double kReturnsAcrossVoxel = 4.0;
+  const double spacing_m = cut.range_m * azimuth_step_deg * std::numbers::pi / 180.0;
+  const double stride = cut.leaf_m / (kReturnsAcrossVoxel * spacing_m);
+  return stride < 1.0 + kGolden ? 1.0 : std::floor(stride - kGolden) + kGolden;
+}
+
+std::vector<Eigen::Vector3d> ScanCutter::cut(std::span<const Eigen::Vector3d> points_m,
+                                             const ScanCut& cut, double stride) {
+  SIGHTLINE_CHECK(cut.range_m > 0.0 && cut.leaf_m > 0.0 && stride >= 1.0);
+  const VoxelBox box = box_within(cut.range_m, cut.leaf_m);
+  if (cell_count(box) <= kMostTableCells) {
+    voxels_.begin(box);
+    for_returns(points_m, cut.range_m, stride, [&](std::span<const Eigen::Vector3d> within_m) {
+      voxels_.add(within_m, cut.leaf_m);
+    });
+    return voxels_.take_centroids_m();
+  }
+  std::vector<Eigen::Vector3d> all_within_m;
+  for_returns(points_m, cut.range_m, stride, [&](std::span<const Eigen::Vector3d> within_m) {
+    all_within_m.insert(all_within_m.end(), within_m.begin(), within_m.end());
+  });
+  return voxel_subsample(all_within_m, cut.leaf_m);
+}
+
+}  // namespace sightline::static_50m
