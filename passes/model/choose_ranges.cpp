@@ -294,6 +294,7 @@ Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& op
   if (!is_of_this_program(model.card.localizer)) {
     evidence = for_another_localizer(std::move(evidence));
   }
+  add_measured(sites, predicted, model, evidence);
   const bool is_mean = options.selection == Selection::kMean;
   RangeTable table = to_table(
       predicted, is_mean ? choose_all_by_mean(options, predicted, model, evidence)

@@ -47,7 +47,7 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const FactorTable& factors);
-inline constexpr Pass kChooseRanges{"choose-ranges", 6, "ranges", "How far to look",
+inline constexpr Pass kChooseRanges{"choose-ranges", 7, "ranges", "How far to look",
                                     &choose_ranges};
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;

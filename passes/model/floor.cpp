@@ -53,7 +53,7 @@ std::string reason_of(const FloorOptions& options) {
                   options.explained);
     return text;
   }
-  return "the model's own choice costs more and covers no more of what the map's scans found";
+  return "the model's own choice costs more and covers no more of what was measured here";
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit
   }
   return "nothing is promised: " + reason_of(options) + "; it looks " +
          format_double(evidence.ranges_m[answer->range_index]) +
-         " m everywhere, where the map's own scans are within " + format_double(limit_m) +
+         " m everywhere, where what was measured here is within " + format_double(limit_m) +
          " m at " + percent(answer->standing.coverage) + " of the sites";
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "formats/base/parallel.h"
+#include "formats/grid/point_grid.h"
 
 namespace sightline {
 namespace {
@@ -40,6 +41,17 @@ std::vector<double> cost_of(const FactorTable& factors) {
   return cost;
 }
 
+// Recordings without coordinates of the world all begin at 0: the site's prediction tells whether a
+// case of the model that lies there is its own.
+bool is_of_case(const PredictedError& predicted, std::size_t site, const ErrorModel& model,
+                std::size_t trained) {
+  if (model.sites[trained].has_label == 0) return false;
+  for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
+    if (model.out_of_fold.mean(trained, range) != predicted.mean(site, range)) return false;
+  }
+  return true;
+}
+
 // Over all sites at one range.
 double sum_of_errors_m(const OwnEvidence& evidence, std::size_t range) {
   std::vector<double> errors_m;
@@ -64,6 +76,25 @@ Result<OwnEvidence> own_evidence_of(const FactorTable& factors) {
   }
   return OwnEvidence{factors.ranges_m, factors.site_count, values_of(factors, *column),
                      cost_of(factors)};
+}
+
+void add_measured(const Sites& sites, const PredictedError& predicted, const ErrorModel& model,
+                  OwnEvidence& evidence) {
+  constexpr double kSamePlace_m = 1e-3;
+  std::vector<Eigen::Vector3d> places_m;
+  for (const TrainedSite& site : model.sites) places_m.push_back(site.p_world_m);
+  const PointGrid grid(places_m);
+  for (std::size_t site = 0; site < evidence.site_count; ++site) {
+    if (predicted.out_of_fold[site] == 0) continue;
+    const Eigen::Vector3d p_world_m = sites.frame.origin_world_m + sites.sites[site].p_map_m;
+    grid.visit_within(p_world_m, kSamePlace_m, [&](const NearPoint& near) {
+      if (!is_of_case(predicted, site, model, near.index)) return;
+      for (std::size_t range = 0; range < evidence.ranges_m.size(); ++range) {
+        double& error_m = evidence.error_m[evidence.shape().index(site, range)];
+        error_m = std::max(error_m, model.measured(near.index, range));
+      }
+    });
+  }
 }
 
 OwnEvidence for_another_localizer(OwnEvidence evidence) {

@@ -3,11 +3,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
+#include "formats/annotation/predicted_error.h"
+#include "formats/annotation/sites.h"
 #include "formats/base/result.h"
 #include "formats/grid/site_shape.h"
 
-// What a street's own scans say of it, before any other drive and without any model.
+// What was measured in a street itself says of it, without any model.
 
 namespace sightline {
 
@@ -24,6 +27,11 @@ struct OwnEvidence {
 // Of the factors' column `own_error`; where there is none `mapping_error`, then `virtual_error`.
 // Error: mismatched-inputs where the table has none of the three.
 Result<OwnEvidence> own_evidence_of(const FactorTable& factors);
+
+// Where the model learnt from these very sites, the errors that its drive measured there count
+// wherever they are larger: the map's own scans helped to make it, and flatter.
+void add_measured(const Sites& sites, const PredictedError& predicted, const ErrorModel& model,
+                  OwnEvidence& evidence);
 
 // The same for a localizer that is not the one which found it: all that is believed is the longest
 // range.

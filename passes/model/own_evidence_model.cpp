@@ -65,6 +65,7 @@ TrainingCard card_of(const Sites& sites, const MeasuredError& measured,
   TrainingCard card;
   card.places = {{measured.drive, {measured.drive}, route_m, 1, recordings}};
   card.reference = measured.reference;
+  card.localizer = measured.matching.localizer;
   card.feature_set = "none";
   card.hold_out = "blocks";
   card.tree_count = 1;

@@ -56,6 +56,11 @@ std::string why_this_drive(const LimitPromise& promise, const TrainingCard& card
   return "fewer than two drives were measured that neither made the map nor taught the trees";
 }
 
+// To a decimetre: blocks share the route evenly.
+std::string metres(double length_m) {
+  return format_double(std::round(10.0 * length_m) / 10.0) + " m";
+}
+
 // What is wanting for a promise, without the fallback.
 std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& card,
                             std::uint32_t needed_blocks) {
@@ -64,14 +69,14 @@ std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& car
            "(measure-error.reference=known) can earn a promise";
   }
   if (!are_blocks_independent(card)) {
-    return "blocks of " + format_double(card.block_m) + " m with a buffer of " +
-           format_double(card.buffer_m) + " m see the same walls, 60 m and 25 m are needed";
+    return "blocks of " + metres(card.block_m) + " with a buffer of " + metres(card.buffer_m) +
+           " see the same walls, 60 m and 25 m are needed";
   }
   if (promise.block_count < needed_blocks) {
     const double missing_m = (needed_blocks - promise.block_count) * card.block_m;
-    return counted(promise.block_count, "block") + " of " + format_double(card.block_m) +
-           " m cannot earn " + percent(promise.alpha) + ", " + std::to_string(needed_blocks) +
-           " can, " + kilometres(missing_m) + " more of measured route" +
+    return counted(promise.block_count, "block") + " of " + metres(card.block_m) + " cannot earn " +
+           percent(promise.alpha) + ", " + std::to_string(needed_blocks) + " can, " +
+           kilometres(missing_m) + " more of measured route" +
            (promise.scope == PromiseScope::kThisDrive
                 ? ", by drives that the trees do not learn from"
                 : "");

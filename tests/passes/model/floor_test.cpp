@@ -68,9 +68,40 @@ TEST(Floor, AModelNeverMakesAnEasyStreetDear) {
   EXPECT_EQ(choice.flags[0], kStatic);
   EXPECT_EQ(choice.flags[19], kStatic | kUnmet) << "its own scan is not within the limit at 20 m";
   EXPECT_EQ(*reason,
-            "nothing is promised: the model's own choice costs more and covers no more of what the "
-            "map's scans found; it looks 20 m everywhere, where the map's own scans are within 0.1 "
-            "m at 95.0 % of the sites");
+            "nothing is promised: the model's own choice costs more and covers no more of what was "
+            "measured here; it looks 20 m everywhere, where what was measured here is within 0.1 m "
+            "at 95.0 % of the sites");
+}
+
+// A scan that made the map lies well in it at 10 m, one of the next drive does not.
+TEST(Floor, BelievesTheDriveThatWasMeasuredHereBeforeTheMapsOwnScans) {
+  const ErrorModel model =
+      handmade_model(std::vector<HandmadeSite>(20, {{0.2, 0.9}, {0.4, 0.05}}), 4);
+  const Sites sites = sites_of(model);
+  OwnEvidence evidence = *own_evidence_of(
+      factors_with_own_error({10, 20}, std::vector<std::vector<double>>(20, {0.02, 0.06})));
+  EXPECT_EQ(best_static(evidence, 0.1, 0.95).range_index, 0);
+  add_measured(sites, model.out_of_fold, model, evidence);
+  EXPECT_EQ(evidence.error_m[0], 0.4);
+  EXPECT_EQ(evidence.error_m[1], 0.06) << "the larger of the two";
+  EXPECT_EQ(best_static(evidence, 0.1, 0.95).range_index, 1);
+}
+
+TEST(Floor, BelievesNoDriveOfAnotherPlaceThatBeginsAtZeroToo) {
+  const ErrorModel model =
+      handmade_model(std::vector<HandmadeSite>(20, {{0.2, 0.9}, {0.4, 0.05}}), 4);
+  const Sites sites = sites_of(model);
+  const std::vector<std::vector<double>> own_error_m(20, {0.02, 0.06});
+  const OwnEvidence before = *own_evidence_of(factors_with_own_error({10, 20}, own_error_m));
+  OwnEvidence evidence = before;
+  PredictedError elsewhere = model.out_of_fold;
+  elsewhere.out_of_fold.assign(20, 0);
+  add_measured(sites, elsewhere, model, evidence);
+  EXPECT_EQ(evidence.error_m, before.error_m);
+  PredictedError of_another_case = model.out_of_fold;
+  for (double& mean_m : of_another_case.mean_m) mean_m += 0.01;
+  add_measured(sites, of_another_case, model, evidence);
+  EXPECT_EQ(evidence.error_m, before.error_m);
 }
 
 TEST(Floor, LeavesAChoiceThatIsCheaperOrCoversMoreForItsPrice) {
