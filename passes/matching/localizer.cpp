@@ -65,7 +65,7 @@ std::optional<Eigen::Vector2d> loose_direction(const Matrix6d& hessian, double l
   const Eigen::Matrix<double, 4, 2> followed = others.ldlt().solve(mixed.transpose());
   const Eigen::Matrix2d schur = hessian.topLeftCorner<2, 2>() - mixed * followed;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (schur + schur.transpose()));
-  const Eigen::Vector2d curvature = solver.eigenvalues();
+  const Eigen::Vector2d& curvature = solver.eigenvalues();
   if (!(curvature[0] < loose_below * curvature[1])) return std::nullopt;
   return Eigen::Vector2d(solver.eigenvectors().col(0));
 }
@@ -102,14 +102,17 @@ std::optional<Pose> other_optimum(const MatchResult& lead, const Eigen::Vector2d
   const auto pose_of = [&](int probe) {
     return shifted(lead.T_map_sensor, probe * kProbeSpacing_m * direction);
   };
+  const auto index_of = [](int probe) {
+    return static_cast<std::size_t>(std::int64_t{probe} + kProbes);
+  };
   for (int probe = -kProbes; probe <= kProbes; ++probe) {
-    scores[static_cast<std::size_t>(probe + kProbes)] = kernel_score_alone(
-        *search.levels[0].grid, scan, scan.thin_count, pose_of(probe), search.options.kernel);
+    scores[index_of(probe)] = kernel_score_alone(*search.levels[0].grid, scan, scan.thin_count,
+                                                 pose_of(probe), search.options.kernel);
     ++search.iterations;
     search.work += scan.thin_count;
   }
   const auto score_of = [&](int probe) {
-    return std::abs(probe) > kProbes ? 0.0 : scores[static_cast<std::size_t>(probe + kProbes)];
+    return std::abs(probe) > kProbes ? 0.0 : scores[index_of(probe)];
   };
   int best = 0;
   for (int probe = -kProbes; probe <= kProbes; ++probe) {
