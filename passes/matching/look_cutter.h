@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "formats/annotation/look.h"
 #include "formats/drive/drive.h"
+#include "formats/drive/look.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/scan_cutter.h"
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/look.h"
 #include "formats/base/parallel.h"
 #include "formats/base/stopwatch.h"
+#include "formats/drive/look.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/match_starts.h"

@@ -1,4 +1,4 @@
-#include "formats/annotation/look.h"
+#include "formats/drive/look.h"
 
 #include <algorithm>
 #include <charconv>
