@@ -15,13 +15,16 @@ namespace {
 constexpr std::size_t kChunk = 1024;
 static_assert(kChunk % kKernelBatch == 0);
 
-// The one global of the matcher: every version gives the same bits, so no result depends on it.
+// The globals of the matcher: every version gives the same bits, so no result depends on it.
 std::atomic<MatchKernel> g_replacement = MatchKernel::kFastest;
+std::atomic<const KernelVersion*> g_version = nullptr;
 
 using Totals = std::array<double, kKernelSums>;
 
 KernelVersion version_of(MatchKernel kernel) {
   SIGHTLINE_CHECK(is_supported(kernel));
+  const KernelVersion* const version = g_version;
+  if (kernel == MatchKernel::kFastest && version != nullptr) return *version;
   switch (kernel == MatchKernel::kFastest ? fastest_kernel() : kernel) {
 #ifdef SIGHTLINE_X86_KERNELS
     case MatchKernel::kAvx2:
@@ -158,6 +161,8 @@ void replace_fastest_kernel(MatchKernel kernel) {
   SIGHTLINE_CHECK(is_supported(kernel));
   g_replacement = kernel;
 }
+
+void replace_fastest_kernel(const KernelVersion* version) { g_version = version; }
 
 MatchKernel fastest_kernel() {
   const MatchKernel replacement = g_replacement;

@@ -23,6 +23,9 @@ MatchKernel fastest_kernel();
 // From here on kFastest stands for this version in the whole process, which must be supported;
 // kFastest undoes it. So that tests can show that results are the same.
 void replace_fastest_kernel(MatchKernel kernel);
+// The same with a version that stands elsewhere, which must outlive its use; null undoes it. So
+// that a benchmark can tell what a change of the kernel is worth.
+void replace_fastest_kernel(const KernelVersion* version);
 
 // Points of one scan as the kernels read them, and what one evaluation remembers for the next: the
 // cell of each point, good for every grid of the same cells. Use it from one thread at a time.

@@ -7,7 +7,7 @@
 
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/matching/match_kernel.h"
+#include "passes/matching/kernel/match_kernel.h"
 
 namespace sightline {
 

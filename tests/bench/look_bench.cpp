@@ -3,8 +3,6 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
-#include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,13 +13,13 @@
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/match_starts.h"
 #include "tests/bench/mapped_town.h"
-#include "tests/bench/static_50m/localizer.h"
+#include "tests/bench/static_50m/kernel_in_turn.h"
 
 // How good and how dear is each look, the same everywhere? Towns of the generator are mapped
 // by drive 0 and judged by drive 2 at every metre against the true pose, from 12 starts within 1 m.
 // Prints for each look its coverage (share of places whose mean error over the starts is within the
 // limit: mean over the towns, worst town), and its work and time over those of static 50 m with
-// every return, by the code that is kept for it in tests/bench/static_50m: the scan cut at 50 m,
+// every return, as fast as tests/bench/static_50m keeps it: the scan cut at 50 m,
 // voxels of 1 m, searching localizer. Time is thread CPU time
 // of cut, preparation and match; before each the caches are emptied by writing 64 MiB, and all
 // looks take turns at one place and start. "cut" is the part of it that comes before the match.
@@ -36,58 +34,34 @@ struct Found {
   double work = 0.0, points = 0.0;
 };
 
-// A way to localize; keeps its memory from one scan to the next.
-class Method {
- public:
-  virtual ~Method() = default;
-  virtual void cut(const MappedTown& town, std::size_t place, const Pose& T_map_start) = 0;
-  virtual Found match(const Pose& T_map_start) = 0;  // what was cut last
+// How a look is run.
+struct Rule {
+  Look look;
+  const Localizer& localizer;
+  MatchOptions options;
+  const KernelVersion* kernel = nullptr;  // null: the product's
 };
 
-class Static50m final : public Method {
+// Keeps its memory from one scan to the next.
+class Runner {
  public:
-  explicit Static50m(const static_50m::Localizer& localizer) : localizer_(localizer) {}
-  void cut(const MappedTown& town, std::size_t place, const Pose&) override {
-    std::vector<Eigen::Vector3d> points_m =
-        cutter_.cut(town.scans[place].points_m, {.range_m = 50.0, .leaf_m = 1.0}, 1.0);
-    for (Eigen::Vector3d& p_m : points_m) p_m = town.sensor.T_vehicle_lidar * p_m;
-    cut_ = static_50m::make_scan_for_match(localizer_, points_m);
+  explicit Runner(const Rule& rule) : rule_(rule) {}
+  void cut(const MappedTown& town, std::size_t place, const Pose& T_map_start) {
+    cutter_.cut(rule_.localizer, town.scans[place], town.sensor, rule_.look, T_map_start, cut_);
   }
-  Found match(const Pose& T_map_start) override {
-    const static_50m::MatchResult result = static_50m::localize(localizer_, cut_, T_map_start);
+  Found match(const Pose& T_map_start) {  // what was cut last
+    const MatchResult result = rule_.look.mode == LookMode::kSettle
+                                   ? settle(rule_.localizer, cut_, T_map_start, rule_.options)
+                                   : localize(rule_.localizer, cut_, T_map_start, rule_.options);
     return {result.T_map_sensor.translation(), result.iterations, static_cast<double>(result.work),
             static_cast<double>(cut_.points_m.size())};
   }
 
  private:
-  const static_50m::Localizer& localizer_;
-  static_50m::ScanCutter cutter_;
-  static_50m::ScanForMatch cut_;
-};
-
-class OfLook final : public Method {
- public:
-  OfLook(const Look& look, const Localizer& localizer) : look_(look), localizer_(localizer) {}
-  void cut(const MappedTown& town, std::size_t place, const Pose& T_map_start) override {
-    cutter_.cut(localizer_, town.scans[place], town.sensor, look_, T_map_start, cut_);
-  }
-  Found match(const Pose& T_map_start) override {
-    const MatchOptions options{.stop_step_m = kSampleStop_m};
-    const MatchResult result = look_.mode == LookMode::kSettle
-                                   ? settle(localizer_, cut_, T_map_start, options)
-                                   : localize(localizer_, cut_, T_map_start, options);
-    return {result.T_map_sensor.translation(), result.iterations, static_cast<double>(result.work),
-            static_cast<double>(cut_.points_m.size())};
-  }
-
- private:
-  Look look_;
-  const Localizer& localizer_;
+  const Rule& rule_;
   LookCutter cutter_;
   ScanForMatch cut_;
 };
-
-using MakeMethod = std::function<std::unique_ptr<Method>()>;
 
 constexpr std::array<double, 2> kLimits_m = {0.10, 0.25};
 
@@ -104,17 +78,17 @@ struct PlaceFigures {
   double error_m = 0.0, points = 0.0, evaluations = 0.0, work = 0.0;
 };
 
-Figures measure(const MakeMethod& make, const MappedTown& town, int threads) {
+Figures measure(const Rule& rule, const MappedTown& town, int threads) {
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
   const auto starts = static_cast<double>(offsets.size());
   std::vector<PlaceFigures> places(town.scans.size());
   parallel_for(places.size(), threads, [&](std::size_t place) {
-    const std::unique_ptr<Method> method = make();
+    Runner runner(rule);
     for (const InitialOffset& offset : offsets) {
       const Pose& truth = town.T_map_vehicle[place];
       const Pose T_map_start = truth * start_pose(offset);
-      method->cut(town, place, T_map_start);
-      const Found found = method->match(T_map_start);
+      runner.cut(town, place, T_map_start);
+      const Found found = runner.match(T_map_start);
       places[place].error_m += (found.p_map_m - truth.translation()).norm() / starts;
       places[place].work += found.work;
       places[place].evaluations += found.evaluations / starts;
@@ -142,24 +116,25 @@ void empty_caches() {
   std::memset(memory.data(), ++value, memory.size());
 }
 
-void measure_times(const std::vector<MakeMethod>& makers, const MappedTown& town, std::size_t step,
+void measure_times(const std::vector<Rule>& rules, const MappedTown& town, std::size_t step,
                    std::vector<Figures>& figures) {
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
-  std::vector<std::unique_ptr<Method>> methods;
-  for (const MakeMethod& make : makers) methods.push_back(make());
+  std::vector<Runner> runners(rules.begin(), rules.end());
   for (std::size_t place = 0; place < town.scans.size(); place += step) {
     const Pose T_map_start =
         town.T_map_vehicle[place] * start_pose(offsets[place / step % offsets.size()]);
-    for (std::size_t m = 0; m < methods.size(); ++m) {
+    for (std::size_t m = 0; m < runners.size(); ++m) {
+      replace_fastest_kernel(rules[m].kernel);
       empty_caches();
       const double begin_ms = thread_cpu_ms();
-      methods[m]->cut(town, place, T_map_start);
+      runners[m].cut(town, place, T_map_start);
       const double middle_ms = thread_cpu_ms();
-      methods[m]->match(T_map_start);
+      runners[m].match(T_map_start);
       figures[m].time_ms += thread_cpu_ms() - begin_ms;
       figures[m].cut_ms += middle_ms - begin_ms;
     }
   }
+  replace_fastest_kernel(nullptr);
 }
 
 // Over the towns; the first look is the one that all are compared with.
@@ -224,16 +199,17 @@ std::vector<Figures> measure_town(const Options& options, const std::vector<Look
                                   std::uint64_t seed) {
   const MappedTown town = make_mapped_town({.seed = seed, .length_m = options.length_m},
                                            options.beams, options.threads);
-  const static_50m::Localizer searching = static_50m::make_localizer(
-      town.map, static_50m::localizer_options(static_50m::LocalizerKind::kSearching));
+  const Localizer searching =
+      make_localizer(town.map, localizer_options(LocalizerKind::kSearching));
   const Localizer of_samples = make_localizer(town.map, options_for_samples());
-  std::vector<MakeMethod> makers = {[&] { return std::make_unique<Static50m>(searching); }};
+  const KernelVersion in_turn = kernel_in_turn();
+  std::vector<Rule> rules = {{every_return(50.0), searching, {}, &in_turn}};
   for (const Look& look : looks) {
-    makers.emplace_back([&] { return std::make_unique<OfLook>(look, of_samples); });
+    rules.push_back({look, of_samples, {.stop_step_m = kSampleStop_m}});
   }
   std::vector<Figures> figures;
-  for (const MakeMethod& make : makers) figures.push_back(measure(make, town, options.threads));
-  measure_times(makers, town, options.timed_every, figures);
+  for (const Rule& rule : rules) figures.push_back(measure(rule, town, options.threads));
+  measure_times(rules, town, options.timed_every, figures);
   std::fprintf(stderr, "town %llu: %zu places\n", static_cast<unsigned long long>(seed),
                town.scans.size());
   return figures;

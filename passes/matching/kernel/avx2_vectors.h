@@ -1,10 +1,11 @@
+#pragma once
+
 #include <immintrin.h>
 
-#include "tests/bench/static_50m/match_kernel_body.h"
+// The kernel's vectors in AVX2 and FMA: two registers where AVX-512 has one.
+// Only for files that are compiled with the flags these need: see match_kernel.h.
 
-// The kernel in AVX2 and FMA: two registers where AVX-512 has one.
-
-namespace sightline::static_50m {
+namespace sightline {
 namespace {
 
 struct Avx2 {
@@ -115,6 +116,4 @@ struct Avx2 {
 
 }  // namespace
 
-KernelVersion kernel_avx2() { return {run_kernel<Avx2>, run_score<Avx2>}; }
-
-}  // namespace sightline::static_50m
+}  // namespace sightline

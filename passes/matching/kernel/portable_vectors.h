@@ -1,11 +1,13 @@
+#pragma once
+
 #include <cstring>
 
-#include "tests/bench/static_50m/match_kernel_body.h"
-#include "tests/bench/static_50m/software_fma.h"
+#include "passes/matching/kernel/software_fma.h"
 
-// The kernel for any machine, in loops that a compiler turns into whatever vectors it may use.
+// The kernel's vectors for any machine, in loops that a compiler turns into whatever vectors it may
+// use. Only for files that are compiled with the flags these need: see match_kernel.h.
 
-namespace sightline::static_50m {
+namespace sightline {
 namespace {
 
 struct Portable {
@@ -120,6 +122,4 @@ struct Portable {
 
 }  // namespace
 
-KernelVersion kernel_portable() { return {run_kernel<Portable>, run_score<Portable>}; }
-
-}  // namespace sightline::static_50m
+}  // namespace sightline

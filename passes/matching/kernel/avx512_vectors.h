@@ -1,10 +1,11 @@
+#pragma once
+
 #include <immintrin.h>
 
-#include "tests/bench/static_50m/match_kernel_body.h"
+// The kernel's vectors in AVX-512 (F, DQ and VL).
+// Only for files that are compiled with the flags these need: see match_kernel.h.
 
-// The kernel in AVX-512 (F, DQ and VL).
-
-namespace sightline::static_50m {
+namespace sightline {
 namespace {
 
 struct Avx512 {
@@ -76,6 +77,4 @@ struct Avx512 {
 
 }  // namespace
 
-KernelVersion kernel_avx512() { return {run_kernel<Avx512>, run_score<Avx512>}; }
-
-}  // namespace sightline::static_50m
+}  // namespace sightline

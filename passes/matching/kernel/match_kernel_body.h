@@ -1,6 +1,6 @@
 #pragma once
 
-#include "passes/matching/match_kernel.h"
+#include "passes/matching/kernel/match_kernel.h"
 
 // The kernel, written once over a backend's vectors: 16 floats that are two points times eight NDs,
 // or one number each of 16 points, and 8 doubles. Every multiply-add is fused where it says so and
@@ -164,18 +164,6 @@ void add_rotations(const BatchPoints& points, const typename B::Floats (&t)[kTer
   add_to<B>(sums[28], B::sub(B::fnma(y, m[0][2], B::mul(x, m[1][2])), B::add(xx, yy)));
 }
 
-// A map is larger than the caches, and where a point's cell changes, its place in the table and
-// then its record come from memory. So a batch is located this many batches before it is computed,
-// which asks for the places, and its records are asked for on half of the way.
-constexpr std::size_t kLocateAhead = 6;
-constexpr std::size_t kRecordsAhead = 3;
-constexpr std::size_t kRing = 8;  // more than are on their way
-
-struct BatchAhead {
-  BatchPoints points;
-  unsigned changed;  // a bit for each point
-};
-
 // Calls use(point) for each point of a batch whose cell changed.
 template <class Use>
 inline void for_changed(unsigned changed, const Use& use) {
@@ -184,20 +172,21 @@ inline void for_changed(unsigned changed, const Use& use) {
   }
 }
 
+// Positions and cells of a batch; a bit for each point whose cell is not the one it was in.
 template <class B>
-void locate_batch(const KernelInput& in, std::size_t first, BatchAhead& ahead) {
-  ahead.changed = locate<B>(in, first, 0, ahead.points);
-  ahead.changed |= locate<B>(in, first + 8, 8, ahead.points) << 8;
-  for_changed(ahead.changed, [&](std::size_t i) {
-    in.fetch(in.grid, in.cell_x[first + i], in.cell_y[first + i], in.cell_z[first + i]);
-  });
+unsigned locate_batch(const KernelInput& in, std::size_t first, BatchPoints& points) {
+  return locate<B>(in, first, 0, points) | locate<B>(in, first + 8, 8, points) << 8;
 }
 
-inline void fetch_records(const KernelInput& in, std::size_t first, unsigned changed) {
+inline void find_records(const KernelInput& in, std::size_t first, unsigned changed) {
   for_changed(changed, [&](std::size_t i) {
     in.record[first + i] =
         in.find(in.grid, in.cell_x[first + i], in.cell_y[first + i], in.cell_z[first + i]);
   });
+}
+
+// The records that the points of a batch had last, on their way from memory.
+inline void fetch_records(const KernelInput& in, std::size_t first) {
   for (std::size_t i = 0; i < kKernelBatch; ++i) {
     const char* record = reinterpret_cast<const char*>(in.records + in.record[first + i]);
     for (std::size_t line = 0; line < sizeof(KernelRecord); line += 64) {
@@ -206,22 +195,40 @@ inline void fetch_records(const KernelInput& in, std::size_t first, unsigned cha
   }
 }
 
-// Calls use(first, points) for each batch, in order.
-template <class B, class Use>
-void for_batches(const KernelInput& in, const Use& use) {
-  BatchAhead ring[kRing];
-  const std::size_t batches = (in.count + kKernelBatch - 1) / kKernelBatch;
-  for (std::size_t step = 0; step < batches + kLocateAhead; ++step) {
-    if (step < batches) locate_batch<B>(in, step * kKernelBatch, ring[step % kRing]);
-    const std::size_t fetched =
-        step - (kLocateAhead - kRecordsAhead);  // too large before the first
-    if (fetched < batches) {
-      fetch_records(in, fetched * kKernelBatch, ring[fetched % kRing].changed);
+// In which order batches are located and computed. A map is larger than the caches, and where a
+// point's cell changes, its place in the table and then its record come from memory. So a batch is
+// located this many batches before it is computed, which asks for the places, and its records are
+// asked for on half of the way.
+struct Ahead {
+  static constexpr std::size_t kLocateAhead = 6;
+  static constexpr std::size_t kRecordsAhead = 3;
+  static constexpr std::size_t kRing = 8;  // more than are on their way
+
+  // Calls use(first, points) for each batch, in order.
+  template <class B, class Use>
+  static void for_batches(const KernelInput& in, const Use& use) {
+    BatchPoints points[kRing];
+    unsigned changed[kRing];
+    const std::size_t batches = (in.count + kKernelBatch - 1) / kKernelBatch;
+    for (std::size_t step = 0; step < batches + kLocateAhead; ++step) {
+      if (step < batches) {
+        const std::size_t first = step * kKernelBatch;
+        changed[step % kRing] = locate_batch<B>(in, first, points[step % kRing]);
+        for_changed(changed[step % kRing], [&](std::size_t i) {
+          in.fetch(in.grid, in.cell_x[first + i], in.cell_y[first + i], in.cell_z[first + i]);
+        });
+      }
+      // Both are too large to be a batch before the first one's turn.
+      const std::size_t found = step - (kLocateAhead - kRecordsAhead);
+      if (found < batches) {
+        find_records(in, found * kKernelBatch, changed[found % kRing]);
+        fetch_records(in, found * kKernelBatch);
+      }
+      const std::size_t computed = step - kLocateAhead;
+      if (computed < batches) use(computed * kKernelBatch, points[computed % kRing]);
     }
-    const std::size_t computed = step - kLocateAhead;
-    if (computed < batches) use(computed * kKernelBatch, ring[computed % kRing].points);
   }
-}
+};
 
 // Calls use(number, pair) for the eight pairs of a batch.
 template <class B, class Use>
@@ -237,11 +244,11 @@ void for_pairs(const KernelInput& in, std::size_t first, const BatchPoints& poin
   }
 }
 
-template <class B>
+template <class B, class Order>
 void run_score(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   B::store(sums.lanes[0], B::floats(0.0f));
-  for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
+  Order::template for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
     F terms[8];
     for_pairs<B>(in, first, points,
                  [&](std::size_t number, const PairTerms<B>& pair) { terms[number] = pair.term; });
@@ -249,11 +256,11 @@ void run_score(const KernelInput& in, KernelSums& sums) {
   });
 }
 
-template <class B>
+template <class B, class Order>
 void run_kernel(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   for (int s = 0; s < kKernelSums; ++s) B::store(sums.lanes[s], B::floats(0.0f));
-  for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
+  Order::template for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
     F terms[kTerms][8];
     for_pairs<B>(in, first, points, [&](std::size_t number, const PairTerms<B>& pair) {
       F of_pair[kTerms];
@@ -268,6 +275,12 @@ void run_kernel(const KernelInput& in, KernelSums& sums) {
     for (int t = 5; t < kTerms; ++t) add_to<B>(sums.lanes[t + 3], totals[t]);
     add_rotations<B>(points, totals, sums.lanes);
   });
+}
+
+// Written over the vectors B; Order says in which order batches are located and computed.
+template <class B, class Order>
+KernelVersion kernel_of() {
+  return {run_kernel<B, Order>, run_score<B, Order>};
 }
 
 }  // namespace
