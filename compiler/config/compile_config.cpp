@@ -30,6 +30,7 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
 std::map<std::string, std::string> shared_values(AnnotationOptions annotation) {
   std::map<std::string, std::string> values;
   for (const OptionField& field : option_fields(annotation)) values[field.name] = to_text(field);
+  values["every_return"] = annotation.looks.empty() ? "true" : "false";
   values["longest_range_m"] = format_double(annotation.ranges_m.back());
   return values;
 }
@@ -123,6 +124,10 @@ std::vector<OptionField> option_fields(OutsideErrorsOptions& options) {
 
 std::vector<OptionField> option_fields(AnnotationOptions& options) {
   return {numbers("ranges_m", options.ranges_m, "observation ranges to choose from, m", 1.0, 300.0),
+          looks("looks", options.looks,
+                "looks to choose from, each a range and the sample of a scan that is matched, from "
+                "the cheapest to the dearest; paper: observation ranges alone, every return within "
+                "them"),
           numbers("limits_m", options.limits_m, "localization errors a vehicle may accept, m", 0.01,
                   5.0),
           number("leaf_m", options.leaf_m, "voxel grid a scan is subsampled on to be matched, m",

@@ -9,7 +9,7 @@
 #include "compiler/pipeline/settings.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/foreign/recording/recording.h"
-#include "passes/pass/default_ranges.h"
+#include "passes/pass/default_looks.h"
 
 namespace sightline {
 
@@ -18,6 +18,7 @@ enum class Split { kAuto, kEvenOdd };
 // What several passes must agree on; each of them takes it from here.
 struct AnnotationOptions {
   std::vector<double> ranges_m = default_ranges_m();
+  std::vector<Look> looks = default_looks();
   std::vector<double> limits_m = {0.10, 0.25};
   double leaf_m = 1.0;
   double tile_m = 64.0;

@@ -44,6 +44,22 @@ ScanShares scan_shares(const CompileConfig& config) {
   return config.is_split() ? ScanShares{ScanSelection::kEven, ScanSelection::kOdd} : ScanShares{};
 }
 
+// Looks that take a sample are matched by this program's own localizers.
+MeasureErrorOptions measuring_options(const CompileConfig& config, const Plan& plan) {
+  MeasureErrorOptions options = plan.options(kMeasureError);
+  const bool is_own = options.localizer != LocalizerKind::kPclNdt && !config.imports_errors();
+  if (!is_own) options.looks.clear();
+  return options;
+}
+
+// The looks of a map first, then those that need none.
+std::vector<Look> with_baselines(std::vector<Look> looks) {
+  for (const Look& look : baseline_looks()) {
+    if (std::ranges::find(looks, look) == looks.end()) looks.push_back(look);
+  }
+  return looks;
+}
+
 // A map that a drive is measured in, and how.
 struct OnMap {
   Plan& plan;
@@ -150,7 +166,7 @@ Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDriv
                                 Wire<SensorProfile> localizing_sensor, bool learns_here,
                                 CompilePlan& compile) {
   Plan& plan = compile.plan;
-  MeasureErrorOptions options = plan.options(kMeasureError);
+  MeasureErrorOptions options = measuring_options(config, plan);
   options.scans = scan_shares(config).mapping;
   // Evidence and a factor, not labels: cheap, at every site, and the same whoever will localize
   // here.
@@ -230,7 +246,7 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   if (!config.is_split()) {
     localized = add_drive(plan, compile.recordings.back(), compile.ndt, compile.sites);
   }
-  MeasureErrorOptions measuring = plan.options(kMeasureError);
+  MeasureErrorOptions measuring = measuring_options(config, plan);
   measuring.scans = scan_shares(config).localization;
   compile.measured = add_errors(config, "", localized,
                                 {plan, compile.ndt, compile.sites, measuring}, compile.outside);
@@ -248,7 +264,7 @@ Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, Compil
   compile.recordings.push_back(add_recording(plan, "evaluation", config.evaluation));
   const LocalizedDrive drive =
       add_drive(plan, compile.recordings.back(), compile.ndt, compile.sites);
-  MeasureErrorOptions measuring = plan.options(kMeasureError);
+  MeasureErrorOptions measuring = measuring_options(config, plan);
   measuring.scans = scan_shares(config).localization;
   return add_errors(config, "evaluation", drive, {plan, compile.ndt, compile.sites, measuring},
                     compile.outside);
@@ -266,7 +282,11 @@ EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) 
   evaluate.recording = add_recording(plan, "evaluation", config.evaluation);
   const LocalizedDrive drive = add_drive(plan, evaluate.recording, evaluate.ndt, evaluate.sites);
   MeasureErrorOptions measuring = plan.options(kMeasureError);
-  measuring.ranges_m = map.predicted.ranges_m;
+  measuring.ranges_m = ranges_of(map.predicted.looks);
+  measuring.looks.clear();
+  for (const PredictedError& samples : map.predicted.of_samples) {
+    measuring.looks = with_baselines(samples.looks);
+  }
   const bool is_same_recording =
       config.is_split() && config.evaluation.scans == config.mapping.scans;
   measuring.scans = is_same_recording ? ScanSelection::kOdd : ScanSelection::kAll;

@@ -13,6 +13,11 @@ Json json_value(const OptionField& field) {
   if (int* const* value = std::get_if<int*>(&field.value)) return **value;
   if (double* const* value = std::get_if<double*>(&field.value)) return **value;
   if (std::string* const* value = std::get_if<std::string*>(&field.value)) return **value;
+  if (std::vector<Look>* const* value = std::get_if<std::vector<Look>*>(&field.value)) {
+    Json texts = Json::array();
+    for (const Look& look : **value) texts.push_back(to_text(look));
+    return texts;
+  }
   return *std::get<std::vector<double>*>(field.value);
 }
 
@@ -36,6 +41,10 @@ Json field_schema(const OptionField& field) {
     } else {
       schema["type"] = {"string", "number"};  // `columns: 4` is a text as good as any
     }
+  } else if (std::holds_alternative<std::vector<Look>*>(field.value)) {
+    schema["type"] = {"array", "string"};
+    schema["items"] = {{"type", "string"}};
+    schema["minItems"] = 1;
   } else {
     schema = {{"type", "array"}, {"items", number_schema(field, "number")}, {"minItems", 1}};
   }

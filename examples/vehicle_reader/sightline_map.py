@@ -18,7 +18,7 @@ import struct
 import sys
 from typing import NamedTuple
 
-UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER = 1, 2, 4, 8, 16, 32
+UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER, NOT_VISIBLE = 1, 2, 4, 8, 16, 32, 64
 KNOWN_BLOCKS = {("ndt", 1), ("range", 1)}
 LOOK_UP = 1  # compatible feature bit 0
 PAGE = 4096
@@ -193,6 +193,17 @@ class Tile(NamedTuple):
     layers: list
 
 
+class Look(NamedTuple):
+    """How a scan becomes the points that are matched (schemas/definitions.md, "Looks")."""
+
+    range_m: float
+    return_count: int = 0  # 0: every one
+    even_beyond_m: float = 0.0
+    point_count: int = 0  # 0: all that are left
+    is_by_normals: bool = False
+    settles: bool = False
+
+
 class Answer(NamedTuple):
     range_m: float
     probability: float  # that the localization error is within the limit; NaN with UNKNOWN_LOCALIZER
@@ -236,6 +247,9 @@ class SightlineMap:
         self.reach_m = manifest.number(8, "d")
         self.nd_count, self.site_count = manifest.number(9, "Q"), manifest.number(13, "I")
         self.ranges_m = manifest.numbers(14, "d")
+        self.looks = [Look(each.number(0, "d"), each.number(1, "I"), each.number(2, "d"), each.number(3, "I"),
+                           each.number(4, "B") == 1, each.number(5, "B") == 1)
+                      for each in (manifest.tables(27) if manifest.offset(27) else ())]
         self.promises = [self._promise(table) for table in manifest.tables(17)]
         self.limits_m = [promise["limit_m"] for promise in self.promises]
         profile = manifest.table(22).table(4)
@@ -317,12 +331,14 @@ class SightlineMap:
 
     def sites(self):
         """By id, what the range layers say, as dictionaries of tuples."""
-        ranges, limits = len(self.ranges_m), len(self.limits_m)
+        ranges, limits, looks = len(self.ranges_m), len(self.limits_m), len(self.looks)
         layout = [("site", "I", 1), ("run", "I", 1), ("s_m", "d", 1), ("p_x_m", "d", 1),
                   ("p_y_m", "d", 1), ("p_z_m", "d", 1), ("range_index", "B", limits),
                   ("range_flags", "B", limits), ("mean_error_m", "d", ranges),
                   ("probability", "d", ranges * limits), ("site_flags", "B", 1), ("extrapolated", "B", ranges),
-                  ("pose", "d", 12)]
+                  ("pose", "d", 12), ("look_index", "B", limits if looks else 0),
+                  ("look_flags", "B", limits if looks else 0), ("look_mean_error_m", "d", looks),
+                  ("look_probability", "d", looks * limits), ("look_extrapolated", "B", looks)]
         sites = {}
         for tile in self.tiles():
             for layer in tile.layers:
@@ -391,13 +407,33 @@ class SightlineMap:
             return Answer(self.ranges_m[-1], math.nan, math.nan, distance_m, flags, site)
         if row is None:
             return Answer(self.ranges_m[-1], 0.0, math.inf, math.inf, flags | FAR, None)
-        distance_m, site, longest_error_m, choices = row
+        distance_m, site, longest_error_m, choices, _ = row
         if limit < 0:
             return Answer(self.ranges_m[-1], 0.0, longest_error_m, distance_m, flags, site)
         index, site_flags, probability, mean_error_m = choices[limit]
         demand(index < len(self.ranges_m), "bad-layer", f"site {site}")
         return Answer(self.ranges_m[index], probability, mean_error_m, distance_m,
                       flags | site_flags, site)
+
+    def look(self, position_world_m, limit_m, visible_m=math.inf):
+        """(Look, Answer): the cheapest look for a sensor that now sees visible_m far, and its numbers."""
+        demand(visible_m > 0, "bad-argument", "what can be seen must be above 0 m")
+        answer = self.observation_range(position_world_m, limit_m)
+        p_m = [a - b for a, b in zip(position_world_m, self.origin_world_m)]
+        limit = sum(each <= limit_m for each in self.limits_m) - 1
+        row = self._look_up.nearest(p_m) if self.looks and self.is_for_caller and limit >= 0 else None
+        if row:
+            index, site_flags, probability, mean_error_m = row[4][limit]
+            demand(index < len(self.looks), "bad-layer", f"site {row[1]}")
+            look = self.looks[index]
+            if look.range_m <= visible_m:
+                return look, Answer(look.range_m, probability, mean_error_m, row[0], site_flags, row[1])
+        if answer.range_m <= visible_m:
+            return Look(answer.range_m), answer
+        probability = 0.0 if self.is_for_caller else math.nan
+        answer = answer._replace(range_m=self.ranges_m[-1], probability=probability,
+                                 flags=answer.flags | NOT_VISIBLE)
+        return Look(answer.range_m), answer
 
 
 class LookUp:
@@ -411,7 +447,7 @@ class LookUp:
         info = owner.data[end - PAGE:end]
         demand(info[:8] == b"\x89SLU\r\n\x1a\n", "bad-layer", "look-up")
         (version, page_size, pages, self.cell_m, self.slots, self.rows, limits,
-         text_size) = struct.unpack_from("<IIQdQQII", info, 8)
+         text_size, looks) = struct.unpack_from("<IIQdQQIII", info, 8)
         demand(version == 1 and page_size == PAGE, "unknown-required-feature", "look-up")
         self.begin = end - PAGE * pages
         self.checked = set()
@@ -419,10 +455,11 @@ class LookUp:
         for line in info[64:64 + text_size].decode().splitlines():
             name, number = line.split(" ")
             demand((name, int(number)) in KNOWN_BLOCKS, "unknown-required-feature", "block " + line)
-        self.row_size = (40 + 18 * self.limits + 7) // 8 * 8
+        self.look_limits = self.limits if looks else 0
+        self.row_size = (40 + 18 * (self.limits + self.look_limits) + 7) // 8 * 8
         self.rows_per_page = 4080 // self.row_size
         self.slot_pages = -(-self.slots // 255)
-        demand(limits == self.limits and self.rows == owner.site_count and
+        demand(limits == self.limits and looks == len(owner.looks) and self.rows == owner.site_count and
                pages == self.slot_pages - (-self.rows // self.rows_per_page) + 1, "bad-layer",
                "look-up")
 
@@ -464,11 +501,15 @@ class LookUp:
         if best is None:
             return None
         distance_m, site, page, place = best
-        n = self.limits
-        values = struct.unpack_from(f"<d8x{n}d{n}d{n}B{n}B", page, place + 24)
-        choices = [(values[1 + 2 * n + i], values[1 + 3 * n + i], values[1 + i], values[1 + n + i])
+        n, m = self.limits, self.look_limits
+        values = struct.unpack_from(f"<d8x{n}d{n}d{m}d{m}d{n}B{n}B{m}B{m}B", page, place + 24)
+        index = 1 + 2 * n + 2 * m
+        choices = [(values[index + i], values[index + n + i], values[1 + i], values[1 + n + i])
                    for i in range(n)]
-        return distance_m, site, values[0], choices
+        index += 2 * n
+        looks = [(values[index + i], values[index + m + i], values[1 + 2 * n + i],
+                  values[1 + 2 * n + m + i]) for i in range(m)]
+        return distance_m, site, values[0], choices, looks
 
 
 def main(arguments):

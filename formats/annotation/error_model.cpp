@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/annotation/of_samples.h"
+
 namespace sightline {
 namespace {
 
@@ -75,12 +77,12 @@ Result<void> validate_features(const ErrorModel& model) {
 }
 
 Result<void> validate_ranges(const ErrorModel& model) {
-  if (model.ranges.size() != model.out_of_fold.ranges_m.size()) {
+  if (model.ranges.size() != model.out_of_fold.looks.size()) {
     return invalid("", "the model card and the predictions name other ranges");
   }
   for (std::size_t range = 0; range < model.ranges.size(); ++range) {
     const RangeCard& card = model.ranges[range];
-    if (card.range_m != model.out_of_fold.ranges_m[range] ||
+    if (card.range_m != model.out_of_fold.looks[range].range_m ||
         !are_finite({card.mean_error_m, card.r_squared, card.rmse_m, card.history_r_squared,
                      card.history_rmse_m})) {
       return invalid("range " + std::to_string(range), "its card makes no sense");
@@ -136,6 +138,19 @@ Result<void> validate_streets(const ErrorModel& model) {
 
 bool is_of_map(const RecordingCard& card) { return card.role.starts_with("mapping"); }
 
+Result<void> validate_own(const ErrorModel& model) {
+  Result<void> valid = validate(model.forest);
+  if (valid) valid = validate(model.out_of_fold);
+  if (valid) valid = validate_card(model);
+  if (valid) valid = validate_ranges(model);
+  if (valid) valid = validate_features(model);
+  if (valid) valid = validate_sites(model);
+  if (valid) valid = validate_streets(model);
+  return valid;
+}
+
+const std::vector<Look>& looks_of(const ErrorModel& model) { return model.out_of_fold.looks; }
+
 }  // namespace
 
 std::vector<RecordingCard> recordings_of_drives(const RecordingCards& recordings,
@@ -158,14 +173,7 @@ bool made_the_map(const RecordingCards& recordings, const RecordingCard& card) {
 }
 
 Result<void> validate(const ErrorModel& model) {
-  Result<void> valid = validate(model.forest);
-  if (valid) valid = validate(model.out_of_fold);
-  if (valid) valid = validate_card(model);
-  if (valid) valid = validate_ranges(model);
-  if (valid) valid = validate_features(model);
-  if (valid) valid = validate_sites(model);
-  if (valid) valid = validate_streets(model);
-  return valid;
+  return validate_both(model, validate_own, looks_of);
 }
 
 }  // namespace sightline

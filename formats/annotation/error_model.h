@@ -121,6 +121,9 @@ struct ErrorModel {
   std::vector<TrainedSite> sites;       // ascending (run, s_m); with a label or without
   PredictedError out_of_fold;           // of these sites, by trees that never saw the place
   std::vector<double> measured_mean_m;  // [site][range]; 0 where there is no label
+  // The same of the looks that take a sample, the same sites and drive: none or one, without its
+  // own.
+  std::vector<ErrorModel> of_samples;
 
   [[nodiscard]] SiteShape shape() const { return {ranges.size()}; }
 
@@ -132,7 +135,7 @@ struct ErrorModel {
 template <>
 struct ArtifactTraits<ErrorModel> {
   static constexpr std::string_view kName = "error-model";
-  static constexpr std::uint32_t kVersion = 5;
+  static constexpr std::uint32_t kVersion = 6;
 };
 
 Result<void> validate(const ErrorModel& model);

@@ -2,6 +2,8 @@
 
 // The encoding that schemas/model_format.md describes.
 
+#include "formats/annotation/of_samples.h"
+
 namespace sightline {
 namespace {
 
@@ -106,9 +108,7 @@ void decode_sites(ByteReader& reader, std::vector<TrainedSite>& sites) {
   }
 }
 
-}  // namespace
-
-void encode(const ErrorModel& model, ByteWriter& writer) {
+void encode_own(const ErrorModel& model, ByteWriter& writer) {
   encode_card(model.card, writer);
   writer.put<std::uint64_t>(model.features.size());
   for (const FeatureCard& feature : model.features) {
@@ -145,7 +145,7 @@ void encode(const ErrorModel& model, ByteWriter& writer) {
   writer.put_array(model.measured_mean_m);
 }
 
-void decode(ByteReader& reader, ErrorModel& model) {
+void decode_own(ByteReader& reader, ErrorModel& model) {
   constexpr std::size_t kBytesPerFeature = 4 * sizeof(std::uint64_t);
   constexpr std::size_t kBytesPerRange = 6 * sizeof(double);
   decode_card(reader, model.card);
@@ -171,5 +171,11 @@ void decode(ByteReader& reader, ErrorModel& model) {
   decode_predictions(reader, model.out_of_fold);
   reader.get_array(model.measured_mean_m);
 }
+
+}  // namespace
+
+void encode(const ErrorModel& model, ByteWriter& writer) { encode_both(model, writer, encode_own); }
+
+void decode(ByteReader& reader, ErrorModel& model) { decode_both(reader, model, decode_own); }
 
 }  // namespace sightline

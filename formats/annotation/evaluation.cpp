@@ -93,6 +93,8 @@ Result<void> validate(const Evaluation& evaluation) {
   for (const ReliabilityBin& bin : evaluation.reliability) {
     if (!is_finite(kBinFields, bin)) return invalid("a reliability bin is not finite", "");
   }
+  if (evaluation.of_samples.size() > 1) return invalid("looks are judged more than once", "");
+  for (const LookEvaluation& looks : evaluation.of_samples) SIGHTLINE_TRY(validate(looks));
   return {};
 }
 
@@ -134,6 +136,8 @@ void encode(const Evaluation& evaluation, ByteWriter& writer) {
   writer.put_array(evaluation.error_m);
   writer.put_array(evaluation.time_ms);
   writer.put_array(evaluation.chosen_range_index);
+  writer.put(static_cast<std::uint8_t>(evaluation.of_samples.size()));
+  for (const LookEvaluation& looks : evaluation.of_samples) encode(looks, writer);
 }
 
 void decode(ByteReader& reader, Evaluation& evaluation) {
@@ -175,6 +179,10 @@ void decode(ByteReader& reader, Evaluation& evaluation) {
   reader.get_array(evaluation.error_m);
   reader.get_array(evaluation.time_ms);
   reader.get_array(evaluation.chosen_range_index);
+  const auto count = reader.get<std::uint8_t>();
+  if (count > 1) return reader.fail();
+  evaluation.of_samples.resize(reader.ok() ? count : 0);
+  for (LookEvaluation& looks : evaluation.of_samples) decode(reader, looks);
 }
 
 }  // namespace sightline

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/annotation/evaluation_scores.h"
+#include "formats/annotation/look_evaluation.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
 
@@ -33,6 +34,7 @@ struct Evaluation {
   std::vector<double> error_m;                   // [judged site][range]
   std::vector<double> time_ms;                   // [judged site][range]
   std::vector<std::uint8_t> chosen_range_index;  // [limit][rule][judged site]
+  std::vector<LookEvaluation> of_samples;        // of the looks that take a sample: none or one
 
   [[nodiscard]] const RuleScore& score(std::size_t limit, Rule rule) const {
     return rules[limit * kRuleCount + static_cast<std::size_t>(rule)];
@@ -46,7 +48,7 @@ struct Evaluation {
 template <>
 struct ArtifactTraits<Evaluation> {
   static constexpr std::string_view kName = "evaluation";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 Result<void> validate(const Evaluation& evaluation);

@@ -113,9 +113,13 @@ Table dump(const Evaluation& evaluation) {
 }
 
 std::vector<Table> tables(const Evaluation& evaluation) {
-  return {dump(evaluation),          statics_table(evaluation),
-          streets_table(evaluation), reliability_table(evaluation),
-          errors_table(evaluation),  sites_table(evaluation)};
+  std::vector<Table> all = {dump(evaluation),          statics_table(evaluation),
+                            streets_table(evaluation), reliability_table(evaluation),
+                            errors_table(evaluation),  sites_table(evaluation)};
+  for (const LookEvaluation& looks : evaluation.of_samples) {
+    for (Table& table : tables(looks)) all.push_back(std::move(table));
+  }
+  return all;
 }
 
 }  // namespace sightline

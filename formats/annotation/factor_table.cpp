@@ -3,6 +3,8 @@
 #include <cmath>
 #include <set>
 
+#include "formats/annotation/of_samples.h"
+
 namespace sightline {
 namespace {
 
@@ -10,18 +12,9 @@ Error invalid(std::string message, std::string place) {
   return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
 }
 
-}  // namespace
-
-Result<void> validate(const FactorTable& table) {
-  if (table.ranges_m.empty() || table.factors.empty()) {
-    return invalid("a factor table needs ranges and factors", "");
-  }
-  for (std::size_t r = 0; r < table.ranges_m.size(); ++r) {
-    const double before_m = r == 0 ? 0.0 : table.ranges_m[r - 1];
-    if (!(table.ranges_m[r] > before_m) || !std::isfinite(table.ranges_m[r])) {
-      return invalid("ranges must ascend from above 0", "range " + std::to_string(r));
-    }
-  }
+Result<void> validate_own(const FactorTable& table) {
+  SIGHTLINE_TRY(validate(table.looks));
+  if (table.factors.empty()) return invalid("a factor table needs factors", "");
   if (std::set(table.factors.begin(), table.factors.end()).size() != table.factors.size()) {
     return invalid("two factors have the same name", "");
   }
@@ -40,38 +33,60 @@ Result<void> validate(const FactorTable& table) {
   return {};
 }
 
-Table dump(const FactorTable& table) {
-  Table text;
-  text.name = "factors";
-  text.columns = {"site", "range_m"};
-  text.columns.insert(text.columns.end(), table.factors.begin(), table.factors.end());
-  text.rows.reserve(table.site_count * table.ranges_m.size());
-  for (std::size_t site = 0; site < table.site_count; ++site) {
-    for (std::size_t range = 0; range < table.ranges_m.size(); ++range) {
-      std::vector<Cell> row = {static_cast<std::int64_t>(site), table.ranges_m[range]};
-      for (std::size_t factor = 0; factor < table.factors.size(); ++factor) {
-        row.emplace_back(table.at(site, range, factor));
-      }
-      text.rows.push_back(std::move(row));
-    }
-  }
-  return text;
-}
+const std::vector<Look>& looks_of(const FactorTable& table) { return table.looks; }
 
-void encode(const FactorTable& table, ByteWriter& writer) {
-  writer.put_array(table.ranges_m);
+void encode_own(const FactorTable& table, ByteWriter& writer) {
+  encode(table.looks, writer);
   writer.put<std::uint64_t>(table.factors.size());
   for (const std::string& factor : table.factors) writer.put_string(factor);
   writer.put(table.site_count);
   writer.put_array(table.values);
 }
 
-void decode(ByteReader& reader, FactorTable& table) {
-  reader.get_array(table.ranges_m);
+void decode_own(ByteReader& reader, FactorTable& table) {
+  decode(reader, table.looks);
   table.factors.resize(reader.get_count(sizeof(std::uint64_t)));
   for (std::string& factor : table.factors) reader.get_string(factor);
   reader.get(table.site_count);
   reader.get_array(table.values);
 }
+
+// A cell that the table has no factor for stays empty.
+void append_rows(const FactorTable& table, Table& text) {
+  for (std::size_t site = 0; site < table.site_count; ++site) {
+    for (std::size_t look = 0; look < table.looks.size(); ++look) {
+      std::vector<Cell> row = {static_cast<std::int64_t>(site), table.looks[look].range_m,
+                               to_text(table.looks[look])};
+      for (std::size_t factor = 0; factor < table.factors.size(); ++factor) {
+        row.emplace_back(table.at(site, look, factor));
+      }
+      row.resize(text.columns.size(), std::string());
+      text.rows.push_back(std::move(row));
+    }
+  }
+}
+
+}  // namespace
+
+Result<void> validate(const FactorTable& table) {
+  return validate_both(table, validate_own, looks_of);
+}
+
+Table dump(const FactorTable& table) {
+  Table text;
+  text.name = "factors";
+  text.columns = {"site", "range_m", "look"};
+  const FactorTable& widest = table.of_samples.empty() ? table : table.of_samples.front();
+  text.columns.insert(text.columns.end(), widest.factors.begin(), widest.factors.end());
+  append_rows(table, text);
+  for (const FactorTable& samples : table.of_samples) append_rows(samples, text);
+  return text;
+}
+
+void encode(const FactorTable& table, ByteWriter& writer) {
+  encode_both(table, writer, encode_own);
+}
+
+void decode(ByteReader& reader, FactorTable& table) { decode_both(reader, table, decode_own); }
 
 }  // namespace sightline

@@ -5,18 +5,22 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
 
 namespace sightline {
 
-// Map factors of every site at every range.
+// Map factors of every site at every look.
 struct FactorTable {
-  std::vector<double> ranges_m;      // ascending
+  std::vector<Look> looks;           // from the cheapest to the dearest
   std::vector<std::string> factors;  // column names, "feature_count", ...
   std::uint32_t site_count = 0;
-  std::vector<double> values;  // [site][range][factor]
+  std::vector<double> values;  // [site][look][factor]
+  // The same of the looks that take a sample, the same sites and drive: none or one, without its
+  // own.
+  std::vector<FactorTable> of_samples;
 
-  [[nodiscard]] SiteShape shape() const { return {ranges_m.size(), factors.size()}; }
+  [[nodiscard]] SiteShape shape() const { return {looks.size(), factors.size()}; }
 
   [[nodiscard]] double at(std::size_t site, std::size_t range, std::size_t factor) const {
     return values[shape().index(site, range, factor)];
@@ -26,7 +30,7 @@ struct FactorTable {
 template <>
 struct ArtifactTraits<FactorTable> {
   static constexpr std::string_view kName = "factor-table";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 Result<void> validate(const FactorTable& table);

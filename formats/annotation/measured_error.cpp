@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "formats/annotation/of_samples.h"
+
 namespace sightline {
 namespace {
 
@@ -47,14 +49,7 @@ Result<void> validate_setup(const MeasuredError& measured) {
   if (to_text(measured.reference).empty()) return invalid("found an unknown reference", "");
   SIGHTLINE_TRY(validate(measured.matching.localizer));
   if (measured.matching.site_step == 0) return invalid("found a step of 0 sites", "");
-  for (std::size_t i = 0; i < measured.ranges_m.size(); ++i) {
-    const double before_m = i == 0 ? 0.0 : measured.ranges_m[i - 1];
-    if (!(measured.ranges_m[i] > before_m) || !std::isfinite(measured.ranges_m[i])) {
-      return invalid("found range " + format_double(measured.ranges_m[i]) + " m after " +
-                         format_double(before_m) + " m, expected ascending ones",
-                     "range " + std::to_string(i));
-    }
-  }
+  SIGHTLINE_TRY(validate(measured.looks));
   for (std::size_t i = 0; i < measured.offsets.size(); ++i) {
     const InitialOffset& offset = measured.offsets[i];
     if (!std::isfinite(offset.x_m) || !std::isfinite(offset.y_m) || !std::isfinite(offset.z_m) ||
@@ -65,7 +60,7 @@ Result<void> validate_setup(const MeasuredError& measured) {
   if (measured.rows.size() != measured.shape().size(measured.scan_of_site.size())) {
     return invalid("found " + std::to_string(measured.rows.size()) + " rows for " +
                        std::to_string(measured.scan_of_site.size()) + " sites and " +
-                       std::to_string(measured.ranges_m.size()) + " ranges",
+                       std::to_string(measured.looks.size()) + " looks",
                    "");
   }
   return {};
@@ -90,9 +85,7 @@ Result<void> validate_row(const ErrorRow& row, bool has_scan, const std::string&
   return {};
 }
 
-}  // namespace
-
-Result<void> validate(const MeasuredError& measured) {
+Result<void> validate_own(const MeasuredError& measured) {
   SIGHTLINE_TRY(validate_setup(measured));
   for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
     if (measured.scan_of_site[site] < -1) {
@@ -100,13 +93,82 @@ Result<void> validate(const MeasuredError& measured) {
           "found scan " + std::to_string(measured.scan_of_site[site]) + ", expected an index or -1",
           "site " + std::to_string(site));
     }
-    for (std::size_t range = 0; range < measured.ranges_m.size(); ++range) {
+    for (std::size_t range = 0; range < measured.looks.size(); ++range) {
       SIGHTLINE_TRY(
           validate_row(measured.row(site, range), measured.scan_of_site[site] >= 0,
                        "site " + std::to_string(site) + ", range " + std::to_string(range)));
     }
   }
   return {};
+}
+
+const std::vector<Look>& looks_of(const MeasuredError& measured) { return measured.looks; }
+
+void encode_own(const MeasuredError& measured, ByteWriter& writer) {
+  writer.put_string(measured.drive);
+  writer.put(measured.matching.scans);
+  encode(measured.matching.localizer, writer);
+  writer.put(measured.matching.coarse_cells);
+  writer.put(measured.matching.leaf_m);
+  writer.put(measured.matching.site_step);
+  writer.put(measured.reference);
+  encode(measured.looks, writer);
+  writer.put<std::uint64_t>(measured.offsets.size());
+  for (const InitialOffset& offset : measured.offsets) {
+    writer.put(offset.x_m);
+    writer.put(offset.y_m);
+    writer.put(offset.z_m);
+    writer.put(offset.yaw_rad);
+  }
+  writer.put_array(measured.scan_of_site);
+  writer.put<std::uint64_t>(measured.rows.size());
+  for (const ErrorRow& row : measured.rows) {
+    writer.put(row.point_count);
+    for (const RowField& field : kRowFields) writer.put(row.*field.value);
+  }
+}
+
+void decode_own(ByteReader& reader, MeasuredError& measured) {
+  reader.get_string(measured.drive);
+  reader.get(measured.matching.scans);
+  decode(reader, measured.matching.localizer);
+  reader.get(measured.matching.coarse_cells);
+  reader.get(measured.matching.leaf_m);
+  reader.get(measured.matching.site_step);
+  reader.get(measured.reference);
+  decode(reader, measured.looks);
+  measured.offsets.resize(reader.get_count(kBytesPerOffset));
+  for (InitialOffset& offset : measured.offsets) {
+    reader.get(offset.x_m);
+    reader.get(offset.y_m);
+    reader.get(offset.z_m);
+    reader.get(offset.yaw_rad);
+  }
+  reader.get_array(measured.scan_of_site);
+  measured.rows.resize(reader.get_count(kBytesPerRow));
+  for (ErrorRow& row : measured.rows) {
+    reader.get(row.point_count);
+    for (const RowField& field : kRowFields) reader.get(row.*field.value);
+  }
+}
+
+void append_rows(const MeasuredError& measured, Table& table) {
+  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
+    for (std::size_t look = 0; look < measured.looks.size(); ++look) {
+      const ErrorRow& row = measured.row(site, look);
+      std::vector<Cell> cells = {static_cast<std::int64_t>(site), measured.looks[look].range_m,
+                                 to_text(measured.looks[look]), measured.scan_of_site[site],
+                                 std::int64_t{row.point_count}};
+      for (const RowField& field : kRowFields) cells.emplace_back(row.*field.value);
+      table.rows.push_back(std::move(cells));
+    }
+  }
+}
+
+}  // namespace
+
+Result<void> validate(const MeasuredError& measured) {
+  return validate_both(measured, validate_own, looks_of);
 }
 
 Table dump(const MeasuredError& measured) {
@@ -129,66 +191,19 @@ Table dump(const MeasuredError& measured) {
     table.facts.emplace_back(name + "z_m", measured.offsets[k].z_m);
     table.facts.emplace_back(name + "yaw_rad", measured.offsets[k].yaw_rad);
   }
-  table.columns = {"site", "range_m", "scan", "point_count"};
+  table.columns = {"site", "range_m", "look", "scan", "point_count"};
   for (const RowField& field : kRowFields) table.columns.emplace_back(field.name);
-  for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
-    for (std::size_t range = 0; range < measured.ranges_m.size(); ++range) {
-      const ErrorRow& row = measured.row(site, range);
-      std::vector<Cell> cells = {static_cast<std::int64_t>(site), measured.ranges_m[range],
-                                 measured.scan_of_site[site], std::int64_t{row.point_count}};
-      for (const RowField& field : kRowFields) cells.emplace_back(row.*field.value);
-      table.rows.push_back(std::move(cells));
-    }
-  }
+  append_rows(measured, table);
+  for (const MeasuredError& samples : measured.of_samples) append_rows(samples, table);
   return table;
 }
 
 void encode(const MeasuredError& measured, ByteWriter& writer) {
-  writer.put_string(measured.drive);
-  writer.put(measured.matching.scans);
-  encode(measured.matching.localizer, writer);
-  writer.put(measured.matching.coarse_cells);
-  writer.put(measured.matching.leaf_m);
-  writer.put(measured.matching.site_step);
-  writer.put(measured.reference);
-  writer.put_array(measured.ranges_m);
-  writer.put<std::uint64_t>(measured.offsets.size());
-  for (const InitialOffset& offset : measured.offsets) {
-    writer.put(offset.x_m);
-    writer.put(offset.y_m);
-    writer.put(offset.z_m);
-    writer.put(offset.yaw_rad);
-  }
-  writer.put_array(measured.scan_of_site);
-  writer.put<std::uint64_t>(measured.rows.size());
-  for (const ErrorRow& row : measured.rows) {
-    writer.put(row.point_count);
-    for (const RowField& field : kRowFields) writer.put(row.*field.value);
-  }
+  encode_both(measured, writer, encode_own);
 }
 
 void decode(ByteReader& reader, MeasuredError& measured) {
-  reader.get_string(measured.drive);
-  reader.get(measured.matching.scans);
-  decode(reader, measured.matching.localizer);
-  reader.get(measured.matching.coarse_cells);
-  reader.get(measured.matching.leaf_m);
-  reader.get(measured.matching.site_step);
-  reader.get(measured.reference);
-  reader.get_array(measured.ranges_m);
-  measured.offsets.resize(reader.get_count(kBytesPerOffset));
-  for (InitialOffset& offset : measured.offsets) {
-    reader.get(offset.x_m);
-    reader.get(offset.y_m);
-    reader.get(offset.z_m);
-    reader.get(offset.yaw_rad);
-  }
-  reader.get_array(measured.scan_of_site);
-  measured.rows.resize(reader.get_count(kBytesPerRow));
-  for (ErrorRow& row : measured.rows) {
-    reader.get(row.point_count);
-    for (const RowField& field : kRowFields) reader.get(row.*field.value);
-  }
+  decode_both(reader, measured, decode_own);
 }
 
 }  // namespace sightline

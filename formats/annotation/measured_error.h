@@ -8,6 +8,7 @@
 #include "formats/artifact.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/localizer_profile.h"
+#include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
 
 namespace sightline {
@@ -23,7 +24,7 @@ struct InitialOffset {
 // What the errors were measured against.
 enum class ErrorReference : std::uint8_t { kKnownPose, kFullRangeMatch };
 
-// The runs from all offsets at one site and range. Lengths in metres, angles in radians.
+// The runs from all offsets at one site by one look. Lengths in metres, angles in radians.
 struct ErrorRow {
   double mean_m = 0.0;  // of the 3D translation distance
   double median_m = 0.0;
@@ -60,14 +61,17 @@ struct MeasuredError {
   std::string drive;
   MatchingCard matching;
   ErrorReference reference = ErrorReference::kKnownPose;
-  std::vector<double> ranges_m;
+  std::vector<Look> looks;
   std::vector<InitialOffset> offsets;
   // Per site: recording_index of the scan that was matched there, or -1 where the drive has none
   // near.
   std::vector<std::int64_t> scan_of_site;
-  std::vector<ErrorRow> rows;  // [site][range]; all zero where there was no scan
+  std::vector<ErrorRow> rows;  // [site][look]; all zero where there was no scan
+  // The same of the looks that take a sample, the same sites and drive: none or one, without its
+  // own.
+  std::vector<MeasuredError> of_samples;
 
-  [[nodiscard]] SiteShape shape() const { return {ranges_m.size()}; }
+  [[nodiscard]] SiteShape shape() const { return {looks.size()}; }
 
   [[nodiscard]] const ErrorRow& row(std::size_t site, std::size_t range) const {
     return rows[shape().index(site, range)];
@@ -77,7 +81,7 @@ struct MeasuredError {
 template <>
 struct ArtifactTraits<MeasuredError> {
   static constexpr std::string_view kName = "measured-error";
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
 };
 
 Result<void> validate(const MeasuredError& measured);

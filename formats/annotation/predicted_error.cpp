@@ -3,6 +3,8 @@
 #include <cmath>
 #include <string>
 
+#include "formats/annotation/of_samples.h"
+
 namespace sightline {
 namespace {
 
@@ -18,10 +20,9 @@ bool is_ascending_and_positive(const std::vector<double>& values) {
 }
 
 Result<void> validate_shape(const PredictedError& predicted) {
-  if (!is_ascending_and_positive(predicted.ranges_m) ||
-      !is_ascending_and_positive(predicted.limits_m)) {
-    return Error{ErrorCode::kInvalidArtifact, "ranges or limits are not positive and ascending", "",
-                 ""};
+  SIGHTLINE_TRY(validate(predicted.looks));
+  if (!is_ascending_and_positive(predicted.limits_m)) {
+    return Error{ErrorCode::kInvalidArtifact, "limits are not positive and ascending", "", ""};
   }
   if (predicted.mean_m.size() != predicted.mean_shape().size(predicted.site_count) ||
       predicted.within_probability.size() !=
@@ -31,7 +32,7 @@ Result<void> validate_shape(const PredictedError& predicted) {
       predicted.has_history.size() != predicted.site_count) {
     return Error{ErrorCode::kInvalidArtifact,
                  "predictions do not fill " + std::to_string(predicted.site_count) + " sites x " +
-                     std::to_string(predicted.ranges_m.size()) + " ranges",
+                     std::to_string(predicted.looks.size()) + " looks",
                  "", ""};
   }
   return {};
@@ -54,15 +55,13 @@ Result<void> validate_pair(const PredictedError& predicted, std::size_t site, st
   return {};
 }
 
-}  // namespace
-
-Result<void> validate(const PredictedError& predicted) {
+Result<void> validate_own(const PredictedError& predicted) {
   SIGHTLINE_TRY(validate_shape(predicted));
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     if (predicted.out_of_fold[site] > 1 || predicted.has_history[site] > 1) {
       return invalid(site, "found a flag that is neither 0 nor 1");
     }
-    for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
+    for (std::size_t range = 0; range < predicted.looks.size(); ++range) {
       if (predicted.extrapolated[predicted.mean_shape().index(site, range)] > 1) {
         return invalid(site, "found a flag that is neither 0 nor 1");
       }
@@ -72,32 +71,57 @@ Result<void> validate(const PredictedError& predicted) {
   return {};
 }
 
-Table dump(const PredictedError& predicted) {
-  Table table;
-  table.name = "predicted-error";
-  table.columns = {"site", "range_m", "extrapolated", "out_of_fold", "has_history", "mean_error_m"};
-  for (const double limit_m : predicted.limits_m) {
-    table.columns.push_back("p_within_" + format_double(limit_m) + "_m");
-  }
+const std::vector<Look>& looks_of(const PredictedError& predicted) { return predicted.looks; }
+
+void encode_own(const PredictedError& predicted, ByteWriter& writer) {
+  encode_predictions(predicted, writer);
+  writer.put(predicted.support_margin);
+}
+
+void decode_own(ByteReader& reader, PredictedError& predicted) {
+  decode_predictions(reader, predicted);
+  reader.get(predicted.support_margin);
+}
+
+void append_rows(const PredictedError& predicted, Table& table) {
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
-    for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
+    for (std::size_t look = 0; look < predicted.looks.size(); ++look) {
       std::vector<Cell> row = {static_cast<std::int64_t>(site),
-                               predicted.ranges_m[range],
-                               std::int64_t{predicted.is_extrapolated(site, range) ? 1 : 0},
+                               predicted.looks[look].range_m,
+                               to_text(predicted.looks[look]),
+                               std::int64_t{predicted.is_extrapolated(site, look) ? 1 : 0},
                                std::int64_t{predicted.out_of_fold[site]},
                                std::int64_t{predicted.has_history[site]},
-                               predicted.mean(site, range)};
+                               predicted.mean(site, look)};
       for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
-        row.emplace_back(predicted.probability(site, range, limit));
+        row.emplace_back(predicted.probability(site, look, limit));
       }
       table.rows.push_back(std::move(row));
     }
   }
+}
+
+}  // namespace
+
+Result<void> validate(const PredictedError& predicted) {
+  return validate_both(predicted, validate_own, looks_of);
+}
+
+Table dump(const PredictedError& predicted) {
+  Table table;
+  table.name = "predicted-error";
+  table.columns = {"site",        "range_m",     "look",        "extrapolated",
+                   "out_of_fold", "has_history", "mean_error_m"};
+  for (const double limit_m : predicted.limits_m) {
+    table.columns.push_back("p_within_" + format_double(limit_m) + "_m");
+  }
+  append_rows(predicted, table);
+  for (const PredictedError& samples : predicted.of_samples) append_rows(samples, table);
   return table;
 }
 
 void encode_predictions(const PredictedError& predicted, ByteWriter& writer) {
-  writer.put_array(predicted.ranges_m);
+  encode(predicted.looks, writer);
   writer.put_array(predicted.limits_m);
   writer.put(predicted.site_count);
   writer.put_array(predicted.mean_m);
@@ -108,7 +132,7 @@ void encode_predictions(const PredictedError& predicted, ByteWriter& writer) {
 }
 
 void decode_predictions(ByteReader& reader, PredictedError& predicted) {
-  reader.get_array(predicted.ranges_m);
+  decode(reader, predicted.looks);
   reader.get_array(predicted.limits_m);
   reader.get(predicted.site_count);
   reader.get_array(predicted.mean_m);
@@ -119,13 +143,11 @@ void decode_predictions(ByteReader& reader, PredictedError& predicted) {
 }
 
 void encode(const PredictedError& predicted, ByteWriter& writer) {
-  encode_predictions(predicted, writer);
-  writer.put(predicted.support_margin);
+  encode_both(predicted, writer, encode_own);
 }
 
 void decode(ByteReader& reader, PredictedError& predicted) {
-  decode_predictions(reader, predicted);
-  reader.get(predicted.support_margin);
+  decode_both(reader, predicted, decode_own);
 }
 
 }  // namespace sightline

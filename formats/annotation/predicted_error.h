@@ -4,27 +4,31 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
 
 namespace sightline {
 
-// What the error model says of every site at every range.
+// What the error model says of every site at every look.
 struct PredictedError {
-  std::vector<double> ranges_m;  // ascending
+  std::vector<Look> looks;       // from the cheapest to the dearest
   std::vector<double> limits_m;  // ascending
   std::uint32_t site_count = 0;
   double support_margin = 0.25;  // by which `extrapolated` was judged (PredictErrorOptions)
-  std::vector<double> mean_m;    // [site][range]: predicted mean error
-  std::vector<double> within_probability;  // [site][range][limit]: P(error <= limit)
-  // [site][range]: 1 where what the forest decides by lies outside what the model saw.
+  std::vector<double> mean_m;    // [site][look]: predicted mean error
+  std::vector<double> within_probability;  // [site][look][limit]: P(error <= limit)
+  // [site][look]: 1 where what the forest decides by lies outside what the model saw.
   std::vector<std::uint8_t> extrapolated;
   // [site]: 1 where the model was trained on this site, and trees that never saw the place speak.
   std::vector<std::uint8_t> out_of_fold;
   // [site]: 1 where errors that an earlier drive measured near it were among the features.
   std::vector<std::uint8_t> has_history;
+  // The same of the looks that take a sample, the same sites and drive: none or one, without its
+  // own.
+  std::vector<PredictedError> of_samples;
 
-  [[nodiscard]] SiteShape mean_shape() const { return {ranges_m.size()}; }
-  [[nodiscard]] SiteShape probability_shape() const { return {ranges_m.size(), limits_m.size()}; }
+  [[nodiscard]] SiteShape mean_shape() const { return {looks.size()}; }
+  [[nodiscard]] SiteShape probability_shape() const { return {looks.size(), limits_m.size()}; }
 
   [[nodiscard]] double mean(std::size_t site, std::size_t range) const {
     return mean_m[mean_shape().index(site, range)];
@@ -40,7 +44,7 @@ struct PredictedError {
 template <>
 struct ArtifactTraits<PredictedError> {
   static constexpr std::string_view kName = "predicted-error";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
 };
 
 Result<void> validate(const PredictedError& predicted);

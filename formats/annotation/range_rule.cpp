@@ -5,7 +5,7 @@ namespace {
 
 template <class IsEnough>
 std::optional<std::size_t> first_range(const PredictedError& predicted, const IsEnough& is_enough) {
-  for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
+  for (std::size_t range = 0; range < predicted.looks.size(); ++range) {
     if (is_enough(range)) return range;
   }
   return std::nullopt;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <string>
 
+#include "formats/annotation/of_samples.h"
+
 namespace sightline {
 namespace {
 
@@ -34,8 +36,9 @@ Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
 
 Result<void> validate_shape(const RangeTable& table) {
   const std::size_t pairs = table.shape().size(table.site_count);
-  if (table.ranges_m.empty() || table.ranges_m.size() > 256 || table.promises.empty()) {
-    return invalid("", "found " + std::to_string(table.ranges_m.size()) + " ranges and " +
+  SIGHTLINE_TRY(validate(table.looks));
+  if (table.looks.size() > 256 || table.promises.empty()) {
+    return invalid("", "found " + std::to_string(table.looks.size()) + " looks and " +
                            std::to_string(table.promises.size()) +
                            " limits, expected 1 to 256 and at least 1");
   }
@@ -49,21 +52,15 @@ Result<void> validate_shape(const RangeTable& table) {
   if (!std::isfinite(table.dilation_m) || table.dilation_m < 0.0) {
     return invalid("", "found a dilation of " + format_double(table.dilation_m) + " m");
   }
-  for (std::size_t i = 0; i < table.ranges_m.size(); ++i) {
-    const double below_m = i == 0 ? 0.0 : table.ranges_m[i - 1];
-    if (!std::isfinite(table.ranges_m[i]) || table.ranges_m[i] <= below_m) {
-      return invalid("", "ranges are not positive and ascending");
-    }
-  }
   return {};
 }
 
 Result<void> validate_choice(const RangeTable& table, std::size_t site, std::size_t limit) {
   const std::size_t i = table.shape().index(site, limit);
   const std::string place = "site " + std::to_string(site);
-  if (table.range_index[i] >= table.ranges_m.size()) {
+  if (table.range_index[i] >= table.looks.size()) {
     return invalid(place, "found range " + std::to_string(table.range_index[i]) + " of " +
-                              std::to_string(table.ranges_m.size()));
+                              std::to_string(table.looks.size()));
   }
   if ((table.flags[i] & ~(kUnmet | kExtrapolated | kStatic)) != 0) {
     return invalid(place, "found an unknown flag");
@@ -74,11 +71,24 @@ Result<void> validate_choice(const RangeTable& table, std::size_t site, std::siz
   return {};
 }
 
-void append_facts(const RangeTable& table, Table& out) {
-  out.facts.emplace_back("selection", std::string(selection_name(table.selection)));
-  out.facts.emplace_back("dilation_m", table.dilation_m);
+void append_rows(const RangeTable& table, Table& out) {
+  for (std::size_t site = 0; site < table.site_count; ++site) {
+    for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
+      const std::uint8_t flags = table.flags_of(site, limit);
+      out.rows.push_back({static_cast<std::int64_t>(site), table.promises[limit].limit_m,
+                          table.range_m(site, limit),
+                          to_text(table.looks[table.range(site, limit)]),
+                          std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
+                          std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0},
+                          std::int64_t{(flags & kStatic) != 0 ? 1 : 0}});
+    }
+  }
+}
+
+// `prefix`: "", or "look_" for those that take a sample.
+void append_promises(const RangeTable& table, const std::string& prefix, Table& out) {
   for (const LimitPromise& promise : table.promises) {
-    const std::string limit = "limit_" + format_double(promise.limit_m) + "_m_";
+    const std::string limit = prefix + "limit_" + format_double(promise.limit_m) + "_m_";
     out.facts.emplace_back(limit + "method", promise.method);
     out.facts.emplace_back(limit + "probability_threshold", promise.probability_threshold);
     out.facts.emplace_back(limit + "history_threshold", promise.history_threshold);
@@ -94,27 +104,7 @@ void append_facts(const RangeTable& table, Table& out) {
   }
 }
 
-}  // namespace
-
-const std::vector<std::string>& risk_control_names() {
-  static const std::vector<std::string> kNames = {"conformal", "learn-then-test", "empirical",
-                                                  "fixed"};
-  return kNames;
-}
-
-const std::string& risk_control_name(RiskControl control) {
-  return risk_control_names().at(static_cast<std::size_t>(control));
-}
-
-std::string_view selection_name(Selection selection) {
-  return selection == Selection::kMean ? "mean" : "probability";
-}
-
-std::string_view promise_scope_name(PromiseScope scope) {
-  return scope == PromiseScope::kNextDrive ? "next-drive" : "this-drive";
-}
-
-Result<void> validate(const RangeTable& table) {
+Result<void> validate_own(const RangeTable& table) {
   SIGHTLINE_TRY(validate_shape(table));
   for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
     SIGHTLINE_TRY(validate_promise(table, limit));
@@ -125,25 +115,10 @@ Result<void> validate(const RangeTable& table) {
   return {};
 }
 
-Table dump(const RangeTable& table) {
-  Table out;
-  out.name = "ranges";
-  append_facts(table, out);
-  out.columns = {"site", "limit_m", "range_m", "unmet", "extrapolated", "static"};
-  for (std::size_t site = 0; site < table.site_count; ++site) {
-    for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
-      const std::uint8_t flags = table.flags[site * table.promises.size() + limit];
-      out.rows.push_back({static_cast<std::int64_t>(site), table.promises[limit].limit_m,
-                          table.range_m(site, limit), std::int64_t{(flags & kUnmet) != 0 ? 1 : 0},
-                          std::int64_t{(flags & kExtrapolated) != 0 ? 1 : 0},
-                          std::int64_t{(flags & kStatic) != 0 ? 1 : 0}});
-    }
-  }
-  return out;
-}
+const std::vector<Look>& looks_of(const RangeTable& table) { return table.looks; }
 
-void encode(const RangeTable& table, ByteWriter& writer) {
-  writer.put_array(table.ranges_m);
+void encode_own(const RangeTable& table, ByteWriter& writer) {
+  encode(table.looks, writer);
   writer.put(table.selection);
   writer.put(table.dilation_m);
   writer.put<std::uint8_t>(table.extrapolated_takes_static ? 1 : 0);
@@ -168,10 +143,10 @@ void encode(const RangeTable& table, ByteWriter& writer) {
   writer.put_array(table.flags);
 }
 
-void decode(ByteReader& reader, RangeTable& table) {
+void decode_own(ByteReader& reader, RangeTable& table) {
   constexpr std::size_t kBytesPerPromise =
       6 * sizeof(double) + 3 * 4 + 2 + 2 * sizeof(std::uint64_t);
-  reader.get_array(table.ranges_m);
+  decode(reader, table.looks);
   reader.get(table.selection);
   reader.get(table.dilation_m);
   table.extrapolated_takes_static = reader.get<std::uint8_t>() != 0;
@@ -197,5 +172,46 @@ void decode(ByteReader& reader, RangeTable& table) {
   reader.get_array(table.range_index);
   reader.get_array(table.flags);
 }
+
+}  // namespace
+
+const std::vector<std::string>& risk_control_names() {
+  static const std::vector<std::string> kNames = {"conformal", "learn-then-test", "empirical",
+                                                  "fixed"};
+  return kNames;
+}
+
+const std::string& risk_control_name(RiskControl control) {
+  return risk_control_names().at(static_cast<std::size_t>(control));
+}
+
+std::string_view selection_name(Selection selection) {
+  return selection == Selection::kMean ? "mean" : "probability";
+}
+
+std::string_view promise_scope_name(PromiseScope scope) {
+  return scope == PromiseScope::kNextDrive ? "next-drive" : "this-drive";
+}
+
+Result<void> validate(const RangeTable& table) {
+  return validate_both(table, validate_own, looks_of);
+}
+
+Table dump(const RangeTable& table) {
+  Table out;
+  out.name = "ranges";
+  out.facts.emplace_back("selection", std::string(selection_name(table.selection)));
+  out.facts.emplace_back("dilation_m", table.dilation_m);
+  append_promises(table, "", out);
+  for (const RangeTable& samples : table.of_samples) append_promises(samples, "look_", out);
+  out.columns = {"site", "limit_m", "range_m", "look", "unmet", "extrapolated", "static"};
+  append_rows(table, out);
+  for (const RangeTable& samples : table.of_samples) append_rows(samples, out);
+  return out;
+}
+
+void encode(const RangeTable& table, ByteWriter& writer) { encode_both(table, writer, encode_own); }
+
+void decode(ByteReader& reader, RangeTable& table) { decode_both(reader, table, decode_own); }
 
 }  // namespace sightline

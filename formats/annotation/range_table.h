@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/drive/look.h"
 #include "formats/grid/site_shape.h"
 
 namespace sightline {
@@ -56,15 +57,18 @@ struct LimitPromise {
 
 // How far to look at every site.
 struct RangeTable {
-  std::vector<double> ranges_m;  // the choice, ascending
+  std::vector<Look> looks;  // the choice, from the cheapest to the dearest
   Selection selection = Selection::kProbability;
   double dilation_m = 0.0;
   bool extrapolated_takes_static = true;  // a site unlike the training takes the static answer
   std::vector<LimitPromise> promises;     // one per limit, ascending limit_m
   std::uint32_t site_count = 0;
-  std::vector<std::uint8_t> range_index;  // [site][limit], into ranges_m; a looser limit never
+  std::vector<std::uint8_t> range_index;  // [site][limit], into looks;    a looser limit never
                                           // looks further
   std::vector<std::uint8_t> flags;        // [site][limit]
+  // The same of the looks that take a sample, the same sites and drive: none or one, without its
+  // own.
+  std::vector<RangeTable> of_samples;
 
   [[nodiscard]] SiteShape shape() const { return {promises.size()}; }
 
@@ -72,7 +76,7 @@ struct RangeTable {
     return range_index[shape().index(site, limit)];
   }
   [[nodiscard]] double range_m(std::size_t site, std::size_t limit) const {
-    return ranges_m[range(site, limit)];
+    return looks[range(site, limit)].range_m;
   }
   [[nodiscard]] std::uint8_t flags_of(std::size_t site, std::size_t limit) const {
     return flags[shape().index(site, limit)];
@@ -82,7 +86,7 @@ struct RangeTable {
 template <>
 struct ArtifactTraits<RangeTable> {
   static constexpr std::string_view kName = "range-table";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
 };
 
 // Error: invalid-artifact, also for an earned promise that is of this drive alone.

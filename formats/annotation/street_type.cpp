@@ -20,8 +20,8 @@ constexpr double kClosedShare = 0.8;
 // The shortest range within which a share of the depth image is hit; infinity where none is.
 double range_of_share(const FactorTable& factors, std::size_t site, std::size_t occupancy,
                       double share) {
-  for (std::size_t range = 0; range < factors.ranges_m.size(); ++range) {
-    if (factors.at(site, range, occupancy) >= share) return factors.ranges_m[range];
+  for (std::size_t range = 0; range < factors.looks.size(); ++range) {
+    if (factors.at(site, range, occupancy) >= share) return factors.looks[range].range_m;
   }
   return std::numeric_limits<double>::infinity();
 }
@@ -29,7 +29,7 @@ double range_of_share(const FactorTable& factors, std::size_t site, std::size_t 
 StreetType type_of(const FactorTable& factors, std::size_t site, std::size_t occupancy) {
   if (range_of_share(factors, site, occupancy, kLaneShare) <= kLane_m) return StreetType::kLane;
   const double half_m = range_of_share(factors, site, occupancy, kHalfShare);
-  const double closed = factors.at(site, factors.ranges_m.size() - 1, occupancy);
+  const double closed = factors.at(site, factors.looks.size() - 1, occupancy);
   if (half_m <= kCrossing_m && closed < kClosedShare) return StreetType::kCrossing;
   if (half_m <= kCanyon_m) return StreetType::kCanyon;
   return half_m <= kAvenue_m ? StreetType::kAvenue : StreetType::kOpen;

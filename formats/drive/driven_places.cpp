@@ -14,7 +14,7 @@ Result<void> validate_drive(const DrivenPlace& place, const MeasuredError& drive
     return mismatched(place, "found errors of " + std::to_string(drive.scan_of_site.size()) +
                                  " sites, expected " + std::to_string(place.sites.sites.size()));
   }
-  if (drive.ranges_m != place.factors.ranges_m) {
+  if (drive.looks != place.factors.looks) {
     return mismatched(place, "factors and errors are of different ranges");
   }
   return validate(drive);
@@ -47,7 +47,7 @@ Result<void> validate(const DrivenPlaces& places) {
   }
   for (const DrivenPlace& place : places.places) {
     SIGHTLINE_TRY(validate_place(place));
-    if (place.factors.ranges_m != places.places.front().factors.ranges_m ||
+    if (place.factors.looks != places.places.front().factors.looks ||
         place.factors.factors != places.places.front().factors.factors) {
       return mismatched(place, "its ranges or factors are not those of place '" +
                                    places.places.front().name + "'");

@@ -100,6 +100,37 @@ Result<Look> parse_look(std::string_view text) {
   return look;
 }
 
+std::string to_text(const std::vector<Look>& looks) {
+  std::string text;
+  for (const Look& look : looks) text += (text.empty() ? "" : "; ") + to_text(look);
+  return text;
+}
+
+Result<std::vector<Look>> parse_looks(std::string_view text) {
+  text = trimmed(text);
+  if (text.starts_with('[') && text.ends_with(']')) text = text.substr(1, text.size() - 2);
+  std::vector<std::string> texts;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of(",;"), text.size());
+    const std::string_view part = trimmed(text.substr(0, end));
+    if (texts.empty() || number_of<double>(part, " m")) {
+      texts.emplace_back(part);
+    } else {
+      texts.back() += ", " + std::string(part);
+    }
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  if (texts.empty()) return error_of("found no look");
+  std::vector<Look> looks;
+  for (const std::string& each : texts) {
+    SIGHTLINE_ASSIGN(const Look look, parse_look(each));
+    if (std::ranges::find(looks, look) != looks.end())
+      return error_of("'" + each + "' stands twice");
+    looks.push_back(look);
+  }
+  return looks;
+}
+
 Result<void> validate(const Look& look) {
   const std::string quoted = "'" + to_text(look) + "'";
   if (!is_length(look.range_m)) {
@@ -116,6 +147,69 @@ Result<void> validate(const Look& look) {
     return error_of(quoted + " takes points by normals and does not say how many");
   }
   return {};
+}
+
+std::vector<Look> every_return_at(const std::vector<double>& ranges_m) {
+  std::vector<Look> looks;
+  for (const double range_m : ranges_m) looks.push_back(every_return(range_m));
+  return looks;
+}
+
+std::vector<double> ranges_of(const std::vector<Look>& looks) {
+  std::vector<double> ranges_m;
+  for (const Look& look : looks) ranges_m.push_back(look.range_m);
+  return ranges_m;
+}
+
+Result<void> validate(const std::vector<Look>& looks) {
+  const auto invalid = [](const std::string& message, std::size_t number) {
+    return Error{ErrorCode::kInvalidArtifact, message, "", "look " + std::to_string(number)};
+  };
+  if (looks.empty()) return invalid("found no look, expected one or more", 0);
+  double range_m = 0.0;
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    const Result<void> valid = validate(looks[i]);
+    if (!valid) return invalid(valid.error().message, i);
+    const auto here = looks.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::find(looks.begin(), here, looks[i]) != here) {
+      return invalid("found '" + to_text(looks[i]) + "' twice", i);
+    }
+    if (!takes_every_return(looks[i])) continue;
+    if (looks[i].range_m < range_m) {
+      return invalid("found range " + format_double(looks[i].range_m) + " m after " +
+                         format_double(range_m) + " m, expected ascending ones",
+                     i);
+    }
+    range_m = looks[i].range_m;
+  }
+  return {};
+}
+
+void encode(const std::vector<Look>& looks, ByteWriter& writer) {
+  writer.put<std::uint64_t>(looks.size());
+  for (const Look& look : looks) {
+    writer.put(look.range_m);
+    writer.put(look.return_count);
+    writer.put(look.even_beyond_m);
+    writer.put(look.point_count);
+    writer.put<std::uint8_t>(look.is_by_normals ? 1 : 0);
+    writer.put(look.mode);
+  }
+}
+
+void decode(ByteReader& reader, std::vector<Look>& looks) {
+  constexpr std::size_t kBytesPerLook = 2 * sizeof(double) + 2 * sizeof(std::uint32_t) + 2;
+  looks.resize(reader.get_count(kBytesPerLook));
+  for (Look& look : looks) {
+    reader.get(look.range_m);
+    reader.get(look.return_count);
+    reader.get(look.even_beyond_m);
+    reader.get(look.point_count);
+    const auto is_by_normals = reader.get<std::uint8_t>();
+    reader.get(look.mode);
+    if (is_by_normals > 1 || look.mode > LookMode::kSettle) reader.fail();
+    look.is_by_normals = is_by_normals == 1;
+  }
 }
 
 }  // namespace sightline

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "formats/base/bytes.h"
 #include "formats/base/result.h"
 
 namespace sightline {
@@ -33,14 +35,29 @@ struct Look {
 // The paper's: every return within the range.
 inline Look every_return(double range_m) { return {.range_m = range_m}; }
 inline bool takes_every_return(const Look& look) { return look.return_count == 0; }
+std::vector<Look> every_return_at(const std::vector<double>& ranges_m);  // one for each
+std::vector<double> ranges_of(const std::vector<Look>& looks);           // of each, m
 
 std::string to_text(const Look& look);
 
 // Reads what to_text() writes. Error: bad-argument, which says what is wrong and shows an example.
 Result<Look> parse_look(std::string_view text);
 
+// Several looks, with "; " between one and the next. Read back, a comma will do, since each begins
+// with its range; a list in brackets is read too. Error: bad-argument, also for a look that stands
+// twice and for none.
+std::string to_text(const std::vector<Look>& looks);
+Result<std::vector<Look>> parse_looks(std::string_view text);
+
 // Range and even_beyond_m above 0 and below 1000 m; a sample has returns; normals and
 // even_beyond_m need a sample, normals a number of points. Error: bad-argument.
 Result<void> validate(const Look& look);
+
+// What the tables of a map are ordered by: one look or more, each valid, none twice; those that
+// take every return ascend by range. Error: invalid-artifact, naming the look.
+Result<void> validate(const std::vector<Look>& looks);
+
+void encode(const std::vector<Look>& looks, ByteWriter& writer);
+void decode(ByteReader& reader, std::vector<Look>& looks);
 
 }  // namespace sightline

@@ -24,23 +24,42 @@ Result<void> validate_artifacts(const CompiledMap& map) {
   return {};
 }
 
-Result<void> validate_agreement(const CompiledMap& map) {
-  const std::size_t sites = map.sites.sites.size();
-  if (!(map.ndt.frame == map.sites.frame)) return invalid("NDs and sites lie in different frames");
-  if (sites == 0 || map.predicted.site_count != sites || map.ranges.site_count != sites) {
+// Predictions and choice of one table, the ranges' or that of looks that take a sample.
+Result<void> validate_choice(const PredictedError& predicted, const RangeTable& ranges,
+                             std::size_t sites, const std::vector<LimitQuality>& quality) {
+  if (predicted.site_count != sites || ranges.site_count != sites) {
     return invalid("found " + std::to_string(sites) + " sites, " +
-                   std::to_string(map.predicted.site_count) + " predicted and " +
-                   std::to_string(map.ranges.site_count) + " with ranges, expected equal numbers");
+                   std::to_string(predicted.site_count) + " predicted and " +
+                   std::to_string(ranges.site_count) + " with ranges, expected equal numbers");
   }
-  if (map.predicted.ranges_m != map.ranges.ranges_m) {
+  if (predicted.looks != ranges.looks) {
     return invalid("errors are predicted at other ranges than are chosen from");
   }
   const auto limit_of = [](const LimitPromise& promise) { return promise.limit_m; };
-  if (!std::ranges::equal(map.predicted.limits_m, map.ranges.promises, {}, {}, limit_of)) {
+  if (!std::ranges::equal(predicted.limits_m, ranges.promises, {}, {}, limit_of)) {
     return invalid("errors are predicted for other limits than ranges are chosen for");
   }
-  if (map.quality.size() != map.ranges.promises.size()) {
-    return invalid("found " + std::to_string(map.quality.size()) + " limits with a quality");
+  if (quality.size() != ranges.promises.size()) {
+    return invalid("found " + std::to_string(quality.size()) + " limits with a quality");
+  }
+  return {};
+}
+
+Result<void> validate_agreement(const CompiledMap& map) {
+  const std::size_t sites = map.sites.sites.size();
+  if (!(map.ndt.frame == map.sites.frame)) return invalid("NDs and sites lie in different frames");
+  if (sites == 0) return invalid("found no site");
+  SIGHTLINE_TRY(validate_choice(map.predicted, map.ranges, sites, map.quality));
+  if (map.predicted.of_samples.size() != map.ranges.of_samples.size()) {
+    return invalid("looks are predicted and not chosen from, or chosen from and not predicted");
+  }
+  if (map.ranges.of_samples.empty()) return {};
+  const PredictedError& samples = map.predicted.of_samples.front();
+  SIGHTLINE_TRY(validate_choice(samples, map.ranges.of_samples.front(), sites, map.look_quality));
+  if (samples.limits_m != map.predicted.limits_m ||
+      samples.out_of_fold != map.predicted.out_of_fold ||
+      samples.has_history != map.predicted.has_history) {
+    return invalid("looks and ranges are of different limits, or of different kinds of sites");
   }
   return {};
 }
@@ -48,15 +67,22 @@ Result<void> validate_agreement(const CompiledMap& map) {
 Result<void> validate_factors(const CompiledMap& map) {
   if (map.factors.factors.empty()) return {};
   SIGHTLINE_TRY(validate(map.factors));
-  if (map.factors.site_count != map.sites.sites.size() ||
-      map.factors.ranges_m != map.ranges.ranges_m || map.factors.factors.size() > kMostFactors) {
+  if (map.factors.site_count != map.sites.sites.size() || map.factors.looks != map.ranges.looks ||
+      map.factors.factors.size() > kMostFactors) {
     return invalid("the factors are of other sites or ranges, or too many");
+  }
+  for (const FactorTable& samples : map.factors.of_samples) {
+    if (map.ranges.of_samples.empty() || samples.site_count != map.sites.sites.size() ||
+        samples.looks != map.ranges.of_samples.front().looks ||
+        samples.factors.size() > kMostFactors) {
+      return invalid("the factors of looks are of other sites or looks, or too many");
+    }
   }
   return {};
 }
 
 Result<void> validate_bounds(const CompiledMap& map) {
-  if (map.ranges.ranges_m.size() > kMostRanges || map.ranges.promises.size() > kMostLimits) {
+  if (map.ranges.looks.size() > kMostRanges || map.ranges.promises.size() > kMostLimits) {
     return invalid("more ranges or limits than a map can hold");
   }
   if (!(map.reach_m > 0.0) || !(map.reach_m <= map.ndt.tile_m)) {
@@ -90,25 +116,28 @@ std::string text_of(const Cell& cell) {
   return std::get<std::string>(cell);
 }
 
-LimitQuality quality_of_limit(const CompiledMap& map, const MeasuredError& measured,
-                              std::size_t limit) {
+LimitQuality quality_of_limit(const PredictedError& predicted, const RangeTable& ranges,
+                              const MeasuredError* measured, std::size_t limit) {
   LimitQuality quality;
   std::vector<double> ranges_m;
   std::vector<double> probabilities;
   std::size_t measured_count = 0;
   std::size_t within_count = 0;
-  for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
-    const std::size_t range = map.ranges.range(site, limit);
-    const std::uint8_t flags = map.ranges.flags_of(site, limit);
+  for (std::size_t site = 0; site < ranges.site_count; ++site) {
+    const std::size_t range = ranges.range(site, limit);
+    const std::uint8_t flags = ranges.flags_of(site, limit);
     if ((flags & kUnmet) != 0) ++quality.unmet_count;
     if ((flags & kExtrapolated) != 0) ++quality.extrapolated_count;
-    ranges_m.push_back(map.ranges.ranges_m[range]);
-    probabilities.push_back(map.predicted.probability(site, range, limit));
-    if (site >= measured.scan_of_site.size() || measured.scan_of_site[site] < 0) continue;
+    ranges_m.push_back(ranges.looks[range].range_m);
+    probabilities.push_back(predicted.probability(site, range, limit));
+    if (measured == nullptr || site >= measured->scan_of_site.size() ||
+        measured->scan_of_site[site] < 0) {
+      continue;
+    }
     ++measured_count;
-    if (measured.row(site, range).mean_m <= map.ranges.promises[limit].limit_m) ++within_count;
+    if (measured->row(site, range).mean_m <= ranges.promises[limit].limit_m) ++within_count;
   }
-  const auto count = static_cast<double>(map.ranges.site_count);
+  const auto count = static_cast<double>(ranges.site_count);
   quality.mean_range_m = ordered_sum(ranges_m) / count;
   quality.expected_coverage = ordered_sum(probabilities) / count;
   if (measured_count > 0) {
@@ -142,20 +171,31 @@ Table dump(const CompiledMap& map) {
     table.columns.push_back("range_m_within_" + limit);
     table.columns.push_back("p_within_" + limit);
     table.columns.push_back("flags_within_" + limit);
+    if (map.ranges.of_samples.empty()) continue;
+    table.columns.push_back("look_within_" + limit);
+    table.columns.push_back("look_p_within_" + limit);
+    table.columns.push_back("look_flags_within_" + limit);
   }
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
     for (std::size_t limit = 0; limit < limits; ++limit) {
       const std::size_t range = map.ranges.range(site, limit);
-      table.rows[site].emplace_back(map.ranges.ranges_m[range]);
+      table.rows[site].emplace_back(map.ranges.looks[range].range_m);
       table.rows[site].emplace_back(map.predicted.probability(site, range, limit));
       table.rows[site].emplace_back(std::int64_t{map.ranges.flags_of(site, limit)});
+      for (const RangeTable& looks : map.ranges.of_samples) {
+        const std::size_t look = looks.range(site, limit);
+        table.rows[site].emplace_back(to_text(looks.looks[look]));
+        table.rows[site].emplace_back(
+            map.predicted.of_samples.front().probability(site, look, limit));
+        table.rows[site].emplace_back(std::int64_t{looks.flags_of(site, limit)});
+      }
     }
   }
   return table;
 }
 
 std::vector<std::string> dump_names() {
-  return {"nds", "sites", "predicted", "ranges", "factors", "model"};
+  return {"nds", "sites", "predicted", "ranges", "factors", "model", "look-model"};
 }
 
 Result<Table> dump(const CompiledMap& map, std::string_view name) {
@@ -173,9 +213,14 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
     SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
     return dump(model);
   }
+  if (name == "look-model") {
+    SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
+    if (!model.of_samples.empty()) return dump(model.of_samples.front());
+    return Error{ErrorCode::kBadLayer, "the map's model tells nothing of looks", "", ""};
+  }
   return Error{ErrorCode::kUnknownName,
                "a map has no \"" + std::string(name) +
-                   "\", only nds, sites, predicted, ranges, factors and model",
+                   "\", only nds, sites, predicted, ranges, factors, model and look-model",
                "", ""};
 }
 
@@ -268,7 +313,19 @@ std::vector<TrajectoryPiece> pieces_of(const Trajectory& trajectory) {
 std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured) {
   std::vector<LimitQuality> quality;
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
-    quality.push_back(quality_of_limit(map, measured, limit));
+    quality.push_back(quality_of_limit(map.predicted, map.ranges, &measured, limit));
+  }
+  return quality;
+}
+
+std::vector<LimitQuality> look_quality_of(const CompiledMap& map, const MeasuredError& measured) {
+  std::vector<LimitQuality> quality;
+  if (map.ranges.of_samples.empty()) return quality;
+  const RangeTable& ranges = map.ranges.of_samples.front();
+  const MeasuredError* samples =
+      measured.of_samples.empty() ? nullptr : &measured.of_samples.front();
+  for (std::size_t limit = 0; limit < ranges.promises.size(); ++limit) {
+    quality.push_back(quality_of_limit(map.predicted.of_samples.front(), ranges, samples, limit));
   }
   return quality;
 }

@@ -108,6 +108,7 @@ struct CompiledMap {
   std::vector<NamedVersion> definitions;  // ascending name
   ModelRecord model;
   std::vector<LimitQuality> quality;            // one per limit
+  std::vector<LimitQuality> look_quality;       // likewise of the looks that take a sample
   std::optional<Sharpness> sharpness;           // none in maps made before it was measured
   std::optional<TrajectoryQuality> trajectory;  // none in maps made before it was kept
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
@@ -127,7 +128,7 @@ Result<void> validate(const CompiledMap& map);
 Table dump(const CompiledMap& map);
 
 // One artifact of the map as a table: nds, sites, predicted, ranges, factors,
-// model. Errors: unknown-name;
+// model, look-model (the model of looks that take a sample). Errors: unknown-name;
 // of the model those of model_of().
 Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();
@@ -141,5 +142,7 @@ Result<ErrorModel> model_of(const ModelRecord& record);
 TrajectoryQuality quality_of(const Trajectory& trajectory);
 std::vector<TrajectoryPiece> pieces_of(const Trajectory& trajectory);
 std::vector<LimitQuality> quality_of(const CompiledMap& map, const MeasuredError& measured);
+// Of the looks that take a sample; none where there are none.
+std::vector<LimitQuality> look_quality_of(const CompiledMap& map, const MeasuredError& measured);
 
 }  // namespace sightline

@@ -49,7 +49,7 @@ std::optional<LookUpBuilder> look_up_builder(std::span<const std::byte> manifest
   if (!verifier.VerifyBuffer<schema::Manifest>(nullptr)) return std::nullopt;
   const auto& root = *flatbuffers::GetRoot<schema::Manifest>(data);
   if (!check_manifest(root)) return std::nullopt;
-  return LookUpBuilder(root.ranges_m()->size(), root.promises()->size(), root.reach_m());
+  return LookUpBuilder(answer_shape(root), root.reach_m());
 }
 
 PackedBlock plain_block(std::string_view name, std::uint32_t version, std::uint64_t row_count,

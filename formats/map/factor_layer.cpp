@@ -14,7 +14,7 @@ struct FactorLayout {
   std::uint64_t size = 0;
 
   FactorLayout(std::uint64_t rows, const FactorTable& factors)
-      : row_size(sizeof(double) * factors.ranges_m.size() * factors.factors.size()),
+      : row_size(sizeof(double) * factors.looks.size() * factors.factors.size()),
         values(aligned(rows * sizeof(std::uint32_t))),
         size(aligned(values + rows * row_size)) {}
 };

@@ -19,6 +19,9 @@ inline constexpr std::string_view kFactorLayer = "factors";
 inline constexpr std::uint32_t kFactorLayerVersion = 1;
 inline constexpr std::string_view kFactorNames = "factor-names";
 inline constexpr std::uint32_t kFactorNamesVersion = 1;
+// The same, of the looks that take a sample.
+inline constexpr std::string_view kSampleFactorLayer = "look-factors";
+inline constexpr std::string_view kSampleFactorNames = "look-factor-names";
 inline constexpr std::uint64_t kMostFactors = 256;
 
 // `sites` are those of one tile, ascending. Exact.

@@ -117,7 +117,54 @@ void load_columns(std::span<const std::byte> raw, std::uint64_t column, std::uin
   }
 }
 
+// Calls visit(values of all sites, how many are of one, where they begin in the layer) for what the
+// map answers: of the ranges, then of the looks that take a sample.
+template <class Map, class Visit>
+void for_answers(Map& map, const AnswerShape& shape, const RangeLayout& layout,
+                 const Visit& visit) {
+  visit(map.ranges.range_index, shape.limits, layout.range_index);
+  visit(map.ranges.flags, shape.limits, layout.range_flags);
+  visit(map.predicted.mean_m, shape.ranges, layout.mean_error);
+  visit(map.predicted.within_probability, shape.ranges * shape.limits, layout.probability);
+  visit(map.predicted.extrapolated, shape.ranges, layout.extrapolated);
+  for (auto& ranges : map.ranges.of_samples) {
+    visit(ranges.range_index, shape.limits, layout.look_index);
+    visit(ranges.flags, shape.limits, layout.look_flags);
+  }
+  for (auto& predicted : map.predicted.of_samples) {
+    visit(predicted.mean_m, shape.looks, layout.look_mean_error);
+    visit(predicted.within_probability, shape.looks * shape.limits, layout.look_probability);
+    visit(predicted.extrapolated, shape.looks, layout.look_extrapolated);
+  }
+}
+
+void set_site_flags(std::uint8_t flags, std::uint32_t id, PredictedError& predicted) {
+  predicted.out_of_fold[id] = (flags & kSiteOutOfFold) != 0 ? 1 : 0;
+  predicted.has_history[id] = (flags & kSiteHasHistory) != 0 ? 1 : 0;
+}
+
+void make_room_for(std::size_t sites, RangeTable& ranges) {
+  ranges.site_count = static_cast<std::uint32_t>(sites);
+  ranges.range_index.resize(ranges.shape().size(sites));
+  ranges.flags.resize(ranges.shape().size(sites));
+}
+
+void make_room_for(std::size_t sites, PredictedError& predicted) {
+  predicted.site_count = static_cast<std::uint32_t>(sites);
+  predicted.mean_m.resize(predicted.mean_shape().size(sites));
+  predicted.within_probability.resize(predicted.probability_shape().size(sites));
+  predicted.extrapolated.resize(predicted.mean_m.size());
+  predicted.out_of_fold.resize(sites);
+  predicted.has_history.resize(sites);
+}
+
 }  // namespace
+
+AnswerShape answer_shape(const CompiledMap& map) {
+  const bool has_looks = !map.ranges.of_samples.empty();
+  return {map.ranges.looks.size(), map.ranges.promises.size(),
+          has_looks ? map.ranges.of_samples.front().looks.size() : 0};
+}
 
 std::vector<TileRows> tiles_of(const CompiledMap& map) {
   std::map<TileKey, TileRows> tiles;
@@ -175,30 +222,34 @@ Result<void> decode_ndt_layer(std::span<const std::byte> raw, std::uint64_t row_
   return {};
 }
 
+void make_room_for_sites(std::size_t sites, CompiledMap& map) {
+  map.sites.sites.resize(sites);
+  make_room_for(sites, map.ranges);
+  make_room_for(sites, map.predicted);
+  for (RangeTable& samples : map.ranges.of_samples) make_room_for(sites, samples);
+  for (PredictedError& samples : map.predicted.of_samples) make_room_for(sites, samples);
+}
+
 std::vector<std::byte> encode_range_layer(const CompiledMap& map,
                                           std::span<const std::uint32_t> rows) {
-  const std::size_t ranges = map.ranges.ranges_m.size();
-  const std::size_t limits = map.ranges.promises.size();
-  const RangeLayout layout(rows.size(), ranges, limits);
+  const AnswerShape shape = answer_shape(map);
+  const RangeLayout layout(rows.size(), shape);
   std::vector<std::byte> raw(layout.size);
   for (std::size_t row = 0; row < rows.size(); ++row) {
     const std::uint32_t id = rows[row];
     store_site(map, id, row, layout, raw);
-    store_columns(map.ranges.range_index, limits, id, row, layout.range_index, raw);
-    store_columns(map.ranges.flags, limits, id, row, layout.range_flags, raw);
-    store_columns(map.predicted.mean_m, ranges, id, row, layout.mean_error, raw);
-    store_columns(map.predicted.within_probability, ranges * limits, id, row, layout.probability,
-                  raw);
-    store_columns(map.predicted.extrapolated, ranges, id, row, layout.extrapolated, raw);
+    for_answers(map, shape, layout,
+                [&](const auto& values, std::size_t per_site, std::uint64_t at) {
+                  store_columns(values, per_site, id, row, at, raw);
+                });
   }
   return raw;
 }
 
 Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t row_count,
                                 TileKey key, CompiledMap& map, std::vector<bool>& is_filled) {
-  const std::size_t ranges = map.ranges.ranges_m.size();
-  const std::size_t limits = map.ranges.promises.size();
-  const RangeLayout layout(row_count, ranges, limits);
+  const AnswerShape shape = answer_shape(map);
+  const RangeLayout layout(row_count, shape);
   SIGHTLINE_CHECK(raw.size() == layout.size);
   std::int64_t previous = -1;
   for (std::uint64_t row = 0; row < row_count; ++row) {
@@ -215,18 +266,15 @@ Result<void> decode_range_layer(std::span<const std::byte> raw, std::uint64_t ro
         tile_key(p_m, map.ndt.tile_m) != key) {
       return bad_site(ErrorCode::kBadOrder, "a site lies in another tile", row, id);
     }
-    load_columns(raw, layout.range_index, row, limits, id, map.ranges.range_index);
-    load_columns(raw, layout.range_flags, row, limits, id, map.ranges.flags);
-    load_columns(raw, layout.mean_error, row, ranges, id, map.predicted.mean_m);
-    load_columns(raw, layout.probability, row, ranges * limits, id,
-                 map.predicted.within_probability);
+    for_answers(map, shape, layout, [&](auto& values, std::size_t per_site, std::uint64_t at) {
+      load_columns(raw, at, row, per_site, id, values);
+    });
     const auto flags = load<std::uint8_t>(raw, layout.site_flags, row);
     if ((flags & ~(kSiteOutOfFold | kSiteHasHistory)) != 0) {
       return bad_site(ErrorCode::kBadLayer, "a site has an unknown flag", row, id);
     }
-    load_columns(raw, layout.extrapolated, row, ranges, id, map.predicted.extrapolated);
-    map.predicted.out_of_fold[id] = (flags & kSiteOutOfFold) != 0 ? 1 : 0;
-    map.predicted.has_history[id] = (flags & kSiteHasHistory) != 0 ? 1 : 0;
+    set_site_flags(flags, id, map.predicted);
+    for (PredictedError& samples : map.predicted.of_samples) set_site_flags(flags, id, samples);
   }
   return {};
 }

@@ -6,10 +6,13 @@
 #include <vector>
 
 #include "formats/map/compiled_map.h"
+#include "formats/reader/map_layout.h"
 
 // Layers of a tile as they lie in the file (schemas/map_format.md), and back.
 
 namespace sightline {
+
+AnswerShape answer_shape(const CompiledMap& map);
 
 // What belongs to one tile: indices of NDs (by their cell) and of sites (by their p), ascending.
 struct TileRows {
@@ -28,6 +31,9 @@ std::vector<std::byte> encode_ndt_layer(const NdtMap& ndt, std::span<const std::
 // of another tile).
 Result<void> decode_ndt_layer(std::span<const std::byte> raw, std::uint64_t row_count, TileKey key,
                               NdtMap& ndt);
+
+// Slots for what range layers tell of so many sites, in a map that knows its looks and limits.
+void make_room_for_sites(std::size_t sites, CompiledMap& map);
 
 // Exact.
 std::vector<std::byte> encode_range_layer(const CompiledMap& map,

@@ -52,13 +52,39 @@ void insert_slot(std::vector<std::byte>& section, std::uint64_t slot_count,
 
 }  // namespace
 
-LookUpBuilder::LookUpBuilder(std::size_t ranges, std::size_t limits, double reach_m)
-    : ranges_(ranges), limits_(limits), cell_m_(std::max(kCell_m, reach_m / 4.0)) {}
+LookUpBuilder::LookUpBuilder(const AnswerShape& shape, double reach_m)
+    : shape_(shape), cell_m_(std::max(kCell_m, reach_m / 4.0)) {}
+
+bool LookUpBuilder::add_choices(std::span<const std::byte> raw, const RangeLayout& from,
+                                std::uint64_t row, std::byte* out) const {
+  const LookUpRowLayout to(shape_.limits, shape_.looks);
+  for (std::uint64_t limit = 0; limit < shape_.limits; ++limit) {
+    const std::uint64_t choice = row * shape_.limits + limit;
+    const auto range = load<std::uint8_t>(raw, from.range_index, choice);
+    if (range >= shape_.ranges) return false;
+    const std::uint64_t cell = row * shape_.ranges + range;
+    store(out + LookUpRowLayout::probability + 8 * limit,
+          load<double>(raw, from.probability, cell * shape_.limits + limit));
+    store(out + to.mean_error + 8 * limit, load<double>(raw, from.mean_error, cell));
+    store(out + to.range_index + limit, range);
+    store(out + to.range_flags + limit, load<std::uint8_t>(raw, from.range_flags, choice));
+    if (shape_.looks == 0) continue;
+    const auto look = load<std::uint8_t>(raw, from.look_index, choice);
+    if (look >= shape_.looks) return false;
+    const std::uint64_t look_cell = row * shape_.looks + look;
+    store(out + to.look_probability + 8 * limit,
+          load<double>(raw, from.look_probability, look_cell * shape_.limits + limit));
+    store(out + to.look_mean_error + 8 * limit, load<double>(raw, from.look_mean_error, look_cell));
+    store(out + to.look_index + limit, look);
+    store(out + to.look_flags + limit, load<std::uint8_t>(raw, from.look_flags, choice));
+  }
+  return true;
+}
 
 bool LookUpBuilder::add(std::span<const std::byte> raw, std::uint64_t row_count) {
-  const RangeLayout from(row_count, ranges_, limits_);
+  const RangeLayout from(row_count, shape_);
   is_possible_ = is_possible_ && raw.size() == from.size;
-  const LookUpRowLayout to(limits_);
+  const LookUpRowLayout to(shape_.limits, shape_.looks);
   for (std::uint64_t row = 0; row < row_count && is_possible_; ++row) {
     const double p_x_m = load<double>(raw, from.p_x, row);
     const double p_y_m = load<double>(raw, from.p_y, row);
@@ -75,20 +101,9 @@ bool LookUpBuilder::add(std::span<const std::byte> raw, std::uint64_t row_count)
     store(out + 8, p_y_m);
     store(out + 16, load<double>(raw, from.p_z, row));
     store(out + LookUpRowLayout::longest_error,
-          load<double>(raw, from.mean_error, row * ranges_ + ranges_ - 1));
+          load<double>(raw, from.mean_error, row * shape_.ranges + shape_.ranges - 1));
     store(out + LookUpRowLayout::site, site);
-    for (std::size_t limit = 0; limit < limits_ && is_possible_; ++limit) {
-      const std::uint64_t choice = row * limits_ + limit;
-      const auto range = load<std::uint8_t>(raw, from.range_index, choice);
-      is_possible_ = range < ranges_;
-      if (!is_possible_) break;
-      const std::uint64_t cell = row * ranges_ + range;
-      store(out + LookUpRowLayout::probability + 8 * limit,
-            load<double>(raw, from.probability, cell * limits_ + limit));
-      store(out + to.mean_error + 8 * limit, load<double>(raw, from.mean_error, cell));
-      store(out + to.range_index + limit, range);
-      store(out + to.range_flags + limit, load<std::uint8_t>(raw, from.range_flags, choice));
-    }
+    is_possible_ = add_choices(raw, from, row, out);
   }
   return is_possible_;
 }
@@ -107,12 +122,13 @@ std::vector<std::byte> LookUpBuilder::finish(const FileHeader& header,
   info.cell_m = cell_m_;
   info.slot_count = 2 * cells;  // half empty, so that a search is short
   info.row_count = sorted.size();
-  info.limit_count = static_cast<std::uint32_t>(limits_);
+  info.limit_count = static_cast<std::uint32_t>(shape_.limits);
+  info.look_count = static_cast<std::uint32_t>(shape_.looks);
   info.required_blocks = required_blocks;
   const std::uint64_t first_row_page = slot_page_count(info);
   info.page_count = first_row_page + row_page_count(info) + 1;
 
-  const LookUpRowLayout layout(limits_);
+  const LookUpRowLayout layout(shape_.limits, shape_.looks);
   std::vector<std::byte> section(info.page_count * kPageSize);
   for (std::size_t first = 0; first < sorted.size();) {
     std::size_t end = first;

@@ -18,8 +18,8 @@ using BlockKinds = std::set<std::pair<std::string, std::uint32_t>>;  // names an
 // in any order give equal bytes.
 class LookUpBuilder {
  public:
-  // Numbers of ranges and limits, both within the bounds of the format; the map's reach.
-  LookUpBuilder(std::size_t ranges, std::size_t limits, double reach_m);
+  // The numbers are within the bounds of the format; the map's reach.
+  LookUpBuilder(const AnswerShape& shape, double reach_m);
 
   // A raw range layer. False, and no look-up can be made any more, where it has not the size that
   // its rows need, a row takes a range that there is not, or lies nowhere. At most kMostRows.
@@ -39,8 +39,11 @@ class LookUpBuilder {
     auto operator<=>(const Place&) const = default;
   };
 
-  std::size_t ranges_;
-  std::size_t limits_;
+  // Copies what a row's choices say; false where a choice is none.
+  bool add_choices(std::span<const std::byte> raw, const RangeLayout& from, std::uint64_t row,
+                   std::byte* out) const;
+
+  AnswerShape shape_;
   double cell_m_;
   std::vector<Place> places_;
   std::vector<std::byte> rows_;

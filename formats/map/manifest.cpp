@@ -1,5 +1,6 @@
 #include "formats/map/manifest.h"
 
+#include "formats/reader/map_checks.h"
 #include "map_generated.h"
 
 namespace sightline {
@@ -139,6 +140,37 @@ std::vector<flatbuffers::Offset<schema::LimitQuality>> encode_quality(
   return encoded;
 }
 
+flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Look>>> encode_looks(
+    const std::vector<Look>& looks, Builder& builder) {
+  std::vector<flatbuffers::Offset<schema::Look>> encoded;
+  for (const Look& look : looks) {
+    encoded.push_back(schema::CreateLook(builder, look.range_m, look.return_count,
+                                         look.even_beyond_m, look.point_count, look.is_by_normals,
+                                         static_cast<schema::LookMode>(look.mode)));
+  }
+  return builder.CreateVector(encoded);
+}
+
+std::vector<Look> decode_looks(const schema::Manifest& manifest) {
+  std::vector<Look> looks;
+  for (const schema::Look* look : *manifest.looks()) {
+    looks.push_back({look->range_m(), look->return_count(), look->even_beyond_m(),
+                     look->point_count(), look->is_by_normals(),
+                     static_cast<LookMode>(look->mode())});
+  }
+  return looks;
+}
+
+std::vector<LimitQuality> decode_quality(
+    const flatbuffers::Vector<flatbuffers::Offset<schema::LimitQuality>>& from) {
+  std::vector<LimitQuality> quality;
+  for (const schema::LimitQuality* limit : from) {
+    quality.push_back({limit->unmet_count(), limit->extrapolated_count(), limit->mean_range_m(),
+                       limit->expected_coverage(), limit->measured_coverage()});
+  }
+  return quality;
+}
+
 std::vector<flatbuffers::Offset<schema::NamedVersion>> encode_definitions(
     const std::vector<NamedVersion>& definitions, Builder& builder) {
   std::vector<flatbuffers::Offset<schema::NamedVersion>> encoded;
@@ -245,18 +277,42 @@ ModelRecord decode_model(const schema::Model& model) {
 
 void decode_choices(const schema::Manifest& manifest, CompiledMap& map) {
   const std::vector<double> ranges_m(manifest.ranges_m()->begin(), manifest.ranges_m()->end());
-  map.ranges.ranges_m = ranges_m;
-  map.predicted.ranges_m = ranges_m;
+  map.ranges.looks = every_return_at(ranges_m);
+  map.predicted.looks = map.ranges.looks;
   map.ranges.selection = static_cast<Selection>(manifest.rule());
   map.ranges.dilation_m = manifest.dilation_m();
   for (const schema::Promise* promise : *manifest.promises()) {
     map.ranges.promises.push_back(decode_promise(*promise));
     map.predicted.limits_m.push_back(promise->limit_m());
   }
-  for (const schema::LimitQuality* limit : *manifest.quality()) {
-    map.quality.push_back({limit->unmet_count(), limit->extrapolated_count(), limit->mean_range_m(),
-                           limit->expected_coverage(), limit->measured_coverage()});
+  map.quality = decode_quality(*manifest.quality());
+  if (answer_shape(manifest).looks == 0) return;
+  RangeTable& ranges = map.ranges.of_samples.emplace_back();
+  PredictedError& predicted = map.predicted.of_samples.emplace_back();
+  ranges.looks = predicted.looks = decode_looks(manifest);
+  ranges.selection = map.ranges.selection;
+  ranges.dilation_m = map.ranges.dilation_m;
+  for (const schema::Promise* promise : *manifest.look_promises()) {
+    ranges.promises.push_back(decode_promise(*promise));
   }
+  predicted.limits_m = map.predicted.limits_m;
+  map.look_quality = decode_quality(*manifest.look_quality());
+}
+
+// What the manifest says of the looks that take a sample; absent where there are none.
+struct EncodedLooks {
+  flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Look>>> looks = 0;
+  flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Promise>>> promises = 0;
+  flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::LimitQuality>>> quality = 0;
+};
+EncodedLooks encode_choice_of_looks(const CompiledMap& map, Builder& builder) {
+  EncodedLooks encoded;
+  for (const RangeTable& ranges : map.ranges.of_samples) {
+    encoded.looks = encode_looks(ranges.looks, builder);
+    encoded.promises = builder.CreateVector(encode_promises(ranges, builder));
+    encoded.quality = builder.CreateVector(encode_quality(map.look_quality, builder));
+  }
+  return encoded;
 }
 
 }  // namespace
@@ -265,6 +321,7 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
   Builder builder;
   const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
   const schema::Vector3 origin(origin_m.x(), origin_m.y(), origin_m.z());
+  const std::vector<double> ranges_m = ranges_of(map.ranges.looks);
   const auto promises = encode_promises(map.ranges, builder);
   const auto quality = encode_quality(map.quality, builder);
   const auto definitions = encode_definitions(map.definitions, builder);
@@ -273,13 +330,22 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
   const auto model = encode_model(map.model, builder);
   const auto sharpness = encode_sharpness(map.sharpness, builder);
   const auto trajectory = encode_trajectory(map.trajectory, builder);
-  builder.Finish(schema::CreateManifestDirect(
-      builder, map.map_id.c_str(), map.version.c_str(), map.release, map.writer.c_str(), &origin,
-      map.ndt.cell_m, map.ndt.tile_m, map.sites.spacing_m, map.reach_m, map.ndt.nds.size(),
-      map.ndt.sparse_cell_count, map.ndt.degenerate_cell_count, map.ndt.point_count,
-      map.ranges.site_count, &map.ranges.ranges_m, static_cast<schema::Rule>(map.ranges.selection),
-      map.ranges.dilation_m, &promises, &quality, sensor, measurement, &definitions, model,
-      sharpness, trajectory, map.predicted.support_margin, map.ranges.extrapolated_takes_static));
+  const EncodedLooks looks = encode_choice_of_looks(map, builder);
+  const auto map_id = builder.CreateString(map.map_id);
+  const auto version = builder.CreateString(map.version);
+  const auto writer = builder.CreateString(map.writer);
+  const auto ranges = builder.CreateVector(ranges_m);
+  const auto all_promises = builder.CreateVector(promises);
+  const auto all_quality = builder.CreateVector(quality);
+  const auto all_definitions = builder.CreateVector(definitions);
+  builder.Finish(schema::CreateManifest(
+      builder, map_id, version, map.release, writer, &origin, map.ndt.cell_m, map.ndt.tile_m,
+      map.sites.spacing_m, map.reach_m, map.ndt.nds.size(), map.ndt.sparse_cell_count,
+      map.ndt.degenerate_cell_count, map.ndt.point_count, map.ranges.site_count, ranges,
+      static_cast<schema::Rule>(map.ranges.selection), map.ranges.dilation_m, all_promises,
+      all_quality, sensor, measurement, all_definitions, model, sharpness, trajectory,
+      map.predicted.support_margin, map.ranges.extrapolated_takes_static, looks.looks,
+      looks.promises, looks.quality));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
 }
@@ -321,6 +387,12 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   map.trajectory = decode_trajectory(manifest.trajectory());
   map.predicted.support_margin = manifest.support_margin();
   map.ranges.extrapolated_takes_static = manifest.extrapolated_takes_static();
+  for (PredictedError& samples : map.predicted.of_samples) {
+    samples.support_margin = map.predicted.support_margin;
+  }
+  for (RangeTable& samples : map.ranges.of_samples) {
+    samples.extrapolated_takes_static = map.ranges.extrapolated_takes_static;
+  }
   return {};
 }
 

@@ -113,9 +113,11 @@ Result<void> MapDecoder::visit_layer(const PackedBlock& block, TileKey key) {
   } else if (block.name == kRangeLayer) {
     decoded = decode_range_layer(bytes, block.row_count, key, map_, is_filled_);
     look_up_->add(bytes, block.row_count);
-  } else if (block.name == kFactorLayer && block.version == kFactorLayerVersion &&
-             !has_factors_.empty()) {
-    decoded = decode_factor_layer(bytes, block.row_count, map_.factors, has_factors_);
+  } else if (block.version == kFactorLayerVersion) {
+    for (ExpectedFactors& expected : factors_) {
+      if (block.name != expected.layer) continue;
+      decoded = decode_factor_layer(bytes, block.row_count, expected.table, expected.is_filled);
+    }
   }
   if (decoded) return {};
   return at(decoded.error(), byte_place(offset_of(container_, block)));
@@ -175,8 +177,8 @@ Result<void> MapDecoder::check_look_up() const {
 
 Result<void> MapDecoder::visit_section(const PackedBlock& block) {
   SIGHTLINE_ASSIGN(const RawBytes raw, raw_bytes(block));
-  if (block.name == kFactorNames && !has_factors_.empty()) {
-    return decode_factor_names(raw.bytes(), map_.factors);
+  for (ExpectedFactors& expected : factors_) {
+    if (block.name == expected.names) return decode_factor_names(raw.bytes(), expected.table);
   }
   if (block.name != kModelSection) return {};
   if (sha256(raw.bytes()) != map_.model.digest) {
@@ -205,11 +207,12 @@ Result<void> MapDecoder::visit_all() {
 }
 
 Result<void> MapDecoder::check_factors() const {
-  if (std::all_of(has_factors_.begin(), has_factors_.end(), [](bool has) { return has; })) {
-    return {};
+  for (const ExpectedFactors& expected : factors_) {
+    if (std::ranges::find(expected.is_filled, false) == expected.is_filled.end()) continue;
+    return Error{ErrorCode::kBadLayer, "factors are named, but some sites have none", "",
+                 "layer " + std::string(expected.layer)};
   }
-  return Error{ErrorCode::kBadLayer, "factors are named, but some sites have none", "",
-               "layer " + std::string(kFactorLayer)};
+  return {};
 }
 
 Result<void> MapDecoder::check_end(const std::vector<Digest>& tiles) const {
@@ -228,31 +231,35 @@ Result<void> MapDecoder::check_end(const std::vector<Digest>& tiles) const {
 
 void MapDecoder::make_room() {
   const std::size_t sites = container_.manifest->site_count();
-  const std::size_t ranges = map_.ranges.ranges_m.size();
-  const std::size_t limits = map_.ranges.promises.size();
   is_filled_.resize(sites);
-  map_.sites.sites.resize(sites);
-  map_.ranges.site_count = map_.predicted.site_count = static_cast<std::uint32_t>(sites);
-  map_.ranges.range_index.resize(map_.ranges.shape().size(sites));
-  map_.ranges.flags.resize(map_.ranges.shape().size(sites));
-  map_.predicted.mean_m.resize(map_.predicted.mean_shape().size(sites));
-  map_.predicted.within_probability.resize(map_.predicted.probability_shape().size(sites));
-  map_.predicted.extrapolated.resize(map_.predicted.mean_m.size());
-  map_.predicted.out_of_fold.resize(sites);
-  map_.predicted.has_history.resize(sites);
-  look_up_.emplace(ranges, limits, map_.reach_m);
+  make_room_for_sites(sites, map_);
+  look_up_.emplace(answer_shape(map_), map_.reach_m);
 }
 
 // The section that names the factors tells how many there are before the layers are read.
-void MapDecoder::expect_factors() {
-  const schema::Block* names = find_section(container_, kFactorNames);
-  if (names == nullptr || names->version() != kFactorNamesVersion) return;
-  if (names->row_count() == 0 || names->row_count() > kMostFactors) return;
-  has_factors_.resize(is_filled_.size());
-  map_.factors.ranges_m = map_.ranges.ranges_m;
-  map_.factors.factors.resize(names->row_count());
-  map_.factors.site_count = map_.ranges.site_count;
-  map_.factors.values.resize(map_.factors.shape().size(is_filled_.size()));
+void MapDecoder::expect_factors(std::string_view names, std::string_view layer,
+                                const std::vector<Look>& looks) {
+  const schema::Block* section = find_section(container_, names);
+  if (section == nullptr || section->version() != kFactorNamesVersion) return;
+  if (section->row_count() == 0 || section->row_count() > kMostFactors) return;
+  ExpectedFactors& expected = factors_.emplace_back();
+  expected.names = names;
+  expected.layer = layer;
+  expected.is_filled.resize(is_filled_.size());
+  expected.table.looks = looks;
+  expected.table.factors.resize(section->row_count());
+  expected.table.site_count = map_.ranges.site_count;
+  expected.table.values.resize(expected.table.shape().size(is_filled_.size()));
+}
+
+void MapDecoder::take_factors() {
+  for (ExpectedFactors& expected : factors_) {
+    if (expected.layer == kFactorLayer) map_.factors = std::move(expected.table);
+  }
+  for (ExpectedFactors& expected : factors_) {
+    if (expected.layer != kSampleFactorLayer || map_.factors.factors.empty()) continue;
+    map_.factors.of_samples.push_back(std::move(expected.table));
+  }
 }
 
 Result<CompiledMap> MapDecoder::run() {
@@ -261,8 +268,12 @@ Result<CompiledMap> MapDecoder::run() {
     if (!start) return start.error();
   }
   make_room();
-  expect_factors();
+  expect_factors(kFactorNames, kFactorLayer, map_.ranges.looks);
+  for (const RangeTable& samples : map_.ranges.of_samples) {
+    expect_factors(kSampleFactorNames, kSampleFactorLayer, samples.looks);
+  }
   SIGHTLINE_TRY(visit_all());
+  take_factors();
   SIGHTLINE_TRY(validate(map_));
   return std::move(map_);
 }

@@ -28,10 +28,19 @@ class MapDecoder {
   [[nodiscard]] std::vector<MapSummary::Blocks> blocks() const;
 
  private:
+  // Factors whose names were found, on the way.
+  struct ExpectedFactors {
+    std::string_view names;  // of the section
+    std::string_view layer;
+    FactorTable table;
+    std::vector<bool> is_filled;  // [site]
+  };
   [[nodiscard]] Result<void> check_padding(std::uint64_t begin, std::uint64_t end) const;
   [[nodiscard]] Result<void> check_counts() const;
   void make_room();
-  void expect_factors();
+  void expect_factors(std::string_view names, std::string_view layer,
+                      const std::vector<Look>& looks);
+  void take_factors();
   Result<RawBytes> raw_bytes(const PackedBlock& block);
   Result<void> decode_nds(std::span<const std::byte> raw, std::uint64_t row_count, TileKey key);
   Result<void> visit_layer(const PackedBlock& block, TileKey key);
@@ -49,7 +58,7 @@ class MapDecoder {
   std::uint64_t checked_to_;  // every byte before it has been looked at
   CompiledMap map_;
   std::vector<bool> is_filled_;
-  std::vector<bool> has_factors_;  // by site; empty where the map names no factors
+  std::vector<ExpectedFactors> factors_;
   std::optional<LookUpBuilder> look_up_;
   BlockKinds required_kinds_;
   std::map<std::string, MapSummary::Blocks> blocks_;

@@ -13,12 +13,26 @@ namespace {
 static_assert(kUnmet == kAnswerUnmet && kExtrapolated == kAnswerExtrapolated &&
               kStatic == kAnswerStatic);
 
+// None where the map holds no factors.
+void append_factors(const FactorTable& factors, std::string_view name, const TileRows& rows,
+                    TileParts& tile) {
+  if (rows.sites.empty() || factors.factors.empty()) return;
+  tile.layers.push_back({std::string(name), kFactorLayerVersion, false, rows.sites.size(), true,
+                         encode_factor_layer(factors, rows.sites)});
+}
+
+void append_names(const FactorTable& factors, std::string_view name, ContainerParts& parts) {
+  if (factors.factors.empty()) return;
+  parts.sections.push_back({std::string(name), kFactorNamesVersion, false, factors.factors.size(),
+                            true, encode_factor_names(factors)});
+}
+
 TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
   TileParts tile;
   tile.key = rows.key;
-  if (!rows.sites.empty() && !map.factors.factors.empty()) {
-    tile.layers.push_back({std::string(kFactorLayer), kFactorLayerVersion, false, rows.sites.size(),
-                           true, encode_factor_layer(map.factors, rows.sites)});
+  append_factors(map.factors, kFactorLayer, rows, tile);
+  for (const FactorTable& samples : map.factors.of_samples) {
+    append_factors(samples, kSampleFactorLayer, rows, tile);
   }
   if (!rows.nds.empty()) {
     tile.layers.push_back({std::string(kNdtLayer), kNdtLayerVersion, true, rows.nds.size(), true,
@@ -45,9 +59,9 @@ ContainerParts parts_of(const CompiledMap& map) {
     parts.sections.push_back(
         {std::string(kModelSection), map.model.encoding_version, false, 1, true, map.model.bytes});
   }
-  if (!map.factors.factors.empty()) {
-    parts.sections.push_back({std::string(kFactorNames), kFactorNamesVersion, false,
-                              map.factors.factors.size(), true, encode_factor_names(map.factors)});
+  append_names(map.factors, kFactorNames, parts);
+  for (const FactorTable& samples : map.factors.of_samples) {
+    append_names(samples, kSampleFactorNames, parts);
   }
   return parts;
 }

@@ -56,6 +56,7 @@ LookUpInfo decode_info(const std::byte* page) {
   reader.get(info.row_count);
   reader.get(info.limit_count);
   const auto text_size = std::min<std::size_t>(reader.get<std::uint32_t>(), kMostRequiredText);
+  reader.get(info.look_count);
   info.required_blocks.assign(reinterpret_cast<const char*>(page) + 64, text_size);
   return info;
 }
@@ -70,6 +71,7 @@ Result<void> check_info(const LookUpInfo& info, const MapFront& front, std::uint
   if (info.slot_count == 0 || info.slot_count > UINT32_MAX || info.row_count > UINT32_MAX ||
       info.row_count != front.manifest->site_count() ||
       info.limit_count != front.manifest->promises()->size() ||
+      info.look_count != answer_shape(*front.manifest).looks ||
       info.page_count != slot_page_count(info) + row_page_count(info) + 1 ||
       info.page_count > front.header.directory_offset / kPageSize) {
     return bad_section(ErrorCode::kBadLayer, "counts disagree with each other or the manifest",
@@ -169,7 +171,8 @@ std::uint64_t slot_page_count(const LookUpInfo& info) {
 }
 
 std::uint64_t row_page_count(const LookUpInfo& info) {
-  return divide_up(info.row_count, LookUpRowLayout(info.limit_count).rows_per_page);
+  return divide_up(info.row_count,
+                   LookUpRowLayout(info.limit_count, info.look_count).rows_per_page);
 }
 
 std::uint64_t page_seed(const FileHeader& header) {
@@ -197,7 +200,8 @@ void encode_look_up_info(const LookUpInfo& info, std::span<std::byte> page) {
   writer.put(info.row_count);
   writer.put(info.limit_count);
   writer.put(static_cast<std::uint32_t>(info.required_blocks.size()));
-  writer.put<std::uint64_t>(0);
+  writer.put(info.look_count);
+  writer.put<std::uint32_t>(0);
   writer.append(info.required_blocks.data(), info.required_blocks.size());
   std::copy(writer.bytes().begin(), writer.bytes().end(), page.begin());
 }
@@ -211,7 +215,7 @@ LookUp::LookUp(const MapFront& front, const LookUpInfo& info, std::uint64_t offs
       slot_count_(info.slot_count),
       first_row_page_(slot_page_count(info)),
       row_count_(info.row_count),
-      row_layout_(info.limit_count),
+      row_layout_(info.limit_count, info.look_count),
       is_checked_(std::make_unique<std::atomic<std::uint8_t>[]>(info.page_count)) {}
 
 Result<LookUp> LookUp::open(const MapFront& front) {

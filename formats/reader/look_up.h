@@ -37,19 +37,28 @@ constexpr std::uint64_t first_slot(std::int32_t x, std::int32_t y, std::uint64_t
 
 // Where each field of a row begins.
 struct LookUpRowLayout {
-  explicit LookUpRowLayout(std::uint64_t limits)
+  explicit LookUpRowLayout(std::uint64_t limits, std::uint64_t looks)
       : mean_error(probability + 8 * limits),
-        range_index(mean_error + 8 * limits),
+        look_probability(mean_error + 8 * limits),
+        look_mean_error(look_probability + (looks > 0 ? 8 * limits : 0)),
+        range_index(look_mean_error + (looks > 0 ? 8 * limits : 0)),
         range_flags(range_index + limits),
-        size((range_flags + limits + 7) / 8 * 8),
+        look_index(range_flags + limits),
+        look_flags(look_index + (looks > 0 ? limits : 0)),
+        size((look_flags + (looks > 0 ? limits : 0) + 7) / 8 * 8),
         rows_per_page(kPagePayload / size) {}
   static constexpr std::uint64_t p = 0;               // f64[3], map frame, m
   static constexpr std::uint64_t longest_error = 24;  // f64, at the longest range
   static constexpr std::uint64_t site = 32;           // u32, then 4 bytes of 0
   static constexpr std::uint64_t probability = 40;    // f64[limits], at the chosen range
   std::uint64_t mean_error;                           // f64[limits], at the chosen range
-  std::uint64_t range_index;                          // u8[limits]
-  std::uint64_t range_flags;                          // u8[limits]
+  // What begins with "look" is of the looks that take a sample, and empty where there are none.
+  std::uint64_t look_probability;  // f64[limits], at the chosen look
+  std::uint64_t look_mean_error;   // f64[limits]
+  std::uint64_t range_index;       // u8[limits]
+  std::uint64_t range_flags;       // u8[limits]
+  std::uint64_t look_index;        // u8[limits]
+  std::uint64_t look_flags;        // u8[limits]
   std::uint64_t size;
   std::uint64_t rows_per_page;
 };
@@ -61,6 +70,7 @@ struct LookUpInfo {
   std::uint64_t slot_count = 0;
   std::uint64_t row_count = 0;
   std::uint32_t limit_count = 0;
+  std::uint32_t look_count = 0;
   std::string required_blocks;  // lines "name version", ascending: what a reader must know
 };
 inline constexpr std::size_t kMostRequiredText = kPagePayload - 64;

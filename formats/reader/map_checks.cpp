@@ -34,10 +34,11 @@ bool is_aligned(const flatbuffers::Vector<T>& vector) {
          reinterpret_cast<std::uintptr_t>(vector.Data()) % sizeof(double) == 0;
 }
 
-Result<void> check_promises(const schema::Manifest& manifest) {
-  const auto& promises = *manifest.promises();
-  if (promises.size() == 0 || promises.size() > kMostLimits ||
-      promises.size() != manifest.quality()->size()) {
+using Promises = flatbuffers::Vector<flatbuffers::Offset<schema::Promise>>;
+using Qualities = flatbuffers::Vector<flatbuffers::Offset<schema::LimitQuality>>;
+
+Result<void> check_promises(const Promises& promises, const Qualities& quality) {
+  if (promises.size() == 0 || promises.size() > kMostLimits || promises.size() != quality.size()) {
     return bad_manifest("found " + std::to_string(promises.size()) + " limits, expected 1 to " +
                         std::to_string(kMostLimits) + ", each with its quality");
   }
@@ -50,6 +51,40 @@ Result<void> check_promises(const schema::Manifest& manifest) {
       return bad_manifest("a promise is of something unknown");
     }
     previous_m = promise->limit_m();
+  }
+  return {};
+}
+
+bool is_sample(const schema::Look& look) {
+  const bool is_even_length = look.even_beyond_m() == 0.0 || is_positive(look.even_beyond_m());
+  return is_positive(look.range_m()) && look.return_count() > 0 && is_even_length &&
+         (!look.is_by_normals() || look.point_count() > 0) && look.mode() <= schema::LookMode::MAX;
+}
+
+// None, or some with a promise for each limit of the map.
+Result<void> check_looks(const schema::Manifest& manifest) {
+  if (manifest.looks() == nullptr || manifest.looks()->size() == 0) {
+    const bool has_more = manifest.look_promises() != nullptr || manifest.look_quality() != nullptr;
+    return has_more ? Result<void>(bad_manifest("found promises of looks, and no look"))
+                    : Result<void>();
+  }
+  if (manifest.looks()->size() > kMostRanges) {
+    return bad_manifest("found " + std::to_string(manifest.looks()->size()) + " looks");
+  }
+  for (const schema::Look* look : *manifest.looks()) {
+    if (!is_sample(*look))
+      return bad_manifest("a look takes no sample, or a number makes no sense");
+  }
+  if (manifest.look_promises() == nullptr || manifest.look_quality() == nullptr ||
+      manifest.look_promises()->size() != manifest.promises()->size()) {
+    return bad_manifest("found looks without a promise for each limit");
+  }
+  SIGHTLINE_TRY(check_promises(*manifest.look_promises(), *manifest.look_quality()));
+  for (flatbuffers::uoffset_t i = 0; i < manifest.promises()->size(); ++i) {
+    if (manifest.look_promises()->Get(i)->limit_m() == manifest.promises()->Get(i)->limit_m()) {
+      continue;
+    }
+    return bad_manifest("looks and ranges are chosen for different limits");
   }
   return {};
 }
@@ -90,11 +125,9 @@ Result<void> check_rows(const schema::Manifest& manifest, const schema::Block& b
     return Error{ErrorCode::kTooLarge, "found " + std::to_string(block.row_count()) + " rows", "",
                  place};
   }
-  const std::uint64_t expected =
-      block.name()->string_view() == kNdtLayer
-          ? NdtLayout(block.row_count()).size
-          : RangeLayout(block.row_count(), manifest.ranges_m()->size(), manifest.promises()->size())
-                .size;
+  const std::uint64_t expected = block.name()->string_view() == kNdtLayer
+                                     ? NdtLayout(block.row_count()).size
+                                     : RangeLayout(block.row_count(), answer_shape(manifest)).size;
   if (block.raw_size() != expected) {
     return Error{ErrorCode::kBadLayer,
                  "found " + std::to_string(block.raw_size()) + " bytes for " +
@@ -191,7 +224,13 @@ Result<void> check_manifest(const schema::Manifest& manifest) {
   if (!is_ascending_and_positive(ranges_m)) {
     return Error{ErrorCode::kBadOrder, "ranges are not positive and ascending", "", "manifest"};
   }
-  return check_promises(manifest);
+  SIGHTLINE_TRY(check_promises(*manifest.promises(), *manifest.quality()));
+  return check_looks(manifest);
+}
+
+AnswerShape answer_shape(const schema::Manifest& manifest) {
+  return {manifest.ranges_m()->size(), manifest.promises()->size(),
+          manifest.looks() == nullptr ? 0 : manifest.looks()->size()};
 }
 
 Result<void> check_features(const FileHeader& header, const schema::Directory& directory) {

@@ -10,9 +10,13 @@
 
 namespace sightline {
 
-// Finite and positive lengths, ascending ranges and limits, counts within bounds.
+// Finite and positive lengths, ascending ranges and limits, looks that take a sample, counts within
+// bounds.
 // Errors: bad-manifest, bad-order.
 Result<void> check_manifest(const schema::Manifest& manifest);
+
+// What the answers of a map are told for, as its checked manifest says.
+AnswerShape answer_shape(const schema::Manifest& manifest);
 
 // Features by name. Error: unknown-required-feature.
 Result<void> check_features(const FileHeader& header, const schema::Directory& directory);

@@ -147,7 +147,8 @@ NdtLayout::NdtLayout(std::uint64_t rows) {
   }
 }
 
-RangeLayout::RangeLayout(std::uint64_t rows, std::uint64_t ranges, std::uint64_t limits) {
+RangeLayout::RangeLayout(std::uint64_t rows, const AnswerShape& shape) {
+  const auto [ranges, limits, looks] = shape;
   const auto place = [&](std::uint64_t& begin, std::uint64_t bytes_per_row) {
     begin = size;
     size = aligned(size + rows * bytes_per_row);
@@ -165,6 +166,11 @@ RangeLayout::RangeLayout(std::uint64_t rows, std::uint64_t ranges, std::uint64_t
   place(site_flags, 1);
   place(extrapolated, ranges);
   place(pose, 8 * 12);
+  place(look_index, looks > 0 ? limits : 0);
+  place(look_flags, looks > 0 ? limits : 0);
+  place(look_mean_error, 8 * looks);
+  place(look_probability, 8 * looks * limits);
+  place(look_extrapolated, looks);
 }
 
 }  // namespace sightline

@@ -116,8 +116,15 @@ struct NdtLayout {
   std::uint64_t size = 0;
 };
 
+// How many there are of what a map's answers are told for; the manifest says.
+struct AnswerShape {
+  std::uint64_t ranges = 0;
+  std::uint64_t limits = 0;
+  std::uint64_t looks = 0;  // that take a sample; may be none
+};
+
 struct RangeLayout {
-  RangeLayout(std::uint64_t rows, std::uint64_t ranges, std::uint64_t limits);
+  RangeLayout(std::uint64_t rows, const AnswerShape& shape);
   std::uint64_t site = 0;  // u32[rows], ascending
   std::uint64_t run = 0;   // u32[rows]
   std::uint64_t s = 0;     // f64[rows]
@@ -131,6 +138,12 @@ struct RangeLayout {
   std::uint64_t site_flags = 0;    // u8[rows]
   std::uint64_t extrapolated = 0;  // u8[rows][ranges]
   std::uint64_t pose = 0;          // f64[rows][12]
+  // As the five above, of the looks that take a sample; empty where there are none.
+  std::uint64_t look_index = 0;         // u8[rows][limits]
+  std::uint64_t look_flags = 0;         // u8[rows][limits]
+  std::uint64_t look_mean_error = 0;    // f64[rows][looks]
+  std::uint64_t look_probability = 0;   // f64[rows][looks][limits]
+  std::uint64_t look_extrapolated = 0;  // u8[rows][looks]
   std::uint64_t size = 0;
 };
 inline constexpr std::uint64_t kMostRows = std::uint64_t{1} << 26;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "formats/reader/map_checks.h"
 #include "map_generated.h"
 
 namespace sightline {
@@ -64,6 +65,16 @@ MapPromise promise_of(const schema::Promise& from) {
           from.statement()->string_view()};
 }
 
+MapLook look_of(const schema::Look& from) {
+  return {from.range_m(),     from.return_count(),  from.even_beyond_m(),
+          from.point_count(), from.is_by_normals(), from.mode() == schema::LookMode::Settle};
+}
+
+LookAnswer look_answer(const MapLook& look, const RangeAnswer& numbers) {
+  return {look,          numbers.probability, numbers.mean_error_m, numbers.distance_m,
+          numbers.flags, numbers.site};
+}
+
 }  // namespace
 
 MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up,
@@ -74,6 +85,12 @@ MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up,
   for (const schema::Promise* promise : *manifest.promises()) {
     limits_m_.push_back(promise->limit_m());
     promises_.push_back(promise_of(*promise));
+  }
+  if (answer_shape(manifest).looks > 0) {
+    for (const schema::Look* look : *manifest.looks()) looks_.push_back(look_of(*look));
+    for (const schema::Promise* promise : *manifest.look_promises()) {
+      look_promises_.push_back(promise_of(*promise));
+    }
   }
   const schema::Vector3& origin_m = *manifest.origin_world_m();
   info_.map_id = manifest.map_id()->string_view();
@@ -86,6 +103,8 @@ MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up,
   info_.ranges_m = ranges_m_;
   info_.limits_m = limits_m_;
   info_.promises = promises_;
+  info_.looks = looks_;
+  info_.look_promises = look_promises_;
   const schema::LocalizerProfile& localizer = *manifest.model()->localizer();
   parameters_ = parameters_text(localizer);
   info_.localizer = localizer.name()->string_view();
@@ -136,11 +155,9 @@ RangeAnswer MapReader::default_answer(std::uint32_t flags) const {
   return answer;
 }
 
-Result<RangeAnswer> MapReader::answer(const std::array<double, 3>& p_m,
-                                      std::optional<std::size_t> limit) const {
-  const LookUp::Nearest nearest = look_up_.nearest(p_m);
-  if (nearest.is_damaged) return look_up_.damage(nearest);
-  RangeAnswer answer = default_answer(limit ? 0 : kAnswerTighterLimit);
+Result<RangeAnswer> MapReader::range_of(const Found& found) const {
+  const LookUp::Nearest& nearest = found.nearest;
+  RangeAnswer answer = default_answer(found.limit ? 0 : kAnswerTighterLimit);
   if (nearest.row == nullptr) {
     answer.flags |= kAnswerFar;
     return answer;
@@ -149,28 +166,68 @@ Result<RangeAnswer> MapReader::answer(const std::array<double, 3>& p_m,
   answer.site = nearest.site;
   answer.distance_m = std::sqrt(nearest.distance2_m2);
   if (!info_.is_for_caller) return believable(answer, info_.site_count);
-  if (!limit) {
+  if (!found.limit) {
     answer.mean_error_m = load<double>(nearest.row + LookUpRowLayout::longest_error, 0);
     return believable(answer, info_.site_count);
   }
-  const auto range = load<std::uint8_t>(nearest.row + layout.range_index, *limit);
+  const auto range = load<std::uint8_t>(nearest.row + layout.range_index, *found.limit);
   if (range >= ranges_m_.size()) return unknown_range(nearest.site);
   answer.range_m = ranges_m_[range];
-  answer.flags |= load<std::uint8_t>(nearest.row + layout.range_flags, *limit);
-  answer.probability = load<double>(nearest.row + LookUpRowLayout::probability, *limit);
-  answer.mean_error_m = load<double>(nearest.row + layout.mean_error, *limit);
+  answer.flags |= load<std::uint8_t>(nearest.row + layout.range_flags, *found.limit);
+  answer.probability = load<double>(nearest.row + LookUpRowLayout::probability, *found.limit);
+  answer.mean_error_m = load<double>(nearest.row + layout.mean_error, *found.limit);
   return believable(answer, info_.site_count);
 }
 
-Result<RangeAnswer> MapReader::observation_range(const std::array<double, 3>& position_world_m,
-                                                 double limit_m) const {
+Result<MapReader::Found> MapReader::find(const std::array<double, 3>& position_world_m,
+                                         double limit_m) const {
   if (!is_finite(position_world_m) || !std::isfinite(limit_m) || limit_m <= 0.0) {
     return Error{ErrorCode::kBadArgument,
                  "a position must be finite, and a limit finite and above 0", "", ""};
   }
   std::array<double, 3> p_m{};
   for (std::size_t i = 0; i < 3; ++i) p_m[i] = position_world_m[i] - info_.origin_world_m[i];
-  return answer(p_m, limit_for(limit_m));
+  const Found found{look_up_.nearest(p_m), limit_for(limit_m)};
+  if (found.nearest.is_damaged) return look_up_.damage(found.nearest);
+  return found;
+}
+
+Result<RangeAnswer> MapReader::observation_range(const std::array<double, 3>& position_world_m,
+                                                 double limit_m) const {
+  SIGHTLINE_ASSIGN(const Found found, find(position_world_m, limit_m));
+  return range_of(found);
+}
+
+Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m, double limit_m,
+                                   double visible_m) const {
+  if (!(visible_m > 0.0)) {
+    return Error{ErrorCode::kBadArgument, "what can be seen must be above 0 m", "", ""};
+  }
+  SIGHTLINE_ASSIGN(const Found found, find(position_world_m, limit_m));
+  SIGHTLINE_ASSIGN(RangeAnswer range, range_of(found));
+  const bool has_look =
+      found.limit && found.nearest.row != nullptr && info_.is_for_caller && !looks_.empty();
+  if (has_look) {
+    const LookUpRowLayout& layout = look_up_.row_layout();
+    const std::byte* row = found.nearest.row;
+    const auto number = load<std::uint8_t>(row + layout.look_index, *found.limit);
+    if (number >= looks_.size()) return unknown_range(found.nearest.site);
+    if (looks_[number].range_m <= visible_m) {
+      RangeAnswer numbers = range;
+      numbers.flags = load<std::uint8_t>(row + layout.look_flags, *found.limit);
+      numbers.probability = load<double>(row + layout.look_probability, *found.limit);
+      numbers.mean_error_m = load<double>(row + layout.look_mean_error, *found.limit);
+      SIGHTLINE_ASSIGN(numbers, believable(numbers, info_.site_count));
+      return look_answer(looks_[number], numbers);
+    }
+  }
+  const bool is_visible = range.range_m <= visible_m;
+  if (!is_visible) {
+    range.flags |= kAnswerNotVisible;
+    range.range_m = ranges_m_.back();
+    if (info_.is_for_caller) range.probability = 0.0;
+  }
+  return look_answer({.range_m = range.range_m}, range);
 }
 
 }  // namespace sightline

@@ -29,7 +29,20 @@ inline constexpr std::uint32_t kAnswerStatic = 16;
 // The map's errors were measured with another localizer: unknown for the caller's.
 inline constexpr std::uint32_t kAnswerUnknownLocalizer = 32;
 
+// Neither the map's look nor its range lies within what can be seen now.
+inline constexpr std::uint32_t kAnswerNotVisible = 64;
+
 inline constexpr std::uint32_t kNoSite = std::numeric_limits<std::uint32_t>::max();
+
+// A look as a map names it ("Looks" in schemas/definitions.md).
+struct MapLook {
+  double range_m = 0.0;            // 3D slant range from the sensor
+  std::uint32_t return_count = 0;  // so many returns of a scan are looked at; 0: every one
+  double even_beyond_m = 0.0;  // nearer returns are kept with chance (r / even_beyond_m)^2; 0: all
+  std::uint32_t point_count = 0;  // matched at most; 0: all that are left
+  bool is_by_normals = false;     // in turn from the directions of the map's normals
+  bool settles = false;           // on the last level alone, for a vehicle that tracks
+};
 
 struct RangeAnswer {
   double range_m = 0.0;  // how far to look
@@ -40,6 +53,17 @@ struct RangeAnswer {
   double distance_m = std::numeric_limits<double>::infinity();  // 3D, to the nearest site
   std::uint32_t flags = 0;
   std::uint32_t site = kNoSite;  // the nearest one
+};
+
+// The cheapest way to localize.
+struct LookAnswer {
+  MapLook look;
+  // As in RangeAnswer, of this look.
+  double probability = 0.0;
+  double mean_error_m = 0.0;
+  double distance_m = std::numeric_limits<double>::infinity();
+  std::uint32_t flags = 0;
+  std::uint32_t site = kNoSite;
 };
 
 // What the map promises within one limit. A promise is about the next drive; what a threshold says
@@ -62,9 +86,11 @@ struct MapInfo {  // refers into the map
   double tile_m = 0.0;
   double reach_m = 0.0;  // a site farther away than this says nothing about a position
   std::uint32_t site_count = 0;
-  std::span<const double> ranges_m;      // ascending
-  std::span<const double> limits_m;      // ascending
-  std::span<const MapPromise> promises;  // one a limit
+  std::span<const double> ranges_m;           // ascending
+  std::span<const double> limits_m;           // ascending
+  std::span<const MapPromise> promises;       // one a limit
+  std::span<const MapLook> looks;             // that take a sample, cheapest first; may be none
+  std::span<const MapPromise> look_promises;  // one a limit, or none
   // The localizer whose errors were measured: its name, the version of its definition, and what the
   // name leaves open ("leaf_m=1, ...").
   std::string_view localizer;
@@ -106,6 +132,15 @@ class MapReader {
   [[nodiscard]] Result<RangeAnswer> observation_range(const std::array<double, 3>& position_world_m,
                                                       double limit_m) const;
 
+  // The look for a sensor there, if it now sees no farther than visible_m: the map's look where
+  // that reaches no farther, else the observation range as a look at every return within it, else
+  // the longest range with kAnswerNotVisible and probability 0. Everything else, and where a map
+  // has no looks: as observation_range(). Allocates nothing. Errors: the same, and bad-argument
+  // where visible_m is not above 0 (infinity is).
+  [[nodiscard]] Result<LookAnswer> look(
+      const std::array<double, 3>& position_world_m, double limit_m,
+      double visible_m = std::numeric_limits<double>::infinity()) const;
+
   [[nodiscard]] const MapInfo& info() const { return info_; }
 
  private:
@@ -114,8 +149,14 @@ class MapReader {
   static Result<MapReader> open(MappedFile file, std::span<const std::byte> bytes,
                                 std::string_view callers_localizer);
   [[nodiscard]] std::optional<std::size_t> limit_for(double limit_m) const;
-  [[nodiscard]] Result<RangeAnswer> answer(const std::array<double, 3>& p_m,
-                                           std::optional<std::size_t> limit) const;
+  // What is nearest to a place in world coordinates, and the limit that serves limit_m.
+  struct Found {
+    LookUp::Nearest nearest;
+    std::optional<std::size_t> limit;
+  };
+  [[nodiscard]] Result<Found> find(const std::array<double, 3>& position_world_m,
+                                   double limit_m) const;
+  [[nodiscard]] Result<RangeAnswer> range_of(const Found& found) const;
   [[nodiscard]] RangeAnswer default_answer(std::uint32_t flags) const;
 
   MappedFile file_;
@@ -124,6 +165,8 @@ class MapReader {
   std::vector<double> limits_m_;
   std::vector<double> ranges_m_;
   std::vector<MapPromise> promises_;
+  std::vector<MapLook> looks_;
+  std::vector<MapPromise> look_promises_;
   std::vector<char> parameters_;  // a view of a short string would not outlive a move
 };
 

@@ -8,6 +8,7 @@
 #include "formats/reader/reader.h"
 
 using sightline::ErrorCode;
+using sightline::LookAnswer;
 using sightline::MapInfo;
 using sightline::MapPromise;
 using sightline::MapReader;
@@ -27,6 +28,7 @@ static_assert(SIGHTLINE_FAR == sightline::kAnswerFar);
 static_assert(SIGHTLINE_TIGHTER_LIMIT == sightline::kAnswerTighterLimit);
 static_assert(SIGHTLINE_STATIC == sightline::kAnswerStatic);
 static_assert(SIGHTLINE_UNKNOWN_LOCALIZER == sightline::kAnswerUnknownLocalizer);
+static_assert(SIGHTLINE_NOT_VISIBLE == sightline::kAnswerNotVisible);
 static_assert(SIGHTLINE_NO_SITE == sightline::kNoSite);
 
 void copy_message(const std::string& text, char* message, std::size_t message_size) {
@@ -108,6 +110,33 @@ int sightline_observation_range(const sightline_map* map, const double position_
   const RangeAnswer answer = found ? *found : default_answer(map->reader);
   *range = {answer.range_m,    answer.probability, answer.mean_error_m,
             answer.distance_m, answer.flags,       answer.site};
+  return found ? 0 : static_cast<int>(found.error().code);
+}
+
+int sightline_get_look(const sightline_map* map, const double position_world_m[3], double limit_m,
+                       double visible_m, sightline_look* look) {
+  const Result<LookAnswer> found = map->reader.look(
+      {position_world_m[0], position_world_m[1], position_world_m[2]}, limit_m, visible_m);
+  LookAnswer answer;
+  if (found) {
+    answer = *found;
+  } else {
+    const RangeAnswer otherwise = default_answer(map->reader);
+    answer.look.range_m = otherwise.range_m;
+    answer.mean_error_m = otherwise.mean_error_m;
+    answer.flags = otherwise.flags;
+  }
+  *look = {answer.look.range_m,
+           answer.look.return_count,
+           answer.look.even_beyond_m,
+           answer.look.point_count,
+           answer.look.is_by_normals ? 1 : 0,
+           answer.look.settles ? 1 : 0,
+           answer.probability,
+           answer.mean_error_m,
+           answer.distance_m,
+           answer.flags,
+           answer.site};
   return found ? 0 : static_cast<int>(found.error().code);
 }
 

@@ -24,6 +24,8 @@ typedef struct sightline_map sightline_map;
 /* The map's errors were measured with another localizer than the caller's: the longest range. */
 #define SIGHTLINE_UNKNOWN_LOCALIZER 32u
 
+#define SIGHTLINE_NOT_VISIBLE 64u /* neither look nor range lies within what can be seen now */
+
 #define SIGHTLINE_NO_SITE UINT32_MAX
 
 typedef struct sightline_range {
@@ -35,6 +37,22 @@ typedef struct sightline_range {
   uint32_t flags;
   uint32_t site; /* the nearest one, or SIGHTLINE_NO_SITE */
 } sightline_range;
+
+/* The cheapest way to localize: how a scan becomes the points that are matched. */
+typedef struct sightline_look {
+  double range_m;        /* 3D slant range from the sensor */
+  uint32_t return_count; /* so many returns of a scan are looked at, spread evenly; 0: every one */
+  double even_beyond_m;  /* nearer returns are kept with chance (r / even_beyond_m)^2; 0: all */
+  uint32_t point_count;  /* matched at most; 0: all that are left */
+  int is_by_normals;     /* 1: taken in turn from the directions of the map's normals */
+  int settles;           /* 1: matched on the last level alone, for a vehicle that tracks */
+  /* As in sightline_range, of this look. */
+  double probability;
+  double mean_error_m;
+  double distance_m;
+  uint32_t flags;
+  uint32_t site;
+} sightline_look;
 
 /* Pointers stay valid until sightline_close. */
 typedef struct sightline_info {
@@ -91,6 +109,13 @@ int sightline_get_promise(const sightline_map* map, size_t limit, sightline_prom
  * SIGHTLINE_FAR, so that who forgets to look at the number still looks far enough. */
 int sightline_observation_range(const sightline_map* map, const double position_world_m[3],
                                 double limit_m, sightline_range* range);
+
+/* The look for a sensor there that now sees visible_m far (INFINITY: as far as it goes): the map's
+ * look where that reaches no farther, else the observation range as a look at every return, else
+ * the longest range with SIGHTLINE_NOT_VISIBLE. A map without looks answers with the range. On
+ * failure *look is the longest range with SIGHTLINE_FAR. */
+int sightline_get_look(const sightline_map* map, const double position_world_m[3], double limit_m,
+                       double visible_m, sightline_look* look);
 
 /* "checksum-mismatch"; "unknown" for a number that means nothing. */
 const char* sightline_error_name(int error);

@@ -16,6 +16,7 @@ const std::vector<NamedVersion>& definitions() {
                                                          {"factors-of-the-paper", 1},
                                                          {"factors-of-virtual-scan", 2},
                                                          {"localizers", 3},
+                                                         {"looks", 1},
                                                          {"measured-error", 2},
                                                          {"ndt-map", 1},
                                                          {"sites", 1},
@@ -54,7 +55,7 @@ Result<void> check_options(const EmitMapOptions& options) {
 
 Result<void> check_measured(const EmitMapInputs& inputs) {
   if (inputs.measured.scan_of_site.size() == inputs.sites.sites.size() &&
-      inputs.measured.ranges_m == inputs.ranges.ranges_m) {
+      inputs.measured.looks == inputs.ranges.looks) {
     return {};
   }
   return Error{ErrorCode::kMismatchedInputs,
@@ -140,11 +141,14 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
     map.trajectory = quality_of(*inputs.mapping_trajectory);
   }
   map.quality.resize(map.ranges.promises.size());
+  if (!map.ranges.of_samples.empty()) map.look_quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
   if (!valid) {
     return Error{ErrorCode::kMismatchedInputs, valid.error().message, "", valid.error().place};
   }
-  map.quality = quality_of(map, to_judge_by(ctx, inputs));
+  const MeasuredError judge = to_judge_by(ctx, inputs);
+  map.quality = quality_of(map, judge);
+  map.look_quality = look_quality_of(map, judge);
   const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
   const std::size_t spoken_for =
       std::size_t{map.measurement.measured_site_count} * inputs.measured.matching.site_step;

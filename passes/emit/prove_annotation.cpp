@@ -38,7 +38,7 @@ Result<void> compare_numbers(const PredictedError& stored, const PredictedError&
   const SiteShape means = stored.mean_shape();
   const SiteShape shares = stored.probability_shape();
   for (std::size_t row = 0; row < stored.mean_m.size(); ++row) {
-    const std::string range = " at " + format_double(stored.ranges_m[means.row_of(row)]) + " m";
+    const std::string range = " at " + to_text(stored.looks[means.row_of(row)]);
     if (!is_same(stored.mean_m[row], again.mean_m[row])) {
       return unfounded(at_site(means.site_of(row)),
                        "found a predicted error of " + format_double(stored.mean_m[row]) + " m" +
@@ -60,7 +60,7 @@ Result<void> compare_numbers(const PredictedError& stored, const PredictedError&
 Result<void> compare_flags(const PredictedError& stored, const PredictedError& again) {
   for (std::size_t site = 0; site < stored.site_count; ++site) {
     bool is_same_support = true;
-    for (std::size_t range = 0; range < stored.ranges_m.size(); ++range) {
+    for (std::size_t range = 0; range < stored.looks.size(); ++range) {
       is_same_support &= stored.is_extrapolated(site, range) == again.is_extrapolated(site, range);
     }
     if (!is_same_support || stored.out_of_fold[site] != again.out_of_fold[site] ||
@@ -71,6 +71,11 @@ Result<void> compare_flags(const PredictedError& stored, const PredictedError& a
     }
   }
   return {};
+}
+
+Result<void> compare_predictions(const PredictedError& stored, const PredictedError& again) {
+  const Result<void> follows = compare_numbers(stored, again);
+  return follows ? compare_flags(stored, again) : follows;
 }
 
 ChooseRangesOptions choice_options(const CompiledMap& map) {
@@ -114,20 +119,20 @@ Result<void> compare_choices(const RangeTable& stored, const RangeTable& again) 
       continue;
     }
     return unfounded(at_site(shape.site_of(i)),
-                     "found " + format_double(stored.ranges_m[stored.range_index[i]]) +
-                         " m, flags " + std::to_string(stored.flags[i]) + ", for a limit of " +
+                     "found " + to_text(stored.looks[stored.range_index[i]]) + ", flags " +
+                         std::to_string(stored.flags[i]) + ", for a limit of " +
                          format_double(stored.promises[shape.row_of(i)].limit_m) +
-                         " m, its predictions give " +
-                         format_double(again.ranges_m[again.range_index[i]]) + " m, flags " +
-                         std::to_string(again.flags[i]));
+                         " m, its predictions give " + to_text(again.looks[again.range_index[i]]) +
+                         ", flags " + std::to_string(again.flags[i]));
   }
   return {};
 }
 
-Result<void> compare_quality(const CompiledMap& map) {
-  const std::vector<LimitQuality> again = quality_of(map, MeasuredError{});
+// What was measured cannot be made again, and is not compared.
+Result<void> compare_quality(const std::vector<LimitQuality>& of_map,
+                             const std::vector<LimitQuality>& again, const CompiledMap& map) {
   for (std::size_t limit = 0; limit < again.size(); ++limit) {
-    const LimitQuality& stored = map.quality[limit];
+    const LimitQuality& stored = of_map[limit];
     if (stored.unmet_count == again[limit].unmet_count &&
         stored.extrapolated_count == again[limit].extrapolated_count &&
         is_same(stored.mean_range_m, again[limit].mean_range_m) &&
@@ -154,13 +159,22 @@ Result<AnnotationProof> prove_annotation(PassContext& ctx, const CompiledMap& ma
   }
   SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
   SIGHTLINE_ASSIGN(const PredictedError predicted, predicted_again(ctx, map, model));
-  Result<void> follows = compare_numbers(map.predicted, predicted);
-  if (follows) follows = compare_flags(map.predicted, predicted);
+  if (predicted.of_samples.size() != map.predicted.of_samples.size()) {
+    return unfounded("looks", "the map's model or factors tell nothing of its looks");
+  }
+  Result<void> follows = compare_predictions(map.predicted, predicted);
+  for (std::size_t i = 0; i < predicted.of_samples.size() && follows; ++i) {
+    follows = compare_predictions(map.predicted.of_samples[i], predicted.of_samples[i]);
+  }
   if (!follows) return follows.error();
   SIGHTLINE_ASSIGN(const RangeTable ranges, choose_ranges(ctx, choice_options(map), map.sites,
                                                           map.predicted, model, map.factors));
   follows = compare_choices(map.ranges, ranges);
-  if (follows) follows = compare_quality(map);
+  for (std::size_t i = 0; i < map.ranges.of_samples.size() && follows; ++i) {
+    follows = compare_choices(map.ranges.of_samples[i], ranges.of_samples[i]);
+  }
+  if (follows) follows = compare_quality(map.quality, quality_of(map, {}), map);
+  if (follows) follows = compare_quality(map.look_quality, look_quality_of(map, {}), map);
   if (!follows) return follows.error();
   AnnotationProof proof;
   proof.site_count = map.predicted.site_count;

@@ -155,7 +155,7 @@ Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOption
   const double longest_m = options.ranges_m.back();
   SIGHTLINE_TRY(check_inputs(map, sites, depth, scans, longest_m));
   FactorTable table;
-  table.ranges_m = options.ranges_m;
+  table.looks = every_return_at(options.ranges_m);
   table.factors.assign(kFactorNames.begin(), kFactorNames.end());
   table.site_count = depth.site_count;
   const std::size_t site_count = sites.sites.size();

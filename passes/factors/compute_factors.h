@@ -7,7 +7,7 @@
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/virtual_scans.h"
-#include "passes/pass/default_ranges.h"
+#include "passes/pass/default_looks.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

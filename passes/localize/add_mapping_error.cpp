@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <optional>
+
+#include "formats/base/parallel.h"
 
 namespace sightline {
 namespace {
@@ -13,51 +16,118 @@ Error mismatched(std::string message) {
   return {ErrorCode::kMismatchedInputs, std::move(message), "", "pass add-mapping-error"};
 }
 
-// Of one site and range, m; nothing: the stand-in.
-using ErrorOf = std::function<std::optional<double>(std::size_t site, std::size_t range)>;
+// Of one site and look, m; nothing: the stand-in.
+using ErrorOf = std::function<std::optional<double>(std::size_t site, std::size_t look)>;
 
-// Two more columns: what is known of the map's own scans, and what a model may learn of that.
-Result<FactorTable> with_columns(const FactorTable& factors, const ErrorOf& own_error_m,
-                                 const ErrorOf& mapping_error_m) {
+// What is known of the map's own scans, and what a model may learn of that.
+struct OwnErrors {
+  ErrorOf own_m;
+  ErrorOf mapping_m;
+};
+
+std::optional<double> unknown(std::size_t, std::size_t) { return std::nullopt; }
+
+ErrorOf errors_of(const MeasuredError& measured) {
+  return [&measured](std::size_t site, std::size_t look) -> std::optional<double> {
+    if (measured.scan_of_site[site] < 0) return std::nullopt;
+    return measured.row(site, look).mean_m;
+  };
+}
+
+Result<std::size_t> stand_in_of(const FactorTable& factors) {
   const auto found = std::ranges::find(factors.factors, kStandIn);
-  if (found == factors.factors.end()) {
-    return mismatched(std::string("the factors have no ") + kStandIn);
+  if (found != factors.factors.end()) {
+    return static_cast<std::size_t>(found - factors.factors.begin());
   }
-  const auto stand_in = static_cast<std::size_t>(found - factors.factors.begin());
+  return mismatched(std::string("the factors have no ") + kStandIn);
+}
+
+// Two more columns.
+FactorTable with_columns(const FactorTable& factors, std::size_t stand_in,
+                         const OwnErrors& errors) {
   const std::size_t before = factors.factors.size();
   FactorTable table = factors;
   table.factors.insert(table.factors.end(), {"own_error", "mapping_error"});
   table.values.clear();
   table.values.reserve(factors.values.size() / before * table.factors.size());
   for (std::size_t site = 0; site < factors.site_count; ++site) {
-    for (std::size_t range = 0; range < factors.ranges_m.size(); ++range) {
-      for (std::size_t f = 0; f < before; ++f) table.values.push_back(factors.at(site, range, f));
-      const double stand_in_m = factors.at(site, range, stand_in);
-      table.values.push_back(own_error_m(site, range).value_or(stand_in_m));
-      table.values.push_back(mapping_error_m(site, range).value_or(stand_in_m));
+    for (std::size_t look = 0; look < factors.looks.size(); ++look) {
+      for (std::size_t f = 0; f < before; ++f) table.values.push_back(factors.at(site, look, f));
+      const double stand_in_m = factors.at(site, look, stand_in);
+      table.values.push_back(errors.own_m(site, look).value_or(stand_in_m));
+      table.values.push_back(errors.mapping_m(site, look).value_or(stand_in_m));
     }
   }
   return table;
 }
 
-std::optional<double> unknown(std::size_t, std::size_t) { return std::nullopt; }
+// The factors of looks that take a sample: those of the longest range at every look, then the two
+// columns above, then what the looks say together and what each costs.
+constexpr const char* kSampleColumns[] = {"own_error",          "mapping_error",
+                                          "mapping_error_mean", "mapping_error_max",
+                                          "look_number",        "match_cost"};
 
-ErrorOf errors_of(const MeasuredError& measured) {
-  return [&measured](std::size_t site, std::size_t range) -> std::optional<double> {
-    if (measured.scan_of_site[site] < 0) return std::nullopt;
-    return measured.row(site, range).mean_m;
-  };
+double cost_of(const Look& look) {
+  // In matched points, fitted to tests/bench/look_bench: what every match costs, and a return that
+  // is looked at.
+  constexpr double kMatch = 240.0;
+  constexpr double kReturn = 1.0 / 18.0;
+  return kMatch + kReturn * look.return_count + look.point_count;
+}
+
+FactorTable factors_of_samples(const FactorTable& factors, std::size_t stand_in,
+                               const std::vector<Look>& looks, const OwnErrors& errors) {
+  FactorTable table;
+  table.looks = looks;
+  table.factors = factors.factors;
+  table.factors.insert(table.factors.end(), std::begin(kSampleColumns), std::end(kSampleColumns));
+  table.site_count = factors.site_count;
+  const std::size_t longest = factors.looks.size() - 1;
+  for (std::size_t site = 0; site < factors.site_count; ++site) {
+    const double stand_in_m = factors.at(site, longest, stand_in);
+    std::vector<double> mapping_m;
+    for (std::size_t look = 0; look < looks.size(); ++look) {
+      mapping_m.push_back(errors.mapping_m(site, look).value_or(stand_in_m));
+    }
+    const double mean_m = ordered_sum(mapping_m) / static_cast<double>(mapping_m.size());
+    for (std::size_t look = 0; look < looks.size(); ++look) {
+      for (std::size_t f = 0; f < factors.factors.size(); ++f) {
+        table.values.push_back(factors.at(site, longest, f));
+      }
+      table.values.insert(table.values.end(), {errors.own_m(site, look).value_or(stand_in_m),
+                                               mapping_m[look], mean_m, std::ranges::max(mapping_m),
+                                               static_cast<double>(look), cost_of(looks[look])});
+    }
+  }
+  return table;
 }
 
 Result<void> check_measured(const FactorTable& map_factors, const MeasuredError& measured) {
   if (measured.scan_of_site.size() == map_factors.site_count &&
-      measured.ranges_m == map_factors.ranges_m) {
+      measured.looks == map_factors.looks) {
     return {};
   }
   return mismatched("the mapping drive was localized at " +
                     std::to_string(measured.scan_of_site.size()) +
                     " sites, expected the factors' " + std::to_string(map_factors.site_count) +
                     " and their ranges");
+}
+
+// Both tables. `samples`: of each measurement's of_samples.
+Result<FactorTable> with_errors(const FactorTable& map_factors, const MeasuredError& own,
+                                const OwnErrors& ranges, const OwnErrors& samples) {
+  SIGHTLINE_ASSIGN(const std::size_t stand_in, stand_in_of(map_factors));
+  FactorTable table = with_columns(map_factors, stand_in, ranges);
+  for (const MeasuredError& own_samples : own.of_samples) {
+    table.of_samples.push_back(
+        factors_of_samples(map_factors, stand_in, own_samples.looks, samples));
+  }
+  return table;
+}
+
+// Of the looks that take a sample, where there are any.
+ErrorOf sample_errors_of(const MeasuredError& measured) {
+  return measured.of_samples.empty() ? ErrorOf(unknown) : errors_of(measured.of_samples.front());
 }
 
 }  // namespace
@@ -72,15 +142,16 @@ Result<FactorTable> add_mapping_error(PassContext& ctx, const NoOptions&,
   if (to_bytes(mapping_sensor) != to_bytes(localizing_sensor)) {
     ctx.warn("sensor " + mapping_sensor.name + " made the map and " + localizing_sensor.name +
              " is to localize in it: mapping_error is what virtual scans tell");
-    return with_columns(map_factors, unknown, unknown);
+    return with_errors(map_factors, own, {unknown, unknown}, {unknown, unknown});
   }
-  return with_columns(map_factors, errors_of(own), errors_of(by_pose));
+  return with_errors(map_factors, own, {errors_of(own), errors_of(by_pose)},
+                     {sample_errors_of(own), sample_errors_of(by_pose)});
 }
 
 Result<FactorTable> add_own_error(PassContext&, const NoOptions&, const FactorTable& map_factors,
                                   const MeasuredError& own) {
   SIGHTLINE_TRY(check_measured(map_factors, own));
-  return with_columns(map_factors, errors_of(own), unknown);
+  return with_errors(map_factors, own, {errors_of(own), unknown}, {sample_errors_of(own), unknown});
 }
 
 }  // namespace sightline

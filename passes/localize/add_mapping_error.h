@@ -15,7 +15,10 @@ namespace sightline {
 // judged as the localization drive is: evidence that a choice is held against. `mapping_error` (m),
 // as `by_pose` found, judged by the poses that they made the map with: for models to learn from.
 // `virtual_error` stands in at sites that were not measured, and everywhere, which a warning says,
-// where the mapping sensor is not the one that will localize. Definition:
+// where the mapping sensor is not the one that will localize. Looks that take a sample get a table
+// of their own (FactorTable::of_samples): the factors of the longest range, `own_error` and
+// `mapping_error` of each look, mean and greatest `mapping_error` of all looks, the look's number,
+// and `match_cost`, what a localization by it costs, in matched points. Definition:
 // schemas/definitions.md, "Factor from the mapping drive". Error: mismatched-inputs (other sites or
 // ranges, no virtual_error).
 Result<FactorTable> add_mapping_error(PassContext& ctx, const NoOptions& options,
@@ -23,7 +26,7 @@ Result<FactorTable> add_mapping_error(PassContext& ctx, const NoOptions& options
                                       const MeasuredError& by_pose,
                                       const SensorProfile& mapping_sensor,
                                       const SensorProfile& localizing_sensor);
-inline constexpr Pass kAddMappingError{"add-mapping-error", 2, "factors",
+inline constexpr Pass kAddMappingError{"add-mapping-error", 3, "factors",
                                        "The factor from the mapping drive", &add_mapping_error};
 
 // The same where a model is to learn from a drive that both makes the map and is localized in it:

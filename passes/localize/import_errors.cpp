@@ -207,7 +207,7 @@ Result<MeasuredError> import_errors(PassContext& ctx, const ImportErrorsOptions&
   measured.drive = drive.name;
   measured.matching = {options.scans, outside.localizer, 1, 0.0, site_step_of(taken)};
   measured.reference = outside.reference;
-  measured.ranges_m = options.ranges_m;
+  measured.looks = every_return_at(options.ranges_m);
   for (const std::optional<std::size_t>& scan : taken) {
     measured.scan_of_site.push_back(
         scan ? std::int64_t{drive.scans[told[*scan].scan].recording_index} : -1);

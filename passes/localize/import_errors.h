@@ -7,7 +7,7 @@
 #include "formats/drive/drive.h"
 #include "formats/drive/outside_errors.h"
 #include "formats/drive/trajectory.h"
-#include "passes/pass/default_ranges.h"
+#include "passes/pass/default_looks.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

@@ -10,13 +10,17 @@
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/match_starts.h"
-#include "passes/pass/default_ranges.h"
+#include "passes/pass/default_looks.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
 
 struct MeasureErrorOptions {
   std::vector<double> ranges_m = default_ranges_m();
+  std::vector<Look> looks = default_looks();  // that take a sample; pcl-ndt takes its own
+  // Ranges take every return, as the paper does; else what lies denser than voxels need is left
+  // out.
+  bool every_return = false;
   double leaf_m = 1.0;
   StartPattern starts{.count = 0};  // count 0: starts_of() says how many
   int site_step = 0;                // every so many sites one is measured; 0: site_step_of() says
@@ -44,17 +48,17 @@ inline constexpr double kLostBeyond_m = 0.5;
 ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory& trajectory);
 
 // How far off the matcher ends when it localizes a drive at the sites of a map: at each site (or
-// every site_step-th) the nearest scan is cropped at every range, subsampled, matched from every
-// initial offset and compared with the reference, as defined in schemas/definitions.md ("Measured
-// error", v2). `trajectory` is that of `localization_drive`, in any frame of the same world. Sites
-// without a scan near are counted in a warning and keep rows of zeros; another warning tells where
-// no known poses are there to measure against. pcl-ndt needs has_pcl_ndt().
-// Errors: mismatched-inputs (trajectory and drive, or map and sites, do not belong together),
-// empty-map, no-overlap (no site has a scan near), and what reading a scan returns.
+// every site_step-th) the nearest scan is cut at every range and by every look, matched from
+// every initial offset and compared with the reference, as defined in schemas/definitions.md
+// ("Measured error", v2). `trajectory` is that of `localization_drive`, in any frame of the same
+// world. Sites without a scan near are counted in a warning and keep rows of zeros; another warning
+// tells where no known poses are there to measure against. pcl-ndt needs has_pcl_ndt(). Errors:
+// mismatched-inputs (trajectory and drive, or map and sites, do not belong together), empty-map,
+// no-overlap (no site has a scan near), and what reading a scan returns.
 Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
                                     const Drive& localization_drive, const Trajectory& trajectory,
                                     const NdtMap& map, const Sites& sites);
-inline constexpr Pass kMeasureError{"measure-error", 9, "measured", "Localization error of a drive",
-                                    &measure_error};
+inline constexpr Pass kMeasureError{"measure-error", 10, "measured",
+                                    "Localization error of a drive", &measure_error};
 
 }  // namespace sightline

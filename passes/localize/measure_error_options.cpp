@@ -18,6 +18,10 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
   return {
       shared(numbers("ranges_m", options.ranges_m, "ranges at which scans are cropped, m", 1.0,
                      1000.0)),
+      shared(looks("looks", options.looks,
+                   "looks that take a sample, from the cheapest to the dearest; paper: none")),
+      shared(flag("every_return", options.every_return,
+                  "ranges take every return, as the paper does")),
       shared(number("leaf_m", options.leaf_m, "voxel of the subsampled scan, m", 0.05, 10.0)),
       integer("offset_count", options.starts.count,
               "starts of the matcher; 0: 12, and 3 of pcl-ndt", 0, 1000),

@@ -8,6 +8,7 @@
 
 #include "formats/base/random.h"
 #include "passes/localize/pcl/pcl_ndt.h"
+#include "passes/matching/look_cutter.h"
 #include "passes/matching/scan_preparation.h"
 
 namespace sightline {
@@ -15,21 +16,37 @@ namespace {
 
 class OwnSiteLocalizer : public SiteLocalizer {
  public:
-  explicit OwnSiteLocalizer(const SiteLocalizerInputs& inputs) : inputs_(inputs) {}
+  explicit OwnSiteLocalizer(const SiteLocalizerInputs& inputs)
+      : inputs_(inputs), cutter_(inputs.choice.leaf_m) {}
   void go_to(const Eigen::Vector3d& /*p_map_m*/, std::uint64_t /*seed*/) override {}
-  std::size_t take(const Scan& scan, double range_m) override {
-    scan_ = make_scan_for_match(inputs_.own, cutter_, scan, inputs_.sensor,
-                                {range_m, inputs_.choice.leaf_m});
-    return scan_.points_m.size();
+  void take(const Scan& scan, const Look& look) override {
+    scan_ = &scan;
+    look_ = look;
+    if (!takes_every_return(look)) return;
+    const ScanCut cut{look.range_m, inputs_.choice.leaf_m};
+    if (inputs_.choice.thins_near) {
+      cut_ = make_scan_for_match(inputs_.own, near_cutter_, scan, inputs_.sensor, cut);
+    } else {
+      cutter_.cut(inputs_.own, scan, inputs_.sensor, look, Pose::Identity(), cut_);
+    }
   }
   MatchResult match(const Pose& T_map_start) override {
-    return localize(inputs_.own, scan_, T_map_start);
+    if (takes_every_return(look_)) return localize(inputs_.own, cut_, T_map_start);
+    cutter_.cut(inputs_.of_samples, *scan_, inputs_.sensor, look_, T_map_start, cut_);
+    const MatchOptions options{.stop_step_m = kSampleStop_m};
+    return look_.mode == LookMode::kSettle
+               ? settle(inputs_.of_samples, cut_, T_map_start, options)
+               : localize(inputs_.of_samples, cut_, T_map_start, options);
   }
+  [[nodiscard]] std::size_t point_count() const override { return cut_.points_m.size(); }
 
  private:
   SiteLocalizerInputs inputs_;
-  ScanCutter cutter_;
-  ScanForMatch scan_;
+  ScanCutter near_cutter_;
+  LookCutter cutter_;
+  ScanForMatch cut_;
+  const Scan* scan_ = nullptr;
+  Look look_;
 };
 
 // A scan as Autoware's filters leave it for its NDT: a box around the vehicle, one centroid in a
@@ -61,7 +78,8 @@ class PclSiteLocalizer : public SiteLocalizer {
     ndt_.emplace(inputs_.map, p_map_m);
     seed_ = seed;
   }
-  std::size_t take(const Scan& scan, double range_m) override {
+  void take(const Scan& scan, const Look& look) override {
+    const double range_m = look.range_m;
     std::vector<Eigen::Vector3d> points_m;
     for (const Eigen::Vector3d& p_sensor_m : scan.points_m) {
       if (p_sensor_m.squaredNorm() > range_m * range_m) continue;
@@ -72,7 +90,6 @@ class PclSiteLocalizer : public SiteLocalizer {
     keep_random(kMostPoints, Random(mix(seed_, std::bit_cast<std::uint64_t>(range_m))), points_m);
     ndt_->set_scan(points_m);
     point_count_ = points_m.size();
-    return point_count_;
   }
   MatchResult match(const Pose& T_map_start) override {
     const PclMatch found = ndt_->match(T_map_start);
@@ -82,6 +99,7 @@ class PclSiteLocalizer : public SiteLocalizer {
     result.work = static_cast<std::uint64_t>(found.iterations) * point_count_;
     return result;
   }
+  [[nodiscard]] std::size_t point_count() const override { return point_count_; }
 
  private:
   SiteLocalizerInputs inputs_;

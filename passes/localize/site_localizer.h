@@ -6,6 +6,7 @@
 
 #include "formats/drive/drive.h"
 #include "formats/drive/localizer_profile.h"
+#include "formats/drive/look.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/localizer.h"
 
@@ -18,25 +19,33 @@ class SiteLocalizer {
   virtual ~SiteLocalizer() = default;
   // At another site. `seed` is this site's own.
   virtual void go_to(const Eigen::Vector3d& p_map_m, std::uint64_t seed) = 0;
-  // Looks `range_m` far; the number of points that are matched.
-  virtual std::size_t take(const Scan& scan, double range_m) = 0;
+  // The scan to be matched next, which outlives that. What a look takes of it may depend on the
+  // start: then match() cuts it.
+  virtual void take(const Scan& scan, const Look& look) = 0;
   // Of the scan taken last; T_map_sensor is the vehicle's pose.
   virtual MatchResult match(const Pose& T_map_start) = 0;
+  // Of the last match.
+  [[nodiscard]] virtual std::size_t point_count() const = 0;
 };
 
-// Which localizer, and what its name leaves open; the last two of this program's own alone.
+// Which localizer, and what its name leaves open; the last three of this program's own alone.
 struct LocalizerChoice {
   LocalizerKind kind = LocalizerKind::kSearching;
   int coarse_cells = 1;
   double leaf_m = 1.0;
+  // Of a look at every return within a range, what lies denser than voxels need is left out
+  // (return_stride in passes/matching/scan_cutter.h).
+  bool thins_near = true;
 };
 
-// What all of them share. `own` serves this program's localizers alone.
+// What all of them share. `own` and `of_samples`, for looks that take a sample, serve this
+// program's localizers alone.
 struct SiteLocalizerInputs {
   LocalizerChoice choice;
   const SensorProfile& sensor;
   const NdtMap& map;
   const Localizer& own;
+  const Localizer& of_samples;
 };
 std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs);
 

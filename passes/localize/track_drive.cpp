@@ -64,7 +64,7 @@ Pose scaled(const Pose& motion, double factor) {
 double range_at(const Setup& setup, std::size_t limit, const Pose& T_map_vehicle) {
   const Eigen::Vector3d p_map_m = T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
   const std::optional<NearPoint> nearest = setup.places.nearest(p_map_m, setup.options.reach_m);
-  return nearest ? setup.ranges.range_m(nearest->index, limit) : setup.ranges.ranges_m.back();
+  return nearest ? setup.ranges.range_m(nearest->index, limit) : setup.ranges.looks.back().range_m;
 }
 
 // How long it is from the scan before to this one.
@@ -193,8 +193,8 @@ std::vector<Replay> replays_of(const RangeTable& ranges) {
     replay.rule.limit_m = ranges.promises[limit].limit_m;
     replay.limit = limit;
   }
-  for (const double range_m : ranges.ranges_m) {
-    replays.emplace_back().rule.static_range_m = range_m;
+  for (const Look& look : ranges.looks) {
+    replays.emplace_back().rule.static_range_m = look.range_m;
   }
   return replays;
 }

@@ -6,7 +6,7 @@
 
 #include "formats/base/portable_math.h"
 
-// Rays lie in bins of direction, rows by elevation and columns by azimuth. A look asks the bins
+// Rays lie in bins of direction, rows by elevation and columns by azimuth. A query asks the bins
 // that its cone touches: a handful, where walking every ray through space asks every voxel on the
 // way.
 
@@ -73,20 +73,20 @@ ScanRays::ScanRays(std::span<const Eigen::Vector3d> points_lidar_m)
   }
 }
 
-bool ScanRays::pass_through(const Look& look) const {
-  const double distance_m = look.at_m.norm();
+bool ScanRays::pass_through(const RayQuery& query) const {
+  const double distance_m = query.at_m.norm();
   const auto goes_through = [&](const Ray& ray) {
-    const double along_m = look.at_m.dot(ray.direction);
+    const double along_m = query.at_m.dot(ray.direction);
     if (along_m <= 0.0 || ray.range_m < along_m + kEndMargin_m) return false;
-    const Eigen::Vector3d beside_m = look.at_m - along_m * ray.direction;
-    if (beside_m.squaredNorm() > look.touch_m * look.touch_m) return false;
-    if (ray.range_m * look.up.dot(ray.direction) < look.lowest_end_m) return false;
-    return look.least_below_m <= 0.0 || look.up.dot(beside_m) >= look.least_below_m;
+    const Eigen::Vector3d beside_m = query.at_m - along_m * ray.direction;
+    if (beside_m.squaredNorm() > query.touch_m * query.touch_m) return false;
+    if (ray.range_m * query.up.dot(ray.direction) < query.lowest_end_m) return false;
+    return query.least_below_m <= 0.0 || query.up.dot(beside_m) >= query.least_below_m;
   };
-  if (distance_m <= look.touch_m) return std::ranges::any_of(rays_, goes_through);
-  const double cone_rad = portable_asin(look.touch_m / distance_m);
-  const Direction middle = direction_of(look.at_m);
-  const ColumnRange columns = columns_around(middle, look.at_m.head<2>().norm(), look.touch_m);
+  if (distance_m <= query.touch_m) return std::ranges::any_of(rays_, goes_through);
+  const double cone_rad = portable_asin(query.touch_m / distance_m);
+  const Direction middle = direction_of(query.at_m);
+  const ColumnRange columns = columns_around(middle, query.at_m.head<2>().norm(), query.touch_m);
   const int last_row = row_of(middle.elevation_rad + cone_rad);
   for (int row = row_of(middle.elevation_rad - cone_rad); row <= last_row; ++row) {
     for (int step = 0; step < columns.count; ++step) {

@@ -9,7 +9,7 @@
 namespace sightline {
 
 // One question to the rays of a scan, in the sensor's frame, metres.
-struct Look {
+struct RayQuery {
   Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
   double touch_m = 0.0;  // a ray that comes this near goes through
   // Where positive a ray counts only if it passes at least this far below, against `up`.
@@ -26,7 +26,7 @@ class ScanRays {
   explicit ScanRays(std::span<const Eigen::Vector3d> points_lidar_m);
 
   // Whether some ray comes within touch_m of a point and ends more than kEndMargin_m beyond it.
-  [[nodiscard]] bool pass_through(const Look& look) const;
+  [[nodiscard]] bool pass_through(const RayQuery& query) const;
 
   // A ray says nothing of the last stretch before its end: range noise, and the slant of what it
   // hit.

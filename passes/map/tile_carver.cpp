@@ -204,7 +204,7 @@ class TileCarver {
   void look_through(const Pose& T_map_lidar, const ScanRays& rays, SeenVoxel& voxel) const {
     const Eigen::Vector3d from_sensor_m = voxel.mean_m() - T_map_lidar.translation();
     if (from_sensor_m.squaredNorm() > options_.carve_range_m * options_.carve_range_m) return;
-    Look look;
+    RayQuery look;
     look.at_m = T_map_lidar.linear().transpose() * from_sensor_m;
     look.touch_m = kTouch_voxels * options_.voxel_m;
     look.up = T_map_lidar.linear().row(2);

@@ -25,12 +25,12 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
                      " sites, expected " + std::to_string(sites.sites.size()),
                  "", ""};
   }
-  if (predicted.ranges_m != model.out_of_fold.ranges_m ||
+  if (predicted.looks != model.out_of_fold.looks ||
       predicted.limits_m != model.out_of_fold.limits_m) {
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions and model are of different ranges or limits", "", ""};
   }
-  if (factors.site_count != predicted.site_count || factors.ranges_m != predicted.ranges_m) {
+  if (factors.site_count != predicted.site_count || factors.looks != predicted.looks) {
     return Error{ErrorCode::kMismatchedInputs,
                  "factors and predictions are of different sites or ranges", "", ""};
   }
@@ -39,10 +39,10 @@ Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions use measured history, of which the model knows nothing", "", ""};
   }
-  if (predicted.ranges_m.size() > kMostRanges) {
+  if (predicted.looks.size() > kMostRanges) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "found " + std::to_string(predicted.ranges_m.size()) +
-                     " ranges, expected at most " + std::to_string(kMostRanges),
+                 "found " + std::to_string(predicted.looks.size()) + " ranges, expected at most " +
+                     std::to_string(kMostRanges),
                  "", ""};
   }
   return {};
@@ -218,7 +218,7 @@ Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Choic
 
 RangeTable to_table(const PredictedError& predicted, Chosen chosen) {
   RangeTable table;
-  table.ranges_m = predicted.ranges_m;
+  table.looks = predicted.looks;
   table.site_count = predicted.site_count;
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     for (const Choice& choice : chosen.choices) {
@@ -286,9 +286,12 @@ std::vector<std::string> promises_of(const ChooseRangesOptions& options, const E
   return statements;
 }
 
-Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
-                                 const Sites& sites, const PredictedError& predicted,
-                                 const ErrorModel& model, const FactorTable& factors) {
+namespace {
+
+// Of one table's looks.
+Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& options,
+                              const Sites& sites, const PredictedError& predicted,
+                              const ErrorModel& model, const FactorTable& factors) {
   SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors));
   SIGHTLINE_ASSIGN(OwnEvidence evidence, own_evidence_of(factors));
   if (!is_of_this_program(model.card.localizer)) {
@@ -304,6 +307,24 @@ Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& op
   table.extrapolated_takes_static = options.extrapolated_takes_static;
   warn_of_flags(ctx, table);
   warn_of_static(ctx, table);
+  return table;
+}
+
+}  // namespace
+
+Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
+                                 const Sites& sites, const PredictedError& predicted,
+                                 const ErrorModel& model, const FactorTable& factors) {
+  SIGHTLINE_ASSIGN(RangeTable table, choose_own(ctx, options, sites, predicted, model, factors));
+  if (predicted.of_samples.empty()) return table;
+  if (model.of_samples.empty() || factors.of_samples.empty()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "predictions tell of looks that take a sample, model or factors do not", "", ""};
+  }
+  SIGHTLINE_ASSIGN(RangeTable of_samples,
+                   choose_own(ctx, options, sites, predicted.of_samples.front(),
+                              model.of_samples.front(), factors.of_samples.front()));
+  table.of_samples.push_back(std::move(of_samples));
   return table;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "passes/model/evaluate_looks.h"
 #include "passes/model/evaluate_ranges_scores.h"
 #include "passes/model/selection.h"
 
@@ -24,8 +25,8 @@ Result<void> check_inputs(const EvaluationInputs& inputs) {
   for (std::size_t i = 0; have_same_limits && i < inputs.ranges.promises.size(); ++i) {
     have_same_limits = inputs.ranges.promises[i].limit_m == inputs.predicted.limits_m[i];
   }
-  if (!have_same_limits || inputs.predicted.ranges_m != inputs.ranges.ranges_m ||
-      inputs.judged.ranges_m != inputs.ranges.ranges_m) {
+  if (!have_same_limits || inputs.predicted.looks != inputs.ranges.looks ||
+      inputs.judged.looks != inputs.ranges.looks) {
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions, ranges and errors are of different ranges or limits", "", ""};
   }
@@ -162,7 +163,7 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
   evaluation.stretch_m = options.stretch_m;
   evaluation.limits_m = predicted.limits_m;
   record_sites(inputs, evaluation);
-  for (std::size_t range = 0; range < ranges.ranges_m.size(); ++range) {
+  for (std::size_t range = 0; range < ranges.looks.size(); ++range) {
     evaluation.statics.push_back(score_static(inputs, range));
   }
   std::vector<Choice> choices;
@@ -178,6 +179,10 @@ Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions
       }
     }
     append_reliability(inputs, limit, evaluation.reliability);
+  }
+  if (!ranges.of_samples.empty() && !judged.of_samples.empty()) {
+    SIGHTLINE_ASSIGN(LookEvaluation looks, evaluate_looks(ranges, judged));
+    evaluation.of_samples.push_back(std::move(looks));
   }
   ctx.progress(1, 1);
   return evaluation;

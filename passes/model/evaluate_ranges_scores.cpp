@@ -23,7 +23,7 @@ Outcomes outcomes_of(const EvaluationInputs& inputs, double limit_m, const Choic
     const ErrorRow& longest = inputs.judged.row(site, inputs.longest());
     out.met.push_back(row.mean_m <= limit_m ? 1.0 : 0.0);
     out.errors.push_back(row.mean_m);
-    out.ranges.push_back(inputs.ranges.ranges_m[choice.range_index[site]]);
+    out.ranges.push_back(inputs.ranges.looks[choice.range_index[site]].range_m);
     out.times.push_back(row.mean_time_ms);
     out.run_times.push_back(row.max_time_ms);
     out.works.push_back(row.mean_work);
@@ -146,7 +146,7 @@ StaticScore score_static(const EvaluationInputs& inputs, std::size_t range) {
     residuals.push_back(residual * residual);
   }
   StaticScore score;
-  score.range_m = inputs.ranges.ranges_m[range];
+  score.range_m = inputs.ranges.looks[range].range_m;
   score.mean_error_m = mean_of(errors);
   score.mean_time_ms = mean_of(times);
   score.max_site_time_ms = std::ranges::max(times);

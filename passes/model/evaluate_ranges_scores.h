@@ -25,7 +25,7 @@ struct EvaluationInputs {
   std::vector<StreetType> streets;        // [site]
   std::vector<std::size_t> judged_sites;  // that have a scan
 
-  [[nodiscard]] std::size_t longest() const { return ranges.ranges_m.size() - 1; }
+  [[nodiscard]] std::size_t longest() const { return ranges.looks.size() - 1; }
   [[nodiscard]] double limit_m(std::size_t limit) const { return predicted.limits_m[limit]; }
 };
 

@@ -87,7 +87,7 @@ std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit
     take_static(evidence, limit_m, answer->range_index, site, choice);
   }
   return "nothing is promised: " + reason_of(options) + "; it looks " +
-         format_double(evidence.ranges_m[answer->range_index]) +
+         format_double(evidence.looks[answer->range_index].range_m) +
          " m everywhere, where what was measured here is within " + format_double(limit_m) +
          " m at " + percent(answer->standing.coverage) + " of the sites";
 }

@@ -24,7 +24,7 @@ std::optional<std::size_t> column_of(const FactorTable& factors, std::string_vie
 std::vector<double> values_of(const FactorTable& factors, std::size_t column) {
   std::vector<double> values;
   for (std::size_t site = 0; site < factors.site_count; ++site) {
-    for (std::size_t range = 0; range < factors.ranges_m.size(); ++range) {
+    for (std::size_t range = 0; range < factors.looks.size(); ++range) {
       values.push_back(factors.at(site, range, column));
     }
   }
@@ -32,11 +32,13 @@ std::vector<double> values_of(const FactorTable& factors, std::size_t column) {
 }
 
 std::vector<double> cost_of(const FactorTable& factors) {
-  const std::optional<std::size_t> points = column_of(factors, "virtual_points");
-  if (points) return values_of(factors, *points);
+  for (const char* name : {"match_cost", "virtual_points"}) {
+    const std::optional<std::size_t> column = column_of(factors, name);
+    if (column) return values_of(factors, *column);
+  }
   std::vector<double> cost;
   for (std::size_t site = 0; site < factors.site_count; ++site) {
-    cost.insert(cost.end(), factors.ranges_m.begin(), factors.ranges_m.end());
+    for (const Look& look : factors.looks) cost.push_back(look.range_m);
   }
   return cost;
 }
@@ -46,7 +48,7 @@ std::vector<double> cost_of(const FactorTable& factors) {
 bool is_of_case(const PredictedError& predicted, std::size_t site, const ErrorModel& model,
                 std::size_t trained) {
   if (model.sites[trained].has_label == 0) return false;
-  for (std::size_t range = 0; range < predicted.ranges_m.size(); ++range) {
+  for (std::size_t range = 0; range < predicted.looks.size(); ++range) {
     if (model.out_of_fold.mean(trained, range) != predicted.mean(site, range)) return false;
   }
   return true;
@@ -74,7 +76,7 @@ Result<OwnEvidence> own_evidence_of(const FactorTable& factors) {
                  "is known of how well the map's own scans localize",
                  "", ""};
   }
-  return OwnEvidence{factors.ranges_m, factors.site_count, values_of(factors, *column),
+  return OwnEvidence{factors.looks, factors.site_count, values_of(factors, *column),
                      cost_of(factors)};
 }
 
@@ -89,7 +91,7 @@ void add_measured(const Sites& sites, const PredictedError& predicted, const Err
     const Eigen::Vector3d p_world_m = sites.frame.origin_world_m + sites.sites[site].p_map_m;
     grid.visit_within(p_world_m, kSamePlace_m, [&](const NearPoint& near) {
       if (!is_of_case(predicted, site, model, near.index)) return;
-      for (std::size_t range = 0; range < evidence.ranges_m.size(); ++range) {
+      for (std::size_t range = 0; range < evidence.looks.size(); ++range) {
         double& error_m = evidence.error_m[evidence.shape().index(site, range)];
         error_m = std::max(error_m, model.measured(near.index, range));
       }
@@ -98,7 +100,7 @@ void add_measured(const Sites& sites, const PredictedError& predicted, const Err
 }
 
 OwnEvidence for_another_localizer(OwnEvidence evidence) {
-  const std::size_t range_count = evidence.ranges_m.size();
+  const std::size_t range_count = evidence.looks.size();
   for (std::size_t i = 0; i < evidence.error_m.size(); ++i) {
     const bool is_longest = i % range_count == range_count - 1;
     evidence.error_m[i] = is_longest ? 0.0 : std::numeric_limits<double>::infinity();
@@ -122,7 +124,7 @@ Standing standing_of(const OwnEvidence& evidence, double limit_m,
 StaticAnswer best_static(const OwnEvidence& evidence, double limit_m, double least_coverage) {
   std::vector<StaticAnswer> answers;
   double most = 0.0;
-  for (std::size_t range = 0; range < evidence.ranges_m.size(); ++range) {
+  for (std::size_t range = 0; range < evidence.looks.size(); ++range) {
     const auto index = static_cast<std::uint8_t>(range);
     const std::vector<std::uint8_t> everywhere(evidence.site_count, index);
     answers.push_back({index, standing_of(evidence, limit_m, everywhere)});

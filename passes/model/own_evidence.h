@@ -15,13 +15,13 @@
 namespace sightline {
 
 struct OwnEvidence {
-  std::vector<double> ranges_m;  // ascending
+  std::vector<Look> looks;  // from the cheapest to the dearest
   std::uint32_t site_count = 0;
   std::vector<double> error_m;  // [site][range]: how far off the map's own scan ends
   std::vector<double> cost;     // [site][range]: of one match, in points; in metres of range where
-                                // the factors have no virtual_points
+                                // the factors have neither match_cost nor virtual_points
 
-  [[nodiscard]] SiteShape shape() const { return {ranges_m.size()}; }
+  [[nodiscard]] SiteShape shape() const { return {looks.size()}; }
 };
 
 // Of the factors' column `own_error`; where there is none `mapping_error`, then `virtual_error`.

@@ -37,10 +37,10 @@ RegressionForest forest_of(const OwnEvidence& evidence) {
   for (const std::size_t i : order) {
     const std::size_t range = evidence.shape().row_of(i);
     forest.labels.push_back(evidence.error_m[i]);
-    forest.rows.push_back(static_cast<float>(evidence.ranges_m[range]));
+    forest.rows.push_back(static_cast<float>(evidence.looks[range].range_m));
     range_of_label.push_back(static_cast<std::uint32_t>(range));
   }
-  forest.trees.push_back(tree_of_ranges(evidence.ranges_m, range_of_label));
+  forest.trees.push_back(tree_of_ranges(ranges_of(evidence.looks), range_of_label));
   return forest;
 }
 
@@ -83,7 +83,7 @@ PredictedError predictions_of(const RegressionForest& forest, const FeatureRows&
   std::iota(rows.begin(), rows.end(), 0U);
   ForestPrediction prediction = PreparedForest(forest, limits_m).predict(features, rows, 1);
   PredictedError predicted;
-  predicted.ranges_m = evidence.ranges_m;
+  predicted.looks = evidence.looks;
   predicted.limits_m = limits_m;
   predicted.site_count = evidence.site_count;
   predicted.mean_m = std::move(prediction.mean);
@@ -96,13 +96,13 @@ PredictedError predictions_of(const RegressionForest& forest, const FeatureRows&
 
 std::vector<RangeCard> range_cards(const OwnEvidence& evidence) {
   std::vector<RangeCard> cards;
-  for (std::size_t range = 0; range < evidence.ranges_m.size(); ++range) {
+  for (std::size_t range = 0; range < evidence.looks.size(); ++range) {
     std::vector<double> errors_m;
     for (std::size_t site = 0; site < evidence.site_count; ++site) {
       errors_m.push_back(evidence.error_m[evidence.shape().index(site, range)]);
     }
     const double mean_m = ordered_sum(errors_m) / static_cast<double>(errors_m.size());
-    cards.push_back({evidence.ranges_m[range], mean_m});
+    cards.push_back({evidence.looks[range].range_m, mean_m});
   }
   return cards;
 }
@@ -119,9 +119,10 @@ Result<ErrorModel> model_of_own_evidence(const Sites& sites, const FactorTable& 
   ErrorModel model;
   model.card = card_of(sites, measured, recordings);
   model.forest = forest_of(evidence);
-  model.features = {{"range_m", 0.0, evidence.ranges_m, evidence.ranges_m}};
+  const std::vector<double> ranges_m = ranges_of(evidence.looks);
+  model.features = {{"range_m", 0.0, ranges_m, ranges_m}};
   model.ranges = range_cards(evidence);
-  model.sites = sites_of(sites, features, evidence.ranges_m.size());
+  model.sites = sites_of(sites, features, evidence.looks.size());
   model.out_of_fold = predictions_of(model.forest, features, evidence, limits_m);
   model.measured_mean_m = evidence.error_m;
   return model;

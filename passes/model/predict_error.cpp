@@ -25,7 +25,7 @@ Result<void> check_inputs(const ErrorModel& model, const Sites& sites, const Fac
                      std::to_string(sites.sites.size()),
                  "", ""};
   }
-  if (factors.ranges_m != model.out_of_fold.ranges_m) {
+  if (factors.looks != model.out_of_fold.looks) {
     return Error{ErrorCode::kMismatchedInputs,
                  "factors and model are of different ranges; the model needs " +
                      std::to_string(model.ranges.size()) + " of " +
@@ -92,7 +92,7 @@ PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
   std::vector<std::uint32_t> rows(features.row_count);
   std::iota(rows.begin(), rows.end(), 0U);
   PredictedError predicted;
-  predicted.ranges_m = model.out_of_fold.ranges_m;
+  predicted.looks = model.out_of_fold.looks;
   predicted.limits_m = model.out_of_fold.limits_m;
   predicted.support_margin = margin;
   predicted.site_count = static_cast<std::uint32_t>(model.shape().site_of(features.row_count));
@@ -163,6 +163,31 @@ Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions
   return predicted;
 }
 
+// `history` is null, or measured at these sites and looks.
+Result<PredictedError> predict_from(const PassContext& ctx, const PredictErrorOptions& options,
+                                    const ErrorModel& model, const Asked& asked,
+                                    const MeasuredError* history) {
+  SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.factors));
+  if (history == nullptr) return predict(ctx, options, model, asked, nullptr);
+  const History told = history_of(asked.sites, *history);
+  return predict(ctx, options, model, asked, &told);
+}
+
+// Of the ranges, and of the looks that take a sample where model and map know them.
+Result<PredictedError> predict_both(const PassContext& ctx, const PredictErrorOptions& options,
+                                    const ErrorModel& model, const Asked& asked,
+                                    const MeasuredError* history) {
+  SIGHTLINE_ASSIGN(PredictedError predicted, predict_from(ctx, options, model, asked, history));
+  if (model.of_samples.empty() || asked.factors.of_samples.empty()) return predicted;
+  const bool is_told = history != nullptr && !history->of_samples.empty();
+  SIGHTLINE_ASSIGN(PredictedError of_samples,
+                   predict_from(ctx, options, model.of_samples.front(),
+                                {asked.sites, asked.factors.of_samples.front(), asked.recordings},
+                                is_told ? &history->of_samples.front() : nullptr));
+  predicted.of_samples.push_back(std::move(of_samples));
+  return predicted;
+}
+
 }  // namespace
 
 std::vector<OptionField> option_fields(PredictErrorOptions& options) {
@@ -179,8 +204,7 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options) {
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
                                      const FactorTable& factors, const RecordingCards& recordings) {
-  SIGHTLINE_TRY(check_inputs(model, sites, factors));
-  return predict(ctx, options, model, {sites, factors, recordings}, nullptr);
+  return predict_both(ctx, options, model, {sites, factors, recordings}, nullptr);
 }
 
 Result<PredictedError> predict_error_with_history(PassContext& ctx,
@@ -189,8 +213,7 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const FactorTable& factors,
                                                   const MeasuredError& history,
                                                   const RecordingCards& recordings) {
-  SIGHTLINE_TRY(check_inputs(model, sites, factors));
-  if (history.scan_of_site.size() != sites.sites.size() || history.ranges_m != factors.ranges_m) {
+  if (history.scan_of_site.size() != sites.sites.size() || history.looks != factors.looks) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the earlier drive was measured at other sites or ranges", "", ""};
   }
@@ -198,17 +221,16 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
     ctx.warn("drive '" + history.drive + "' was localized by " +
              to_text(history.matching.localizer) + ", the model foretells the errors of " +
              to_text(model.card.localizer) + ": what was measured here is not told to it");
-    return predict(ctx, options, model, {sites, factors, recordings}, nullptr);
+    return predict_both(ctx, options, model, {sites, factors, recordings}, nullptr);
   }
   if (!model.card.knows_history) {
     ctx.warn("the model was trained on places that were driven once: it cannot tell what drive '" +
              history.drive + "' measured here is worth, and does not use it");
-    return predict(ctx, options, model, {sites, factors, recordings}, nullptr);
+    return predict_both(ctx, options, model, {sites, factors, recordings}, nullptr);
   }
   ctx.warn("the errors of drive '" + history.drive +
            "' are told to the model: figures judged on that drive flatter");
-  const History told = history_of(sites, history);
-  return predict(ctx, options, model, {sites, factors, recordings}, &told);
+  return predict_both(ctx, options, model, {sites, factors, recordings}, &history);
 }
 
 }  // namespace sightline

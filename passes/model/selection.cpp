@@ -29,7 +29,7 @@ Choice choose_each(const PredictedError& predicted, const RangeOfSite& range_of,
 // The shortest of equals.
 std::size_t most_probable(const PredictedError& predicted, std::size_t site, std::size_t limit) {
   std::size_t best = 0;
-  for (std::size_t range = 1; range < predicted.ranges_m.size(); ++range) {
+  for (std::size_t range = 1; range < predicted.looks.size(); ++range) {
     const bool is_better =
         predicted.probability(site, range, limit) > predicted.probability(site, best, limit);
     if (is_better) best = range;
@@ -54,7 +54,7 @@ std::vector<RoutePoint> route_of(const std::vector<TrainedSite>& sites) {
 Choice choose_by_mean(const PredictedError& predicted, double limit_m) {
   return choose_each(
       predicted, [&](std::size_t site) { return range_by_mean(predicted, site, limit_m); },
-      [&](std::size_t) { return predicted.ranges_m.size() - 1; });
+      [&](std::size_t) { return predicted.looks.size() - 1; });
 }
 
 Choice choose_by_probability(const PredictedError& predicted, std::size_t limit,

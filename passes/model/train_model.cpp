@@ -111,7 +111,7 @@ std::vector<RangeCard> range_cards(const TrainingSet& training_set,
   for (std::size_t range = 0; range < training_set.range_count; ++range) {
     const Fit map_only = fit_at(training_set, predicted, range, 0);
     const Fit told = fit_at(training_set, predicted, range, 1);
-    cards.push_back({predicted.ranges_m[range], map_only.mean_label_m, map_only.r_squared,
+    cards.push_back({predicted.looks[range].range_m, map_only.mean_label_m, map_only.r_squared,
                      map_only.rmse_m, told.r_squared, told.rmse_m});
   }
   return cards;
@@ -139,7 +139,7 @@ std::vector<StreetCard> street_cards(const TrainingSet& training_set,
       for (const std::size_t i : cases) {
         const std::size_t range = choice.range_index[i];
         errors.push_back(training_set.labels[training_set.shape().index(i, range)]);
-        ranges.push_back(predicted.ranges_m[range]);
+        ranges.push_back(predicted.looks[range].range_m);
         met.push_back(errors.back() <= limit_m ? 1.0 : 0.0);
       }
       cards.push_back({limit_m, static_cast<StreetType>(type),
@@ -189,7 +189,7 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   TrainModelOptions options = wanted;
   SIGHTLINE_ASSIGN(TrainingSet training_set, prepare_training_set(ctx, places, options));
   PredictedError predicted;
-  predicted.ranges_m = places.places.front().factors.ranges_m;
+  predicted.looks = places.places.front().factors.looks;
   predicted.limits_m = options.limits_m;
   const OutOfFoldOptions out_of_fold_options{forest_options(options), options.buffer_m,
                                              static_cast<std::size_t>(options.most_rows)};
@@ -213,6 +213,32 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   model.sites = std::move(training_set.sites);
   model.out_of_fold = std::move(out_of_fold.predicted);
   model.measured_mean_m = std::move(training_set.labels);
+  return model;
+}
+
+// The same places by the looks that take a sample; none unless every place and drive knows them.
+DrivenPlaces samples_of(const DrivenPlaces& places) {
+  DrivenPlaces samples;
+  for (const DrivenPlace& place : places.places) {
+    if (place.factors.of_samples.empty()) return {};
+    DrivenPlace& of_samples = samples.places.emplace_back(DrivenPlace{
+        place.name, place.sites, place.factors.of_samples.front(), {}, place.recordings});
+    for (const MeasuredError& drive : place.drives) {
+      if (drive.of_samples.empty()) return {};
+      of_samples.drives.push_back(drive.of_samples.front());
+    }
+  }
+  return samples;
+}
+
+// A model of the ranges, and within it one of the looks that take a sample.
+Result<ErrorModel> train_both(PassContext& ctx, const TrainModelOptions& wanted,
+                              const DrivenPlaces& places) {
+  SIGHTLINE_ASSIGN(ErrorModel model, train_on(ctx, wanted, places));
+  const DrivenPlaces samples = samples_of(places);
+  if (samples.places.empty()) return model;
+  SIGHTLINE_ASSIGN(ErrorModel of_samples, train_on(ctx, wanted, samples));
+  model.of_samples.push_back(std::move(of_samples));
   return model;
 }
 
@@ -254,7 +280,7 @@ Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted
     ctx.warn(
         "the model learns from one place alone: where it annotates another, nothing is promised");
   }
-  return train_on(ctx, wanted, places);
+  return train_both(ctx, wanted, places);
 }
 
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
@@ -262,13 +288,19 @@ Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& w
                                     const MeasuredError& measured,
                                     const RecordingCards& recordings) {
   Result<ErrorModel> model =
-      train_on(ctx, wanted, {{{measured.drive, sites, factors, {measured}, recordings}}});
+      train_both(ctx, wanted, {{{measured.drive, sites, factors, {measured}, recordings}}});
   const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||
                                        model.error().code == ErrorCode::kNoTrainingRows);
   if (!is_too_short) return model;
   Result<ErrorModel> own =
       model_of_own_evidence(sites, factors, measured, recordings, wanted.limits_m);
   if (!own) return model;
+  if (!factors.of_samples.empty() && !measured.of_samples.empty()) {
+    SIGHTLINE_ASSIGN(ErrorModel of_samples, model_of_own_evidence(sites, factors.of_samples.front(),
+                                                                  measured.of_samples.front(),
+                                                                  recordings, wanted.limits_m));
+    own->of_samples.push_back(std::move(of_samples));
+  }
   ctx.warn("there is too little to learn from (" + model.error().message +
            "); the map takes what its own scans ask for everywhere, and promises nothing");
   return own;

@@ -102,6 +102,25 @@ Result<void> set_list(const OptionField& field, std::vector<double>& value, std:
   return {};
 }
 
+constexpr std::string_view kPaper = "paper";  // looks at every return alone
+
+Result<void> set_looks(const OptionField& field, std::vector<Look>& value, std::string_view text) {
+  if (text == kPaper) {
+    value.clear();
+    return {};
+  }
+  const Result<std::vector<Look>> looks = parse_looks(text);
+  if (!looks) return bad_value(field, text, "paper, or looks; " + looks.error().message);
+  if (std::ranges::any_of(*looks, takes_every_return)) {
+    return bad_value(
+        field, text,
+        "looks that take a sample (\"100 m, 1944 returns, 80 points\"); those that take "
+        "every return are ranges_m");
+  }
+  value = *looks;
+  return {};
+}
+
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -147,6 +166,10 @@ OptionField numbers(std::string name, std::vector<double>& value, std::string he
   return {std::move(name), &value, std::move(help), minimum, maximum, {}};
 }
 
+OptionField looks(std::string name, std::vector<Look>& value, std::string help) {
+  return {std::move(name), &value, std::move(help), 0.0, 0.0, {}};
+}
+
 OptionField choice(std::string name, std::string& value, std::string help,
                    std::vector<std::string> choices) {
   return {std::move(name), &value, std::move(help), 0.0, 0.0, std::move(choices)};
@@ -171,6 +194,9 @@ Result<void> set_from_text(OptionField& field, std::string_view value) {
   if (const EnumValue* target = std::get_if<EnumValue>(&field.value)) {
     return set_enum(field, *target, value);
   }
+  if (std::vector<Look>* const* target = std::get_if<std::vector<Look>*>(&field.value)) {
+    return set_looks(field, **target, value);
+  }
   return set_list(field, *std::get<std::vector<double>*>(field.value), value);
 }
 
@@ -181,6 +207,9 @@ std::string to_text(const OptionField& field) {
   if (std::string* const* value = std::get_if<std::string*>(&field.value)) return **value;
   if (const EnumValue* value = std::get_if<EnumValue>(&field.value)) {
     return field.choices.at(value->get());
+  }
+  if (std::vector<Look>* const* value = std::get_if<std::vector<Look>*>(&field.value)) {
+    return (*value)->empty() ? std::string(kPaper) : to_text(**value);
   }
   std::string text;
   for (const double number : *std::get<std::vector<double>*>(field.value)) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "formats/base/result.h"
+#include "formats/drive/look.h"
 
 // Options of a pass are a plain struct with default values beside the pass; this is the one
 // description of its fields, from which the configuration file, the flags of the command line, the
@@ -26,8 +27,8 @@ struct EnumValue {
   std::function<void(std::size_t)> set;
 };
 
-using OptionValue =
-    std::variant<bool*, int*, double*, std::string*, std::vector<double>*, EnumValue>;
+using OptionValue = std::variant<bool*, int*, double*, std::string*, std::vector<double>*,
+                                 std::vector<Look>*, EnumValue>;
 
 struct OptionField {
   std::string name;  // as in the configuration file, unit included: "cell_m"
@@ -50,6 +51,8 @@ OptionField number(std::string name, double& value, std::string help, double min
 // A list of numbers, ascending and without repetition.
 OptionField numbers(std::string name, std::vector<double>& value, std::string help, double minimum,
                     double maximum);
+// Looks that take a sample, as text from one to the next; none: "paper".
+OptionField looks(std::string name, std::vector<Look>& value, std::string help);
 OptionField choice(std::string name, std::string& value, std::string help,
                    std::vector<std::string> choices);
 OptionField text(std::string name, std::string& value, std::string help);

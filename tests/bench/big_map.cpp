@@ -31,11 +31,11 @@ CompiledMap frame_of_map() {
   map.writer = "write_big_map";
   map.ndt.tile_m = kTile_m;
   map.sensor.beam_elevations_deg = {-15.0, 15.0};
-  map.ranges.ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
+  map.ranges.looks = every_return_at({10, 15, 20, 25, 30, 35, 40, 45, 50});
   map.ranges.promises.resize(2);
   map.ranges.promises[0].limit_m = 0.10;
   map.ranges.promises[1].limit_m = 0.25;
-  map.predicted.ranges_m = map.ranges.ranges_m;
+  map.predicted.looks = map.ranges.looks;
   map.predicted.limits_m = {0.10, 0.25};
   map.quality.resize(2);
   return map;
@@ -88,10 +88,10 @@ std::vector<std::byte> ndt_layer(TileKey key, bool is_changed, std::uint64_t see
 // Errors fall with the range; a change adds to them, and the range follows.
 void add_predictions(bool is_changed, Random& random, CompiledMap& map) {
   const double base_m = random.uniform(0.5, 2.5) * (is_changed ? 1.5 : 1.0);
-  const std::size_t ranges = map.ranges.ranges_m.size();
+  const std::size_t ranges = map.ranges.looks.size();
   std::vector<std::size_t> chosen(2, ranges - 1);
   for (std::size_t range = 0; range < ranges; ++range) {
-    const double mean_m = base_m / map.ranges.ranges_m[range] + random.uniform(0.0, 0.005);
+    const double mean_m = base_m / map.ranges.looks[range].range_m + random.uniform(0.0, 0.005);
     map.predicted.mean_m.push_back(mean_m);
     for (std::size_t limit = 0; limit < 2; ++limit) {
       const double probability = 1.0 - std::exp(-2.0 * map.predicted.limits_m[limit] / mean_m);
@@ -124,7 +124,7 @@ std::vector<std::byte> range_layer(TileKey key, bool is_changed, std::uint64_t s
   std::vector<std::uint32_t> rows(kSitesPerTile);
   std::iota(rows.begin(), rows.end(), 0);
   std::vector<std::byte> raw = encode_range_layer(map, rows);
-  const RangeLayout layout(kSitesPerTile, map.ranges.ranges_m.size(), 2);
+  const RangeLayout layout(kSitesPerTile, answer_shape(map));
   for (std::uint32_t& row : rows) row += first_site;
   std::memcpy(raw.data() + layout.site, rows.data(), rows.size() * sizeof rows[0]);
   return raw;

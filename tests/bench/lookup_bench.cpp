@@ -29,14 +29,14 @@ CompiledMap city() {
     }
   }
   const std::size_t sites = map.sites.sites.size();
-  map.ranges.ranges_m = {10, 15, 20, 25, 30, 35, 40, 45, 50};
+  map.ranges.looks = every_return_at({10, 15, 20, 25, 30, 35, 40, 45, 50});
   map.ranges.promises.resize(2);
   map.ranges.promises[0].limit_m = 0.10;
   map.ranges.promises[1].limit_m = 0.25;
   map.ranges.site_count = map.predicted.site_count = static_cast<std::uint32_t>(sites);
   map.ranges.range_index.resize(2 * sites, 3);
   map.ranges.flags.resize(2 * sites);
-  map.predicted.ranges_m = map.ranges.ranges_m;
+  map.predicted.looks = map.ranges.looks;
   map.predicted.limits_m = {0.10, 0.25};
   map.predicted.mean_m.resize(9 * sites, 0.08);
   map.predicted.within_probability.resize(18 * sites, 0.9);

@@ -48,8 +48,8 @@ inline ErrorModel handmade_model(const std::vector<HandmadeSite>& sites,
   predicted.out_of_fold.assign(sites.size(), 1);
   predicted.has_history.assign(sites.size(), 0);
   for (std::size_t range = 0; range < range_count; ++range) {
-    predicted.ranges_m.push_back(10.0 * static_cast<double>(range + 1));
-    model.ranges.push_back({predicted.ranges_m.back(), 0.0, 0.0, 0.0});
+    predicted.looks.push_back(every_return(10.0 * static_cast<double>(range + 1)));
+    model.ranges.push_back({predicted.looks.back().range_m, 0.0, 0.0, 0.0});
   }
   for (std::size_t i = 0; i < sites.size(); ++i) {
     TrainedSite site;
@@ -93,7 +93,7 @@ inline Sites sites_of(const ErrorModel& model) {
 inline FactorTable factors_with_own_error(const std::vector<double>& ranges_m,
                                           const std::vector<std::vector<double>>& own_error_m) {
   FactorTable factors;
-  factors.ranges_m = ranges_m;
+  factors.looks = every_return_at(ranges_m);
   factors.factors = {"own_error", "virtual_points"};
   factors.site_count = static_cast<std::uint32_t>(own_error_m.size());
   for (const std::vector<double>& site : own_error_m) {
@@ -108,7 +108,7 @@ inline FactorTable factors_with_own_error(const std::vector<double>& ranges_m,
 inline FactorTable demanding_factors(const ErrorModel& model) {
   std::vector<double> site(model.ranges.size(), 1.0);
   site.back() = 0.0;
-  return factors_with_own_error(model.out_of_fold.ranges_m,
+  return factors_with_own_error(ranges_of(model.out_of_fold.looks),
                                 std::vector<std::vector<double>>(model.sites.size(), site));
 }
 

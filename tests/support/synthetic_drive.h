@@ -78,7 +78,7 @@ inline SyntheticDrive synthetic_drive(std::uint64_t seed, const SyntheticOptions
   Random random(seed);
   SyntheticDrive drive;
   const std::vector<double> openness = synthetic_openness(random, options.site_count);
-  drive.factors.ranges_m = drive.measured.ranges_m = options.ranges_m;
+  drive.factors.looks = drive.measured.looks = every_return_at(options.ranges_m);
   drive.factors.factors = synthetic_factor_names(options.has_paper_factors);
   drive.factors.site_count = static_cast<std::uint32_t>(options.site_count);
   drive.measured.drive = "synthetic";

@@ -55,7 +55,7 @@ std::optional<double> expected_work(const CompiledMap& map, std::size_t limit) {
   if (!column) return std::nullopt;
   std::vector<double> at_chosen;
   std::vector<double> at_longest;
-  const std::size_t longest = map.ranges.ranges_m.size() - 1;
+  const std::size_t longest = map.ranges.looks.size() - 1;
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
     at_chosen.push_back(map.factors.at(site, map.ranges.range(site, limit), *column));
     at_longest.push_back(map.factors.at(site, longest, *column));

@@ -83,8 +83,8 @@ std::vector<Found> find_limits(const GateInput& input, const Threshold&) {
   Differences differences;
   differences.add("limits", told_list(input.old_map->predicted.limits_m),
                   told_list(input.map->predicted.limits_m));
-  differences.add("ranges", told_list(input.old_map->ranges.ranges_m),
-                  told_list(input.map->ranges.ranges_m));
+  differences.add("ranges", told_list(ranges_of(input.old_map->ranges.looks)),
+                  told_list(ranges_of(input.map->ranges.looks)));
   differences.add("rule", std::string(selection_name(input.old_map->ranges.selection)),
                   std::string(selection_name(input.map->ranges.selection)));
   return differences.found("what ranges are chosen for and from");

@@ -113,9 +113,9 @@ std::vector<Found> find_stretch_coverage_drop(const GateInput& input, const Thre
 
 // The range of the new map that is the old one's choice, or the next longer one.
 std::size_t same_range(const CompiledMap& map, double range_m) {
-  const auto found = std::ranges::lower_bound(map.ranges.ranges_m, range_m);
-  const std::size_t longest = map.ranges.ranges_m.size() - 1;
-  return std::min(static_cast<std::size_t>(found - map.ranges.ranges_m.begin()), longest);
+  const auto found = std::ranges::lower_bound(map.ranges.looks, range_m, {}, &Look::range_m);
+  const std::size_t longest = map.ranges.looks.size() - 1;
+  return std::min(static_cast<std::size_t>(found - map.ranges.looks.begin()), longest);
 }
 
 std::vector<Found> find_error_rise(const GateInput& input, const Threshold& threshold) {

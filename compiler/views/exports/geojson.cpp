@@ -36,7 +36,7 @@ Json properties_of(const CompiledMap& map, std::size_t index) {
         "_within_" + format_double(map.ranges.promises[limit].limit_m) + "_m";
     const std::size_t range = map.ranges.range(index, limit);
     const std::uint8_t flags = map.ranges.flags_of(index, limit);
-    properties["range_m" + within] = map.ranges.ranges_m[range];
+    properties["range_m" + within] = map.ranges.looks[range].range_m;
     properties["p" + within] = map.predicted.probability(index, range, limit);
     properties["error_m" + within] = map.predicted.mean(index, range);
     properties["unmet" + within] = (flags & kUnmet) != 0;

@@ -74,7 +74,7 @@ struct Scale {
 
 Scale scale_of(const RangeTable& ranges) {
   if (ranges.site_count == 0) return {};
-  Scale scale{ranges.ranges_m.size(), 0};
+  Scale scale{ranges.looks.size(), 0};
   for (std::size_t i = kLimit; i < ranges.range_index.size(); i += ranges.promises.size()) {
     scale.first = std::min(scale.first, std::size_t{ranges.range_index[i]});
     scale.last = std::max(scale.last, std::size_t{ranges.range_index[i]});
@@ -125,7 +125,7 @@ std::string legend(const RangeTable& ranges, const MapBox& box, const Scale& sca
     svg += "<rect x=\"" + fixed(x_m, 2) + "\" y=\"" + fixed(y_m - 0.75 * font_m, 2) +
            "\" width=\"" + fixed(1.6 * font_m, 2) + "\" height=\"" + fixed(0.8 * font_m, 2) +
            "\" fill=\"" + scale.colour(i) + "\"/>\n" +
-           text_at(x_m + 1.9 * font_m, y_m, fixed(ranges.ranges_m[i], 0));
+           text_at(x_m + 1.9 * font_m, y_m, fixed(ranges.looks[i].range_m, 0));
     x_m += 3.7 * font_m;
   }
   if (has_unmet) {

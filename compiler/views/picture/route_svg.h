@@ -16,7 +16,7 @@ namespace sightline {
 MapBox box_of_route(const Sites& sites, double margin_m);
 
 // The route at one limit: a path for each stretch of sites with the same range. `colour_of` takes
-// an index into ranges.ranges_m.
+// an index into ranges.looks.
 std::string route_svg(const Sites& sites, const RangeTable& ranges, std::size_t limit,
                       double width_m, const std::function<std::string(std::size_t)>& colour_of);
 

@@ -18,7 +18,7 @@ Result<void> check_sources(const ReportSources& sources) {
       !sources.evaluation ||
       (sources.evaluation->site_count == sites &&
        sources.evaluation->limits_m == sources.map->predicted.limits_m &&
-       sources.evaluation->statics.size() == sources.map->ranges.ranges_m.size());
+       sources.evaluation->statics.size() == sources.map->ranges.looks.size());
   const bool is_measured = !sources.measured || sources.measured->scan_of_site.size() == sites;
   const bool is_seen = !sources.depth || sources.depth->site_count == sites;
   if (has_sites && is_judged && is_measured && is_seen) return {};
@@ -90,7 +90,7 @@ Result<std::string> report_html(const ReportSources& sources) {
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data: "
       "blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>" +
       xml_text(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +
-      std::string(page_style()) + range_colours_css(sources.map->ranges.ranges_m.size()) +
+      std::string(page_style()) + range_colours_css(sources.map->ranges.looks.size()) +
       std::string(library_style()) + "</style>\n</head>\n<body>\n" + header(sources, all) +
       "<main>\n";
   for (const Section& section : all) {

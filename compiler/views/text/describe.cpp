@@ -133,7 +133,7 @@ std::string describe_promise(const LimitPromise& promise) {
 }
 
 std::string histogram(const CompiledMap& map, std::size_t limit) {
-  std::vector<std::size_t> counts(map.ranges.ranges_m.size(), 0);
+  std::vector<std::size_t> counts(map.ranges.looks.size(), 0);
   for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
     ++counts[map.ranges.range(site, limit)];
   }
@@ -143,7 +143,7 @@ std::string histogram(const CompiledMap& map, std::size_t limit) {
     const double share =
         static_cast<double>(counts[i]) / static_cast<double>(map.ranges.site_count);
     text +=
-        formatted("    %5g m %7zu  %5.1f %%  ", map.ranges.ranges_m[i], counts[i], 100.0 * share) +
+        formatted("    %5g m %7zu  %5.1f %%  ", map.ranges.looks[i].range_m, counts[i], 100.0 * share) +
         std::string(static_cast<std::size_t>(kWidth * share + 0.5), '#') + "\n";
   }
   return text;

@@ -34,14 +34,14 @@ std::string describe_place(const CompiledMap& map, std::size_t id) {
 
 std::string describe_prediction(const CompiledMap& map, std::size_t site) {
   std::string text = formatted("  %-22s", "range, m");
-  for (const double range_m : map.ranges.ranges_m) text += formatted(" %7g", range_m);
+  for (const Look& look : map.ranges.looks) text += formatted(" %7g", look.range_m);
   text += formatted("\n  %-22s", "predicted error, cm");
-  for (std::size_t range = 0; range < map.ranges.ranges_m.size(); ++range) {
+  for (std::size_t range = 0; range < map.ranges.looks.size(); ++range) {
     text += formatted(" %7.1f", 100.0 * map.predicted.mean(site, range));
   }
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += formatted("\n  P(error <= %.4g m)%*s", map.ranges.promises[limit].limit_m, 5, "");
-    for (std::size_t range = 0; range < map.ranges.ranges_m.size(); ++range) {
+    for (std::size_t range = 0; range < map.ranges.looks.size(); ++range) {
       text += formatted(" %7.3f", map.predicted.probability(site, range, limit));
     }
   }
@@ -85,7 +85,7 @@ std::string describe_own(const CompiledMap& map, std::size_t site, std::size_t l
   const std::string needed = map.ranges.selection == Selection::kMean
                                  ? "a predicted error within the limit"
                                  : formatted("p* = %.3f", p);
-  return own ? "    " + needed + " is first met at " + at_range(map.ranges.ranges_m[*own]) + "\n"
+  return own ? "    " + needed + " is first met at " + at_range(map.ranges.looks[*own].range_m) + "\n"
              : "    no range meets " + needed + "\n";
 }
 
@@ -176,7 +176,7 @@ std::string describe_factors(const CompiledMap& map, const RouteFactors& route, 
   std::stable_sort(found.begin(), found.end(),
                    [](const FarOff& a, const FarOff& b) { return std::abs(a.z) > std::abs(b.z); });
   if (found.size() > kMostTold) found.resize(kMostTold);
-  const std::string where = at_range(map.ranges.ranges_m[range]);
+  const std::string where = at_range(map.ranges.looks[range].range_m);
   if (found.empty()) return "  at " + where + " no factor is far from the route's median\n";
   std::string text = "  far from the route's median at " + where + "\n";
   for (const FarOff& one : found) {
@@ -215,7 +215,7 @@ std::string describe_weakness(const CompiledMap& map, std::size_t site, std::siz
 RouteFactors route_factors(const FactorTable& factors) {
   RouteFactors route;
   std::vector<double> values(factors.site_count);
-  for (std::size_t range = 0; factors.site_count > 0 && range < factors.ranges_m.size(); ++range) {
+  for (std::size_t range = 0; factors.site_count > 0 && range < factors.looks.size(); ++range) {
     for (std::size_t factor = 0; factor < factors.factors.size(); ++factor) {
       for (std::size_t i = 0; i < values.size(); ++i) values[i] = factors.at(i, range, factor);
       const double median = median_of(values);

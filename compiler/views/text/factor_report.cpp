@@ -94,7 +94,7 @@ std::vector<double> rank_correlations(const FactorTable& factors, const Measured
 // The measured sites.
 Result<std::vector<std::size_t>> sites_in_both(const FactorTable& factors,
                                                const MeasuredError& measured) {
-  if (factors.site_count != measured.scan_of_site.size() || factors.ranges_m != measured.ranges_m) {
+  if (factors.site_count != measured.scan_of_site.size() || factors.looks != measured.looks) {
     return Error{ErrorCode::kMismatchedInputs,
                  "factors and measured errors are of different sites or ranges", "", ""};
   }
@@ -132,7 +132,7 @@ Result<FactorReport> factor_report(const FactorTable& factors, const MeasuredErr
   FactorReport report;
   report.factors = factors.factors;
   Columns all;
-  for (std::size_t range = 0; range < factors.ranges_m.size(); ++range) {
+  for (std::size_t range = 0; range < factors.looks.size(); ++range) {
     Columns here;
     for (const std::size_t site : sites) {
       const double virtual_points = factors.at(site, range, points_column);
@@ -140,7 +140,7 @@ Result<FactorReport> factor_report(const FactorTable& factors, const MeasuredErr
       append(measured.row(site, range), virtual_points, all);
     }
     FactorsAtRange& row = report.ranges.emplace_back();
-    row.range_m = factors.ranges_m[range];
+    row.range_m = factors.looks[range].range_m;
     row.rank_correlation = rank_correlations(factors, measured, sites, range);
     row.virtual_points = mean_of(here.virtual_points);
     row.measured_points = mean_of(here.points);

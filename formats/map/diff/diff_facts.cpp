@@ -78,7 +78,7 @@ Facts facts_of(const CompiledMap& map) {
                  {"point_count", std::to_string(map.ndt.point_count)},
                  {"site_spacing_m", format_double(map.sites.spacing_m)},
                  {"reach_m", format_double(map.reach_m)},
-                 {"ranges_m", text_of(map.ranges.ranges_m)},
+                 {"ranges_m", text_of(ranges_of(map.ranges.looks))},
                  {"limits_m", text_of(limits_m)},
                  {"rule", std::string(selection_name(map.ranges.selection))},
                  {"dilation_m", format_double(map.ranges.dilation_m)}};

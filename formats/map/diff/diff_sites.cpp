@@ -10,7 +10,7 @@ Eigen::Vector3d origin_m(const MapSide& side) { return side.card().ndt.frame.ori
 // Equal bytes of a layer are equal answers only where ranges, limits and reach are equal too.
 bool has_same_terms(const CompiledMap& before, const CompiledMap& after) {
   const auto limit_of = [](const LimitPromise& promise) { return promise.limit_m; };
-  return before.ranges.ranges_m == after.ranges.ranges_m && before.reach_m == after.reach_m &&
+  return before.ranges.looks == after.ranges.looks && before.reach_m == after.reach_m &&
          std::ranges::equal(before.ranges.promises, after.ranges.promises, {}, limit_of, limit_of);
 }
 

@@ -31,7 +31,7 @@ Error at_layer(Error error, TileKey key, std::string_view layer) {
 Result<SiteRow> load_site(std::span<const std::byte> raw, const RangeLayout& layout,
                           std::uint64_t row, const CompiledMap& card) {
   const std::size_t limits = card.ranges.promises.size();
-  const std::size_t ranges = card.ranges.ranges_m.size();
+  const std::size_t ranges = card.ranges.looks.size();
   const SiteShape choices = card.ranges.shape();
   const SiteShape probabilities{ranges, limits};
   SiteRow site;
@@ -48,7 +48,7 @@ Result<SiteRow> load_site(std::span<const std::byte> raw, const RangeLayout& lay
                    "", "row " + std::to_string(row)};
     }
     site.answers.push_back(
-        {card.ranges.ranges_m[range],
+        {card.ranges.looks[range].range_m,
          load<double>(raw, layout.probability, probabilities.index(row, range, limit)),
          load<std::uint8_t>(raw, layout.range_flags, choices.index(row, limit)), 0.0});
   }
@@ -102,7 +102,7 @@ Result<void> MapSide::add_virtual_points(std::uint32_t tile,
       virtual_points_ ? find_layer(container_, tile, kFactorLayer) : nullptr;
   if (block == nullptr || block->version() != kFactorLayerVersion) return {};
   SIGHTLINE_ASSIGN(const std::vector<std::byte> raw, raw_bytes(*block));
-  const std::uint64_t ranges = card_.ranges.ranges_m.size();
+  const std::uint64_t ranges = card_.ranges.looks.size();
   const SiteShape shape{ranges, factor_count_};
   const std::uint64_t values = aligned(4 * rows.size());
   if (block->row_count() != rows.size() ||
@@ -166,8 +166,7 @@ Result<const TileSites*> MapSide::sites(std::uint32_t tile) {
   if (block != nullptr) {
     const Result<std::vector<std::byte>> raw = raw_bytes(*block);
     if (!raw) return at_layer(raw.error(), tile_key(tile), kRangeLayer);
-    const RangeLayout layout(block->row_count(), card_.ranges.ranges_m.size(),
-                             card_.ranges.promises.size());
+    const RangeLayout layout(block->row_count(), answer_shape(card_));
     for (std::uint64_t row = 0; row < block->row_count(); ++row) {
       const Result<SiteRow> site = load_site(*raw, layout, row, card_);
       if (!site) return at_layer(site.error(), tile_key(tile), kRangeLayer);

@@ -79,9 +79,7 @@ Result<void> check_rows(const PackedBlock& layer, const schema::Manifest& manife
     return Error{ErrorCode::kBadLayer, "layer " + layer.name + " is of an unknown kind", "", ""};
   }
   const std::uint64_t expected = is_ndt ? NdtLayout(layer.row_count).size
-                                        : RangeLayout(layer.row_count, manifest.ranges_m()->size(),
-                                                      manifest.promises()->size())
-                                              .size;
+                                        : RangeLayout(layer.row_count, answer_shape(manifest)).size;
   if (layer.raw_size == expected) return {};
   return Error{ErrorCode::kBadLayer, "layer " + layer.name + " has another size than its rows", "",
                ""};
@@ -129,21 +127,9 @@ std::vector<std::byte> renumbered(std::span<const std::byte> raw, std::uint64_t 
   return changed;
 }
 
-void make_room(std::size_t sites, CompiledMap& map) {
-  map.sites.sites.resize(sites);
-  map.ranges.site_count = map.predicted.site_count = static_cast<std::uint32_t>(sites);
-  map.ranges.range_index.resize(map.ranges.shape().size(sites));
-  map.ranges.flags.resize(map.ranges.shape().size(sites));
-  map.predicted.mean_m.resize(map.predicted.mean_shape().size(sites));
-  map.predicted.within_probability.resize(map.predicted.probability_shape().size(sites));
-  map.predicted.extrapolated.resize(map.predicted.mean_m.size());
-  map.predicted.out_of_fold.resize(sites);
-  map.predicted.has_history.resize(sites);
-}
-
 Result<void> decode_tiles(const std::vector<FoundTile>& tiles, const SiteIds& ids,
                           CompiledMap& map) {
-  make_room(ids.size(), map);
+  make_room_for_sites(ids.size(), map);
   std::vector<bool> is_filled(ids.size());
   for (const FoundTile& tile : tiles) {
     if (const PackedBlock* layer = find_layer(tile, kNdtLayer)) {
@@ -174,21 +160,30 @@ void cut_runs(const SiteIds& ids, Sites& sites) {
   }
 }
 
-Result<void> decode_factors(const MapContainer& container, const std::vector<FoundTile>& tiles,
-                            const SiteIds& ids, CompiledMap& map) {
-  const schema::Block* entry = find_section(container, kFactorNames);
-  if (entry == nullptr) return {};
+// Where factors lie, and what they are told for.
+struct FactorPlace {
+  std::string_view names;  // of the section
+  std::string_view layer;
+  const std::vector<Look>& looks;
+};
+
+// Without any factor where the map has none.
+Result<FactorTable> decode_factors(const MapContainer& container,
+                                   const std::vector<FoundTile>& tiles, const SiteIds& ids,
+                                   const FactorPlace& place) {
+  FactorTable factors;
+  const schema::Block* entry = find_section(container, place.names);
+  if (entry == nullptr) return factors;
   const PackedBlock names = packed_block(container, *entry);
   SIGHTLINE_ASSIGN(const RawBytes text, checked_bytes(names));
-  FactorTable factors;
-  factors.ranges_m = map.ranges.ranges_m;
-  factors.site_count = map.ranges.site_count;
+  factors.looks = place.looks;
+  factors.site_count = static_cast<std::uint32_t>(ids.size());
   factors.factors.resize(std::min(names.row_count, kMostFactors));
   SIGHTLINE_TRY(decode_factor_names(text.bytes(), factors));
   factors.values.resize(factors.shape().size(ids.size()));
   std::vector<bool> is_filled(ids.size());
   for (const FoundTile& tile : tiles) {
-    const PackedBlock* layer = find_layer(tile, kFactorLayer);
+    const PackedBlock* layer = find_layer(tile, place.layer);
     if (layer == nullptr) continue;
     SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(*layer));
     const std::uint64_t rows =
@@ -198,6 +193,22 @@ Result<void> decode_factors(const MapContainer& container, const std::vector<Fou
   }
   if (std::ranges::find(is_filled, false) != is_filled.end()) {
     return Error{ErrorCode::kBadLayer, "some sites have none", "", ""};
+  }
+  return factors;
+}
+
+// Of the ranges, and of the looks that take a sample.
+Result<void> decode_all_factors(const MapContainer& container, const std::vector<FoundTile>& tiles,
+                                const SiteIds& ids, CompiledMap& map) {
+  SIGHTLINE_ASSIGN(
+      FactorTable factors,
+      decode_factors(container, tiles, ids, {kFactorNames, kFactorLayer, map.ranges.looks}));
+  if (factors.factors.empty()) return {};
+  for (const RangeTable& ranges : map.ranges.of_samples) {
+    SIGHTLINE_ASSIGN(FactorTable samples,
+                     decode_factors(container, tiles, ids,
+                                    {kSampleFactorNames, kSampleFactorLayer, ranges.looks}));
+    if (!samples.factors.empty()) factors.of_samples.push_back(std::move(samples));
   }
   map.factors = std::move(factors);
   return {};
@@ -227,7 +238,7 @@ void decode_for_engineers(const Result<MapContainer>& container,
         "the factors and the error model, if it had any: the directory is lost");
     return;
   }
-  tell("the factors", decode_factors(*container, tiles, ids, recovered.map), recovered.lost);
+  tell("the factors", decode_all_factors(*container, tiles, ids, recovered.map), recovered.lost);
   tell("the error model", decode_model(*container, recovered.map), recovered.lost);
 }
 
@@ -247,6 +258,7 @@ void mark_as_part(const SiteIds& ids, CompiledMap& map) {
   map.version += ", recovered";
   map.measurement.measured_site_count = 0;
   map.quality = quality_of(map, MeasuredError());
+  map.look_quality = look_quality_of(map, MeasuredError());
 }
 
 }  // namespace

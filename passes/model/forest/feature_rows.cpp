@@ -38,21 +38,21 @@ Result<FeatureRows> gather_features(const FactorTable& table,
   FeatureRows rows;
   rows.names = factors;
   rows.names.emplace_back("range_m");
-  rows.row_count = std::size_t{table.site_count} * table.ranges_m.size();
+  rows.row_count = std::size_t{table.site_count} * table.looks.size();
   rows.values.reserve(rows.row_count * rows.names.size());
   for (std::size_t site = 0; site < table.site_count; ++site) {
-    for (std::size_t range = 0; range < table.ranges_m.size(); ++range) {
+    for (std::size_t range = 0; range < table.looks.size(); ++range) {
       for (const std::size_t column : columns) {
         const auto value = static_cast<float>(table.at(site, range, column));
         if (!std::isfinite(value)) {
           return Error{ErrorCode::kInvalidArtifact,
                        "factor '" + table.factors[column] + "' is not a finite number", "",
                        "site " + std::to_string(site) + ", range " +
-                           format_double(table.ranges_m[range]) + " m"};
+                           format_double(table.looks[range].range_m) + " m"};
         }
         rows.values.push_back(value);
       }
-      rows.values.push_back(static_cast<float>(table.ranges_m[range]));
+      rows.values.push_back(static_cast<float>(table.looks[range].range_m));
     }
   }
   return rows;

@@ -52,7 +52,7 @@ std::vector<std::vector<std::size_t>> measured_near(const Sites& sites,
 std::vector<double> describe(const MeasuredError& measured, const std::vector<std::size_t>& near,
                              std::size_t range) {
   const std::size_t nearest = near.front();
-  const std::size_t longest = measured.ranges_m.size() - 1;
+  const std::size_t longest = measured.looks.size() - 1;
   const ErrorRow& own = measured.row(nearest, range);
   std::vector<double> logs;
   double worst = -std::numeric_limits<double>::infinity();
@@ -91,7 +91,7 @@ bool is_history_feature(const std::string& name) {
 History history_of(const Sites& sites, const MeasuredError& measured) {
   SIGHTLINE_CHECK(measured.scan_of_site.size() == sites.sites.size());
   const std::vector<std::vector<std::size_t>> near_of = measured_near(sites, measured);
-  const std::size_t range_count = measured.ranges_m.size();
+  const std::size_t range_count = measured.looks.size();
   const SiteShape shape{range_count, history_features().size()};
   History history;
   history.is_known.assign(sites.sites.size(), 0);
@@ -115,7 +115,7 @@ FactorTable with_measured_columns(const FactorTable& factors, const MeasuredErro
   for (const MeasuredColumn& column : kMeasuredColumns) table.factors.emplace_back(column.name);
   table.values.clear();
   const std::size_t factor_count = factors.factors.size();
-  const SiteShape shape{factors.ranges_m.size()};
+  const SiteShape shape{factors.looks.size()};
   for (std::size_t row = 0; row < shape.size(factors.site_count); ++row) {
     const auto values = factors.values.begin() + static_cast<std::ptrdiff_t>(row * factor_count);
     table.values.insert(table.values.end(), values,
@@ -125,12 +125,16 @@ FactorTable with_measured_columns(const FactorTable& factors, const MeasuredErro
       table.values.push_back(is_measured ? measured.rows[row].*column.number : kNotMeasured);
     }
   }
+  if (measured.of_samples.empty()) return table;
+  for (FactorTable& samples : table.of_samples) {
+    samples = with_measured_columns(samples, measured.of_samples.front());
+  }
   return table;
 }
 
 std::optional<MeasuredError> measured_of_columns(const FactorTable& factors) {
   MeasuredError measured;
-  measured.ranges_m = factors.ranges_m;
+  measured.looks = factors.looks;
   measured.scan_of_site.assign(factors.site_count, 0);
   measured.rows.resize(measured.shape().size(factors.site_count));
   const SiteShape shape = measured.shape();
@@ -143,6 +147,10 @@ std::optional<MeasuredError> measured_of_columns(const FactorTable& factors) {
       measured.rows[row].*column.number = value;
       if (value == kNotMeasured) measured.scan_of_site[shape.site_of(row)] = -1;
     }
+  }
+  for (const FactorTable& samples : factors.of_samples) {
+    std::optional<MeasuredError> of_samples = measured_of_columns(samples);
+    if (of_samples) measured.of_samples.push_back(std::move(*of_samples));
   }
   return measured;
 }

@@ -195,7 +195,7 @@ Result<TrainingSet> make_training_set(const TrainingSetOptions& options,
   SIGHTLINE_TRY(validate(places));
   SIGHTLINE_TRY(check_localizers(places));
   TrainingSet training_set;
-  training_set.range_count = places.places.front().factors.ranges_m.size();
+  training_set.range_count = places.places.front().factors.looks.size();
   training_set.knows_history = std::ranges::any_of(
       places.places, [](const DrivenPlace& place) { return place.drives.size() > 1; });
   const std::vector<Case> cases = cases_of(places);

@@ -26,7 +26,7 @@ CompiledMap route_map(int site_count) {
 }
 
 void set_site(CompiledMap& map, std::size_t site, const SiteNumbers& numbers) {
-  const std::size_t ranges = map.ranges.ranges_m.size();
+  const std::size_t ranges = map.ranges.looks.size();
   for (std::size_t range = 0; range < ranges; ++range) {
     map.predicted.mean_m[site * ranges + range] = numbers.mean_m;
     double* within = &map.predicted.within_probability[(site * ranges + range) * 2];

@@ -11,7 +11,7 @@ namespace {
 
 FactorTable small_table() {
   FactorTable table;
-  table.ranges_m = {10.0, 20.0};
+  table.looks = every_return_at({10.0, 20.0});
   table.factors = {"feature_count", "r_average"};
   table.site_count = 2;
   table.values = {1, 9.5, 2, 14.5, 0, 10, 3, 12.25};
@@ -30,7 +30,7 @@ TEST(FactorTable, DumpsOneRowForEachSiteAndRange) {
 
 TEST(FactorTable, RefusesRangesThatDoNotAscend) {
   FactorTable table = small_table();
-  table.ranges_m = {20.0, 20.0};
+  table.looks = every_return_at({20.0, 20.0});
   EXPECT_FALSE(validate(table).has_value());
 }
 

@@ -13,7 +13,7 @@ MeasuredError two_sites() {
   MeasuredError measured;
   measured.drive = "morning";
   measured.reference = ErrorReference::kFullRangeMatch;
-  measured.ranges_m = {10.0, 20.0};
+  measured.looks = every_return_at({10.0, 20.0});
   measured.offsets = {{0.25, 0.5, -0.1, 0.01}};
   measured.scan_of_site = {7, -1};
   measured.rows.resize(4);
@@ -63,7 +63,7 @@ TEST(MeasuredError, RefusesAResultWithoutAScan) {
 
 TEST(MeasuredError, RefusesRangesThatDoNotAscend) {
   MeasuredError measured = two_sites();
-  measured.ranges_m = {20.0, 20.0};
+  measured.looks = every_return_at({20.0, 20.0});
   expect_refused(measured);
 }
 

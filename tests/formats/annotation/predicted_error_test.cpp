@@ -11,7 +11,7 @@ namespace {
 
 PredictedError two_sites() {
   PredictedError predicted;
-  predicted.ranges_m = {10.0, 15.0};
+  predicted.looks = every_return_at({10.0, 15.0});
   predicted.limits_m = {0.1, 0.25};
   predicted.site_count = 2;
   predicted.mean_m = {0.3, 0.2, 0.1, 0.05};
@@ -63,7 +63,7 @@ TEST(PredictedError, RefusesListsThatDoNotFit) {
   short_flags.extrapolated.pop_back();
   EXPECT_EQ(code_of(short_flags), ErrorCode::kInvalidArtifact);
   PredictedError descending = two_sites();
-  std::swap(descending.ranges_m[0], descending.ranges_m[1]);
+  std::swap(descending.looks[0].range_m, descending.looks[1].range_m);
   EXPECT_EQ(code_of(descending), ErrorCode::kInvalidArtifact);
   PredictedError more_sites = two_sites();
   more_sites.site_count = 3;

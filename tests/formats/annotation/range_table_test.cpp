@@ -9,7 +9,7 @@ namespace {
 
 RangeTable two_sites() {
   RangeTable table;
-  table.ranges_m = {10.0, 15.0, 20.0};
+  table.looks = every_return_at({10.0, 15.0, 20.0});
   table.dilation_m = 3.0;
   constexpr PromiseScope kNext = PromiseScope::kNextDrive;
   table.promises = {{0.1, 0.8, 0.7, 0.05, 0.0, 20, 4, 8, kNext, true, 0.04, "conformal", "kept"},

@@ -10,7 +10,7 @@ namespace {
 // One site; occupancy at 10, 15, 20, 30, 50 m.
 StreetType type_at(const std::vector<double>& occupancy) {
   FactorTable factors;
-  factors.ranges_m = {10.0, 15.0, 20.0, 30.0, 50.0};
+  factors.looks = every_return_at({10.0, 15.0, 20.0, 30.0, 50.0});
   factors.factors = {"feature_count", "occupancy_ratio"};
   factors.site_count = 1;
   for (const double share : occupancy) {
@@ -53,7 +53,7 @@ TEST(StreetType, WiderViewsNeverMakeANarrowerStreet) {
 
 TEST(StreetType, IsUnknownWithoutTheFactor) {
   FactorTable factors;
-  factors.ranges_m = {10.0};
+  factors.looks = every_return_at({10.0});
   factors.factors = {"feature_count"};
   factors.site_count = 2;
   factors.values = {1.0, 2.0};

@@ -33,7 +33,7 @@ TEST(DrivenPlaces, RefusePartsThatDoNotBelongTogether) {
   EXPECT_EQ(code_of(places), ErrorCode::kMismatchedInputs);
   EXPECT_EQ(validate(places).error().place, "place 'place 2'");
   places = places_driven_twice(2, kTiny);
-  places.places[0].drives[1].ranges_m[1] = 25.0;
+  places.places[0].drives[1].looks[1].range_m = 25.0;
   EXPECT_EQ(code_of(places), ErrorCode::kMismatchedInputs);
   places = places_driven_twice(2, kTiny);
   places.places[0].sites.sites.pop_back();

@@ -79,5 +79,62 @@ TEST(Look, RefusesWhatMakesNoSense) {
   }
 }
 
+std::vector<Look> some_looks() {
+  return {every_return(10.0), every_return(50.0),
+          Look{.range_m = 100.0, .return_count = 650, .point_count = 40},
+          Look{.range_m = 80.0,
+               .return_count = 1944,
+               .even_beyond_m = 30.0,
+               .point_count = 80,
+               .is_by_normals = true,
+               .mode = LookMode::kSettle}};
+}
+
+TEST(Looks, AreReadAsTheyAreWritten) {
+  const Result<std::vector<Look>> looks = parse_looks(to_text(some_looks()));
+  ASSERT_TRUE(looks) << looks.error().message;
+  EXPECT_EQ(*looks, some_looks());
+}
+
+TEST(Looks, AreReadFromAListInYaml) {
+  const Result<std::vector<Look>> looks =
+      parse_looks("[100 m, 650 returns, 40 points, 80 m, 900 returns]");
+  ASSERT_TRUE(looks) << looks.error().message;
+  ASSERT_EQ(looks->size(), 2U);
+  EXPECT_EQ(to_text(looks->back()), "80 m, 900 returns");
+}
+
+TEST(Looks, AreRefusedWhereOneStandsTwiceOrThereIsNone) {
+  EXPECT_FALSE(parse_looks(""));
+  EXPECT_FALSE(parse_looks("50 m; 50 m"));
+  EXPECT_FALSE(parse_looks("650 returns; 50 m"));
+}
+
+TEST(Looks, OrderATableByAscendingRangesAndNameEachOnce) {
+  EXPECT_TRUE(validate(some_looks()));
+  EXPECT_FALSE(validate(std::vector<Look>{}));
+  std::vector<Look> descending = some_looks();
+  std::swap(descending[0], descending[1]);
+  EXPECT_FALSE(validate(descending));
+  std::vector<Look> twice = some_looks();
+  twice.push_back(twice[2]);
+  EXPECT_FALSE(validate(twice));
+}
+
+TEST(Looks, AreEncodedAndBackAndRefusedWithAnUnknownMode) {
+  ByteWriter writer;
+  encode(some_looks(), writer);
+  std::vector<std::byte> bytes = writer.take();
+  std::vector<Look> again;
+  ByteReader reader(bytes);
+  decode(reader, again);
+  EXPECT_TRUE(reader.at_end());
+  EXPECT_EQ(again, some_looks());
+  bytes.back() = std::byte{2};
+  ByteReader damaged(bytes);
+  decode(damaged, again);
+  EXPECT_FALSE(damaged.ok());
+}
+
 }  // namespace
 }  // namespace sightline

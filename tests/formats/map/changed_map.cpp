@@ -35,28 +35,44 @@ void erase_row(std::vector<T>& values, std::size_t row, std::size_t per_row) {
   values.erase(begin, begin + static_cast<std::ptrdiff_t>(per_row));
 }
 
+void erase_site(PredictedError& predicted, std::size_t site) {
+  const std::size_t looks = predicted.looks.size();
+  erase_row(predicted.mean_m, site, looks);
+  erase_row(predicted.within_probability, site, looks * predicted.limits_m.size());
+  erase_row(predicted.extrapolated, site, looks);
+  erase_row(predicted.out_of_fold, site, 1);
+  erase_row(predicted.has_history, site, 1);
+  --predicted.site_count;
+}
+
+void erase_site(RangeTable& ranges, std::size_t site) {
+  erase_row(ranges.range_index, site, ranges.promises.size());
+  erase_row(ranges.flags, site, ranges.promises.size());
+  --ranges.site_count;
+}
+
+void erase_site(FactorTable& factors, std::size_t site) {
+  erase_row(factors.values, site, factors.looks.size() * factors.factors.size());
+  --factors.site_count;
+}
+
 void erase_site(CompiledMap& map, std::size_t site) {
-  const std::size_t ranges = map.ranges.ranges_m.size();
-  const std::size_t limits = map.ranges.promises.size();
   erase_row(map.sites.sites, site, 1);
-  erase_row(map.predicted.mean_m, site, ranges);
-  erase_row(map.predicted.within_probability, site, ranges * limits);
-  erase_row(map.predicted.extrapolated, site, ranges);
-  erase_row(map.predicted.out_of_fold, site, 1);
-  erase_row(map.predicted.has_history, site, 1);
-  erase_row(map.ranges.range_index, site, limits);
-  erase_row(map.ranges.flags, site, limits);
-  erase_row(map.factors.values, site, ranges * map.factors.factors.size());
-  map.predicted.site_count = map.ranges.site_count = map.factors.site_count =
-      static_cast<std::uint32_t>(map.sites.sites.size());
+  const auto erase_from_both = [site](auto& table) {
+    erase_site(table, site);
+    for (auto& samples : table.of_samples) erase_site(samples, site);
+  };
+  erase_from_both(map.predicted);
+  erase_from_both(map.ranges);
+  erase_from_both(map.factors);
 }
 
 void change_ranges(CompiledMap& map, std::size_t site, Random& random) {
   const std::size_t limits = map.ranges.promises.size();
-  std::uint64_t longest = map.ranges.ranges_m.size() - 1;
+  std::uint64_t longest = map.ranges.looks.size() - 1;
   for (std::size_t limit = 0; limit < limits; ++limit) {
     longest = random.below(longest + 1);
-    const bool is_longest = longest + 1 == map.ranges.ranges_m.size();
+    const bool is_longest = longest + 1 == map.ranges.looks.size();
     map.ranges.range_index[site * limits + limit] = static_cast<std::uint8_t>(longest);
     map.ranges.flags[site * limits + limit] =
         static_cast<std::uint8_t>((is_longest ? random.below(2) : 0) + 2 * random.below(2));
@@ -86,6 +102,7 @@ CompiledMap changed_map(const CompiledMap& map, std::uint64_t seed, bool moves_f
   change_nds(changed.ndt, random);
   change_sites(changed, random);
   changed.quality = quality_of(changed, MeasuredError());
+  changed.look_quality = look_quality_of(changed, MeasuredError());
   if (!moves_frame) return changed;
   const Eigen::Vector3d shift_m(map.ndt.tile_m, -2.0 * map.ndt.tile_m, 0.0);
   const int cells = static_cast<int>(map.ndt.tile_m / map.ndt.cell_m);

@@ -12,7 +12,7 @@ namespace {
 // Three sites, two ranges, two factors: 0, 1, 2, ...
 FactorTable small_table() {
   FactorTable table;
-  table.ranges_m = {10.0, 20.0};
+  table.looks = every_return_at({10.0, 20.0});
   table.factors = {"feature_count", "crlb_max"};
   table.site_count = 3;
   for (int i = 0; i < 12; ++i) table.values.push_back(i);

@@ -99,7 +99,7 @@ TEST(Tiles, HoldEveryNdAndEverySiteOnceInOrder) {
 }
 
 TEST(RangeLayout, PlacesColumnsSideBySideWithoutOverlap) {
-  const RangeLayout layout(3, 9, 2);
+  const RangeLayout layout(3, {9, 2, 4});
   EXPECT_EQ(layout.site, 0u);
   EXPECT_EQ(layout.run, 64u);
   EXPECT_EQ(layout.s, 128u);

@@ -54,13 +54,14 @@ Sites random_sites(const RandomMapOptions& options, const MapFrame& frame, Rando
   return sites;
 }
 
-PredictedError random_prediction(const RandomMapOptions& options, Random& random) {
+PredictedError random_prediction(const RandomMapOptions& options, const std::vector<Look>& looks,
+                                 Random& random) {
   PredictedError predicted;
-  predicted.ranges_m = options.ranges_m;
+  predicted.looks = looks;
   predicted.limits_m = options.limits_m;
   predicted.site_count = static_cast<std::uint32_t>(options.site_count);
   for (int i = 0; i < options.site_count; ++i) {
-    for (std::size_t range = 0; range < options.ranges_m.size(); ++range) {
+    for (std::size_t look = 0; look < looks.size(); ++look) {
       predicted.mean_m.push_back(random.uniform(0.0, 0.5));
       double probability = 0.0;
       for (std::size_t limit = 0; limit < options.limits_m.size(); ++limit) {
@@ -69,8 +70,8 @@ PredictedError random_prediction(const RandomMapOptions& options, Random& random
       }
     }
     const auto is_odd = static_cast<std::size_t>(random.below(2));
-    for (std::size_t range = 0; range < options.ranges_m.size(); ++range) {
-      predicted.extrapolated.push_back(range % 2 == is_odd ? 1 : 0);
+    for (std::size_t look = 0; look < looks.size(); ++look) {
+      predicted.extrapolated.push_back(look % 2 == is_odd ? 1 : 0);
     }
     predicted.out_of_fold.push_back(static_cast<std::uint8_t>(random.below(2)));
     predicted.has_history.push_back(static_cast<std::uint8_t>(random.below(2)));
@@ -78,9 +79,10 @@ PredictedError random_prediction(const RandomMapOptions& options, Random& random
   return predicted;
 }
 
-RangeTable random_ranges(const RandomMapOptions& options, Random& random) {
+RangeTable random_ranges(const RandomMapOptions& options, const std::vector<Look>& looks,
+                         Random& random) {
   RangeTable table;
-  table.ranges_m = options.ranges_m;
+  table.looks = looks;
   table.dilation_m = 3.0;
   table.site_count = static_cast<std::uint32_t>(options.site_count);
   for (const double limit_m : options.limits_m) {
@@ -90,10 +92,10 @@ RangeTable random_ranges(const RandomMapOptions& options, Random& random) {
                               "at most 5 % of places miss the limit, on average"});
   }
   for (int i = 0; i < options.site_count; ++i) {
-    std::uint64_t longest = options.ranges_m.size() - 1;
+    std::uint64_t longest = looks.size() - 1;
     for (std::size_t limit = 0; limit < options.limits_m.size(); ++limit) {
       longest = random.below(longest + 1);  // a looser limit never looks further
-      const bool is_longest = longest + 1 == options.ranges_m.size();
+      const bool is_longest = longest + 1 == looks.size();
       table.range_index.push_back(static_cast<std::uint8_t>(longest));
       table.flags.push_back(
           static_cast<std::uint8_t>((is_longest ? random.below(2) : 0) + 2 * random.below(2)));
@@ -112,14 +114,27 @@ ModelRecord random_model(std::size_t size, Random& random) {
   return model;
 }
 
-FactorTable random_factors(const RandomMapOptions& options, Random& random) {
+FactorTable random_factors(const RandomMapOptions& options, const std::vector<Look>& looks,
+                           Random& random) {
   FactorTable factors;
-  factors.ranges_m = options.ranges_m;
+  factors.looks = looks;
   factors.factors = {"feature_count", "crlb_max", "crlb_heading"};
   factors.site_count = static_cast<std::uint32_t>(options.site_count);
-  factors.values.resize(factors.site_count * factors.ranges_m.size() * factors.factors.size());
+  factors.values.resize(factors.site_count * factors.looks.size() * factors.factors.size());
   for (double& value : factors.values) value = random.normal();
   return factors;
+}
+
+// Of the same sites as the ranges.
+void add_looks(const RandomMapOptions& options, Random& random, CompiledMap& map) {
+  PredictedError predicted = random_prediction(options, options.looks, random);
+  predicted.out_of_fold = map.predicted.out_of_fold;
+  predicted.has_history = map.predicted.has_history;
+  map.predicted.of_samples.push_back(std::move(predicted));
+  map.ranges.of_samples.push_back(random_ranges(options, options.looks, random));
+  map.factors.of_samples.push_back(random_factors(options, options.looks, random));
+  map.factors.of_samples.front().factors = {"crlb_max", "own_error", "match_cost"};
+  map.look_quality = look_quality_of(map, {});
 }
 
 }  // namespace
@@ -133,8 +148,9 @@ CompiledMap random_map(const RandomMapOptions& options) {
   map.writer = "sightline test";
   map.ndt = random_ndt(options, random);
   map.sites = random_sites(options, map.ndt.frame, random);
-  map.predicted = random_prediction(options, random);
-  map.ranges = random_ranges(options, random);
+  const std::vector<Look> ranges = every_return_at(options.ranges_m);
+  map.predicted = random_prediction(options, ranges, random);
+  map.ranges = random_ranges(options, ranges, random);
   map.sensor.beam_elevations_deg = {-15.0, 0.0, 15.0};
   map.measurement.mapping_drive = "town";
   map.measurement.mapping_scans = "even";
@@ -155,7 +171,8 @@ CompiledMap random_map(const RandomMapOptions& options) {
   map.trajectory->median_overlap = 0.9;
   map.trajectory->least_overlap = 0.7;
   map.sharpness = Sharpness{{-1.5, 40, 0.002, 900}, SharpnessFigures{-1.25, 38, 0.003, 910}};
-  map.factors = random_factors(options, random);
+  map.factors = random_factors(options, ranges, random);
+  if (!options.looks.empty()) add_looks(options, random, map);
   return map;
 }
 

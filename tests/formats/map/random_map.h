@@ -15,6 +15,14 @@ struct RandomMapOptions {
   double extent_m = 100.0;  // sites and NDs lie within this of the frame's origin
   std::vector<double> ranges_m = {10.0, 20.0, 50.0};
   std::vector<double> limits_m = {0.10, 0.25};
+  // That take a sample; none: a map without.
+  std::vector<Look> looks = {{.range_m = 100.0, .return_count = 650, .point_count = 40},
+                             {.range_m = 80.0,
+                              .return_count = 1944,
+                              .even_beyond_m = 30.0,
+                              .point_count = 80,
+                              .is_by_normals = true,
+                              .mode = LookMode::kSettle}};
   std::size_t model_size = 300;  // bytes of a made-up model; 0: stripped
 };
 

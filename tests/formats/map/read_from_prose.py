@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, sys.argv[2])
-from sightline_map import FAR, UNKNOWN_LOCALIZER, MapError, SightlineMap, xxh3  # noqa: E402
+from sightline_map import FAR, NOT_VISIBLE, UNKNOWN_LOCALIZER, MapError, SightlineMap, xxh3  # noqa: E402
 
 
 def check_sites(dump, opened, sites):
@@ -33,18 +33,29 @@ def check_sites(dump, opened, sites):
     assert len(dump["rows"]) == len(sites)
 
 
+def text_of(look):
+    """As a dump names it."""
+    text = f"{look.range_m:g} m, {look.return_count} returns"
+    text += f", even beyond {look.even_beyond_m:g} m" if look.even_beyond_m else ""
+    text += f", {look.point_count} points" if look.point_count else ""
+    return text + " by normals" * look.is_by_normals + ", settle" * look.settles
+
+
 def check_predictions(dump, opened, sites):
-    ranges_m, limits = opened.ranges_m, len(opened.limits_m)
-    assert len(dump["rows"]) == len(sites) * len(ranges_m)
-    for row in dump["rows"]:
-        (site_id, range_m, extrapolated, out_of_fold, has_history, mean_error_m,
+    """Of the ranges, then of the looks that take a sample."""
+    ranges = [f"{range_m:g} m" for range_m in opened.ranges_m]
+    looks, limits = [text_of(look) for look in opened.looks], len(opened.limits_m)
+    assert len(dump["rows"]) == len(sites) * (len(ranges) + len(looks))
+    for i, row in enumerate(dump["rows"]):
+        (site_id, _, name, extrapolated, out_of_fold, has_history, mean_error_m,
          *probabilities) = row
         site = sites[site_id]
-        index = ranges_m.index(range_m)
-        assert site["mean_error_m"][index] == mean_error_m
+        prefix, names = ("", ranges) if i < len(sites) * len(ranges) else ("look_", looks)
+        index = names.index(name)
+        assert site[prefix + "mean_error_m"][index] == mean_error_m
         start = index * limits
-        assert list(site["probability"][start:start + limits]) == probabilities
-        assert site["extrapolated"][index] == extrapolated
+        assert list(site[prefix + "probability"][start:start + limits]) == probabilities
+        assert site[prefix + "extrapolated"][index] == extrapolated
         assert site["site_flags"] == (2 * out_of_fold + 4 * has_history,)
 
 
@@ -61,11 +72,17 @@ def check_promises(dump, opened):
 
 def check_ranges(dump, opened, sites):
     check_promises(dump, opened)
-    assert len(dump["rows"]) == len(sites) * len(opened.limits_m)
-    for site_id, limit_m, range_m, unmet, extrapolated, is_static in dump["rows"]:
-        limit = opened.limits_m.index(limit_m)
-        assert opened.ranges_m[sites[site_id]["range_index"][limit]] == range_m
-        assert sites[site_id]["range_flags"][limit] == unmet + 2 * extrapolated + 16 * is_static
+    half = len(sites) * len(opened.limits_m)
+    assert len(dump["rows"]) == half * (2 if opened.looks else 1)
+    for i, (site_id, limit_m, range_m, name, unmet, extrapolated, is_static) in enumerate(dump["rows"]):
+        limit, site = opened.limits_m.index(limit_m), sites[site_id]
+        flags = unmet + 2 * extrapolated + 16 * is_static
+        if i < half:
+            assert opened.ranges_m[site["range_index"][limit]] == range_m
+            assert site["range_flags"][limit] == flags
+        else:
+            assert text_of(opened.looks[site["look_index"][limit]]) == name
+            assert site["look_flags"][limit] == flags
 
 
 def check_nds(dump, opened):
@@ -94,9 +111,13 @@ class EverySite:
             distance_m = math.dist(p_m, [site[f"p_{axis}_m"][0] for axis in "xyz"])
             if distance_m > self.reach_m or (best and distance_m >= best[0]):
                 continue
-            choices = [(index, site["range_flags"][i], site["probability"][index * self.limits + i],
-                        site["mean_error_m"][index]) for i, index in enumerate(site["range_index"])]
-            best = (distance_m, number, site["mean_error_m"][-1], choices)
+            def of(prefix, chosen):
+                return [(index, site[chosen + "_flags"][i],
+                         site[prefix + "probability"][index * self.limits + i],
+                         site[prefix + "mean_error_m"][index])
+                        for i, index in enumerate(site[chosen + "_index"])]
+
+            best = (distance_m, number, site["mean_error_m"][-1], of("", "range"), of("look_", "look"))
         return best
 
 
@@ -108,9 +129,13 @@ def check_look_up(opened):
         position = [o + random.uniform(-110, 110) for o in opened.origin_world_m[:2]]
         position.append(opened.origin_world_m[2] + random.uniform(-3, 3))
         limit_m = random.uniform(0.05, 0.4)
+        visible_m = random.choice((5.0, 30.0, 90.0, math.inf))
         answer = opened.observation_range(position, limit_m)
+        look = opened.look(position, limit_m, visible_m)
+        assert look[0].range_m <= visible_m or look[1].flags & NOT_VISIBLE
         opened._look_up = every_site
         assert opened.observation_range(position, limit_m) == answer
+        assert opened.look(position, limit_m, visible_m) == look
         opened._look_up = look_up
         near += not answer.flags & FAR
     return near

@@ -129,7 +129,7 @@ TEST(CompiledMap, OfArtifactsThatDisagreeIsInvalid) {
   const CompiledMap map = random_map({.seed = 8});
   ASSERT_TRUE(validate(map));
   CompiledMap other = map;
-  other.ranges.ranges_m.back() += 1.0;
+  other.ranges.looks.back().range_m += 1.0;
   expect_invalid(other);
   other = map;
   other.sites.frame.origin_world_m.x() += 64.0;

@@ -35,7 +35,7 @@ RangeAnswer brute_force(const CompiledMap& map, const Position& position_world_m
       Eigen::Vector3d(position_world_m[0], position_world_m[1], position_world_m[2]) -
       map.sites.frame.origin_world_m;
   RangeAnswer answer;
-  answer.range_m = map.ranges.ranges_m.back();
+  answer.range_m = map.ranges.looks.back().range_m;
   answer.mean_error_m = std::numeric_limits<double>::infinity();
   double nearest_m = map.reach_m;
   for (std::uint32_t site = 0; site < map.ranges.site_count; ++site) {
@@ -55,14 +55,14 @@ RangeAnswer brute_force(const CompiledMap& map, const Position& position_world_m
     answer.flags |= kAnswerFar;
     return answer;
   }
-  std::size_t range = map.ranges.ranges_m.size() - 1;
+  std::size_t range = map.ranges.looks.size() - 1;
   if (limit > 0) {
     const std::size_t choice = answer.site * map.ranges.promises.size() + limit - 1;
     range = map.ranges.range_index[choice];
     answer.flags |= map.ranges.flags[choice];
     answer.probability = map.predicted.probability(answer.site, range, limit - 1);
   }
-  answer.range_m = map.ranges.ranges_m[range];
+  answer.range_m = map.ranges.looks[range].range_m;
   answer.mean_error_m = map.predicted.mean(answer.site, range);
   return answer;
 }
@@ -106,6 +106,93 @@ TEST(MapReader, AgreesWithBruteForceOverRandomMaps) {
     }
   }
   EXPECT_GT(found_count, 2000u) << "too few places near a site to show anything";
+}
+
+// Likewise of the cheapest look within what can be seen.
+LookAnswer brute_force_look(const CompiledMap& map, const Position& position_world_m,
+                            double limit_m, double visible_m) {
+  RangeAnswer range = brute_force(map, position_world_m, limit_m);
+  const auto answer_of = [](const Look& look, const RangeAnswer& numbers) {
+    return LookAnswer{{look.range_m, look.return_count, look.even_beyond_m, look.point_count,
+                       look.is_by_normals, look.mode == LookMode::kSettle},
+                      numbers.probability,
+                      numbers.mean_error_m,
+                      numbers.distance_m,
+                      numbers.flags,
+                      numbers.site};
+  };
+  const bool is_near = (range.flags & (kAnswerFar | kAnswerTighterLimit)) == 0;
+  for (const RangeTable& looks : map.ranges.of_samples) {
+    if (!is_near) continue;
+    std::size_t limit = looks.promises.size();
+    while (looks.promises[limit - 1].limit_m > limit_m) --limit;
+    const std::size_t number = looks.range(range.site, limit - 1);
+    const Look& look = looks.looks[number];
+    if (look.range_m > visible_m) continue;
+    const PredictedError& predicted = map.predicted.of_samples.front();
+    RangeAnswer numbers = range;
+    numbers.flags = looks.flags_of(range.site, limit - 1);
+    numbers.probability = predicted.probability(range.site, number, limit - 1);
+    numbers.mean_error_m = predicted.mean(range.site, number);
+    return answer_of(look, numbers);
+  }
+  if (range.range_m > visible_m) {
+    range.flags |= kAnswerNotVisible;
+    range.probability = 0.0;
+    range.range_m = map.ranges.looks.back().range_m;
+  }
+  return answer_of(every_return(range.range_m), range);
+}
+
+TEST(MapReader, NamesTheCheapestLookWithinWhatCanBeSeenAsBruteForceDoes) {
+  std::size_t sample_count = 0, hidden_count = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    RandomMapOptions options{.seed = seed, .site_count = 200, .nd_count = 20};
+    if (seed % 4 == 0) options.looks.clear();
+    const CompiledMap map = random_map(options);
+    const std::vector<std::byte> file = encode_map(map);
+    const Result<MapReader> reader = MapReader::open(file, "annealed");
+    ASSERT_TRUE(reader) << to_string(reader.error());
+    EXPECT_EQ(reader->info().looks.size(), options.looks.size());
+    for (int i = 0; i < 200; ++i) {
+      const Position position =
+          world(map, {random.uniform(-110.0, 110.0), random.uniform(-110.0, 110.0), 0.0});
+      const double limit_m = random.uniform(0.05, 0.4);
+      const double seen_m[] = {5.0, 30.0, 90.0, std::numeric_limits<double>::infinity()};
+      const double visible_m = seen_m[random.below(4)];
+      const LookAnswer expected = brute_force_look(map, position, limit_m, visible_m);
+      const Result<LookAnswer> found = reader->look(position, limit_m, visible_m);
+      ASSERT_TRUE(found) << to_string(found.error());
+      EXPECT_EQ(found->look.range_m, expected.look.range_m);
+      EXPECT_EQ(found->look.return_count, expected.look.return_count);
+      EXPECT_EQ(found->look.even_beyond_m, expected.look.even_beyond_m);
+      EXPECT_EQ(found->look.point_count, expected.look.point_count);
+      EXPECT_EQ(found->look.is_by_normals, expected.look.is_by_normals);
+      EXPECT_EQ(found->look.settles, expected.look.settles);
+      EXPECT_EQ(found->probability, expected.probability);
+      EXPECT_EQ(found->mean_error_m, expected.mean_error_m);
+      EXPECT_EQ(found->flags, expected.flags);
+      EXPECT_EQ(found->site, expected.site);
+      sample_count += found->look.return_count > 0 ? 1 : 0;
+      hidden_count += (found->flags & kAnswerNotVisible) != 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(sample_count, 200U) << "too few looks to show anything";
+  EXPECT_GT(hidden_count, 100U);
+}
+
+TEST(MapReader, NamesNoLookToALocalizerWhoseErrorsWereNotMeasured) {
+  const CompiledMap map = random_map({.seed = 7});
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<MapReader> reader = MapReader::open(file, "pcl-ndt");
+  ASSERT_TRUE(reader);
+  const Result<LookAnswer> found = reader->look(world(map, map.sites.sites[3].p_map_m), 0.25);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->look.range_m, map.ranges.looks.back().range_m);
+  EXPECT_EQ(found->look.return_count, 0U);
+  EXPECT_TRUE(std::isnan(found->probability));
+  EXPECT_NE(found->flags & kAnswerUnknownLocalizer, 0U);
 }
 
 TEST(MapReader, FindsASiteJustAcrossABorderOfTilesOnEverySide) {
@@ -313,6 +400,7 @@ TEST(MapReader, AllocatesNothingToLookUp) {
     const std::size_t before = allocation_count();
     for (const Site& site : map.sites.sites) {
       sum_m += reader->observation_range(world(map, site.p_map_m), 0.25)->range_m;
+      sum_m += reader->look(world(map, site.p_map_m), 0.25, 90.0)->look.range_m;
     }
     EXPECT_EQ(allocation_count(), before) << callers;
     EXPECT_GT(sum_m, 0.0);
@@ -332,7 +420,7 @@ TEST(MapReader, KnowsNothingForALocalizerWhoseErrorsWereNotMeasured) {
       ASSERT_TRUE(answer) << to_string(answer.error());
       EXPECT_TRUE(std::isnan(answer->probability)) << callers;
       EXPECT_TRUE(std::isnan(answer->mean_error_m)) << callers;
-      EXPECT_EQ(answer->range_m, map.ranges.ranges_m.back()) << "as far as the map goes";
+      EXPECT_EQ(answer->range_m, map.ranges.looks.back().range_m) << "as far as the map goes";
       EXPECT_EQ(answer->flags, limit_m < 0.1 ? kAnswerUnknownLocalizer | kAnswerTighterLimit
                                              : kAnswerUnknownLocalizer);
       EXPECT_EQ(answer->site, 3u);

@@ -28,10 +28,10 @@ struct Workshop {
     }
     measured.drive = localization.name;
     measured.reference = ErrorReference::kFullRangeMatch;
-    measured.ranges_m = made.ranges.ranges_m;
+    measured.looks = made.ranges.looks;
     measured.offsets = {{0.1, 0.2, 0.0, 0.01}};
     measured.scan_of_site.assign(made.sites.sites.size(), 3);
-    measured.rows.resize(made.sites.sites.size() * measured.ranges_m.size());
+    measured.rows.resize(made.sites.sites.size() * measured.looks.size());
     model = handmade_model({{{0.5, 0.9}, {0.2, 0.05}}, {{0.6, 0.8}, {0.1, 0.02}}}, 2);
   }
   Result<CompiledMap> emit(const EmitMapOptions& options = {}) {
@@ -181,10 +181,10 @@ TEST(EmitMap, RefusesArtifactsThatDoNotBelongTogether) {
   };
   refuses([](Workshop& w) { w.made.sites.sites.pop_back(); });
   refuses([](Workshop& w) { w.made.sites.frame.origin_world_m.y() += 64.0; });
-  refuses([](Workshop& w) { w.made.ranges.ranges_m[0] += 1.0; });
+  refuses([](Workshop& w) { w.made.ranges.looks[0].range_m += 1.0; });
   refuses([](Workshop& w) { w.made.predicted.limits_m[1] += 0.01; });
   refuses([](Workshop& w) { w.measured.scan_of_site.pop_back(); });
-  refuses([](Workshop& w) { w.measured.ranges_m[0] += 1.0; });
+  refuses([](Workshop& w) { w.measured.looks[0].range_m += 1.0; });
 }
 
 TEST(EmitMap, RefusesAVersionThatCannotBePrinted) {

@@ -88,7 +88,7 @@ double share_within(const DepthImages& depth, std::size_t site, double range_m) 
 void expect_plain_counts(const FactorInputs& inputs, const FactorTable& table, std::size_t site,
                          std::size_t range) {
   const Eigen::Vector3d& p = inputs.sites.sites[site].p_map_m;
-  const double range_m = table.ranges_m[range];
+  const double range_m = table.looks[range].range_m;
   const std::vector<const Nd*> nds = plain::within(inputs.map, p, range_m);
   const auto found = [&](const std::string& factor) { return value(table, site, range, factor); };
   const auto size = static_cast<double>(nds.size());
@@ -110,7 +110,7 @@ void expect_plain_bounds(const FactorInputs& inputs, const FactorTable& table, s
                          std::size_t range) {
   const plain::Bound bound =
       plain::bound(plain::by_cell(inputs.map), inputs.map.cell_m, inputs.sites.sites[site].p_map_m,
-                   inputs.scans.points_of(site), table.ranges_m[range]);
+                   inputs.scans.points_of(site), table.looks[range].range_m);
   const auto found = [&](const std::string& factor) { return value(table, site, range, factor); };
   expect_near_relative(found("crlb_max"), bound.max_m, "crlb_max");
   expect_near_relative(found("crlb_min"), bound.min_m, "crlb_min");
@@ -126,13 +126,13 @@ void expect_plain_bounds(const FactorInputs& inputs, const FactorTable& table, s
 void expect_plain_scores(const FactorInputs& inputs, const FactorTable& table, std::size_t site) {
   const plain::NdByCell cells = plain::by_cell(inputs.map);
   const Eigen::Vector3d& p = inputs.sites.sites[site].p_map_m;
-  std::vector<std::vector<double>> score(table.ranges_m.size(), std::vector<double>(289, 0.0));
+  std::vector<std::vector<double>> score(table.looks.size(), std::vector<double>(289, 0.0));
   for (const Nd& nd : inputs.map.nds) {
     const double distance_m = (nd.mean_m - p).norm();
-    if (distance_m > table.ranges_m.back()) continue;
+    if (distance_m > table.looks.back().range_m) continue;
     const std::vector<double> sent = plain::self_score(nd, cells, inputs.map.cell_m);
     for (std::size_t range = 0; range < score.size(); ++range) {
-      if (distance_m > table.ranges_m[range]) continue;
+      if (distance_m > table.looks[range].range_m) continue;
       for (std::size_t v = 0; v < sent.size(); ++v) score[range][v] += sent[v];
     }
   }
@@ -148,7 +148,7 @@ TEST(ComputeFactors, EqualsAPlainImplementationAtAllNineRanges) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const FactorInputs inputs = random_inputs(seed, 6);
     const FactorTable table = must_compute(inputs);
-    ASSERT_EQ(table.ranges_m.size(), 9U);
+    ASSERT_EQ(table.looks.size(), 9U);
     for (std::size_t site = 0; site < 6; ++site) {
       for (std::size_t range = 0; range < 9; ++range) {
         expect_plain_counts(inputs, table, site, range);
@@ -210,7 +210,7 @@ TEST(ComputeFactors, GivesASiteTheSameValuesWhoeverItsNeighboursAre) {
   alone.scans.points_m.assign(many.scans.points_of(2).begin(), many.scans.points_of(2).end());
   alone.scans.end = {alone.scans.points_m.size()};
   const FactorTable lonely = must_compute(alone);
-  const std::size_t row = table.ranges_m.size() * table.factors.size();
+  const std::size_t row = table.looks.size() * table.factors.size();
   EXPECT_TRUE(std::equal(lonely.values.begin(), lonely.values.end(),
                          table.values.begin() + static_cast<long>(2 * row)));
 }
@@ -242,7 +242,7 @@ TEST(ComputeFactors, KeepsThePropertiesThatDefinitionsImply) {
       EXPECT_LE(at("normal_entropy"), std::log2(73.0));
       EXPECT_GE(at("score_entropy"), 0.0);
       EXPECT_LE(at("score_entropy"), std::log2(289.0) + 1e-12);
-      EXPECT_LE(at("r_average"), table.ranges_m[range]);
+      EXPECT_LE(at("r_average"), table.looks[range].range_m);
       EXPECT_GE(at("crlb_max"), at("crlb_min"));
       EXPECT_LE(at("crlb_max"), 10.0 + 1e-9);  // the prior's
       EXPECT_GE(at("crlb_heading"), 0.0);
@@ -294,7 +294,7 @@ TEST(ComputeFactors, GivesAnEmptyPlaceTheValuesThatDefinitionsNameForIt) {
     EXPECT_EQ(value(table, 0, range, "d2_ratio"), 0.0);
     EXPECT_EQ(value(table, 0, range, "occupancy_ratio"), 0.0);
     EXPECT_EQ(value(table, 0, range, "normal_entropy"), 0.0);
-    EXPECT_EQ(value(table, 0, range, "r_average"), table.ranges_m[range]);
+    EXPECT_EQ(value(table, 0, range, "r_average"), table.looks[range].range_m);
     EXPECT_EQ(value(table, 0, range, "score_entropy"), std::log2(289.0));
     EXPECT_EQ(value(table, 0, range, "flat_050"), 1.0);
     EXPECT_NEAR(value(table, 0, range, "crlb_max"), 10.0, 1e-12);

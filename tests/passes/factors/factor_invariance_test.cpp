@@ -64,7 +64,7 @@ FactorTable factors_of(const ToyWorld& world) {
 std::map<std::string, double> moved_by(const FactorTable& before, const FactorTable& after) {
   std::map<std::string, double> most;
   for (std::size_t factor = 0; factor < before.factors.size(); ++factor) {
-    for (std::size_t range = 0; range < before.ranges_m.size(); ++range) {
+    for (std::size_t range = 0; range < before.looks.size(); ++range) {
       double size = 0.0;
       double change = 0.0;
       for (std::size_t site = 0; site < before.site_count; ++site) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/synthetic_drive.h"
 
 namespace sightline {
@@ -43,11 +45,11 @@ void for_each_row(const FactorTable& table, const FactorTable& before, const Exp
   ASSERT_EQ(table.factors.size(), before.factors.size() + 2);
   EXPECT_EQ(table.factors[before.factors.size()], "own_error");
   EXPECT_EQ(table.factors.back(), "mapping_error");
-  EXPECT_EQ(table.ranges_m, before.ranges_m);
+  EXPECT_EQ(table.looks, before.looks);
   ASSERT_EQ(table.site_count, before.site_count);
   ASSERT_TRUE(validate(table).has_value());
   for (std::size_t site = 0; site < before.site_count; ++site) {
-    for (std::size_t range = 0; range < before.ranges_m.size(); ++range) {
+    for (std::size_t range = 0; range < before.looks.size(); ++range) {
       for (std::size_t f = 0; f < before.factors.size(); ++f) {
         EXPECT_EQ(table.factors[f], before.factors[f]);
         EXPECT_EQ(table.at(site, range, f), before.at(site, range, f));
@@ -99,11 +101,46 @@ TEST(AddMappingError, OfADriveThatIsAlsoLocalizedIsEvidenceAndNothingToLearnFrom
                });
 }
 
+TEST(AddMappingError, GivesLooksThatTakeASampleATableOfTheirOwn) {
+  SyntheticDrive drive = small_drive();
+  const std::vector<Look> looks = {{.range_m = 100.0, .return_count = 650, .point_count = 40},
+                                   {.range_m = 100.0, .return_count = 1944, .point_count = 80}};
+  drive.measured.of_samples = {drive.measured};
+  drive.measured.of_samples.front().looks = looks;
+  for (ErrorRow& row : drive.measured.of_samples.front().rows) row.mean_m *= 0.1;
+  const auto [table, warnings] = told(drive);
+  ASSERT_TRUE(table.has_value());
+  ASSERT_TRUE(validate(*table).has_value());
+  ASSERT_EQ(table->of_samples.size(), 1U);
+  const FactorTable& samples = table->of_samples.front();
+  EXPECT_EQ(samples.looks, looks);
+  const auto at = [&](std::size_t site, std::size_t look, const std::string& name) {
+    const auto found = std::ranges::find(samples.factors, name);
+    return samples.at(site, look, static_cast<std::size_t>(found - samples.factors.begin()));
+  };
+  const MeasuredError& measured = drive.measured.of_samples.front();
+  for (std::size_t site = 0; site < samples.site_count; ++site) {
+    const double errors_m[] = {measured.row(site, 0).mean_m, measured.row(site, 1).mean_m};
+    for (std::size_t look = 0; look < looks.size(); ++look) {
+      EXPECT_EQ(at(site, look, "feature_count"), drive.factors.at(site, 1, 0)) << "longest range";
+      EXPECT_EQ(at(site, look, "look_number"), static_cast<double>(look));
+      if (site == 2) {
+        EXPECT_EQ(at(site, look, "mapping_error"), drive.factors.at(site, 1, 2)) << "stand-in";
+        continue;
+      }
+      EXPECT_EQ(at(site, look, "mapping_error"), errors_m[look]);
+      EXPECT_DOUBLE_EQ(at(site, look, "mapping_error_mean"), (errors_m[0] + errors_m[1]) / 2.0);
+      EXPECT_EQ(at(site, look, "mapping_error_max"), std::max(errors_m[0], errors_m[1]));
+    }
+    EXPECT_GT(at(site, 1, "match_cost"), at(site, 0, "match_cost"));
+  }
+}
+
 TEST(AddMappingError, RefusesOtherSitesOtherRangesAndFactorsWithoutAStandIn) {
   SyntheticDrive other_sites = small_drive();
   other_sites.measured.scan_of_site.pop_back();
   SyntheticDrive other_ranges = small_drive();
-  other_ranges.measured.ranges_m.back() = 25.0;
+  other_ranges.measured.looks.back().range_m = 25.0;
   SyntheticDrive no_stand_in = small_drive();
   no_stand_in.factors.factors.back() = "crlb_max";
   for (const SyntheticDrive& drive : {other_sites, other_ranges, no_stand_in}) {

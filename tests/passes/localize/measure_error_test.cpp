@@ -11,6 +11,7 @@
 
 #include "passes/localize/pcl/pcl_ndt.h"
 #include "passes/map/build_ndt.h"
+#include "passes/matching/scan_preparation.h"
 #include "tests/passes/matching/random_scene.h"
 
 namespace sightline {
@@ -61,6 +62,16 @@ MeasureErrorOptions two_ranges() {
   MeasureErrorOptions options;
   options.starts.radius_m = 0.25;
   options.ranges_m = {6.0, 12.0};
+  options.looks = {};
+  return options;
+}
+
+// And a look at a sample of the room, and one that settles.
+MeasureErrorOptions two_looks() {
+  MeasureErrorOptions options = two_ranges();
+  options.looks = {
+      {.range_m = 20.0, .return_count = 1500, .point_count = 100, .is_by_normals = true},
+      {.range_m = 20.0, .return_count = 1500, .mode = LookMode::kSettle}};
   return options;
 }
 
@@ -246,10 +257,12 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
   World world = make_world();
   for (std::size_t i = 9; i < 40; ++i) world.sites.sites.push_back(world.sites.sites[i % 9]);
   const auto bytes_of = [](MeasuredError measured) {
-    for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    for (MeasuredError* part : {&measured, &measured.of_samples.front()}) {
+      for (ErrorRow& row : part->rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    }
     return to_bytes(measured);
   };
-  MeasureErrorOptions options = two_ranges();
+  MeasureErrorOptions options = two_looks();
   options.reference = ErrorReference::kKnownPose;
   options.ranges_m = {6.0};
   const std::vector<std::byte> expected = bytes_of(*measure(world, options));
@@ -280,6 +293,52 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
   ASSERT_TRUE(repaired.has_value());
   EXPECT_EQ(left_after, 84) << "a damaged part is measured anew";
   EXPECT_EQ(bytes_of(*repaired), expected);
+}
+
+TEST(MeasureError, MeasuresLooksThatTakeASampleBesideTheRanges) {
+  const World world = make_world();
+  const Result<MeasuredError> ranges = measure(world, two_ranges());
+  const Result<MeasuredError> both = measure(world, two_looks());
+  ASSERT_TRUE(both.has_value()) << to_string(both.error());
+  ASSERT_TRUE(validate(*both).has_value());
+  ASSERT_EQ(both->of_samples.size(), 1U);
+  const MeasuredError& samples = both->of_samples.front();
+  EXPECT_EQ(samples.looks, two_looks().looks);
+  EXPECT_EQ(samples.scan_of_site, both->scan_of_site);
+  for (std::size_t site = 0; site < both->scan_of_site.size(); ++site) {
+    for (std::size_t range = 0; range < both->looks.size(); ++range) {
+      EXPECT_EQ(both->row(site, range).mean_m, ranges->row(site, range).mean_m)
+          << "a range is what it is, whatever looks stand beside it";
+    }
+    EXPECT_EQ(samples.row(site, 0).point_count, 100U);
+    EXPECT_LT(samples.row(site, 0).mean_m, 0.1) << "the room is seen whole";
+    EXPECT_LT(samples.row(site, 0).mean_work, both->row(site, 1).mean_work);
+  }
+}
+
+TEST(MeasureError, MeasuresLooksAlikeForAnyNumberOfThreads) {
+  const auto bytes_of = [](MeasuredError measured) {
+    for (MeasuredError* part : {&measured, &measured.of_samples.front()}) {
+      for (ErrorRow& row : part->rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    }
+    return to_bytes(measured);
+  };
+  const World world = make_world();
+  EXPECT_EQ(bytes_of(*measure(world, two_looks(), 1)), bytes_of(*measure(world, two_looks(), 3)));
+}
+
+TEST(MeasureError, TakesEveryReturnWithinARangeWhereThePapersProtocolIsAsked) {
+  const World world = make_world();
+  MeasureErrorOptions paper = two_ranges();
+  paper.every_return = true;
+  const Result<MeasuredError> measured = measure(world, paper);
+  ASSERT_TRUE(measured.has_value());
+  const Result<MeasuredError> thinned = measure(world, two_ranges());
+  EXPECT_GE(measured->row(0, 0).point_count, thinned->row(0, 0).point_count);
+  const double range_m = measured->looks.front().range_m;
+  const std::size_t scan = static_cast<std::size_t>(measured->scan_of_site[0]) / 2;
+  const std::vector<Eigen::Vector3d> near = crop(world.drive.store->read(scan)->points_m, range_m);
+  EXPECT_EQ(measured->row(0, 0).point_count, voxel_subsample(near, 1.0).size());
 }
 
 TEST(MeasureError, TheAnnealedLocalizerEndsNearerFromTheSameStarts) {

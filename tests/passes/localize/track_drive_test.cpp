@@ -36,7 +36,7 @@ const Street& street() {
       made.ranges.flags.push_back(0);
     }
     made.map = ndt_from_points(points_m, MapFrame{}, {}, 1);
-    made.ranges.ranges_m = {15.0, 30.0};
+    made.ranges.looks = every_return_at({15.0, 30.0});
     made.ranges.promises.resize(1);
     made.ranges.promises[0].limit_m = 0.1;
     made.ranges.site_count = 16;

@@ -169,7 +169,7 @@ TEST(RemoveMoving, FindsTheSameWhereverTilesBegin) {
 }
 
 // Every ray asked, one by one.
-bool passes_by_brute_force(std::span<const Eigen::Vector3d> points_m, const Look& look) {
+bool passes_by_brute_force(std::span<const Eigen::Vector3d> points_m, const RayQuery& look) {
   return std::ranges::any_of(points_m, [&](const Eigen::Vector3d& end_m) {
     const Eigen::Vector3d direction = end_m.normalized();
     const double along_m = look.at_m.dot(direction);
@@ -192,7 +192,7 @@ TEST(ScanRays, FindByDirectionWhatEveryRayAskedWouldSay) {
   for (int i = 0; i < 1500; ++i) {
     // Near and far, over the poles and across the seam of azimuth.
     const double far_m = i % 3 == 0 ? 0.3 : 15.0;
-    Look look;
+    RayQuery look;
     look.at_m = {random.uniform(-far_m, i % 2 == 0 ? 0.0 : far_m),
                  i % 5 == 0 ? 0.01 * random.uniform(-1.0, 1.0) : random.uniform(-far_m, far_m),
                  random.uniform(-3.0, 3.0)};

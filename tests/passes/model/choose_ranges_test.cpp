@@ -250,7 +250,7 @@ TEST(ChooseRanges, RefusesInputsThatDoNotBelongTogether) {
   FactorTable without = factors;
   without.factors[0] = "feature_count";
   FactorTable shorter = factors;
-  shorter.ranges_m.back() = 25.0;
+  shorter.looks.back().range_m = 25.0;
   for (const FactorTable& unfit : {without, shorter}) {
     EXPECT_EQ(choose_ranges(ctx, {}, sites_of(model), model.out_of_fold, model, unfit).error().code,
               ErrorCode::kMismatchedInputs);

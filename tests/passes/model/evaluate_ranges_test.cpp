@@ -32,7 +32,7 @@ Trial four_sites() {
     trial.predicted.within_probability.push_back(model.out_of_fold.within_probability[i]);
   }
   trial.judged.drive = "second";
-  trial.judged.ranges_m = trial.ranges.ranges_m = {10.0, 20.0, 30.0};
+  trial.judged.looks = trial.ranges.looks = every_return_at({10.0, 20.0, 30.0});
   trial.judged.scan_of_site = {0, 1, 2, 3};
   for (std::size_t i = 0; i < model.measured_mean_m.size(); ++i) {
     ErrorRow row;
@@ -47,7 +47,7 @@ Trial four_sites() {
   trial.ranges.site_count = 4;
   trial.ranges.range_index = {0, 1, 2, 2};
   trial.ranges.flags = {0, 0, 0, kUnmet};
-  trial.factors.ranges_m = trial.ranges.ranges_m;
+  trial.factors.looks = trial.ranges.looks;
   trial.factors.factors = {"occupancy_ratio"};
   trial.factors.site_count = 4;
   trial.factors.values = {0.7, 0.8, 0.9, 0.7, 0.8, 0.9, 0.5, 0.8, 0.9, 0.5, 0.8, 0.9};
@@ -216,7 +216,7 @@ TEST(EvaluateRanges, RefusesInputsThatDoNotBelongTogether) {
   factors.factors.site_count = 3;
   EXPECT_EQ(evaluate(factors).error().code, ErrorCode::kMismatchedInputs);
   Trial ranges = four_sites();
-  ranges.judged.ranges_m[2] = 35.0;
+  ranges.judged.looks[2].range_m = 35.0;
   EXPECT_EQ(evaluate(ranges).error().code, ErrorCode::kMismatchedInputs);
   Trial limits = four_sites();
   limits.ranges.promises[0].limit_m = 0.2;

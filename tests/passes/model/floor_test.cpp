@@ -228,7 +228,7 @@ TEST(Floor, MakesTheChoiceBlindToTheLastBitsOfAThreshold) {
     for (HandmadeSite& site : moved) site.probability[1] += last_bits;
     const ErrorModel model = handmade_model(moved, 3);
     const FactorTable factors = factors_with_own_error(
-        model.out_of_fold.ranges_m, std::vector<std::vector<double>>(60, {0.11, 0.05, 0.04}));
+        model.out_of_fold.looks, std::vector<std::vector<double>>(60, {0.11, 0.05, 0.04}));
     ChooseRangesOptions options;
     options.risk_control = RiskControl::kFixed;
     options.probability_threshold = 0.975;

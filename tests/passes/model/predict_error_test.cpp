@@ -218,7 +218,7 @@ TEST(PredictError, RefusesFactorsThatTheModelDoesNotKnow) {
   drive.factors.factors[1] = "something_else";
   EXPECT_EQ(predict(model, drive).error().code, ErrorCode::kMismatchedInputs);
   drive = elsewhere(2);
-  drive.factors.ranges_m[2] = 35.0;
+  drive.factors.looks[2].range_m = 35.0;
   EXPECT_EQ(predict(model, drive).error().code, ErrorCode::kMismatchedInputs);
   drive = elsewhere(2);
   drive.sites.sites.pop_back();

@@ -10,7 +10,7 @@ namespace {
 // Sites x three ranges (10, 20, 30 m), one limit (0.1 m).
 PredictedError predictions(const std::vector<std::vector<double>>& probabilities) {
   PredictedError predicted;
-  predicted.ranges_m = {10.0, 20.0, 30.0};
+  predicted.looks = every_return_at({10.0, 20.0, 30.0});
   predicted.limits_m = {0.1};
   predicted.site_count = static_cast<std::uint32_t>(probabilities.size());
   for (const std::vector<double>& site : probabilities) {

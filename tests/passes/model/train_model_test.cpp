@@ -169,8 +169,7 @@ TEST(TrainModel, SaysThatOnePlaceAloneIsNoPromiseOfOthers) {
 TEST(TrainModel, SaysWhatTheMeanRuleReachesInEachTypeOfStreet) {
   DrivenPlaces places = places_driven_twice(2, kSmall);
   for (DrivenPlace& place : places.places) {  // lanes, then open places
-    for (std::size_t row = 0; row < place.factors.site_count * place.factors.ranges_m.size();
-         ++row) {
+    for (std::size_t row = 0; row < place.factors.site_count * place.factors.looks.size(); ++row) {
       const bool is_lane = row < place.factors.values.size() / (2 * place.factors.factors.size());
       place.factors.values[row * place.factors.factors.size() + 1] = is_lane ? 0.9 : 0.1;
     }
@@ -284,7 +283,7 @@ TEST(TrainModel, RefusesInputsOfDifferentMaps) {
   drive.sites.sites.pop_back();
   EXPECT_EQ(train(drive).error().code, ErrorCode::kMismatchedInputs);
   drive = synthetic_drive(1, kSmall);
-  drive.factors.ranges_m[1] = 25.0;
+  drive.factors.looks[1].range_m = 25.0;
   EXPECT_EQ(train(drive).error().code, ErrorCode::kMismatchedInputs);
   TrainModelOptions paper = quick();
   paper.features = FeatureSet::kPaper;

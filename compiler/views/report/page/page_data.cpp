@@ -27,7 +27,7 @@ std::string page_data_json(const ReportSources& sources) {
     limits_m.push_back(promise.limit_m);
     thresholds.push_back(promise.probability_threshold);
   }
-  PageJson json = {{"ranges_m", map.ranges.ranges_m},
+  PageJson json = {{"ranges_m", ranges_of(map.ranges.looks)},
                    {"limits_m", limits_m},
                    {"site_spacing_m", map.sites.spacing_m},
                    {"selection", selection_name(map.ranges.selection)},

@@ -16,9 +16,9 @@ std::string number(double value) { return fixed(value, 2); }
 
 std::string legend(const CompiledMap& map) {
   std::string html = "<div class=\"legend\">range (m): ";
-  for (std::size_t i = 0; i < map.ranges.ranges_m.size(); ++i) {
+  for (std::size_t i = 0; i < map.ranges.looks.size(); ++i) {
     html += "<span><i style=\"background:" + range_colour(i) + "\"></i>" +
-            fixed(map.ranges.ranges_m[i], 0) + "</span> ";
+            fixed(map.ranges.looks[i].range_m, 0) + "</span> ";
   }
   return html + "</div>\n";
 }

@@ -35,7 +35,7 @@ Sites straight_route(std::size_t count) {
 // Two limits; the looser one always looks 10 m far.
 RangeTable ranges_of(const std::vector<std::uint8_t>& tight) {
   RangeTable ranges;
-  ranges.ranges_m = {10.0, 30.0, 50.0};
+  ranges.looks = every_return_at({10.0, 30.0, 50.0});
   ranges.promises.resize(2);
   ranges.promises[0].limit_m = 0.1;
   ranges.promises[1].limit_m = 0.25;

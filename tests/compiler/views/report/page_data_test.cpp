@@ -39,7 +39,7 @@ std::vector<float> as_floats(const std::vector<T>& values) {
 TEST(PageData, HoldsTheNumbersOfMapAndEvaluation) {
   const MadeSources made = made_sources(1);
   const Json data = data_of(made);
-  EXPECT_EQ(data.at("ranges_m").get<std::vector<double>>(), made.map.ranges.ranges_m);
+  EXPECT_EQ(data.at("ranges_m").get<std::vector<double>>(), ranges_of(made.map.ranges.looks));
   EXPECT_EQ(unpacked<float>(data["predicted"]["mean_m"]), as_floats(made.map.predicted.mean_m));
   EXPECT_EQ(unpacked<float>(data["predicted"]["probability"]),
             as_floats(made.map.predicted.within_probability));

@@ -37,12 +37,12 @@ struct MadeSources {
 inline MeasuredError measured_at(const CompiledMap& map) {
   MeasuredError measured;
   measured.drive = "evening";
-  measured.ranges_m = map.ranges.ranges_m;
+  measured.looks = map.ranges.looks;
   measured.offsets = {{0.1, 0.2, 0.0, 0.01}};
   for (std::size_t site = 0; site < map.sites.sites.size(); ++site) {
     const bool has_scan = site % 7 != 3;
     measured.scan_of_site.push_back(has_scan ? static_cast<std::int64_t>(site) : -1);
-    for (std::size_t range = 0; range < measured.ranges_m.size(); ++range) {
+    for (std::size_t range = 0; range < measured.looks.size(); ++range) {
       ErrorRow& row = measured.rows.emplace_back();
       if (!has_scan) continue;
       row.mean_m = map.predicted.mean(site, range) * (0.5 + 0.125 * static_cast<double>(site % 9));

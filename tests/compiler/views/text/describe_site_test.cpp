@@ -16,7 +16,7 @@ using testing::Not;
 CompiledMap short_route() {
   CompiledMap map;
   map.sites.sites.resize(10);
-  map.ranges.ranges_m = map.predicted.ranges_m = map.factors.ranges_m = {10.0, 20.0};
+  map.ranges.looks = map.predicted.looks = map.factors.looks = every_return_at({10.0, 20.0});
   map.ranges.dilation_m = 1.0;
   map.ranges.site_count = map.predicted.site_count = map.factors.site_count = 10;
   map.ranges.promises.resize(1);

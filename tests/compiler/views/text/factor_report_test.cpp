@@ -18,7 +18,7 @@ struct FourSites {
 
 FourSites four_sites() {
   FourSites four;
-  four.factors.ranges_m = four.measured.ranges_m = {10.0};
+  four.factors.looks = four.measured.looks = every_return_at({10.0});
   four.factors.factors = {"good", "level", "virtual_points"};
   four.factors.site_count = 4;
   four.factors.values = {9.0, 1.0, 100.0, 4.0, 1.0, 200.0, 1.0, 1.0, 300.0, 7.0, 1.0, 400.0};
@@ -89,7 +89,7 @@ TEST(FactorReport, StaysWithinBoundsAndPrintsEveryFactorAtEveryRange) {
 
 TEST(FactorReport, RefusesWhatDoesNotBelongTogether) {
   FourSites other_ranges = four_sites();
-  other_ranges.measured.ranges_m = {20.0};
+  other_ranges.measured.looks = every_return_at({20.0});
   EXPECT_EQ(factor_report(other_ranges.factors, other_ranges.measured).error().code,
             ErrorCode::kMismatchedInputs);
   FourSites no_points = four_sites();

@@ -11,7 +11,7 @@ namespace {
 
 FactorTable small_table() {
   FactorTable table;
-  table.ranges_m = {10.0, 15.0};
+  table.looks = every_return_at({10.0, 15.0});
   table.factors = {"a", "b"};
   table.site_count = 2;
   table.values = {1, 2, 3, 4, 5, 6, 7, 8};

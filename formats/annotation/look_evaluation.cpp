@@ -1,0 +1,174 @@
+#include "formats/annotation/look_evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/text/text_grid.h"
+
+namespace sightline {
+namespace {
+
+bool is_share(double value) { return value >= 0.0 && value <= 1.0; }
+bool is_amount(double value) { return std::isfinite(value) && value >= 0.0; }
+
+std::string percent(double share) { return fixed(100.0 * share, 1); }
+
+std::string limit_text(double limit_m) { return fixed(100.0 * limit_m, 0) + " cm"; }
+
+// What stands beside the map's look, in words: no rule is called cheap that is dearer.
+std::string compared(const LookRuleScore& map, const LookRuleScore& other) {
+  const std::string at = fixed(other.time_ratio, 3) + " at " + percent(other.coverage) + " %";
+  constexpr double kRounding = 1e-9;
+  if (other.coverage < map.coverage - kRounding) return at + " (reaches no more)";
+  if (map.time_ratio <= other.time_ratio) {
+    const double saved = other.time_ratio > 0.0 ? 1.0 - map.time_ratio / other.time_ratio : 0.0;
+    return at + " (the map's is cheaper by " + fixed(100.0 * saved, 0) + " %)";
+  }
+  return at + " (the map's is DEARER by " +
+         fixed(100.0 * (map.time_ratio / other.time_ratio - 1.0), 0) + " %)";
+}
+
+std::string sentence(const LookEvaluation& evaluation, std::size_t limit) {
+  const LookRuleScore& map = evaluation.score(limit, LookRule::kMap);
+  return "Within " + limit_text(map.limit_m) + ": the map's look takes " +
+         fixed(map.time_ratio, 3) + " of the time at " + percent(map.coverage) +
+         " %; the best static look with the map's normals " +
+         compared(map, evaluation.score(limit, LookRule::kSameEverywhere)) + ", without a map " +
+         compared(map, evaluation.score(limit, LookRule::kSameWithoutMap)) + "\n";
+}
+
+std::string rules_text(const LookEvaluation& evaluation) {
+  TextGrid grid = {{"limit", "rule", "coverage %", "time ratio", "work ratio"}};
+  for (const LookRuleScore& score : evaluation.rules) {
+    grid.push_back({limit_text(score.limit_m), std::string(look_rule_name(score.rule)),
+                    percent(score.coverage), fixed(score.time_ratio, 3),
+                    fixed(score.work_ratio, 3)});
+  }
+  return aligned(grid);
+}
+
+std::string statics_text(const LookEvaluation& evaluation) {
+  TextGrid grid = {{"the same look everywhere"}};
+  for (const double limit_m : evaluation.limits_m) {
+    grid.front().push_back("within " + limit_text(limit_m) + " %");
+  }
+  for (const char* name : {"error cm", "time ratio", "work ratio"}) grid.front().emplace_back(name);
+  for (const StaticLook& look : evaluation.statics) {
+    std::vector<std::string>& row = grid.emplace_back();
+    row.push_back(to_text(look.look));
+    for (const double coverage : look.coverage) row.push_back(percent(coverage));
+    row.push_back(fixed(100.0 * look.mean_error_m, 1));
+    row.push_back(fixed(look.time_ratio, 3));
+    row.push_back(fixed(look.work_ratio, 3));
+  }
+  return aligned(grid);
+}
+
+}  // namespace
+
+std::string_view look_rule_name(LookRule rule) {
+  constexpr std::string_view kNames[] = {"map", "static", "static-without-map", "oracle"};
+  return kNames[static_cast<std::size_t>(rule)];
+}
+
+Result<void> validate(const LookEvaluation& evaluation) {
+  const auto invalid = [](const std::string& message) {
+    return Error{ErrorCode::kInvalidArtifact, message, "", "looks"};
+  };
+  if (evaluation.limits_m.empty() || evaluation.statics.empty() ||
+      evaluation.rules.size() != evaluation.limits_m.size() * kLookRuleCount) {
+    return invalid("an evaluation of looks needs limits, looks and all rules");
+  }
+  for (const StaticLook& look : evaluation.statics) {
+    SIGHTLINE_TRY(validate(look.look));
+    if (look.coverage.size() != evaluation.limits_m.size() ||
+        !std::ranges::all_of(look.coverage, is_share) || !is_amount(look.mean_error_m) ||
+        !is_amount(look.time_ratio) || !is_amount(look.work_ratio)) {
+      return invalid("the score of '" + to_text(look.look) + "' makes no sense");
+    }
+  }
+  for (std::size_t i = 0; i < evaluation.rules.size(); ++i) {
+    const LookRuleScore& score = evaluation.rules[i];
+    if (static_cast<std::size_t>(score.rule) != i % kLookRuleCount ||
+        score.limit_m != evaluation.limits_m[i / kLookRuleCount] || !is_share(score.coverage) ||
+        !is_amount(score.time_ratio) || !is_amount(score.work_ratio)) {
+      return invalid("a score is out of place or makes no sense");
+    }
+  }
+  return {};
+}
+
+void encode(const LookEvaluation& evaluation, ByteWriter& writer) {
+  writer.put_array(evaluation.limits_m);
+  std::vector<Look> looks;
+  for (const StaticLook& look : evaluation.statics) looks.push_back(look.look);
+  encode(looks, writer);
+  for (const StaticLook& look : evaluation.statics) {
+    writer.put_array(look.coverage);
+    writer.put(look.mean_error_m);
+    writer.put(look.time_ratio);
+    writer.put(look.work_ratio);
+  }
+  writer.put<std::uint64_t>(evaluation.rules.size());
+  for (const LookRuleScore& score : evaluation.rules) {
+    writer.put(score.limit_m);
+    writer.put(score.rule);
+    writer.put(score.coverage);
+    writer.put(score.time_ratio);
+    writer.put(score.work_ratio);
+  }
+}
+
+void decode(ByteReader& reader, LookEvaluation& evaluation) {
+  reader.get_array(evaluation.limits_m);
+  std::vector<Look> looks;
+  decode(reader, looks);
+  for (const Look& look : looks) {
+    StaticLook& scored = evaluation.statics.emplace_back();
+    scored.look = look;
+    reader.get_array(scored.coverage);
+    reader.get(scored.mean_error_m);
+    reader.get(scored.time_ratio);
+    reader.get(scored.work_ratio);
+  }
+  evaluation.rules.resize(reader.get_count(4 * sizeof(double) + 1));
+  for (LookRuleScore& score : evaluation.rules) {
+    reader.get(score.limit_m);
+    reader.get(score.rule);
+    if (static_cast<std::size_t>(score.rule) >= kLookRuleCount) return reader.fail();
+    reader.get(score.coverage);
+    reader.get(score.time_ratio);
+    reader.get(score.work_ratio);
+  }
+}
+
+std::vector<Table> tables(const LookEvaluation& evaluation) {
+  Table rules{
+      "evaluation-looks", {"rule", "limit_m", "coverage", "time_ratio", "work_ratio"}, {}, {}};
+  for (const LookRuleScore& score : evaluation.rules) {
+    rules.rows.push_back({std::string(look_rule_name(score.rule)), score.limit_m, score.coverage,
+                          score.time_ratio, score.work_ratio});
+  }
+  Table statics{"evaluation-static-looks",
+                {"look", "limit_m", "coverage", "mean_error_m", "time_ratio", "work_ratio"},
+                {},
+                {}};
+  for (const StaticLook& look : evaluation.statics) {
+    for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
+      statics.rows.push_back({to_text(look.look), evaluation.limits_m[limit], look.coverage[limit],
+                              look.mean_error_m, look.time_ratio, look.work_ratio});
+    }
+  }
+  return {rules, statics};
+}
+
+std::string to_text(const LookEvaluation& evaluation) {
+  std::string text = "Looks (ratios to the longest range with every return)\n";
+  text += rules_text(evaluation);
+  for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
+    text += sentence(evaluation, limit);
+  }
+  return text + "\n" + statics_text(evaluation);
+}
+
+}  // namespace sightline

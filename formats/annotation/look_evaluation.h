@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/base/bytes.h"
+#include "formats/base/result.h"
+#include "formats/drive/look.h"
+#include "formats/text/table.h"
+
+// How the looks of a map that take a sample fare on a drive, beside what any vehicle may do without
+// them (formats/annotation/evaluation.h). Times and works are over those of the longest range with
+// every return, at the same sites.
+
+namespace sightline {
+
+// The same look everywhere. "50 m" and the like: every return within the range.
+struct StaticLook {
+  Look look;
+  std::vector<double> coverage;  // [limit]
+  double mean_error_m = 0.0;
+  double time_ratio = 0.0;
+  double work_ratio = 0.0;
+};
+
+// Who chooses the look.
+enum class LookRule : std::uint8_t {
+  kMap,               // as the map says
+  kSameEverywhere,    // the same look everywhere that costs least at the coverage of kMap
+  kSameWithoutMap,    // the same among looks that do not go by the map's normals
+  kOracle             // cheapest that truly met the limit, else the most accurate
+};
+inline constexpr std::size_t kLookRuleCount = 4;
+std::string_view look_rule_name(LookRule rule);  // "map", "static", "static-without-map", "oracle"
+
+// One rule at one limit. The coverage of a static one is that of kMap where it reaches it: linear
+// between neighbours on the frontier of least time; else the most accurate look stands there with
+// its own coverage.
+struct LookRuleScore {
+  double limit_m = 0.0;
+  LookRule rule = LookRule::kMap;
+  double coverage = 0.0;
+  double time_ratio = 0.0;
+  double work_ratio = 0.0;
+};
+
+struct LookEvaluation {
+  std::vector<double> limits_m;
+  std::vector<StaticLook> statics;
+  std::vector<LookRuleScore> rules;  // [limit][rule]
+
+  [[nodiscard]] const LookRuleScore& score(std::size_t limit, LookRule rule) const {
+    return rules[limit * kLookRuleCount + static_cast<std::size_t>(rule)];
+  }
+};
+
+Result<void> validate(const LookEvaluation& evaluation);
+void encode(const LookEvaluation& evaluation, ByteWriter& writer);
+void decode(ByteReader& reader, LookEvaluation& evaluation);
+std::vector<Table> tables(const LookEvaluation& evaluation);
+// For people: the rules at each limit, what the annotation is worth in a sentence, every look.
+std::string to_text(const LookEvaluation& evaluation);
+
+}  // namespace sightline

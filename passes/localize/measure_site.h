@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/annotation/measured_error.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
+#include "passes/localize/measure_error.h"
+#include "passes/localize/site_localizer.h"
+
+namespace sightline {
+
+// What all sites of measure-error share.
+struct SiteMeasuring {
+  const MeasureErrorOptions& options;
+  const Drive& drive;
+  const Trajectory& trajectory;  // in the map's frame
+  const SiteLocalizerInputs& localizer;
+  const std::vector<InitialOffset>& offsets;
+  std::vector<Look> looks;    // of every return
+  std::vector<Look> samples;  // looks that take a sample
+  std::uint64_t seed = 0;
+};
+
+// Rows of sites in their order, each one's looks in theirs.
+struct SiteRows {
+  std::vector<ErrorRow> rows;     // of SiteMeasuring::looks
+  std::vector<ErrorRow> samples;  // of SiteMeasuring::samples
+};
+
+// Appends the rows of one site: its scan is matched at every look from every offset and compared
+// with the reference. Error: what reading the scan returns.
+Result<void> measure_site(const SiteMeasuring& measuring, SiteLocalizer& localizer,
+                          std::size_t scan_index, SiteRows& rows);
+
+}  // namespace sightline

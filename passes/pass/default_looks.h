@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/drive/look.h"
+
+namespace sightline {
+
+// The ranges that a map compares unless its configuration names others: those of the paper's
+// figures, m, ascending.
+inline std::vector<double> default_ranges_m() {
+  return {10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0};
+}
+
+// Looks far, even beyond so many metres: that many returns, of which so many points are kept.
+inline Look far_look(std::uint32_t returns, double even_beyond_m, std::uint32_t points,
+                     bool is_by_normals) {
+  return {.range_m = 100.0,
+          .return_count = returns,
+          .even_beyond_m = even_beyond_m,
+          .point_count = points,
+          .is_by_normals = is_by_normals};
+}
+
+// The looks that take a sample, from the cheapest to the dearest: the frontier that
+// tests/bench/look_bench found, with sensors of 16 to 128 beams. A sample of 200 to 255 points
+// costs more than one of 256, of which every second leads.
+inline std::vector<Look> default_looks() {
+  return {far_look(400, 20.0, 32, true),   far_look(650, 30.0, 40, true),
+          far_look(1000, 30.0, 64, true),  far_look(1944, 40.0, 80, true),
+          far_look(2850, 40.0, 100, true), far_look(4000, 50.0, 128, true),
+          far_look(6000, 50.0, 256, true), far_look(8000, 50.0, 512, false)};
+}
+
+// The frontier of those that no map is needed for, beside which a map's stand when it is judged.
+inline std::vector<Look> baseline_looks() {
+  return {far_look(650, 30.0, 80, false),   far_look(1300, 40.0, 100, false),
+          far_look(2850, 50.0, 100, false), far_look(4000, 50.0, 256, false),
+          far_look(6000, 50.0, 384, false), far_look(8000, 50.0, 512, false)};
+}
+
+}  // namespace sightline
