@@ -1,18 +1,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <string>
 #include <vector>
 
-#include "examples/town/drive.h"
 #include "formats/base/random.h"
 #include "formats/base/stopwatch.h"
 #include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/scan_preparation.h"
+#include "tests/bench/match_world.h"
 #include "tests/bench/pcl_ndt.h"
-#include "tests/bench/posed_set.h"
 
 // One match beside PCL's NDT, in turn and in one process: the same points, cells and starts, one
 // thread. On the set kitti_0005 of tests/README.md where it is there (with its poses in
@@ -30,85 +28,7 @@ namespace {
 
 constexpr double kFinest_m = 0.5;
 
-struct World {
-  std::string name;
-  double leaf_m = 0.5;
-  std::vector<Eigen::Vector3d> map_points_m;
-  std::vector<std::vector<Eigen::Vector3d>> scans;
-  std::vector<Pose> T_map_scan;
-};
-
-std::vector<Pose> read_pose_rows(const std::string& path) {
-  std::vector<Pose> poses;
-  std::ifstream file(path);
-  for (;;) {
-    Pose pose = Pose::Identity();
-    for (int i = 0; i < 12; ++i) file >> pose.matrix()(i / 4, i % 4);
-    if (!file) return poses;
-    pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
-    poses.push_back(pose);
-  }
-}
-
-// Even scans make the map, odd ones are matched.
-World kitti_world(const std::string& folder, const std::vector<Pose>& poses) {
-  World world;
-  world.name = "kitti_0005";
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    char name[32];
-    std::snprintf(name, sizeof name, "/%010zu.pcd", i);
-    const std::vector<Eigen::Vector3d> points_m = read_pcd_with_pcl(folder + name);
-    if (i % 2 == 1) {
-      world.scans.push_back(points_m);
-      world.T_map_scan.push_back(poses[i]);
-      continue;
-    }
-    for (const Eigen::Vector3d& point_m : points_m)
-      world.map_points_m.push_back(poses[i] * point_m);
-  }
-  return world;
-}
-
-void add_drive(const town::Town& town, const town::DriveOptions& options, bool is_map,
-               World& world) {
-  const Result<town::DriveSimulator> drive = town::DriveSimulator::make(town, options);
-  for (std::size_t i = 0; i < drive->scan_count(); ++i) {
-    const town::TownScan scan = drive->scan(i);
-    const Pose T_map_lidar = scan.T_town_vehicle * options.sensor.T_vehicle_lidar;
-    std::vector<Eigen::Vector3d> points_m;
-    for (const town::LabelledPoint& point : scan.points) {
-      if (!is_map || !is_moving(point.label)) points_m.push_back(point.position_m.cast<double>());
-    }
-    if (!is_map) {
-      world.scans.push_back(points_m);
-      world.T_map_scan.push_back(T_map_lidar);
-      continue;
-    }
-    for (const Eigen::Vector3d& point_m : points_m) {
-      world.map_points_m.push_back(T_map_lidar * point_m);
-    }
-  }
-}
-
-World town_world() {
-  World world;
-  world.name = "generated town";
-  world.leaf_m = 1.0;
-  const town::Town town = *town::make_town({.seed = 3, .length_m = 200.0});
-  town::DriveOptions mapping = town::usual_drive(town.options, 0, *town::town_sensor(16));
-  add_drive(town, mapping, true, world);
-  town::DriveOptions second = town::usual_drive(town.options, 1, *town::town_sensor(16));
-  second.spacing_m = 3.0;
-  add_drive(town, second, false, world);
-  return world;
-}
-
-World make_world() {
-  const std::optional<PosedSet> kitti = posed_kitti_0005();
-  return kitti ? kitti_world(kitti->folder, read_pose_rows(kitti->pose_file)) : town_world();
-}
-
-Pose start_of(const World& world, std::size_t scan) {
+Pose start_of(const MatchWorld& world, std::size_t scan) {
   Random random(mix(7, scan));
   const double angle_rad = random.uniform(0.0, 6.28);
   const double radius_m = random.uniform(0.5, 1.0);
@@ -192,13 +112,13 @@ void print_row(const char* name, double cell_m, double range_m, const Runs& runs
   std::fflush(stdout);
 }
 
-NdtMap map_of(const World& world, double cell_m) {
+NdtMap map_of(const MatchWorld& world, double cell_m) {
   BuildNdtOptions build;
   build.cell_m = cell_m;
   return ndt_from_points(world.map_points_m, MapFrame{}, build, 1);
 }
 
-void compare(const World& world, double cell_m, bool has_peer) {
+void compare(const MatchWorld& world, double cell_m, bool has_peer) {
   const NdtMap map = map_of(world, cell_m);
   const NdtMap finest = map_of(world, kFinest_m);
   const int factor = static_cast<int>(cell_m / kFinest_m);
@@ -237,7 +157,7 @@ void compare(const World& world, double cell_m, bool has_peer) {
 // usage: match_bench [--ours]   (without PCL, whose matches take a minute or two)
 int main(int argc, char** argv) {
   const bool has_peer = !(argc == 2 && std::string(argv[1]) == "--ours");
-  const sightline::World world = sightline::make_world();
+  const sightline::MatchWorld world = sightline::make_match_world();
   std::printf("%s: %zu scans, one start each, map of %zu points\n", world.name.c_str(),
               world.scans.size(), world.map_points_m.size());
   std::printf(
