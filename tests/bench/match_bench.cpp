@@ -4,11 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "formats/annotation/equal_coverage.h"
 #include "formats/base/random.h"
 #include "formats/base/stopwatch.h"
 #include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
+#include "passes/matching/look_cutter.h"
 #include "passes/matching/scan_preparation.h"
+#include "tests/bench/cold_caches.h"
 #include "tests/bench/match_world.h"
 #include "tests/bench/pcl_ndt.h"
 
@@ -22,6 +25,11 @@
 //   annealed  blurred, then sharpened NDs of the same cells
 //   searching annealed, looking along a loose direction (the default)
 //   refined   the same, then sharpened NDs of 0.5 m cells
+//
+// Below them whole localizations by looks: cut, preparation and match of a scan whose returns are
+// no longer in the caches, beside PCL's match alone at 50 m, whose scan was cut for it before. The
+// last line is the least time at which looks cover as much as that does ("equal coverage" within
+// 10 cm and 25 cm).
 
 namespace sightline {
 namespace {
@@ -57,6 +65,11 @@ struct Runs {
   }
   [[nodiscard]] long lost() const {
     return std::count_if(errors_m.begin(), errors_m.end(), [](double e) { return e > 0.5; });
+  }
+  [[nodiscard]] double within(double limit_m) const {
+    return static_cast<double>(std::ranges::count_if(
+               errors_m, [&](double error_m) { return error_m <= limit_m; })) /
+           static_cast<double>(errors_m.size());
   }
 };
 
@@ -112,6 +125,57 @@ void print_row(const char* name, double cell_m, double range_m, const Runs& runs
   std::fflush(stdout);
 }
 
+constexpr const char* kLooks[] = {"100 m, 1300 returns, even beyond 30 m, 64 points by normals",
+                                  "100 m, 2850 returns, even beyond 50 m, 128 points by normals",
+                                  "100 m, 4000 returns, even beyond 50 m, 256 points by normals",
+                                  "100 m, 2850 returns, even beyond 50 m, 100 points",
+                                  "100 m, 4000 returns, even beyond 50 m, 256 points"};
+
+Runs run_look(const MatchWorld& world, const Localizer& localizer, const Look& look) {
+  Runs runs;
+  LookCutter cutter;
+  ScanForMatch cut;
+  Scan scan;
+  for (std::size_t i = 0; i < world.scans.size(); ++i) {
+    scan.points_m = world.scans[i];
+    const Pose start = start_of(world, i);
+    empty_caches();
+    const double begin_ms = thread_cpu_ms();
+    cutter.cut(localizer, scan, SensorProfile{}, look, start, cut);
+    const MatchResult result = localize(localizer, cut, start, {.stop_step_m = kSampleStop_m});
+    runs.add(thread_cpu_ms() - begin_ms, result.T_map_sensor.translation(), world.T_map_scan[i]);
+  }
+  return runs;
+}
+
+// Beside PCL's runs at 50 m, if there were any.
+void compare_looks(const MatchWorld& world, const NdtMap& map, const Runs& peers) {
+  const Localizer localizer = make_localizer(map, options_for_samples());
+  std::vector<Runs> of_looks;
+  const auto print = [&](const std::string& name, double ms, const Runs& runs) {
+    std::printf("%4g m  %8.3f ms %7.1f x  %6.2f cm %3ld lost  %5.1f %5.1f %%  %s\n", map.cell_m, ms,
+                median(peers.times_ms) / ms, 100.0 * median(runs.errors_m), runs.lost(),
+                100.0 * runs.within(0.10), 100.0 * runs.within(0.25), name.c_str());
+  };
+  std::printf("cells  localization  faster  median error  within 10 and 25 cm  look\n");
+  if (!peers.times_ms.empty()) print("PCL at 50 m", median(peers.times_ms), peers);
+  for (const char* text : kLooks) {
+    of_looks.push_back(run_look(world, localizer, *parse_look(text)));
+    print(text, median(of_looks.back().times_ms), of_looks.back());
+  }
+  for (const double limit_m : {0.10, 0.25}) {
+    std::vector<CoveredCost> answers;
+    for (const Runs& runs : of_looks) {
+      answers.push_back({runs.within(limit_m), median(runs.times_ms)});
+    }
+    if (peers.times_ms.empty()) continue;
+    const CostAtCoverage equal = cost_at_coverage(answers, peers.within(limit_m));
+    std::printf("%4g m  %8.3f ms %7.1f x  looks that cover %.1f %% within %g cm, as PCL does%s\n",
+                map.cell_m, equal.cost, median(peers.times_ms) / equal.cost, 100.0 * equal.coverage,
+                100.0 * limit_m, equal.is_reached ? "" : " not quite");
+  }
+}
+
 NdtMap map_of(const MatchWorld& world, double cell_m) {
   BuildNdtOptions build;
   build.cell_m = cell_m;
@@ -132,8 +196,9 @@ void compare(const MatchWorld& world, double cell_m, bool has_peer) {
   // The first match builds the tree of the raw map.
   pcl.set_scan(voxel_subsample(crop(world.scans[0], 10.0), world.leaf_m));
   if (has_peer) pcl.match(world.T_map_scan[0].matrix());
+  Runs peers;
   for (const double range_m : {10.0, 30.0, 50.0}) {
-    Runs peers;
+    peers = {};
     std::vector<Runs> ours(methods.size());
     for (std::size_t i = 0; i < world.scans.size(); ++i) {
       const std::vector<Eigen::Vector3d> points_m =
@@ -149,6 +214,7 @@ void compare(const MatchWorld& world, double cell_m, bool has_peer) {
       print_row(methods[m].name, cell_m, range_m, ours[m], peers);
     }
   }
+  compare_looks(world, map, peers);
 }
 
 }  // namespace

@@ -1,13 +1,12 @@
 #include "tests/bench/looks/measure_looks.h"
 
-#include <cstring>
-
 #include "formats/base/parallel.h"
 #include "formats/base/stopwatch.h"
 #include "passes/matching/autoware_sampler.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/match_starts.h"
+#include "tests/bench/cold_caches.h"
 #include "tests/bench/static_50m/kernel_in_turn.h"
 
 namespace sightline {
@@ -98,12 +97,6 @@ RuleFigures measure(const LookRule& rule, const Localizers& localizers, const Ma
     }
   });
   return places;
-}
-
-void empty_caches() {
-  static std::vector<char> memory(std::size_t{64} << 20);
-  static char value = 0;
-  std::memset(memory.data(), ++value, memory.size());
 }
 
 void measure_times(std::span<const LookRule> rules, const Localizers& localizers,
