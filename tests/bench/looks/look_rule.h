@@ -18,7 +18,7 @@ struct LookRule {
     kAutoware    // sampled by AutowareSampler, matched by this project's searching localizer
   };
   Kind kind = Kind::kLook;
-  Look look;
+  Look look = {};
   std::uint32_t voxels_apart = 1;  // of a look without a number of points: one in so many
 };
 
@@ -29,7 +29,8 @@ std::string to_text(const LookRule& rule);
 // bad-argument.
 Result<LookRule> parse_look_rule(std::string_view text);
 
-// Both frontiers of what was measured (README): without a map, and by the normals of its NDs.
+// Both frontiers of what was measured (README), without a map and by the normals of its NDs; two
+// from 50 m to compare with.
 std::vector<std::string> usual_looks();
 
 }  // namespace sightline
