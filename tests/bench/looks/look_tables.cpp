@@ -143,9 +143,11 @@ void print_equal_coverage(std::span<const LookRule> rules, const TownsFigures& f
                 100.0 * kLimits_m[l]);
     for (const Row& row : rows) {
       const double coverage = row.mean.coverage[l];
-      std::printf("%5.1f  %.3f   %s %s  %s\n", 100.0 * coverage, row.mean.time_ms,
-                  text_of(cost_at_coverage(without_map, coverage)).c_str(),
-                  text_of(cost_at_coverage(any, coverage)).c_str(), row.name.c_str());
+      const CostAtCoverage no_map = cost_at_coverage(without_map, coverage);
+      const bool is_dearer = no_map.is_reached && row.mean.time_ms > 1.001 * no_map.cost;
+      std::printf("%5.1f  %.3f   %s %s  %s%s\n", 100.0 * coverage, row.mean.time_ms,
+                  text_of(no_map).c_str(), text_of(cost_at_coverage(any, coverage)).c_str(),
+                  row.name.c_str(), is_dearer ? " (dearer than without a map)" : "");
     }
   }
 }

@@ -24,7 +24,7 @@ void print_looks(std::span<const LookRule> rules, const TownsFigures& figures);
 
 // Beside the time of each what the best static look of equal coverage takes (cost_at_coverage()):
 // of those without a map, and of all. Where none covers as much, the most accurate, with its
-// coverage.
+// coverage. What is dearer than a look without a map is called so.
 void print_equal_coverage(std::span<const LookRule> rules, const TownsFigures& figures);
 
 }  // namespace sightline
