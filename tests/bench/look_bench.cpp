@@ -70,6 +70,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.1, 10.0));
   app.add_option("--missing", options.harder.missing_share, "share of returns that are missing")
       ->check(CLI::Range(0.0, 0.99));
+  app.add_option("--leaf-m", options.measure.leaf_m, "voxels of the looks")
+      ->check(CLI::Range(0.1, 10.0));
   app.add_option("--timed-every", options.measure.timed_every, "places: how many are timed");
   app.add_option("--threads", options.measure.threads, "0: all there are");
   CLI11_PARSE(app, argc, argv);

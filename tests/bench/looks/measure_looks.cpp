@@ -30,9 +30,10 @@ struct Found {
 // Keeps its memory from one scan to the next.
 class Runner {
  public:
-  Runner(const LookRule& rule, const Localizers& localizers)
+  Runner(const LookRule& rule, const Localizers& localizers, double leaf_m)
       : rule_(rule),
-        localizer_(rule.kind == Kind::kLook ? localizers.of_samples : localizers.searching) {
+        localizer_(rule.kind == Kind::kLook ? localizers.of_samples : localizers.searching),
+        cutter_(rule.kind == Kind::kLook ? leaf_m : 1.0) {
     if (rule.kind == Kind::kLook) options_.stop_step_m = kSampleStop_m;
   }
 
@@ -78,12 +79,12 @@ class Runner {
 };
 
 RuleFigures measure(const LookRule& rule, const Localizers& localizers, const MappedTown& town,
-                    int threads) {
+                    const MeasureOptions& options) {
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
   const auto starts = static_cast<double>(offsets.size());
   RuleFigures places(town.scans.size());
-  parallel_for(places.size(), threads, [&](std::size_t place) {
-    Runner runner(rule, localizers);
+  parallel_for(places.size(), options.threads, [&](std::size_t place) {
+    Runner runner(rule, localizers, options.leaf_m);
     PlaceFigures& figures = places[place];
     for (const InitialOffset& offset : offsets) {
       const Pose& truth = town.T_map_vehicle[place];
@@ -100,11 +101,13 @@ RuleFigures measure(const LookRule& rule, const Localizers& localizers, const Ma
 }
 
 void measure_times(std::span<const LookRule> rules, const Localizers& localizers,
-                   const MappedTown& town, std::size_t step, std::vector<RuleFigures>& figures) {
+                   const MappedTown& town, const MeasureOptions& options,
+                   std::vector<RuleFigures>& figures) {
+  const std::size_t step = options.timed_every;
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
   const KernelVersion in_turn = kernel_in_turn();
   std::vector<Runner> runners;
-  for (const LookRule& rule : rules) runners.emplace_back(rule, localizers);
+  for (const LookRule& rule : rules) runners.emplace_back(rule, localizers, options.leaf_m);
   for (std::size_t place = 0; place < town.scans.size(); place += step) {
     const Pose T_map_start =
         town.T_map_vehicle[place] * start_pose(offsets[place / step % offsets.size()]);
@@ -134,9 +137,9 @@ std::vector<RuleFigures> measure_looks(const MappedTown& town, std::span<const L
       make_localizer(town.map, options_for_samples())};
   std::vector<RuleFigures> figures;
   for (const LookRule& rule : rules) {
-    figures.push_back(measure(rule, localizers, town, options.threads));
+    figures.push_back(measure(rule, localizers, town, options));
   }
-  measure_times(rules, localizers, town, options.timed_every, figures);
+  measure_times(rules, localizers, town, options, figures);
   return figures;
 }
 

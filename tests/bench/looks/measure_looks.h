@@ -17,6 +17,7 @@ struct PlaceFigures {
 using RuleFigures = std::vector<PlaceFigures>;  // [place]
 
 struct MeasureOptions {
+  double leaf_m = 1.0;           // voxels of a look, but not of the reference
   std::size_t timed_every = 10;  // places
   int threads = 0;
 };
