@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "formats/annotation/equal_coverage.h"
 #include "formats/base/parallel.h"
-#include "passes/model/frontier.h"
 
 namespace sightline {
 namespace {
@@ -90,15 +90,15 @@ const ErrorRow& oracle_row(const Judge& judge, std::size_t site, double limit_m)
 
 LookRuleScore static_score(const LookEvaluation& evaluation, std::size_t limit, LookRule rule,
                            double coverage) {
-  std::vector<Standpoint> times, works;
+  std::vector<CoveredCost> times, works;
   for (const StaticLook& look : evaluation.statics) {
     if (rule == LookRule::kSameWithoutMap && look.look.is_by_normals) continue;
     times.push_back({look.coverage[limit], look.time_ratio});
     works.push_back({look.coverage[limit], look.work_ratio});
   }
-  const Standpoint time = at_equal_coverage(times, coverage);
-  return {evaluation.limits_m[limit], rule, std::min(time.coverage, std::max(coverage, 0.0)),
-          time.cost, at_equal_coverage(works, coverage).cost};
+  const CostAtCoverage time = cost_at_coverage(times, coverage);
+  return {evaluation.limits_m[limit], rule, time.coverage, time.cost,
+          cost_at_coverage(works, coverage).cost};
 }
 
 void append_rules(const Judge& judge, std::size_t limit, const Sums& reference,
