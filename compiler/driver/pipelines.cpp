@@ -21,7 +21,7 @@
 #include "passes/map/measure_sharpness.h"
 #include "passes/map/remove_moving.h"
 #include "passes/model/choose_ranges.h"
-#include "passes/model/evaluate_ranges.h"
+#include "passes/model/judge/evaluate_ranges.h"
 #include "passes/model/predict_error.h"
 #include "passes/model/train_model.h"
 #include "passes/rays/cast_rays.h"

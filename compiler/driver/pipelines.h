@@ -6,7 +6,7 @@
 
 #include "compiler/config/compile_config.h"
 #include "compiler/pipeline/artifact_set.h"
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/driven_places.h"
 #include "formats/drive/outside_errors.h"

@@ -1,4 +1,5 @@
-// Follows a pose file through a compiled map and prints how far to look at each pose:
+// Follows a pose file through a compiled map and prints at each pose how far to look, and the
+// cheapest look there:
 //
 //   vehicle_reader MAP POSES [LIMIT_M [LOCALIZER]]
 //
@@ -19,6 +20,7 @@
 
 namespace {
 
+using sightline::LookAnswer;
 using sightline::MapReader;
 using sightline::RangeAnswer;
 using sightline::Result;
@@ -34,7 +36,17 @@ std::string flag_names(std::uint32_t flags) {
   add(sightline::kAnswerTighterLimit, "tighter-limit");
   add(sightline::kAnswerStatic, "static");
   add(sightline::kAnswerUnknownLocalizer, "unknown-localizer");
+  add(sightline::kAnswerNotVisible, "not-visible");
   return names.empty() ? "-" : names;
+}
+
+// A map that expects to be wrong here is not followed blindly: who asks looks again, closer and
+// from his own forecast, or goes by other sensors.
+bool is_trusted(const LookAnswer& look) {
+  constexpr double kLeastProbability = 0.5;
+  const bool is_known = (look.flags & sightline::kAnswerUnknownLocalizer) == 0;
+  return is_known && look.probability >= kLeastProbability &&
+         (look.flags & sightline::kAnswerUnmet) == 0;
 }
 
 // False where the line cannot be read, which is told.
@@ -47,13 +59,16 @@ bool print_line(const MapReader& map, const std::string& line, double limit_m) {
     return false;
   }
   const Result<RangeAnswer> answer = map.observation_range(p_m, limit_m);
-  if (!answer) {
-    std::fprintf(stderr, "%s\n", to_string(answer.error()).c_str());
+  const Result<LookAnswer> look = map.look(p_m, limit_m);
+  if (!answer || !look) {
+    const sightline::Error& error = answer ? look.error() : answer.error();
+    std::fprintf(stderr, "%s\n", to_string(error).c_str());
     return false;
   }
-  std::printf("%s %.3f %.3f %.3f %g %.4f %s %.3f\n", time.c_str(), p_m[0], p_m[1], p_m[2],
-              answer->range_m, answer->probability, flag_names(answer->flags).c_str(),
-              answer->distance_m);
+  std::printf("%s %.3f %.3f %.3f %g %.4f %s %.3f %u %u %.4f %s\n", time.c_str(), p_m[0], p_m[1],
+              p_m[2], answer->range_m, answer->probability, flag_names(answer->flags).c_str(),
+              answer->distance_m, look->look.return_count, look->look.point_count,
+              look->probability, is_trusted(*look) ? "-" : "careful");
   return true;
 }
 
@@ -69,7 +84,9 @@ int follow(const MapReader& map, std::istream& poses, double limit_m) {
               std::string(map.info().map_id).c_str(), std::string(map.info().version).c_str(),
               static_cast<unsigned long long>(map.info().release), limit_m);
   print_promises(map);
-  std::printf("# time x_m y_m z_m range_m probability flags distance_to_site_m\n");
+  std::printf(
+      "# time x_m y_m z_m range_m probability flags distance_to_site_m "
+      "look_returns look_points look_probability careful\n");
   std::string line;
   while (std::getline(poses, line)) {
     if (line.empty() || line[0] == '#') continue;

@@ -124,9 +124,10 @@ Result<void> measure_sites(PassContext& ctx, const SiteMeasuring& measuring,
 }
 
 // Position of each site's nearest selected scan within the radius, the first on a tie.
-std::vector<std::optional<std::size_t>> nearest_scans(const SiteMeasuring& measuring,
+std::vector<std::optional<std::size_t>> nearest_scans(const MeasureErrorOptions& options,
+                                                      const SiteMeasuring& measuring,
                                                       const Sites& sites) {
-  const ScanSelection selection = measuring.options.scans;
+  const ScanSelection selection = options.scans;
   std::vector<std::size_t> selected;
   std::vector<Eigen::Vector3d> places_m;
   for (std::size_t i = 0; i < measuring.drive.scans.size(); ++i) {
@@ -138,7 +139,7 @@ std::vector<std::optional<std::size_t>> nearest_scans(const SiteMeasuring& measu
   std::vector<std::optional<std::size_t>> scans;
   for (const Site& site : sites.sites) {
     const std::optional<NearPoint> nearest =
-        grid.nearest(site.T_map_vehicle.translation(), measuring.options.site_radius_m);
+        grid.nearest(site.T_map_vehicle.translation(), options.site_radius_m);
     scans.push_back(nearest ? std::optional(selected[nearest->index]) : std::nullopt);
   }
   return scans;
@@ -157,12 +158,13 @@ MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map
 
 // Where each site has its scan. Error: no-overlap.
 Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx,
+                                                               const MeasureErrorOptions& options,
                                                                const SiteMeasuring& measuring,
                                                                const Sites& sites) {
-  const std::vector<std::optional<std::size_t>> scans = nearest_scans(measuring, sites);
+  const std::vector<std::optional<std::size_t>> scans = nearest_scans(options, measuring, sites);
   const auto without =
       static_cast<std::size_t>(std::count(scans.begin(), scans.end(), std::nullopt));
-  const std::string radius = format_double(measuring.options.site_radius_m);
+  const std::string radius = format_double(options.site_radius_m);
   if (without == scans.size()) {
     return Error{ErrorCode::kNoOverlap,
                  "none of " + std::to_string(scans.size()) + " sites has a scan of drive '" +
@@ -190,7 +192,7 @@ MeasuredError empty_result(const SiteMeasuring& measuring, const MatchingCard& m
   MeasuredError measured;
   measured.drive = measuring.drive.name;
   measured.matching = matching;
-  measured.reference = measuring.options.reference;
+  measured.reference = measuring.reference;
   measured.looks = measuring.looks;
   measured.offsets = measuring.offsets;
   for (const std::optional<std::size_t>& scan : scans) {
@@ -242,12 +244,16 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
       own,
       of_samples};
   const std::vector<InitialOffset> offsets = initial_offsets(starts_of(options));
-  const SiteMeasuring measuring{options, localization_drive,
-                                in_map,  localizer,
-                                offsets, every_return_at(options.ranges_m),
-                                samples, ctx.seed};
+  const SiteMeasuring measuring{options.reference,
+                                localization_drive,
+                                in_map,
+                                localizer,
+                                offsets,
+                                every_return_at(options.ranges_m),
+                                samples,
+                                ctx.seed};
   SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,
-                   scans_of_sites(ctx, measuring, sites));
+                   scans_of_sites(ctx, options, measuring, sites));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
   MeasuredError measured = empty_result(measuring, matching_card(options, map), scans);
   SIGHTLINE_TRY(measure_sites(ctx, measuring, scans, measured));

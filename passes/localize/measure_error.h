@@ -40,9 +40,6 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 StartPattern starts_of(const MeasureErrorOptions& options);
 int site_step_of(const MeasureErrorOptions& options);
 
-// A match that ended farther off counts as lost.
-inline constexpr double kLostBeyond_m = 0.5;
-
 // What the errors of a drive with this trajectory can be measured against: poses that were
 // estimated are matches to the very map, and no known ones.
 ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory& trajectory);

@@ -7,6 +7,7 @@
 #include "formats/base/random.h"
 #include "formats/base/statistics.h"
 #include "formats/base/stopwatch.h"
+#include "passes/matching/match_starts.h"
 
 namespace sightline {
 namespace {
@@ -57,7 +58,7 @@ ErrorRow measure_row(const SiteMeasuring& measuring, SiteLocalizer& localizer, c
 
 Pose reference_pose(const SiteMeasuring& measuring, SiteLocalizer& localizer, const Scan& scan,
                     const Pose& T_map_given) {
-  if (measuring.options.reference == ErrorReference::kKnownPose) return T_map_given;
+  if (measuring.reference == ErrorReference::kKnownPose) return T_map_given;
   localizer.take(scan, every_return(measuring.drive.sensor.max_range_m));
   return localizer.match(T_map_given).T_map_sensor;
 }

@@ -6,14 +6,16 @@
 #include "formats/annotation/measured_error.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
-#include "passes/localize/measure_error.h"
 #include "passes/localize/site_localizer.h"
 
 namespace sightline {
 
+// A match that ended farther off counts as lost.
+inline constexpr double kLostBeyond_m = 0.5;
+
 // What all sites of measure-error share.
 struct SiteMeasuring {
-  const MeasureErrorOptions& options;
+  ErrorReference reference = ErrorReference::kKnownPose;
   const Drive& drive;
   const Trajectory& trajectory;  // in the map's frame
   const SiteLocalizerInputs& localizer;

@@ -1,5 +1,7 @@
 #include "passes/model/calibration.h"
 
+#include <optional>
+
 #include "passes/model/promise_text.h"
 #include "passes/model/risk_control.h"
 
@@ -40,11 +42,44 @@ Misses misses_of_rule(const Witnesses& witnesses, std::size_t limit,
   return misses;
 }
 
-RiskDecision decide(const Misses& misses, const CalibrationOptions& options) {
-  const RiskOptions risk{options.alpha, options.delta};
+RiskDecision decide(const Misses& misses, const CalibrationOptions& options, double alpha) {
+  const RiskOptions risk{alpha, options.delta};
   if (options.risk_control == RiskControl::kConformal) return decide_conformally(misses, risk);
   if (options.risk_control == RiskControl::kLearnThenTest) return decide_by_testing(misses, risk);
-  return decide_empirically(misses, options.alpha);
+  return decide_empirically(misses, alpha);
+}
+
+// A share of misses, and what the calibration makes of it.
+struct AlphaDecision {
+  double alpha = 0.0;
+  RiskDecision decision;
+};
+
+AlphaDecision decide_for(const Misses& misses, const CalibrationOptions& options, double alpha,
+                         const TrainingCard& card) {
+  RiskDecision decision = decide(misses, options, alpha);
+  if (decision.is_earned && !(are_blocks_independent(card) && are_poses_known(card))) {
+    decision = decide_empirically(misses, alpha);
+  }
+  return {alpha, decision};
+}
+
+// The share that was named; else the strictest of kStrictness that is earned about the next drive,
+// kUnearned where none is. `stricter`: the one before it, which is not.
+AlphaDecision strictest_earned(const Misses& misses, const CalibrationOptions& options,
+                               const Witnesses& witnesses, std::optional<AlphaDecision>& stricter) {
+  constexpr double kStrictness[] = {0.01, 0.02, 0.05, 0.10};
+  constexpr double kUnearned = 0.05;
+  const TrainingCard& card = witnesses.model.card;
+  if (options.alpha > 0.0) return decide_for(misses, options, options.alpha, card);
+  const bool is_next_drive = witnesses.count.scope == PromiseScope::kNextDrive;
+  for (const double alpha : kStrictness) {
+    const AlphaDecision decided = decide_for(misses, options, alpha, card);
+    if (decided.decision.is_earned && is_next_drive) return decided;
+    stricter = decided;
+  }
+  stricter.reset();
+  return decide_for(misses, options, kUnearned, card);
 }
 
 void take_counts(const WitnessCount& count, LimitPromise& promise) {
@@ -75,16 +110,14 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, Ca
                                   const CalibrationOptions& options, const Choice* tighter) {
   const Witnesses witnesses = witnesses_of(model, kind);
   const Misses misses = misses_of_rule(witnesses, limit, options, tighter);
-  RiskDecision decision = decide(misses, options);
-  if (decision.is_earned && !(are_blocks_independent(model.card) && are_poses_known(model.card))) {
-    decision = decide_empirically(misses, options.alpha);
-  }
+  std::optional<AlphaDecision> stricter;
+  const auto [alpha, decision] = strictest_earned(misses, options, witnesses, stricter);
   Calibration calibration;
   LimitPromise& promise = calibration.promise;
   promise.limit_m = model.out_of_fold.limits_m[limit];
   (kind == CaseKind::kHistory ? promise.history_threshold : promise.probability_threshold) =
       decision.threshold;
-  promise.alpha = options.risk_control == RiskControl::kFixed ? 0.0 : options.alpha;
+  promise.alpha = options.risk_control == RiskControl::kFixed ? 0.0 : alpha;
   promise.delta = options.risk_control == RiskControl::kLearnThenTest ? options.delta : 0.0;
   take_counts(witnesses.count, promise);
   promise.calibration_miss_share = decision.miss_share;
@@ -92,6 +125,10 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, Ca
   calibration.choice =
       choose_out_of_fold(model, limit, decision.threshold, options.dilation_m, tighter);
   state(decision, witnesses, calibration.choice, promise);
+  if (promise.is_earned && stricter) {
+    promise.statement +=
+        stricter_statement(promise, witnesses, stricter->alpha, stricter->decision.needed_blocks);
+  }
   return calibration;
 }
 

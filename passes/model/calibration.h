@@ -13,7 +13,7 @@ namespace sightline {
 
 struct CalibrationOptions {
   RiskControl risk_control = RiskControl::kConformal;
-  double alpha = 0.05;
+  double alpha = 0.05;  // 0: the strictest of 1, 2, 5 and 10 % that is earned, 5 % where none is
   double delta = 0.1;
   double fixed_threshold = 0.8;
   double dilation_m = 3.0;

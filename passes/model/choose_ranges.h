@@ -10,20 +10,10 @@
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
+#include "passes/model/choice_options.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
-
-struct ChooseRangesOptions {
-  Selection selection = Selection::kProbability;  // kMean: the paper's rule
-  RiskControl risk_control = RiskControl::kConformal;
-  double alpha = 0.05;                 // share of misses that is allowed
-  double delta = 0.1;                  // learn-then-test: how often the promise may fail
-  double probability_threshold = 0.8;  // p* of "fixed"
-  double dilation_m = 3.0;
-  bool extrapolated_takes_static = true;
-};
-std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 
 // How far to look at every site, for each limit of the model (schemas/definitions.md, "Error model
 // and choice of range"). `mean`: the shortest range whose predicted mean error is within the limit.
@@ -47,7 +37,7 @@ std::vector<OptionField> option_fields(ChooseRangesOptions& options);
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const FactorTable& factors);
-inline constexpr Pass kChooseRanges{"choose-ranges", 7, "ranges", "How far to look",
+inline constexpr Pass kChooseRanges{"choose-ranges", 8, "ranges", "How far to look",
                                     &choose_ranges};
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;

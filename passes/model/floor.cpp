@@ -86,10 +86,10 @@ std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit
   for (std::size_t site = 0; site < evidence.site_count; ++site) {
     take_static(evidence, limit_m, answer->range_index, site, choice);
   }
-  return "nothing is promised: " + reason_of(options) + "; it looks " +
-         format_double(evidence.looks[answer->range_index].range_m) +
-         " m everywhere, where what was measured here is within " + format_double(limit_m) +
-         " m at " + percent(answer->standing.coverage) + " of the sites";
+  return "nothing is promised: " + reason_of(options) + "; everywhere it takes " +
+         to_text(evidence.looks[answer->range_index]) +
+         ", where what was measured here is within " + format_double(limit_m) + " m at " +
+         percent(answer->standing.coverage) + " of the sites";
 }
 
 void refused_take_static(const OwnEvidence& evidence, double limit_m, double static_coverage,

@@ -123,6 +123,14 @@ std::string this_drive_statement(const LimitPromise& promise, const TrainingCard
          "; " + observed_misses(promise) + ")";
 }
 
+std::string stricter_statement(const LimitPromise& promise, const Witnesses& witnesses,
+                               double stricter_alpha, std::uint32_t needed_blocks) {
+  LimitPromise stricter = promise;
+  stricter.alpha = stricter_alpha;
+  return "; " + percent(stricter_alpha) +
+         " is not earned: " + what_is_wanting(stricter, witnesses.model.card, needed_blocks);
+}
+
 std::string unearned_statement(const LimitPromise& promise, const Witnesses& witnesses,
                                std::uint32_t needed_blocks) {
   const TrainingCard& card = witnesses.model.card;

@@ -24,6 +24,10 @@ std::string this_drive_statement(const LimitPromise& promise, const TrainingCard
 std::string unearned_statement(const LimitPromise& promise, const Witnesses& witnesses,
                                std::uint32_t needed_blocks);
 
+// "; 2 % is not earned: ..." of the next stricter share.
+std::string stricter_statement(const LimitPromise& promise, const Witnesses& witnesses,
+                               double stricter_alpha, std::uint32_t needed_blocks);
+
 // Whether errors are those against known poses. A match to the very map is no truth: against it
 // errors vanish with range by construction.
 bool are_poses_known(const TrainingCard& card);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/equal_coverage.h"
+#include "formats/evaluation/equal_coverage.h"
 #include "formats/base/random.h"
 #include "formats/base/stopwatch.h"
 #include "passes/map/build_ndt.h"

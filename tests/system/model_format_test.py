@@ -52,21 +52,14 @@ class Reader:
         return {name: form() if callable(form) else self.one(form) for name, form in fields.items()}
 
 
-def read_model(data):
-    file = Reader(data)
-    assert file.take(4) == b"SLA\x1a"
-    assert file.one("I") == 5
-    assert file.text() == "error-model"
-    payload = file.take(file.one("Q"))
-    file.one("Q")
-    assert file.at == len(data)
-    r = Reader(payload)
+def read_parts(r):
     recording = lambda: r.struct(role=r.text, name=r.text, sha256=lambda: r.take(32).hex())
     place = lambda: r.struct(name=r.text, drives=lambda: r.list(r.text), route_m="d", blocks="I",
                              recordings=lambda: r.list(recording))
     parameter = lambda: r.struct(name=r.text, value=r.text)
+    look = lambda: r.struct(range_m="d", returns="I", even_beyond_m="d", points="I", by_normals="B", settles="B")
     localizer = lambda: r.struct(name=r.text, version="I", parameters=lambda: r.list(parameter))
-    model = {
+    return {
         "card": r.struct(places=lambda: r.list(place), reference="B", localizer=localizer, feature_set=r.text, hold_out=r.text, seed="Q",
                          trees="I", least_leaf_rows="I", feature_share="d", block_m="d", buffer_m="d", route_m="d",
                          blocks="I", folds="I", knows_history="B", offset="d", slope="d"),
@@ -79,12 +72,25 @@ def read_model(data):
                            trees=lambda: r.list(lambda: r.list(lambda: (r.one("H"), r.one("f"))))),
         "cases": r.list(lambda: r.struct(x_m="d", y_m="d", z_m="d", place="I", drive="I", run="I", s_m="d", block="I", has_label="B",
                                          has_history="B", features_xxh3="Q", street="B")),
-        "out_of_fold": r.struct(ranges_m=lambda: r.array("d"), limits_m=lambda: r.array("d"), cases="I",
+        "out_of_fold": r.struct(looks=lambda: r.list(look), limits_m=lambda: r.array("d"), cases="I",
                                 mean_m=lambda: r.array("d"), within=lambda: r.array("d"),
                                 extrapolated=lambda: r.array("B"), out_of_fold=lambda: r.array("B"),
                                 has_history=lambda: r.array("B")),
         "labels": r.array("d"),
     }
+
+
+def read_model(data):
+    file = Reader(data)
+    assert file.take(4) == b"SLA\x1a"
+    assert file.one("I") == 6
+    assert file.text() == "error-model"
+    payload = file.take(file.one("Q"))
+    file.one("Q")
+    assert file.at == len(data)
+    r = Reader(payload)
+    model = read_parts(r)
+    model["of_samples"] = [read_parts(r) for _ in range(r.one("B"))]
     assert r.at == len(payload), "the payload goes on"
     return model, hashlib.sha256(payload).hexdigest()
 
@@ -112,6 +118,10 @@ def leaf_of(nodes, row):
 
 def check_model(file, work):
     model, digest = read_model(file.read_bytes())
+    for samples in model["of_samples"]:
+        assert all(look["returns"] > 0 for look in samples["out_of_fold"]["looks"])
+        assert len(samples["labels"]) == len(samples["cases"]) * len(samples["out_of_fold"]["looks"])
+    assert all(look["returns"] == 0 for look in model["out_of_fold"]["looks"])
     copy = work / "any.slmodel"
     shutil.copy(file, copy)
     card, forest = model["card"], model["forest"]

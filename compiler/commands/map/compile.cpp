@@ -10,7 +10,7 @@
 #include "compiler/driver/provenance.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/base/atomic_file.h"
 #include "formats/map/map_writer.h"
 #include "formats/surroundings/sharpness.h"
@@ -161,7 +161,9 @@ Verb compile_verb() {
        .target = &flags->model},
       {.names = "--risk",
        .value = "SHARE",
-       .help = "Share of the route that may miss its limit on the next drive (choose-ranges.alpha)",
+       .help =
+           "Share of the route that may miss its limit on the next drive; 0: the strictest that is "
+           "earned (choose-ranges.alpha)",
        .target = risk_setter(*flags)},
       {.names = "--strict",
        .help = "Promise it with confidence 1 - choose-ranges.delta rather than on average; needs "

@@ -42,6 +42,13 @@ Json properties_of(const CompiledMap& map, std::size_t index) {
     properties["unmet" + within] = (flags & kUnmet) != 0;
     properties["extrapolated" + within] = (flags & kExtrapolated) != 0;
     properties["static" + within] = (flags & kStatic) != 0;
+    for (const RangeTable& looks : map.ranges.of_samples) {
+      const std::size_t look = looks.range(index, limit);
+      properties["look" + within] = to_text(looks.looks[look]);
+      properties["look_p" + within] =
+          map.predicted.of_samples.front().probability(index, look, limit);
+      properties["look_static" + within] = (looks.flags_of(index, limit) & kStatic) != 0;
+    }
   }
   return properties;
 }

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/trajectory.h"
 #include "formats/map/compiled_map.h"

@@ -132,35 +132,33 @@ std::string describe_promise(const LimitPromise& promise) {
                                promise.block_count, promise.place_count, promise.drive_count));
 }
 
-std::string histogram(const CompiledMap& map, std::size_t limit) {
-  std::vector<std::size_t> counts(map.ranges.looks.size(), 0);
-  for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
-    ++counts[map.ranges.range(site, limit)];
-  }
+std::string histogram(const RangeTable& ranges, std::size_t limit) {
+  std::vector<std::size_t> counts(ranges.looks.size(), 0);
+  for (std::size_t site = 0; site < ranges.site_count; ++site) ++counts[ranges.range(site, limit)];
   std::string text;
   constexpr double kWidth = 40.0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    const double share =
-        static_cast<double>(counts[i]) / static_cast<double>(map.ranges.site_count);
-    text +=
-        formatted("    %5g m %7zu  %5.1f %%  ", map.ranges.looks[i].range_m, counts[i], 100.0 * share) +
-        std::string(static_cast<std::size_t>(kWidth * share + 0.5), '#') + "\n";
+    const double share = static_cast<double>(counts[i]) / static_cast<double>(ranges.site_count);
+    text += formatted("    %7s %7zu  %5.1f %%  ", to_text(ranges.looks[i]).c_str(), counts[i],
+                      100.0 * share) +
+            std::string(static_cast<std::size_t>(kWidth * share + 0.5), '#') + "\n";
   }
   return text;
 }
 
 // Sites that take the street's own static answer.
-std::size_t static_count(const CompiledMap& map, std::size_t limit) {
-  std::size_t count = 0;
-  for (std::size_t site = 0; site < map.ranges.site_count; ++site) {
-    count += (map.ranges.flags_of(site, limit) & kStatic) != 0 ? 1 : 0;
+std::uint32_t static_count(const RangeTable& ranges, std::size_t limit) {
+  std::uint32_t count = 0;
+  for (std::size_t site = 0; site < ranges.site_count; ++site) {
+    count += (ranges.flags_of(site, limit) & kStatic) != 0 ? 1 : 0;
   }
   return count;
 }
 
-std::string describe_limit(const CompiledMap& map, std::size_t limit) {
-  const LimitPromise& promise = map.ranges.promises[limit];
-  const LimitQuality& quality = map.quality[limit];
+// Of the ranges, or of the looks that take a sample.
+std::string describe_limit(const CompiledMap& map, const RangeTable& ranges,
+                           const LimitQuality& quality, std::size_t limit) {
+  const LimitPromise& promise = ranges.promises[limit];
   const std::size_t sites = map.sites.sites.size();
   std::string text = "limit " + formatted("%g m\n", promise.limit_m) + describe_promise(promise);
   text += field("coverage expected", percent(quality.expected_coverage));
@@ -168,12 +166,27 @@ std::string describe_limit(const CompiledMap& map, std::size_t limit) {
     text += field("coverage measured", percent(quality.measured_coverage) +
                                            " of the sites that the localization drive passed");
   }
-  text += field("mean range", formatted("%.1f m", quality.mean_range_m));
+  if (takes_every_return(ranges.looks.front())) {
+    text += field("mean range", formatted("%.1f m", quality.mean_range_m));
+  }
   text += field("unmet", percent_of(quality.unmet_count, sites) + " of sites");
   text += field("extrapolated", percent_of(quality.extrapolated_count, sites) + " of sites");
-  text += field("static", percent_of(static_cast<std::uint32_t>(static_count(map, limit)), sites) +
-                              " of sites");
-  return text + histogram(map, limit);
+  text += field("static", percent_of(static_count(ranges, limit), sites) + " of sites");
+  return text + histogram(ranges, limit);
+}
+
+// What most vehicles ask for.
+std::string describe_looks(const CompiledMap& map) {
+  std::string text;
+  for (const RangeTable& looks : map.ranges.of_samples) {
+    text += "looks\n" + field("what",
+                              "the cheapest way to localize: a range, and the sample of a "
+                              "scan that is matched");
+    for (std::size_t limit = 0; limit < looks.promises.size(); ++limit) {
+      text += describe_limit(map, looks, map.look_quality[limit], limit);
+    }
+  }
+  return text;
 }
 
 // A fact of the model's card, told for people: three digits where the card has seventeen.
@@ -216,8 +229,9 @@ std::string describe(const CompiledMap& map) {
   text += "ranges\n" + field("rule", std::string(selection_name(map.ranges.selection)) +
                                          formatted(", dilated by %g m", map.ranges.dilation_m));
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
-    text += describe_limit(map, limit);
+    text += describe_limit(map, map.ranges, map.quality[limit], limit);
   }
+  text += describe_looks(map);
   text += describe_model(map.model) + "definitions\n";
   for (const NamedVersion& definition : map.definitions) {
     text += field(definition.name.c_str(), formatted("v%u", definition.version));

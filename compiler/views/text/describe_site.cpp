@@ -85,7 +85,8 @@ std::string describe_own(const CompiledMap& map, std::size_t site, std::size_t l
   const std::string needed = map.ranges.selection == Selection::kMean
                                  ? "a predicted error within the limit"
                                  : formatted("p* = %.3f", p);
-  return own ? "    " + needed + " is first met at " + at_range(map.ranges.looks[*own].range_m) + "\n"
+  return own ? "    " + needed + " is first met at " + at_range(map.ranges.looks[*own].range_m) +
+                   "\n"
              : "    no range meets " + needed + "\n";
 }
 
@@ -210,6 +211,21 @@ std::string describe_weakness(const CompiledMap& map, std::size_t site, std::siz
                    map.factors.at(site, range, *weak) / map.factors.at(site, range, *strong));
 }
 
+// Nothing where the map has no looks that take a sample.
+std::string describe_look(const CompiledMap& map, std::size_t site, std::size_t limit) {
+  std::string text;
+  for (const RangeTable& looks : map.ranges.of_samples) {
+    const PredictedError& predicted = map.predicted.of_samples.front();
+    const std::size_t look = looks.range(site, limit);
+    text += "    look: " + to_text(looks.looks[look]) +
+            formatted("; P %.1f %%, predicted error %.1f cm",
+                      100.0 * predicted.probability(site, look, limit),
+                      100.0 * predicted.mean(site, look)) +
+            ((looks.flags_of(site, limit) & kStatic) != 0 ? "; the same everywhere\n" : "\n");
+  }
+  return text;
+}
+
 }  // namespace
 
 RouteFactors route_factors(const FactorTable& factors) {
@@ -247,6 +263,7 @@ Result<std::string> describe_site(const CompiledMap& map, const RouteFactors& ro
   std::string text = describe_place(map, site) + describe_prediction(map, site);
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     text += describe_choice(map, site, limit);
+    text += describe_look(map, site, limit);
   }
   if (map.factors.factors.empty()) return text + "  this map holds no factors\n";
   // What the strictest limit had to look through.

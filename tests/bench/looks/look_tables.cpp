@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "formats/annotation/equal_coverage.h"
+#include "formats/evaluation/equal_coverage.h"
 
 namespace sightline {
 namespace {

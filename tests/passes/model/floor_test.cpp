@@ -69,7 +69,7 @@ TEST(Floor, AModelNeverMakesAnEasyStreetDear) {
   EXPECT_EQ(choice.flags[19], kStatic | kUnmet) << "its own scan is not within the limit at 20 m";
   EXPECT_EQ(*reason,
             "nothing is promised: the model's own choice costs more and covers no more of what was "
-            "measured here; it looks 20 m everywhere, where what was measured here is within 0.1 m "
+            "measured here; everywhere it takes 20 m, where what was measured here is within 0.1 m "
             "at 95.0 % of the sites");
 }
 
@@ -227,8 +227,9 @@ TEST(Floor, MakesTheChoiceBlindToTheLastBitsOfAThreshold) {
     std::vector<HandmadeSite> moved = sites;
     for (HandmadeSite& site : moved) site.probability[1] += last_bits;
     const ErrorModel model = handmade_model(moved, 3);
-    const FactorTable factors = factors_with_own_error(
-        model.out_of_fold.looks, std::vector<std::vector<double>>(60, {0.11, 0.05, 0.04}));
+    const FactorTable factors =
+        factors_with_own_error(ranges_of(model.out_of_fold.looks),
+                               std::vector<std::vector<double>>(60, {0.11, 0.05, 0.04}));
     ChooseRangesOptions options;
     options.risk_control = RiskControl::kFixed;
     options.probability_threshold = 0.975;

@@ -21,7 +21,7 @@ struct ShortDrive {
   ShortDrive() {
     std::vector<std::vector<double>> own_error_m;
     for (int i = 0; i < 20; ++i) own_error_m.push_back({i < 10 ? 0.05 : 0.3, 0.06, 0.04});
-    drive.factors = factors_with_own_error(drive.factors.looks, own_error_m);
+    drive.factors = factors_with_own_error(ranges_of(drive.factors.looks), own_error_m);
     ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
   }
   Result<ErrorModel> trained() {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "compiler/views/picture/charts/chart.h"
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 
 namespace sightline {
 

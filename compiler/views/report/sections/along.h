@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "compiler/views/picture/charts/chart.h"
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/annotation/sites.h"
 
 // Charts along the route, of the sites that a drive judged.

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "compiler/views/report/report.h"
-#include "passes/model/evaluate_ranges.h"
+#include "passes/model/judge/evaluate_ranges.h"
 #include "tests/formats/map/random_map.h"
 
 // A random map and all that a report may know beside it.

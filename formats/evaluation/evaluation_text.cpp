@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/text/text_grid.h"
 
 namespace sightline {

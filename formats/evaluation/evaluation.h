@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/evaluation_scores.h"
-#include "formats/annotation/look_evaluation.h"
+#include "formats/evaluation/evaluation_scores.h"
+#include "formats/evaluation/look_evaluation.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
 

@@ -6,7 +6,7 @@
 
 #include "formats/annotation/street_type.h"
 
-// The rows of an evaluation (formats/annotation/evaluation.h).
+// The rows of an evaluation (formats/evaluation/evaluation.h).
 
 namespace sightline {
 

@@ -1,4 +1,4 @@
-#include "formats/annotation/look_evaluation.h"
+#include "formats/evaluation/look_evaluation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "passes/model/evaluate_ranges.h"
+#include "passes/model/judge/evaluate_ranges.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "passes/model/evaluate_looks.h"
-#include "passes/model/evaluate_ranges_scores.h"
+#include "passes/model/judge/evaluate_looks.h"
+#include "passes/model/judge/evaluate_ranges_scores.h"
 #include "passes/model/selection.h"
 
 namespace sightline {

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"

@@ -1,9 +1,9 @@
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "formats/annotation/evaluation_fields.h"
+#include "formats/evaluation/evaluation_fields.h"
 
 namespace sightline {
 namespace {

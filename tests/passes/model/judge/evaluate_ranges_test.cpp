@@ -1,4 +1,4 @@
-#include "passes/model/evaluate_ranges.h"
+#include "passes/model/judge/evaluate_ranges.h"
 
 #include <gtest/gtest.h>
 

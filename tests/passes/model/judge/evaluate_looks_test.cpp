@@ -1,4 +1,4 @@
-#include "passes/model/evaluate_looks.h"
+#include "passes/model/judge/evaluate_looks.h"
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,8 @@ Trial make_trial() {
   trial.ranges.looks = {every_return(50.0)};
   RangeTable choice;
   choice.looks = {sample(40), sample(80)};
-  choice.promises = {{.limit_m = 0.1}};
+  choice.promises.resize(1);
+  choice.promises.front().limit_m = 0.1;
   choice.site_count = 4;
   choice.range_index = {0, 0, 1, 1};
   choice.flags = {0, 0, 0, 0};

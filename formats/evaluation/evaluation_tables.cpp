@@ -1,5 +1,5 @@
-#include "formats/annotation/evaluation.h"
-#include "formats/annotation/evaluation_fields.h"
+#include "formats/evaluation/evaluation.h"
+#include "formats/evaluation/evaluation_fields.h"
 
 namespace sightline {
 namespace {

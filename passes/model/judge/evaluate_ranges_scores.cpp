@@ -1,4 +1,4 @@
-#include "passes/model/evaluate_ranges_scores.h"
+#include "passes/model/judge/evaluate_ranges_scores.h"
 
 #include <algorithm>
 #include <cmath>

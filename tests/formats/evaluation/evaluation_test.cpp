@@ -1,4 +1,4 @@
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 
 #include <gtest/gtest.h>
 

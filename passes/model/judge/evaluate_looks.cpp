@@ -1,9 +1,9 @@
-#include "passes/model/evaluate_looks.h"
+#include "passes/model/judge/evaluate_looks.h"
 
 #include <algorithm>
 #include <functional>
 
-#include "formats/annotation/equal_coverage.h"
+#include "formats/evaluation/equal_coverage.h"
 #include "formats/base/parallel.h"
 
 namespace sightline {

@@ -1,4 +1,4 @@
-#include "formats/annotation/equal_coverage.h"
+#include "formats/evaluation/equal_coverage.h"
 
 #include "formats/base/check.h"
 

@@ -11,7 +11,7 @@
 #include "formats/text/table.h"
 
 // How the looks of a map that take a sample fare on a drive, beside what any vehicle may do without
-// them (formats/annotation/evaluation.h). Times and works are over those of the longest range with
+// them (formats/evaluation/evaluation.h). Times and works are over those of the longest range with
 // every return, at the same sites.
 
 namespace sightline {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/evaluation_scores.h"
+#include "formats/evaluation/evaluation_scores.h"
 #include "formats/base/bytes.h"
 #include "formats/text/table.h"
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/evaluation.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
@@ -23,7 +23,7 @@ struct EvaluateRangesOptions {
 std::vector<OptionField> option_fields(EvaluateRangesOptions& options);
 
 // Judges a map's ranges, and the rules they could have come from, on a drive
-// (formats/annotation/evaluation.h; schemas/definitions.md, "Judging a choice"). The rows of both
+// (formats/evaluation/evaluation.h; schemas/definitions.md, "Judging a choice"). The rows of both
 // rules are worked out from `predicted` alone, without the map's treatment of extrapolated sites;
 // the probability rule takes the map's own p* and dilation where it has them. The worst stretch is
 // that of `stretch_m` of consecutive judged sites of one run, or the longest run's where none is as

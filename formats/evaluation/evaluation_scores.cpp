@@ -1,4 +1,4 @@
-#include "formats/annotation/evaluation_scores.h"
+#include "formats/evaluation/evaluation_scores.h"
 
 namespace sightline {
 

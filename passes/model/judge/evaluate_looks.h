@@ -1,6 +1,6 @@
 #pragma once
 
-#include "formats/annotation/look_evaluation.h"
+#include "formats/evaluation/look_evaluation.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/base/result.h"

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "passes/model/calibration.h"
+#include "passes/model/choice_options.h"
+#include "passes/model/own_evidence.h"
+#include "passes/model/selection.h"
+
+// The choices of choose-ranges, limit after limit, each with its promise.
+
+namespace sightline {
+
+// Calibrates limit after limit, each capped by the choice for the tighter one before it.
+class Calibrator {
+ public:
+  Calibrator(const ErrorModel& model, const ChooseRangesOptions& options)
+      : model_(model),
+        options_{options.risk_control, options.alpha, options.delta, options.probability_threshold,
+                 options.dilation_m} {}
+
+  LimitPromise next(CaseKind kind, std::size_t limit) {
+    std::optional<Choice>& tighter = tighter_[static_cast<std::size_t>(kind)];
+    Calibration calibration =
+        calibrate_probability(model_, limit, kind, options_, tighter ? &*tighter : nullptr);
+    tighter = std::move(calibration.choice);
+    return calibration.promise;
+  }
+
+ private:
+  const ErrorModel& model_;
+  CalibrationOptions options_;
+  std::optional<Choice> tighter_[2];  // of the model's sites, by kind
+};
+
+// What choices are made of.
+struct ChoiceInputs {
+  const Sites& sites;
+  const PredictedError& predicted;
+  const ErrorModel& model;
+  const OwnEvidence& evidence;
+};
+
+struct Chosen {
+  std::vector<LimitPromise> promises;
+  std::vector<Choice> choices;  // [limit], of the map's sites
+};
+
+Chosen choose_all_by_mean(const ChooseRangesOptions& options, const ChoiceInputs& inputs);
+Chosen choose_all_by_probability(const ChooseRangesOptions& options, const ChoiceInputs& inputs);
+
+}  // namespace sightline
