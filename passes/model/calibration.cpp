@@ -1,7 +1,5 @@
 #include "passes/model/calibration.h"
 
-#include <optional>
-
 #include "passes/model/promise_text.h"
 #include "passes/model/risk_control.h"
 
@@ -49,7 +47,7 @@ RiskDecision decide(const Misses& misses, const CalibrationOptions& options, dou
   return decide_empirically(misses, alpha);
 }
 
-// A share of misses, and what the calibration makes of it.
+// A share of misses, and what the calibration makes of it. 0: none was asked about.
 struct AlphaDecision {
   double alpha = 0.0;
   RiskDecision decision;
@@ -67,7 +65,7 @@ AlphaDecision decide_for(const Misses& misses, const CalibrationOptions& options
 // The share that was named; else the strictest of kStrictness that is earned about the next drive,
 // kUnearned where none is. `stricter`: the one before it, which is not.
 AlphaDecision strictest_earned(const Misses& misses, const CalibrationOptions& options,
-                               const Witnesses& witnesses, std::optional<AlphaDecision>& stricter) {
+                               const Witnesses& witnesses, AlphaDecision& stricter) {
   constexpr double kStrictness[] = {0.01, 0.02, 0.05, 0.10};
   constexpr double kUnearned = 0.05;
   const TrainingCard& card = witnesses.model.card;
@@ -78,7 +76,7 @@ AlphaDecision strictest_earned(const Misses& misses, const CalibrationOptions& o
     if (decided.decision.is_earned && is_next_drive) return decided;
     stricter = decided;
   }
-  stricter.reset();
+  stricter = {};
   return decide_for(misses, options, kUnearned, card);
 }
 
@@ -110,7 +108,7 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, Ca
                                   const CalibrationOptions& options, const Choice* tighter) {
   const Witnesses witnesses = witnesses_of(model, kind);
   const Misses misses = misses_of_rule(witnesses, limit, options, tighter);
-  std::optional<AlphaDecision> stricter;
+  AlphaDecision stricter;
   const auto [alpha, decision] = strictest_earned(misses, options, witnesses, stricter);
   Calibration calibration;
   LimitPromise& promise = calibration.promise;
@@ -125,9 +123,9 @@ Calibration calibrate_probability(const ErrorModel& model, std::size_t limit, Ca
   calibration.choice =
       choose_out_of_fold(model, limit, decision.threshold, options.dilation_m, tighter);
   state(decision, witnesses, calibration.choice, promise);
-  if (promise.is_earned && stricter) {
+  if (promise.is_earned && stricter.alpha > 0.0) {
     promise.statement +=
-        stricter_statement(promise, witnesses, stricter->alpha, stricter->decision.needed_blocks);
+        stricter_statement(promise, witnesses, stricter.alpha, stricter.decision.needed_blocks);
   }
   return calibration;
 }

@@ -2,6 +2,7 @@
 #include <cstdlib>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -13,7 +14,8 @@
 // here on the others alone. The others' own predictions come from trees that learnt from it, which
 // training a model without each place (tests/bench/promise) avoids, at as many times the cost.
 //
-// usage: promise_bench MODEL [ALPHA...]
+// usage: promise_bench MODEL [--looks] [ALPHA...]
+// --looks: of the looks that take a sample, each told by its number in place of a range.
 // Prints a line of JSON for each limit, alpha, kind of case, place and drive:
 // the threshold, the promise made of the others, and per site run, s_m, the chosen range and 1
 // where the error there was over the limit; then for each limit and kind the pairs of site and
@@ -58,7 +60,9 @@ void print_sites(const ErrorModel& model, std::uint32_t place, CaseKind kind,
       const TrainedSite& site = model.sites[i];
       if (!is_case_of(site, place, drive, kind)) continue;
       const std::size_t range = calibration.choice.range_index[i];
-      std::printf("%s[%u, %g, %g, %d]", comma, site.run, site.s_m, model.ranges[range].range_m,
+      const bool is_sample = !takes_every_return(model.out_of_fold.looks[range]);
+      std::printf("%s[%u, %g, %g, %d]", comma, site.run, site.s_m,
+                  is_sample ? static_cast<double>(range) : model.ranges[range].range_m,
                   model.measured(i, range) > promise.limit_m ? 1 : 0);
       comma = ", ";
     }
@@ -119,21 +123,28 @@ Result<ErrorModel> read_held_out(const std::string& file) {
   return model;
 }
 
+Result<ErrorModel> of_samples(const ErrorModel& model) {
+  if (!model.of_samples.empty()) return model.of_samples.front();
+  return Error{ErrorCode::kBadArgument, "the model knows no looks that take a sample", "", ""};
+}
+
 }  // namespace
 }  // namespace sightline
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: %s MODEL [ALPHA...]\n", argv[0]);
+    std::fprintf(stderr, "usage: %s MODEL [--looks] [ALPHA...]\n", argv[0]);
     return 64;
   }
-  const auto model = sightline::read_held_out(argv[1]);
+  const bool of_looks = argc > 2 && std::string_view(argv[2]) == "--looks";
+  auto model = sightline::read_held_out(argv[1]);
+  if (model && of_looks) model = sightline::of_samples(*model);
   if (!model) {
     std::fprintf(stderr, "%s\n", to_string(model.error()).c_str());
     return 1;
   }
   std::vector<double> alphas;
-  for (int i = 2; i < argc; ++i) alphas.push_back(std::atof(argv[i]));
+  for (int i = of_looks ? 3 : 2; i < argc; ++i) alphas.push_back(std::atof(argv[i]));
   if (alphas.empty()) alphas = {0.05, 0.10};
   sightline::judge(*model, sightline::CaseKind::kMapOnly, alphas);
   if (model->card.knows_history) sightline::judge(*model, sightline::CaseKind::kHistory, alphas);

@@ -14,11 +14,10 @@ Result<void> check_sources(const ReportSources& sources) {
   const std::size_t sites = sources.map->sites.sites.size();
   const bool has_sites =
       sites > 0 && sources.map->quality.size() == sources.map->ranges.promises.size();
-  const bool is_judged =
-      !sources.evaluation ||
-      (sources.evaluation->site_count == sites &&
-       sources.evaluation->limits_m == sources.map->predicted.limits_m &&
-       sources.evaluation->statics.size() == sources.map->ranges.looks.size());
+  const bool is_judged = !sources.evaluation ||
+                         (sources.evaluation->site_count == sites &&
+                          sources.evaluation->limits_m == sources.map->predicted.limits_m &&
+                          sources.evaluation->statics.size() == sources.map->ranges.looks.size());
   const bool is_measured = !sources.measured || sources.measured->scan_of_site.size() == sites;
   const bool is_seen = !sources.depth || sources.depth->site_count == sites;
   if (has_sites && is_judged && is_measured && is_seen) return {};
@@ -37,6 +36,7 @@ bool has_virtual_points(const CompiledMap& map) {
 Result<std::vector<Section>> sections_of(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
   std::vector<Section> all = {summary_section(sources), map_section(sources)};
+  if (!map.ranges.of_samples.empty()) all.push_back(looks_section(sources));
   if (sources.diff) all.push_back(diff_section(*sources.diff));
   if (sources.evaluation) {
     all.push_back(ranges_section(*sources.evaluation, map.sites));
@@ -61,6 +61,13 @@ Result<std::vector<Section>> sections_of(const ReportSources& sources) {
 std::string title_of(const CompiledMap& map) {
   const std::string& drive = map.measurement.mapping_drive;
   return drive.empty() ? map.map_id : drive;
+}
+
+// Ranges and looks take their colours from one row.
+std::size_t colour_count(const CompiledMap& map) {
+  std::size_t count = map.ranges.looks.size();
+  for (const RangeTable& looks : map.ranges.of_samples) count = std::max(count, looks.looks.size());
+  return count;
 }
 
 std::string header(const ReportSources& sources, const std::vector<Section>& all) {
@@ -90,7 +97,7 @@ Result<std::string> report_html(const ReportSources& sources) {
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data: "
       "blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>" +
       xml_text(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +
-      std::string(page_style()) + range_colours_css(sources.map->ranges.looks.size()) +
+      std::string(page_style()) + range_colours_css(colour_count(*sources.map)) +
       std::string(library_style()) + "</style>\n</head>\n<body>\n" + header(sources, all) +
       "<main>\n";
   for (const Section& section : all) {

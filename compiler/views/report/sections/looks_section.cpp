@@ -1,0 +1,111 @@
+#include <algorithm>
+
+#include "compiler/views/picture/route_svg.h"
+#include "compiler/views/report/sections/sections.h"
+
+// The cheapest way to localize at each place, and what it is worth beside the same look everywhere.
+
+namespace sightline {
+namespace {
+
+constexpr double kMargin_m = 15.0;
+
+std::string number(double value) { return fixed(value, 2); }
+
+std::string route_picture(const CompiledMap& map, const RangeTable& looks, std::size_t limit) {
+  const MapBox box = box_of_route(map.sites, kMargin_m);
+  const double width_m = box.high_x_m - box.low_x_m;
+  const double height_m = box.high_y_m - box.low_y_m;
+  return "<svg class=\"still-map\" role=\"img\" viewBox=\"" + number(box.low_x_m) + " " +
+         number(-box.high_y_m) + " " + number(width_m) + " " + number(height_m) +
+         "\"><title>The route from above, coloured by look</title>\n" +
+         route_svg(map.sites, looks, limit, std::max(width_m, height_m) / 150.0, range_colour) +
+         scale_bar_svg(box, "currentColor") + "</svg>\n";
+}
+
+// How often each look is chosen, with its colour.
+std::string shares(const RangeTable& looks, std::size_t limit) {
+  std::vector<std::size_t> counts(looks.looks.size(), 0);
+  for (std::size_t site = 0; site < looks.site_count; ++site) ++counts[looks.range(site, limit)];
+  std::string html = "<div class=\"legend\">";
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const double share = static_cast<double>(counts[i]) / static_cast<double>(looks.site_count);
+    html += "<span><i style=\"background:" + range_colour(i) + "\"></i>" + to_text(looks.looks[i]) +
+            ": " + percent(share) + " %</span> ";
+  }
+  return html + "</div>\n";
+}
+
+std::string choice_of(const CompiledMap& map, const RangeTable& looks, std::size_t limit) {
+  const LimitPromise& promise = looks.promises[limit];
+  const std::string limit_words = limit_text(promise.limit_m);
+  const std::string id = "looks-" + std::to_string(limit);
+  return "<h3>Limit " + limit_words + "</h3>\n" +
+         paragraph("Expected within " + limit_words + ": " +
+                   percent(map.look_quality[limit].expected_coverage) + " % of the sites. " +
+                   promise.statement) +
+         html_figure({id, "Looks, " + limit_words + ".",
+                      "The look that each place asks for, from the cheapest to the dearest.",
+                      route_picture(map, looks, limit) + shares(looks, limit), ""});
+}
+
+std::string words_of(LookRule rule) {
+  switch (rule) {
+    case LookRule::kMap:
+      return "this map";
+    case LookRule::kSameEverywhere:
+      return "best static look, with the map's normals";
+    case LookRule::kSameWithoutMap:
+      return "best static look, without a map";
+    case LookRule::kOracle:
+      return "oracle (ideal case)";
+  }
+  return "";
+}
+
+std::string judged(const LookEvaluation& evaluation) {
+  TextGrid rules = {{"limit", "rule", "coverage (%)", "time ratio", "work ratio"}};
+  for (const LookRuleScore& score : evaluation.rules) {
+    rules.push_back({limit_text(score.limit_m), words_of(score.rule), percent(score.coverage),
+                     fixed(score.time_ratio, 3), fixed(score.work_ratio, 3)});
+  }
+  TextGrid statics = {{"the same look everywhere"}};
+  for (const double limit_m : evaluation.limits_m) {
+    statics.front().push_back("within " + limit_text(limit_m) + " (%)");
+  }
+  statics.front().insert(statics.front().end(), {"time ratio", "work ratio"});
+  for (const StaticLook& look : evaluation.statics) {
+    std::vector<std::string>& row = statics.emplace_back();
+    row.push_back(to_text(look.look));
+    for (const double coverage : look.coverage) row.push_back(percent(coverage));
+    row.push_back(fixed(look.time_ratio, 3));
+    row.push_back(fixed(look.work_ratio, 3));
+  }
+  return html_table(rules,
+                    "Looks on the judging drive; ratios are to the longest range, static "
+                    "looks stand at the coverage of this map") +
+         html_table(statics, "What any vehicle may do without an annotation");
+}
+
+}  // namespace
+
+Section looks_section(const ReportSources& sources) {
+  const CompiledMap& map = *sources.map;
+  Section section = {"looks", "The cheapest look", ""};
+  for (const RangeTable& looks : map.ranges.of_samples) {
+    section.html = paragraph(
+        "A look is a range and the sample of a scan that is matched within it. The observation "
+        "range says how far a vehicle must see; the look says how little of what it sees is "
+        "enough.");
+    for (std::size_t limit = 0; limit < looks.promises.size(); ++limit) {
+      section.html += choice_of(map, looks, limit);
+    }
+  }
+  if (!sources.evaluation) return section;
+  for (const LookEvaluation& evaluation : sources.evaluation->of_samples) {
+    section.html += judged(evaluation);
+  }
+  return section;
+}
+
+}  // namespace sightline
