@@ -65,7 +65,10 @@ Result<void> validate_agreement(const CompiledMap& map) {
 }
 
 Result<void> validate_factors(const CompiledMap& map) {
-  if (map.factors.factors.empty()) return {};
+  if (map.factors.factors.empty()) {
+    return map.factors.of_samples.empty() ? Result<void>()
+                                          : invalid("there are factors of looks alone");
+  }
   SIGHTLINE_TRY(validate(map.factors));
   if (map.factors.site_count != map.sites.sites.size() || map.factors.looks != map.ranges.looks ||
       map.factors.factors.size() > kMostFactors) {

@@ -26,6 +26,17 @@ void check_answer(const MapReader& reader, const RangeAnswer& answer) {
   SIGHTLINE_CHECK(is_far || answer.site < reader.info().site_count);
 }
 
+void check_look(const MapReader& reader, const LookAnswer& answer) {
+  const bool is_unknown = (answer.flags & kAnswerUnknownLocalizer) != 0;
+  SIGHTLINE_CHECK(is_unknown == std::isnan(answer.probability));
+  const bool is_visible = (answer.flags & kAnswerNotVisible) == 0;
+  const std::span<const double> ranges = reader.info().ranges_m;
+  SIGHTLINE_CHECK(answer.look.return_count > 0 ||
+                  std::find(ranges.begin(), ranges.end(), answer.look.range_m) != ranges.end());
+  SIGHTLINE_CHECK(!is_visible || answer.look.range_m <= 60.0);
+  SIGHTLINE_CHECK(is_visible || is_unknown || answer.probability == 0.0);
+}
+
 // What a vehicle does with the file.
 void look_up(std::span<const std::byte> file) {
   const Result<MapReader> reader = MapReader::open(file, "annealed");
@@ -37,6 +48,9 @@ void look_up(std::span<const std::byte> file) {
       const Result<RangeAnswer> answer = reader->observation_range(
           {origin[0] + (x + 0.5) * tile_m, origin[1] + (y + 0.5) * tile_m, origin[2]}, 0.2);
       if (answer) check_answer(*reader, *answer);
+      const Result<LookAnswer> look = reader->look(
+          {origin[0] + (x + 0.5) * tile_m, origin[1] + (y + 0.5) * tile_m, origin[2]}, 0.2, 60.0);
+      if (look) check_look(*reader, *look);
     }
   }
 }

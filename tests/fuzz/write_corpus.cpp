@@ -34,8 +34,7 @@ void add_maps(std::vector<Seed>& seeds) {
   seeds.push_back({"manifest/seed_whole", parts.manifest});
   seeds.push_back({"map/seed_plain", assemble(parts)});
   CompiledMap stripped = random_map({.seed = 3, .site_count = 1, .nd_count = 1, .model_size = 0});
-  stripped.factors.factors.clear();
-  stripped.factors.values.clear();
+  stripped.factors = {};
   stripped.sharpness.reset();
   parts = unpacked(parts_of(stripped));
   seeds.push_back({"manifest/seed_stripped", parts.manifest});
@@ -52,6 +51,9 @@ void add_models(std::vector<Seed>& seeds) {
   model.forest.trees[1].nodes = {{0, 15.0F, 1, 4}, {0, 12.0F, 2, 3}};
   model.forest.rows = {20.0F, 10.0F, 13.0F, 20.0F};
   model.forest.trees[1].leaf_of_label = {2, 0, 1, 2};
+  ErrorModel samples = handmade_model({{{0.5, 0.75}, {0.2, 0.1}}}, 2);
+  for (Look& look : samples.out_of_fold.looks) look.return_count = 1000;
+  model.of_samples.push_back(std::move(samples));
   seeds.push_back({"model/seed_tree", to_bytes(model)});
 }
 

@@ -1,8 +1,8 @@
 #include "formats/map/repair/repack.h"
 
 #include <algorithm>
-#include <array>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -62,9 +62,9 @@ Result<std::vector<std::byte>> repack(const MapContainer& container, const Keep&
 }
 
 bool is_for_engineers(const PackedBlock& block) {
-  constexpr std::array<std::string_view, 4> kNames = {kFactorLayer, "debug", kFactorNames,
-                                                      kModelSection};
-  return !block.is_required && std::ranges::find(kNames, block.name) != kNames.end();
+  constexpr std::string_view kNames[] = {kFactorLayer,       kFactorNames, kSampleFactorLayer,
+                                         kSampleFactorNames, "debug",      kModelSection};
+  return !block.is_required && std::ranges::find(kNames, block.name) != std::end(kNames);
 }
 
 }  // namespace

@@ -87,8 +87,8 @@ TEST(ErrorModel, OfAnotherVersionIsRefusedAndSaysWhich) {
     return from_bytes<ErrorModel>(seal("error-model", version, writer.bytes())).error();
   };
   EXPECT_EQ(of_version(4).code, ErrorCode::kOldVersion);
-  EXPECT_EQ(of_version(4).message, "a error-model of version 4, this program reads version 5");
-  EXPECT_EQ(of_version(6).code, ErrorCode::kFutureVersion);
+  EXPECT_EQ(of_version(4).message, "a error-model of version 4, this program reads version 6");
+  EXPECT_EQ(of_version(7).code, ErrorCode::kFutureVersion);
 }
 
 TEST(ErrorModel, NamesEveryRecordingInTextTableAndFacts) {

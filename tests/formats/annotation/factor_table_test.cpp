@@ -23,9 +23,10 @@ TEST(FactorTable, SurvivesDisk) { expect_survives_disk(small_table()); }
 TEST(FactorTable, DumpsOneRowForEachSiteAndRange) {
   const Table text = dump(small_table());
   EXPECT_EQ(text.columns,
-            (std::vector<std::string>{"site", "range_m", "feature_count", "r_average"}));
+            (std::vector<std::string>{"site", "range_m", "look", "feature_count", "r_average"}));
   ASSERT_EQ(text.rows.size(), 4U);
-  EXPECT_EQ(text.rows[3], (std::vector<Cell>{std::int64_t{1}, 20.0, 3.0, 12.25}));
+  EXPECT_EQ(text.rows[3],
+            (std::vector<Cell>{std::int64_t{1}, 20.0, std::string("20 m"), 3.0, 12.25}));
 }
 
 TEST(FactorTable, RefusesRangesThatDoNotAscend) {

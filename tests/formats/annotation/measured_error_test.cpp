@@ -29,10 +29,10 @@ TEST(MeasuredError, SurvivesDisk) { expect_survives_disk(two_sites()); }
 TEST(MeasuredError, DumpsARowForEachSiteAndRange) {
   const Table table = dump(two_sites());
   ASSERT_EQ(table.rows.size(), 4u);
-  EXPECT_EQ(table.columns[4], "mean_m");
+  EXPECT_EQ(table.columns[5], "mean_m");
   EXPECT_EQ(table.columns.size(), table.rows[0].size());
-  EXPECT_EQ(std::get<double>(table.rows[0][4]), 0.5);
-  EXPECT_EQ(std::get<std::int64_t>(table.rows[2][2]), -1);
+  EXPECT_EQ(std::get<double>(table.rows[0][5]), 0.5);
+  EXPECT_EQ(std::get<std::int64_t>(table.rows[2][3]), -1);
 }
 
 void expect_refused(const MeasuredError& measured) {

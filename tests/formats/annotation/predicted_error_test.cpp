@@ -31,12 +31,13 @@ TEST(PredictedError, SurvivesTheDisk) { expect_survives_disk(two_sites()); }
 
 TEST(PredictedError, IsPrintedPerSiteAndRange) {
   const Table table = dump(two_sites());
-  EXPECT_EQ(table.columns, (std::vector<std::string>{"site", "range_m", "extrapolated",
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"site", "range_m", "look", "extrapolated",
                                                      "out_of_fold", "has_history", "mean_error_m",
                                                      "p_within_0.1_m", "p_within_0.25_m"}));
   ASSERT_EQ(table.rows.size(), 4u);
-  EXPECT_EQ(table.rows[3], (std::vector<Cell>{std::int64_t{1}, 15.0, std::int64_t{1},
-                                              std::int64_t{0}, std::int64_t{1}, 0.05, 0.9, 1.0}));
+  EXPECT_EQ(table.rows[3],
+            (std::vector<Cell>{std::int64_t{1}, 15.0, std::string("15 m"), std::int64_t{1},
+                               std::int64_t{0}, std::int64_t{1}, 0.05, 0.9, 1.0}));
 }
 
 TEST(PredictedError, RefusesWhatCannotBePredicted) {

@@ -30,10 +30,10 @@ TEST(RangeTable, SurvivesTheDisk) { expect_survives_disk(two_sites()); }
 TEST(RangeTable, IsPrintedPerSiteAndLimit) {
   const Table table = dump(two_sites());
   ASSERT_EQ(table.rows.size(), 4u);
-  EXPECT_EQ(table.rows[0], (std::vector<Cell>{std::int64_t{0}, 0.1, 20.0, std::int64_t{1},
-                                              std::int64_t{0}, std::int64_t{0}}));
-  EXPECT_EQ(table.rows[2], (std::vector<Cell>{std::int64_t{1}, 0.1, 15.0, std::int64_t{0},
-                                              std::int64_t{1}, std::int64_t{0}}));
+  EXPECT_EQ(table.rows[0], (std::vector<Cell>{std::int64_t{0}, 0.1, 20.0, std::string("20 m"),
+                                              std::int64_t{1}, std::int64_t{0}, std::int64_t{0}}));
+  EXPECT_EQ(table.rows[2], (std::vector<Cell>{std::int64_t{1}, 0.1, 15.0, std::string("15 m"),
+                                              std::int64_t{0}, std::int64_t{1}, std::int64_t{0}}));
   EXPECT_EQ(table.rows[3].back(), Cell{std::int64_t{1}}) << "static";
 }
 

@@ -111,7 +111,13 @@ TEST(RangeLayout, PlacesColumnsSideBySideWithoutOverlap) {
   EXPECT_EQ(layout.site_flags, 512u + 256u + 448u);
   EXPECT_EQ(layout.extrapolated, 512u + 256u + 448u + 64u);
   EXPECT_EQ(layout.pose, 512u + 256u + 448u + 128u);  // 288 bytes
-  EXPECT_EQ(layout.size, 512u + 256u + 448u + 128u + 320u);
+  EXPECT_EQ(layout.look_index, 512u + 256u + 448u + 128u + 320u);
+  EXPECT_EQ(layout.look_flags, layout.look_index + 64u);
+  EXPECT_EQ(layout.look_mean_error, layout.look_index + 128u);   // 96 bytes
+  EXPECT_EQ(layout.look_probability, layout.look_index + 256u);  // 192 bytes
+  EXPECT_EQ(layout.look_extrapolated, layout.look_index + 448u);
+  EXPECT_EQ(layout.size, layout.look_index + 512u);
+  EXPECT_EQ(RangeLayout(3, {9, 2, 0}).size, layout.look_index) << "nothing of looks";
   EXPECT_EQ(NdtLayout(17).size, 13u * 128u);
 }
 
