@@ -5,12 +5,12 @@
 #include <optional>
 #include <utility>
 
-#include "compiler/init/guess_sensor.h"
 #include "compiler/init/pose_overlap.h"
 #include "formats/foreign/logs/ros_bag.h"
 #include "formats/foreign/logs/ros_messages.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/text/table.h"
+#include "passes/ingest/guess_sensor.h"
 
 namespace sightline {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "compiler/driver/pipelines.h"
 #include "compiler/init/draft_config.h"
-#include "compiler/init/guess_sensor.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/pose_file.h"
+#include "passes/ingest/guess_sensor.h"
 #include "tests/formats/foreign/bag_files.h"
 #include "tests/support/box_world.h"
 

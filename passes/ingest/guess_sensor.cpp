@@ -1,4 +1,4 @@
-#include "compiler/init/guess_sensor.h"
+#include "passes/ingest/guess_sensor.h"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "formats/base/portable_math.h"
 #include "formats/drive/sensor_profile.h"
 
 namespace sightline {
@@ -22,7 +23,7 @@ std::vector<double> elevations_deg(std::span<const PointCloudFile> scans) {
   for (const PointCloudFile& scan : scans) {
     for (const Eigen::Vector3d& point_m : scan.points_m) {
       if (point_m.squaredNorm() < kNearest_m * kNearest_m) continue;
-      elevations.push_back(std::atan2(point_m.z(), point_m.head<2>().norm()) * kDegPerRad);
+      elevations.push_back(portable_atan2(point_m.z(), point_m.head<2>().norm()) * kDegPerRad);
     }
   }
   std::ranges::sort(elevations);
