@@ -345,6 +345,18 @@ TEST(GuessSensor, CountsTheBeamsOfASensorThatIsNotBuiltIn) {
   EXPECT_NEAR(guess.highest_beam_deg, 14.0, 0.01);
 }
 
+TEST(GuessSensor, CountsBeamsThatMergeByTheirReturns) {
+  std::vector<double> beams_deg;
+  for (int i = 0; i < 12; ++i) beams_deg.push_back(-25.0 + i);
+  for (int i = 0; i < 60; ++i) beams_deg.push_back(-13.0 + 0.08 * i);
+  const std::vector<PointCloudFile> scans = {scan_with(beams_deg, lidar_on({}, 3)),
+                                             scan_with(beams_deg, lidar_on({}, 9))};
+  const SensorGuess guess = guess_sensor(scans);
+  EXPECT_EQ(guess.profile, "");
+  EXPECT_NEAR(guess.rings, 72, 2);
+  EXPECT_THAT(guess.reason, HasSubstr("12 beams are told apart"));
+}
+
 TEST(GuessSensor, AsksForTheNameWhereNothingTells) {
   const SensorGuess guess = guess_sensor({});
   EXPECT_TRUE(sensor_profile(guess.profile).has_value());
