@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "compiler/cli/console.h"
+#include "compiler/cli/file_kind.h"
 #include "compiler/cli/help_text.h"
 #include "compiler/cli/parse_command_line.h"
 
@@ -48,7 +49,7 @@ int run_command_line(const Program& program, const std::vector<std::string>& wor
     return exit_status(ErrorCode::kBadArgument);
   }
   const Result<int> status = run_words(program, words);
-  return status ? *status : report_error(status.error());
+  return status ? *status : report_error(explain_wrong_file(status.error()));
 }
 
 }  // namespace sightline

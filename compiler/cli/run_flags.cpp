@@ -53,7 +53,8 @@ void add_flags_of_every_run(Verb& verb, RunFlags& flags) {
   const std::vector<Flag> of_every_run = {
       {.names = "--set",
        .value = "KEY=VALUE",
-       .help = "Override one value of the configuration: section.key=value",
+       .help = "Override one value of the configuration: section.key=value; a path is relative to "
+               "the current folder, not to the configuration",
        .target = &flags.overrides},
       {.names = "--threads",
        .value = "N",

@@ -5,12 +5,13 @@
 #include <optional>
 #include <utility>
 
-#include "compiler/init/guess_sensor.h"
 #include "compiler/init/pose_overlap.h"
 #include "formats/foreign/logs/ros_bag.h"
 #include "formats/foreign/logs/ros_messages.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/text/table.h"
+#include "passes/ingest/beam_fit.h"
+#include "passes/ingest/guess_sensor.h"
 
 namespace sightline {
 namespace {
@@ -30,16 +31,9 @@ Error no_lidar(const fs::path& file, const std::string& what) {
           file.string(), ""};
 }
 
-// First, last and some between: what is wrong with a recording mostly shows in them.
 Result<std::vector<PointCloudFile>> read_samples(const Recording& recording) {
-  constexpr std::size_t kSamples = 5;
   std::vector<PointCloudFile> samples;
-  const std::size_t last = recording.scans.size() - 1;
-  std::size_t taken = recording.scans.size();
-  for (std::size_t k = 0; k < kSamples; ++k) {
-    const std::size_t index = k * last / (kSamples - 1);
-    if (index == taken) continue;
-    taken = index;
+  for (const std::size_t index : sample_scans(recording.scans.size())) {
     SIGHTLINE_ASSIGN(PointCloudFile sample, read_listed_scan(recording, index));
     samples.push_back(std::move(sample));
   }

@@ -38,6 +38,7 @@ const std::vector<ErrorCodeInfo>& all_error_codes() {
       {kMismatchedInputs, "mismatched-inputs"},
       {kInvalidArtifact, "invalid-artifact"},
       {kWrongBase, "wrong-base"},
+      {kUnlikeProfile, "unlike-profile"},
       {kFutureVersion, "future-version"},
       {kUnknownRequiredFeature, "unknown-required-feature"},
       {kOldVersion, "old-version"},

@@ -55,6 +55,7 @@ enum class ErrorCode : int {
   kMismatchedInputs = 2022,
   kInvalidArtifact = 2023,
   kWrongBase = 2024,
+  kUnlikeProfile = 2025,
   // 3xxx version: written by a program that this one does not understand.
   kFutureVersion = 3001,
   kUnknownRequiredFeature = 3002,

@@ -9,6 +9,7 @@
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/pose_file.h"
+#include "passes/ingest/check_sensor.h"
 #include "passes/ingest/pose_reading.h"
 
 namespace sightline {
@@ -232,6 +233,7 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
   SIGHTLINE_ASSIGN(const std::vector<ScanCounts> counts, count_all(ctx, recording));
   warn_of(ctx, recording, counts);
   SIGHTLINE_TRY(check_reach(recording, counts));
+  SIGHTLINE_TRY(check_sensor(ctx, recording));
   Drive drive;
   drive.name = recording.name;
   drive.sensor = recording.sensor;

@@ -22,10 +22,11 @@ std::vector<OptionField> option_fields(RecordingOptions& options);
 // Its map frame begins at the multiple of tile_m at or below the first pose; at zero where there
 // are no poses. Warns of points dropped (not finite, at zero, withheld), of text files that may be
 // cut, of scans with most points beyond 2 km, of point times that make no sense,
-// of gaps in time (longer than 1 s and than three times the usual step), and of what open_recording
-// assumed. Errors: drive-too-short (no scans), time-runs-backwards, unsupported-format (so most
-// scans: no coordinates of the sensor in metres), and those of read_recorded_scan for the first
-// scan that cannot be read.
+// of gaps in time (longer than 1 s and than three times the usual step), of a sensor profile that
+// the returns contradict (check_sensor.h), and of what open_recording assumed. Errors:
+// drive-too-short (no scans), time-runs-backwards, unsupported-format (so most scans: no
+// coordinates of the sensor in metres), unlike-profile, and those of read_recorded_scan for the
+// first scan that cannot be read.
 Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recording& recording);
 inline constexpr Pass kIngest{"ingest", 4, "drive", "Reading drives", &ingest};
 

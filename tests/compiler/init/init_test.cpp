@@ -7,9 +7,9 @@
 
 #include "compiler/driver/pipelines.h"
 #include "compiler/init/draft_config.h"
-#include "compiler/init/guess_sensor.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/pose_file.h"
+#include "passes/ingest/guess_sensor.h"
 #include "tests/formats/foreign/bag_files.h"
 #include "tests/support/box_world.h"
 
@@ -343,6 +343,18 @@ TEST(GuessSensor, CountsTheBeamsOfASensorThatIsNotBuiltIn) {
   EXPECT_EQ(guess.rings, 40);
   EXPECT_NEAR(guess.lowest_beam_deg, -25.0, 0.01);
   EXPECT_NEAR(guess.highest_beam_deg, 14.0, 0.01);
+}
+
+TEST(GuessSensor, CountsBeamsThatMergeByTheirReturns) {
+  std::vector<double> beams_deg;
+  for (int i = 0; i < 12; ++i) beams_deg.push_back(-25.0 + i);
+  for (int i = 0; i < 60; ++i) beams_deg.push_back(-13.0 + 0.08 * i);
+  const std::vector<PointCloudFile> scans = {scan_with(beams_deg, lidar_on({}, 3)),
+                                             scan_with(beams_deg, lidar_on({}, 9))};
+  const SensorGuess guess = guess_sensor(scans);
+  EXPECT_EQ(guess.profile, "");
+  EXPECT_NEAR(guess.rings, 72, 2);
+  EXPECT_THAT(guess.reason, HasSubstr("12 beams are told apart"));
 }
 
 TEST(GuessSensor, AsksForTheNameWhereNothingTells) {

@@ -52,6 +52,8 @@ class PoseReading : public testing::Test {
     }
     RecordingOptions options;
     options.scans = (folder_.path() / "scans").string();
+    options.rings = 24;  // those of scan_world
+    options.lowest_beam_deg = -20.0;
     options.poses = folder_.write("poses.tum", text).string();
     const Result<Recording> recording = open_recording(options, 1);
     if (!recording) return recording.error();

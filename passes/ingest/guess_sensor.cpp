@@ -1,79 +1,17 @@
-#include "compiler/init/guess_sensor.h"
+#include "passes/ingest/guess_sensor.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <numbers>
 #include <vector>
 
 #include "formats/drive/sensor_profile.h"
+#include "passes/ingest/beam_fit.h"
 
 namespace sightline {
 namespace {
 
-// Nearer than this the offsets between a sensor's beams bend elevations, and it sees its vehicle.
+// Nearer than this a sensor sees its vehicle.
 constexpr double kNearest_m = 3.0;
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-
-// Ascending.
-std::vector<double> elevations_deg(std::span<const PointCloudFile> scans) {
-  std::vector<double> elevations;
-  for (const PointCloudFile& scan : scans) {
-    for (const Eigen::Vector3d& point_m : scan.points_m) {
-      if (point_m.squaredNorm() < kNearest_m * kNearest_m) continue;
-      elevations.push_back(std::atan2(point_m.z(), point_m.head<2>().norm()) * kDegPerRad);
-    }
-  }
-  std::ranges::sort(elevations);
-  return elevations;
-}
-
-double quantile(const std::vector<double>& sorted, double share) {
-  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
-}
-
-// How the elevations lie among the beams of a profile.
-struct Fit {
-  double off = 1.0;     // mean distance to the nearest beam, in gaps between beams; 0.25 by chance
-  double inside = 0.0;  // share of returns within half a gap of a beam
-  double hit = 0.0;     // share of beams with returns
-};
-
-Fit fit_beams(const std::vector<double>& elevations, const std::vector<double>& beams_deg) {
-  std::vector<std::size_t> hits(beams_deg.size(), 0);
-  double sum = 0.0;
-  for (const double elevation : elevations) {
-    const auto above = std::ranges::lower_bound(beams_deg, elevation);
-    auto beam = static_cast<std::size_t>(above - beams_deg.begin());
-    if (beam == beams_deg.size() ||
-        (beam > 0 && elevation - beams_deg[beam - 1] < beams_deg[beam] - elevation)) {
-      --beam;
-    }
-    const std::size_t low = std::min(beam, beams_deg.size() - 2);
-    const double gap_deg = beams_deg[low + 1] - beams_deg[low];
-    const double off = std::abs(elevation - beams_deg[beam]) / gap_deg;
-    sum += std::min(off, 0.5);
-    if (off <= 0.5) ++hits[beam];
-  }
-  const auto count = static_cast<double>(elevations.size());
-  const double least = 0.05 * count / static_cast<double>(beams_deg.size());
-  Fit fit;
-  fit.off = sum / count;
-  std::size_t inside = 0;
-  for (const std::size_t hit : hits) inside += hit;
-  fit.inside = static_cast<double>(inside) / count;
-  fit.hit = static_cast<double>(std::ranges::count_if(
-                hits, [&](std::size_t hit) { return static_cast<double>(hit) > least; })) /
-            static_cast<double>(hits.size());
-  return fit;
-}
-
-std::string degrees(double lowest_deg, double highest_deg) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.1f to %.1f degrees", lowest_deg, highest_deg);
-  return text.data();
-}
 
 std::string percent(double share) {
   return std::to_string(static_cast<int>(std::lround(100.0 * share))) + " %";
@@ -81,11 +19,10 @@ std::string percent(double share) {
 
 // Where beams are told apart: the real sensor of that name before an example's of equal beams.
 bool choose_by_beams(const std::vector<double>& elevations, SensorGuess& guess) {
-  constexpr double kCrisp = 0.15;
-  Fit best;
+  BeamFit best;
   for (const std::string& name : sensor_profile_names()) {
-    const Fit fit = fit_beams(elevations, sensor_profile(name)->beam_elevations_deg);
-    if (fit.off > kCrisp || fit.inside < 0.9 || fit.hit < 0.8 || fit.off > best.off) continue;
+    const BeamFit fit = fit_beams(elevations, sensor_profile(name)->beam_elevations_deg);
+    if (!fit.is_crisp() || fit.off > best.off) continue;
     best = fit;
     guess.profile = name;
   }
@@ -107,32 +44,51 @@ bool choose_by_span(const std::vector<double>& elevations, SensorGuess& guess) {
     guess.profile = name;
   }
   if (guess.profile.empty()) return false;
-  guess.reason = "returns span " + degrees(guess.lowest_beam_deg, guess.highest_beam_deg) +
+  guess.reason = "returns span " +
+                 to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg}) +
                  " like its beams, which cannot be told apart in these scans";
   return true;
 }
 
-// Runs of elevations without a gap of a tenth of a degree; more than sensors have: no beams.
-int count_rings(const std::vector<double>& elevations) {
+// Beams by runs of elevations without a gap of a tenth of a degree.
+struct Rings {
+  int told_apart = 0;  // runs as narrow as a beam
+  int merged = 0;      // beams in the wider ones, if each has the returns of one that is told apart
+};
+
+Rings count_rings(const std::vector<double>& elevations) {
   constexpr double kGap_deg = 0.1;
+  constexpr double kWidest_deg = 0.3;
   // A beam that sees only sky leaves stray returns.
   const std::size_t least = elevations.size() / 5000 + 1;
-  int rings = 0;
+  std::vector<std::size_t> beams;
+  std::size_t in_wide_runs = 0;
   std::size_t first = 0;
   for (std::size_t i = 1; i <= elevations.size(); ++i) {
     if (i < elevations.size() && elevations[i] - elevations[i - 1] < kGap_deg) continue;
-    rings += i - first >= least ? 1 : 0;
+    const bool is_narrow = elevations[i - 1] - elevations[first] < kWidest_deg;
+    if (!is_narrow) in_wide_runs += i - first;
+    if (is_narrow && i - first >= least) beams.push_back(i - first);
     first = i;
   }
-  return rings;
+  if (beams.empty()) return {};
+  // One that sees little sky.
+  const auto full = beams.begin() + static_cast<std::ptrdiff_t>(beams.size() * 3 / 4);
+  std::ranges::nth_element(beams, full);
+  return {static_cast<int>(beams.size()), static_cast<int>((in_wide_runs + *full / 2) / *full)};
 }
 
 void describe_beams(const std::vector<double>& elevations, SensorGuess& guess) {
-  guess.rings = count_rings(elevations);
-  const std::string span = degrees(guess.lowest_beam_deg, guess.highest_beam_deg);
-  if (guess.rings >= 8) {
-    guess.reason = "no built-in profile fits; " + std::to_string(guess.rings) +
+  const Rings rings = count_rings(elevations);
+  const std::string span = to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg});
+  guess.rings = rings.told_apart + rings.merged;
+  if (rings.told_apart >= 8) {
+    guess.reason = "no built-in profile fits; " + std::to_string(rings.told_apart) +
                    " beams are told apart from " + span;
+    if (rings.merged > 0) {
+      guess.reason += ", and the returns between them are as many as those of " +
+                      std::to_string(rings.merged) + " more: please correct the number";
+    }
     return;
   }
   guess.rings = 64;
@@ -176,7 +132,7 @@ std::optional<double> middle_height(std::span<const PointCloudFile> scans) {
   }
   if (heights_m.empty()) return std::nullopt;
   std::ranges::sort(heights_m);
-  return std::round(quantile(heights_m, 0.5) * 100.0) / 100.0;
+  return std::round(heights_m[(heights_m.size() - 1) / 2] * 100.0) / 100.0;
 }
 
 }  // namespace
@@ -185,9 +141,9 @@ SensorGuess guess_sensor(std::span<const PointCloudFile> scans) {
   SensorGuess guess;
   const std::vector<double> elevations = elevations_deg(scans);
   if (!elevations.empty()) {
-    // Stray returns above and below the beams are few.
-    guess.lowest_beam_deg = std::round(quantile(elevations, 0.002) * 100.0) / 100.0;
-    guess.highest_beam_deg = std::round(quantile(elevations, 0.998) * 100.0) / 100.0;
+    const BeamSpan span = span_of(elevations);
+    guess.lowest_beam_deg = std::round(span.lowest_deg * 100.0) / 100.0;
+    guess.highest_beam_deg = std::round(span.highest_deg * 100.0) / 100.0;
   }
   if (guess.highest_beam_deg - guess.lowest_beam_deg < 1.0) {
     guess.profile = "generic-16";

@@ -1,0 +1,104 @@
+#include "compiler/cli/file_kind.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <string_view>
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What stands first in files of ours: schemas/map_format.md, delta_format.md and
+// formats/artifact.h.
+constexpr std::string_view kMapBegins("\x89SLM\r\n\x1a\n", 8);
+constexpr std::string_view kDeltaBegins("\x89SLD\r\n\x1a\n", 8);
+constexpr std::string_view kArtifactBegins("SLA\x1a", 4);
+constexpr std::string_view kModelName = "error-model";
+
+std::string first_bytes(const fs::path& path) {
+  constexpr std::size_t kEnough = 512;
+  std::string bytes(kEnough, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  return bytes;
+}
+
+bool has_ending(const fs::path& path, std::initializer_list<std::string_view> endings) {
+  return std::ranges::find(endings, path.extension().string()) != endings.end();
+}
+
+// What it is, and which verb takes it.
+std::string description(FileKind kind, const std::string& path) {
+  switch (kind) {
+    case FileKind::kFolder:
+      return "a folder. Of the recordings in a folder `sightline init " + path +
+             " -o drive.yaml` writes a configuration, and `sightline compile drive.yaml -o "
+             "drive.slmap` makes the map";
+    case FileKind::kMap:
+      return "a compiled map: `sightline inspect " + path +
+             "` says what it holds, `sightline evaluate CONFIG --map " + path + "` judges it";
+    case FileKind::kModel:
+      return "an error model: `sightline inspect " + path +
+             "` says what it is, `sightline compile CONFIG --model " + path + "` uses it";
+    case FileKind::kDelta:
+      return "a delta between two maps: `sightline apply` brings a map up to date with it";
+    case FileKind::kConfiguration:
+      return "a configuration: `sightline compile " + path + " -o drive.slmap` makes a map of it";
+    case FileKind::kRecording:
+      return "a recording or one scan of it: `sightline init` writes the configuration of the "
+             "folder "
+             "that it lies in";
+  }
+  return "";
+}
+
+// Whether a failure of this code may come of a file of this kind where another one was wanted.
+bool may_be_mistaken(const Error& error, FileKind kind) {
+  switch (error.code) {
+    case ErrorCode::kCannotRead:
+      return kind == FileKind::kFolder;
+    case ErrorCode::kCannotOpen:  // of what lists a folder
+      return kind != FileKind::kFolder && error.message.find("folder") != std::string::npos;
+    case ErrorCode::kMalformedText:
+      return kind != FileKind::kFolder && kind != FileKind::kConfiguration;
+    case ErrorCode::kBadMagic:
+      return error.place == "byte 0";
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+std::optional<FileKind> kind_of_file(const fs::path& path) {
+  std::error_code failure;
+  if (fs::is_directory(path, failure)) return FileKind::kFolder;
+  if (!fs::is_regular_file(path, failure)) return std::nullopt;
+  const std::string bytes = first_bytes(path);
+  if (bytes.starts_with(kMapBegins)) return FileKind::kMap;
+  if (bytes.starts_with(kDeltaBegins)) return FileKind::kDelta;
+  if (bytes.starts_with(kArtifactBegins)) {
+    if (bytes.find(kModelName) == std::string::npos) return std::nullopt;
+    return FileKind::kModel;
+  }
+  if (has_ending(path, {".pcd", ".ply", ".las", ".bin", ".bag", ".pcap"})) {
+    return FileKind::kRecording;
+  }
+  const bool is_text = !bytes.empty() && bytes.find('\0') == std::string::npos;
+  if (is_text && has_ending(path, {".yaml", ".yml"})) return FileKind::kConfiguration;
+  return std::nullopt;
+}
+
+Error explain_wrong_file(Error error) {
+  if (error.file.empty()) return error;
+  const std::optional<FileKind> kind = kind_of_file(error.file);
+  if (!kind || !may_be_mistaken(error, *kind)) return error;
+  error.place.clear();
+  error.message = "this is " + description(*kind, error.file);
+  return error;
+}
+
+}  // namespace sightline

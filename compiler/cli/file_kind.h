@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "formats/base/error.h"
+
+namespace sightline {
+
+// What a path leads to, as far as its first bytes or its ending tell.
+enum class FileKind { kFolder, kMap, kModel, kDelta, kConfiguration, kRecording };
+
+// Nothing: none of these, or it cannot be read.
+std::optional<FileKind> kind_of_file(const std::filesystem::path& path);
+
+// The same error; where its file was not understood because it is of another kind than was wanted,
+// it says what the file is and which verb takes it, in place of what a reader of the wrong kind saw
+// in it.
+Error explain_wrong_file(Error error);
+
+}  // namespace sightline

@@ -1,0 +1,86 @@
+#include "passes/ingest/beam_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "formats/base/portable_math.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kNearest_m = 3.0;
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+constexpr double kStray = 0.002;
+
+double quantile(const std::vector<double>& sorted, double share) {
+  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+}
+
+}  // namespace
+
+std::vector<std::size_t> sample_scans(std::size_t scan_count) {
+  constexpr std::size_t kSamples = 5;
+  std::vector<std::size_t> samples;
+  for (std::size_t k = 0; k < kSamples && scan_count > 0; ++k) {
+    const std::size_t index = k * (scan_count - 1) / (kSamples - 1);
+    if (samples.empty() || samples.back() != index) samples.push_back(index);
+  }
+  return samples;
+}
+
+std::vector<double> elevations_deg(std::span<const PointCloudFile> scans) {
+  std::vector<double> elevations;
+  for (const PointCloudFile& scan : scans) {
+    for (const Eigen::Vector3d& point_m : scan.points_m) {
+      if (point_m.squaredNorm() < kNearest_m * kNearest_m) continue;
+      elevations.push_back(portable_atan2(point_m.z(), point_m.head<2>().norm()) * kDegPerRad);
+    }
+  }
+  std::ranges::sort(elevations);
+  return elevations;
+}
+
+BeamSpan span_of(const std::vector<double>& elevations) {
+  return {quantile(elevations, kStray), quantile(elevations, 1.0 - kStray)};
+}
+
+std::string to_text(const BeamSpan& span) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "%.1f to %.1f degrees", span.lowest_deg,
+                span.highest_deg);
+  return text.data();
+}
+
+BeamFit fit_beams(const std::vector<double>& elevations, const std::vector<double>& beams_deg) {
+  std::vector<std::size_t> hits(beams_deg.size(), 0);
+  double sum = 0.0;
+  for (const double elevation : elevations) {
+    const auto above = std::ranges::lower_bound(beams_deg, elevation);
+    auto beam = static_cast<std::size_t>(above - beams_deg.begin());
+    if (beam == beams_deg.size() ||
+        (beam > 0 && elevation - beams_deg[beam - 1] < beams_deg[beam] - elevation)) {
+      --beam;
+    }
+    const std::size_t low = std::min(beam, beams_deg.size() - 2);
+    const double gap_deg = beams_deg[low + 1] - beams_deg[low];
+    const double off = std::abs(elevation - beams_deg[beam]) / gap_deg;
+    sum += std::min(off, 0.5);
+    if (off <= 0.5) ++hits[beam];
+  }
+  const auto count = static_cast<double>(elevations.size());
+  const double least = 0.05 * count / static_cast<double>(beams_deg.size());
+  BeamFit fit;
+  fit.off = sum / count;
+  std::size_t inside = 0;
+  for (const std::size_t hit : hits) inside += hit;
+  fit.inside = static_cast<double>(inside) / count;
+  fit.hit = static_cast<double>(std::ranges::count_if(
+                hits, [&](std::size_t hit) { return static_cast<double>(hit) > least; })) /
+            static_cast<double>(hits.size());
+  return fit;
+}
+
+}  // namespace sightline

@@ -1,0 +1,185 @@
+#include "passes/ingest/check_sensor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "formats/base/portable_math.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "formats/text/table.h"
+#include "passes/ingest/beam_fit.h"
+#include "passes/ingest/guess_sensor.h"
+
+// A profile is contradicted by what it cannot explain, not by what a place does not show: beams
+// that look at the sky return nothing, so that few returns high up say little. Three things do not
+// depend on the place. Returns lie at beams alone; ground lies below the sensor; and above the
+// horizon, where a place ends, returns become fewer by degrees, while where beams end they stop all
+// at once.
+//
+// Beams of one LiDAR leave it at up to 0.2 m above each other, and motion taken out of a scan bends
+// it: real ones have up to 0.6 % of their returns over a degree outside their own beams.
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kLeastReturns = 1000;
+constexpr double kMargin_deg = 1.0;
+constexpr double kOutside = 0.02;
+constexpr double kMostlyOutside = 0.5;
+constexpr double kIdle_deg = 5.0;  // so far beams go on beyond the returns
+constexpr double kDegPerRad = 57.29577951308232;
+// Half the speed of rotation makes twice as many, second returns some more.
+constexpr double kMostReturnsPerRay = 2.5;
+constexpr double kBeyondRange = 0.05;
+
+std::string percent(double share) {
+  return std::to_string(static_cast<int>(std::lround(100.0 * share))) + " %";
+}
+
+double share_between(const std::vector<double>& elevations, double low_deg, double high_deg) {
+  const auto low = std::ranges::lower_bound(elevations, low_deg);
+  const auto high = std::ranges::upper_bound(elevations, high_deg);
+  return static_cast<double>(std::max<std::ptrdiff_t>(high - low, 0)) /
+         static_cast<double>(elevations.size());
+}
+
+double share_outside(const std::vector<double>& elevations, const BeamSpan& beams) {
+  return 1.0 -
+         share_between(elevations, beams.lowest_deg - kMargin_deg, beams.highest_deg + kMargin_deg);
+}
+
+// Whether the last returns are about as dense as all of them: then beams end there, not the place.
+bool end_at_once(const std::vector<double>& elevations, double from_deg, double to_deg) {
+  constexpr double kLeastDensity = 0.5;
+  const BeamSpan seen = span_of(elevations);
+  const double even = (to_deg - from_deg) / (seen.highest_deg - seen.lowest_deg);
+  return share_between(elevations, from_deg, to_deg) >= kLeastDensity * even;
+}
+
+bool is_level(const SensorProfile& sensor) {
+  constexpr double kLeastCosine = 0.98;
+  return sensor.T_vehicle_lidar(2, 2) >= kLeastCosine;
+}
+
+// Beams go on below the last returns although ground must lie there, at least 4 m away.
+bool are_idle_below(const std::vector<double>& elevations, const SensorProfile& sensor,
+                    const SensorGuess& guess) {
+  constexpr double kNearestGround_m = 4.0;
+  if (!is_level(sensor) || !guess.height_m) return false;
+  const double sine = std::clamp(*guess.height_m / kNearestGround_m, 0.0, 1.0);
+  const double lowest_deg =
+      std::max(sensor.beam_elevations_deg.front(), -portable_asin(sine) * kDegPerRad);
+  return lowest_deg < span_of(elevations).lowest_deg - kIdle_deg;
+}
+
+// Beams go on above the last returns although those end there all at once, above the horizon.
+bool are_idle_above(const std::vector<double>& elevations, const SensorProfile& sensor) {
+  constexpr double kHorizon_deg = 2.0;  // a flat country's, seen from a vehicle that pitches
+  constexpr double kEdge_deg = 4.0;     // wider than any gap between beams
+  const double highest_deg = span_of(elevations).highest_deg;
+  return highest_deg > kHorizon_deg &&
+         sensor.beam_elevations_deg.back() > highest_deg + kIdle_deg &&
+         end_at_once(elevations, highest_deg - kEdge_deg, highest_deg);
+}
+
+// Whether the returns stand at beams, and at others than those of the profile.
+bool are_other_beams(const std::vector<double>& elevations, const SensorProfile& sensor,
+                     const SensorGuess& guess) {
+  if (guess.profile.empty() || fit_beams(elevations, sensor.beam_elevations_deg).is_crisp()) {
+    return false;
+  }
+  const Result<SensorProfile> guessed = sensor_profile(guess.profile);
+  return guessed && fit_beams(elevations, guessed->beam_elevations_deg).is_crisp();
+}
+
+double returns_per_ray(const std::vector<PointCloudFile>& scans, const SensorProfile& sensor) {
+  const double rays = sensor.ring_count() * 360.0 / sensor.azimuth_step_deg;
+  double most = 0.0;
+  for (const PointCloudFile& scan : scans) {
+    most = std::max(most, static_cast<double>(scan.points_m.size()) / rays);
+  }
+  return most;
+}
+
+double share_beyond_range(const std::vector<PointCloudFile>& scans, const SensorProfile& sensor) {
+  double all = 0.0;
+  double beyond = 0.0;
+  for (const PointCloudFile& scan : scans) {
+    for (const Eigen::Vector3d& point_m : scan.points_m) {
+      all += 1.0;
+      beyond += point_m.squaredNorm() > sensor.max_range_m * sensor.max_range_m ? 1.0 : 0.0;
+    }
+  }
+  return beyond / all;
+}
+
+// What contradicts the profile; empty: nothing does.
+std::string contradiction(const std::vector<PointCloudFile>& scans,
+                          const std::vector<double>& elevations, const SensorProfile& sensor,
+                          const SensorGuess& guess) {
+  const double outside = share_outside(
+      elevations, {sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()});
+  if (outside >= kOutside) return percent(outside) + " of the returns lie outside these";
+  if (are_idle_below(elevations, sensor, guess)) {
+    return "the lowest see no ground where there is some";
+  }
+  if (are_idle_above(elevations, sensor)) return "returns end all at once far below the highest";
+  if (are_other_beams(elevations, sensor, guess)) return "the returns stand at other beams";
+  const double per_ray = returns_per_ray(scans, sensor);
+  if (per_ray > kMostReturnsPerRay) {
+    return "a scan has " + format_double(std::round(per_ray * 10.0) / 10.0) +
+           " times as many returns as these have rays";
+  }
+  const double beyond = share_beyond_range(scans, sensor);
+  if (beyond < kBeyondRange) return "";
+  return percent(beyond) + " of the returns lie beyond its range of " +
+         format_double(sensor.max_range_m) + " m and are left out of the map";
+}
+
+std::string guess_text(const SensorGuess& guess) {
+  if (!guess.profile.empty()) return "`sensor: " + guess.profile + "`";
+  return "`rings: " + std::to_string(guess.rings) +
+         "`, `lowest_beam_deg: " + format_double(guess.lowest_beam_deg) +
+         "`, `highest_beam_deg: " + format_double(guess.highest_beam_deg) + "`";
+}
+
+Error misfit(const Recording& recording, const std::vector<double>& elevations,
+             const std::string& what, const SensorGuess& guess) {
+  const SensorProfile& sensor = recording.sensor;
+  const BeamSpan beams{sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()};
+  return {ErrorCode::kUnlikeProfile,
+          "the sensor " + sensor.name + " has " + std::to_string(sensor.ring_count()) +
+              " beams from " + to_text(beams) + ", and " + what + "; the returns span " +
+              to_text(span_of(elevations)) + ", and `sightline init` guesses " + guess_text(guess) +
+              " (" + guess.reason + ")",
+          "", "drive " + recording.name};
+}
+
+}  // namespace
+
+Result<void> check_sensor(PassContext& ctx, const Recording& recording) {
+  const SensorProfile& sensor = recording.sensor;
+  if (sensor.ring_count() < 2) return {};
+  std::vector<PointCloudFile> scans;
+  for (const std::size_t index : sample_scans(recording.scans.size())) {
+    SIGHTLINE_ASSIGN(PointCloudFile scan, read_recorded_scan(recording, index));
+    scans.push_back(std::move(scan));
+  }
+  const std::vector<double> elevations = elevations_deg(scans);
+  if (elevations.size() < kLeastReturns) return {};
+  const SensorGuess guess = guess_sensor(scans);
+  const std::string what = contradiction(scans, elevations, sensor, guess);
+  if (what.empty()) return {};
+  Error error = misfit(recording, elevations, what, guess);
+  const BeamSpan beams{sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()};
+  if (share_outside(elevations, beams) >= kMostlyOutside) {
+    error.message += ". No map is made with a profile that most returns contradict";
+    return error;
+  }
+  ctx.warn(to_string(error) +
+           ". Factors, and what they foretell, are those of this profile's beams");
+  return {};
+}
+
+}  // namespace sightline

@@ -1,0 +1,189 @@
+#include "passes/ingest/check_sensor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/foreign/clouds/pcd_writer.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "passes/ingest/ingest.h"
+#include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/box_world.h"
+
+// Recordings of one LiDAR under the profile of another.
+
+namespace sightline {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+
+struct Lidar {
+  std::vector<double> beams_deg;
+  double smear_deg = 0.0;  // how far returns lie beside their beams, at most
+  double azimuth_step_deg = 2.0;
+  double range_m = 90.0;
+};
+
+Lidar lidar(const std::string& name) {
+  return {sensor_profile(name)->beam_elevations_deg, 0.0, 2.0, 90.0};
+}
+
+std::vector<double> even_beams(int count, double lowest_deg, double highest_deg) {
+  std::vector<double> beams_deg;
+  for (int i = 0; i < count; ++i) {
+    beams_deg.push_back(lowest_deg + (highest_deg - lowest_deg) * i / (count - 1));
+  }
+  return beams_deg;
+}
+
+std::vector<PointXyzi> scan(const BoxWorld& world, const Lidar& lidar, double at_x_m) {
+  const Eigen::Vector3d origin_m(at_x_m, 0.0, 1.8);
+  Random random(5);
+  std::vector<PointXyzi> points;
+  for (double azimuth_deg = 0.1; azimuth_deg < 360.0; azimuth_deg += lidar.azimuth_step_deg) {
+    for (const double beam_deg : lidar.beams_deg) {
+      const double e_rad =
+          (beam_deg + random.uniform(-lidar.smear_deg, lidar.smear_deg)) * kRadians;
+      const double a_rad = azimuth_deg * kRadians;
+      const Eigen::Vector3d direction(std::cos(e_rad) * std::cos(a_rad),
+                                      std::cos(e_rad) * std::sin(a_rad), std::sin(e_rad));
+      const double range_m = world.cast(origin_m, direction);
+      if (range_m > lidar.range_m) continue;
+      const Eigen::Vector3f p_m = (range_m * direction).cast<float>();
+      points.push_back({p_m.x(), p_m.y(), p_m.z(), 0.0F});
+    }
+  }
+  return points;
+}
+
+class CheckSensor : public testing::Test {
+ protected:
+  CheckSensor() {
+    ctx_.warning_sink = [this](const std::string& message) { warnings_.push_back(message); };
+    options_.scans = (folder_.path() / "scans").string();
+  }
+  void record(const BoxWorld& world, const Lidar& lidar) {
+    std::filesystem::create_directories(options_.scans);
+    for (int i = 0; i < 2; ++i) {
+      const std::filesystem::path file =
+          std::filesystem::path(options_.scans) / (std::to_string(i) + ".pcd");
+      ASSERT_TRUE(
+          write_pcd_binary(file, scan(world, lidar, 3.0 * i), IfExists::kReplace).has_value());
+    }
+  }
+  void give_beams(int count, double lowest_deg, double highest_deg) {
+    options_.rings = count;
+    options_.lowest_beam_deg = lowest_deg;
+    options_.highest_beam_deg = highest_deg;
+  }
+  // By ingest, as every compile does.
+  Result<Drive> read() {
+    warnings_.clear();
+    const Result<Recording> recording = open_recording(options_);
+    if (!recording) return recording.error();
+    return ingest(ctx_, {}, *recording);
+  }
+
+  ScratchFolder folder_;
+  RecordingOptions options_;
+  std::vector<std::string> warnings_;
+  PassContext ctx_;
+};
+
+TEST_F(CheckSensor, SaysNothingOfARightProfileInStreetsAndInOpenCountry) {
+  for (const std::string& name : sensor_profile_names()) {
+    options_.sensor = name;
+    for (const BoxWorld& world : {random_street(1), random_street(2), BoxWorld{}}) {
+      record(world, lidar(name));
+      ASSERT_TRUE(read().has_value());
+      EXPECT_THAT(warnings_, IsEmpty()) << name;
+    }
+  }
+}
+
+TEST_F(CheckSensor, SaysNothingOfRightBeamsThatAreSmeared) {
+  options_.sensor = "hdl-64e";
+  Lidar smeared = lidar("hdl-64e");
+  smeared.smear_deg = 0.8;
+  record(random_street(3), smeared);
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_, IsEmpty());
+}
+
+TEST_F(CheckSensor, NamesWhatLiesOutsideAProfileThatNobodyChoseAndWhatInitWouldGuess) {
+  record(random_street(1), lidar("hdl-64e"));
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_,
+              ElementsAre(AllOf(
+                  HasSubstr("SL2025 unlike-profile"), HasSubstr("generic-16"),
+                  HasSubstr("-15.0 to 15.0 degrees"), HasSubstr("% of the returns lie outside"),
+                  HasSubstr("-24.3 to 2.0 degrees"), HasSubstr("guesses `sensor: hdl-64e`"))));
+}
+
+TEST_F(CheckSensor, TellsOtherBeamsFromThoseOfTheProfileWithinTheSameFan) {
+  record(random_street(1), lidar("generic-64"));
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_, ElementsAre(AllOf(HasSubstr("the returns stand at other beams"),
+                                           HasSubstr("guesses `sensor: generic-64`"))));
+  record(random_street(1), lidar("vlp-16"));
+  options_.sensor = "generic-128";
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("the returns stand at other beams")));
+}
+
+TEST_F(CheckSensor, WarnsWhereBeamsGoOnFarBeyondTheReturns) {
+  Lidar smeared = lidar("hdl-64e");
+  smeared.smear_deg = 0.5;
+  record(random_street(1), smeared);
+  give_beams(64, -24.0, 16.0);
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("returns end all at once far below the highest")));
+  smeared = lidar("vlp-16");
+  smeared.smear_deg = 1.0;
+  record(random_street(1), smeared);
+  give_beams(64, -24.0, 16.0);
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("the lowest see no ground where there is some")));
+}
+
+TEST_F(CheckSensor, WarnsOfManyMoreReturnsThanTheProfileHasRays) {
+  Lidar smeared{even_beams(128, -14.0, -2.0), 0.05, 0.5};
+  record(random_street(1), smeared);
+  options_.sensor = "vlp-16";
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_, ElementsAre(AllOf(HasSubstr("SL2025"),
+                                           HasSubstr("times as many returns as these have rays"))));
+}
+
+TEST_F(CheckSensor, WarnsOfReturnsBeyondTheRangeOfTheProfile) {
+  Lidar far = lidar("generic-16");
+  far.range_m = 400.0;
+  BoxWorld world;
+  world.boxes = {{{150.0, -300.0, 0.0}, {160.0, 300.0, 60.0}}};
+  record(world, far);
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("lie beyond its range of 100 m")));
+}
+
+TEST_F(CheckSensor, RefusesAProfileThatMostReturnsContradict) {
+  record(random_street(1), lidar("hdl-64e"));
+  give_beams(16, 0.0, 30.0);
+  const Result<Drive> drive = read();
+  ASSERT_FALSE(drive.has_value());
+  EXPECT_EQ(drive.error().code, ErrorCode::kUnlikeProfile);
+  EXPECT_THAT(drive.error().message,
+              AllOf(HasSubstr("0.0 to 30.0 degrees"), HasSubstr("guesses `sensor: hdl-64e`")));
+}
+
+TEST_F(CheckSensor, SaysNothingOfAHandfulOfReturns) {
+  record(BoxWorld{}, {{-40.0, -30.0}, 0.0, 2.0, 90.0});
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_, IsEmpty());
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,87 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/foreign/recording/open_recording.h"
+#include "passes/ingest/check_sensor.h"
+#include "tests/support/real_data.h"
+
+namespace sightline {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Real LiDARs, each under its own profile and under others.
+class RealSensors : public testing::Test {
+ protected:
+  RealSensors() {
+    ctx_.warning_sink = [this](const std::string& message) { warnings_.push_back(message); };
+  }
+  void use(const std::filesystem::path& scans) {
+    RecordingOptions options;
+    options.scans = scans.string();
+    Result<Recording> recording = open_recording(options);
+    ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+    recording_ = *recording;
+  }
+  // Or the refusal.
+  std::string warning_under(const SensorProfile& sensor) {
+    warnings_.clear();
+    recording_.sensor = sensor;
+    const Result<void> checked = check_sensor(ctx_, recording_);
+    if (!checked) return to_string(checked.error());
+    return warnings_.empty() ? "" : warnings_.front();
+  }
+  std::string warning_under(const std::string& sensor) {
+    return warning_under(*sensor_profile(sensor));
+  }
+
+  Recording recording_;
+  std::vector<std::string> warnings_;
+  PassContext ctx_;
+};
+
+TEST_F(RealSensors, Kitti0005IsAnHdl64e) {
+  const RealData data = real_data("kitti_0005");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  use(data.folder);
+  EXPECT_EQ(warning_under("hdl-64e"), "");
+  for (const char* other : {"generic-16", "generic-128", "os1-64"}) {
+    EXPECT_THAT(warning_under(other), HasSubstr("guesses `sensor: hdl-64e`")) << other;
+  }
+}
+
+TEST_F(RealSensors, MulranIsAnOs1) {
+  const RealData data = real_data("mulran_kaist03");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  use(data.folder / "mulran_kaist03" / "Scans");
+  EXPECT_EQ(warning_under("os1-64"), "");
+  for (const char* other : {"generic-16", "generic-128", "hdl-64e"}) {
+    EXPECT_THAT(warning_under(other), HasSubstr("guesses `sensor: os1-64`")) << other;
+  }
+}
+
+TEST_F(RealSensors, ApolloSunnyvaleIsAnHdl64e) {
+  const RealData data = real_data("apollo_sunnyvale_ndt");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  use(data.folder / "test_data" / "pcds");
+  EXPECT_EQ(warning_under("hdl-64e"), "");
+  for (const char* other : {"generic-16", "generic-128", "os1-64"}) {
+    EXPECT_THAT(warning_under(other), HasSubstr("guesses `sensor: hdl-64e`")) << other;
+  }
+}
+
+TEST_F(RealSensors, Pandar128IsNoBuiltInProfile) {
+  const RealData data = real_data("pandar128_street");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  use(data.folder / "pandar128_street" / "lidar");
+  for (const char* other : {"generic-16", "hdl-64e", "os1-64"}) {
+    EXPECT_THAT(warning_under(other), HasSubstr("guesses `rings:")) << other;
+  }
+  SensorProfile sensor = *sensor_profile("hdl-64e");
+  sensor.beam_elevations_deg.clear();
+  for (int i = 0; i < 128; ++i) sensor.beam_elevations_deg.push_back(-25.0 + 40.0 * i / 127.0);
+  EXPECT_EQ(warning_under(sensor), "");
+}
+
+}  // namespace
+}  // namespace sightline
