@@ -17,6 +17,7 @@ namespace {
 constexpr std::uint64_t kPoseKey = 0x706f7365ULL;
 constexpr std::uint64_t kRayKey = 0x72617973ULL;
 constexpr std::uint64_t kLookKey = 0x6c6f6f6bULL;
+constexpr std::uint64_t kMissingKey = 0x6d697373ULL;
 
 // A car on its four wheels: what the ground does to its height, roll and pitch.
 Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
@@ -127,6 +128,14 @@ Result<void> check(const Town& town, const DriveOptions& options) {
                   std::to_string(options.yaw_rad) +
                   " rad beside the line was asked for; expected at most 1.5 m and 0.5 rad");
   }
+  if (!(options.traffic >= 0.1 && options.traffic <= 10.0)) {
+    return refuse(std::to_string(options.traffic) +
+                  " times the usual traffic was asked for; expected 0.1 to 10");
+  }
+  if (!(options.missing_share >= 0.0 && options.missing_share < 1.0)) {
+    return refuse("a share of " + std::to_string(options.missing_share) +
+                  " of missing returns was asked for; expected at least 0 and less than 1");
+  }
   if (options.sensor.beam_elevations_deg.empty()) return refuse("the sensor has no beams");
   return {};
 }
@@ -167,7 +176,7 @@ Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions
   drive.options_ = options;
   drive.poses_ = follow_line(town, options);
   const double duration_s = 1e-9 * static_cast<double>(drive.stamp_ns(drive.poses_.size()));
-  drive.movers_ = draw_traffic(town, options.drive, duration_s);
+  drive.movers_ = draw_traffic(town, options.drive, duration_s, options.traffic);
   drive.standing_ = std::make_unique<TownCaster>(standing_mesh(town, options.drive));
   return drive;
 }
@@ -221,6 +230,13 @@ TownScan DriveSimulator::scan(std::size_t index) const {
   const bool is_changed = change.is_at(static_cast<double>(index) * options_.spacing_m);
   const double sigma_m = options_.range_sigma_m * (is_changed ? change.noise_factor : 1.0);
   scan.points = spin({*standing_, moving}, options_.sensor, sigma_m, T_town_lidar, random);
+  // Numbers of their own: what is not missing stays as it was.
+  Random missing(mix(mix(mix(town_->options.seed, kMissingKey), options_.drive), index));
+  if (options_.missing_share > 0.0) {
+    std::erase_if(scan.points, [&](const LabelledPoint& /*point*/) {
+      return missing.uniform() < options_.missing_share;
+    });
+  }
   return scan;
 }
 

@@ -29,7 +29,9 @@ struct DriveOptions {
   // Now and then turns this far between two scans, to one side or the other, and later back: as
   // who carries a sensor looks about.
   double look_about_rad = 0.0;
-  SensorProfile sensor;  // T_vehicle_lidar says where the sensor sits
+  double traffic = 1.0;        // times the usual number of cars and people, 0.1 to 10
+  double missing_share = 0.0;  // of returns, which fail to come by chance alone; below 1
+  SensorProfile sensor;        // T_vehicle_lidar says where the sensor sits
 };
 
 // The same drive on foot: two scans a second, 0.7 m apart, and turns of 60 degrees between two.

@@ -51,6 +51,12 @@ int main(int argc, char** argv) {
   app.add_flag("--by-hand", options.is_by_hand,
                "as who walks with a sensor in the hand: two scans a second, 0.7 m apart, and "
                "turns of 60 degrees between two");
+  app.add_option("--traffic", options.traffic,
+                 "times the usual number of cars and people, 0.1 to 10")
+      ->capture_default_str();
+  app.add_option("--missing", options.missing_share,
+                 "share of returns that fail to come, by chance alone")
+      ->capture_default_str();
   app.add_option("--origin-m", origin_m, "world coordinates x,y of the route's start, m")
       ->delimiter(',')
       ->expected(2);

@@ -14,10 +14,17 @@ constexpr double kSeenM = 110.0;      // what is farther along the line cannot b
 constexpr double kLaneM = 3.5;        // from our lane's middle to the oncoming one's
 constexpr double kNarrowKerbM = 4.5;  // a kerb nearer than this leaves no room for oncoming cars
 
-void draw_companions(std::vector<Mover>& movers, Mover::Role role, double length_m,
+// How far the drive goes, how long it takes, and how dense the traffic is.
+struct Outing {
+  double length_m = 0.0;
+  double duration_s = 0.0;
+  double times = 1.0;
+};
+
+void draw_companions(std::vector<Mover>& movers, Mover::Role role, const Outing& outing,
                      Random& random) {
   double from_m = random.uniform(0.0, 60.0);
-  while (from_m < length_m) {
+  while (from_m < outing.length_m) {
     const double to_m = from_m + random.uniform(60.0, 160.0);
     Mover mover;
     mover.role = role;
@@ -27,14 +34,15 @@ void draw_companions(std::vector<Mover>& movers, Mover::Role role, double length
     mover.active_to_m = to_m;
     mover.seed = random.next();
     movers.push_back(mover);
-    from_m = to_m + random.uniform(40.0, 140.0);
+    from_m = to_m + random.uniform(40.0, 140.0) / outing.times;
   }
 }
 
-void draw_oncoming(std::vector<Mover>& movers, double length_m, double duration_s, Random& random) {
+void draw_oncoming(std::vector<Mover>& movers, const Outing& outing, Random& random) {
   constexpr double kFastestM_S = 13.0;
-  const double farthest_m = length_m + kSeenM + kFastestM_S * duration_s;
-  for (double s = random.uniform(20.0, 60.0); s < farthest_m; s += random.uniform(30.0, 110.0)) {
+  const double farthest_m = outing.length_m + kSeenM + kFastestM_S * outing.duration_s;
+  for (double s = random.uniform(20.0, 60.0); s < farthest_m;
+       s += random.uniform(30.0, 110.0) / outing.times) {
     Mover mover;
     mover.role = Mover::Role::kOncoming;
     mover.start_m = s;
@@ -46,11 +54,11 @@ void draw_oncoming(std::vector<Mover>& movers, double length_m, double duration_
   }
 }
 
-void draw_pedestrians(std::vector<Mover>& movers, double length_m, double duration_s,
-                      Random& random) {
+void draw_pedestrians(std::vector<Mover>& movers, const Outing& outing, Random& random) {
   constexpr double kFastestM_S = 1.7;
-  const double reach_m = kSeenM + kFastestM_S * duration_s;
-  for (double s = -reach_m; s < length_m + reach_m; s += random.uniform(6.0, 30.0)) {
+  const double reach_m = kSeenM + kFastestM_S * outing.duration_s;
+  for (double s = -reach_m; s < outing.length_m + reach_m;
+       s += random.uniform(6.0, 30.0) / outing.times) {
     Mover mover;
     mover.role = Mover::Role::kPedestrian;
     mover.start_m = s;
@@ -96,14 +104,15 @@ std::optional<Pose2d> place_pedestrian(const Town& town, const Mover& mover, con
 
 }  // namespace
 
-std::vector<Mover> draw_traffic(const Town& town, std::uint64_t drive, double duration_s) {
+std::vector<Mover> draw_traffic(const Town& town, std::uint64_t drive, double duration_s,
+                                double times) {
   Random random(mix(mix(town.options.seed, 0x7472616bULL), drive));
   std::vector<Mover> movers;
-  const double length_m = town.options.length_m;
-  draw_companions(movers, Mover::Role::kLeader, length_m, random);
-  draw_companions(movers, Mover::Role::kFollower, length_m, random);
-  draw_oncoming(movers, length_m, duration_s, random);
-  draw_pedestrians(movers, length_m, duration_s, random);
+  const Outing outing{town.options.length_m, duration_s, times};
+  draw_companions(movers, Mover::Role::kLeader, outing, random);
+  draw_companions(movers, Mover::Role::kFollower, outing, random);
+  draw_oncoming(movers, outing, random);
+  draw_pedestrians(movers, outing, random);
   return movers;
 }
 

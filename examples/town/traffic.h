@@ -20,8 +20,10 @@ struct Mover {
 };
 
 // Everything that moves during one drive: cars ahead and behind in the same lane for parts of the
-// way, oncoming ones, people on the pavements. Each drive meets others.
-std::vector<Mover> draw_traffic(const Town& town, std::uint64_t drive, double duration_s);
+// way, oncoming ones, people on the pavements. Each drive meets others. `times` as many as usual:
+// gaps are as much shorter.
+std::vector<Mover> draw_traffic(const Town& town, std::uint64_t drive, double duration_s,
+                                double times = 1.0);
 
 // Where the drive itself is at that moment.
 struct Moment {

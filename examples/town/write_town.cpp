@@ -72,6 +72,8 @@ Result<void> write_drive(const WriteTownOptions& options, const Town& town, int 
   DriveOptions drive_options =
       usual_drive(town.options, static_cast<std::uint64_t>(number), sensor);
   drive_options.spacing_m = options.spacing_m;
+  drive_options.traffic = options.traffic;
+  drive_options.missing_share = options.missing_share;
   if (options.is_by_hand) drive_options = carried_by_hand(drive_options);
   SIGHTLINE_ASSIGN(const DriveSimulator drive, DriveSimulator::make(town, drive_options));
   const fs::path folder = options.out / drive_name(number);
@@ -93,6 +95,8 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
   json["is_round"] = options.town.is_round;
   json["spacing_m"] = options.spacing_m;
   if (options.is_by_hand) json["is_by_hand"] = true;
+  if (options.traffic != 1.0) json["traffic"] = options.traffic;
+  if (options.missing_share != 0.0) json["missing_share"] = options.missing_share;
   json["sensor"] = "generic-" + std::to_string(options.beams);
   json["origin_world_m"] = {options.origin_world_m.x(), options.origin_world_m.y()};
   json["localization_drives"] = options.drives;

@@ -15,6 +15,8 @@ struct WriteTownOptions {
   int beams = 16;  // 16, 32, 64, 128
   double spacing_m = 1.0;
   bool is_by_hand = false;  // carried_by_hand() instead of spacing_m
+  double traffic = 1.0;     // of every drive, as in DriveOptions
+  double missing_share = 0.0;
   Eigen::Vector2d origin_world_m = Eigen::Vector2d::Zero();  // where the driven line begins
   bool replaces = false;                                     // an earlier town in the same place
   int threads = 0;                                           // 0: all there are

@@ -8,7 +8,7 @@
 
 #include "formats/base/random.h"
 #include "passes/localize/pcl/pcl_ndt.h"
-#include "passes/matching/scan_preparation.h"
+#include "passes/matching/autoware_sampler.h"
 
 namespace sightline {
 namespace {
@@ -32,28 +32,7 @@ class OwnSiteLocalizer : public SiteLocalizer {
   ScanForMatch scan_;
 };
 
-// A scan as Autoware's filters leave it for its NDT: a box around the vehicle, one centroid in a
-// voxel, then so many of them at random. The range is ours: what lies beyond it was not looked at.
-constexpr double kBox_m = 60.0;  // to each side; and from so far below to so far above
-constexpr double kBoxBelow_m = 30.0;
-constexpr double kBoxAbove_m = 50.0;
-constexpr double kVoxel_m = 3.0;
-constexpr std::size_t kMostPoints = 1500;
-
-bool is_in_box(const Eigen::Vector3d& p_vehicle_m) {
-  return std::abs(p_vehicle_m.x()) <= kBox_m && std::abs(p_vehicle_m.y()) <= kBox_m &&
-         p_vehicle_m.z() >= -kBoxBelow_m && p_vehicle_m.z() <= kBoxAbove_m;
-}
-
-// `count` of the points, each as likely as any other: the first steps of a shuffle.
-void keep_random(std::size_t count, Random random, std::vector<Eigen::Vector3d>& points_m) {
-  if (points_m.size() <= count) return;
-  for (std::size_t i = 0; i < count; ++i) {
-    std::swap(points_m[i], points_m[i + random.below(points_m.size() - i)]);
-  }
-  points_m.resize(count);
-}
-
+// The range is ours: what lies beyond it was not looked at.
 class PclSiteLocalizer : public SiteLocalizer {
  public:
   explicit PclSiteLocalizer(const SiteLocalizerInputs& inputs) : inputs_(inputs) {}
@@ -62,14 +41,8 @@ class PclSiteLocalizer : public SiteLocalizer {
     seed_ = seed;
   }
   std::size_t take(const Scan& scan, double range_m) override {
-    std::vector<Eigen::Vector3d> points_m;
-    for (const Eigen::Vector3d& p_sensor_m : scan.points_m) {
-      if (p_sensor_m.squaredNorm() > range_m * range_m) continue;
-      const Eigen::Vector3d p_vehicle_m = inputs_.sensor.T_vehicle_lidar * p_sensor_m;
-      if (is_in_box(p_vehicle_m)) points_m.push_back(p_vehicle_m);
-    }
-    points_m = voxel_subsample(points_m, kVoxel_m);
-    keep_random(kMostPoints, Random(mix(seed_, std::bit_cast<std::uint64_t>(range_m))), points_m);
+    const std::vector<Eigen::Vector3d> points_m = sampler_.sample(
+        scan, inputs_.sensor, range_m, mix(seed_, std::bit_cast<std::uint64_t>(range_m)));
     ndt_->set_scan(points_m);
     point_count_ = points_m.size();
     return point_count_;
@@ -85,6 +58,7 @@ class PclSiteLocalizer : public SiteLocalizer {
 
  private:
   SiteLocalizerInputs inputs_;
+  AutowareSampler sampler_;
   std::optional<PclNdt> ndt_;
   std::uint64_t seed_ = 0;
   std::size_t point_count_ = 0;
@@ -93,14 +67,14 @@ class PclSiteLocalizer : public SiteLocalizer {
 LocalizerProfile pcl_profile(const NdtMap& map) {
   return {"pcl-ndt",
           kLocalizersVersion,
-          {{"box_m", format_double(kBox_m)},
+          {{"box_m", format_double(AutowareSampler::kBox_m)},
            {"epsilon_m", format_double(PclNdt::kEpsilon_m)},
            {"iterations", std::to_string(PclNdt::kIterations)},
            {"map_reach_m", format_double(PclNdt::kReach_m)},
-           {"points", std::to_string(kMostPoints)},
+           {"points", std::to_string(AutowareSampler::kMostPoints)},
            {"resolution_m", format_double(map.cell_m)},
            {"step_m", format_double(PclNdt::kStep_m)},
-           {"voxel_m", format_double(kVoxel_m)}}};
+           {"voxel_m", format_double(AutowareSampler::kVoxel_m)}}};
 }
 
 }  // namespace

@@ -17,6 +17,22 @@ struct MappedTown {
   std::vector<Pose> T_map_vehicle;  // true
 };
 
-MappedTown make_mapped_town(const town::TownOptions& options, int beams, int threads);
+// What is harder for drive 2 than it was for the map.
+struct HarderDrive {
+  // Of each 60 m of the route so much has other houses since, in their middle: other heights and
+  // fronts, and half of them set back by up to 2 m. Each place meets its own 60 m rebuilt, and
+  // everything else as it was.
+  double rebuilt_share = 0.0;
+  double traffic = 1.0;        // times the usual
+  double missing_share = 0.0;  // of returns, by chance
+};
+
+struct MappedTownOptions {
+  town::TownOptions town;
+  int beams = 16;
+  HarderDrive harder = {};
+  int threads = 0;
+};
+MappedTown make_mapped_town(const MappedTownOptions& options);
 
 }  // namespace sightline

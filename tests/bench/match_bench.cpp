@@ -1,18 +1,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <string>
 #include <vector>
 
-#include "examples/town/drive.h"
+#include "formats/annotation/equal_coverage.h"
 #include "formats/base/random.h"
 #include "formats/base/stopwatch.h"
 #include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
+#include "passes/matching/look_cutter.h"
 #include "passes/matching/scan_preparation.h"
+#include "tests/bench/cold_caches.h"
+#include "tests/bench/match_world.h"
 #include "tests/bench/pcl_ndt.h"
-#include "tests/bench/posed_set.h"
 
 // One match beside PCL's NDT, in turn and in one process: the same points, cells and starts, one
 // thread. On the set kitti_0005 of tests/README.md where it is there (with its poses in
@@ -24,91 +25,18 @@
 //   annealed  blurred, then sharpened NDs of the same cells
 //   searching annealed, looking along a loose direction (the default)
 //   refined   the same, then sharpened NDs of 0.5 m cells
+//
+// Below them whole localizations by looks: cut, preparation and match of a scan whose returns are
+// no longer in the caches, beside PCL's match alone at 50 m, whose scan was cut for it before. The
+// last line is the least time at which looks cover as much as that does ("equal coverage" within
+// 10 cm and 25 cm).
 
 namespace sightline {
 namespace {
 
 constexpr double kFinest_m = 0.5;
 
-struct World {
-  std::string name;
-  double leaf_m = 0.5;
-  std::vector<Eigen::Vector3d> map_points_m;
-  std::vector<std::vector<Eigen::Vector3d>> scans;
-  std::vector<Pose> T_map_scan;
-};
-
-std::vector<Pose> read_pose_rows(const std::string& path) {
-  std::vector<Pose> poses;
-  std::ifstream file(path);
-  for (;;) {
-    Pose pose = Pose::Identity();
-    for (int i = 0; i < 12; ++i) file >> pose.matrix()(i / 4, i % 4);
-    if (!file) return poses;
-    pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
-    poses.push_back(pose);
-  }
-}
-
-// Even scans make the map, odd ones are matched.
-World kitti_world(const std::string& folder, const std::vector<Pose>& poses) {
-  World world;
-  world.name = "kitti_0005";
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    char name[32];
-    std::snprintf(name, sizeof name, "/%010zu.pcd", i);
-    const std::vector<Eigen::Vector3d> points_m = read_pcd_with_pcl(folder + name);
-    if (i % 2 == 1) {
-      world.scans.push_back(points_m);
-      world.T_map_scan.push_back(poses[i]);
-      continue;
-    }
-    for (const Eigen::Vector3d& point_m : points_m)
-      world.map_points_m.push_back(poses[i] * point_m);
-  }
-  return world;
-}
-
-void add_drive(const town::Town& town, const town::DriveOptions& options, bool is_map,
-               World& world) {
-  const Result<town::DriveSimulator> drive = town::DriveSimulator::make(town, options);
-  for (std::size_t i = 0; i < drive->scan_count(); ++i) {
-    const town::TownScan scan = drive->scan(i);
-    const Pose T_map_lidar = scan.T_town_vehicle * options.sensor.T_vehicle_lidar;
-    std::vector<Eigen::Vector3d> points_m;
-    for (const town::LabelledPoint& point : scan.points) {
-      if (!is_map || !is_moving(point.label)) points_m.push_back(point.position_m.cast<double>());
-    }
-    if (!is_map) {
-      world.scans.push_back(points_m);
-      world.T_map_scan.push_back(T_map_lidar);
-      continue;
-    }
-    for (const Eigen::Vector3d& point_m : points_m) {
-      world.map_points_m.push_back(T_map_lidar * point_m);
-    }
-  }
-}
-
-World town_world() {
-  World world;
-  world.name = "generated town";
-  world.leaf_m = 1.0;
-  const town::Town town = *town::make_town({.seed = 3, .length_m = 200.0});
-  town::DriveOptions mapping = town::usual_drive(town.options, 0, *town::town_sensor(16));
-  add_drive(town, mapping, true, world);
-  town::DriveOptions second = town::usual_drive(town.options, 1, *town::town_sensor(16));
-  second.spacing_m = 3.0;
-  add_drive(town, second, false, world);
-  return world;
-}
-
-World make_world() {
-  const std::optional<PosedSet> kitti = posed_kitti_0005();
-  return kitti ? kitti_world(kitti->folder, read_pose_rows(kitti->pose_file)) : town_world();
-}
-
-Pose start_of(const World& world, std::size_t scan) {
+Pose start_of(const MatchWorld& world, std::size_t scan) {
   Random random(mix(7, scan));
   const double angle_rad = random.uniform(0.0, 6.28);
   const double radius_m = random.uniform(0.5, 1.0);
@@ -137,6 +65,11 @@ struct Runs {
   }
   [[nodiscard]] long lost() const {
     return std::count_if(errors_m.begin(), errors_m.end(), [](double e) { return e > 0.5; });
+  }
+  [[nodiscard]] double within(double limit_m) const {
+    return static_cast<double>(std::ranges::count_if(
+               errors_m, [&](double error_m) { return error_m <= limit_m; })) /
+           static_cast<double>(errors_m.size());
   }
 };
 
@@ -192,13 +125,64 @@ void print_row(const char* name, double cell_m, double range_m, const Runs& runs
   std::fflush(stdout);
 }
 
-NdtMap map_of(const World& world, double cell_m) {
+constexpr const char* kLooks[] = {"100 m, 1300 returns, even beyond 30 m, 64 points by normals",
+                                  "100 m, 2850 returns, even beyond 50 m, 128 points by normals",
+                                  "100 m, 4000 returns, even beyond 50 m, 256 points by normals",
+                                  "100 m, 2850 returns, even beyond 50 m, 100 points",
+                                  "100 m, 4000 returns, even beyond 50 m, 256 points"};
+
+Runs run_look(const MatchWorld& world, const Localizer& localizer, const Look& look) {
+  Runs runs;
+  LookCutter cutter;
+  ScanForMatch cut;
+  Scan scan;
+  for (std::size_t i = 0; i < world.scans.size(); ++i) {
+    scan.points_m = world.scans[i];
+    const Pose start = start_of(world, i);
+    empty_caches();
+    const double begin_ms = thread_cpu_ms();
+    cutter.cut(localizer, scan, SensorProfile{}, look, start, cut);
+    const MatchResult result = localize(localizer, cut, start, {.stop_step_m = kSampleStop_m});
+    runs.add(thread_cpu_ms() - begin_ms, result.T_map_sensor.translation(), world.T_map_scan[i]);
+  }
+  return runs;
+}
+
+// Beside PCL's runs at 50 m, if there were any.
+void compare_looks(const MatchWorld& world, const NdtMap& map, const Runs& peers) {
+  const Localizer localizer = make_localizer(map, options_for_samples());
+  std::vector<Runs> of_looks;
+  const auto print = [&](const std::string& name, double ms, const Runs& runs) {
+    std::printf("%4g m  %8.3f ms %7.1f x  %6.2f cm %3ld lost  %5.1f %5.1f %%  %s\n", map.cell_m, ms,
+                median(peers.times_ms) / ms, 100.0 * median(runs.errors_m), runs.lost(),
+                100.0 * runs.within(0.10), 100.0 * runs.within(0.25), name.c_str());
+  };
+  std::printf("cells  localization  faster  median error  within 10 and 25 cm  look\n");
+  if (!peers.times_ms.empty()) print("PCL at 50 m", median(peers.times_ms), peers);
+  for (const char* text : kLooks) {
+    of_looks.push_back(run_look(world, localizer, *parse_look(text)));
+    print(text, median(of_looks.back().times_ms), of_looks.back());
+  }
+  for (const double limit_m : {0.10, 0.25}) {
+    std::vector<CoveredCost> answers;
+    for (const Runs& runs : of_looks) {
+      answers.push_back({runs.within(limit_m), median(runs.times_ms)});
+    }
+    if (peers.times_ms.empty()) continue;
+    const CostAtCoverage equal = cost_at_coverage(answers, peers.within(limit_m));
+    std::printf("%4g m  %8.3f ms %7.1f x  looks that cover %.1f %% within %g cm, as PCL does%s\n",
+                map.cell_m, equal.cost, median(peers.times_ms) / equal.cost, 100.0 * equal.coverage,
+                100.0 * limit_m, equal.is_reached ? "" : " not quite");
+  }
+}
+
+NdtMap map_of(const MatchWorld& world, double cell_m) {
   BuildNdtOptions build;
   build.cell_m = cell_m;
   return ndt_from_points(world.map_points_m, MapFrame{}, build, 1);
 }
 
-void compare(const World& world, double cell_m, bool has_peer) {
+void compare(const MatchWorld& world, double cell_m, bool has_peer) {
   const NdtMap map = map_of(world, cell_m);
   const NdtMap finest = map_of(world, kFinest_m);
   const int factor = static_cast<int>(cell_m / kFinest_m);
@@ -212,8 +196,9 @@ void compare(const World& world, double cell_m, bool has_peer) {
   // The first match builds the tree of the raw map.
   pcl.set_scan(voxel_subsample(crop(world.scans[0], 10.0), world.leaf_m));
   if (has_peer) pcl.match(world.T_map_scan[0].matrix());
+  Runs peers;
   for (const double range_m : {10.0, 30.0, 50.0}) {
-    Runs peers;
+    peers = {};
     std::vector<Runs> ours(methods.size());
     for (std::size_t i = 0; i < world.scans.size(); ++i) {
       const std::vector<Eigen::Vector3d> points_m =
@@ -229,6 +214,7 @@ void compare(const World& world, double cell_m, bool has_peer) {
       print_row(methods[m].name, cell_m, range_m, ours[m], peers);
     }
   }
+  compare_looks(world, map, peers);
 }
 
 }  // namespace
@@ -237,7 +223,7 @@ void compare(const World& world, double cell_m, bool has_peer) {
 // usage: match_bench [--ours]   (without PCL, whose matches take a minute or two)
 int main(int argc, char** argv) {
   const bool has_peer = !(argc == 2 && std::string(argv[1]) == "--ours");
-  const sightline::World world = sightline::make_world();
+  const sightline::MatchWorld world = sightline::make_match_world();
   std::printf("%s: %zu scans, one start each, map of %zu points\n", world.name.c_str(),
               world.scans.size(), world.map_points_m.size());
   std::printf(

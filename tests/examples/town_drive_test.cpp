@@ -140,6 +140,45 @@ TEST_F(TownDrive, NothingThatMovesDrivesOverTheSensor) {
   }
 }
 
+TEST_F(TownDrive, FiveTimesTheTrafficIsAboutFiveTimesAsManyAndDrivesOverNobody) {
+  const auto count_of = [](const std::vector<Mover>& movers, Mover::Role role) {
+    return static_cast<double>(std::ranges::count(movers, role, &Mover::role));
+  };
+  const Town town = *make_town({21, 2000.0});
+  const std::vector<Mover> usual = draw_traffic(town, 2, 200.0);
+  const std::vector<Mover> crowd = draw_traffic(town, 2, 200.0, 5.0);
+  for (const Mover::Role role : {Mover::Role::kOncoming, Mover::Role::kPedestrian}) {
+    EXPECT_NEAR(count_of(crowd, role) / count_of(usual, role), 5.0, 0.5);
+  }
+  // No more than one can be ahead at a time: it is there nearly always instead of half the time.
+  EXPECT_GT(count_of(crowd, Mover::Role::kLeader), 1.3 * count_of(usual, Mover::Role::kLeader));
+
+  DriveOptions options = options_of(2, 190.0);
+  options.traffic = 5.0;
+  const DriveSimulator drive = simulator(options);
+  for (std::size_t i = 0; i < drive.scan_count(); i += 3) {
+    for (const Eigen::Vector3f& vertex : drive.moving_mesh_at(i).vertices_m) {
+      const Eigen::Vector3d away = vertex.cast<double>() - drive.T_town_vehicle()[i].translation();
+      ASSERT_GT(away.head<2>().norm(), 1.2) << "scan " << i;
+    }
+  }
+}
+
+TEST_F(TownDrive, AShareOfReturnsGoesMissingAndTheOthersStayAsTheyWere) {
+  DriveOptions options = options_of(1, 3.0);
+  const TownScan whole = simulator(options).scan(2);
+  options.missing_share = 0.3;
+  const TownScan rest = simulator(options).scan(2);
+  const double share =
+      static_cast<double>(rest.points.size()) / static_cast<double>(whole.points.size());
+  EXPECT_NEAR(share, 0.7, 0.01);
+  std::size_t next = 0;
+  for (const LabelledPoint& point : whole.points) {
+    if (next < rest.points.size() && rest.points[next].position_m == point.position_m) ++next;
+  }
+  EXPECT_EQ(next, rest.points.size());
+}
+
 TEST_F(TownDrive, DrivesMeetOtherCarsAndRunBesideEachOther) {
   const DriveSimulator mapping = simulator(options_of(0));
   const DriveSimulator first = simulator(options_of(1));
@@ -231,6 +270,16 @@ TEST_F(TownDrive, RefusesWhatMakesNoSense) {
   options = options_of(0);
   options.lateral_m = std::nan("");
   EXPECT_TRUE(refused(options));
+  for (const double times : {0.0, 11.0, std::nan("")}) {
+    options = options_of(0);
+    options.traffic = times;
+    EXPECT_TRUE(refused(options));
+  }
+  for (const double share : {-0.1, 1.0, std::nan("")}) {
+    options = options_of(0);
+    options.missing_share = share;
+    EXPECT_TRUE(refused(options));
+  }
   options = options_of(0);
   options.sensor.beam_elevations_deg.clear();
   EXPECT_TRUE(refused(options));

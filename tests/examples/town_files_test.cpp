@@ -68,6 +68,26 @@ TEST_F(TownFiles, AreTheSameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(files, contents(two.out));
 }
 
+TEST_F(TownFiles, SayWhetherTrafficAndReturnsAreOtherThanUsual) {
+  const auto town_json = [](const WriteTownOptions& options) {
+    SIGHTLINE_CHECK(write_town(options).has_value());
+    std::ifstream file(options.out / "town.json");
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  WriteTownOptions usual = options("usual");
+  EXPECT_EQ(town_json(usual).find("traffic"), std::string::npos);
+  WriteTownOptions hard = options("hard");
+  hard.traffic = 5.0;
+  hard.missing_share = 0.25;
+  const std::string json = town_json(hard);
+  EXPECT_NE(json.find("\"traffic\": 5.0"), std::string::npos);
+  EXPECT_NE(json.find("\"missing_share\": 0.25"), std::string::npos);
+  const auto size_of = [](const WriteTownOptions& options) {
+    return fs::file_size(options.out / "drive_1" / "scans" / "000002.pcd");
+  };
+  EXPECT_LT(static_cast<double>(size_of(hard)), 0.8 * static_cast<double>(size_of(usual)));
+}
+
 TEST_F(TownFiles, DifferWithTheSeed) {
   WriteTownOptions one = options("one");
   WriteTownOptions other = options("other");
