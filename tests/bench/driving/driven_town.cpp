@@ -1,36 +1,14 @@
 #include "tests/bench/driving/driven_town.h"
 
-#include <cstring>
 #include <utility>
 
-#include "examples/town/drive.h"
 #include "formats/base/stopwatch.h"
 #include "passes/matching/foretold_pose.h"
 #include "passes/matching/match_starts.h"
+#include "tests/bench/cold_caches.h"
 
 namespace sightline {
 namespace {
-
-void empty_caches() {
-  static std::vector<char> memory(std::size_t{64} << 20);
-  static char value = 0;
-  std::memset(memory.data(), ++value, memory.size());
-}
-
-TownDrive first_drive(const town::TownOptions& options, const SensorProfile& sensor, int threads) {
-  const town::Town street = *town::make_town(options);
-  const town::DriveSimulator simulator =
-      *town::DriveSimulator::make(street, town::usual_drive(options, 1, sensor));
-  TownDrive drive;
-  for (const town::TownScan& scan : town::simulate(simulator, threads)) {
-    std::vector<Eigen::Vector3d>& points_m = drive.scans.emplace_back().points_m;
-    for (const town::LabelledPoint& point : scan.points) {
-      points_m.push_back(point.position_m.cast<double>());
-    }
-    drive.T_map_vehicle.push_back(scan.T_town_vehicle);
-  }
-  return drive;
-}
 
 class StaticVehicle : public Vehicle {
  public:
@@ -78,13 +56,12 @@ class PlannedVehicle : public Vehicle {
 
 }  // namespace
 
-std::unique_ptr<DrivenTown> make_driven_town(const town::TownOptions& options, int beams,
-                                             int threads) {
+std::unique_ptr<DrivenTown> make_driven_town(const MappedTownOptions& options) {
   auto town = std::make_unique<DrivenTown>();
-  MappedTown mapped = make_mapped_town(options, beams, threads);
+  MappedTown mapped = make_mapped_town(options);
   town->map = std::move(mapped.map);
   town->sensor = mapped.sensor;
-  town->drives[0] = first_drive(options, mapped.sensor, threads);
+  town->drives[0] = drive_through_town(options, 1, mapped.sensor);
   town->drives[1] = {std::move(mapped.scans), std::move(mapped.T_map_vehicle)};
   town->of_samples = make_localizer(town->map, options_for_samples());
   town->searching = make_localizer(town->map, localizer_options(LocalizerKind::kSearching));

@@ -11,12 +11,6 @@
 
 namespace sightline {
 
-// The scans of a drive with their true poses.
-struct TownDrive {
-  std::vector<Scan> scans;
-  std::vector<Pose> T_map_vehicle;
-};
-
 // A mapped town and drives 1 and 2 through it.
 struct DrivenTown {
   NdtMap map;
@@ -25,8 +19,7 @@ struct DrivenTown {
   Localizer of_samples;  // for looks that take a sample
   Localizer searching;   // for static 50 m
 };
-std::unique_ptr<DrivenTown> make_driven_town(const town::TownOptions& options, int beams,
-                                             int threads);
+std::unique_ptr<DrivenTown> make_driven_town(const MappedTownOptions& options);
 
 // Localizes one scan after another: a rule under comparison.
 class Vehicle {

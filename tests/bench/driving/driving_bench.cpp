@@ -33,6 +33,7 @@ struct Options {
   std::string second = to_text(usual_plan().second);
   std::vector<std::string> looks = kStaticLooks;
   std::string test = "left-out";
+  HarderDrive harder;
   std::size_t timed_every = 1;
   bool is_learning = false;
   int threads = 0;
@@ -144,8 +145,10 @@ std::vector<LookPlan> left_out_plans(const DrivenTowns& towns, const LookPlan& l
 void compare(const Options& options, const Rules& wanted, const LookPlan& looks) {
   DrivenTowns towns;
   for (const std::uint64_t seed : options.seeds) {
-    towns.push_back(make_driven_town({.seed = seed, .length_m = options.length_m}, options.beams,
-                                     options.threads));
+    towns.push_back(make_driven_town({.town = {.seed = seed, .length_m = options.length_m},
+                                      .beams = options.beams,
+                                      .harder = options.harder,
+                                      .threads = options.threads}));
   }
   Rules rules = wanted;
   rules.plan_of_town = options.test == "usual" ? std::vector<LookPlan>(towns.size(), usual_plan())
@@ -195,6 +198,10 @@ int main(int argc, char** argv) {
   app.add_option("--test", options.test,
                  "left-out: learnt from the other towns; usual: as built in")
       ->check(CLI::IsMember({"left-out", "usual"}));
+  app.add_option("--rebuilt", options.harder.rebuilt_share,
+                 "share of each 60 m of the route that was rebuilt since it was mapped");
+  app.add_option("--crowd", options.harder.traffic, "times the usual traffic");
+  app.add_option("--missing", options.harder.missing_share, "share of returns that are missing");
   app.add_option("--timed-every", options.timed_every, "scans: how many are timed");
   app.add_flag("--learn", options.is_learning, "also prints what all these towns teach together");
   app.add_option("--threads", options.threads, "0: all there are; times are taken on one");
