@@ -126,9 +126,14 @@ double area_under_curve(std::span<const LookExample> examples, const LookTest& t
   }
   std::ranges::sort(doubts);
   double beyond = 0.0, within = 0.0, pairs = 0.0;
-  for (const auto& [doubt, is_beyond] : doubts) {
-    pairs += is_beyond ? within : 0.0;
-    (is_beyond ? beyond : within) += 1.0;
+  for (std::size_t i = 0; i < doubts.size();) {
+    double beyond_here = 0.0, within_here = 0.0;
+    for (const double doubt = doubts[i].first; i < doubts.size() && doubts[i].first == doubt; ++i) {
+      (doubts[i].second ? beyond_here : within_here) += 1.0;
+    }
+    pairs += beyond_here * (within + 0.5 * within_here);
+    beyond += beyond_here;
+    within += within_here;
   }
   return pairs / (beyond * within);
 }

@@ -26,7 +26,8 @@ std::vector<std::vector<LookExample>> examples_of(const DrivenTowns& towns, cons
 // Logistic regression by Newton's method with a small penalty on standardized weights.
 LookTest learn_look_test(std::span<const LookExample> examples);
 
-// How likely the test doubts a look that is beyond the limit more than one that is not.
+// How likely the test doubts a look that is beyond the limit more than one that is not; equal
+// doubts count half. No number where all looks are of one kind.
 double area_under_curve(std::span<const LookExample> examples, const LookTest& test);
 
 // Test and threshold from all towns but one (`left_out` = their number: from all). The threshold
