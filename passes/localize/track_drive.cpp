@@ -7,7 +7,7 @@
 #include "formats/base/stopwatch.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
-#include "formats/rotation.h"
+#include "passes/matching/foretold_pose.h"
 #include "passes/matching/localizer.h"
 #include "passes/pass/scan_selection.h"
 
@@ -51,15 +51,6 @@ struct Replay {
   ScanCutter cutter;
 };
 
-// A motion that goes on evenly for another time.
-Pose scaled(const Pose& motion, double factor) {
-  const AxisAngle turn = axis_angle(motion.linear());
-  Pose result = Pose::Identity();
-  result.linear() = rotation_matrix({turn.axis, factor * turn.angle_rad});
-  result.translation() = factor * motion.translation();
-  return result;
-}
-
 // The map's range at a place, looked up as a vehicle does.
 double range_at(const Setup& setup, std::size_t limit, const Pose& T_map_vehicle) {
   const Eigen::Vector3d p_map_m = T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
@@ -91,7 +82,7 @@ Pose foretold(const Replay& replay, std::int64_t this_step_ns) {
   const double factor = replay.last_step_ns > 0 ? static_cast<double>(this_step_ns) /
                                                       static_cast<double>(replay.last_step_ns)
                                                 : 1.0;
-  return replay.T_map_last * scaled(replay.T_before_last, factor);
+  return foretold_pose(replay.T_map_last, replay.T_before_last, factor);
 }
 
 void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,

@@ -59,15 +59,9 @@ constexpr double kSame_m = 0.15;         // optima nearer than this are one
 // The horizontal direction that the score constrains least, of length 1, all other motions free to
 // follow; nothing where no direction is loose.
 std::optional<Eigen::Vector2d> loose_direction(const Matrix6d& hessian, double loose_below) {
-  const Eigen::Matrix<double, 2, 4> mixed = hessian.topRightCorner<2, 4>();
-  Eigen::Matrix4d others = hessian.bottomRightCorner<4, 4>();
-  others.diagonal().array() += 1e-6 * others.diagonal().cwiseAbs().maxCoeff();
-  const Eigen::Matrix<double, 4, 2> followed = others.ldlt().solve(mixed.transpose());
-  const Eigen::Matrix2d schur = hessian.topLeftCorner<2, 2>() - mixed * followed;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (schur + schur.transpose()));
-  const Eigen::Vector2d& curvature = solver.eigenvalues();
-  if (!(curvature[0] < loose_below * curvature[1])) return std::nullopt;
-  return Eigen::Vector2d(solver.eigenvectors().col(0));
+  const HorizontalCurvature curvature = horizontal_curvature(hessian);
+  if (!(curvature.weak < loose_below * curvature.strong)) return std::nullopt;
+  return curvature.weak_direction;
 }
 
 struct Search {
@@ -213,6 +207,16 @@ Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
   if (has_coarse) add(make_match_grid(coarse, sharp), leading_level(0.5 * options.lead_stop_m));
   add(make_match_grid(map, sharp), MatchLevel{});
   return localizer;
+}
+
+HorizontalCurvature horizontal_curvature(const Matrix6d& hessian) {
+  const Eigen::Matrix<double, 2, 4> mixed = hessian.topRightCorner<2, 4>();
+  Eigen::Matrix4d others = hessian.bottomRightCorner<4, 4>();
+  others.diagonal().array() += 1e-6 * others.diagonal().cwiseAbs().maxCoeff();
+  const Eigen::Matrix<double, 4, 2> followed = others.ldlt().solve(mixed.transpose());
+  const Eigen::Matrix2d schur = hessian.topLeftCorner<2, 2>() - mixed * followed;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (schur + schur.transpose()));
+  return {solver.eigenvalues()[0], solver.eigenvalues()[1], solver.eigenvectors().col(0)};
 }
 
 ScanForMatch make_scan_for_match(const Localizer& localizer,

@@ -1,6 +1,7 @@
 #include "tests/bench/mapped_town.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "examples/town/drive.h"
 #include "formats/base/parallel.h"
@@ -37,21 +38,22 @@ town::TownChange rebuilt(double from_m, double to_m) {
       .from_m = from_m, .to_m = to_m, .removes_wall = false, .added_cars = 0, .noise_factor = 1.0};
 }
 
-town::DriveOptions judging_drive(const MappedTownOptions& options, const SensorProfile& sensor) {
-  town::DriveOptions drive = town::usual_drive(options.town, 2, sensor);
+town::DriveOptions harder_drive(const MappedTownOptions& options, std::uint64_t number,
+                                const SensorProfile& sensor) {
+  town::DriveOptions drive = town::usual_drive(options.town, number, sensor);
   drive.traffic = options.harder.traffic;
   drive.missing_share = options.harder.missing_share;
   return drive;
 }
 
-// Of drive 2, scans from one place of the route to another, in the town that they meet.
+// Of a drive, scans from one place of the route to another, in the town that they meet.
 std::vector<town::TownScan> scans_between(const MappedTownOptions& options,
-                                          const SensorProfile& sensor, double from_m, double to_m) {
+                                          const town::DriveOptions& drive, double from_m,
+                                          double to_m) {
   const double left_m = 0.5 * (1.0 - options.harder.rebuilt_share) * (to_m - from_m);
   town::TownOptions changed = options.town;
   if (options.harder.rebuilt_share > 0.0) changed.change = rebuilt(from_m + left_m, to_m - left_m);
   const town::Town street = *town::make_town(changed);
-  const town::DriveOptions drive = judging_drive(options, sensor);
   const town::DriveSimulator simulator = *town::DriveSimulator::make(street, drive);
   const auto first = static_cast<std::size_t>(from_m / drive.spacing_m);
   const std::size_t end = to_m >= options.town.length_m
@@ -63,6 +65,23 @@ std::vector<town::TownScan> scans_between(const MappedTownOptions& options,
 
 }  // namespace
 
+TownDrive drive_through_town(const MappedTownOptions& options, std::uint64_t number,
+                             const SensorProfile& sensor) {
+  const town::DriveOptions harder = harder_drive(options, number, sensor);
+  TownDrive drive;
+  const double length_m = options.town.length_m;
+  const double step_m = options.harder.rebuilt_share > 0.0 ? kBlock_m : length_m;
+  for (double from_m = 0.0; from_m < length_m; from_m += step_m) {
+    const double to_m = std::min(from_m + step_m, length_m);
+    for (const town::TownScan& scan : scans_between(options, harder, from_m, to_m)) {
+      drive.scans.emplace_back();
+      drive.scans.back().points_m = points_of(scan, false);
+      drive.T_map_vehicle.push_back(scan.T_town_vehicle);
+    }
+  }
+  return drive;
+}
+
 MappedTown make_mapped_town(const MappedTownOptions& options) {
   MappedTown town;
   town.sensor = *town::town_sensor(options.beams);
@@ -70,16 +89,9 @@ MappedTown make_mapped_town(const MappedTownOptions& options) {
   town.map =
       map_of(*town::DriveSimulator::make(street, town::usual_drive(options.town, 0, town.sensor)),
              options.threads);
-  const double length_m = options.town.length_m;
-  const double step_m = options.harder.rebuilt_share > 0.0 ? kBlock_m : length_m;
-  for (double from_m = 0.0; from_m < length_m; from_m += step_m) {
-    const double to_m = std::min(from_m + step_m, length_m);
-    for (const town::TownScan& scan : scans_between(options, town.sensor, from_m, to_m)) {
-      town.scans.emplace_back();
-      town.scans.back().points_m = points_of(scan, false);
-      town.T_map_vehicle.push_back(scan.T_town_vehicle);
-    }
-  }
+  TownDrive judging = drive_through_town(options, 2, town.sensor);
+  town.scans = std::move(judging.scans);
+  town.T_map_vehicle = std::move(judging.T_map_vehicle);
   return town;
 }
 

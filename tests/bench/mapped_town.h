@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "examples/town/town.h"
@@ -17,7 +18,7 @@ struct MappedTown {
   std::vector<Pose> T_map_vehicle;  // true
 };
 
-// What is harder for drive 2 than it was for the map.
+// What is harder for the vehicle than it was for the map.
 struct HarderDrive {
   // Of each 60 m of the route so much has other houses since, in their middle: other heights and
   // fronts, and half of them set back by up to 2 m. Each place meets its own 60 m rebuilt, and
@@ -34,5 +35,13 @@ struct MappedTownOptions {
   int threads = 0;
 };
 MappedTown make_mapped_town(const MappedTownOptions& options);
+
+// Another drive through that town by its number, 1 and up, as hard.
+struct TownDrive {
+  std::vector<Scan> scans;
+  std::vector<Pose> T_map_vehicle;  // true
+};
+TownDrive drive_through_town(const MappedTownOptions& options, std::uint64_t number,
+                             const SensorProfile& sensor);
 
 }  // namespace sightline

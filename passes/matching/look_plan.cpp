@@ -1,0 +1,145 @@
+#include "passes/matching/look_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "formats/rotation.h"
+
+// Why the test can be linear and small: a first look fails in two ways, and each tells of itself.
+// Where one direction is loose, its curvature is low and the match slides along it, away from the
+// foretold pose. Where the forecast is wrong, as at the entry of a bend, whose seven degrees are
+// beyond what Newton's method climbs, points lie beside their walls and the score is half of the
+// usual.
+//
+// Why the second look stands alone where it was asked for: it is tested on no other grounds than
+// the first, and joining the two by their Hessians, keeping the one that moved less or the foretold
+// pose lost vehicles or coverage in eight towns (tests/bench/README.md, "Driving").
+
+namespace sightline {
+namespace {
+
+constexpr int kHeadings = 5;  // to each side
+constexpr double kHeadingStep_rad = 2.0 * std::numbers::pi / 180.0;
+
+// About the vertical, at the vehicle's own place.
+Pose turned(const Pose& T_map_vehicle, double angle_rad) {
+  Pose result = T_map_vehicle;
+  result.linear() = rotation_matrix({Eigen::Vector3d::UnitZ(), angle_rad}) * T_map_vehicle.linear();
+  return result;
+}
+
+// Of the headings that the blurred score of the leading points likes best, the least turned.
+Pose best_heading(const PlannedLocalizer& planned, ScanForMatch& cut, const Pose& T_map_vehicle,
+                  PlannedMatch& result) {
+  const MatchGrid& widest = planned.localizer.levels.front().grid;
+  Pose best = T_map_vehicle;
+  double best_score = 0.0;
+  for (int i = 0; i <= 2 * kHeadings; ++i) {
+    const int step = (i + 1) / 2 * (i % 2 == 0 ? 1 : -1);  // 0, -1, 1, -2, 2, ..
+    const Pose pose = turned(T_map_vehicle, step * kHeadingStep_rad);
+    const double score =
+        kernel_score_alone(widest, cut, cut.thin_count, pose, planned.options.kernel);
+    ++result.match.iterations;
+    result.match.work += cut.thin_count;
+    if (score > best_score) {
+      best = pose;
+      best_score = score;
+    }
+  }
+  return best;
+}
+
+MatchResult match_as(LookMode mode, const PlannedLocalizer& planned, ScanForMatch& cut,
+                     const Pose& T_map_start) {
+  return mode == LookMode::kSettle ? settle(planned.localizer, cut, T_map_start, planned.options)
+                                   : localize(planned.localizer, cut, T_map_start, planned.options);
+}
+
+bool has_matched(const MatchResult& match) {
+  return match.stop != MatchStop::kNoPoints && match.stop != MatchStop::kNoOverlap;
+}
+
+// What it finds stands; iterations and work are added to.
+void look_first(const PlannedLocalizer& planned, const Scan& scan, const Pose& T_map_start,
+                LookMemory& memory, PlannedMatch& result) {
+  const Look& look = planned.plan.first;
+  memory.cutter.cut(planned.localizer, scan, planned.sensor, look, T_map_start, memory.cut);
+  result.match = match_as(look.mode, planned, memory.cut, T_map_start);
+  result.look_count = 1;
+  result.T_map_first = result.match.T_map_sensor;
+  result.signs = look_signs(result.match, memory.cut.points_m.size(), T_map_start);
+  result.doubt = doubt_of(planned.plan.test, result.signs);
+}
+
+void look_again(const PlannedLocalizer& planned, const Scan& scan, const Foretold& foretold,
+                LookMemory& memory, PlannedMatch& result) {
+  const Look& look = planned.plan.second;
+  Pose T_map_start = foretold.T_map_vehicle;
+  memory.cutter.cut(planned.localizer, scan, planned.sensor, look, T_map_start, memory.cut);
+  if (foretold.is_tracking && !memory.cut.points_m.empty()) {
+    T_map_start = best_heading(planned, memory.cut, T_map_start, result);
+  }
+  const LookMode mode = foretold.is_tracking ? look.mode : LookMode::kSearch;
+  MatchResult found = match_as(mode, planned, memory.cut, T_map_start);
+  found.iterations += result.match.iterations;
+  found.work += result.match.work;
+  if (result.look_count == 0 || has_matched(found)) {
+    result.match = found;
+  } else {
+    result.match.iterations = found.iterations;
+    result.match.work = found.work;
+  }
+  ++result.look_count;
+}
+
+}  // namespace
+
+LookPlan usual_plan() {
+  LookPlan plan;
+  plan.first = {.range_m = 100.0,
+                .return_count = 1944,
+                .even_beyond_m = 30.0,
+                .point_count = 80,
+                .is_by_normals = true,
+                .mode = LookMode::kSettle};
+  plan.second = plan.first;
+  plan.second.return_count = 8000;
+  plan.second.point_count = 800;
+  // Learnt by `driving_bench --learn --timed-every 20` from towns 1 to 8.
+  plan.test = {{3.0707, 1.0978, -0.7044, -0.1420, -0.7577, 1.7356, 0.3897, 0.3829}, 26.9450};
+  plan.doubt_above = -0.8582;
+  return plan;
+}
+
+Result<void> validate(const LookPlan& plan) {
+  SIGHTLINE_TRY(validate(plan.first));
+  SIGHTLINE_TRY(validate(plan.second));
+  const bool is_finite =
+      std::ranges::all_of(plan.test.weights, [](double weight) { return std::isfinite(weight); });
+  if (!is_finite || !std::isfinite(plan.test.constant) || std::isnan(plan.doubt_above)) {
+    return Error{ErrorCode::kBadArgument,
+                 "a weight of the test or its threshold is no number, expected finite weights and "
+                 "a threshold that may be infinite",
+                 "", "a plan of looks"};
+  }
+  return {};
+}
+
+PlannedMatch localize_in_looks(const PlannedLocalizer& planned, const Scan& scan,
+                               const Foretold& foretold, LookMemory& memory,
+                               const LookDeadline& deadline) {
+  PlannedMatch result;
+  if (foretold.is_tracking) {
+    look_first(planned, scan, foretold.T_map_vehicle, memory, result);
+    const bool is_first_good =
+        has_matched(result.match) && result.doubt <= planned.plan.doubt_above;
+    if (is_first_good) return result;
+    result.is_past_deadline = deadline.now_ms && deadline.now_ms() > deadline.latest_ms;
+    if (result.is_past_deadline) return result;
+  }
+  look_again(planned, scan, foretold, memory, result);
+  return result;
+}
+
+}  // namespace sightline

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/drive/look.h"
+#include "passes/matching/localizer.h"
+#include "passes/matching/look_cutter.h"
+#include "passes/matching/look_test.h"
+
+namespace sightline {
+
+// How a vehicle localizes that tracks: a cheap look from where it foretold itself; a test of what
+// that match tells of itself; and where the test doubts it, a dearer look whose result stands
+// instead ("Driving by a plan" in schemas/definitions.md).
+struct LookPlan {
+  Look first;
+  LookTest test;             // of the first look
+  double doubt_above = 0.0;  // log odds: the second look follows where the test gives more
+  Look second;
+};
+
+// Both looks valid; weights and constant finite; doubt_above a number, or infinite: then the second
+// look never follows (+) or always (-). Error: bad-argument.
+Result<void> validate(const LookPlan& plan);
+
+// The plan that holds 10 cm in generated towns (tests/bench/README.md, "Driving").
+LookPlan usual_plan();
+
+// Where a vehicle takes itself to be, and from what.
+struct Foretold {
+  Pose T_map_vehicle = Pose::Identity();
+  bool is_tracking = true;  // from its last two matches; else from outside, up to a metre off
+};
+
+// After `latest_ms`, as `now_ms` tells it, no further look begins. Without a clock there is none.
+struct LookDeadline {
+  std::function<double()> now_ms;
+  double latest_ms = 0.0;
+};
+
+struct PlannedMatch {
+  MatchResult match;              // what stands; its iterations and work are of all looks
+  int look_count = 0;             // 1 or 2
+  bool is_past_deadline = false;  // the second look was due and did not begin
+  // Of the first look, where there was one: so that a test can be learnt.
+  Pose T_map_first = Pose::Identity();
+  LookSigns signs{};
+  double doubt = 0.0;
+};
+
+// What does not change from scan to scan. `plan` is valid.
+struct PlannedLocalizer {
+  const Localizer& localizer;  // made with options_for_samples()
+  const SensorProfile& sensor;
+  const LookPlan& plan;
+  MatchOptions options = {.stop_step_m = kSampleStop_m};
+};
+
+// What does, and is kept for its memory alone. One thread at a time.
+struct LookMemory {
+  LookCutter cutter;
+  ScanForMatch cut;
+};
+
+// The vehicle's pose in the map. A vehicle that tracks begins with the first look, whatever the
+// clock says. Where the test doubts it, the second look begins at the foretold place, turned to the
+// best of eleven headings up to 10 degrees off, since a vehicle that enters a bend turns as its
+// last two poses do not foretell. One that does not track takes the second look alone, and
+// searches, whatever that look's mode is. A second look that finds nothing to match leaves the
+// first one's pose. Deterministic but for the deadline; the same for every kernel. Allocates
+// nothing once such scans were seen, unless a look takes every return.
+PlannedMatch localize_in_looks(const PlannedLocalizer& planned, const Scan& scan,
+                               const Foretold& foretold, LookMemory& memory,
+                               const LookDeadline& deadline = {});
+
+}  // namespace sightline

@@ -1,0 +1,236 @@
+#include "passes/matching/look_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "tests/passes/matching/allocation_counter.h"
+#include "tests/passes/matching/random_scene.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kAlways = -std::numeric_limits<double>::infinity();
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+const Localizer& room_localizer() {
+  static const Localizer kLocalizer =
+      make_localizer(simple_map(room_points(21, 30000, 0.02), 1.0), options_for_samples());
+  return kLocalizer;
+}
+
+Scan room_scan(std::uint64_t seed) {
+  Scan scan;
+  scan.points_m = room_points(seed, 6000, 0.02);
+  return scan;
+}
+
+LookPlan room_plan(double doubt_above) {
+  LookPlan plan;
+  plan.first = *parse_look("30 m, 2000 returns, 60 points by normals, settle");
+  plan.second = *parse_look("30 m, 6000 returns, 400 points by normals, settle");
+  plan.test.weights[5] = 2.0;  // of how far the match moved along its loose direction
+  plan.doubt_above = doubt_above;
+  return plan;
+}
+
+Foretold foretold_beside_truth(double off_m) {
+  Foretold foretold;
+  foretold.T_map_vehicle.translation().x() = off_m;
+  return foretold;
+}
+
+// With a memory of its own.
+PlannedMatch localize_room(const LookPlan& plan, const Foretold& foretold,
+                           const LookDeadline& deadline = {},
+                           MatchKernel kernel = MatchKernel::kFastest) {
+  const SensorProfile sensor;
+  PlannedLocalizer planned{room_localizer(), sensor, plan};
+  planned.options.kernel = kernel;
+  LookMemory memory;
+  return localize_in_looks(planned, room_scan(5), foretold, memory, deadline);
+}
+
+double error_m(const PlannedMatch& found) { return found.match.T_map_sensor.translation().norm(); }
+
+TEST(LookPlan, AConfidentFirstLookRunsNoSecond) {
+  const PlannedMatch found = localize_room(room_plan(kNever), foretold_beside_truth(0.1));
+  EXPECT_EQ(found.look_count, 1);
+  EXPECT_EQ(found.match.T_map_sensor.matrix(), found.T_map_first.matrix());
+  EXPECT_LT(error_m(found), 0.05);
+  EXPECT_EQ(found.match.work, 60U * static_cast<unsigned>(found.match.iterations));
+}
+
+TEST(LookPlan, ADoubtfulFirstLookRunsTheSecondAndItsResultStands) {
+  const PlannedMatch first = localize_room(room_plan(kNever), foretold_beside_truth(0.1));
+  const PlannedMatch found = localize_room(room_plan(kAlways), foretold_beside_truth(0.1));
+  EXPECT_EQ(found.look_count, 2);
+  EXPECT_EQ(found.T_map_first.matrix(), first.T_map_first.matrix());
+  EXPECT_NE(found.match.T_map_sensor.matrix(), found.T_map_first.matrix());
+  EXPECT_LT(error_m(found), 0.03);
+}
+
+TEST(LookPlan, IterationsAndWorkAreOfAllLooks) {
+  const Foretold foretold = foretold_beside_truth(0.1);
+  const PlannedMatch first = localize_room(room_plan(kNever), foretold);
+  const PlannedMatch both = localize_room(room_plan(kAlways), foretold);
+  LookCutter cutter;
+  ScanForMatch cut;
+  cutter.cut(room_localizer(), room_scan(5), {}, room_plan(kAlways).second, foretold.T_map_vehicle,
+             cut);
+  const MatchResult second =
+      settle(room_localizer(), cut, foretold.T_map_vehicle, {.stop_step_m = kSampleStop_m});
+  EXPECT_EQ(both.match.iterations, first.match.iterations + 11 + second.iterations);
+  EXPECT_EQ(both.match.work, first.match.work + 11 * cut.thin_count + second.work);
+}
+
+TEST(LookPlan, TheThresholdDecidesWhichMatchesAreDoubted) {
+  const double doubt = localize_room(room_plan(kNever), foretold_beside_truth(0.2)).doubt;
+  EXPECT_EQ(localize_room(room_plan(doubt), foretold_beside_truth(0.2)).look_count, 1);
+  EXPECT_EQ(localize_room(room_plan(doubt - 1e-9), foretold_beside_truth(0.2)).look_count, 2);
+}
+
+TEST(LookPlan, AVehicleThatDoesNotTrackSearchesWithTheSecondLookAlone) {
+  Foretold foretold = foretold_beside_truth(0.6);
+  foretold.is_tracking = false;
+  const PlannedMatch found = localize_room(room_plan(kNever), foretold);
+  EXPECT_EQ(found.look_count, 1);
+  EXPECT_LT(error_m(found), 0.03);
+  const SensorProfile sensor;
+  LookCutter cutter;
+  ScanForMatch cut;
+  cutter.cut(room_localizer(), room_scan(5), sensor, room_plan(kNever).second,
+             foretold.T_map_vehicle, cut);
+  const MatchResult searched =
+      localize(room_localizer(), cut, foretold.T_map_vehicle, {.stop_step_m = kSampleStop_m});
+  EXPECT_EQ(found.match.T_map_sensor.matrix(), searched.T_map_sensor.matrix());
+}
+
+TEST(LookPlan, TheSecondLookFindsAVehicleThatTurnedFurtherThanForetold) {
+  for (const double turn_deg : {-9.0, -6.0, 6.0, 9.0}) {
+    Foretold foretold;
+    foretold.T_map_vehicle.linear() =
+        Eigen::AngleAxisd(turn_deg * std::acos(-1.0) / 180.0, Eigen::Vector3d::UnitZ())
+            .toRotationMatrix();
+    EXPECT_LT(error_m(localize_room(room_plan(kAlways), foretold)), 0.03) << turn_deg;
+  }
+}
+
+TEST(LookPlan, NoLookBeginsPastTheDeadline) {
+  double clock_ms = 0.0;
+  int questions = 0;
+  LookDeadline deadline;
+  deadline.now_ms = [&] {
+    ++questions;
+    return clock_ms;
+  };
+  deadline.latest_ms = 10.0;
+  clock_ms = 10.0;
+  const PlannedMatch in_time =
+      localize_room(room_plan(kAlways), foretold_beside_truth(0.1), deadline);
+  EXPECT_EQ(in_time.look_count, 2);
+  EXPECT_FALSE(in_time.is_past_deadline);
+  clock_ms = 10.1;
+  const PlannedMatch late = localize_room(room_plan(kAlways), foretold_beside_truth(0.1), deadline);
+  EXPECT_EQ(late.look_count, 1);  // the first look is always had
+  EXPECT_TRUE(late.is_past_deadline);
+  EXPECT_EQ(late.match.T_map_sensor.matrix(), late.T_map_first.matrix());
+  EXPECT_EQ(questions, 2);
+  const PlannedMatch confident =
+      localize_room(room_plan(kNever), foretold_beside_truth(0.1), deadline);
+  EXPECT_FALSE(confident.is_past_deadline);
+}
+
+TEST(LookPlan, AllocatesNothingOnceItHasSeenSuchAScan) {
+  const SensorProfile sensor;
+  const LookPlan plan = room_plan(kAlways);
+  const PlannedLocalizer planned{room_localizer(), sensor, plan};
+  const Scan scan = room_scan(7);
+  LookDeadline deadline;
+  deadline.now_ms = [] { return 0.0; };
+  deadline.latest_ms = 1.0;
+  LookMemory memory;
+  localize_in_looks(planned, scan, foretold_beside_truth(0.1), memory, deadline);
+  const std::size_t before = allocation_count();
+  const PlannedMatch found =
+      localize_in_looks(planned, scan, foretold_beside_truth(0.1), memory, deadline);
+  EXPECT_EQ(allocation_count(), before);
+  EXPECT_EQ(found.look_count, 2);
+}
+
+TEST(LookPlan, AllKernelsGiveTheSameBytes) {
+  const PlannedMatch expected =
+      localize_room(room_plan(kAlways), foretold_beside_truth(0.2), {}, MatchKernel::kPortable);
+  for (const MatchKernel kernel : {MatchKernel::kAvx2, MatchKernel::kAvx512}) {
+    if (!is_supported(kernel)) continue;
+    const PlannedMatch found =
+        localize_room(room_plan(kAlways), foretold_beside_truth(0.2), {}, kernel);
+    EXPECT_EQ(std::memcmp(found.match.T_map_sensor.data(), expected.match.T_map_sensor.data(),
+                          16 * sizeof(double)),
+              0);
+    EXPECT_EQ(found.signs, expected.signs);
+    EXPECT_EQ(found.doubt, expected.doubt);
+  }
+}
+
+TEST(LookPlan, WhereNothingCanBeMatchedTheForetoldPoseStands) {
+  const SensorProfile sensor;
+  const LookPlan plan = room_plan(kNever);
+  const PlannedLocalizer planned{room_localizer(), sensor, plan};
+  LookMemory memory;
+  const Foretold foretold = foretold_beside_truth(0.3);
+  const PlannedMatch found = localize_in_looks(planned, Scan{}, foretold, memory);
+  EXPECT_EQ(found.look_count, 2);  // a first look without a match is always doubted
+  EXPECT_EQ(found.match.stop, MatchStop::kNoPoints);
+  EXPECT_EQ(found.match.T_map_sensor.matrix(), foretold.T_map_vehicle.matrix());
+}
+
+TEST(LookPlan, ASecondLookThatSeesNothingLeavesTheFirstOnesPose) {
+  LookPlan plan = room_plan(kAlways);
+  plan.second.range_m = 0.5;
+  const PlannedMatch found = localize_room(plan, foretold_beside_truth(0.1));
+  EXPECT_EQ(found.look_count, 2);
+  EXPECT_EQ(found.match.T_map_sensor.matrix(), found.T_map_first.matrix());
+  EXPECT_EQ(found.match.stop, MatchStop::kConverged);
+}
+
+TEST(LookPlan, AMemoryKeepsNothingOfTheScanBefore) {
+  const SensorProfile sensor;
+  const LookPlan plan = room_plan(kAlways);
+  const PlannedLocalizer planned{room_localizer(), sensor, plan};
+  LookMemory memory;
+  localize_in_looks(planned, room_scan(9), foretold_beside_truth(0.4), memory);
+  const PlannedMatch found =
+      localize_in_looks(planned, room_scan(5), foretold_beside_truth(0.1), memory);
+  EXPECT_EQ(found.match.T_map_sensor.matrix(),
+            localize_room(plan, foretold_beside_truth(0.1)).match.T_map_sensor.matrix());
+}
+
+TEST(LookPlan, RefusesPlansThatMakeNoSense) {
+  EXPECT_TRUE(validate(usual_plan()));
+  EXPECT_TRUE(validate(room_plan(kAlways)));
+  const auto expect_refused = [](const LookPlan& plan) {
+    const Result<void> valid = validate(plan);
+    ASSERT_FALSE(valid);
+    EXPECT_EQ(valid.error().code, ErrorCode::kBadArgument);
+  };
+  LookPlan plan = room_plan(0.0);
+  plan.first.range_m = -1.0;
+  expect_refused(plan);
+  plan = room_plan(0.0);
+  plan.second.return_count = 0;
+  expect_refused(plan);
+  plan = room_plan(std::nan(""));
+  expect_refused(plan);
+  plan = room_plan(0.0);
+  plan.test.weights[3] = std::numeric_limits<double>::infinity();
+  expect_refused(plan);
+  plan = room_plan(0.0);
+  plan.test.constant = std::nan("");
+  expect_refused(plan);
+}
+
+}  // namespace
+}  // namespace sightline
