@@ -79,12 +79,17 @@ std::vector<Found> find_definitions(const GateInput& input, const Threshold&) {
   return differences.found("a definition");
 }
 
+std::string told_looks(const CompiledMap& map) {
+  return map.ranges.of_samples.empty() ? "none" : to_text(map.ranges.of_samples.front().looks);
+}
+
 std::vector<Found> find_limits(const GateInput& input, const Threshold&) {
   Differences differences;
   differences.add("limits", told_list(input.old_map->predicted.limits_m),
                   told_list(input.map->predicted.limits_m));
   differences.add("ranges", told_list(ranges_of(input.old_map->ranges.looks)),
                   told_list(ranges_of(input.map->ranges.looks)));
+  differences.add("looks", told_looks(*input.old_map), told_looks(*input.map));
   differences.add("rule", std::string(selection_name(input.old_map->ranges.selection)),
                   std::string(selection_name(input.map->ranges.selection)));
   return differences.found("what ranges are chosen for and from");

@@ -31,9 +31,10 @@ std::string digest_of(const std::vector<InitialOffset>& offsets) {
   return std::to_string(offsets.size()) + ", sha256 " + to_hex(sha256(writer.bytes()));
 }
 
-void add_promises(const RangeTable& ranges, Facts& facts) {
+// `of`: "promise.", or "look_promise." of the looks that take a sample.
+void add_promises(const RangeTable& ranges, const std::string& of, Facts& facts) {
   for (const LimitPromise& promise : ranges.promises) {
-    const std::string name = "promise." + format_double(promise.limit_m) + "_m.";
+    const std::string name = of + format_double(promise.limit_m) + "_m.";
     facts.emplace_back(name + "method", promise.method);
     facts.emplace_back(name + "is_earned", text_of(promise.is_earned));
     facts.emplace_back(name + "scope", std::string(promise_scope_name(promise.scope)));
@@ -64,6 +65,16 @@ void add_measurement(const CompiledMap& map, Facts& facts) {
   facts.emplace_back("measurement.measured_site_count", std::to_string(card.measured_site_count));
 }
 
+void add_look_coverage(const CompiledMap& map, Facts& facts) {
+  for (std::size_t limit = 0; limit < map.look_quality.size(); ++limit) {
+    const std::string name =
+        "look_coverage." + format_double(map.ranges.promises[limit].limit_m) + "_m.";
+    const LimitQuality& quality = map.look_quality[limit];
+    facts.emplace_back(name + "expected", format_double(quality.expected_coverage));
+    facts.emplace_back(name + "measured", format_double(quality.measured_coverage));
+  }
+}
+
 Facts facts_of(const CompiledMap& map) {
   const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
   std::vector<double> limits_m;
@@ -82,7 +93,12 @@ Facts facts_of(const CompiledMap& map) {
                  {"limits_m", text_of(limits_m)},
                  {"rule", std::string(selection_name(map.ranges.selection))},
                  {"dilation_m", format_double(map.ranges.dilation_m)}};
-  add_promises(map.ranges, facts);
+  add_promises(map.ranges, "promise.", facts);
+  for (const RangeTable& looks : map.ranges.of_samples) {
+    facts.emplace_back("looks", to_text(looks.looks));
+    add_promises(looks, "look_promise.", facts);
+    add_look_coverage(map, facts);
+  }
   add_measurement(map, facts);
   for (const NamedVersion& definition : map.definitions) {
     facts.emplace_back("definitions." + definition.name, "v" + std::to_string(definition.version));

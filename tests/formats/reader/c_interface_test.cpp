@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 
 #include "formats/base/atomic_file.h"
 #include "formats/map/map_writer.h"
@@ -38,6 +39,40 @@ TEST(CInterface, AnswersWhatTheCppInterfaceAnswers) {
   EXPECT_EQ(range.distance_m, expected->distance_m);
   EXPECT_EQ(range.flags, expected->flags);
   EXPECT_EQ(range.site, 3u);
+}
+
+TEST(CInterface, NamesTheLookThatTheCppInterfaceNames) {
+  const CompiledMap map = random_map({.seed = 5});
+  const std::string path = written_map(encode_map(map), "c_look.slmap");
+  const Result<MapReader> reader = MapReader::open(path, "annealed");
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  sightline_map* opened = nullptr;
+  ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
+  for (const Site& site : map.sites.sites) {
+    const Eigen::Vector3d p_m = site.p_map_m + map.sites.frame.origin_world_m;
+    for (const double visible_m : {5.0, 90.0, std::numeric_limits<double>::infinity()}) {
+      sightline_look look;
+      ASSERT_EQ(sightline_get_look(opened, p_m.data(), 0.25, visible_m, &look), 0);
+      const Result<LookAnswer> expected = reader->look({p_m[0], p_m[1], p_m[2]}, 0.25, visible_m);
+      ASSERT_TRUE(expected);
+      EXPECT_EQ(look.range_m, expected->look.range_m);
+      EXPECT_EQ(look.return_count, expected->look.return_count);
+      EXPECT_EQ(look.even_beyond_m, expected->look.even_beyond_m);
+      EXPECT_EQ(look.point_count, expected->look.point_count);
+      EXPECT_EQ(look.is_by_normals != 0, expected->look.is_by_normals);
+      EXPECT_EQ(look.settles != 0, expected->look.settles);
+      EXPECT_EQ(look.probability, expected->probability);
+      EXPECT_EQ(look.mean_error_m, expected->mean_error_m);
+      EXPECT_EQ(look.flags, expected->flags);
+      EXPECT_EQ(look.site, expected->site);
+    }
+  }
+  sightline_look look;
+  const double nowhere_m[3] = {NAN, 0.0, 0.0};
+  EXPECT_NE(sightline_get_look(opened, nowhere_m, 0.25, 90.0, &look), 0);
+  EXPECT_EQ(look.range_m, 50.0);
+  EXPECT_EQ(look.flags, SIGHTLINE_FAR);
+  sightline_close(opened);
 }
 
 TEST(CInterface, TellsMapAndRanges) {
