@@ -33,7 +33,7 @@ constexpr int kMovedAround = 4;
 constexpr int kMovedAroundGround = 2;
 
 // Traffic is no taller. Of what is higher than kFooting_m a voxel goes only where, in each band of
-// height from kLowestFooting_m (below is free space under a lorry) up to it, something near moved.
+// height from kLowestFooting_m (below is free space under a lorry) up to it, two voxels near moved.
 constexpr double kTallest_m = 4.5;
 constexpr double kFooting_m = 2.0;
 constexpr double kLowestFooting_m = 1.0;
@@ -67,8 +67,17 @@ std::vector<std::uint8_t> without_edges(const SeenVoxels& seen,
   return kept;
 }
 
-// Which bands of height above the ground moved, one bit each, by column.
-using Bands = std::unordered_map<std::int64_t, std::uint32_t>;
+// Which bands of height above the ground moved, one bit each: in one voxel, and in two or more. A
+// lorry fills its bands; what people walk under has single voxels that are looked through.
+struct MovedBands {
+  std::uint32_t once = 0;
+  std::uint32_t again = 0;
+  void add(const MovedBands& other) {
+    again |= other.again | (once & other.once);
+    once |= other.once;
+  }
+};
+using Bands = std::unordered_map<std::int64_t, MovedBands>;  // by column
 
 int band_of(double above_m) { return static_cast<int>(above_m / kBand_m); }
 
@@ -77,20 +86,20 @@ Bands moved_bands(const SeenVoxels& seen, const std::vector<std::uint8_t>& moved
   for (std::size_t v = 0; v < moved.size(); ++v) {
     const double above_m = seen.values()[v].above_ground_m;
     if (moved[v] == 0 || above_m < 0.0 || above_m > kTallest_m) continue;
-    bands[column_of(seen.keys()[v])] |= 1U << band_of(above_m);
+    bands[column_of(seen.keys()[v])].add({1U << band_of(above_m), 0});
   }
   return bands;
 }
 
 bool has_footing(const Bands& bands, std::int64_t column, double above_m) {
   if (above_m > kTallest_m) return false;
-  std::uint32_t around = 0;
+  MovedBands around;
   for (int code = 0; code < 9; ++code) {
     const auto entry = bands.find(column + column_number(code % 3 - 1, code / 3 - 1));
-    if (entry != bands.end()) around |= entry->second;
+    if (entry != bands.end()) around.add(entry->second);
   }
   for (int band = band_of(kLowestFooting_m); band < band_of(above_m); ++band) {
-    if ((around >> band & 1U) == 0) return false;
+    if ((around.again >> band & 1U) == 0) return false;
   }
   return true;
 }
@@ -120,6 +129,19 @@ std::map<std::uint32_t, Surroundings> surroundings_of_trail(
   }
   for (auto& [v, around] : beside) around = surroundings(seen, trail, v);
   return beside;
+}
+
+// Grass, and poses off by a hand's breadth, let some rays pass below level ground: what contradicts
+// it must outweigh one hit more than there was.
+bool is_contradicted(const SeenVoxel& voxel) {
+  return log_odds(voxel) < (voxel.is_level ? -kHitLogOdds : 0.0);
+}
+
+// Whether a voxel of little evidence is of the trail that it lies in.
+bool goes_with_trail(const SeenVoxel& voxel, const Surroundings& around) {
+  if (voxel.is_level) return log_odds(voxel) < 0.0;
+  if (voxel.is_ground) return voxel.misses > 0;
+  return around.moved > 2 * around.strong;
 }
 
 }  // namespace
@@ -157,7 +179,7 @@ std::vector<std::uint32_t> neighbours(const SeenVoxels& seen, std::size_t v, int
 std::vector<std::uint8_t> judge(const SeenVoxels& seen) {
   const std::size_t count = seen.size();
   std::vector<std::uint8_t> moved(count, 0);
-  for (std::size_t v = 0; v < count; ++v) moved[v] = log_odds(seen.values()[v]) < 0.0 ? 1 : 0;
+  for (std::size_t v = 0; v < count; ++v) moved[v] = is_contradicted(seen.values()[v]) ? 1 : 0;
   std::vector<std::uint8_t> trail = without_edges(seen, moved);
   trail = with_footing(seen, trail);
   std::vector<std::uint8_t> grown = trail;
@@ -165,7 +187,7 @@ std::vector<std::uint8_t> judge(const SeenVoxels& seen) {
     const SeenVoxel& voxel = seen.values()[v];
     const int least = voxel.is_ground ? kMovedAroundGround : kMovedAround;
     if (log_odds(voxel) > kWeakLogOdds || around.moved < least) continue;
-    if (voxel.is_ground ? voxel.misses > 0 : around.moved > 2 * around.strong) grown[v] = 1;
+    if (goes_with_trail(voxel, around)) grown[v] = 1;
   }
   return with_footing(seen, grown);
 }

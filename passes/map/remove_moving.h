@@ -25,14 +25,15 @@ std::vector<OptionField> option_fields(RemoveMovingOptions& options);
 // more often than its own returns can answer for, by the sensor model of OctoMap (Hornung et al.,
 // Autonomous Robots 34, 2013): log odds of hits and misses, each counted once a scan, below even.
 // Edges of what stands stay, weakly seen parts of what moved go with it, ground stays unless rays
-// pass below it, and what is over 2 m above the ground goes only with something below it that
-// moved, never above 4.5 m. Works tile by tile and scan by scan: memory does not grow with the
+// pass below it (pavements and verges too, level surfaces up to 0.5 m above it), and what is over
+// 2 m above the ground goes only with something at every height below it that moved, never above
+// 4.5 m. Works tile by tile and scan by scan: memory does not grow with the
 // drive, and the result refers to the drive's scans instead of holding them. Errors:
 // mismatched-inputs (the trajectory is not of this drive), drive-too-short (no scan chosen),
 // empty-map (no return within range), and what reading a scan says.
 Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions& options,
                                     const Drive& drive, const Trajectory& trajectory);
-inline constexpr Pass kRemoveMoving{"remove-moving", 4, "points", "What moved leaves the map",
+inline constexpr Pass kRemoveMoving{"remove-moving", 5, "points", "What moved leaves the map",
                                     &remove_moving};
 
 }  // namespace sightline

@@ -15,6 +15,7 @@ struct SeenVoxel {
   std::uint32_t misses = 0;  // scans that looked through it
   std::uint32_t last_scan = 0;
   bool is_ground = false;
+  bool is_level = false;        // goes on level all around, with nothing on it
   float above_ground_m = 0.0F;  // of the ground of its surroundings; below 0: beneath it
 
   [[nodiscard]] Eigen::Vector3d mean_m() const { return sum_m / point_count; }

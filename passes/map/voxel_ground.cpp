@@ -15,6 +15,14 @@ namespace {
 constexpr std::int32_t kColumn_voxels = 3;
 // Points up to here above the lowest of their surroundings are ground: kerbs and unevenness.
 constexpr double kGroundThickness_m = 0.15;
+// Pavements, verges and banks: up to so far above the lowest of its surroundings a surface is
+// ground where nothing stands on it, this many voxels up, and where it goes on level in so many of
+// the 25 places around. What moves has its upper parts above its lower ones.
+constexpr double kLedge_m = 0.5;
+constexpr std::int32_t kClear_voxels = 8;
+constexpr int kLedgePlaces = 6;
+// It is ground beyond doubt where it goes on in so many: few parts of what moves do.
+constexpr int kLevelPlaces = 16;
 // So many voxels of one height make ground; of each column the lowest few are looked at.
 constexpr std::size_t kSupport = 3;
 constexpr std::size_t kLowest = 12;
@@ -118,6 +126,32 @@ class LowVoxels {
   std::unordered_map<std::int64_t, double> ground_m_;
 };
 
+bool is_clear_above(const SeenVoxels& seen, const CellKey& key) {
+  for (std::int32_t x = -1; x <= 1; ++x) {
+    for (std::int32_t y = -1; y <= 1; ++y) {
+      // The next voxel may hold the same surface.
+      for (std::int32_t z = 2; z <= kClear_voxels; ++z) {
+        if (seen.number_of({key.x + x, key.y + y, key.z + z}) != SeenVoxels::kNone) return false;
+      }
+    }
+  }
+  return true;
+}
+
+// Of a voxel and the two to each side, those that hold something within a voxel of its height.
+int level_places_around(const SeenVoxels& seen, const CellKey& key) {
+  int places = 0;
+  for (int code = 0; code < 25; ++code) {
+    const CellKey at{key.x + code % 5 - 2, key.y + code / 5 - 2, key.z};
+    bool is_seen = false;
+    for (std::int32_t z = -1; z <= 1 && !is_seen; ++z) {
+      is_seen = seen.number_of({at.x, at.y, at.z + z}) != SeenVoxels::kNone;
+    }
+    places += is_seen ? 1 : 0;
+  }
+  return places;
+}
+
 }  // namespace
 
 std::int64_t column_number(std::int64_t x, std::int64_t y) {
@@ -139,7 +173,12 @@ void mark_ground(SeenVoxels& seen) {
     const double level_m = levels.around_m(seen.keys()[v]);
     const double lowest_m = low.around_m(column_of(seen.keys()[v]));
     const double above_m = height_m - lowest_m;
-    voxel.is_ground = above_m < kGroundThickness_m && height_m >= level_m - kLevel_m;
+    const CellKey& key = seen.keys()[v];
+    const bool is_low = above_m < kLedge_m && height_m >= level_m - kLevel_m;
+    const int places = is_low && is_clear_above(seen, key) ? level_places_around(seen, key) : 0;
+    voxel.is_level = places >= kLevelPlaces;
+    voxel.is_ground =
+        (above_m < kGroundThickness_m || places >= kLedgePlaces) && height_m >= level_m - kLevel_m;
     voxel.above_ground_m = static_cast<float>(height_m - std::min(level_m + kLevel_m, lowest_m));
   }
 }

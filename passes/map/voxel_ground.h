@@ -14,9 +14,10 @@ std::int64_t column_of(const CellKey& key);
 // How many voxels away what tells the ground below one may lie.
 std::int32_t reach_of_ground_voxels();
 
-// Fills is_ground and above_ground_m. Ground is what lies within a hand's breadth of the lowest
-// return of its surroundings; what lies beneath the level that the surroundings have in common is a
-// mirror image in wet or polished ground and does not count.
+// Fills is_ground, is_level and above_ground_m. Ground is what lies within a hand's breadth of the
+// lowest return of its surroundings, and a level surface up to 0.5 m above it on which nothing
+// stands; what lies beneath the level that the surroundings have in common is a mirror image in wet
+// or polished ground and does not count.
 void mark_ground(SeenVoxels& seen);
 
 }  // namespace sightline

@@ -150,6 +150,55 @@ TEST(MovingVerdict, IsTheSameOverMirroredGround) {
   EXPECT_EQ(moved_wet[wet.number_of({3, 3, 15})], 0);
 }
 
+// A walker below a tree: single voxels of leaves that are looked through, one in each band.
+TEST(MovingVerdict, LeavesWhatIsHighWhereABandBelowHasASingleVoxel) {
+  SeenVoxels seen = ground();
+  put_moved(seen, {0, 0, 0}, 1, 10);
+  for (const std::int32_t z : {11, 13, 16}) put_moved(seen, {0, 0, 0}, z, z + 1);
+  mark_ground(seen);
+  const std::vector<std::uint8_t> moved = judge(seen);
+  EXPECT_EQ(moved[seen.number_of({0, 0, 9})], 1);
+  EXPECT_EQ(moved[seen.number_of({0, 0, 13})], 0);
+  EXPECT_EQ(moved[seen.number_of({0, 0, 16})], 0);
+}
+
+// A pavement 0.2 m above the street, its edge near.
+TEST(MovingVerdict, TakesAPavementForGroundWhereNothingStandsOnIt) {
+  SeenVoxels seen;
+  for (std::int32_t x = -kReach; x < kReach; ++x) {
+    for (std::int32_t y = -kReach; y < kReach; ++y) put(seen, {x, y, x < 0 ? 0 : 1}, kStood, 0);
+  }
+  for (std::int32_t z = 3; z < 8; ++z) put(seen, {2, 20, z}, 1, kPassed);
+  mark_ground(seen);
+  EXPECT_TRUE(seen.find({2, 0, 1})->is_ground);
+  EXPECT_TRUE(seen.find({2, 0, 1})->is_level);
+  EXPECT_FALSE(seen.find({2, 20, 1})->is_ground);
+  // Neither what lies higher, nor a single thing on the street.
+  SeenVoxels low = ground();
+  for (std::int32_t x = 0; x < 6; ++x) {
+    for (std::int32_t y = 0; y < 6; ++y) put(low, {x, y, 4}, 1, kPassed);
+  }
+  put(low, {20, 20, 1}, 1, kPassed);
+  put(low, {20, 20, 2}, 1, kPassed);
+  mark_ground(low);
+  EXPECT_FALSE(low.find({3, 3, 4})->is_ground);
+  EXPECT_FALSE(low.find({20, 20, 2})->is_ground);
+}
+
+// Grass: rays pass below some of it.
+TEST(MovingVerdict, TakesLevelGroundOnlyWhereMuchContradictsIt) {
+  for (const auto& [misses, has_gone] : {std::pair{4u, false}, {6u, true}}) {
+    SeenVoxels seen = ground();
+    SeenVoxel& voxel = seen.values()[seen.number_of({3, 3, 0})];
+    voxel.hits = 1;
+    voxel.misses = misses;
+    EXPECT_EQ(has_moved(seen, {3, 3, 0}), has_gone) << misses;
+  }
+  SeenVoxels apart = ground();
+  put(apart, {3 + kReach, 0, 0}, 1, 4);
+  EXPECT_TRUE(has_moved(apart, {3 + kReach, 0, 0}));
+}
+
 // A cutting, a basement ramp: what most of the surroundings share lower down is ground.
 TEST(MovingVerdict, TakesAWideLowerLevelForGround) {
   SeenVoxels seen;
