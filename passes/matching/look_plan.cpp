@@ -12,9 +12,9 @@
 // beyond what Newton's method climbs, points lie beside their walls and the score is half of the
 // usual.
 //
-// Why the second look stands alone where it was asked for: it is tested on no other grounds than
-// the first, and joining the two by their Hessians, keeping the one that moved less or the foretold
-// pose lost vehicles or coverage in eight towns (tests/bench/README.md, "Driving").
+// Why the second look stands alone where it was asked for: joined with the first by their Hessians
+// it is no better, and rules that keep what moved less, or the foretold pose, go on with an error
+// where the forecast is what went wrong (tests/bench/README.md, "Driving").
 
 namespace sightline {
 namespace {
