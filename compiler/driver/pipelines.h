@@ -6,10 +6,10 @@
 
 #include "compiler/config/compile_config.h"
 #include "compiler/pipeline/artifact_set.h"
-#include "formats/evaluation/evaluation.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/driven_places.h"
 #include "formats/drive/outside_errors.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/map/compiled_map.h"
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/sharpness.h"

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "formats/evaluation/evaluation_scores.h"
-#include "formats/evaluation/look_evaluation.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
+#include "formats/evaluation/evaluation_scores.h"
+#include "formats/evaluation/look_evaluation.h"
 
 // How the ranges of a map fare on a drive. Coverage always stands beside time: a rule that misses
 // the limit often is quick for that reason. Only sites where the drive has a scan are judged.

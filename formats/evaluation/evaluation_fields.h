@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/evaluation/evaluation_scores.h"
 #include "formats/base/bytes.h"
+#include "formats/evaluation/evaluation_scores.h"
 #include "formats/text/table.h"
 
 // The numbers of an evaluation's rows, told once for checking, printing and encoding.

@@ -27,10 +27,10 @@ struct StaticLook {
 
 // Who chooses the look.
 enum class LookRule : std::uint8_t {
-  kMap,               // as the map says
-  kSameEverywhere,    // the same look everywhere that costs least at the coverage of kMap
-  kSameWithoutMap,    // the same among looks that do not go by the map's normals
-  kOracle             // cheapest that truly met the limit, else the most accurate
+  kMap,             // as the map says
+  kSameEverywhere,  // the same look everywhere that costs least at the coverage of kMap
+  kSameWithoutMap,  // the same among looks that do not go by the map's normals
+  kOracle           // cheapest that truly met the limit, else the most accurate
 };
 inline constexpr std::size_t kLookRuleCount = 4;
 std::string_view look_rule_name(LookRule rule);  // "map", "static", "static-without-map", "oracle"

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/evaluation/equal_coverage.h"
 #include "formats/base/random.h"
 #include "formats/base/stopwatch.h"
+#include "formats/evaluation/equal_coverage.h"
 #include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"

@@ -59,7 +59,8 @@ TEST_F(RealDrive, TooShortToTrainOnTakesItsOwnStaticAnswerOrAModelTrainedElsewhe
   EXPECT_EQ(alone.status, 0) << alone.err;
   EXPECT_NE(alone.err.find("too little to learn from"), std::string::npos) << alone.err;
   const ProgramResult inspected = run_sightline("inspect " + (folder_ / "drive.slmap").string());
-  EXPECT_NE(inspected.out.find("the drive is too short to learn from; everywhere it takes"), std::string::npos)
+  EXPECT_NE(inspected.out.find("the drive is too short to learn from; everywhere it takes"),
+            std::string::npos)
       << inspected.out;
   const ProgramResult run = compile(yaml, town_model() + " --force");
   EXPECT_EQ(run.status, 0) << run.err;

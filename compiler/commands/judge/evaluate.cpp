@@ -9,9 +9,9 @@
 #include "compiler/views/picture/charts/chart_svg.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
-#include "formats/evaluation/evaluation.h"
 #include "formats/base/atomic_file.h"
 #include "formats/drive/drive_tracks.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline {

@@ -10,8 +10,8 @@
 #include "compiler/driver/provenance.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
-#include "formats/evaluation/evaluation.h"
 #include "formats/base/atomic_file.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/map/map_writer.h"
 #include "formats/surroundings/sharpness.h"
 

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "formats/evaluation/evaluation.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/trajectory.h"
+#include "formats/evaluation/evaluation.h"
 #include "formats/map/compiled_map.h"
 #include "formats/map/diff/map_diff.h"
 #include "formats/map/map_reader.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <functional>
 
-#include "formats/evaluation/equal_coverage.h"
 #include "formats/base/parallel.h"
+#include "formats/evaluation/equal_coverage.h"
 
 namespace sightline {
 namespace {

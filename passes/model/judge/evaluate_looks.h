@@ -1,9 +1,9 @@
 #pragma once
 
-#include "formats/evaluation/look_evaluation.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/base/result.h"
+#include "formats/evaluation/look_evaluation.h"
 
 namespace sightline {
 

@@ -3,13 +3,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/evaluation/evaluation.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
+#include "formats/evaluation/evaluation.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {

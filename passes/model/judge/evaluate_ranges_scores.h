@@ -3,12 +3,12 @@
 #include <cstddef>
 #include <vector>
 
-#include "formats/evaluation/evaluation.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/annotation/street_type.h"
+#include "formats/evaluation/evaluation.h"
 #include "passes/model/selection.h"
 
 // Figures of evaluate-ranges, each worked out from what was measured.

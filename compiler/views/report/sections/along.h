@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "compiler/views/picture/charts/chart.h"
-#include "formats/evaluation/evaluation.h"
 #include "formats/annotation/sites.h"
+#include "formats/evaluation/evaluation.h"
 
 // Charts along the route, of the sites that a drive judged.
 
