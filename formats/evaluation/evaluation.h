@@ -48,7 +48,7 @@ struct Evaluation {
 template <>
 struct ArtifactTraits<Evaluation> {
   static constexpr std::string_view kName = "evaluation";
-  static constexpr std::uint32_t kVersion = 3;
+  static constexpr std::uint32_t kVersion = 4;
 };
 
 Result<void> validate(const Evaluation& evaluation);

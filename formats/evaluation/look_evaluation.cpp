@@ -20,10 +20,10 @@ std::string compared(const LookRuleScore& map, const LookRuleScore& other) {
   const std::string at = fixed(other.time_ratio, 3) + " at " + percent(other.coverage) + " %";
   constexpr double kRounding = 1e-9;
   if (other.coverage < map.coverage - kRounding) return at + " (reaches no more)";
-  if (map.time_ratio <= other.time_ratio) {
-    const double saved = other.time_ratio > 0.0 ? 1.0 - map.time_ratio / other.time_ratio : 0.0;
-    return at + " (the map's is cheaper by " + fixed(100.0 * saved, 0) + " %)";
-  }
+  const double saved = other.time_ratio > 0.0 ? 1.0 - map.time_ratio / other.time_ratio : 0.0;
+  constexpr double kAlike = 0.005;
+  if (std::abs(saved) < kAlike) return at + " (the map's costs the same)";
+  if (saved > 0.0) return at + " (the map's is cheaper by " + fixed(100.0 * saved, 0) + " %)";
   return at + " (the map's is DEARER by " +
          fixed(100.0 * (map.time_ratio / other.time_ratio - 1.0), 0) + " %)";
 }
@@ -33,13 +33,22 @@ std::string sentence(const LookEvaluation& evaluation, std::size_t limit) {
   return "Within " + limit_text(map.limit_m) + ": the map's look takes " +
          fixed(map.time_ratio, 3) + " of the time at " + percent(map.coverage) +
          " %; the best static look with the map's normals " +
-         compared(map, evaluation.score(limit, LookRule::kSameEverywhere)) + ", without a map " +
-         compared(map, evaluation.score(limit, LookRule::kSameWithoutMap)) + "\n";
+         compared(map, evaluation.score(limit, LookRule::kSameEverywhere)) +
+         (evaluation.has_baselines
+              ? ", without a map " +
+                    compared(map, evaluation.score(limit, LookRule::kSameWithoutMap))
+              : "; looks that need no map were not measured here, evaluate measures them") +
+         "\n";
+}
+
+bool is_told(const LookEvaluation& evaluation, const LookRuleScore& score) {
+  return evaluation.has_baselines || score.rule != LookRule::kSameWithoutMap;
 }
 
 std::string rules_text(const LookEvaluation& evaluation) {
   TextGrid grid = {{"limit", "rule", "coverage %", "time ratio", "work ratio"}};
   for (const LookRuleScore& score : evaluation.rules) {
+    if (!is_told(evaluation, score)) continue;
     grid.push_back({limit_text(score.limit_m), std::string(look_rule_name(score.rule)),
                     percent(score.coverage), fixed(score.time_ratio, 3),
                     fixed(score.work_ratio, 3)});
@@ -100,6 +109,7 @@ Result<void> validate(const LookEvaluation& evaluation) {
 
 void encode(const LookEvaluation& evaluation, ByteWriter& writer) {
   writer.put_array(evaluation.limits_m);
+  writer.put<std::uint8_t>(evaluation.has_baselines ? 1 : 0);
   std::vector<Look> looks;
   for (const StaticLook& look : evaluation.statics) looks.push_back(look.look);
   encode(looks, writer);
@@ -121,6 +131,7 @@ void encode(const LookEvaluation& evaluation, ByteWriter& writer) {
 
 void decode(ByteReader& reader, LookEvaluation& evaluation) {
   reader.get_array(evaluation.limits_m);
+  evaluation.has_baselines = reader.get<std::uint8_t>() != 0;
   std::vector<Look> looks;
   decode(reader, looks);
   for (const Look& look : looks) {
@@ -146,6 +157,7 @@ std::vector<Table> tables(const LookEvaluation& evaluation) {
   Table rules{
       "evaluation-looks", {"rule", "limit_m", "coverage", "time_ratio", "work_ratio"}, {}, {}};
   for (const LookRuleScore& score : evaluation.rules) {
+    if (!is_told(evaluation, score)) continue;
     rules.rows.push_back({std::string(look_rule_name(score.rule)), score.limit_m, score.coverage,
                           score.time_ratio, score.work_ratio});
   }

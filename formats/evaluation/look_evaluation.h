@@ -48,6 +48,10 @@ struct LookRuleScore {
 
 struct LookEvaluation {
   std::vector<double> limits_m;
+  // Whether the drive was measured at looks beside the map's own that no map is needed for; where
+  // it was not, kSameWithoutMap is left out of texts and tables: ranges alone would be a weak
+  // judge.
+  bool has_baselines = false;
   std::vector<StaticLook> statics;
   std::vector<LookRuleScore> rules;  // [limit][rule]
 

@@ -132,6 +132,7 @@ Result<LookEvaluation> evaluate_looks(const RangeTable& ranges, const MeasuredEr
   }
   const Sums reference = reference_of(judge);
   LookEvaluation evaluation;
+  evaluation.has_baselines = looks.size() > choice.looks.size();
   for (const LimitPromise& promise : choice.promises)
     evaluation.limits_m.push_back(promise.limit_m);
   for (std::size_t look = 0; look < looks.size(); ++look) {

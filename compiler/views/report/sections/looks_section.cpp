@@ -66,6 +66,7 @@ std::string words_of(LookRule rule) {
 std::string judged(const LookEvaluation& evaluation) {
   TextGrid rules = {{"limit", "rule", "coverage (%)", "time ratio", "work ratio"}};
   for (const LookRuleScore& score : evaluation.rules) {
+    if (score.rule == LookRule::kSameWithoutMap && !evaluation.has_baselines) continue;
     rules.push_back({limit_text(score.limit_m), words_of(score.rule), percent(score.coverage),
                      fixed(score.time_ratio, 3), fixed(score.work_ratio, 3)});
   }

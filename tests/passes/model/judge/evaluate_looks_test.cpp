@@ -78,6 +78,21 @@ TEST(EvaluateLooks, KeepsLooksByNormalsFromTheBaselineWithoutMap) {
   EXPECT_DOUBLE_EQ(without.time_ratio, 1.0);
 }
 
+TEST(EvaluateLooks, DoesNotSetUpRangesAloneAsWhatOneDoesWithoutAMap) {
+  Trial trial = make_trial();
+  const LookEvaluation with = *evaluate_looks(trial.ranges, trial.judged);
+  EXPECT_TRUE(with.has_baselines);
+  EXPECT_NE(to_text(with).find("static-without-map"), std::string::npos);
+  MeasuredError& samples = trial.judged.of_samples.front();
+  samples.looks.pop_back();
+  samples.rows = {samples.rows[0], samples.rows[1], samples.rows[3], samples.rows[4],
+                  samples.rows[6], samples.rows[7], samples.rows[9], samples.rows[10]};
+  const LookEvaluation without = *evaluate_looks(trial.ranges, trial.judged);
+  EXPECT_FALSE(without.has_baselines);
+  EXPECT_EQ(to_text(without).find("static-without-map"), std::string::npos) << to_text(without);
+  EXPECT_EQ(tables(without).front().rows.size(), with.limits_m.size() * (kLookRuleCount - 1));
+}
+
 TEST(EvaluateLooks, LetsTheOracleTakeTheCheapestThatMeetsElseTheMostAccurate) {
   const Trial trial = make_trial();
   const LookEvaluation evaluation = *evaluate_looks(trial.ranges, trial.judged);
