@@ -25,7 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-// Rows of a CSV whose cells hold no comma, by the names of its columns; `# name: value` are facts.
+// Rows of a CSV whose cells hold no quotes within quotes, by the names of its columns; `# name:
+// value` are facts.
 struct Csv {
   std::map<std::string, double> facts;
   std::vector<std::map<std::string, std::string>> rows;
@@ -36,11 +37,16 @@ struct Csv {
 };
 
 std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) {
-    std::erase(cell, '"');
-    cells.push_back(cell);
+  std::vector<std::string> cells(1);
+  bool is_quoted = false;
+  for (const char c : line) {
+    if (c == '"') {
+      is_quoted = !is_quoted;
+    } else if (c == ',' && !is_quoted) {
+      cells.emplace_back();
+    } else {
+      cells.back() += c;
+    }
   }
   return cells;
 }
