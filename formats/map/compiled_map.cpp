@@ -198,7 +198,7 @@ Table dump(const CompiledMap& map) {
 }
 
 std::vector<std::string> dump_names() {
-  return {"nds", "sites", "predicted", "ranges", "factors", "model", "look-model"};
+  return {"nds", "sites", "predicted", "ranges", "factors", "model"};
 }
 
 Result<Table> dump(const CompiledMap& map, std::string_view name) {
@@ -216,14 +216,9 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
     SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
     return dump(model);
   }
-  if (name == "look-model") {
-    SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
-    if (!model.of_samples.empty()) return dump(model.of_samples.front());
-    return Error{ErrorCode::kBadLayer, "the map's model tells nothing of looks", "", ""};
-  }
   return Error{ErrorCode::kUnknownName,
                "a map has no \"" + std::string(name) +
-                   "\", only nds, sites, predicted, ranges, factors, model and look-model",
+                   "\", only nds, sites, predicted, ranges, factors and model",
                "", ""};
 }
 

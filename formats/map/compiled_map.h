@@ -128,7 +128,7 @@ Result<void> validate(const CompiledMap& map);
 Table dump(const CompiledMap& map);
 
 // One artifact of the map as a table: nds, sites, predicted, ranges, factors,
-// model, look-model (the model of looks that take a sample). Errors: unknown-name;
+// model. Errors: unknown-name;
 // of the model those of model_of().
 Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();
