@@ -24,6 +24,8 @@ std::string compared(const LookRuleScore& map, const LookRuleScore& other) {
   constexpr double kAlike = 0.005;
   if (std::abs(saved) < kAlike) return at + " (the map's costs the same)";
   if (saved > 0.0) return at + " (the map's is cheaper by " + fixed(100.0 * saved, 0) + " %)";
+  // Times scatter, work does not: what is dearer in the one alone is not called so.
+  if (map.work_ratio <= other.work_ratio) return at + " (the map's costs the same)";
   return at + " (the map's is DEARER by " +
          fixed(100.0 * (map.time_ratio / other.time_ratio - 1.0), 0) + " %)";
 }
