@@ -145,8 +145,8 @@ Verb compile_verb() {
       "sightline compile street.yaml -o street.slmap --model city.slmodel --risk 0.1",
       "sightline compile city.yaml -o city.slmap --strict",
       "sightline compile town.yaml -o town.slmap --set measure-error.localizer=pcl-ndt",
-      "sightline compile town.yaml -o town.slmap --set import-errors.file=my_errors.csv \\\n"
-      "      --set import-errors.localizer=my-ndt",
+      ("sightline compile town.yaml -o town.slmap --set import-errors.file=my_errors.csv \\\n"
+       "      --set import-errors.localizer=my-ndt"),
       "sightline compile town.yaml -o town.slmap --set build-ndt.cell_m=1.0 --explain",
       "sightline compile town.yaml --stop-after build-ndt --print-after build-ndt",
       "sightline compile town.yaml -o town.slmap --force --depfile town.d --json-progress"};

@@ -74,18 +74,16 @@ LookRuleScore score_of(const Sums& sums, const Sums& reference, double limit_m, 
 // The cheapest look of the choice, by its work here, that truly met the limit; else the most
 // accurate one.
 const ErrorRow& oracle_row(const Judge& judge, std::size_t site, double limit_m) {
-  const ErrorRow* best = nullptr;
-  const auto is_better = [&](const ErrorRow& row) {
-    if (best == nullptr) return true;
+  const auto is_better = [&](const ErrorRow& row, const ErrorRow& than) {
     const bool meets = row.mean_m <= limit_m;
-    if (meets != (best->mean_m <= limit_m)) return meets;
-    return meets ? row.mean_work < best->mean_work : row.mean_m < best->mean_m;
+    if (meets != (than.mean_m <= limit_m)) return meets;
+    return meets ? row.mean_work < than.mean_work : row.mean_m < than.mean_m;
   };
-  for (std::size_t look = 0; look < judge.choice.looks.size(); ++look) {
-    const ErrorRow& row = judge.samples.row(site, look);
-    if (is_better(row)) best = &row;
+  std::size_t best = 0;
+  for (std::size_t look = 1; look < judge.choice.looks.size(); ++look) {
+    if (is_better(judge.samples.row(site, look), judge.samples.row(site, best))) best = look;
   }
-  return *best;
+  return judge.samples.row(site, best);
 }
 
 LookRuleScore static_score(const LookEvaluation& evaluation, std::size_t limit, LookRule rule,
