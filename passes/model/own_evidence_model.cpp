@@ -12,36 +12,62 @@
 namespace sightline {
 namespace {
 
-// Splits halfway between ranges, so that leaf i is range i: node i sends range i to the left.
-RegressionTree tree_of_ranges(const std::vector<double>& ranges_m,
-                              const std::vector<std::uint32_t>& range_of_label) {
-  const auto node_count = static_cast<std::uint32_t>(ranges_m.size() - 1);
+// What tells one look from the next: its number where it has one, since looks that take a sample
+// may all reach equally far; else its range.
+constexpr const char* kLookNumber = "look_number";
+
+Result<FeatureRows> features_of_looks(const FactorTable& factors) {
+  const bool has_number = std::ranges::find(factors.factors, kLookNumber) != factors.factors.end();
+  return gather_features(
+      factors, has_number ? std::vector<std::string>{kLookNumber} : std::vector<std::string>{});
+}
+
+// Splits the first feature halfway between looks, so that leaf i is look i: node i sends look i to
+// the left. Features of the first site stand for all.
+RegressionTree tree_of_looks(const FeatureRows& features, std::size_t look_count,
+                             const std::vector<std::uint32_t>& look_of_label) {
+  const auto node_count = static_cast<std::uint32_t>(look_count - 1);
   RegressionTree tree;
   for (std::uint32_t i = 0; i < node_count; ++i) {
-    const double between_m = (ranges_m[i] + ranges_m[i + 1]) / 2.0;
+    const float between = (features.row(i)[0] + features.row(i + 1)[0]) / 2.0F;
     const std::uint32_t right = i + 1 < node_count ? i + 1 : node_count + i + 1;
-    tree.nodes.push_back({0, static_cast<float>(between_m), node_count + i, right});
+    tree.nodes.push_back({0, between, node_count + i, right});
   }
-  tree.leaf_of_label = range_of_label;
+  tree.leaf_of_label = look_of_label;
   return tree;
 }
 
-// One tree; its rows are all sites at all ranges.
-RegressionForest forest_of(const OwnEvidence& evidence) {
+// One tree; its rows are all sites at all looks.
+RegressionForest forest_of(const OwnEvidence& evidence, const FeatureRows& features) {
   std::vector<std::size_t> order(evidence.error_m.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return evidence.error_m[i]; });
   RegressionForest forest;
-  forest.feature_count = 1;
-  std::vector<std::uint32_t> range_of_label;
+  forest.feature_count = static_cast<std::uint32_t>(features.names.size());
+  std::vector<std::uint32_t> look_of_label;
   for (const std::size_t i : order) {
-    const std::size_t range = evidence.shape().row_of(i);
+    const std::size_t look = evidence.shape().row_of(i);
     forest.labels.push_back(evidence.error_m[i]);
-    forest.rows.push_back(static_cast<float>(evidence.looks[range].range_m));
-    range_of_label.push_back(static_cast<std::uint32_t>(range));
+    forest.rows.insert(forest.rows.end(), features.row(look),
+                       features.row(look) + features.names.size());
+    look_of_label.push_back(static_cast<std::uint32_t>(look));
   }
-  forest.trees.push_back(tree_of_ranges(ranges_of(evidence.looks), range_of_label));
+  forest.trees.push_back(tree_of_looks(features, evidence.looks.size(), look_of_label));
   return forest;
+}
+
+// Each look is where training saw it, and nowhere else.
+std::vector<FeatureCard> feature_cards(const FeatureRows& features, std::size_t look_count) {
+  std::vector<FeatureCard> cards;
+  for (std::size_t f = 0; f < features.names.size(); ++f) {
+    FeatureCard& card = cards.emplace_back();
+    card.name = features.names[f];
+    for (std::size_t look = 0; look < look_count; ++look) {
+      card.support_min.push_back(features.row(look)[f]);
+    }
+    card.support_max = card.support_min;
+  }
+  return cards;
 }
 
 std::vector<TrainedSite> sites_of(const Sites& sites, const FeatureRows& features,
@@ -115,12 +141,11 @@ Result<ErrorModel> model_of_own_evidence(const Sites& sites, const FactorTable& 
                                          const std::vector<double>& limits_m) {
   if (sites.sites.empty()) return Error{ErrorCode::kNoTrainingRows, "there are no sites", "", ""};
   SIGHTLINE_ASSIGN(const OwnEvidence evidence, own_evidence_of(factors));
-  SIGHTLINE_ASSIGN(const FeatureRows features, gather_features(factors, {}));
+  SIGHTLINE_ASSIGN(const FeatureRows features, features_of_looks(factors));
   ErrorModel model;
   model.card = card_of(sites, measured, recordings);
-  model.forest = forest_of(evidence);
-  const std::vector<double> ranges_m = ranges_of(evidence.looks);
-  model.features = {{"range_m", 0.0, ranges_m, ranges_m}};
+  model.forest = forest_of(evidence, features);
+  model.features = feature_cards(features, evidence.looks.size());
   model.ranges = range_cards(evidence);
   model.sites = sites_of(sites, features, evidence.looks.size());
   model.out_of_fold = predictions_of(model.forest, features, evidence, limits_m);

@@ -57,6 +57,37 @@ TEST(OwnEvidenceModel, EveryShortDriveGetsItsOwnStaticAnswerFlaggedAndWithoutAPr
       << table->promises[0].statement;
 }
 
+TEST(OwnEvidenceModel, TellsLooksApartThatReachEquallyFar) {
+  ShortDrive street;
+  FactorTable& factors = street.drive.factors;
+  factors.looks = {{.range_m = 100.0, .return_count = 400, .point_count = 32},
+                   {.range_m = 100.0, .return_count = 650, .point_count = 40},
+                   {.range_m = 100.0, .return_count = 1000, .point_count = 64}};
+  street.drive.measured.looks = factors.looks;
+  FactorTable with_number = factors;
+  with_number.factors.emplace_back("look_number");
+  with_number.values.clear();
+  for (std::size_t site = 0; site < 20; ++site) {
+    for (std::size_t look = 0; look < 3; ++look) {
+      for (std::size_t f = 0; f < factors.factors.size(); ++f) {
+        with_number.values.push_back(factors.at(site, look, f));
+      }
+      with_number.values.push_back(static_cast<double>(look));
+    }
+  }
+  factors = with_number;
+  const Result<ErrorModel> model = street.trained();
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  ASSERT_TRUE(validate(*model).has_value()) << to_string(validate(*model).error());
+  const Result<PredictedError> predicted =
+      predict_error(street.ctx, {}, *model, street.drive.sites, factors, synthetic_recordings(0));
+  ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
+  EXPECT_NEAR(predicted->probability(3, 0, 0), 0.5, 1e-12) << "half of its scans, not all";
+  EXPECT_NEAR(predicted->mean(3, 0), 0.175, 1e-12);
+  EXPECT_NEAR(predicted->mean(3, 1), 0.06, 1e-12);
+  EXPECT_NEAR(predicted->mean(3, 2), 0.04, 1e-12);
+}
+
 TEST(OwnEvidenceModel, AlsoWhereNoScanLiesNearASite) {
   ShortDrive street;
   std::ranges::fill(street.drive.measured.scan_of_site, -1);
