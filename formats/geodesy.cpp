@@ -1,11 +1,15 @@
 #include "formats/geodesy.h"
 
 #include <GeographicLib/LocalCartesian.hpp>
+#include <GeographicLib/MGRS.hpp>
 #include <GeographicLib/UTMUPS.hpp>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <string>
+#include <vector>
 
+#include "formats/rotation.h"
 #include "formats/text/table.h"
 
 namespace sightline {
@@ -25,8 +29,34 @@ Error bad(const std::string& found) {
   World zone;
   const std::string hint = read_zone(found, zone) ? "; write utm:" + found : "";
   return {ErrorCode::kBadArgument,
-          "--world: found '" + found +
-              "', expected local, utm:ZONE (utm:32N) or enu:LATITUDE,LONGITUDE,ALTITUDE" + hint,
+          "world: found '" + found +
+              "', expected local, utm:ZONE (utm:32N), mgrs:SQUARE (mgrs:32UMV) or "
+              "enu:LATITUDE,LONGITUDE,ALTITUDE" +
+              hint,
+          "", ""};
+}
+
+// Whether a text names a square of 100 km, "32UMV"; not one of the poles, which have no zone.
+bool read_square(const std::string& text, World& world) {
+  int digits = -1;
+  try {
+    GeographicLib::MGRS::Reverse(text, world.utm_zone, world.is_north, world.corner_utm_m.x(),
+                                 world.corner_utm_m.y(), digits, /*centerp=*/false);
+  } catch (const std::exception&) {
+    return false;
+  }
+  world.kind = WorldKind::kMgrs;
+  return digits == 0 && world.utm_zone >= 1;
+}
+
+bool is_of_zone(const World& world) {
+  return world.kind == WorldKind::kUtm || world.kind == WorldKind::kMgrs;
+}
+
+Error no_point(const Eigen::Vector3d& p_world_m, const std::exception& reason) {
+  return {ErrorCode::kBadArgument,
+          "world: (" + format_double(p_world_m.x()) + ", " + format_double(p_world_m.y()) +
+              ") m is no point of that frame: " + reason.what(),
           "", ""};
 }
 
@@ -38,6 +68,10 @@ Result<World> parse_world(std::string_view text) {
   if (copy == "local") return world;
   if (copy.starts_with("utm:")) {
     if (!read_zone(copy.substr(4), world)) return bad(copy);
+    return world;
+  }
+  if (copy.starts_with("mgrs:")) {
+    if (!read_square(copy.substr(5), world)) return bad(copy);
     return world;
   }
   char rest = 0;
@@ -53,11 +87,23 @@ Result<World> parse_world(std::string_view text) {
   return bad(copy);
 }
 
+Result<World> named_world(std::string_view flag, std::string_view carried) {
+  SIGHTLINE_ASSIGN(const World own, parse_world(carried));
+  if (flag.empty() || flag == carried) return own;
+  SIGHTLINE_ASSIGN(const World named, parse_world(flag));
+  if (own.kind == WorldKind::kLocal) return named;
+  return Error{ErrorCode::kBadArgument,
+               "--world " + std::string(flag) + ": the map names its world itself, " +
+                   std::string(carried) + "; leave the flag out",
+               "", ""};
+}
+
 Result<Geodetic> to_geodetic(const World& world, const Eigen::Vector3d& p_world_m) {
   Geodetic point;
   try {
-    if (world.kind == WorldKind::kUtm) {
-      GeographicLib::UTMUPS::Reverse(world.utm_zone, world.is_north, p_world_m.x(), p_world_m.y(),
+    if (is_of_zone(world)) {
+      const Eigen::Vector2d utm_m = p_world_m.head<2>() + world.corner_utm_m;
+      GeographicLib::UTMUPS::Reverse(world.utm_zone, world.is_north, utm_m.x(), utm_m.y(),
                                      point.latitude_deg, point.longitude_deg);
       point.altitude_m = p_world_m.z();
       return point;
@@ -69,11 +115,77 @@ Result<Geodetic> to_geodetic(const World& world, const Eigen::Vector3d& p_world_
                   point.longitude_deg, point.altitude_m);
     return point;
   } catch (const std::exception& exception) {
+    return no_point(p_world_m, exception);
+  }
+}
+
+Result<Eigen::Isometry3d> enu_axes(const World& world, const Geodetic& at) {
+  Eigen::Isometry3d axes = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d place_m(0.0, 0.0, at.altitude_m);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  try {
+    if (is_of_zone(world)) {
+      int zone = 0;
+      bool is_north = true;
+      double convergence_deg = 0.0;
+      double scale = 1.0;
+      GeographicLib::UTMUPS::Forward(at.latitude_deg, at.longitude_deg, zone, is_north, place_m.x(),
+                                     place_m.y(), convergence_deg, scale, world.utm_zone);
+      const double shift_m = GeographicLib::UTMUPS::UTMShift();  // south of the equator
+      if (is_north && !world.is_north) place_m.y() += shift_m;
+      if (!is_north && world.is_north) place_m.y() -= shift_m;
+      place_m.head<2>() -= world.corner_utm_m;
+      const double angle_rad = convergence_deg * std::numbers::pi / 180.0;
+      turn = rotation_matrix({Eigen::Vector3d::UnitZ(), angle_rad});
+    } else {
+      SIGHTLINE_CHECK(world.kind == WorldKind::kEnu);
+      const GeographicLib::LocalCartesian local(world.latitude_deg, world.longitude_deg,
+                                                world.altitude_m);
+      std::vector<double> matrix(9);
+      local.Forward(at.latitude_deg, at.longitude_deg, at.altitude_m, place_m.x(), place_m.y(),
+                    place_m.z(), matrix);
+      turn = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix.data());
+    }
+  } catch (const std::exception& exception) {
     return Error{ErrorCode::kBadArgument,
-                 "--world: (" + format_double(p_world_m.x()) + ", " + format_double(p_world_m.y()) +
-                     ") m is no point of that frame: " + exception.what(),
+                 "world: latitude " + format_double(at.latitude_deg) + ", longitude " +
+                     format_double(at.longitude_deg) + " is no place of it: " + exception.what(),
                  "", ""};
   }
+  if (!place_m.allFinite() || !turn.allFinite()) {
+    return Error{ErrorCode::kBadArgument, "world: a place that is not finite", "", ""};
+  }
+  // Libraries of mathematics differ in the last digits; a map's bytes must not.
+  axes.translation() = (place_m * 1e6).array().round() / 1e6;
+  axes.linear() = (turn * 1e12).array().round() / 1e12;
+  return axes;
+}
+
+std::string enu_world_name(const Geodetic& origin) {
+  return "enu:" + format_double(origin.latitude_deg) + "," + format_double(origin.longitude_deg) +
+         "," + format_double(origin.altitude_m);
+}
+
+int epsg_code(const World& world) {
+  SIGHTLINE_CHECK(is_of_zone(world));
+  return (world.is_north ? 32600 : 32700) + world.utm_zone;
+}
+
+Result<std::string> mgrs_square(const World& world, const Eigen::Vector3d& p_world_m) {
+  SIGHTLINE_CHECK(is_of_zone(world));
+  const Eigen::Vector2d utm_m = p_world_m.head<2>() + world.corner_utm_m;
+  try {
+    std::string square;
+    GeographicLib::MGRS::Forward(world.utm_zone, world.is_north, utm_m.x(), utm_m.y(), 0, square);
+    return square;
+  } catch (const std::exception& exception) {
+    return no_point(p_world_m, exception);
+  }
+}
+
+Result<Eigen::Vector3d> from_geodetic(const World& world, const Geodetic& place) {
+  SIGHTLINE_ASSIGN(const Eigen::Isometry3d axes, enu_axes(world, place));
+  return Eigen::Vector3d(axes.translation());
 }
 
 }  // namespace sightline

@@ -17,7 +17,7 @@ Result<int> run_without_verb(const Program& program, const std::string& flag) {
     return 0;
   }
   if (flag == "--version") {
-    std::printf("%s %s\n", program.name.c_str(), program.version.c_str());
+    std::printf("%s %s\n%s", program.name.c_str(), program.version.c_str(), program.build.c_str());
     return 0;
   }
   return unknown("flag " + flag + " stands before the verb", flag, {"--help", "--version"},

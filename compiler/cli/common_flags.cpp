@@ -26,7 +26,8 @@ Flag world_flag(std::string& world) {
   return {.names = "--world",
           .value = "WORLD",
           .help =
-              "Where the recordings' coordinates lie: local, utm:ZONE (utm:32N) or "
+              "Where the recordings' coordinates lie, where neither map nor configuration "
+              "(annotation.world) says: local, utm:ZONE (utm:32N), mgrs:SQUARE (mgrs:32UMV) or "
               "enu:LATITUDE,LONGITUDE,ALTITUDE",
           .target = &world};
 }

@@ -6,6 +6,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -14,6 +15,7 @@
 #include <mutex>
 
 #include "compiler/cli/color.h"
+#include "formats/base/printable.h"
 
 namespace sightline {
 namespace {
@@ -22,17 +24,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-std::string clock_text(double seconds) {
-  const int whole = static_cast<int>(seconds + 0.5);
-  char text[32];
-  if (whole < 3600) {
-    std::snprintf(text, sizeof text, "%d:%02d", whole / 60, whole % 60);
-  } else {
-    std::snprintf(text, sizeof text, "%d:%02d:%02d", whole / 3600, whole / 60 % 60, whole % 60);
-  }
-  return text;
 }
 
 // Columns of the terminal; a line that wraps could not be wiped.
@@ -45,11 +36,13 @@ std::size_t terminal_width() {
 // The moving line. Redrawn at most ten times a second, wiped before anything else is printed.
 class ProgressLine {
  public:
-  explicit ProgressLine(bool is_shown) : is_shown_(is_shown) {}
+  ProgressLine(bool is_shown, std::vector<double> expected_s)
+      : is_shown_(is_shown), expected_s_(std::move(expected_s)) {}
 
   void start(std::size_t step, std::size_t steps, const std::string& name) {
     const std::lock_guard<std::mutex> lock(mutex_);
     head_ = fmt::format("[{}/{}] {}", step + 1, steps, name);
+    step_ = step;
     begin_ = drawn_ = Clock::now();
     draw(head_);
   }
@@ -61,9 +54,21 @@ class ProgressLine {
     drawn_ = Clock::now();
     std::string line = head_ + "  " + std::to_string(done) + "/" + std::to_string(total);
     if (done > 0) {
-      line += "  " + clock_text(seconds_left(seconds_since(begin_), done, total)) + " left";
+      const double left_s = seconds_left(seconds_since(begin_), done, total);
+      line += "  " + clock_text(left_s) + " left";
+      if (step_ + 1 < expected_s_.size()) {
+        line += ", " + clock_text(left_s + later_s()) + " of the whole run";
+      }
     }
     draw(line);
+  }
+
+  void finish(const StepReport& report) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    draw("");
+    if (step_ >= expected_s_.size() || report.from_cache) return;
+    taken_s_ += report.wall_s;
+    foreseen_s_ += expected_s_[step_];
   }
 
   void wipe() {
@@ -76,8 +81,21 @@ class ProgressLine {
     if (!is_shown_) return;
     std::fprintf(stderr, "\r\033[K%s", line.substr(0, terminal_width() - 1).c_str());
   }
+  // Of the steps after this one: as expected, times how wrong that was so far.
+  [[nodiscard]] double later_s() const {
+    double later_s = 0.0;
+    for (std::size_t i = step_ + 1; i < expected_s_.size(); ++i) later_s += expected_s_[i];
+    constexpr double kEnough_s = 2.0;  // to tell this machine from the one that was measured
+    const bool is_known = foreseen_s_ > kEnough_s;
+    return later_s * (is_known ? std::clamp(taken_s_ / foreseen_s_, 0.1, 10.0) : 1.0);
+  }
+
   const bool is_shown_;
+  const std::vector<double> expected_s_;  // of each step; empty: not known
   std::mutex mutex_;
+  std::size_t step_ = 0;
+  double taken_s_ = 0.0;  // by the steps that ran, and what was expected of them
+  double foreseen_s_ = 0.0;
   std::string head_;
   Clock::time_point begin_;
   Clock::time_point drawn_;
@@ -100,20 +118,30 @@ std::string cost_text(const StepReport& report) {
                      report.cpu_s, report.peak_memory_mib);
 }
 
-void on_interrupt(int /*signal*/) {
-  constexpr std::string_view kText =
-      "\nSL7001 interrupted: finished passes are in the cache; the same command goes on from "
-      "there\n";
-  (void)!::write(STDERR_FILENO, kText.data(), kText.size());
+void end_interrupted(std::string_view text) {
+  (void)!::write(STDERR_FILENO, text.data(), text.size());
   ::_exit(exit_status(ErrorCode::kInterrupted));
+}
+
+void on_interrupt(int /*signal*/) {
+  end_interrupted(
+      "\nSL7001 interrupted: finished passes are in the cache; the same command goes on from "
+      "there\n");
+}
+
+void on_interrupt_without_cache(int /*signal*/) {
+  end_interrupted(
+      "\nSL7001 interrupted: nothing is kept without a cache; leave out --no-cache to go on from "
+      "finished passes\n");
 }
 
 }  // namespace
 
-RunObserver console_observer(Verbosity verbosity) {
+RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s) {
   const bool is_quiet = verbosity == Verbosity::kQuiet;
   const bool is_verbose = verbosity == Verbosity::kVerbose;
-  const auto line = std::make_shared<ProgressLine>(!is_quiet && ::isatty(STDERR_FILENO) == 1);
+  const auto line = std::make_shared<ProgressLine>(!is_quiet && ::isatty(STDERR_FILENO) == 1,
+                                                   std::move(expected_s));
   RunObserver observer;
   observer.started = [line, is_verbose](std::size_t step, std::size_t steps,
                                         const std::string& name) {
@@ -123,10 +151,10 @@ RunObserver console_observer(Verbosity verbosity) {
   observer.progress = [line](std::size_t done, std::size_t total) { line->update(done, total); };
   observer.warning = [line](const std::string& pass, const std::string& message) {
     line->wipe();
-    logger()->warn("{}: {}", pass, message);
+    logger()->warn("{}: {}", pass, printable(message));
   };
   observer.finished = [line, is_quiet, is_verbose](const StepReport& report) {
-    line->wipe();
+    line->finish(report);
     if (is_quiet) return;
     logger()->info("{:<28} {:>7.1f} s  {}{}", report.name, report.wall_s,
                    report.from_cache ? "from the cache" : "done",
@@ -134,9 +162,30 @@ RunObserver console_observer(Verbosity verbosity) {
   };
   observer.printed = [line](const std::string& /*pass*/, const Table& table) {
     line->wipe();
-    std::fputs(format_table(table, TableFormat::kCsv).c_str(), stdout);
+    print_data(format_table(table, TableFormat::kCsv));
   };
   return observer;
+}
+
+std::string clock_text(double seconds) {
+  const int whole = static_cast<int>(seconds + 0.5);
+  char text[32];
+  if (whole < 3600) {
+    std::snprintf(text, sizeof text, "%d:%02d", whole / 60, whole % 60);
+  } else {
+    std::snprintf(text, sizeof text, "%d:%02d:%02d", whole / 3600, whole / 60 % 60, whole % 60);
+  }
+  return text;
+}
+
+void print_text(std::string_view text) {
+  const std::string shown = printable(text);
+  (void)std::fwrite(shown.data(), 1, shown.size(), stdout);
+}
+
+void print_data(std::string_view data) {
+  if (::isatty(STDOUT_FILENO) == 1) return print_text(data);
+  (void)std::fwrite(data.data(), 1, data.size(), stdout);
 }
 
 double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {
@@ -145,7 +194,7 @@ double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {
 }
 
 int report_error(const Error& error) {
-  logger()->error("{}", to_string(error));
+  logger()->error("{}", printable(to_string(error)));
   return exit_status(error.code);
 }
 
@@ -174,9 +223,10 @@ std::string explanation(const std::vector<StepReport>& reports) {
   return text;
 }
 
-void explain_interruption() {
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
+void explain_interruption(bool has_cache) {
+  const auto handler = has_cache ? on_interrupt : on_interrupt_without_cache;
+  std::signal(SIGINT, handler);
+  std::signal(SIGTERM, handler);
 }
 
 }  // namespace sightline

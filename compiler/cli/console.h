@@ -1,6 +1,8 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "compiler/pipeline/runner.h"
 #include "formats/base/error.h"
@@ -17,8 +19,17 @@ enum class Verbosity {
 };
 
 // Reports a run on stderr; when that is a terminal, unless quiet, with a moving line that has the
-// share done and the time that remains. `printed` tables go to stdout as CSV.
-RunObserver console_observer(Verbosity verbosity);
+// share done and the time that remains; of the whole run too where `expected_s` names the seconds
+// that each of its steps is expected to take. `printed` tables go to stdout as CSV.
+RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s = {});
+
+// "1:05", "2:03:00"
+std::string clock_text(double seconds);
+
+// On stdout, with what could steer a terminal escaped (printable()): for words out of files.
+void print_text(std::string_view text);
+// On stdout as it is, unless that is a terminal: then as print_text().
+void print_data(std::string_view data);
 
 // Of a pass that has done so much in this time, if it goes on like this.
 double seconds_left(double elapsed_s, std::size_t done, std::size_t total);
@@ -32,8 +43,8 @@ std::string time_table(const std::vector<StepReport>& reports);
 // Why each step ran or did not, for --explain.
 std::string explanation(const std::vector<StepReport>& reports);
 
-// From here on Ctrl-C says that finished passes are kept and ends with the status of an incomplete
-// run; unfinished files are removed by the next run.
-void explain_interruption();
+// From here on Ctrl-C says whether finished passes are kept and ends with the status of an
+// incomplete run; unfinished files are removed by the next run.
+void explain_interruption(bool has_cache);
 
 }  // namespace sightline

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <string_view>
+
+#include "formats/base/regular_file.h"
 
 namespace sightline {
 namespace {
@@ -19,15 +20,20 @@ constexpr std::string_view kModelName = "error-model";
 
 std::string first_bytes(const fs::path& path) {
   constexpr std::size_t kEnough = 512;
-  std::string bytes(kEnough, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
-  return bytes;
+  const Result<std::string> bytes = read_beginning(path.string(), kEnough);
+  return bytes ? *bytes : std::string();
 }
 
 bool has_ending(const fs::path& path, std::initializer_list<std::string_view> endings) {
   return std::ranges::find(endings, path.extension().string()) != endings.end();
+}
+
+bool holds_many_scans(const fs::path& path) {
+  return has_ending(path, {".bag", ".db3", ".mcap", ".pcap", ".pcapng"});
+}
+
+std::string folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path().string() : ".";
 }
 
 // What it is, and which verb takes it.
@@ -48,9 +54,13 @@ std::string description(FileKind kind, const std::string& path) {
     case FileKind::kConfiguration:
       return "a configuration: `sightline compile " + path + " -o drive.slmap` makes a map of it";
     case FileKind::kRecording:
-      return "a recording or one scan of it: `sightline init` writes the configuration of the "
-             "folder "
-             "that it lies in";
+      if (holds_many_scans(path)) {
+        return "a recording: `sightline init " + path +
+               " -o drive.yaml` writes a configuration of it, and `sightline compile drive.yaml -o "
+               "drive.slmap` makes the map";
+      }
+      return "one scan of a recording: `sightline init " + folder_of(path) +
+             " -o drive.yaml` writes a configuration of the folder that it lies in";
   }
   return "";
 }
@@ -84,7 +94,7 @@ std::optional<FileKind> kind_of_file(const fs::path& path) {
     if (bytes.find(kModelName) == std::string::npos) return std::nullopt;
     return FileKind::kModel;
   }
-  if (has_ending(path, {".pcd", ".ply", ".las", ".bin", ".bag", ".pcap"})) {
+  if (holds_many_scans(path) || has_ending(path, {".pcd", ".ply", ".las", ".bin", ".npy", ".gz"})) {
     return FileKind::kRecording;
   }
   const bool is_text = !bytes.empty() && bytes.find('\0') == std::string::npos;

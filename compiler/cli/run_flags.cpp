@@ -9,6 +9,7 @@
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console.h"
 #include "compiler/cli/progress_json.h"
+#include "compiler/config/expected_cost.h"
 #include "passes/matching/kernel_score.h"
 
 namespace sightline {
@@ -17,9 +18,10 @@ namespace {
 // Error: bad-argument where this processor does not have it.
 Result<void> choose_kernel(const std::string& name) {
   MatchKernel kernel = MatchKernel::kFastest;
-  if (name == "portable") kernel = MatchKernel::kPortable;
-  if (name == "avx2") kernel = MatchKernel::kAvx2;
-  if (name == "avx512") kernel = MatchKernel::kAvx512;
+  for (const MatchKernel each :
+       {MatchKernel::kPortable, MatchKernel::kAvx2, MatchKernel::kAvx512}) {
+    if (name == kernel_name(each)) kernel = each;
+  }
   if (!is_supported(kernel)) {
     return Error{ErrorCode::kBadArgument, "this processor does not have " + name, "", "--kernel"};
   }
@@ -28,10 +30,11 @@ Result<void> choose_kernel(const std::string& name) {
 }
 
 // JSON on stderr stands there alone; on a descriptor of its own beside what people see.
-Result<RunObserver> observer_of(const RunFlags& flags) {
+Result<RunObserver> observer_of(const RunFlags& flags, std::vector<double> expected_s) {
   const RunObserver console = console_observer(flags.is_quiet     ? Verbosity::kQuiet
                                                : flags.is_verbose ? Verbosity::kVerbose
-                                                                  : Verbosity::kNormal);
+                                                                  : Verbosity::kNormal,
+                                               std::move(expected_s));
   if (flags.json_progress == 0) return console;
   SIGHTLINE_TRY(check_progress_descriptor(flags.json_progress));
   RunObserver json = json_observer(flags.json_progress);
@@ -102,18 +105,19 @@ void add_flags_of_every_run(Verb& verb, RunFlags& flags) {
   verb.flags.insert(verb.flags.end(), of_every_run.begin(), of_every_run.end());
 }
 
+std::filesystem::path cache_directory(const RunFlags& flags) {
+  if (flags.no_cache) return {};
+  if (!flags.cache_directory.empty()) return flags.cache_directory;
+  return std::filesystem::path(flags.config_file).parent_path() / ".sightline-cache";
+}
+
 RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
   RunOptions options;
   options.threads = flags.threads;
   options.seed = static_cast<std::uint64_t>(config.annotation.seed);
   options.print_after = flags.print_after;
   options.stop_after = flags.stop_after;
-  if (flags.no_cache) return options;
-  options.cache_directory = flags.cache_directory;
-  if (flags.cache_directory.empty()) {
-    options.cache_directory =
-        std::filesystem::path(flags.config_file).parent_path() / ".sightline-cache";
-  }
+  options.cache_directory = cache_directory(flags);
   return options;
 }
 
@@ -121,11 +125,15 @@ Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<An
                                           const RunFlags& flags, const CompileConfig& config,
                                           ArtifactSet& artifacts) {
   SIGHTLINE_TRY(choose_kernel(flags.kernel));
-  SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags));
-  explain_interruption();
+  const RunOptions options = run_options(flags, config);
+  std::vector<double> expected_s;
+  for (const ExpectedStep& step : expected_cost(plan, wanted, options, config, artifacts).steps) {
+    expected_s.push_back(step.wall_s);
+  }
+  SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags, std::move(expected_s)));
+  explain_interruption(!options.cache_directory.empty());
   std::vector<StepReport> reports;
-  const Result<void> run =
-      run_plan(plan, wanted, run_options(flags, config), observer, artifacts, reports);
+  const Result<void> run = run_plan(plan, wanted, options, observer, artifacts, reports);
   if (flags.explain) std::fputs(explanation(reports).c_str(), stderr);
   if (flags.time_passes) std::fputs(time_table(reports).c_str(), stderr);
   if (!run) return run.error();

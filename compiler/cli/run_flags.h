@@ -31,6 +31,8 @@ void add_run_flags(Verb& verb, RunFlags& flags);
 // The flags alone, for a verb that takes several configurations.
 void add_flags_of_every_run(Verb& verb, RunFlags& flags);
 
+// Where artifacts are kept; empty: nowhere.
+std::filesystem::path cache_directory(const RunFlags& flags);
 RunOptions run_options(const RunFlags& flags, const CompileConfig& config);
 
 // Runs the steps that make what is wanted (nothing: all) with progress on stderr, then prints

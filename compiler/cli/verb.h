@@ -61,6 +61,7 @@ struct Verb {
 struct Program {
   std::string name;
   std::string version;
+  std::string build;  // what --version adds: lines, each with its end
   std::string summary;
   std::vector<std::string> first_steps;  // commands for somebody who is new here
   std::string details;                   // paragraphs

@@ -1,5 +1,6 @@
 #include "compiler/commands/commands.h"
 
+#include "compiler/commands/build_details.h"
 #include "formats/base/version.h"
 
 namespace sightline {
@@ -18,6 +19,7 @@ Program sightline_program() {
   Program program;
   program.name = "sightline";
   program.version = program_version();
+  program.build = build_details();
   program.summary =
       "sightline compiles recorded drives into a map that tells a vehicle how far it must look at "
       "each place.";
@@ -30,7 +32,8 @@ Program sightline_program() {
       "NO_COLOR. Exit status: 0 done, 64 usage, 65 input, 66 version, 67 corrupt, 68 signature, 69 "
       "gate, 74 system, 75 incomplete; diff alone: 0 same, 1 different, 2 trouble. "
       "schemas/error_codes.md lists every failure with its remedy.";
-  add_group(program, "Make a map", {init_verb(), compile_verb(), train_verb()});
+  add_group(program, "Make a map",
+            {init_verb(), compile_verb(), annotate_verb(), train_verb(), cache_verb()});
   add_group(program, "Look at it", {inspect_verb(), dump_verb(), export_verb(), report_verb()});
   add_group(program, "Judge it", {verify_verb(), evaluate_verb(), diff_verb(), gate_verb()});
   add_group(program, "Change a map file",

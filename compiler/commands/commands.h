@@ -10,6 +10,7 @@ namespace sightline {
 // One function a verb, each in its own file.
 Verb init_verb();
 Verb compile_verb();
+Verb annotate_verb();
 Verb train_verb();
 Verb evaluate_verb();
 Verb inspect_verb();
@@ -28,6 +29,7 @@ Verb root_verb();
 Verb release_verb();
 Verb sign_verb();
 Verb admit_verb();
+Verb cache_verb();
 Verb passes_verb();
 Verb completion_verb();
 Verb man_verb();

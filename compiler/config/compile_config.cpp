@@ -5,7 +5,9 @@
 #include <optional>
 
 #include "compiler/gate/settings.h"
+#include "formats/foreign/text/sensor_file.h"
 #include "formats/foreign/text/text_lines.h"
+#include "formats/geodesy.h"
 #include "formats/text/table.h"
 #include "passes/ingest/ingest.h"
 #include "passes/localize/measure_error.h"
@@ -26,6 +28,60 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
   return section;
 }
 
+// A finished map: the keys of a drive that tell of its sensor.
+std::vector<OptionField> option_fields(MapOptions& options) {
+  std::vector<OptionField> fields = {
+      text("points", options.points,
+           "a finished map in place of the mapping drive: .pcd, .ply or .las, a folder of them, or "
+           "Autoware's with pointcloud_map_metadata.yaml; empty: the drive makes the map"),
+      text("name", options.name, "name of the map; empty: the last part of points")};
+  for (OptionField& field : option_fields(options.localizing)) {
+    const bool tells_of_sensor = field.name == "sensor" || field.name == "rings" ||
+                                 field.name == "height_m" || field.name.ends_with("_beam_deg") ||
+                                 field.name.starts_with("lidar_");
+    if (tells_of_sensor) fields.push_back(std::move(field));
+  }
+  return fields;
+}
+
+std::vector<OptionField> option_fields(RouteOptions& options) {
+  return {text("file", options.file,
+               "where a finished map is annotated: Lanelet2 (.osm), .geojson, .csv of x, y and z, "
+               "or a trajectory (.tum)"),
+          text("world", options.world,
+               "how the map lies on Earth, for lanes in latitude and longitude: local, utm:32N or "
+               "enu:LATITUDE,LONGITUDE,ALTITUDE")};
+}
+
+// Before hours of work.
+Result<void> check_map(const CompileConfig& config, const std::filesystem::path& file) {
+  const auto bad = [&](ErrorCode code, const std::string& message) {
+    return Error{code, message, file.string(), ""};
+  };
+  if (!config.mapping.scans.empty()) {
+    return bad(ErrorCode::kBadValue,
+               "mapping.scans and map.points are named: either a drive makes the map, or it is "
+               "finished");
+  }
+  if (config.route.file.empty()) {
+    return bad(ErrorCode::kMissingKey, "route.file: a finished map is annotated along a route");
+  }
+  const Result<World> world = parse_world(config.route.world);
+  if (!world) return bad(ErrorCode::kBadValue, "route.world: " + world.error().message);
+  const bool is_own = config.passes.options(kMeasureError).localizer != LocalizerKind::kPclNdt &&
+                      !config.imports_errors();
+  if (config.localization.scans.empty() && !is_own) {
+    return bad(ErrorCode::kBadValue,
+               "without a localization drive errors are simulated, for this program's own "
+               "localizers alone: name a drive, or leave measure-error.localizer and import-errors "
+               "as they are");
+  }
+  if (config.annotation.split == Split::kEvenOdd) {
+    return bad(ErrorCode::kBadValue, "annotation.split is even-odd and no drive makes the map");
+  }
+  return {};
+}
+
 // What all passes share, from the section annotation.
 std::map<std::string, std::string> shared_values(AnnotationOptions annotation) {
   std::map<std::string, std::string> values;
@@ -36,15 +92,28 @@ std::map<std::string, std::string> shared_values(AnnotationOptions annotation) {
 }
 
 void resolve(const std::filesystem::path& folder, RecordingOptions& recording) {
-  for (std::string* path : {&recording.scans, &recording.poses, &recording.stamps}) {
+  for (std::string* path :
+       {&recording.scans, &recording.poses, &recording.stamps, &recording.calibration}) {
     if (!path->empty()) *path = (folder / *path).lexically_normal().string();
+  }
+  if (is_sensor_file(recording.sensor)) {
+    recording.sensor = (folder / recording.sensor).lexically_normal().string();
   }
 }
 
 Result<void> check(const CompileConfig& config, const std::filesystem::path& file) {
-  if (config.mapping.scans.empty()) {
-    return Error{ErrorCode::kMissingKey, "mapping.scans: no folder of scans is named",
-                 file.string(), ""};
+  if (config.has_map()) {
+    SIGHTLINE_TRY(check_map(config, file));
+  } else if (config.mapping.scans.empty()) {
+    return Error{
+        ErrorCode::kMissingKey,
+        "mapping.scans: no folder of scans is named (map.points takes a finished map); `sightline "
+        "init FOLDER -o drive.yaml` writes a configuration",
+        file.string(), ""};
+  }
+  const Result<World> world = parse_world(config.annotation.world);
+  if (!world) {
+    return Error{ErrorCode::kBadValue, "annotation." + world.error().message, file.string(), ""};
   }
   const bool has_drive = !config.localization.scans.empty();
   if (config.annotation.split == Split::kEvenOdd && has_drive) {
@@ -135,6 +204,9 @@ std::vector<OptionField> option_fields(AnnotationOptions& options) {
           number("tile_m", options.tile_m, "edge of a map tile, m; a multiple of the cell", 8.0,
                  1024.0),
           integer("seed", options.seed, "seed of everything random", 0, 1'000'000'000),
+          text("world", options.world,
+               "where the recordings' coordinates lie, which the map carries: local, utm:ZONE "
+               "(utm:32N), mgrs:SQUARE (mgrs:32UMV) or enu:LATITUDE,LONGITUDE,ALTITUDE"),
           choice("split", options.split,
                  "even-odd: even scans of the mapping drive map, odd ones localize; auto: so where "
                  "no localization drive is named",
@@ -149,7 +221,10 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   std::vector<ConfigSection> all = {
       {"annotation", "What is annotated, and what all passes share",
        option_fields(config.annotation)},
-      {"mapping", "The drive that makes the map", option_fields(config.mapping)}};
+      {"mapping", "The drive that makes the map", option_fields(config.mapping)},
+      {"map", "A finished map, annotated along `route`, in place of `mapping`",
+       option_fields(config.map)},
+      {"route", "Where a finished map is annotated", option_fields(config.route)}};
   for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
     all.push_back(sensor_section(i, config.other_sensors[i]));
   }
@@ -170,22 +245,31 @@ ConfigSection gate_section() {
 Result<void> read_compile_config(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides,
                                  std::vector<ConfigSection> sections, CompileConfig& config) {
-  SIGHTLINE_TRY(read_yaml(file, sections));
+  const bool has_file = !file.empty();
+  if (has_file) {
+    SIGHTLINE_TRY(read_yaml(file, sections));
+  }
   for (RecordingOptions* recording : {&config.mapping, &config.localization, &config.evaluation}) {
     resolve(file.parent_path(), *recording);
   }
   for (RecordingOptions& sensor : config.other_sensors) resolve(file.parent_path(), sensor);
-  for (std::string* path : {&config.outside.file, &config.outside.evaluation_file}) {
+  for (std::string* path : {&config.outside.file, &config.outside.evaluation_file,
+                            &config.map.points, &config.route.file}) {
     if (!path->empty()) *path = (file.parent_path() / *path).lexically_normal().string();
   }
   for (const std::string& assignment : overrides) {
     SIGHTLINE_TRY(set_override(assignment, sections));
   }
+  for (RecordingOptions* recording : {&config.mapping, &config.localization, &config.evaluation}) {
+    recording->world = config.annotation.world;
+  }
   config.passes = settings_of(sections);
   config.passes.shared = shared_values(config.annotation);
   SIGHTLINE_TRY(check(config, file));
   // Judged later, but a mistake in it is reported before hours of work.
-  SIGHTLINE_TRY(read_gate_settings(file));
+  if (has_file) {
+    SIGHTLINE_TRY(read_gate_settings(file));
+  }
   return {};
 }
 

@@ -23,6 +23,8 @@ struct AnnotationOptions {
   double leaf_m = 1.0;
   double tile_m = 64.0;
   int seed = 1;
+  // Where the recordings' coordinates lie (formats/geodesy.h, parse_world).
+  std::string world = "local";
   // even-odd: one recording is both drives; even scans map, odd scans localize. auto: even-odd
   // where no localization drive is named.
   Split split = Split::kAuto;
@@ -40,18 +42,34 @@ struct OutsideErrorsOptions {
 };
 std::vector<OptionField> option_fields(OutsideErrorsOptions& options);
 
+// A finished point cloud map in place of a mapping drive.
+struct MapOptions {
+  std::string points;  // file, folder, or Autoware's map folder; empty: a drive makes the map
+  std::string name;    // empty: the last part of `points`
+  RecordingOptions localizing;  // of it the sensor alone, where no localization drive has one
+};
+
+// Where that map is annotated.
+struct RouteOptions {
+  std::string file;             // lanes, lines or a trajectory (formats/foreign/lanes/read_route.h)
+  std::string world = "local";  // how the map lies on Earth, for lanes in latitude and longitude
+};
+
 // One YAML file: everything a compile and its evaluation depend on.
 struct CompileConfig {
   AnnotationOptions annotation;
   RecordingOptions mapping;
   // What else on the vehicle scanned during the mapping drive; no scans: there is none.
   std::array<RecordingOptions, 3> other_sensors;
+  MapOptions map;                 // with `route`, in place of the mapping drive
+  RouteOptions route;             // where `map` is annotated
   RecordingOptions localization;  // no scans: see AnnotationOptions::split
   RecordingOptions evaluation;    // an independent drive, for `evaluate`
   OutsideErrorsOptions outside;   // section import-errors
   PassSettings passes;            // options of passes, with what they share
 
-  [[nodiscard]] bool is_split() const { return localization.scans.empty(); }
+  [[nodiscard]] bool has_map() const { return !map.points.empty(); }
+  [[nodiscard]] bool is_split() const { return localization.scans.empty() && !has_map(); }
   [[nodiscard]] bool imports_errors() const { return !outside.file.empty(); }
   [[nodiscard]] bool imports_evaluation() const { return !outside.evaluation_file.empty(); }
 };
@@ -67,12 +85,16 @@ ConfigSection gate_section();
 // The localizer of import-errors. Error: bad-value.
 Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options);
 
-// Reads the file into `config` and `sections`, which are all that it may name (the drives' sections
-// point into `config`, those of passes hold their options), then the overrides
+// Reads the file (empty: there is none) into `config` and `sections`, which are all that it may
+// name (the drives' sections point into `config`, those of passes hold their options), then the
+// overrides
 // ("section.key=value"). Paths become relative to the file's folder; options of passes become
-// `config.passes`. Errors: those of read_yaml and set_override, missing-key (no mapping drive),
-// bad-value (a split beside a localization drive; a localizer of import-errors without a good name,
-// or parameters that are none; pcl-ndt in a program without PCL).
+// `config.passes`. Errors: those of read_yaml and set_override, missing-key (no mapping drive
+// and no finished map, or such a map without a route),
+// bad-value (a mapping drive beside a finished map, or what such a map cannot do without a
+// localization drive: errors of pcl-ndt or from outside; a split beside a localization drive; a
+// localizer of import-errors without a good name, or parameters that are none; pcl-ndt in a program
+// without PCL).
 Result<void> read_compile_config(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides,
                                  std::vector<ConfigSection> sections, CompileConfig& config);

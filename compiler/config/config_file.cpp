@@ -5,7 +5,7 @@
 
 #include "compiler/pipeline/option_schema.h"
 #include "compiler/pipeline/option_yaml.h"
-#include "formats/base/atomic_file.h"
+#include "compiler/pipeline/yaml_tree.h"
 
 namespace sightline {
 namespace {
@@ -67,7 +67,7 @@ PassSettings settings_of(const std::vector<ConfigSection>& sections) {
 }
 
 Result<void> read_yaml(const std::filesystem::path& file, std::vector<ConfigSection>& sections) {
-  SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
+  SIGHTLINE_ASSIGN(const std::string text, read_yaml_text(file));
   const Result<void> read = read_sections(text, sections);
   if (read) return {};
   Error error = read.error();

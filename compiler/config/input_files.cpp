@@ -1,5 +1,7 @@
 #include "compiler/config/input_files.h"
+#include "formats/foreign/maps/point_map.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/text/sensor_file.h"
 
 #include <algorithm>
 
@@ -12,9 +14,10 @@ Result<void> add_recording(const RecordingOptions& options, InputFiles& inputs) 
   if (options.scans.empty()) return {};
   SIGHTLINE_ASSIGN(const Recording recording, list_recording(options));
   for (const RecordedScan& scan : recording.scans) inputs.files.push_back(scan.file);
-  for (const std::string& file : {options.poses, options.stamps}) {
+  for (const std::string& file : {options.poses, options.stamps, options.calibration}) {
     if (!file.empty()) inputs.files.emplace_back(file);
   }
+  if (is_sensor_file(options.sensor)) inputs.files.emplace_back(options.sensor);
   if (!recording.container) inputs.folders.emplace_back(options.scans);
   return {};
 }
@@ -39,12 +42,18 @@ std::string escaped(const std::string& path) {
 Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file,
                                const fs::path& model) {
   InputFiles inputs;
-  inputs.files.push_back(file);
+  if (!file.empty()) inputs.files.push_back(file);
   if (!model.empty()) inputs.files.push_back(model);
   std::vector<const RecordingOptions*> recordings = {&config.mapping, &config.localization};
   for (const RecordingOptions& sensor : config.other_sensors) recordings.push_back(&sensor);
   for (const RecordingOptions* recording : recordings) {
     SIGHTLINE_TRY(add_recording(*recording, inputs));
+  }
+  if (config.has_map()) {
+    SIGHTLINE_ASSIGN(const std::vector<fs::path> pieces, list_point_map(config.map.points));
+    inputs.files.insert(inputs.files.end(), pieces.begin(), pieces.end());
+    inputs.files.emplace_back(config.route.file);
+    if (pieces.size() > 1) inputs.folders.push_back(pieces.front().parent_path());
   }
   if (config.imports_errors()) inputs.files.emplace_back(config.outside.file);
   sort_once(inputs.files);

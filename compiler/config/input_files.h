@@ -15,7 +15,8 @@ struct InputFiles {
   std::vector<std::filesystem::path> folders;  // of scans
 };
 
-// Of the configuration `file` and of the model that is given to it (empty: none). Reads no scan
+// Of the configuration `file` (empty: there is none) and of the model that is given to it (empty:
+// none). Reads no scan
 // files but those that hold many scans. Errors: those of list_recording.
 Result<InputFiles> input_files(const CompileConfig& config, const std::filesystem::path& file,
                                const std::filesystem::path& model);

@@ -1,6 +1,9 @@
 #include "compiler/cli/command_line.h"
+#include "compiler/cli/guard.h"
 #include "compiler/commands/commands.h"
 
 int main(int argc, char** argv) {
-  return sightline::run_command_line(sightline::sightline_program(), {argv + 1, argv + argc});
+  return sightline::run_guarded([&] {
+    return sightline::run_command_line(sightline::sightline_program(), {argv + 1, argv + argc});
+  });
 }

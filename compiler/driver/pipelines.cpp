@@ -3,20 +3,21 @@
 #include <algorithm>
 #include <utility>
 
-#include "formats/base/atomic_file.h"
-#include "formats/foreign/recording/open_recording.h"
-#include "formats/foreign/text/outside_errors_file.h"
-#include "formats/map/map_reader.h"
 #include "passes/emit/emit_map.h"
 #include "passes/factors/compute_factors.h"
 #include "passes/ingest/ingest.h"
+#include "passes/ingest/ingest_map.h"
 #include "passes/ingest/join_sensors.h"
 #include "passes/localize/add_mapping_error.h"
+#include "passes/localize/calibrate_plan.h"
 #include "passes/localize/import_errors.h"
 #include "passes/localize/measure_error.h"
+#include "passes/localize/simulate_error.h"
+#include "passes/localize/site_localizer.h"
 #include "passes/localize/track_drive.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
+#include "passes/map/choose_route_sites.h"
 #include "passes/map/choose_sites.h"
 #include "passes/map/measure_sharpness.h"
 #include "passes/map/remove_moving.h"
@@ -127,11 +128,13 @@ LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> n
   LocalizedDrive localized;
   localized.drive = plan.run_as(role, kIngest, plan.options(kIngest), input.recording);
   const Wire<Trajectory> own = plan.run_as(role, kEstimateTrajectory, own_poses, localized.drive);
-  localized.trajectory =
-      plan.run_as(role, kAlignDrive, plan.options(kAlignDrive), localized.drive, own, ndt, sites);
+  // By the drive's own motion, and before it is laid into the map, which is made of such scans: one
+  // that is drawn out lies best on it where it has not been.
+  localized.undistorted =
+      plan.run_as(role, kUndistortScans, plan.options(kUndistortScans), localized.drive, own);
   // From here on the drive is expressed in the frame of the map.
-  localized.undistorted = plan.run_as(role, kUndistortScans, plan.options(kUndistortScans),
-                                      localized.drive, localized.trajectory);
+  localized.trajectory = plan.run_as(role, kAlignDrive, plan.options(kAlignDrive),
+                                     localized.undistorted, own, ndt, sites);
   return localized;
 }
 
@@ -197,8 +200,10 @@ void add_choice(const CompileConfig& config, CompilePlan& compile) {
   compile.model = is_given ? compile.given_model
                            : plan.run(kTrainModelHere, compile.sites, compile.factors,
                                       compile.measured, compile.cards);
+  // What was simulated is no history.
+  const bool is_measured = compile.measured != compile.simulated;
   const bool has_history =
-      is_given && config.passes.options(kPredictError).history == HistoryUse::kAuto;
+      is_given && is_measured && config.passes.options(kPredictError).history == HistoryUse::kAuto;
   compile.predicted = has_history ? plan.run(kPredictErrorWithHistory, compile.model, compile.sites,
                                              compile.factors, compile.measured, compile.cards)
                                   : plan.run(kPredictError, compile.model, compile.sites,
@@ -210,6 +215,66 @@ void add_choice(const CompileConfig& config, CompilePlan& compile) {
                                 compile.factors, compile.measured);
 }
 
+// NDs and surface of a finished map, the places along its route, and what simulated scans tell of
+// them.
+void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  FinishedMapInput& finished = compile.finished;
+  finished.options = config.map;
+  finished.route_options = config.route;
+  finished.points = plan.input<PointMap>("map/point-map");
+  finished.route = plan.input<Route>("route");
+  finished.sensor = plan.input<SensorProfile>("map/sensor");
+  if (!config.localization.scans.empty()) {
+    compile.recordings.push_back(add_recording(plan, "localization", config.localization));
+    compile.localizing_sensor = compile.recordings.back().sensor;
+  } else {
+    compile.localizing_sensor = finished.sensor;
+  }
+  compile.points = plan.run(kIngestMap, finished.points);
+  // All points are taken for what stood still; nobody knows from where they were seen.
+  compile.ndt = plan.run(kBuildNdt, compile.points);
+  compile.surface = plan.run(kBuildSurface, compile.points);
+  compile.sites =
+      plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
+  compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
+  const Wire<VirtualScans> virtual_scans =
+      plan.run(kCastScans, compile.surface, compile.sites, compile.localizing_sensor);
+  const Wire<FactorTable> map_factors =
+      plan.run(kComputeFactors, compile.ndt, compile.sites, compile.depth, virtual_scans);
+  SimulateErrorOptions simulating = plan.options(kSimulateError);
+  simulating.matching = measuring_options(config, plan);
+  // Evidence and a factor, as of the scans that make a map: at every site, by this program's own.
+  if (simulating.matching.localizer == LocalizerKind::kPclNdt) {
+    simulating.matching.localizer = LocalizerKind::kSearching;
+    simulating.matching.starts.count = 0;
+  }
+  compile.simulated = plan.run_as("", kSimulateError, simulating, compile.surface, compile.ndt,
+                                  compile.sites, compile.localizing_sensor);
+  compile.factors = plan.run(kAddSimulatedError, map_factors, compile.simulated);
+}
+
+// Annotates a finished map.
+CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
+  Plan& plan = compile.plan;
+  add_finished_map(config, compile);
+  // From here on every place of the route is known as one is that a mapping drive passed.
+  compile.measured = compile.simulated;
+  if (!config.localization.scans.empty()) {
+    const LocalizedDrive localized =
+        add_drive(plan, compile.recordings.back(), compile.ndt, compile.sites);
+    compile.measured = add_errors(
+        config, "", localized, {plan, compile.ndt, compile.sites, measuring_options(config, plan)},
+        compile.outside);
+  }
+  // From here on places that a drive passed have been measured; the others stay simulated.
+  add_choice(config, compile);
+  compile.map = plan.run(kEmitAnnotatedMap, compile.ndt, compile.sites, compile.predicted,
+                         compile.ranges, compile.measured, compile.model, compile.factors,
+                         compile.localizing_sensor, compile.cards);
+  return compile;
+}
+
 }  // namespace
 
 CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
@@ -218,6 +283,7 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   Plan& plan = compile.plan;
   compile.cards = plan.input<RecordingCards>("recordings");
   if (model == ModelSource::kGiven) compile.given_model = plan.input<ErrorModel>("given-model");
+  if (config.has_map()) return annotate_plan(config, std::move(compile));
   compile.recordings.push_back(add_recording(plan, "mapping", config.mapping));
   const RecordingInput first = compile.recordings.front();
 
@@ -251,11 +317,17 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   compile.measured = add_errors(config, "", localized,
                                 {plan, compile.ndt, compile.sites, measuring}, compile.outside);
   add_choice(config, compile);
+  CalibratePlanOptions tracking = plan.options(kCalibratePlan);
+  tracking.matching = measuring;
+  tracking.reach_m = plan.options(kEmitMap).reach_m;
+  compile.look_plan = plan.run_as("", kCalibratePlan, tracking, localized.undistorted,
+                                  localized.trajectory, compile.ndt, compile.sites, compile.ranges);
   EmitMapOptions emitting = plan.options(kEmitMap);
   emitting.mapping_scans = scan_shares(config).mapping;
-  compile.map = plan.run_as("", kEmitMap, emitting, compile.drive, localized.drive, compile.ndt,
-                            compile.sites, compile.predicted, compile.ranges, compile.measured,
-                            compile.model, compile.factors, compile.sharpness, compile.trajectory);
+  compile.map =
+      plan.run_as("", kEmitMap, emitting, compile.drive, localized.drive, compile.ndt,
+                  compile.sites, compile.predicted, compile.ranges, compile.measured, compile.model,
+                  compile.factors, compile.look_plan, compile.sharpness, compile.trajectory);
   return compile;
 }
 
@@ -283,6 +355,7 @@ EvaluatePlan evaluate_plan(const CompileConfig& config, const CompiledMap& map) 
   const LocalizedDrive drive = add_drive(plan, evaluate.recording, evaluate.ndt, evaluate.sites);
   MeasureErrorOptions measuring = plan.options(kMeasureError);
   measuring.ranges_m = ranges_of(map.predicted.looks);
+  measuring.every_return = took_every_return(map.model.localizer);
   measuring.looks.clear();
   for (const PredictedError& samples : map.predicted.of_samples) {
     measuring.looks = with_baselines(samples.looks);
@@ -316,10 +389,12 @@ std::vector<ConfigSection> published_sections(CompileConfig& config) {
   // With every pass that a compile or an evaluation may run.
   CompileConfig complete;
   complete.localization.scans = "any";
+  CompileConfig finished = complete;
+  finished.map.points = "any";
   complete.other_sensors.front().scans = "any";
   std::vector<ConfigSection> sections = drive_sections(config);
-  for (const Plan& plan :
-       {compile_plan(complete).plan, evaluate_plan(complete, CompiledMap{}).plan}) {
+  for (const Plan& plan : {compile_plan(complete).plan, compile_plan(finished).plan,
+                           evaluate_plan(complete, CompiledMap{}).plan}) {
     for (ConfigSection& pass : sections_of(plan)) {
       if (std::ranges::find(sections, pass.name, &ConfigSection::name) != sections.end()) continue;
       sections.push_back(std::move(pass));
@@ -336,74 +411,8 @@ Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
   return config;
 }
 
-namespace {
-
-Result<void> provide_recording(const RecordingInput& input, ArtifactSet& artifacts) {
-  SIGHTLINE_ASSIGN(Recording recording, open_recording(input.options, /*threads=*/0));
-  const Digest digest = recording.digest;
-  artifacts.provide(input.sensor, recording.sensor);
-  artifacts.provide(input.recording, std::move(recording), digest);
-  return {};
-}
-
-Result<void> provide_outside(const std::vector<OutsideInput>& inputs, ArtifactSet& artifacts) {
-  for (const OutsideInput& input : inputs) {
-    OutsideErrors outside;
-    outside.file = std::filesystem::path(input.file).filename().string();
-    SIGHTLINE_ASSIGN(outside.localizer, outside_localizer(input.options));
-    outside.reference = input.options.reference;
-    SIGHTLINE_ASSIGN(outside.errors, read_outside_errors(input.file));
-    artifacts.provide(input.errors, std::move(outside));
-  }
-  return {};
-}
-
-}  // namespace
-
-Result<void> provide_drive(const EvaluatePlan& evaluate, ArtifactSet& artifacts) {
-  SIGHTLINE_TRY(provide_recording(evaluate.recording, artifacts));
-  return provide_outside(evaluate.outside, artifacts);
-}
-
-Result<void> provide_drives(const CompilePlan& compile, ArtifactSet& artifacts) {
-  // The files that are read in no time come first: a mistake in them is told at once.
-  SIGHTLINE_TRY(provide_outside(compile.outside, artifacts));
-  for (const RecordingInput& input : compile.recordings) {
-    SIGHTLINE_TRY(provide_recording(input, artifacts));
-  }
-  artifacts.provide(compile.cards, recording_cards(compile, artifacts));
-  return {};
-}
-
-void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactSet& artifacts) {
-  artifacts.provide(evaluate.ndt, map.ndt);
-  artifacts.provide(evaluate.sites, map.sites);
-  artifacts.provide(evaluate.predicted, map.predicted);
-  artifacts.provide(evaluate.ranges, map.ranges);
-  artifacts.provide(evaluate.factors, map.factors);
-}
-
-RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& artifacts) {
-  RecordingCards recordings;
-  for (const RecordingInput& input : compile.recordings) {
-    if (!artifacts.has(input.recording)) continue;
-    const Recording& recording = artifacts.get(input.recording);
-    recordings.cards.push_back({input.role, recording.name, recording.digest});
-  }
-  return recordings;
-}
-
-Result<ErrorModel> read_model(const std::filesystem::path& file) {
-  Result<ErrorModel> model = Error{ErrorCode::kCannotRead, "no model", file.string(), ""};
-  if (file.extension() == ".slmap") {
-    SIGHTLINE_ASSIGN(const CompiledMap map, read_map(file));
-    model = model_of(map.model);
-  } else {
-    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(file));
-    model = from_bytes<ErrorModel>(bytes);
-  }
-  if (!model) return in_file(model.error(), file.string());
-  return model;
+Result<CompileConfig> compile_config_of(const std::vector<std::string>& overrides) {
+  return load_compile_config({}, overrides);
 }
 
 }  // namespace sightline

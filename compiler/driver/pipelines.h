@@ -6,10 +6,13 @@
 
 #include "compiler/config/compile_config.h"
 #include "compiler/pipeline/artifact_set.h"
+#include "formats/annotation/calibrated_plan.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/driven_places.h"
 #include "formats/drive/outside_errors.h"
+#include "formats/drive/route.h"
 #include "formats/evaluation/evaluation.h"
+#include "formats/foreign/maps/point_map.h"
 #include "formats/map/compiled_map.h"
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/sharpness.h"
@@ -40,6 +43,15 @@ struct OutsideInput {
   Wire<OutsideErrors> errors;
 };
 
+// A finished map that a plan takes from outside in place of a mapping drive.
+struct FinishedMapInput {
+  MapOptions options;
+  RouteOptions route_options;
+  Wire<PointMap> points;  // not connected: a drive makes the map
+  Wire<Route> route;
+  Wire<SensorProfile> sensor;  // that will localize, where no localization drive tells
+};
+
 // A drive that is localized in a map.
 struct LocalizedDrive {
   Wire<Drive> drive;
@@ -47,12 +59,15 @@ struct LocalizedDrive {
   Wire<Drive> undistorted;
 };
 
-// From drives to a finished map.
+// From drives to a compiled map, or from a finished point cloud map and a route. What comes of a
+// drive alone (drive, trajectory, undistorted, look_plan, sharpness) is not connected in the second
+// case.
 struct CompilePlan {
   Plan plan;
   // From outside; a split recording localizes by its own sensor, which is not provided again.
   std::vector<RecordingInput> recordings;
   std::vector<OutsideInput> outside;  // those that were named
+  FinishedMapInput finished;
   Wire<RecordingCards> cards;
   Wire<ErrorModel> given_model;  // connected where the model is given
   // Made.
@@ -65,10 +80,13 @@ struct CompilePlan {
   Wire<Sites> sites;
   Wire<DepthImages> depth;
   Wire<FactorTable> factors;
-  Wire<MeasuredError> measured;
-  Wire<ErrorModel> model;  // given or trained
+  Wire<SensorProfile> localizing_sensor;  // of a finished map
+  Wire<MeasuredError> simulated;          // in a finished map
+  Wire<MeasuredError> measured;  // of the localization drive; in a finished map without: simulated
+  Wire<ErrorModel> model;        // given or trained
   Wire<PredictedError> predicted;
   Wire<RangeTable> ranges;
+  Wire<CalibratedPlan> look_plan;
   Wire<Sharpness> sharpness;
   Wire<Evaluation> evaluation;
   Wire<CompiledMap> map;
@@ -115,10 +133,17 @@ std::vector<ConfigSection> published_sections(CompileConfig& config);
 Result<CompileConfig> load_compile_config(const std::filesystem::path& file,
                                           const std::vector<std::string>& overrides);
 
-// Opens the recordings of a plan and provides them, their sensors and cards, and reads the files of
-// import-errors. Errors: those of open_recording and read_outside_errors.
-Result<void> provide_drives(const CompilePlan& compile, ArtifactSet& artifacts);
-Result<void> provide_drive(const EvaluatePlan& evaluate, ArtifactSet& artifacts);
+// The same of overrides alone: there is no file.
+Result<CompileConfig> compile_config_of(const std::vector<std::string>& overrides);
+
+// Opens the recordings of a plan, or its finished map and route, and provides them, their sensors
+// and cards, and reads the files of import-errors. Digests of scan files are kept in the cache,
+// where there is one (not empty). Errors: those of open_recording, open_point_map, read_route and
+// read_outside_errors.
+Result<void> provide_drives(const CompilePlan& compile,
+                            const std::filesystem::path& cache_directory, ArtifactSet& artifacts);
+Result<void> provide_drive(const EvaluatePlan& evaluate,
+                           const std::filesystem::path& cache_directory, ArtifactSet& artifacts);
 
 // Provides what a map holds.
 void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactSet& artifacts);

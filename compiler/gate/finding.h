@@ -60,6 +60,10 @@ struct GateMapCard {
 
 struct GateReport {
   GateMapCard map;
+  // Where the rules stand, and its line with the section `gate` (1: there is none): what a person
+  // can open and change. Empty: the rules are the program's own.
+  std::string rules_file = {};
+  std::size_t rules_line = 1;
   std::optional<GateMapCard> old_map;
   std::string today;                     // YYYY-MM-DD, the day that exceptions were judged on
   Severity fails_at = Severity::kError;  // the least severity of a violation that fails the gate

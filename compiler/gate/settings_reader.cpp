@@ -1,7 +1,6 @@
 #include "compiler/gate/settings.h"
 #include "compiler/gate/settings_fields.h"
 #include "compiler/pipeline/option_yaml.h"
-#include "formats/base/atomic_file.h"
 
 namespace sightline {
 namespace {
@@ -180,7 +179,7 @@ Result<void> read_section(const YamlNode& node, GateSettings& settings) {
 const YamlNode* section_in(const YamlNode& root) {
   const YamlNode* section = root.find("gate");
   if (section) return section;
-  return root.find("mapping") ? nullptr : &root;
+  return root.find("mapping") || root.find("map") ? nullptr : &root;
 }
 
 }  // namespace
@@ -195,7 +194,7 @@ Result<GateSettings> parse_gate_settings(const std::string& yaml) {
 }
 
 Result<GateSettings> read_gate_settings(const std::filesystem::path& file) {
-  SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
+  SIGHTLINE_ASSIGN(const std::string text, read_yaml_text(file));
   Result<GateSettings> settings = parse_gate_settings(text);
   if (settings) return settings;
   Error error = settings.error();

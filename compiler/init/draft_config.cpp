@@ -114,8 +114,8 @@ Result<Drives> look_at_all(const fs::path& folder) {
 
 Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passed_over) {
   constexpr std::size_t kMost = 5;
-  std::string message =
-      "no drive was found: a folder of " + scan_endings_text() + " files, a ROS bag or a pcap";
+  std::string message = "no drive was found: a folder of " + scan_endings_text() +
+                        " files, a ROS bag (.bag, .db3, .mcap) or a pcap";
   for (std::size_t i = 0; i < std::min(kMost, passed_over.size()); ++i) {
     message += "; " + passed_over[i].path.string() + ": " + passed_over[i].reason;
   }

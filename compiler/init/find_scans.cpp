@@ -6,7 +6,8 @@
 #include <optional>
 #include <sstream>
 
-#include "formats/foreign/logs/open_scan_container.h"
+#include "formats/base/regular_file.h"
+#include "formats/foreign/recording/open_scan_container.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/text/lower_extension.h"
 
@@ -56,6 +57,7 @@ bool looks_like_text(const fs::path& file) {
 
 // Columns of the first line that is no comment, where all of them are numbers; else 0.
 std::size_t columns_of_numbers(const fs::path& file) {
+  if (!open_regular_file(file.string())) return 0;  // a pipe would wait
   std::ifstream stream(file);
   for (std::string line; std::getline(stream, line);) {
     std::ranges::replace(line, ',', ' ');
@@ -106,6 +108,10 @@ void find_companions(const fs::path& top, FoundScans& found) {
 }
 
 void look_into(const fs::path& folder, int depth, ScanSearch& search) {
+  if (is_scan_container(folder)) {  // a recording of several files
+    search.found.push_back({folder, {}, {}});
+    return;
+  }
   const Result<Listing> listing = list_folder(folder);
   if (!listing) {
     search.passed_over.push_back({folder, listing.error().message});

@@ -27,11 +27,11 @@ struct ScanSearch {
   std::vector<PassedOver> passed_over;
 };
 
-// Looks for folders with two point cloud files of one kind or more, ROS 1 bags and pcaps in
-// `folder` and up to four folders deeper; hidden folders are left out. Files of poses and times
-// count where their first line has 8, 9 or 12 columns of numbers, or one; they lie beside the scans
-// or above them up to `folder`, or are named after the scans in a folder `poses` there. Errors:
-// file-not-found, cannot-open.
+// Looks for folders with two point cloud files of one kind or more, bags of ROS 1 and ROS 2 and
+// pcaps in `folder` and up to four folders deeper; hidden folders are left out. Files of poses and
+// times count where their first line has 8, 9 or 12 columns of numbers, or one; they lie beside the
+// scans or above them up to `folder`, or are named after the scans in a folder `poses` there.
+// Errors: file-not-found, cannot-open.
 Result<ScanSearch> find_scans(const std::filesystem::path& folder);
 
 }  // namespace sightline

@@ -6,9 +6,10 @@
 #include <utility>
 
 #include "compiler/init/pose_overlap.h"
-#include "formats/foreign/logs/ros_bag.h"
-#include "formats/foreign/logs/ros_messages.h"
+#include "compiler/init/pose_sources.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/ros/ros_bag.h"
+#include "formats/foreign/ros/scan_messages.h"
 #include "formats/text/table.h"
 #include "passes/ingest/beam_fit.h"
 #include "passes/ingest/guess_sensor.h"
@@ -80,13 +81,6 @@ void add_sensor(const SensorGuess& guess, FoundDrive& drive) {
   }
 }
 
-// Where poses may come from, and why the ones before were not taken.
-struct PoseSource {
-  std::string file;
-  std::string topic;
-  std::string words() const { return topic.empty() ? fs::path(file).filename().string() : topic; }
-};
-
 struct Candidate {
   PoseSource source;
   RecordingOptions options;
@@ -94,23 +88,12 @@ struct Candidate {
   PoseOverlap overlap;
 };
 
-std::vector<PoseSource> pose_sources(const FoundScans& found) {
-  std::vector<PoseSource> sources;
-  if (is_ros_bag(found.scans)) {
-    const Result<std::vector<BagTopic>> topics = list_bag_topics(found.scans);
-    if (topics) {
-      for (const BagTopic& topic : *topics) {
-        if (is_pose_message(topic.type)) sources.push_back({found.scans.string(), topic.name});
-      }
-    }
-  }
-  for (const fs::path& file : found.pose_files) sources.push_back({file.string(), ""});
-  return sources;
-}
-
 // Empty: the poses do.
-std::string objection(const PoseOverlap& overlap) {
+std::string objection(const Candidate& candidate) {
   constexpr double kLeast = 0.2;
+  const PoseOverlap& overlap = candidate.overlap;
+  const bool is_mounted = candidate.source.are_transforms || candidate.source.T_vehicle_lidar;
+  if (is_mounted && overlap.yaw_deg != 0.0) return "scans fit only when they are turned further";
   if (!overlap.is_z_up) return "its poses do not move level with z up, like a camera's";
   if (overlap.pairs > 0 && overlap.share < kLeast) {
     return "it lays only " + percent(overlap.share) + " of upright returns on those of other scans";
@@ -119,9 +102,14 @@ std::string objection(const PoseOverlap& overlap) {
 }
 
 // A file that says why it has these poses ("poses_true.tum") is no better than "poses.tum" unless
-// scans say so.
+// scans say so. A mounting that is told is better than none.
 bool is_better(const Candidate& a, const Candidate& b) {
   constexpr double kClear = 0.05;
+  const bool are_of_one = a.source.topic == b.source.topic && !a.source.topic.empty();
+  if (are_of_one && a.source.T_vehicle_lidar && a.overlap.yaw_deg == 0.0 &&
+      a.overlap.share > b.overlap.share - kClear) {
+    return true;
+  }
   if (std::abs(a.overlap.share - b.overlap.share) > kClear) {
     return a.overlap.share > b.overlap.share;
   }
@@ -129,16 +117,15 @@ bool is_better(const Candidate& a, const Candidate& b) {
 }
 
 // The best of those that fit; `remarks` collects what is to be said of the others.
-std::optional<Candidate> choose_poses(const FoundScans& found, const RecordingOptions& options,
-                                      double height_m, std::string& remarks) {
+std::optional<Candidate> choose_poses(const FoundScans& found, const Recording& listed,
+                                      const RecordingOptions& options, double height_m,
+                                      std::string& remarks) {
   std::optional<Candidate> best;
   const auto remark = [&](const Candidate& other, const std::string& what) {
     remarks += (remarks.empty() ? "" : "; ") + other.source.words() + ": " + what;
   };
-  for (const PoseSource& source : pose_sources(found)) {
-    Candidate candidate{source, options, {}, {}};
-    candidate.options.poses = source.file;
-    candidate.options.poses_topic = source.topic;
+  for (const PoseSource& source : pose_sources(found, listed)) {
+    Candidate candidate{source, with_poses(source, options), {}, {}};
     Result<Recording> recording = list_recording(candidate.options);
     if (!recording) {
       remark(candidate, recording.error().message);
@@ -146,11 +133,12 @@ std::optional<Candidate> choose_poses(const FoundScans& found, const RecordingOp
     }
     candidate.recording = std::move(*recording);
     const Result<PoseOverlap> overlap = measure_overlap(candidate.recording, height_m);
-    if (!overlap || !objection(*overlap).empty()) {
-      remark(candidate, overlap ? objection(*overlap) : overlap.error().message);
+    if (overlap) candidate.overlap = *overlap;
+    const std::string fault = overlap ? objection(candidate) : overlap.error().message;
+    if (!fault.empty()) {
+      remark(candidate, fault);
       continue;
     }
-    candidate.overlap = *overlap;
     if (best && !is_better(candidate, *best)) {
       remark(candidate, "fits too");
       continue;
@@ -159,6 +147,36 @@ std::optional<Candidate> choose_poses(const FoundScans& found, const RecordingOp
     best = std::move(candidate);
   }
   return best;
+}
+
+void add_mounting(const RecordingOptions& options, FoundDrive& drive) {
+  drive.keys.push_back({"poses_of", "vehicle", "the bag's transforms tell where the sensor sits"});
+  const std::pair<const char*, double> values[] = {{"lidar_x_m", options.lidar_x_m},
+                                                   {"lidar_y_m", options.lidar_y_m},
+                                                   {"lidar_z_m", options.lidar_z_m},
+                                                   {"lidar_roll_deg", options.lidar_roll_deg},
+                                                   {"lidar_pitch_deg", options.lidar_pitch_deg},
+                                                   {"lidar_yaw_deg", options.lidar_yaw_deg}};
+  for (const auto& [key, value] : values) {
+    if (value != 0.0) drive.keys.push_back({key, format_double(value), ""});
+  }
+}
+
+// Whose poses they are.
+void add_owner(const Candidate& chosen, FoundDrive& drive) {
+  if (chosen.source.are_transforms) {
+    drive.keys.push_back({"poses_of", "sensor", "transforms tell where the sensor itself was"});
+  } else if (chosen.source.T_vehicle_lidar) {
+    add_mounting(chosen.options, drive);
+  } else if (chosen.overlap.yaw_deg == 0.0) {
+    drive.keys.push_back({"poses_of", "sensor",
+                          "scans fit as they are; if these are a vehicle's poses, say `vehicle` "
+                          "and where the sensor sits: lidar_x_m, lidar_y_m, lidar_z_m, "
+                          "lidar_roll_deg, lidar_pitch_deg, lidar_yaw_deg"});
+  } else {
+    drive.keys.push_back({"poses_of", "vehicle", "scans fit only when they are turned"});
+    drive.keys.push_back({"lidar_yaw_deg", format_double(chosen.overlap.yaw_deg), ""});
+  }
 }
 
 void add_poses(const Candidate& chosen, const std::string& remarks, FoundDrive& drive) {
@@ -173,15 +191,7 @@ void add_poses(const Candidate& chosen, const std::string& remarks, FoundDrive& 
   if (!chosen.source.topic.empty()) {
     drive.keys.push_back({"poses_topic", chosen.source.topic, ""});
   }
-  if (overlap.yaw_deg == 0.0) {
-    drive.keys.push_back({"poses_of", "sensor",
-                          "scans fit as they are; if these are a vehicle's poses, say `vehicle` "
-                          "and where the sensor sits: lidar_x_m, lidar_y_m, lidar_z_m, "
-                          "lidar_roll_deg, lidar_pitch_deg, lidar_yaw_deg"});
-  } else {
-    drive.keys.push_back({"poses_of", "vehicle", "scans fit only when they are turned"});
-    drive.keys.push_back({"lidar_yaw_deg", format_double(overlap.yaw_deg), ""});
-  }
+  add_owner(chosen, drive);
   drive.poses = chosen.source.file;
   drive.length_m = overlap.length_m;
   for (const RecordedScan& scan : chosen.recording.scans) {
@@ -212,19 +222,21 @@ void choose_stamps(const FoundScans& found, RecordingOptions& options, FoundDriv
 Result<void> choose_topic(RecordingOptions& options, FoundDrive& drive) {
   if (!is_ros_bag(options.scans)) return {};
   SIGHTLINE_ASSIGN(const std::vector<BagTopic> topics, list_bag_topics(options.scans));
-  std::size_t most = 0;
+  const BagTopic* chosen = nullptr;
+  std::string all;
   for (const BagTopic& topic : topics) {
-    if (topic.type != kPointCloud2) continue;
+    const std::string count = std::to_string(topic.message_count);
+    all += (all.empty() ? "" : ", ") + topic.name + " (" + topic.type + ", " + count + ")";
+    if (!is_scan_message(topic.type)) continue;
     drive.other_topics.push_back(topic.name);
-    if (topic.message_count <= most) continue;
-    most = topic.message_count;
-    options.topic = topic.name;
+    if (!chosen || topic.message_count > chosen->message_count) chosen = &topic;
   }
+  if (!chosen) return {};
+  options.topic = chosen->name;
   std::erase(drive.other_topics, options.topic);
-  if (!options.topic.empty()) {
-    drive.keys.push_back(
-        {"topic", options.topic, std::to_string(most) + " messages of sensor_msgs/PointCloud2"});
-  }
+  drive.keys.push_back({"topic", options.topic,
+                        std::to_string(chosen->message_count) + " messages of " + chosen->type +
+                            "; the bag has: " + all});
   return {};
 }
 
@@ -265,7 +277,7 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
   const SensorGuess sensor = guess_sensor(samples);
   std::string remarks;
   const std::optional<Candidate> poses =
-      choose_poses(found, options, sensor.height_m.value_or(1.8), remarks);
+      choose_poses(found, recording, options, sensor.height_m.value_or(1.8), remarks);
   if (poses) {
     add_poses(*poses, remarks, drive);
   } else {

@@ -20,7 +20,7 @@ Eigen::Vector3d position_m(const Recording& recording, std::size_t scan) {
 struct Clouds {
   std::vector<Eigen::Vector3d> first;
   std::vector<Eigen::Vector3d> second;
-  Pose T_first_second;  // of the frame that the poses are of
+  Pose T_first_second;  // of the sensor by its poses and its mounting
 };
 
 double share_at_yaw(const Clouds& clouds, double yaw_deg) {
@@ -33,12 +33,14 @@ double share_at_yaw(const Clouds& clouds, double yaw_deg) {
 
 Result<std::vector<Clouds>> read_pairs(const Recording& recording, double height_m) {
   std::vector<Clouds> read;
+  const Pose& T_vehicle_lidar = recording.sensor.T_vehicle_lidar;
   for (const ScanPair& pair : choose_pairs(recording)) {
     SIGHTLINE_ASSIGN(const PointCloudFile first, read_listed_scan(recording, pair.first));
     SIGHTLINE_ASSIGN(const PointCloudFile second, read_listed_scan(recording, pair.second));
-    read.push_back({upright_returns(first, height_m), upright_returns(second, height_m),
-                    recording.scans[pair.first].T_world_vehicle->inverse() *
-                        *recording.scans[pair.second].T_world_vehicle});
+    read.push_back(
+        {upright_returns(first, height_m), upright_returns(second, height_m),
+         T_vehicle_lidar.inverse() * recording.scans[pair.first].T_world_vehicle->inverse() *
+             *recording.scans[pair.second].T_world_vehicle * T_vehicle_lidar});
   }
   return read;
 }

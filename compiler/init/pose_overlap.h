@@ -11,7 +11,7 @@ namespace sightline {
 struct PoseOverlap {
   std::size_t pairs = 0;  // of scans 2 to 10 m apart that were compared
   double share = 0.0;     // of upright returns of one that fall on returns of the other
-  double yaw_deg = 0.0;   // of the sensor in the frame of the poses: 0, 90, 180 or -90
+  double yaw_deg = 0.0;   // of the sensor beyond its mounting: 0, 90, 180 or -90
   bool is_z_up = true;    // the poses stand upright and move level; a camera's do not
   double length_m = 0.0;  // of the way along the poses
 };

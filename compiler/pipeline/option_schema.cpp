@@ -14,6 +14,7 @@ Json json_value(const OptionField& field) {
   if (double* const* value = std::get_if<double*>(&field.value)) return **value;
   if (std::string* const* value = std::get_if<std::string*>(&field.value)) return **value;
   if (std::vector<Look>* const* value = std::get_if<std::vector<Look>*>(&field.value)) {
+    if ((*value)->empty()) return to_text(field);
     Json texts = Json::array();
     for (const Look& look : **value) texts.push_back(to_text(look));
     return texts;
@@ -55,7 +56,10 @@ Json field_schema(const OptionField& field) {
 
 }  // namespace
 
-std::string json_text(const OptionField& field) { return json_value(field).dump(); }
+// A path need not be UTF-8; what is none of it is replaced.
+std::string json_text(const OptionField& field) {
+  return json_value(field).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 std::string properties_schema(const std::vector<OptionField>& fields) {
   Json properties = Json::object();

@@ -153,12 +153,18 @@ class Runner {
   std::shared_ptr<const void> from_cache(const PassStep& step, const Digest& key,
                                          StepReport& report) const {
     if (!output_type(step).read) return nullptr;
-    const std::optional<std::vector<std::byte>> bytes = cache_.load(step.name, key);
-    if (!bytes) return nullptr;
-    Result<std::shared_ptr<const void>> artifact = output_type(step).read(*bytes);
-    if (artifact && step.reattach) return step.reattach(*artifact, inputs_of(step));
-    if (artifact) return *artifact;
-    note(step, report, "a damaged cache file is not used: " + to_string(artifact.error()));
+    const Result<ArtifactCache::Content> found = cache_.load(step.name, key);
+    if (!found) return refuse(step, report, found.error());
+    if (!*found) return nullptr;
+    Result<std::shared_ptr<const void>> artifact = output_type(step).read(**found);
+    if (!artifact) return refuse(step, report, artifact.error());
+    if (step.reattach) return step.reattach(*artifact, inputs_of(step));
+    return *artifact;
+  }
+
+  std::shared_ptr<const void> refuse(const PassStep& step, StepReport& report,
+                                     const Error& error) const {
+    note(step, report, "a cache file is not used, its content is made anew: " + to_string(error));
     return nullptr;
   }
 
@@ -169,11 +175,17 @@ class Runner {
     ctx.threads = options_.threads;
     ctx.seed = options_.seed;
     ctx.progress_sink = observer_.progress;
-    ctx.saved_part = [&](std::size_t part) { return cache_.load_part(step.name, key, part); };
+    std::mutex mutex;
+    ctx.saved_part = [&](std::size_t part) -> ArtifactCache::Content {
+      Result<ArtifactCache::Content> found = cache_.load_part(step.name, key, part);
+      if (found) return std::move(*found);
+      const std::lock_guard<std::mutex> lock(mutex);
+      refuse(step, report, found.error());
+      return std::nullopt;
+    };
     ctx.part_sink = [&](std::size_t part, std::span<const std::byte> bytes) {
       cache_.store_part(step.name, key, part, bytes);
     };
-    std::mutex mutex;
     ctx.warning_sink = [&](const std::string& message) {
       const std::lock_guard<std::mutex> lock(mutex);
       note(step, report, message);
@@ -241,6 +253,23 @@ void print_if_asked(const Plan& plan, const PassStep& step, const RunOptions& op
 }
 
 }  // namespace
+
+std::vector<PlannedRun> planned_runs(const Plan& plan, const std::vector<AnyWire>& wanted,
+                                     const RunOptions& options, const ArtifactSet& artifacts) {
+  ArtifactSet known = artifacts;  // with the keys of what is not made yet
+  const ArtifactCache cache = ArtifactCache::to_look_at(options.cache_directory);
+  std::vector<PlannedRun> runs;
+  for (const std::size_t index :
+       steps_for(plan, wanted, [&](AnyWire wire) { return artifacts.has(wire); })) {
+    const PassStep& step = plan.steps()[index];
+    const Digest key = key_of(step, key_record(plan, step, options, known));
+    const ArtifactType* type = plan.artifact({step.output}).type;
+    known.put({step.output}, {type, nullptr, key});
+    runs.push_back({step.name, type->read && cache.has(step.name, key)});
+    if (step.name == options.stop_after) break;
+  }
+  return runs;
+}
 
 Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
                       const RunOptions& options, const RunObserver& observer,

@@ -38,6 +38,16 @@ struct RunOptions {
   std::string stop_after;                 // name of a step; empty: to the end
 };
 
+// What run_plan() would do with one step.
+struct PlannedRun {
+  std::string name;
+  bool is_in_cache = false;
+};
+
+// The steps that run_plan() would take, in their order; nothing runs and nothing is written.
+std::vector<PlannedRun> planned_runs(const Plan& plan, const std::vector<AnyWire>& wanted,
+                                     const RunOptions& options, const ArtifactSet& artifacts);
+
 // Runs those steps of the plan that make `wanted` (nothing wanted: all) and whose output is not in
 // `artifacts` already, in their order: a step is loaded from the cache when pass, version, options,
 // seed and the keys of its inputs are those of an earlier run, else it runs, its output is

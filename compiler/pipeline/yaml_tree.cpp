@@ -1,8 +1,12 @@
 #include "compiler/pipeline/yaml_tree.h"
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <map>
+#include <sstream>
+
+#include "formats/base/regular_file.h"
 
 // All that knows yaml-cpp.
 
@@ -12,11 +16,12 @@ namespace {
 // Aliases can make a short text endless.
 constexpr int kMostDepth = 32;
 constexpr std::size_t kMostNodes = 1'000'000;
+constexpr std::size_t kMostText = std::size_t{1} << 26U;  // of all scalars, bytes
 
 class TreeBuilder {
  public:
   YamlNode build(const YAML::Node& from, int depth) {
-    if (depth > kMostDepth || ++count_ > kMostNodes) {
+    if (depth > kMostDepth || ++count_ > kMostNodes || text_size_ > kMostText) {
       throw YAML::Exception(from.Mark(), "nested too deep or too large");
     }
     YamlNode node;
@@ -24,6 +29,7 @@ class TreeBuilder {
     if (from.IsScalar()) {
       node.kind = YamlNode::Kind::kScalar;
       node.scalar = from.Scalar();
+      text_size_ += node.scalar.size();
     } else if (from.IsSequence()) {
       node.kind = YamlNode::Kind::kList;
       for (const YAML::Node& item : from) node.values.push_back(build(item, depth + 1));
@@ -54,7 +60,55 @@ class TreeBuilder {
   }
 
   std::size_t count_ = 0;
+  std::size_t text_size_ = 0;
 };
+
+// Counts the documents of a text without keeping them: yaml-cpp finds documents without end where a
+// text begins with "," or the like, and would load them all.
+class DocumentCounter : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    constexpr int kMostDocuments = 100;  // lines of --- at the end
+    if (++count_ > kMostDocuments) throw YAML::Exception(mark, "documents without end");
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override { add(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {
+    add(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/,
+                       YAML::anchor_t /*anchor*/, YAML::EmitterStyle::value /*style*/) override {
+    add(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {
+    add(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void add(const YAML::Mark& mark) const {
+    if (count_ > 1) throw YAML::Exception(mark, "a second document begins here, expected one");
+  }
+
+  int count_ = 0;
+};
+
+void refuse_second_document(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentCounter counter;
+  while (parser.HandleNextDocument(counter)) continue;
+}
+
+Error too_large() {
+  return {ErrorCode::kMalformedText,
+          "more than " + std::to_string(kLargestYaml) + " bytes, which no configuration has", "",
+          ""};
+}
 
 }  // namespace
 
@@ -65,17 +119,23 @@ const YamlNode* YamlNode::find(std::string_view key) const {
   return nullptr;
 }
 
+Result<std::string> read_yaml_text(const std::filesystem::path& file) {
+  SIGHTLINE_ASSIGN(std::string text, read_beginning(file.string(), kLargestYaml + 1));
+  if (text.size() > kLargestYaml) return in_file(too_large(), file.string());
+  return text;
+}
+
 Result<YamlNode> parse_yaml(const std::string& text) {
+  if (text.size() > kLargestYaml) return too_large();
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    for (std::size_t i = 1; i < documents.size(); ++i) {
-      if (documents[i].IsNull()) continue;  // a line of --- at the end
-      throw YAML::Exception(documents[i].Mark(), "a second document begins here, expected one");
-    }
-    return TreeBuilder().build(documents.empty() ? YAML::Node() : documents.front(), 0);
+    refuse_second_document(text);
+    return TreeBuilder().build(YAML::Load(text), 0);
   } catch (const YAML::Exception& exception) {
-    return Error{ErrorCode::kMalformedText, "not YAML: " + exception.msg, "",
-                 "line " + std::to_string(exception.mark.line + 1)};
+    const bool has_tab = text.starts_with('\t') || text.find("\n\t") != std::string::npos;
+    return Error{ErrorCode::kMalformedText,
+                 "not YAML: " + exception.msg +
+                     (has_tab ? "; a line begins with a tab, YAML takes blanks alone" : ""),
+                 "", "line " + std::to_string(exception.mark.line + 1)};
   }
 }
 

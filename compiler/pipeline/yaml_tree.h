@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,5 +28,12 @@ struct YamlNode {
 // Error: malformed-text with its line, also for a key that a map has twice, for a second document,
 // and for documents that are nested or repeat themselves beyond all use.
 Result<YamlNode> parse_yaml(const std::string& text);
+
+// No configuration is longer: a longer text is malformed before it is parsed.
+inline constexpr std::size_t kLargestYaml = std::size_t{1} << 20;
+
+// The text of a file for parse_yaml. Errors: those of open_regular_file; malformed-text where it is
+// too long.
+Result<std::string> read_yaml_text(const std::filesystem::path& file);
 
 }  // namespace sightline

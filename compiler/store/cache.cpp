@@ -3,9 +3,13 @@
 #include <algorithm>
 
 #include "formats/base/atomic_file.h"
+#include "formats/base/temporary_name.h"
 
 namespace sightline {
 namespace {
+
+constexpr std::string_view kPart = " part ";
+constexpr std::size_t kLargestRecord = 1 << 20;  // bytes; a pass has some dozens of options
 
 // A pass may be named "ingest:localization", a file had better not.
 std::string file_stem(std::string pass) {
@@ -13,55 +17,97 @@ std::string file_stem(std::string pass) {
   return pass;
 }
 
+// 128 bits of the key: names stay readable and no two keys ever meet.
+std::string stem_of(const std::string& pass, const Digest& key) {
+  return file_stem(pass) + "-" + to_hex(key).substr(0, 32);
+}
+
+ObjectName part_name(const std::string& pass, const Digest& key, std::size_t part) {
+  return {pass + std::string(kPart) + std::to_string(part), key};
+}
+
+std::string text_of(const ObjectName& name) {
+  return name.kind + " of key " + to_hex(name.key).substr(0, 32);
+}
+
+Result<ArtifactCache::Content> load_object(const std::filesystem::path& file,
+                                           const ObjectName& name) {
+  Result<std::vector<std::byte>> bytes = read_file(file);
+  if (!bytes && bytes.error().code == ErrorCode::kFileNotFound) return ArtifactCache::Content();
+  if (!bytes) return bytes.error();
+  const Result<SealedObject> object = open_object(*bytes);
+  if (!object) return in_file(object.error(), file.string());
+  if (object->name != name) {
+    return Error{ErrorCode::kBadLayer,
+                 "found " + text_of(object->name) + ", expected " + text_of(name), file.string(),
+                 ""};
+  }
+  bytes->resize(object->content.size());
+  return ArtifactCache::Content(std::move(*bytes));
+}
+
+Result<void> store_object(const std::filesystem::path& file, const ObjectName& name,
+                          std::span<const std::byte> content) {
+  const std::vector<std::byte> seal = seal_of(name, content);
+  return write_file_atomically(file, {content, std::span(seal)}, IfExists::kReplace);
+}
+
 }  // namespace
 
+std::filesystem::path place_of(const ObjectName& name) {
+  const std::size_t part = name.kind.rfind(kPart);
+  if (part == std::string::npos) return stem_of(name.kind, name.key) + ".sla";
+  return std::filesystem::path(stem_of(name.kind.substr(0, part), name.key) + ".parts") /
+         name.kind.substr(part + kPart.size());
+}
+
 ArtifactCache::ArtifactCache(std::filesystem::path directory) : directory_(std::move(directory)) {
-  if (directory_.empty()) return;
+  if (is_enabled()) remove_leftovers(directory_);
+}
+
+ArtifactCache ArtifactCache::to_look_at(std::filesystem::path directory) {
+  ArtifactCache cache;
+  cache.directory_ = std::move(directory);
+  return cache;
+}
+
+bool ArtifactCache::has(const std::string& pass, const Digest& key) const {
   std::error_code failure;
-  std::filesystem::directory_iterator files(directory_, failure);
-  if (failure) return;
-  for (const std::filesystem::directory_entry& entry : files) {
-    if (entry.path().extension() == ".tmp") std::filesystem::remove(entry.path(), failure);
-  }
+  return is_enabled() && std::filesystem::is_regular_file(file_of(pass, key), failure);
 }
 
 std::filesystem::path ArtifactCache::file_of(const std::string& pass, const Digest& key) const {
-  // 128 bits of the key: names stay readable and no two keys ever meet.
-  return directory_ / (file_stem(pass) + "-" + to_hex(key).substr(0, 32) + ".sla");
+  return directory_ / place_of({pass, key});
 }
 
-std::optional<std::vector<std::byte>> ArtifactCache::load(const std::string& pass,
-                                                          const Digest& key) const {
-  if (!is_enabled()) return std::nullopt;
-  Result<std::vector<std::byte>> bytes = read_file(file_of(pass, key));
-  if (!bytes) return std::nullopt;
-  return std::move(*bytes);
+Result<ArtifactCache::Content> ArtifactCache::load(const std::string& pass,
+                                                   const Digest& key) const {
+  if (!is_enabled()) return Content();
+  return load_object(file_of(pass, key), {pass, key});
 }
 
 Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
-                                  std::span<const std::byte> sealed) const {
+                                  std::span<const std::byte> content) const {
   if (!is_enabled()) return {};
-  return write_file_atomically(file_of(pass, key), sealed, IfExists::kReplace);
+  return store_object(file_of(pass, key), {pass, key}, content);
 }
 
 std::filesystem::path ArtifactCache::parts_of(const std::string& pass, const Digest& key) const {
   return file_of(pass, key).replace_extension(".parts");
 }
 
-std::optional<std::vector<std::byte>> ArtifactCache::load_part(const std::string& pass,
-                                                               const Digest& key,
-                                                               std::size_t part) const {
-  if (!is_enabled()) return std::nullopt;
-  Result<std::vector<std::byte>> bytes = read_file(parts_of(pass, key) / std::to_string(part));
-  if (!bytes) return std::nullopt;
-  return std::move(*bytes);
+Result<ArtifactCache::Content> ArtifactCache::load_part(const std::string& pass, const Digest& key,
+                                                        std::size_t part) const {
+  if (!is_enabled()) return Content();
+  const ObjectName name = part_name(pass, key, part);
+  return load_object(directory_ / place_of(name), name);
 }
 
 void ArtifactCache::store_part(const std::string& pass, const Digest& key, std::size_t part,
-                               std::span<const std::byte> bytes) const {
+                               std::span<const std::byte> content) const {
   if (!is_enabled()) return;
-  (void)write_file_atomically(parts_of(pass, key) / std::to_string(part), bytes,
-                              IfExists::kReplace);
+  const ObjectName name = part_name(pass, key, part);
+  (void)store_object(directory_ / place_of(name), name, content);
 }
 
 void ArtifactCache::remove_parts(const std::string& pass, const Digest& key) const {
@@ -71,7 +117,8 @@ void ArtifactCache::remove_parts(const std::string& pass, const Digest& key) con
 
 std::string ArtifactCache::last_record(const std::string& pass) const {
   if (!is_enabled()) return {};
-  const Result<std::string> text = read_text_file(directory_ / (file_stem(pass) + ".last"));
+  const std::filesystem::path file = directory_ / (file_stem(pass) + ".last");
+  const Result<std::string> text = read_short_text(file, kLargestRecord);
   return text ? *text : std::string();
 }
 

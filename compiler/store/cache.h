@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "compiler/store/sealed_object.h"
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 
@@ -12,25 +13,33 @@ namespace sightline {
 
 // Finished artifacts on disk, by the key of the pass that made them, and for each pass a record of
 // what its last key was made of, so that a rebuild can be explained. Files appear whole or not at
-// all, so a cache survives an interruption at any moment.
+// all, so a cache survives an interruption at any moment, and any number of processes may share
+// one: there are no locks, and nothing is deleted but parts that have become an artifact and what
+// processes left that are gone (formats/base/temporary_name.h). Each object says what it is, and
+// is refused under another name.
 class ArtifactCache {
  public:
-  // An empty directory name keeps nothing. Removes unfinished files of an interrupted run.
+  // An empty directory name keeps nothing.
   explicit ArtifactCache(std::filesystem::path directory);
+  // One that is only asked what it holds: it removes nothing either.
+  static ArtifactCache to_look_at(std::filesystem::path directory);
 
-  // The sealed bytes, where there are any.
-  [[nodiscard]] std::optional<std::vector<std::byte>> load(const std::string& pass,
-                                                           const Digest& key) const;
+  // Whether something lies there under that name; load() says whether it is whole.
+  [[nodiscard]] bool has(const std::string& pass, const Digest& key) const;
+
+  // What was stored, or nothing. Errors, which cost no more than making it again: those of
+  // open_object(); bad-layer (another object lies there); cannot-open, cannot-read.
+  using Content = std::optional<std::vector<std::byte>>;
+  [[nodiscard]] Result<Content> load(const std::string& pass, const Digest& key) const;
   [[nodiscard]] Result<void> store(const std::string& pass, const Digest& key,
-                                   std::span<const std::byte> sealed) const;
+                                   std::span<const std::byte> content) const;
 
   // Parts of an artifact that is not finished yet, and their end: in a folder of the key's own. A
-  // part that cannot be kept is made again by the next run, so failures are not told.
-  [[nodiscard]] std::optional<std::vector<std::byte>> load_part(const std::string& pass,
-                                                                const Digest& key,
-                                                                std::size_t part) const;
+  // part that cannot be kept is made again by the next run, so that is not told.
+  [[nodiscard]] Result<Content> load_part(const std::string& pass, const Digest& key,
+                                          std::size_t part) const;
   void store_part(const std::string& pass, const Digest& key, std::size_t part,
-                  std::span<const std::byte> bytes) const;
+                  std::span<const std::byte> content) const;
   void remove_parts(const std::string& pass, const Digest& key) const;
 
   // Lines "name = value" that made the last key of this pass; empty where it never ran.
@@ -42,7 +51,11 @@ class ArtifactCache {
  private:
   [[nodiscard]] std::filesystem::path parts_of(const std::string& pass, const Digest& key) const;
   [[nodiscard]] std::filesystem::path file_of(const std::string& pass, const Digest& key) const;
+  ArtifactCache() = default;
   std::filesystem::path directory_;
 };
+
+// Where an object of this name lies in a cache, relative to its folder.
+std::filesystem::path place_of(const ObjectName& name);
 
 }  // namespace sightline

@@ -1,11 +1,10 @@
 #include "examples/town/caster.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "formats/base/check.h"
+#include "passes/rays/embree.h"
 
 // Embree's tree of boxes proposes triangles, in float; which of them a ray meets, and where, is
 // decided here in double, so that a town is recorded with the same bits on every processor.
@@ -48,7 +47,7 @@ Shape shape_of(const TownMesh& mesh) {
 }
 
 // One ray, and the nearest triangle that it meets.
-struct ExactCast : RTCIntersectContext {
+struct ExactCast : EmbreeContext {
   Eigen::Vector3d origin_m;
   Eigen::Vector3d direction;
   double range_m = std::numeric_limits<double>::infinity();
@@ -139,7 +138,7 @@ TownCaster::~TownCaster() { rtcReleaseScene(state_->scene); }
 
 Hit TownCaster::cast(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction) const {
   ExactCast cast;
-  rtcInitIntersectContext(&cast);
+  start_query(cast);
   cast.origin_m = origin_m;
   cast.direction = direction;
   RTCRayHit query{};
@@ -152,7 +151,7 @@ Hit TownCaster::cast(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& dir
   query.ray.tfar = std::numeric_limits<float>::infinity();
   query.ray.mask = ~0U;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(state_->scene, &cast, &query);
+  intersect_1(state_->scene, cast, query);
   if (!(cast.range_m < std::numeric_limits<double>::infinity())) return {};
   const Eigen::Vector3d& normal = state_->shape.triangles[cast.triangle].normal;
   return {cast.range_m, std::abs(normal.dot(direction)) / normal.norm(),

@@ -2,13 +2,14 @@
 //
 //   vehicle_pcl MAP CLOUD SCAN X_M Y_M Z_M YAW_DEG [LIMIT_M [LOCALIZER]]
 //
-// MAP is the compiled map, CLOUD the points it was made of (`sightline export town.yaml --format
-// pcd -o CLOUD`), SCAN a PCD file in the sensor's frame. The rest is a guess of the sensor's pose
-// in the world the map was made in, level, good to about a metre and a few degrees. LIMIT_M is the
-// accuracy that is needed, 0.10 m unless given. LOCALIZER is the name under which this vehicle's
-// errors were measured, "vehicle-pcl" unless given: a map of another localizer's errors knows no
-// range for it, and it looks as far as the map goes. What it runs here is PCL's NDT on voxels of 1
-// m; "pcl-ndt" is the same matcher with Autoware's numbers (schemas/definitions.md, "Localizers").
+// MAP is the compiled map, CLOUD the points it was made of, a PCD file or an Autoware map
+// (`sightline export town.yaml --format autoware -o CLOUD`), SCAN a PCD file in the sensor's frame.
+// The rest is a guess of the sensor's pose in the world the map was made in, level, good to about a
+// metre and a few degrees. LIMIT_M is the accuracy that is needed, 0.10 m unless given. LOCALIZER
+// is the name under which this vehicle's errors were measured, "vehicle-pcl" unless given: a map of
+// another localizer's errors knows no range for it, and it looks as far as the map goes. What it
+// runs here is PCL's NDT on voxels of 1 m; "pcl-ndt" is the same matcher with Autoware's numbers
+// (schemas/definitions.md, "Localizers").
 
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/io/pcd_io.h>
@@ -18,6 +19,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <numbers>
 #include <string>
 
@@ -39,10 +41,24 @@ int refuse(const sightline::Error& error) {
   return sightline::exit_status(error.code);
 }
 
-Cloud::Ptr load(const char* path) {
+Cloud::Ptr load(const std::filesystem::path& path) {
   const Cloud::Ptr cloud(new Cloud);
-  if (pcl::io::loadPCDFile(path, *cloud) != 0) return nullptr;
+  if (pcl::io::loadPCDFile(path.string(), *cloud) != 0) return nullptr;
   return cloud;
+}
+
+// All squares of an Autoware map, or one file.
+Cloud::Ptr load_map(const std::filesystem::path& path) {
+  const std::filesystem::path squares = path / "pointcloud_map.pcd";
+  if (!std::filesystem::is_directory(squares)) return load(path);
+  const Cloud::Ptr all(new Cloud);
+  for (const std::filesystem::directory_entry& entry :
+       std::filesystem::directory_iterator(squares)) {
+    const Cloud::Ptr square = load(entry.path());
+    if (square == nullptr) return nullptr;
+    *all += *square;
+  }
+  return all;
 }
 
 Cloud::Ptr thinned(const Cloud& cloud) {
@@ -68,9 +84,9 @@ int localize(const MapReader& map, const Cloud::Ptr& target, const Cloud& scan, 
                  std::string(map.info().localizer).c_str());
   }
   const Cloud::Ptr source = thinned(crop(scan, *answer));
-  // The cloud is in map coordinates, near its origin: floats hold no world.
+  // The cloud lies in the world, less the whole 100 km that floats do not hold.
   Eigen::Affine3d T_map_sensor = Eigen::Affine3d::Identity();
-  const Eigen::Vector3d origin_world_m(map.info().origin_world_m.data());
+  const Eigen::Vector3d origin_world_m(map.info().export_origin_world_m.data());
   T_map_sensor.translation() = Eigen::Vector3d(guess.position_world_m.data()) - origin_world_m;
   T_map_sensor.rotate(Eigen::AngleAxisd(guess.yaw_rad, Eigen::Vector3d::UnitZ()));
 
@@ -106,7 +122,7 @@ int main(int argc, char** argv) {
   }
   const Result<MapReader> map = MapReader::open(argv[1], argc == 10 ? argv[9] : "vehicle-pcl");
   if (!map) return refuse(map.error());
-  const Cloud::Ptr target = load(argv[2]);
+  const Cloud::Ptr target = load_map(argv[2]);
   const Cloud::Ptr scan = load(argv[3]);
   if (target == nullptr || scan == nullptr) return 65;  // PCL has said why
   const Guess guess{{std::atof(argv[4]), std::atof(argv[5]), std::atof(argv[6])},

@@ -1,5 +1,5 @@
-// Follows a pose file through a compiled map and prints at each pose how far to look, and the
-// cheapest look there:
+// Follows a pose file through a compiled map and prints at each pose how far to look, the cheapest
+// look there, and what a vehicle does that tracks, as this one does from its third pose on:
 //
 //   vehicle_reader MAP POSES [LIMIT_M [LOCALIZER]]
 //
@@ -21,6 +21,7 @@
 namespace {
 
 using sightline::LookAnswer;
+using sightline::LookPlanAnswer;
 using sightline::MapReader;
 using sightline::RangeAnswer;
 using sightline::Result;
@@ -37,6 +38,7 @@ std::string flag_names(std::uint32_t flags) {
   add(sightline::kAnswerStatic, "static");
   add(sightline::kAnswerUnknownLocalizer, "unknown-localizer");
   add(sightline::kAnswerNotVisible, "not-visible");
+  add(sightline::kAnswerSimulated, "simulated");
   return names.empty() ? "-" : names;
 }
 
@@ -50,7 +52,7 @@ bool is_trusted(const LookAnswer& look) {
 }
 
 // False where the line cannot be read, which is told.
-bool print_line(const MapReader& map, const std::string& line, double limit_m) {
+bool print_line(const MapReader& map, const std::string& line, double limit_m, bool is_tracking) {
   std::istringstream fields(line);
   std::string time;
   std::array<double, 3> p_m{};
@@ -60,15 +62,17 @@ bool print_line(const MapReader& map, const std::string& line, double limit_m) {
   }
   const Result<RangeAnswer> answer = map.observation_range(p_m, limit_m);
   const Result<LookAnswer> look = map.look(p_m, limit_m);
-  if (!answer || !look) {
-    const sightline::Error& error = answer ? look.error() : answer.error();
+  const Result<LookPlanAnswer> plan = map.look_plan(p_m, limit_m, is_tracking);
+  if (!answer || !look || !plan) {
+    const sightline::Error& error = !answer ? answer.error() : !look ? look.error() : plan.error();
     std::fprintf(stderr, "%s\n", to_string(error).c_str());
     return false;
   }
-  std::printf("%s %.3f %.3f %.3f %g %.4f %s %.3f %u %u %.4f %s\n", time.c_str(), p_m[0], p_m[1],
-              p_m[2], answer->range_m, answer->probability, flag_names(answer->flags).c_str(),
-              answer->distance_m, look->look.return_count, look->look.point_count,
-              look->probability, is_trusted(*look) ? "-" : "careful");
+  std::printf("%s %.3f %.3f %.3f %g %.4f %s %.3f %u %u %.4f %s %u %u\n", time.c_str(), p_m[0],
+              p_m[1], p_m[2], answer->range_m, answer->probability,
+              flag_names(answer->flags).c_str(), answer->distance_m, look->look.return_count,
+              look->look.point_count, look->probability, is_trusted(*look) ? "-" : "careful",
+              plan->first.look.point_count, plan->second.point_count);
   return true;
 }
 
@@ -86,11 +90,12 @@ int follow(const MapReader& map, std::istream& poses, double limit_m) {
   print_promises(map);
   std::printf(
       "# time x_m y_m z_m range_m probability flags distance_to_site_m "
-      "look_returns look_points look_probability careful\n");
+      "look_returns look_points look_probability careful first_points second_points\n");
   std::string line;
+  int pose_count = 0;
   while (std::getline(poses, line)) {
     if (line.empty() || line[0] == '#') continue;
-    if (!print_line(map, line, limit_m)) return 65;
+    if (!print_line(map, line, limit_m, pose_count++ >= 2)) return 65;
   }
   return 0;
 }

@@ -19,6 +19,7 @@ import sys
 from typing import NamedTuple
 
 UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER, NOT_VISIBLE = 1, 2, 4, 8, 16, 32, 64
+SIMULATED = 128  # no scan was ever seen here: what simulation found of the place decided
 KNOWN_BLOCKS = {("ndt", 1), ("range", 1)}
 LOOK_UP = 1  # compatible feature bit 0
 PAGE = 4096
@@ -204,6 +205,16 @@ class Look(NamedTuple):
     settles: bool = False
 
 
+class LookPlan(NamedTuple):
+    """What a vehicle does that tracks ("Driving by a plan" there); without `second`, the first look stands."""
+
+    first: Look
+    second: Look = None  # taken where doubt = constant + the sum of weights times signs is above doubt_above
+    weights: tuple = ()
+    constant: float = 0.0
+    doubt_above: float = 0.0
+
+
 class Answer(NamedTuple):
     range_m: float
     probability: float  # that the localization error is within the limit; NaN with UNKNOWN_LOCALIZER
@@ -211,6 +222,11 @@ class Answer(NamedTuple):
     distance_m: float  # to the nearest site
     flags: int
     site: int  # None far from any
+
+
+def look_from(table):
+    return Look(table.number(0, "d"), table.number(1, "I"), table.number(2, "d"), table.number(3, "I"),
+                table.number(4, "B") == 1, table.number(5, "B") == 1)
 
 
 def digest(*parts):
@@ -243,13 +259,16 @@ class SightlineMap:
         self.map_id, self.version = manifest.string(0), manifest.string(1)
         self.release, self.writer = manifest.number(2, "Q"), manifest.string(3)
         self.origin_world_m = manifest.struct(4, "3d")
+        self.world = manifest.string(31) if manifest.offset(31) else "local"
+        # Of exported clouds: a vehicle that localizes in one asks at its position plus this.
+        self.export_origin_world_m = tuple(
+            math.floor(o / 1e5) * 1e5 if abs(o) >= 1e5 else 0.0 for o in self.origin_world_m[:2]) + (0.0,)
         self.cell_m, self.tile_m = manifest.number(5, "d"), manifest.number(6, "d")
         self.reach_m = manifest.number(8, "d")
         self.nd_count, self.site_count = manifest.number(9, "Q"), manifest.number(13, "I")
         self.ranges_m = manifest.numbers(14, "d")
-        self.looks = [Look(each.number(0, "d"), each.number(1, "I"), each.number(2, "d"), each.number(3, "I"),
-                           each.number(4, "B") == 1, each.number(5, "B") == 1)
-                      for each in (manifest.tables(27) if manifest.offset(27) else ())]
+        self.looks = [look_from(each) for each in (manifest.tables(27) if manifest.offset(27) else ())]
+        self._read_plan()
         self.promises = [self._promise(table) for table in manifest.tables(17)]
         self.limits_m = [promise["limit_m"] for promise in self.promises]
         profile = manifest.table(22).table(4)
@@ -260,6 +279,14 @@ class SightlineMap:
         self._directory = None
         demand(self.compatible & LOOK_UP, "bad-layer", "there is no section look-up")
         self._look_up = LookUp(self)
+
+    def _read_plan(self):
+        self.plan, self.plan_limit_m = None, math.inf
+        if self.manifest.offset(30):
+            table = self.manifest.table(30)
+            self.plan_limit_m = table.number(0, "d")
+            self.plan = LookPlan(look_from(table.table(1)), look_from(table.table(5)),
+                                 tuple(table.numbers(2, "d")), table.number(3, "d"), table.number(4, "d"))
 
     def _read_header(self):
         data = self.data
@@ -434,6 +461,20 @@ class SightlineMap:
         answer = answer._replace(range_m=self.ranges_m[-1], probability=probability,
                                  flags=answer.flags | NOT_VISIBLE)
         return Look(answer.range_m), answer
+
+    def look_plan(self, position_world_m, limit_m, is_tracking, visible_m=math.inf):
+        """(LookPlan, Answer): what to do there; numbers are None where a second look may follow."""
+        look, answer = self.look(position_world_m, limit_m, visible_m)
+        plan = self.plan
+        by_plan = (is_tracking and plan and limit_m >= self.plan_limit_m and
+                   not answer.flags & (FAR | TIGHTER_LIMIT | UNKNOWN_LOCALIZER) and
+                   max(plan.first.range_m, plan.second.range_m) <= visible_m)
+        if not by_plan:
+            return LookPlan(look), answer
+        is_cheaper = (0 < look.return_count <= plan.first.return_count and
+                      0 < look.point_count < plan.first.point_count)
+        first = (look if is_cheaper else plan.first)._replace(settles=True)
+        return plan._replace(first=first), answer._replace(probability=None, mean_error_m=None)
 
 
 class LookUp:

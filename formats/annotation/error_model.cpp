@@ -28,8 +28,7 @@ Result<void> validate_card(const ErrorModel& model) {
       card.curve.slope <= 0.0) {
     return invalid("model card", "the curve of its probabilities does not rise");
   }
-  if (card.reference != ErrorReference::kKnownPose &&
-      card.reference != ErrorReference::kFullRangeMatch) {
+  if (reference_name(card.reference).empty()) {
     return invalid("model card", "found an unknown reference");
   }
   SIGHTLINE_TRY(validate(card.localizer));
@@ -136,7 +135,7 @@ Result<void> validate_streets(const ErrorModel& model) {
   return {};
 }
 
-bool is_of_map(const RecordingCard& card) { return card.role.starts_with("mapping"); }
+bool is_of_map(const RecordingCard& card) { return card.role.starts_with("map"); }
 
 Result<void> validate_own(const ErrorModel& model) {
   Result<void> valid = validate(model.forest);

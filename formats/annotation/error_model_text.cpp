@@ -9,7 +9,6 @@ namespace {
 
 void append_card(const ErrorModel& model, Table& table) {
   const TrainingCard& card = model.card;
-  const bool is_known = card.reference == ErrorReference::kKnownPose;
   std::string places;
   std::string drives;
   for (const PlaceCard& place : card.places) {
@@ -18,7 +17,7 @@ void append_card(const ErrorModel& model, Table& table) {
   }
   table.facts = {{"places", places},
                  {"drives", drives},
-                 {"reference", std::string(is_known ? "known-pose" : "full-range-match")},
+                 {"reference", std::string(reference_name(card.reference))},
                  {"localizer", to_text(card.localizer)},
                  {"feature_set", card.feature_set},
                  {"hold_out", card.hold_out},
@@ -159,20 +158,36 @@ std::string recordings_text(const ErrorModel& model) {
   return "Recordings that it was trained on\n" + aligned(grid);
 }
 
+// "50 m"; looks that take a sample by their number, since their texts are long.
+std::string told_name(std::size_t number, const ErrorModel& model) {
+  const Look& look = model.out_of_fold.looks[number];
+  return takes_every_return(look) ? to_text(look) : "look " + std::to_string(number + 1);
+}
+
 std::string fit_text(const ErrorModel& model) {
-  TextGrid grid = {{"range (m)"}, {"measured error (cm)"}, {"R^2"}, {"RMSE (cm)"}};
+  TextGrid grid = {{"look"}, {"measured error (cm)"}, {"R^2"}, {"RMSE (cm)"}};
   if (model.card.knows_history) {
     grid.push_back({"R^2, with history"});
     grid.push_back({"RMSE, with history (cm)"});
   }
-  for (const RangeCard& range : model.ranges) {
+  for (std::size_t number = 0; number < model.ranges.size(); ++number) {
+    const RangeCard& range = model.ranges[number];
     const std::string column[] = {
-        fixed(range.range_m, 0),           fixed(100.0 * range.mean_error_m, 1),
+        told_name(number, model),          fixed(100.0 * range.mean_error_m, 1),
         fixed(range.r_squared, 2),         fixed(100.0 * range.rmse_m, 1),
         fixed(range.history_r_squared, 2), fixed(100.0 * range.history_rmse_m, 1)};
     for (std::size_t i = 0; i < grid.size(); ++i) grid[i].push_back(column[i]);
   }
   return "Prediction of the mean error, where the trees never were\n" + aligned(grid);
+}
+
+// Of the model within, where there is one.
+std::string looks_text(const ErrorModel& model) {
+  std::string text = "\nLooks that take a sample\n";
+  for (std::size_t i = 0; i < model.out_of_fold.looks.size(); ++i) {
+    text += "look " + std::to_string(i + 1) + ": " + to_text(model.out_of_fold.looks[i]) + "\n";
+  }
+  return text + fit_text(model);
 }
 
 std::string street_text(const ErrorModel& model) {
@@ -236,7 +251,8 @@ std::vector<Table> tables(const ErrorModel& model) {
 
 std::string to_text(const ErrorModel& model) {
   return card_text(model) + "\n" + recordings_text(model) + "\n" + fit_text(model) + "\n" +
-         (model.streets.empty() ? "" : street_text(model) + "\n") + importance_text(model);
+         (model.streets.empty() ? "" : street_text(model) + "\n") + importance_text(model) +
+         (model.of_samples.empty() ? "" : looks_text(model.of_samples.front()));
 }
 
 }  // namespace sightline

@@ -1,5 +1,7 @@
 #include "formats/annotation/factor_table.h"
 
+#include <algorithm>
+
 #include <cmath>
 #include <set>
 
@@ -67,6 +69,10 @@ void append_rows(const FactorTable& table, Table& text) {
 }
 
 }  // namespace
+
+bool is_simulated(const FactorTable& table) {
+  return std::ranges::find(table.factors, kSimulatedColumn) != table.factors.end();
+}
 
 Result<void> validate(const FactorTable& table) {
   return validate_both(table, validate_own, looks_of);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/artifact.h"
@@ -32,6 +33,11 @@ struct ArtifactTraits<FactorTable> {
   static constexpr std::string_view kName = "factor-table";
   static constexpr std::uint32_t kVersion = 2;
 };
+
+// The column of ones that says that simulated scans stand where those of drives would
+// (schemas/definitions.md, "Annotating a finished map").
+inline constexpr std::string_view kSimulatedColumn = "simulated";
+[[nodiscard]] bool is_simulated(const FactorTable& table);
 
 Result<void> validate(const FactorTable& table);
 Table dump(const FactorTable& table);

@@ -31,22 +31,12 @@ constexpr RowField kRowFields[] = {{"mean_m", &ErrorRow::mean_m},
                                    {"max_time_ms", &ErrorRow::max_time_ms}};
 static_assert(std::size(kRowFields) * sizeof(double) + sizeof(std::uint32_t) == kBytesPerRow);
 
-std::string to_text(ErrorReference reference) {
-  switch (reference) {
-    case ErrorReference::kKnownPose:
-      return "known-pose";
-    case ErrorReference::kFullRangeMatch:
-      return "full-range-match";
-  }
-  return "";
-}
-
 Error invalid(const std::string& message, const std::string& place) {
   return {ErrorCode::kInvalidArtifact, message, "", place};
 }
 
 Result<void> validate_setup(const MeasuredError& measured) {
-  if (to_text(measured.reference).empty()) return invalid("found an unknown reference", "");
+  if (reference_name(measured.reference).empty()) return invalid("found an unknown reference", "");
   SIGHTLINE_TRY(validate(measured.matching.localizer));
   if (measured.matching.site_step == 0) return invalid("found a step of 0 sites", "");
   SIGHTLINE_TRY(validate(measured.looks));
@@ -167,6 +157,30 @@ void append_rows(const MeasuredError& measured, Table& table) {
 
 }  // namespace
 
+std::string_view reference_name(ErrorReference reference) {
+  switch (reference) {
+    case ErrorReference::kKnownPose:
+      return "known-pose";
+    case ErrorReference::kFullRangeMatch:
+      return "full-range-match";
+    case ErrorReference::kSimulated:
+      return "simulated";
+  }
+  return "";
+}
+
+std::string_view reference_text(ErrorReference reference) {
+  switch (reference) {
+    case ErrorReference::kKnownPose:
+      return "known poses";
+    case ErrorReference::kFullRangeMatch:
+      return "the match at full range";
+    case ErrorReference::kSimulated:
+      return "the places of simulated scans";
+  }
+  return "";
+}
+
 Result<void> validate(const MeasuredError& measured) {
   return validate_both(measured, validate_own, looks_of);
 }
@@ -182,7 +196,7 @@ Table dump(const MeasuredError& measured) {
   table.facts.emplace_back("coarse_cells", std::int64_t{measured.matching.coarse_cells});
   table.facts.emplace_back("leaf_m", measured.matching.leaf_m);
   table.facts.emplace_back("site_step", std::int64_t{measured.matching.site_step});
-  table.facts.emplace_back("reference", to_text(measured.reference));
+  table.facts.emplace_back("reference", std::string(reference_name(measured.reference)));
   table.facts.emplace_back("offset_count", static_cast<std::int64_t>(measured.offsets.size()));
   for (std::size_t k = 0; k < measured.offsets.size(); ++k) {
     const std::string name = "offset_" + std::to_string(k) + "_";

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/artifact.h"
@@ -21,8 +22,13 @@ struct InitialOffset {
   double yaw_rad = 0.0;
 };
 
-// What the errors were measured against.
-enum class ErrorReference : std::uint8_t { kKnownPose, kFullRangeMatch };
+// What the errors were measured against. kSimulated: the places at which scans were simulated,
+// which nobody measured.
+enum class ErrorReference : std::uint8_t { kKnownPose, kFullRangeMatch, kSimulated };
+// "known-pose", "full-range-match", "simulated"; empty for a value that is none.
+std::string_view reference_name(ErrorReference reference);
+// For people: "known poses", "the match at full range", "the places of simulated scans".
+std::string_view reference_text(ErrorReference reference);
 
 // The runs from all offsets at one site by one look. Lengths in metres, angles in radians.
 struct ErrorRow {

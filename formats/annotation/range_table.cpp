@@ -62,7 +62,7 @@ Result<void> validate_choice(const RangeTable& table, std::size_t site, std::siz
     return invalid(place, "found range " + std::to_string(table.range_index[i]) + " of " +
                               std::to_string(table.looks.size()));
   }
-  if ((table.flags[i] & ~(kUnmet | kExtrapolated | kStatic)) != 0) {
+  if ((table.flags[i] & ~(kUnmet | kExtrapolated | kStatic | kSimulatedAnswer)) != 0) {
     return invalid(place, "found an unknown flag");
   }
   if (limit > 0 && table.range_index[i] > table.range_index[i - 1]) {
@@ -104,8 +104,18 @@ void append_promises(const RangeTable& table, const std::string& prefix, Table& 
   }
 }
 
+Result<void> validate_plan(const RangeTable& table) {
+  if (!table.plan) return {};
+  if (takes_every_return(table.looks.front())) {
+    return invalid("", "found a plan of looks in a table of ranges");
+  }
+  const Result<void> valid = validate(*table.plan);
+  return valid ? valid : invalid(valid.error().place, valid.error().message);
+}
+
 Result<void> validate_own(const RangeTable& table) {
   SIGHTLINE_TRY(validate_shape(table));
+  SIGHTLINE_TRY(validate_plan(table));
   for (std::size_t limit = 0; limit < table.promises.size(); ++limit) {
     SIGHTLINE_TRY(validate_promise(table, limit));
     for (std::size_t site = 0; site < table.site_count; ++site) {
@@ -141,6 +151,8 @@ void encode_own(const RangeTable& table, ByteWriter& writer) {
   writer.put(table.site_count);
   writer.put_array(table.range_index);
   writer.put_array(table.flags);
+  writer.put<std::uint8_t>(table.plan ? 1 : 0);
+  if (table.plan) encode(*table.plan, writer);
 }
 
 void decode_own(ByteReader& reader, RangeTable& table) {
@@ -171,6 +183,9 @@ void decode_own(ByteReader& reader, RangeTable& table) {
   reader.get(table.site_count);
   reader.get_array(table.range_index);
   reader.get_array(table.flags);
+  const auto has_plan = reader.get<std::uint8_t>();
+  if (has_plan > 1) reader.fail();
+  if (has_plan == 1) decode(reader, table.plan.emplace());
 }
 
 }  // namespace
@@ -191,6 +206,19 @@ std::string_view selection_name(Selection selection) {
 
 std::string_view promise_scope_name(PromiseScope scope) {
   return scope == PromiseScope::kNextDrive ? "next-drive" : "this-drive";
+}
+
+std::uint32_t simulated_site_count(const RangeTable& table) {
+  const SiteShape shape = table.shape();
+  std::uint32_t count = 0;
+  for (std::size_t site = 0; site < table.site_count; ++site) {
+    bool is_simulated = false;
+    for (std::size_t i = shape.size(site); i < shape.size(site + 1); ++i) {
+      is_simulated |= (table.flags[i] & kSimulatedAnswer) != 0;
+    }
+    count += is_simulated ? 1 : 0;
+  }
+  return count;
 }
 
 Result<void> validate(const RangeTable& table) {

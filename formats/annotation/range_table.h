@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "formats/artifact.h"
 #include "formats/drive/look.h"
+#include "formats/drive/look_plan.h"
 #include "formats/grid/site_shape.h"
 
 namespace sightline {
@@ -35,6 +37,9 @@ inline constexpr std::uint8_t kUnmet = 1;         // no range is good enough: th
 inline constexpr std::uint8_t kExtrapolated = 2;  // the model's answer lies outside its support
 // The street's own static answer instead of the model's; 4 and 8 are flags of the vehicle's reader.
 inline constexpr std::uint8_t kStatic = 16;
+// No scan was ever seen here: what simulation found of the place decided. 32 and 64 are flags of
+// the vehicle's reader.
+inline constexpr std::uint8_t kSimulatedAnswer = 128;
 
 // The promise behind the ranges of one limit.
 struct LimitPromise {
@@ -66,6 +71,9 @@ struct RangeTable {
   std::vector<std::uint8_t> range_index;  // [site][limit], into looks;    a looser limit never
                                           // looks further
   std::vector<std::uint8_t> flags;        // [site][limit]
+  // How a vehicle localizes that tracks, wherever it is; looks that take a sample alone may have
+  // it.
+  std::optional<LookPlan> plan;
   // The same of the looks that take a sample, the same sites and drive: none or one, without its
   // own.
   std::vector<RangeTable> of_samples;
@@ -86,8 +94,11 @@ struct RangeTable {
 template <>
 struct ArtifactTraits<RangeTable> {
   static constexpr std::string_view kName = "range-table";
-  static constexpr std::uint32_t kVersion = 5;
+  static constexpr std::uint32_t kVersion = 6;
 };
+
+// Of its sites, those flagged kSimulatedAnswer for some limit.
+std::uint32_t simulated_site_count(const RangeTable& table);
 
 // Error: invalid-artifact, also for an earned promise that is of this drive alone.
 Result<void> validate(const RangeTable& table);

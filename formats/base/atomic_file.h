@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -12,14 +13,29 @@
 namespace sightline {
 
 enum class IfExists { kRefuse, kReplace };
+enum class FileAccess { kAll, kOwner };  // readable by all, or by its owner alone
 
-// Writes beside the target, fsyncs and renames, so that the file appears whole or not at all; what
-// was written so far is removed on failure. Missing parent directories are made.
-// Errors: output-exists, disk-full, cannot-write.
+// Writes beside the target under a temporary_name(), fsyncs and renames, so that the file appears
+// whole or not at all; what was written so far is removed on failure, what killed runs left in the
+// folder too. Missing parent directories are made. Only a regular file is ever replaced.
+// Errors: those of check_output; disk-full, cannot-write.
 Result<void> write_file_atomically(const std::filesystem::path& path,
-                                   std::span<const std::byte> bytes, IfExists if_exists);
+                                   std::span<const std::byte> bytes, IfExists if_exists,
+                                   FileAccess access = FileAccess::kAll);
 Result<void> write_file_atomically(const std::filesystem::path& path, std::string_view text,
-                                   IfExists if_exists);
+                                   IfExists if_exists, FileAccess access = FileAccess::kAll);
+
+// The same of bytes that lie in several places.
+Result<void> write_file_atomically(const std::filesystem::path& path,
+                                   const std::vector<std::span<const std::byte>>& pieces,
+                                   IfExists if_exists, FileAccess access = FileAccess::kAll);
+
+// Whether the file may be written, for verbs that work for hours before they do.
+// Errors: output-exists; cannot-write (a link, folder, pipe or device is there).
+Result<void> check_output(const std::filesystem::path& path, IfExists if_exists);
+
+// disk-full or cannot-write, from an errno.
+Error write_failure(const std::filesystem::path& path, const std::string& what, int number);
 
 // Bytes in memory that nobody filled with zeros first.
 class FileContent {
@@ -34,9 +50,11 @@ class FileContent {
   std::size_t size_ = 0;
 };
 
-// The whole file. Errors: file-not-found, cannot-open, cannot-read.
+// The whole file. Errors: those of open_regular_file; out-of-memory.
 Result<FileContent> read_file_content(const std::filesystem::path& path);
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path);
 Result<std::string> read_text_file(const std::filesystem::path& path);
+// A file that is never longer. Errors: those of open_regular_file; too-large.
+Result<std::string> read_short_text(const std::filesystem::path& path, std::size_t most_bytes);
 
 }  // namespace sightline

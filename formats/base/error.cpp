@@ -39,6 +39,8 @@ const std::vector<ErrorCodeInfo>& all_error_codes() {
       {kInvalidArtifact, "invalid-artifact"},
       {kWrongBase, "wrong-base"},
       {kUnlikeProfile, "unlike-profile"},
+      {kNoGround, "no-ground"},
+      {kTwoFloors, "two-floors"},
       {kFutureVersion, "future-version"},
       {kUnknownRequiredFeature, "unknown-required-feature"},
       {kOldVersion, "old-version"},

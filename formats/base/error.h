@@ -56,6 +56,8 @@ enum class ErrorCode : int {
   kInvalidArtifact = 2023,
   kWrongBase = 2024,
   kUnlikeProfile = 2025,
+  kNoGround = 2026,
+  kTwoFloors = 2027,
   // 3xxx version: written by a program that this one does not understand.
   kFutureVersion = 3001,
   kUnknownRequiredFeature = 3002,

@@ -27,6 +27,9 @@ class ScanStore {
   virtual ~ScanStore() = default;
   // The finite points of one scan, (0,0,0) left out. Safe from several threads.
   virtual Result<Scan> read(std::size_t index) const = 0;
+  // Whether each scan was seen from the origin of its frame: a piece of a finished map was not, and
+  // nothing is known of what lies between.
+  [[nodiscard]] virtual bool has_origins() const { return true; }
 };
 
 // Scans that are in memory already: generated ones, and those of tests.

@@ -2,26 +2,44 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/annotation/measured_error.h"
 #include "formats/artifact.h"
+#include "formats/drive/look.h"
 
 // A drive replayed as a vehicle lives it: each pose starts from what the poses found before
 // foretell (schemas/definitions.md, "Continuous localization"). One replay for each way to choose
-// the range.
+// how to look.
 //
 // Times are CPU times and differ from run to run; work (points x iterations) does not.
 
 namespace sightline {
 
-// Who chooses the range of a replay: the map for a limit, or nobody.
-struct TrackRule {
-  double limit_m = 0.0;         // of the map's ranges; 0 where the range is static
-  double static_range_m = 0.0;  // 0 where the map chooses
-
-  [[nodiscard]] bool is_static() const { return static_range_m > 0.0; }
+// Who chooses.
+enum class TrackChoice : std::uint8_t {
+  kRange,  // the map its observation range, for a limit
+  kLook,   // the map its look, for a limit, searching at every scan
+  kPlan,   // the map its plan: a cheap look, and a dearer one where a test doubts it
+  kNobody  // the same is taken everywhere
 };
+std::string_view track_choice_name(TrackChoice choice);  // "map", "look", "plan", "static"
+
+struct TrackRule {
+  TrackChoice choice = TrackChoice::kNobody;
+  double limit_m = 0.0;  // that the map chooses for; 0 where nobody chooses
+  Look look;             // where nobody chooses: what is taken everywhere
+
+  [[nodiscard]] bool is_static() const { return choice == TrackChoice::kNobody; }
+  // 0 where the map chooses.
+  [[nodiscard]] double static_range_m() const { return is_static() ? look.range_m : 0.0; }
+};
+
+// Static ones are judged at any limit, the map's at that which it chooses for.
+bool is_judged_at(const TrackRule& rule, double limit_m);
+
+std::string name_of(const TrackRule& rule);  // for people
 
 struct TrackedScan {
   std::uint32_t recording_index = 0;
@@ -30,8 +48,9 @@ struct TrackedScan {
 };
 
 // Flags of a step.
-inline constexpr std::uint8_t kTrackBegins = 1;  // started from outside
-inline constexpr std::uint8_t kTrackLost = 2;    // ended too far off: the next step begins anew
+inline constexpr std::uint8_t kTrackBegins = 1;      // started from outside
+inline constexpr std::uint8_t kTrackLost = 2;        // ended too far off: the next step begins anew
+inline constexpr std::uint8_t kTrackSecondLook = 4;  // the plan's test doubted the first look
 
 // One scan in one replay.
 struct TrackStep {
@@ -47,7 +66,10 @@ struct DriveTracks {
   ErrorReference reference = ErrorReference::kKnownPose;
   double lost_beyond_m = 0.0;
   std::vector<double> limits_m;  // ascending
-  std::vector<TrackRule> rules;  // the map's for each limit, then static ranges, ascending
+  // As TrackChoice orders them: the map's range for each limit; its look for each, where it has
+  // looks; its plan for those that may go by it; static looks, of which those that take every
+  // return come last and ascend.
+  std::vector<TrackRule> rules;
   std::vector<TrackedScan> scans;
   std::vector<TrackStep> steps;  // [rule][scan]
 
@@ -68,13 +90,14 @@ struct TrackScore {
   double mean_time_ms = 0.0;
   std::uint32_t track_count = 0;
   std::uint32_t lost_count = 0;
+  double second_share = 0.0;  // of scans at which a second look followed
 };
 TrackScore score_track(const DriveTracks& tracks, std::size_t rule, double limit_m);
 
 template <>
 struct ArtifactTraits<DriveTracks> {
   static constexpr std::string_view kName = "drive-tracks";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 Result<void> validate(const DriveTracks& tracks);

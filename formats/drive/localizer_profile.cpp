@@ -39,6 +39,12 @@ Result<void> validate(const LocalizerProfile& profile) {
   return {};
 }
 
+bool took_every_return(const LocalizerProfile& profile) {
+  return std::ranges::any_of(profile.parameters, [](const auto& parameter) {
+    return parameter.first == kEveryReturn.first && parameter.second == kEveryReturn.second;
+  });
+}
+
 std::string localizer_title(const LocalizerProfile& profile) {
   return profile.name + " v" + std::to_string(profile.version);
 }

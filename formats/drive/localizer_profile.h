@@ -28,6 +28,10 @@ bool is_localizer_name(std::string_view name);
 // A name as above, and ascending parameters that are printable ASCII. Error: invalid-artifact.
 Result<void> validate(const LocalizerProfile& profile);
 
+// Whether it took every return within a range, as its parameters say.
+bool took_every_return(const LocalizerProfile& profile);
+inline constexpr std::pair<std::string_view, std::string_view> kEveryReturn = {"returns", "every"};
+
 // "searching v3"
 std::string localizer_title(const LocalizerProfile& profile);
 // "coarse_cells=1, leaf_m=1"; empty where there is none.

@@ -78,6 +78,13 @@ std::string to_text(const Look& look) {
   return text;
 }
 
+double expected_cost(const Look& look) {
+  constexpr double kMatch = 240.0;  // whatever is matched
+  constexpr double kReturn = 1.0 / 18.0;
+  const std::uint32_t points = look.point_count > 0 ? look.point_count : look.return_count;
+  return kMatch + kReturn * look.return_count + points;
+}
+
 Result<Look> parse_look(std::string_view text) {
   const auto part_at = [&](std::size_t begin) {
     return trimmed(text.substr(begin, text.find(',', begin) - begin));

@@ -40,6 +40,10 @@ std::vector<double> ranges_of(const std::vector<Look>& looks);           // of e
 
 std::string to_text(const Look& look);
 
+// What a localization by a look that takes a sample costs, in matched points: fitted to
+// tests/bench/look_bench ("Factor from the mapping drive" in schemas/definitions.md, match_cost).
+double expected_cost(const Look& look);
+
 // Reads what to_text() writes. Error: bad-argument, which says what is wrong and shows an example.
 Result<Look> parse_look(std::string_view text);
 

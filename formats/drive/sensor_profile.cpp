@@ -63,9 +63,80 @@ SensorProfile os1_64() {
   return profile;
 }
 
+SensorProfile named(const std::string& name, std::vector<double> beams_deg, double azimuth_step_deg,
+                    double min_range_m, double max_range_m) {
+  SensorProfile profile;
+  profile.name = name;
+  profile.beam_elevations_deg = std::move(beams_deg);
+  profile.azimuth_step_deg = azimuth_step_deg;
+  profile.min_range_m = min_range_m;
+  profile.max_range_m = max_range_m;
+  return profile;
+}
+
+// Velodyne VLP-32C User Manual: 32 beams, closest between -4 and +1.67 degrees.
+std::vector<double> vlp_32c_beams() {
+  return {-25.0, -15.639, -11.31, -8.843, -7.254, -6.148, -5.333, -4.667, -4.0,   -3.667, -3.333,
+          -3.0,  -2.667,  -2.333, -2.0,   -1.667, -1.333, -1.0,   -0.667, -0.333, 0.0,    0.333,
+          0.667, 1.0,     1.333,  1.667,  2.333,  3.333,  4.667,  7.0,    10.333, 15.0};
+}
+
+// Hesai Pandar64 User Manual: 1/6 degree apart from -6 to +2, wider to -25 and +15.
+std::vector<double> pandar64_beams() {
+  std::vector<double> beams = {-25.0, -19.0, -14.0, -13.0, -12.0, -11.0, -10.0, -9.0, -8.0, -7.0};
+  for (int i = -36; i <= 12; ++i) beams.push_back(i / 6.0);
+  for (const double upper : {3.0, 5.0, 8.0, 11.0, 15.0}) beams.push_back(upper);
+  return beams;
+}
+
+// Hesai Pandar128 User Manual: 1/8 degree apart from -6 to +2, 1/2 from there to -24.5 and +14.
+std::vector<double> pandar128_beams() {
+  std::vector<double> beams = {-25.0};
+  for (int i = 0; i < 37; ++i) beams.push_back(-24.5 + 0.5 * i);
+  for (int i = -48; i <= 16; ++i) beams.push_back(i / 8.0);
+  for (int i = 0; i < 24; ++i) beams.push_back(2.5 + 0.5 * i);
+  beams.push_back(15.0);
+  return beams;
+}
+
+// Ouster OS0, OS1 and OS2 data sheets (rev 06 and 7): beams spread evenly over 90, 45 and 22.5
+// degrees; 1024 columns a turn. The real angles of a unit lie in its metadata.json, which `sensor`
+// takes too.
+void add_ousters(std::vector<SensorProfile>& all) {
+  struct Series {
+    const char* name;
+    double half_deg, min_range_m, max_range_m;
+  };
+  for (const Series& series : {Series{"os0", 45.0, 0.3, 100.0}, Series{"os1", 22.5, 0.3, 120.0},
+                               Series{"os2", 11.25, 1.0, 240.0}}) {
+    for (const int rings : {32, 64, 128}) {
+      std::string name = std::string(series.name) + "-" + std::to_string(rings);
+      if (name == "os1-64") name += "-gen2";  // the first generation has that name
+      all.push_back(named(name, even_beams(rings, -series.half_deg, series.half_deg),
+                          360.0 / 1024.0, series.min_range_m, series.max_range_m));
+    }
+  }
+}
+
+// Of profiles with the same beams the last is recognized (guess_sensor).
 std::vector<SensorProfile> built_in_profiles() {
-  return {generic(16), generic(32), generic(64), generic(128),
-          vlp_16(),    hdl_32e(),   hdl_64e(),   os1_64()};
+  std::vector<SensorProfile> all = {generic(16), generic(32), generic(64), generic(128)};
+  add_ousters(all);
+  // Velodyne Puck Hi-Res data sheet: 16 beams 4/3 degrees apart.
+  all.push_back(named("vlp-16-hires", even_beams(16, -10.0, 10.0), 0.2, 1.0, 100.0));
+  all.push_back(named("vlp-32c", vlp_32c_beams(), 0.2, 1.0, 200.0));
+  // Hesai PandarXT User Manual.
+  all.push_back(named("xt16", even_beams(16, -15.0, 15.0), 0.18, 0.3, 120.0));
+  all.push_back(named("xt32", even_beams(32, -16.0, 15.0), 0.18, 0.3, 120.0));
+  all.push_back(named("pandar64", pandar64_beams(), 0.2, 0.3, 200.0));
+  all.push_back(named("pandar128", pandar128_beams(), 0.2, 0.3, 200.0));
+  // Livox Mid-360 User Manual: -7 to +52 degrees, 20,000 points a tenth of a second that lie
+  // elsewhere each time. As many spread evenly, on rings as far apart as columns.
+  all.push_back(named("livox-mid-360", even_beams(100, -7.0, 52.0), 1.8, 0.3, 70.0));
+  for (const SensorProfile& profile : {vlp_16(), hdl_32e(), hdl_64e(), os1_64()}) {
+    all.push_back(profile);
+  }
+  return all;
 }
 
 Error invalid(const SensorProfile& profile, const std::string& what) {
@@ -89,8 +160,9 @@ Result<SensorProfile> sensor_profile(std::string_view name) {
     known += " " + profile.name;
   }
   return Error{ErrorCode::kUnknownName,
-               "unknown sensor profile '" + std::string(name) + "', expected one of" + known, "",
-               ""};
+               "unknown sensor profile '" + std::string(name) + "', expected one of" + known +
+                   ", or a file (.yaml, .csv, .json) with its beams",
+               "", ""};
 }
 
 Result<void> validate(const SensorProfile& profile) {

@@ -91,9 +91,8 @@ Table errors_table(const Evaluation& evaluation) {
 Table dump(const Evaluation& evaluation) {
   Table table;
   table.name = "evaluation";
-  const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
   table.facts = {{"drive", evaluation.drive},
-                 {"reference", std::string(is_known ? "known-pose" : "full-range-match")},
+                 {"reference", std::string(reference_name(evaluation.reference))},
                  {"site_count", std::int64_t{evaluation.site_count}},
                  {"judged_count", static_cast<std::int64_t>(evaluation.sites.size())},
                  {"out_of_fold_count", std::int64_t{evaluation.out_of_fold_count}},

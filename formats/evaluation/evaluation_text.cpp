@@ -125,11 +125,10 @@ std::string reliability_at(const Evaluation& evaluation, std::size_t limit) {
 }  // namespace
 
 std::string to_text(const Evaluation& evaluation) {
-  const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
   std::string text =
       std::string("Drive ") + evaluation.drive + ": " + std::to_string(evaluation.sites.size()) +
       " of " + std::to_string(evaluation.site_count) + " sites judged against " +
-      (is_known ? "known poses" : "the match at full range") + "; " +
+      std::string(reference_text(evaluation.reference)) + "; " +
       std::to_string(evaluation.out_of_fold_count) + " of them predicted out of fold\n\n";
   text += table_one(evaluation);
   text += "\n";

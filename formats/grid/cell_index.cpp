@@ -75,7 +75,7 @@ std::uint32_t CellIndex::add_new(Slot& slot, const CellKey& key) {
 }
 
 void CellIndex::grow() {
-  std::vector<Slot>(4 * slots_.size()).swap(slots_);
+  HugeVector<Slot>(4 * slots_.size()).swap(slots_);
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     slots_[slot_of(keys_[i])] = {keys_[i], static_cast<std::uint32_t>(i)};
   }

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/base/huge_pages.h"
 #include "formats/grid/cell_key.h"
 
 // Finding the cells of many points at once: what whoever sorts points into a grid shares.
@@ -73,7 +74,7 @@ class CellIndex {
   std::uint32_t add_new(Slot& slot, const CellKey& key);
   void grow();
 
-  std::vector<Slot> slots_;
+  HugeVector<Slot> slots_;
   std::vector<CellKey> keys_;
 };
 

@@ -85,6 +85,7 @@ Result<void> validate_factors(const CompiledMap& map) {
 }
 
 Result<void> validate_bounds(const CompiledMap& map) {
+  if (!is_world_name(map.world)) return invalid("the name of its world is empty or not printable");
   if (map.ranges.looks.size() > kMostRanges || map.ranges.promises.size() > kMostLimits) {
     return invalid("more ranges or limits than a map can hold");
   }
@@ -168,6 +169,7 @@ Table dump(const CompiledMap& map) {
                                            {"release", static_cast<std::int64_t>(map.release)},
                                            {"writer", map.writer}});
   table.facts.emplace_back("reach_m", map.reach_m);
+  if (map.world != kLocalWorld) table.facts.emplace_back("world", map.world);
   const std::size_t limits = map.ranges.promises.size();
   for (const LimitPromise& promise : map.ranges.promises) {
     const std::string limit = format_double(promise.limit_m) + "_m";

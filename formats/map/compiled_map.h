@@ -17,6 +17,7 @@
 #include "formats/base/hash.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
+#include "formats/reader/map_layout.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/sharpness.h"
 
@@ -94,10 +95,11 @@ struct TrajectoryQuality {
 
 // All that a map file carries.
 struct CompiledMap {
-  std::string map_id;         // names the recording and frame; the same for every release
-  std::string version;        // for people
-  std::uint64_t release = 1;  // only ever grows
-  std::string writer;         // the program, with its version
+  std::string map_id;              // names the recording and frame; the same for every release
+  std::string version;             // for people
+  std::uint64_t release = 1;       // only ever grows
+  std::string writer;              // the program, with its version
+  std::string world{kLocalWorld};  // where world coordinates lie (formats/geodesy.h, parse_world)
   NdtMap ndt;
   Sites sites;
   PredictedError predicted;

@@ -11,7 +11,9 @@ using Builder = flatbuffers::FlatBufferBuilder;
 static_assert(static_cast<int>(schema::Reference::KnownPose) ==
                   static_cast<int>(ErrorReference::kKnownPose) &&
               static_cast<int>(schema::Reference::FullRangeMatch) ==
-                  static_cast<int>(ErrorReference::kFullRangeMatch));
+                  static_cast<int>(ErrorReference::kFullRangeMatch) &&
+              static_cast<int>(schema::Reference::Simulated) ==
+                  static_cast<int>(ErrorReference::kSimulated));
 static_assert(static_cast<int>(schema::Rule::Mean) == static_cast<int>(Selection::kMean) &&
               static_cast<int>(schema::Rule::Probability) ==
                   static_cast<int>(Selection::kProbability));
@@ -140,25 +142,47 @@ std::vector<flatbuffers::Offset<schema::LimitQuality>> encode_quality(
   return encoded;
 }
 
+flatbuffers::Offset<schema::Look> encode_look(const Look& look, Builder& builder) {
+  return schema::CreateLook(builder, look.range_m, look.return_count, look.even_beyond_m,
+                            look.point_count, look.is_by_normals,
+                            static_cast<schema::LookMode>(look.mode));
+}
+
+Look decode_look(const schema::Look& look) {
+  return {look.range_m(),     look.return_count(),  look.even_beyond_m(),
+          look.point_count(), look.is_by_normals(), static_cast<LookMode>(look.mode())};
+}
+
 flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Look>>> encode_looks(
     const std::vector<Look>& looks, Builder& builder) {
   std::vector<flatbuffers::Offset<schema::Look>> encoded;
-  for (const Look& look : looks) {
-    encoded.push_back(schema::CreateLook(builder, look.range_m, look.return_count,
-                                         look.even_beyond_m, look.point_count, look.is_by_normals,
-                                         static_cast<schema::LookMode>(look.mode)));
-  }
+  for (const Look& look : looks) encoded.push_back(encode_look(look, builder));
   return builder.CreateVector(encoded);
 }
 
 std::vector<Look> decode_looks(const schema::Manifest& manifest) {
   std::vector<Look> looks;
-  for (const schema::Look* look : *manifest.looks()) {
-    looks.push_back({look->range_m(), look->return_count(), look->even_beyond_m(),
-                     look->point_count(), look->is_by_normals(),
-                     static_cast<LookMode>(look->mode())});
-  }
+  for (const schema::Look* look : *manifest.looks()) looks.push_back(decode_look(*look));
   return looks;
+}
+
+flatbuffers::Offset<schema::LookPlan> encode_plan(const LookPlan& plan, Builder& builder) {
+  const auto first = encode_look(plan.first, builder);
+  const auto second = encode_look(plan.second, builder);
+  const auto weights = builder.CreateVector(plan.test.weights.data(), plan.test.weights.size());
+  return schema::CreateLookPlan(builder, plan.limit_m, first, weights, plan.test.constant,
+                                plan.doubt_above, second);
+}
+
+LookPlan decode_plan(const schema::LookPlan& from) {
+  LookPlan plan;
+  plan.limit_m = from.limit_m();
+  plan.first = decode_look(*from.first());
+  std::ranges::copy(*from.weights(), plan.test.weights.begin());
+  plan.test.constant = from.constant();
+  plan.doubt_above = from.doubt_above();
+  plan.second = decode_look(*from.second());
+  return plan;
 }
 
 std::vector<LimitQuality> decode_quality(
@@ -295,6 +319,7 @@ void decode_choices(const schema::Manifest& manifest, CompiledMap& map) {
   for (const schema::Promise* promise : *manifest.look_promises()) {
     ranges.promises.push_back(decode_promise(*promise));
   }
+  if (manifest.look_plan() != nullptr) ranges.plan = decode_plan(*manifest.look_plan());
   predicted.limits_m = map.predicted.limits_m;
   map.look_quality = decode_quality(*manifest.look_quality());
 }
@@ -304,6 +329,7 @@ struct EncodedLooks {
   flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Look>>> looks = 0;
   flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Promise>>> promises = 0;
   flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::LimitQuality>>> quality = 0;
+  flatbuffers::Offset<schema::LookPlan> plan = 0;
 };
 EncodedLooks encode_choice_of_looks(const CompiledMap& map, Builder& builder) {
   EncodedLooks encoded;
@@ -311,6 +337,7 @@ EncodedLooks encode_choice_of_looks(const CompiledMap& map, Builder& builder) {
     encoded.looks = encode_looks(ranges.looks, builder);
     encoded.promises = builder.CreateVector(encode_promises(ranges, builder));
     encoded.quality = builder.CreateVector(encode_quality(map.look_quality, builder));
+    if (ranges.plan) encoded.plan = encode_plan(*ranges.plan, builder);
   }
   return encoded;
 }
@@ -338,6 +365,8 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
   const auto all_promises = builder.CreateVector(promises);
   const auto all_quality = builder.CreateVector(quality);
   const auto all_definitions = builder.CreateVector(definitions);
+  flatbuffers::Offset<flatbuffers::String> world = 0;  // none where it is local
+  if (map.world != kLocalWorld) world = builder.CreateString(map.world);
   builder.Finish(schema::CreateManifest(
       builder, map_id, version, map.release, writer, &origin, map.ndt.cell_m, map.ndt.tile_m,
       map.sites.spacing_m, map.reach_m, map.ndt.nds.size(), map.ndt.sparse_cell_count,
@@ -345,7 +374,7 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
       static_cast<schema::Rule>(map.ranges.selection), map.ranges.dilation_m, all_promises,
       all_quality, sensor, measurement, all_definitions, model, sharpness, trajectory,
       map.predicted.support_margin, map.ranges.extrapolated_takes_static, looks.looks,
-      looks.promises, looks.quality));
+      looks.promises, looks.quality, looks.plan, simulated_site_count(map.ranges), world));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
 }
@@ -366,6 +395,7 @@ Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map)
   map.version = manifest.version()->str();
   map.release = manifest.release();
   map.writer = manifest.writer()->str();
+  if (manifest.world() != nullptr) map.world = manifest.world()->str();
   const schema::Vector3& origin = *manifest.origin_world_m();
   map.ndt.frame.origin_world_m = {origin.x(), origin.y(), origin.z()};
   map.sites.frame = map.ndt.frame;

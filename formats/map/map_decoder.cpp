@@ -275,6 +275,13 @@ Result<CompiledMap> MapDecoder::run() {
   SIGHTLINE_TRY(visit_all());
   take_factors();
   SIGHTLINE_TRY(validate(map_));
+  if (simulated_site_count(map_.ranges) != container_.manifest->simulated_site_count()) {
+    return Error{ErrorCode::kBadManifest,
+                 "found " + std::to_string(simulated_site_count(map_.ranges)) +
+                     " simulated sites, expected " +
+                     std::to_string(container_.manifest->simulated_site_count()),
+                 "", "manifest"};
+  }
   return std::move(map_);
 }
 

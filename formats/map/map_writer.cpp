@@ -11,7 +11,7 @@ namespace {
 
 // Flags go into the file as they are, and from there to the vehicle.
 static_assert(kUnmet == kAnswerUnmet && kExtrapolated == kAnswerExtrapolated &&
-              kStatic == kAnswerStatic);
+              kStatic == kAnswerStatic && kSimulatedAnswer == kAnswerSimulated);
 
 // None where the map holds no factors.
 void append_factors(const FactorTable& factors, std::string_view name, const TileRows& rows,

@@ -267,6 +267,16 @@ const std::byte* LookUp::page(std::uint64_t number, Nearest& nearest) const {
   return bytes;
 }
 
+LookUp::Nearest LookUp::row(std::uint64_t number) const {
+  SIGHTLINE_CHECK(number < row_count_);
+  Nearest found;
+  const std::byte* rows = page(first_row_page_ + number / row_layout_.rows_per_page, found);
+  if (rows == nullptr) return found;
+  found.row = rows + number % row_layout_.rows_per_page * row_layout_.size;
+  found.site = load<std::uint32_t>(found.row + LookUpRowLayout::site);
+  return found;
+}
+
 void LookUp::prefetch_cell(std::int32_t x, std::int32_t y) const {
   const std::uint64_t place = first_slot(x, y, slot_count_);
   __builtin_prefetch(pages_ + place / kSlotsPerPage * kPageSize +

@@ -104,10 +104,14 @@ class LookUp {
   // The site nearest to a place in map coordinates, at most reach_m away.
   [[nodiscard]] Nearest nearest(const std::array<double, 3>& p_m) const;
 
+  // The row of that number, with its site and a distance of 0; none where it is damaged.
+  [[nodiscard]] Nearest row(std::uint64_t number) const;
+
   // Errors: checksum-mismatch, bad-layer, at the byte of the page.
   [[nodiscard]] Error damage(const Nearest& nearest) const;
 
   [[nodiscard]] const LookUpRowLayout& row_layout() const { return row_layout_; }
+  [[nodiscard]] std::uint64_t row_count() const { return row_count_; }
 
  private:
   LookUp(const MapFront& front, const LookUpInfo& info, std::uint64_t offset);

@@ -1,5 +1,6 @@
 #include "formats/reader/map_checks.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -15,6 +16,8 @@ using Blocks = flatbuffers::Vector<flatbuffers::Offset<schema::Block>>;
 Error bad_manifest(const std::string& message) {
   return {ErrorCode::kBadManifest, message, "", "manifest"};
 }
+
+bool is_finite(double value) { return std::isfinite(value); }
 
 bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
 
@@ -61,10 +64,24 @@ bool is_sample(const schema::Look& look) {
          (!look.is_by_normals() || look.point_count() > 0) && look.mode() <= schema::LookMode::MAX;
 }
 
+// None, or one whose numbers make sense.
+Result<void> check_look_plan(const schema::LookPlan* plan) {
+  if (plan == nullptr) return {};
+  const bool is_test = plan->weights()->size() == kPlanWeights && is_aligned(*plan->weights()) &&
+                       std::ranges::all_of(*plan->weights(), is_finite) &&
+                       std::isfinite(plan->constant()) && !std::isnan(plan->doubt_above());
+  if (is_test && is_positive(plan->limit_m()) && is_sample(*plan->first()) &&
+      is_sample(*plan->second())) {
+    return {};
+  }
+  return bad_manifest("the plan of looks has a number that makes no sense");
+}
+
 // None, or some with a promise for each limit of the map.
 Result<void> check_looks(const schema::Manifest& manifest) {
   if (manifest.looks() == nullptr || manifest.looks()->size() == 0) {
-    const bool has_more = manifest.look_promises() != nullptr || manifest.look_quality() != nullptr;
+    const bool has_more = manifest.look_promises() != nullptr ||
+                          manifest.look_quality() != nullptr || manifest.look_plan() != nullptr;
     return has_more ? Result<void>(bad_manifest("found promises of looks, and no look"))
                     : Result<void>();
   }
@@ -86,7 +103,7 @@ Result<void> check_looks(const schema::Manifest& manifest) {
     }
     return bad_manifest("looks and ranges are chosen for different limits");
   }
-  return {};
+  return check_look_plan(manifest.look_plan());
 }
 
 Result<void> check_known(const schema::Block& block, const std::string& place) {
@@ -210,6 +227,9 @@ Result<void> check_manifest(const schema::Manifest& manifest) {
   if (!std::isfinite(origin_m.x()) || !std::isfinite(origin_m.y()) ||
       !std::isfinite(origin_m.z())) {
     return bad_manifest("the frame's origin is not finite");
+  }
+  if (manifest.world() != nullptr && !is_world_name(manifest.world()->string_view())) {
+    return bad_manifest("the name of its world is empty, not printable or too long");
   }
   if (!is_positive(manifest.cell_m()) || !is_positive(manifest.tile_m()) ||
       !is_positive(manifest.site_spacing_m()) || !is_positive(manifest.reach_m()) ||

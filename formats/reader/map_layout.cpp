@@ -4,6 +4,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "formats/base/bytes.h"
@@ -138,6 +139,16 @@ Result<FileHeader> decode_header(std::span<const std::byte> file) {
   SIGHTLINE_ASSIGN(const FileHeader header, decode_header_alone(file));
   SIGHTLINE_TRY(check_end(file, header));
   return header;
+}
+
+std::array<double, 3> export_origin_world_m(const std::array<double, 3>& origin_world_m) {
+  std::array<double, 3> taken_m{};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const double origin_m = origin_world_m[axis];
+    if (std::abs(origin_m) < kExportSquare_m) continue;
+    taken_m[axis] = std::floor(origin_m / kExportSquare_m) * kExportSquare_m;
+  }
+  return taken_m;
 }
 
 NdtLayout::NdtLayout(std::uint64_t rows) {

@@ -101,6 +101,22 @@ Result<FileHeader> decode_header_alone(std::span<const std::byte> file);
 // XXH3, 64 bits, seed 0.
 std::uint64_t block_checksum(std::span<const std::byte> bytes);
 
+// Where a map's world lies that names none.
+inline constexpr std::string_view kLocalWorld = "local";
+// 1 to 64 printable characters without a blank.
+constexpr bool is_world_name(std::string_view name) {
+  for (const char c : name) {
+    if (c <= ' ' || c > '~') return false;
+  }
+  return !name.empty() && name.size() <= 64;
+}
+
+// Exported clouds hold 32-bit floats, which are 4 mm apart at 50 km: the whole 100 km at or below
+// the frame's origin are taken off x and y where that lies so far out. What is left of UTM are
+// coordinates of an MGRS square.
+inline constexpr double kExportSquare_m = 100'000.0;
+std::array<double, 3> export_origin_world_m(const std::array<double, 3>& origin_world_m);
+
 // Rounded up to the next multiple of kAlignment.
 constexpr std::uint64_t aligned(std::uint64_t size) {
   return (size + kAlignment - 1) / kAlignment * kAlignment;
@@ -148,6 +164,7 @@ struct RangeLayout {
 };
 inline constexpr std::uint64_t kMostRows = std::uint64_t{1} << 26;
 inline constexpr std::uint64_t kMostRanges = 256;
+inline constexpr std::uint64_t kPlanWeights = 8;  // of the test of a plan of looks
 inline constexpr std::uint64_t kMostLimits = 64;
 
 // Bits of the column site_flags.

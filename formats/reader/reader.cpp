@@ -70,6 +70,17 @@ MapLook look_of(const schema::Look& from) {
           from.point_count(), from.is_by_normals(), from.mode() == schema::LookMode::Settle};
 }
 
+LookPlanAnswer plan_of(const schema::LookPlan& from) {
+  LookPlanAnswer plan;
+  plan.first.look = look_of(*from.first());
+  plan.has_second = true;
+  std::ranges::copy(*from.weights(), plan.weights.begin());
+  plan.constant = from.constant();
+  plan.doubt_above = from.doubt_above();
+  plan.second = look_of(*from.second());
+  return plan;
+}
+
 LookAnswer look_answer(const MapLook& look, const RangeAnswer& numbers) {
   return {look,          numbers.probability, numbers.mean_error_m, numbers.distance_m,
           numbers.flags, numbers.site};
@@ -92,14 +103,21 @@ MapReader::MapReader(MappedFile file, const MapFront& front, LookUp look_up,
       look_promises_.push_back(promise_of(*promise));
     }
   }
+  if (manifest.look_plan() != nullptr) {
+    plan_ = plan_of(*manifest.look_plan());
+    plan_limit_m_ = manifest.look_plan()->limit_m();
+  }
   const schema::Vector3& origin_m = *manifest.origin_world_m();
   info_.map_id = manifest.map_id()->string_view();
   info_.version = manifest.version()->string_view();
   info_.release = manifest.release();
   info_.origin_world_m = {origin_m.x(), origin_m.y(), origin_m.z()};
+  info_.world = manifest.world() == nullptr ? kLocalWorld : manifest.world()->string_view();
+  info_.export_origin_world_m = sightline::export_origin_world_m(info_.origin_world_m);
   info_.tile_m = manifest.tile_m();
   info_.reach_m = manifest.reach_m();
   info_.site_count = manifest.site_count();
+  info_.simulated_site_count = manifest.simulated_site_count();
   info_.ranges_m = ranges_m_;
   info_.limits_m = limits_m_;
   info_.promises = promises_;
@@ -198,6 +216,29 @@ Result<RangeAnswer> MapReader::observation_range(const std::array<double, 3>& po
   return range_of(found);
 }
 
+Result<std::vector<MapSite>> MapReader::sites(std::size_t limit) const {
+  if (limit >= limits_m_.size()) {
+    return Error{ErrorCode::kBadArgument,
+                 "the map has " + std::to_string(limits_m_.size()) + " limits", "", ""};
+  }
+  std::vector<MapSite> sites(info_.site_count);
+  for (std::uint64_t number = 0; number < look_up_.row_count(); ++number) {
+    const Found found{look_up_.row(number), limit};
+    if (found.nearest.is_damaged) return look_up_.damage(found.nearest);
+    SIGHTLINE_ASSIGN(const RangeAnswer range, range_of(found));
+    MapSite& site = sites[range.site];
+    if (site.range.site != kNoSite) {
+      return Error{ErrorCode::kBadLayer, "two rows are of one site", "",
+                   "site " + std::to_string(range.site)};
+    }
+    site.range = range;
+    for (std::size_t i = 0; i < 3; ++i) {
+      site.position_world_m[i] = load<double>(found.nearest.row, i) + info_.origin_world_m[i];
+    }
+  }
+  return sites;
+}
+
 Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m, double limit_m,
                                    double visible_m) const {
   if (!(visible_m > 0.0)) {
@@ -228,6 +269,32 @@ Result<LookAnswer> MapReader::look(const std::array<double, 3>& position_world_m
     if (info_.is_for_caller) range.probability = 0.0;
   }
   return look_answer({.range_m = range.range_m}, range);
+}
+
+Result<LookPlanAnswer> MapReader::look_plan(const std::array<double, 3>& position_world_m,
+                                            double limit_m, bool is_tracking,
+                                            double visible_m) const {
+  SIGHTLINE_ASSIGN(const LookAnswer look, this->look(position_world_m, limit_m, visible_m));
+  constexpr std::uint32_t kNoPlan = kAnswerFar | kAnswerTighterLimit | kAnswerUnknownLocalizer;
+  const bool goes_by_plan = is_tracking && plan_ && limit_m >= plan_limit_m_ &&
+                            (look.flags & kNoPlan) == 0 &&
+                            std::max(plan_->first.look.range_m, plan_->second.range_m) <= visible_m;
+  LookPlanAnswer answer;
+  if (!goes_by_plan) {
+    answer.first = look;
+    return answer;
+  }
+  answer = *plan_;
+  const MapLook usual = answer.first.look;
+  const bool is_cheaper = look.look.return_count > 0 && look.look.point_count > 0 &&
+                          look.look.return_count <= usual.return_count &&
+                          look.look.point_count < usual.point_count;
+  answer.first = look;
+  if (!is_cheaper) answer.first.look = usual;
+  answer.first.look.settles = true;
+  answer.first.probability = std::numeric_limits<double>::quiet_NaN();
+  answer.first.mean_error_m = answer.first.probability;
+  return answer;
 }
 
 }  // namespace sightline

@@ -31,6 +31,8 @@ inline constexpr std::uint32_t kAnswerUnknownLocalizer = 32;
 
 // Neither the map's look nor its range lies within what can be seen now.
 inline constexpr std::uint32_t kAnswerNotVisible = 64;
+// No scan was ever seen here: what simulation found of the place decided. The map's own flag too.
+inline constexpr std::uint32_t kAnswerSimulated = 128;
 
 inline constexpr std::uint32_t kNoSite = std::numeric_limits<std::uint32_t>::max();
 
@@ -66,6 +68,20 @@ struct LookAnswer {
   std::uint32_t site = kNoSite;
 };
 
+// How a vehicle localizes step by step ("Driving by a plan" in schemas/definitions.md).
+struct LookPlanAnswer {
+  // Its probability and mean error are NaN where a second look may follow: what a plan holds is
+  // measured over whole drives, not foretold for a place.
+  LookAnswer first;
+  bool has_second = false;
+  // Of the first look's match: doubt = constant + the sum of weights times signs. Where it is above
+  // doubt_above, the second look is taken.
+  std::array<double, 8> weights{};
+  double constant = 0.0;
+  double doubt_above = 0.0;
+  MapLook second;
+};
+
 // What the map promises within one limit. A promise is about the next drive; what a threshold says
 // of the drive that it was set on is none.
 struct MapPromise {
@@ -78,14 +94,27 @@ struct MapPromise {
   std::string_view statement;  // one sentence for people
 };
 
+// A site, and what the map holds there for one limit.
+struct MapSite {
+  std::array<double, 3> position_world_m{};
+  RangeAnswer range;  // its distance is 0
+};
+
 struct MapInfo {  // refers into the map
   std::string_view map_id;
   std::string_view version;
   std::uint64_t release = 0;
   std::array<double, 3> origin_world_m{};
+  // Where positions that are asked for lie: "local" (the recording's own coordinates), "utm:32N",
+  // "mgrs:32UMV" or "enu:LATITUDE,LONGITUDE,ALTITUDE".
+  std::string_view world;
+  // Of what `sightline export` writes as clouds (autoware, pcd, ply): a vehicle that localizes in
+  // such a map asks at its position plus this. All 0 but for worlds of 100 km and more.
+  std::array<double, 3> export_origin_world_m{};
   double tile_m = 0.0;
   double reach_m = 0.0;  // a site farther away than this says nothing about a position
   std::uint32_t site_count = 0;
+  std::uint32_t simulated_site_count = 0;     // whose answers rest on simulation alone
   std::span<const double> ranges_m;           // ascending
   std::span<const double> limits_m;           // ascending
   std::span<const MapPromise> promises;       // one a limit
@@ -141,6 +170,20 @@ class MapReader {
       const std::array<double, 3>& position_world_m, double limit_m,
       double visible_m = std::numeric_limits<double>::infinity()) const;
 
+  // What to do there. A vehicle that tracks: the map's plan, where the limit is as tight as that
+  // was learnt for, or looser; its first look is the place's own, settling, where that looks at no
+  // more returns than the plan's and matches fewer points. A vehicle that does not track, that is
+  // too far from any site, or sees less far than the plan looks: what look() answers, and nothing
+  // after it. Allocates nothing. Errors: as look().
+  [[nodiscard]] Result<LookPlanAnswer> look_plan(
+      const std::array<double, 3>& position_world_m, double limit_m, bool is_tracking,
+      double visible_m = std::numeric_limits<double>::infinity()) const;
+
+  // Every site in the order of their numbers, with what observation_range() answers there for
+  // MapInfo::limits_m[limit]. Reads the whole section: for tools, not on the way. Errors:
+  // bad-argument (no such limit); checksum-mismatch, bad-layer where something is damaged.
+  [[nodiscard]] Result<std::vector<MapSite>> sites(std::size_t limit) const;
+
   [[nodiscard]] const MapInfo& info() const { return info_; }
 
  private:
@@ -167,6 +210,8 @@ class MapReader {
   std::vector<MapPromise> promises_;
   std::vector<MapLook> looks_;
   std::vector<MapPromise> look_promises_;
+  std::optional<LookPlanAnswer> plan_;  // without a place
+  double plan_limit_m_ = 0.0;
   std::vector<char> parameters_;  // a view of a short string would not outlive a move
 };
 

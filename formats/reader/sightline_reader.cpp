@@ -1,17 +1,21 @@
 #include "formats/reader/sightline_reader.h"
 
 #include <algorithm>
-#include <cstring>
 #include <new>
 #include <string>
 
+#include "formats/base/copy_message.h"
+#include "formats/base/version.h"
 #include "formats/reader/reader.h"
 
+using sightline::copy_message;
 using sightline::ErrorCode;
 using sightline::LookAnswer;
+using sightline::LookPlanAnswer;
 using sightline::MapInfo;
 using sightline::MapPromise;
 using sightline::MapReader;
+using sightline::MapSite;
 using sightline::RangeAnswer;
 using sightline::Result;
 
@@ -31,19 +35,35 @@ static_assert(SIGHTLINE_UNKNOWN_LOCALIZER == sightline::kAnswerUnknownLocalizer)
 static_assert(SIGHTLINE_NOT_VISIBLE == sightline::kAnswerNotVisible);
 static_assert(SIGHTLINE_NO_SITE == sightline::kNoSite);
 
-void copy_message(const std::string& text, char* message, std::size_t message_size) {
-  if (message == nullptr || message_size == 0) return;
-  const std::size_t size = std::min(text.size(), message_size - 1);
-  std::memcpy(message, text.data(), size);
-  message[size] = '\0';
-}
-
 RangeAnswer default_answer(const MapReader& reader) {
   RangeAnswer answer;
   answer.range_m = reader.info().ranges_m.back();
   answer.mean_error_m = std::numeric_limits<double>::infinity();
   answer.flags = sightline::kAnswerFar;
   return answer;
+}
+
+LookAnswer default_look(const MapReader& reader) {
+  const RangeAnswer otherwise = default_answer(reader);
+  LookAnswer answer;
+  answer.look.range_m = otherwise.range_m;
+  answer.mean_error_m = otherwise.mean_error_m;
+  answer.flags = otherwise.flags;
+  return answer;
+}
+
+sightline_look c_look(const LookAnswer& answer) {
+  return {answer.look.range_m,
+          answer.look.return_count,
+          answer.look.even_beyond_m,
+          answer.look.point_count,
+          answer.look.is_by_normals ? 1 : 0,
+          answer.look.settles ? 1 : 0,
+          answer.probability,
+          answer.mean_error_m,
+          answer.distance_m,
+          answer.flags,
+          answer.site};
 }
 
 }  // namespace
@@ -88,6 +108,9 @@ void sightline_get_info(const sightline_map* map, sightline_info* info) {
   info->localizer_version = from.localizer_version;
   info->localizer_parameters = map->parameters.c_str();
   info->is_for_caller = from.is_for_caller ? 1 : 0;
+  info->world = from.world.data();  // ends in a zero, as above
+  std::copy(from.export_origin_world_m.begin(), from.export_origin_world_m.end(),
+            info->export_origin_world_m);
 }
 
 int sightline_get_promise(const sightline_map* map, size_t limit, sightline_promise* promise) {
@@ -117,27 +140,55 @@ int sightline_get_look(const sightline_map* map, const double position_world_m[3
                        double visible_m, sightline_look* look) {
   const Result<LookAnswer> found = map->reader.look(
       {position_world_m[0], position_world_m[1], position_world_m[2]}, limit_m, visible_m);
-  LookAnswer answer;
-  if (found) {
-    answer = *found;
-  } else {
-    const RangeAnswer otherwise = default_answer(map->reader);
-    answer.look.range_m = otherwise.range_m;
-    answer.mean_error_m = otherwise.mean_error_m;
-    answer.flags = otherwise.flags;
-  }
-  *look = {answer.look.range_m,
-           answer.look.return_count,
-           answer.look.even_beyond_m,
-           answer.look.point_count,
-           answer.look.is_by_normals ? 1 : 0,
-           answer.look.settles ? 1 : 0,
-           answer.probability,
-           answer.mean_error_m,
-           answer.distance_m,
-           answer.flags,
-           answer.site};
+  *look = c_look(found ? *found : default_look(map->reader));
   return found ? 0 : static_cast<int>(found.error().code);
+}
+
+int sightline_get_look_plan(const sightline_map* map, const double position_world_m[3],
+                            double limit_m, int is_tracking, double visible_m,
+                            sightline_look_plan* plan) {
+  const Result<LookPlanAnswer> found =
+      map->reader.look_plan({position_world_m[0], position_world_m[1], position_world_m[2]},
+                            limit_m, is_tracking != 0, visible_m);
+  LookPlanAnswer answer;
+  answer.first = default_look(map->reader);
+  if (found) answer = *found;
+  *plan = {};
+  plan->first = c_look(answer.first);
+  if (answer.has_second) {
+    plan->has_second = 1;
+    std::copy(answer.weights.begin(), answer.weights.end(), plan->weights);
+    plan->constant = answer.constant;
+    plan->doubt_above = answer.doubt_above;
+    LookAnswer second = answer.first;  // whose place and flags it shares
+    second.look = answer.second;
+    plan->second = c_look(second);
+  }
+  return found ? 0 : static_cast<int>(found.error().code);
+}
+
+int sightline_get_sites(const sightline_map* map, size_t limit, sightline_site* sites,
+                        size_t site_count) {
+  try {
+    if (site_count != map->reader.info().site_count) {
+      return static_cast<int>(ErrorCode::kBadArgument);
+    }
+    const Result<std::vector<MapSite>> found = map->reader.sites(limit);
+    if (!found) return static_cast<int>(found.error().code);
+    std::ranges::transform(*found, sites, [](const MapSite& site) -> sightline_site {
+      const auto& [x_m, y_m, z_m] = site.position_world_m;
+      return {{x_m, y_m, z_m},         site.range.range_m, site.range.probability,
+              site.range.mean_error_m, site.range.flags,   site.range.site};
+    });
+    return 0;
+  } catch (const std::bad_alloc&) {
+    return static_cast<int>(ErrorCode::kOutOfMemory);
+  }
+}
+
+const char* sightline_reader_version(void) {
+  static const std::string kVersion = sightline::program_version();
+  return kVersion.c_str();
 }
 
 const char* sightline_error_name(int error) {

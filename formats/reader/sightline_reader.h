@@ -12,6 +12,9 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#ifdef __GNUC__
+#pragma GCC visibility push(default)
+#endif
 
 typedef struct sightline_map sightline_map;
 
@@ -24,6 +27,7 @@ typedef struct sightline_map sightline_map;
 /* The map's errors were measured with another localizer than the caller's: the longest range. */
 #define SIGHTLINE_UNKNOWN_LOCALIZER 32u
 
+#define SIGHTLINE_SIMULATED 128u  /* no scan was ever seen here: simulation decided */
 #define SIGHTLINE_NOT_VISIBLE 64u /* neither look nor range lies within what can be seen now */
 
 #define SIGHTLINE_NO_SITE UINT32_MAX
@@ -54,6 +58,27 @@ typedef struct sightline_look {
   uint32_t site;
 } sightline_look;
 
+/* How to localize step by step: a look, a test of what its match tells of itself, and a second look
+ * where the test doubts it ("Driving by a plan" in schemas/definitions.md). */
+typedef struct sightline_look_plan {
+  sightline_look first; /* probability and mean_error_m are NaN where a second look may follow */
+  int has_second;       /* 1, or 0: the first look stands, and what is below is 0 */
+  double weights[8];    /* doubt = constant + the sum of weights times the eight signs */
+  double constant;
+  double doubt_above;    /* the second look is taken where doubt is above this */
+  sightline_look second; /* probability and mean_error_m are NaN */
+} sightline_look_plan;
+
+/* A site, and what the map holds there for one limit: as in sightline_range. */
+typedef struct sightline_site {
+  double position_world_m[3];
+  double range_m;
+  double probability;
+  double mean_error_m;
+  uint32_t flags;
+  uint32_t site;
+} sightline_site;
+
 /* Pointers stay valid until sightline_close. */
 typedef struct sightline_info {
   const char* map_id;
@@ -72,6 +97,12 @@ typedef struct sightline_info {
   uint32_t localizer_version;
   const char* localizer_parameters;
   int is_for_caller; /* 1 where that is the localizer that the caller named */
+  /* Where positions lie: "local" (the recording's own coordinates), "utm:32N", "mgrs:32UMV" or
+   * "enu:LATITUDE,LONGITUDE,ALTITUDE". */
+  const char* world;
+  /* Of exported clouds (autoware, pcd, ply): a vehicle that localizes in one asks at its position
+   * plus this. All 0 but for worlds of 100 km and more. */
+  double export_origin_world_m[3];
 } sightline_info;
 
 /* What the map promises within one of its limits: a promise is about the next drive. */
@@ -117,9 +148,32 @@ int sightline_observation_range(const sightline_map* map, const double position_
 int sightline_get_look(const sightline_map* map, const double position_world_m[3], double limit_m,
                        double visible_m, sightline_look* look);
 
+/* What to do there. A vehicle that tracks (is_tracking not 0): the map's plan, where the limit is
+ * as tight as that was learnt for, or looser; its first look is the place's own, settling, where
+ * that looks at no more returns than the plan's and matches fewer points. A vehicle that does not
+ * track, that is too far from any site, or sees less far than the plan looks: what
+ * sightline_get_look answers, and nothing after it. On failure the first look is the longest range
+ * with SIGHTLINE_FAR. */
+int sightline_get_look_plan(const sightline_map* map, const double position_world_m[3],
+                            double limit_m, int is_tracking, double visible_m,
+                            sightline_look_plan* plan);
+
+/* Fills sites, which has room for site_count, with every site of the map in the order of their
+ * numbers, each with what sightline_observation_range answers there for limits_m[limit]. site_count
+ * is that of sightline_info. Returns 0, or the number of bad-argument, checksum-mismatch, bad-layer
+ * or out-of-memory, and then what is in sites means nothing. For tools: it reads all. */
+int sightline_get_sites(const sightline_map* map, size_t limit, sightline_site* sites,
+                        size_t site_count);
+
+/* "0.1.0": of the library that answers. */
+const char* sightline_reader_version(void);
+
 /* "checksum-mismatch"; "unknown" for a number that means nothing. */
 const char* sightline_error_name(int error);
 
+#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif
 #ifdef __cplusplus
 }
 #endif

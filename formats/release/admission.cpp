@@ -1,5 +1,6 @@
 #include "formats/release/admission.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "formats/map/map_reader.h"
@@ -51,9 +52,9 @@ Result<void> check_identity(std::string_view text, const ReleaseRecord& record,
                  "found a release of fleet " + record.fleet + ", expected " + root.fleet, "", ""};
   }
   std::optional<std::string> map_id = vehicle.map_id;
-  if (!vehicle.seen_release.empty()) {
-    SIGHTLINE_ASSIGN(const ReleaseRecord seen, decode_release_record(vehicle.seen_release));
-    SIGHTLINE_TRY(check_counter(text, record, seen, vehicle.seen_release));
+  if (!vehicle.seen.release.empty() && !begins_anew(root, vehicle.seen)) {
+    SIGHTLINE_ASSIGN(const ReleaseRecord seen, decode_release_record(vehicle.seen.release));
+    SIGHTLINE_TRY(check_counter(text, record, seen, vehicle.seen.release));
     if (!map_id) map_id = seen.map_id;
   }
   if (map_id && record.map_id != *map_id) {
@@ -105,7 +106,35 @@ Result<void> check_facts(const ReleaseRecord& map, const ReleaseRecord& record) 
   return {};
 }
 
+// By the vehicle's clock, which may have stopped or jumped back.
+std::int64_t latest_s(const RootRecord& root, const VehicleFacts& vehicle) {
+  return begins_anew(root, vehicle.seen) ? vehicle.now_s
+                                         : std::max(vehicle.now_s, vehicle.seen.time_s);
+}
+
+// All checks up to the release's expiry.
+Result<ReleaseRecord> check_record(std::string_view text, std::string_view signatures,
+                                   const RootRecord& root, const VehicleFacts& vehicle) {
+  const std::int64_t now_s = latest_s(root, vehicle);
+  if (now_s >= root.expires_s) return expired("the root", root.expires_s, now_s);
+  SIGHTLINE_TRY(check_signatures(text, signatures, root));
+  SIGHTLINE_ASSIGN(ReleaseRecord record, decode_release_record(text));
+  SIGHTLINE_TRY(check_identity(text, record, root, vehicle));
+  return record;
+}
+
 }  // namespace
+
+bool begins_anew(const RootRecord& root, const SeenState& seen) {
+  // Without keys nothing is known of the root that the release was admitted under.
+  if (seen.keys.empty() || seen.keys.size() >= kMostSeenKeys) return false;
+  const auto is_known = [&](const PublicKey& key) {
+    return std::any_of(seen.keys.begin(), seen.keys.end(),
+                       [&](const PublicKey& old) { return old.point == key.point; });
+  };
+  const auto known = std::count_if(root.keys.begin(), root.keys.end(), is_known);
+  return static_cast<std::uint32_t>(known) < root.threshold;
+}
 
 Result<void> check_signatures(std::string_view message, std::string_view signatures,
                               const RootRecord& root) {
@@ -140,15 +169,26 @@ Result<RootRecord> next_root(const RootRecord& trusted, std::string_view text,
 
 Result<ReleaseRecord> admit_release(std::string_view text, std::string_view signatures,
                                     const RootRecord& root, const VehicleFacts& vehicle) {
-  if (vehicle.now_s >= root.expires_s) return expired("the root", root.expires_s, vehicle.now_s);
-  SIGHTLINE_TRY(check_signatures(text, signatures, root));
-  SIGHTLINE_ASSIGN(ReleaseRecord record, decode_release_record(text));
-  SIGHTLINE_TRY(check_identity(text, record, root, vehicle));
-  if (vehicle.now_s >= record.expires_s) {
-    return expired("the release", record.expires_s, vehicle.now_s);
+  return admit_and_remember(text, signatures, root, vehicle).record;
+}
+
+Admission admit_and_remember(std::string_view text, std::string_view signatures,
+                             const RootRecord& root, const VehicleFacts& vehicle) {
+  SeenState seen = vehicle.seen;
+  Result<ReleaseRecord> record = check_record(text, signatures, root, vehicle);
+  if (!record) return {record, seen};
+  const std::int64_t now_s = latest_s(root, vehicle);
+  if (now_s >= record->expires_s) {
+    // No later than that: a clock that jumps ahead for once must not end all releases to come.
+    seen.time_s = std::max(seen.time_s, record->expires_s);
+    return {expired("the release", record->expires_s, now_s), seen};
   }
-  SIGHTLINE_TRY(check_fit(record, vehicle));
-  return record;
+  const Result<void> fit = check_fit(*record, vehicle);
+  if (!fit) return {fit.error(), seen};
+  seen.time_s = now_s;
+  seen.release = text;
+  add_keys(root.keys, seen);
+  return {record, seen};
 }
 
 Result<void> check_file(const std::filesystem::path& path, const ReleasedFile& released) {

@@ -9,6 +9,7 @@
 #include "formats/base/result.h"
 #include "formats/release/release_record.h"
 #include "formats/release/root_record.h"
+#include "formats/release/seen_state.h"
 
 // What a vehicle checks before it drives with a new map, in the order of
 // schemas/release_format.md. Nothing here touches the network, and time comes from the caller.
@@ -30,18 +31,31 @@ Result<RootRecord> next_root(const RootRecord& trusted, std::string_view text,
 
 // A vehicle's side of the matter.
 struct VehicleFacts {
-  std::int64_t now_s = 0;  // UTC, since 1970
-  // The record with the greatest counter admitted so far, byte for byte; empty: none.
-  std::string seen_release;
+  std::int64_t now_s = 0;             // UTC, since 1970
+  SeenState seen;                     // what it remembers; without a release: nothing yet
   std::optional<Digest> sensor;       // sensor_digest() of its LiDAR; none: any
-  std::optional<std::string> map_id;  // the map it wants; none: that of seen_release, or any
+  std::optional<std::string> map_id;  // the map it wants; none: that of the seen one, or any
 };
+
+// Whether the root has too few keys that this vehicle has ever admitted a release under, for those
+// to reach the threshold: then nothing that was signed before is valid any more, and what the
+// vehicle has seen does not count (recovery from fast-forward, as TUF 5.3.11).
+bool begins_anew(const RootRecord& root, const SeenState& seen);
 
 // A release signed under `root` that this vehicle may install. Errors: expired (the root's too);
 // those of check_signatures and decode_release_record; wrong-fleet (or map id), replayed-release,
 // future-version, wrong-sensor.
 Result<ReleaseRecord> admit_release(std::string_view text, std::string_view signatures,
                                     const RootRecord& root, const VehicleFacts& vehicle);
+
+// The same, and what the vehicle has to remember from here on, whatever came of it: also a refused
+// release tells that it is later than its expiry.
+struct Admission {
+  Result<ReleaseRecord> record;
+  SeenState seen;
+};
+Admission admit_and_remember(std::string_view text, std::string_view signatures,
+                             const RootRecord& root, const VehicleFacts& vehicle);
 
 // That a file arrived as it was released. Errors: file-not-found, cannot-open, cannot-read;
 // longer-than-released, not-as-released.

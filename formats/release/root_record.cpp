@@ -12,6 +12,10 @@ Error malformed(const std::string& message) {
 // One signer under two names would count twice.
 Result<void> check_keys(const std::vector<PublicKey>& keys) {
   for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (!is_sound(keys[i])) {
+      return malformed("key " + to_hex(keys[i].id) +
+                       " is no sound point: anybody could sign by it");
+    }
     for (std::size_t k = 0; k < i; ++k) {
       if (keys[i].id == keys[k].id || keys[i].point == keys[k].point) {
         return malformed("key " + to_hex(keys[i].id) + " is there twice");

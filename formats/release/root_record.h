@@ -18,7 +18,7 @@ struct RootRecord {
   std::uint64_t version = 1;   // the next root is this one plus 1
   std::int64_t expires_s = 0;  // UTC, since 1970
   std::uint32_t threshold = 1;
-  std::vector<PublicKey> keys;  // ascending by their text; no id and no point twice
+  std::vector<PublicKey> keys;  // ascending by their text; no id and no point twice, all is_sound()
 };
 
 // Every promise above. Error: malformed-record.

@@ -132,6 +132,11 @@ PublicKey public_key_of(const SecretKey& secret) {
   return key;
 }
 
+bool is_sound(const PublicKey& key) {
+  start_sodium();
+  return crypto_core_ed25519_is_valid_point(key.point.data()) == 1;
+}
+
 std::string to_base64(const PublicKey& key) {
   std::vector<std::uint8_t> bytes = {'E', 'd'};
   bytes.insert(bytes.end(), key.id.begin(), key.id.end());

@@ -39,6 +39,10 @@ SecretKey new_secret_key();
 SecretKey secret_key_from_seed(const std::array<std::uint8_t, 32>& seed);
 PublicKey public_key_of(const SecretKey& secret);
 
+// Whether the point is one that a secret key can have: on the curve, in the large group, written in
+// the one way. With a point of small order anybody can sign anything.
+bool is_sound(const PublicKey& key);
+
 // 56 characters: what a root record and `minisign -P` call a key.
 std::string to_base64(const PublicKey& key);
 // Error: malformed-signature.

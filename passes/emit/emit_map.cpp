@@ -24,6 +24,12 @@ const std::vector<NamedVersion>& definitions() {
   return kDefinitions;
 }
 
+std::vector<NamedVersion> definitions_of_annotated() {
+  std::vector<NamedVersion> all = definitions();
+  all.insert(all.begin(), {"annotating-a-finished-map", 1});
+  return all;
+}
+
 std::string derived_map_id(const Drive& mapping, const MapFrame& frame) {
   DigestBuilder builder;
   builder.add("sightline map id");
@@ -37,6 +43,17 @@ std::string derived_map_id(const Drive& mapping, const MapFrame& frame) {
   }
   builder.add(writer.bytes());
   // 128 bits name a recording beyond doubt and still fit on a line.
+  return to_hex(builder.finish()).substr(0, 32);
+}
+
+// Of a finished map: its content and frame.
+std::string derived_map_id(const RecordingCard& finished, const MapFrame& frame) {
+  DigestBuilder builder;
+  builder.add("sightline id of an annotated map");
+  builder.add(finished.digest);
+  ByteWriter writer;
+  encode(frame, writer);
+  builder.add(writer.bytes());
   return to_hex(builder.finish()).substr(0, 32);
 }
 
@@ -69,6 +86,11 @@ bool is_of_models_localizer(const EmitMapInputs& inputs) {
   return inputs.measured.matching.localizer == inputs.model.card.localizer;
 }
 
+// Nobody drove there.
+bool is_simulated(const MeasuredError& measured) {
+  return measured.reference == ErrorReference::kSimulated;
+}
+
 MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
   MeasurementCard card;
   card.mapping_drive = inputs.mapping.name;
@@ -80,7 +102,7 @@ MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   card.localizer = inputs.measured.matching.localizer;
   card.coarse_cells = inputs.measured.matching.coarse_cells;
   card.leaf_m = inputs.measured.matching.leaf_m;
-  if (is_of_models_localizer(inputs)) {
+  if (is_of_models_localizer(inputs) && !is_simulated(inputs.measured)) {
     card.measured_site_count = static_cast<std::uint32_t>(std::ranges::count_if(
         inputs.measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; }));
   }
@@ -89,6 +111,7 @@ MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inpu
 
 // What one localizer reached says nothing of the promise to another.
 MeasuredError to_judge_by(const PassContext& ctx, const EmitMapInputs& inputs) {
+  if (is_simulated(inputs.measured)) return {};
   if (is_of_models_localizer(inputs)) return inputs.measured;
   ctx.warn("the map foretells the errors of " + to_text(inputs.model.card.localizer) +
            ", but drive '" + inputs.measured.drive + "' was localized by " +
@@ -107,6 +130,7 @@ FactorTable factors_of(const EmitMapInputs& inputs) {
 std::vector<OptionField> option_fields(EmitMapOptions& options) {
   return {text("map_id", options.map_id, "name of the map; empty: made of the recording"),
           text("version", options.version, "version for people"),
+          shared(text("world", options.world, "where the recordings' coordinates lie")),
           integer("release", options.release, "counter that only ever grows", 1, 2'000'000'000),
           number("reach_m", options.reach_m,
                  "a site farther away than this says nothing about a position, m", 0.1, 1000.0),
@@ -126,10 +150,13 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   map.version = options.version;
   map.release = static_cast<std::uint64_t>(options.release);
   map.writer = "sightline " + program_version();
+  map.world = options.world;
   map.ndt = inputs.ndt;
   map.sites = inputs.sites;
   map.predicted = inputs.predicted;
   map.ranges = inputs.ranges;
+  const bool has_plan = inputs.plan != nullptr && !map.ranges.of_samples.empty();
+  if (has_plan) map.ranges.of_samples.front().plan = inputs.plan->plan;
   map.reach_m = options.reach_m;
   map.sensor = inputs.localization.sensor;
   map.measurement = card_of(options, inputs);
@@ -152,9 +179,37 @@ Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
   const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
   const std::size_t spoken_for =
       std::size_t{map.measurement.measured_site_count} * inputs.measured.matching.site_step;
-  if (spoken_for < map.sites.sites.size() && is_of_models_localizer(inputs)) {
+  const bool is_measured = !is_simulated(inputs.measured);
+  if (spoken_for < map.sites.sites.size() && is_of_models_localizer(inputs) && is_measured) {
     ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
              std::to_string(map.sites.sites.size()) + " sites");
+  }
+  return map;
+}
+
+Result<CompiledMap> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
+                                       const NdtMap& ndt, const Sites& sites,
+                                       const PredictedError& predicted, const RangeTable& ranges,
+                                       const MeasuredError& measured, const ErrorModel& model,
+                                       const FactorTable& factors, const SensorProfile& sensor,
+                                       const RecordingCards& recordings) {
+  const RecordingCard& finished = recordings.cards.front();
+  EmitMapOptions options = wanted;
+  if (options.map_id.empty()) options.map_id = derived_map_id(finished, ndt.frame);
+  Drive mapping;
+  mapping.name = finished.name;
+  mapping.sensor = sensor;
+  Drive localization = mapping;
+  localization.name = measured.drive;
+  SIGHTLINE_ASSIGN(CompiledMap map, emit_map(ctx, options,
+                                             {mapping, localization, ndt, sites, predicted, ranges,
+                                              measured, model, factors}));
+  map.definitions = definitions_of_annotated();
+  const std::uint32_t simulated = simulated_site_count(map.ranges);
+  if (simulated > 0) {
+    ctx.warn("simulated: no scan was ever seen at " + std::to_string(simulated) + " of " +
+             std::to_string(map.sites.sites.size()) +
+             " sites; what they answer rests on scans simulated in the map itself");
   }
   return map;
 }
@@ -164,11 +219,12 @@ Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& option
                                   const NdtMap& ndt, const Sites& sites,
                                   const PredictedError& predicted, const RangeTable& ranges,
                                   const MeasuredError& measured, const ErrorModel& model,
-                                  const FactorTable& factors, const Sharpness& sharpness,
+                                  const FactorTable& factors, const CalibratedPlan& plan,
+                                  const Sharpness& sharpness,
                                   const Trajectory& mapping_trajectory) {
   return emit_map(ctx, options,
                   {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors,
-                   &sharpness, &mapping_trajectory});
+                   &plan, &sharpness, &mapping_trajectory});
 }
 
 }  // namespace sightline

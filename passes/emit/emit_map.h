@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/annotation/calibrated_plan.h"
 #include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
@@ -12,6 +13,8 @@
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
+#include "formats/drive/recording_cards.h"
+#include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
 #include "formats/map/compiled_map.h"
 #include "formats/surroundings/ndt_map.h"
@@ -21,10 +24,11 @@
 namespace sightline {
 
 struct EmitMapOptions {
-  std::string map_id;         // empty: made of the mapping drive's content
-  std::string version = "1";  // for people
-  int release = 1;            // only ever grows
-  double reach_m = 10.0;      // a site farther away than this says nothing about a position
+  std::string map_id;           // empty: made of the mapping drive's content
+  std::string version = "1";    // for people
+  std::string world = "local";  // where world coordinates lie (formats/geodesy.h, parse_world)
+  int release = 1;              // only ever grows
+  double reach_m = 10.0;        // a site farther away than this says nothing about a position
   ScanSelection mapping_scans = ScanSelection::kAll;  // that made the map
   bool has_factors = true;                            // for engineers; no vehicle needs them
 };
@@ -40,6 +44,7 @@ struct EmitMapInputs {
   const MeasuredError& measured;
   const ErrorModel& model;
   const FactorTable& factors;
+  const CalibratedPlan* plan = nullptr;            // where vehicles that track are told one
   const Sharpness* sharpness = nullptr;            // where it was measured
   const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
 };
@@ -60,8 +65,19 @@ Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& option
                                   const NdtMap& ndt, const Sites& sites,
                                   const PredictedError& predicted, const RangeTable& ranges,
                                   const MeasuredError& measured, const ErrorModel& model,
-                                  const FactorTable& factors, const Sharpness& sharpness,
-                                  const Trajectory& mapping_trajectory);
-inline constexpr Pass kEmitMap{"emit-map", 7, "map", "The map file", &emit_map_step};
+                                  const FactorTable& factors, const CalibratedPlan& plan,
+                                  const Sharpness& sharpness, const Trajectory& mapping_trajectory);
+inline constexpr Pass kEmitMap{"emit-map", 8, "map", "The map file", &emit_map_step};
+
+// The same of a finished map that was annotated (schemas/definitions.md, "Annotating a finished
+// map"): `recordings` names it first, `measured` is of a drive through it or simulated, the sensor
+// the one that will localize. A simulation is no measurement: no site counts as measured by it.
+Result<CompiledMap> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
+                                       const NdtMap& ndt, const Sites& sites,
+                                       const PredictedError& predicted, const RangeTable& ranges,
+                                       const MeasuredError& measured, const ErrorModel& model,
+                                       const FactorTable& factors, const SensorProfile& sensor,
+                                       const RecordingCards& recordings);
+inline constexpr Pass kEmitAnnotatedMap = variant_of(kEmitMap, &emit_annotated_map);
 
 }  // namespace sightline

@@ -179,6 +179,13 @@ std::vector<ScanInfo> describe(const Recording& recording, const std::vector<Sca
   return scans;
 }
 
+std::string sensor_names() {
+  std::string names;
+  for (const std::string& name : sensor_profile_names())
+    names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
 }  // namespace
 
 std::vector<OptionField> option_fields(IngestOptions& options) {
@@ -190,21 +197,28 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
       text("name", options.name, "name of the drive; empty: the folder's"),
       text("scans", options.scans,
            "folder with one file per scan (" + scan_endings_text() +
-               "); or a ROS bag, or a Velodyne pcap"),
-      text("topic", options.topic, "of a bag's sensor_msgs/PointCloud2; empty: its only one"),
+               "); or a bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, folder), or a Velodyne pcap"),
+      text("topic", options.topic,
+           "of a bag's scans (PointCloud2, Livox CustomMsg, VelodyneScan); empty: its only one"),
       text("columns", options.columns,
            "what the floats of a point are in .bin scans: how many, or names such as x y z "
            "intensity ring time; empty: what the floats themselves speak for"),
       text("poses", options.poses,
-           "pose file or ROS bag; empty: the compiler estimates the trajectory"),
-      text("poses_topic", options.poses_topic, "of a bag's poses or odometry; empty: its only one"),
+           "pose file (KITTI, TUM, Apollo, nuScenes' ego_pose.json; in degrees: GNSS CSV, NMEA, "
+           "KITTI's oxts) or ROS bag; "
+           "empty: the compiler estimates the trajectory"),
+      text("poses_topic", options.poses_topic,
+           "of a bag's poses or odometry, its /tf or NavSatFix; empty: its only one"),
       choice("pose_format", options.pose_format, "format of a pose file",
              {"auto", "kitti", "tum", "apollo"}),
       choice("poses_of", options.poses_of, "whose poses they are", {"vehicle", "sensor"}),
+      text("calibration", options.calibration,
+           "KITTI's calib.txt or calib_imu_to_velo.txt, which takes poses of its camera or its "
+           "inertial unit to the sensor; empty: none"),
       text("stamps", options.stamps, "file with one time a line; empty: from names or poses"),
       number("rate_hz", options.rate_hz, "scans a second, where nothing tells their times", 0.01,
              1000.0),
-      choice("sensor", options.sensor, "sensor profile", sensor_profile_names()),
+      text("sensor", options.sensor, "sensor: " + sensor_names() + ", or a file with its beams"),
       integer("rings", options.rings, "number of evenly spaced beams; 0: the profile's own", 0,
               1024),
       number("lowest_beam_deg", options.lowest_beam_deg, "elevation of the lowest, degrees", -90.0,

@@ -4,6 +4,7 @@
 #include <functional>
 #include <iterator>
 #include <optional>
+#include <utility>
 
 #include "formats/base/parallel.h"
 
@@ -67,14 +68,6 @@ constexpr const char* kSampleColumns[] = {"own_error",          "mapping_error",
                                           "mapping_error_mean", "mapping_error_max",
                                           "look_number",        "match_cost"};
 
-double cost_of(const Look& look) {
-  // In matched points, fitted to tests/bench/look_bench: what every match costs, and a return that
-  // is looked at.
-  constexpr double kMatch = 240.0;
-  constexpr double kReturn = 1.0 / 18.0;
-  return kMatch + kReturn * look.return_count + look.point_count;
-}
-
 FactorTable factors_of_samples(const FactorTable& factors, std::size_t stand_in,
                                const std::vector<Look>& looks, const OwnErrors& errors) {
   FactorTable table;
@@ -94,9 +87,10 @@ FactorTable factors_of_samples(const FactorTable& factors, std::size_t stand_in,
       for (std::size_t f = 0; f < factors.factors.size(); ++f) {
         table.values.push_back(factors.at(site, longest, f));
       }
-      table.values.insert(table.values.end(), {errors.own_m(site, look).value_or(stand_in_m),
-                                               mapping_m[look], mean_m, std::ranges::max(mapping_m),
-                                               static_cast<double>(look), cost_of(looks[look])});
+      table.values.insert(
+          table.values.end(),
+          {errors.own_m(site, look).value_or(stand_in_m), mapping_m[look], mean_m,
+           std::ranges::max(mapping_m), static_cast<double>(look), expected_cost(looks[look])});
     }
   }
   return table;
@@ -121,6 +115,32 @@ Result<FactorTable> with_errors(const FactorTable& map_factors, const MeasuredEr
   for (const MeasuredError& own_samples : own.of_samples) {
     table.of_samples.push_back(
         factors_of_samples(map_factors, stand_in, own_samples.looks, samples));
+  }
+  return table;
+}
+
+// As evidence a simulated error counts twice: surface and NDs are of the same points, and where a
+// simulated scan ended within 10 cm, up to a quarter of a real drive's did not.
+constexpr double kEvidenceFactor = 2.0;
+
+ErrorOf as_evidence(ErrorOf errors_m) {
+  return [errors_m = std::move(errors_m)](std::size_t site,
+                                          std::size_t look) -> std::optional<double> {
+    const std::optional<double> error_m = errors_m(site, look);
+    return error_m ? std::optional(kEvidenceFactor * *error_m) : std::nullopt;
+  };
+}
+
+// With the column that says where evidence comes from.
+FactorTable with_mark(const FactorTable& factors) {
+  const std::size_t before = factors.factors.size();
+  FactorTable table = factors;
+  table.factors.emplace_back(kSimulatedColumn);
+  table.values.clear();
+  for (std::size_t row = 0; row < factors.values.size() / before; ++row) {
+    const auto first = factors.values.begin() + static_cast<std::ptrdiff_t>(row * before);
+    table.values.insert(table.values.end(), first, first + static_cast<std::ptrdiff_t>(before));
+    table.values.push_back(1.0);
   }
   return table;
 }
@@ -152,6 +172,17 @@ Result<FactorTable> add_own_error(PassContext&, const NoOptions&, const FactorTa
                                   const MeasuredError& own) {
   SIGHTLINE_TRY(check_measured(map_factors, own));
   return with_errors(map_factors, own, {errors_of(own), unknown}, {sample_errors_of(own), unknown});
+}
+
+Result<FactorTable> add_simulated_error(PassContext&, const NoOptions&,
+                                        const FactorTable& map_factors,
+                                        const MeasuredError& simulated) {
+  SIGHTLINE_TRY(check_measured(map_factors, simulated));
+  const FactorTable marked = with_mark(map_factors);
+  const ErrorOf of_ranges = errors_of(simulated);
+  const ErrorOf of_samples = sample_errors_of(simulated);
+  return with_errors(marked, simulated, {as_evidence(of_ranges), of_ranges},
+                     {as_evidence(of_samples), of_samples});
 }
 
 }  // namespace sightline

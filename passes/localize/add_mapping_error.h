@@ -35,4 +35,13 @@ Result<FactorTable> add_own_error(PassContext& ctx, const NoOptions& options,
                                   const FactorTable& map_factors, const MeasuredError& own);
 inline constexpr Pass kAddOwnError = variant_of(kAddMappingError, &add_own_error);
 
+// The same of a finished map that nobody scanned: what simulated scans found stands for both, look
+// by look, and twice as much of it for `own_error`, since it flatters. A column `simulated` of ones
+// says so. A model that learnt with that column judges such maps as it judges those that taught it;
+// one without it does not. Error: mismatched-inputs.
+Result<FactorTable> add_simulated_error(PassContext& ctx, const NoOptions& options,
+                                        const FactorTable& map_factors,
+                                        const MeasuredError& simulated);
+inline constexpr Pass kAddSimulatedError = variant_of(kAddMappingError, &add_simulated_error);
+
 }  // namespace sightline

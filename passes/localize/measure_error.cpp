@@ -145,17 +145,6 @@ std::vector<std::optional<std::size_t>> nearest_scans(const MeasureErrorOptions&
   return scans;
 }
 
-MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map) {
-  MatchingCard card;
-  card.scans = options.scans;
-  card.localizer = profile_of({options.localizer, options.coarse_cells, options.leaf_m}, map);
-  card.site_step = static_cast<std::uint32_t>(site_step_of(options));
-  const bool is_own = options.localizer != LocalizerKind::kPclNdt;
-  card.coarse_cells = is_own ? static_cast<std::uint32_t>(options.coarse_cells) : 1;
-  card.leaf_m = is_own ? options.leaf_m : 0.0;
-  return card;
-}
-
 // Where each site has its scan. Error: no-overlap.
 Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx,
                                                                const MeasureErrorOptions& options,
@@ -211,6 +200,18 @@ MeasuredError empty_result(const SiteMeasuring& measuring, const MatchingCard& m
 
 }  // namespace
 
+MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map) {
+  MatchingCard card;
+  card.scans = options.scans;
+  card.localizer = profile_of(
+      {options.localizer, options.coarse_cells, options.leaf_m, options.every_return}, map);
+  card.site_step = static_cast<std::uint32_t>(site_step_of(options));
+  const bool is_own = options.localizer != LocalizerKind::kPclNdt;
+  card.coarse_cells = is_own ? static_cast<std::uint32_t>(options.coarse_cells) : 1;
+  card.leaf_m = is_own ? options.leaf_m : 0.0;
+  return card;
+}
+
 ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory& trajectory) {
   const bool is_known = options.is_mapping_drive || trajectory.source != PoseSource::kEstimated;
   return is_known ? options.reference : ErrorReference::kFullRangeMatch;
@@ -236,9 +237,8 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
   const Localizer of_samples = samples.empty()
                                    ? Localizer{}
                                    : make_localizer(map, options_for_samples(options.coarse_cells));
-  const bool thins_near = !options.every_return;
   const SiteLocalizerInputs localizer{
-      {options.localizer, options.coarse_cells, options.leaf_m, thins_near},
+      {options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
       localization_drive.sensor,
       map,
       own,

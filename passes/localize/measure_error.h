@@ -44,6 +44,9 @@ int site_step_of(const MeasureErrorOptions& options);
 // estimated are matches to the very map, and no known ones.
 ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory& trajectory);
 
+// How scans are matched on this map.
+MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map);
+
 // How far off the matcher ends when it localizes a drive at the sites of a map: at each site (or
 // every site_step-th) the nearest scan is cut at every range and by every look, matched from
 // every initial offset and compared with the reference, as defined in schemas/definitions.md

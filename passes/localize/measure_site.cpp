@@ -29,15 +29,16 @@ void add_run(const MatchResult& result, const Pose& T_map_reference, double coun
 
 // All offsets at one look. What it takes to cut the scan is shared by the runs here, but a vehicle
 // pays it for each scan, so it counts in full for each run.
-ErrorRow measure_row(const SiteMeasuring& measuring, SiteLocalizer& localizer, const Scan& scan,
-                     const Look& look, const Pose& T_map_reference) {
+ErrorRow measure_row(const std::vector<InitialOffset>& offsets, const Look& look,
+                     const ReferencedScan& scan, SiteLocalizer& localizer) {
+  const Pose& T_map_reference = scan.T_map_reference;
   const double cut_begin_ms = thread_cpu_ms();
-  localizer.take(scan, look);
+  localizer.take(scan.scan, look);
   const double cut_ms = thread_cpu_ms() - cut_begin_ms;
   ErrorRow row;
-  const auto count = static_cast<double>(measuring.offsets.size());
+  const auto count = static_cast<double>(offsets.size());
   std::vector<double> errors_m;
-  for (const InitialOffset& offset : measuring.offsets) {
+  for (const InitialOffset& offset : offsets) {
     const double begin_ms = thread_cpu_ms();
     const MatchResult result = localizer.match(T_map_reference * start_pose(offset));
     const double time_ms = cut_ms + thread_cpu_ms() - begin_ms;
@@ -65,19 +66,21 @@ Pose reference_pose(const SiteMeasuring& measuring, SiteLocalizer& localizer, co
 
 }  // namespace
 
+void measure_scan(const std::vector<InitialOffset>& offsets, const std::vector<Look>& looks,
+                  const ReferencedScan& scan, SiteLocalizer& localizer,
+                  std::vector<ErrorRow>& rows) {
+  for (const Look& look : looks) rows.push_back(measure_row(offsets, look, scan, localizer));
+}
+
 Result<void> measure_site(const SiteMeasuring& measuring, SiteLocalizer& localizer,
                           std::size_t scan_index, SiteRows& rows) {
   SIGHTLINE_ASSIGN(const Scan scan, measuring.drive.store->read(scan_index));
   const Pose& T_map_given = measuring.trajectory.poses[scan_index].T_map_vehicle;
   localizer.go_to(T_map_given.translation(),
                   mix(measuring.seed, measuring.drive.scans[scan_index].recording_index));
-  const Pose T_map_reference = reference_pose(measuring, localizer, scan, T_map_given);
-  for (const Look& look : measuring.looks) {
-    rows.rows.push_back(measure_row(measuring, localizer, scan, look, T_map_reference));
-  }
-  for (const Look& look : measuring.samples) {
-    rows.samples.push_back(measure_row(measuring, localizer, scan, look, T_map_reference));
-  }
+  const ReferencedScan referenced{scan, reference_pose(measuring, localizer, scan, T_map_given)};
+  measure_scan(measuring.offsets, measuring.looks, referenced, localizer, rows.rows);
+  measure_scan(measuring.offsets, measuring.samples, referenced, localizer, rows.samples);
   return {};
 }
 

@@ -31,6 +31,17 @@ struct SiteRows {
   std::vector<ErrorRow> samples;  // of SiteMeasuring::samples
 };
 
+// A scan, and where the vehicle was.
+struct ReferencedScan {
+  const Scan& scan;
+  Pose T_map_reference = Pose::Identity();
+};
+
+// Appends the rows of one scan, which is matched by each look from every offset.
+void measure_scan(const std::vector<InitialOffset>& offsets, const std::vector<Look>& looks,
+                  const ReferencedScan& scan, SiteLocalizer& localizer,
+                  std::vector<ErrorRow>& rows);
+
 // Appends the rows of one site: its scan is matched at every look from every offset and compared
 // with the reference. Error: what reading the scan returns.
 Result<void> measure_site(const SiteMeasuring& measuring, SiteLocalizer& localizer,

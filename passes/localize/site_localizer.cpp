@@ -1,15 +1,17 @@
 #include "passes/localize/site_localizer.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "formats/base/random.h"
 #include "passes/localize/pcl/pcl_ndt.h"
 #include "passes/matching/autoware_sampler.h"
-#include "passes/matching/look_cutter.h"
+#include "passes/vehicle/look_matcher.h"
 
 namespace sightline {
 namespace {
@@ -17,36 +19,15 @@ namespace {
 class OwnSiteLocalizer : public SiteLocalizer {
  public:
   explicit OwnSiteLocalizer(const SiteLocalizerInputs& inputs)
-      : inputs_(inputs), cutter_(inputs.choice.leaf_m) {}
+      : matcher_({inputs.own, inputs.of_samples, inputs.sensor, inputs.choice.leaf_m,
+                  inputs.choice.takes_every_return}) {}
   void go_to(const Eigen::Vector3d& /*p_map_m*/, std::uint64_t /*seed*/) override {}
-  void take(const Scan& scan, const Look& look) override {
-    scan_ = &scan;
-    look_ = look;
-    if (!takes_every_return(look)) return;
-    const ScanCut cut{look.range_m, inputs_.choice.leaf_m};
-    if (inputs_.choice.thins_near) {
-      cut_ = make_scan_for_match(inputs_.own, near_cutter_, scan, inputs_.sensor, cut);
-    } else {
-      cutter_.cut(inputs_.own, scan, inputs_.sensor, look, Pose::Identity(), cut_);
-    }
-  }
-  MatchResult match(const Pose& T_map_start) override {
-    if (takes_every_return(look_)) return localize(inputs_.own, cut_, T_map_start);
-    cutter_.cut(inputs_.of_samples, *scan_, inputs_.sensor, look_, T_map_start, cut_);
-    const MatchOptions options{.stop_step_m = kSampleStop_m};
-    return look_.mode == LookMode::kSettle
-               ? settle(inputs_.of_samples, cut_, T_map_start, options)
-               : localize(inputs_.of_samples, cut_, T_map_start, options);
-  }
-  [[nodiscard]] std::size_t point_count() const override { return cut_.points_m.size(); }
+  void take(const Scan& scan, const Look& look) override { matcher_.take(scan, look); }
+  MatchResult match(const Pose& T_map_start) override { return matcher_.match(T_map_start); }
+  [[nodiscard]] std::size_t point_count() const override { return matcher_.point_count(); }
 
  private:
-  SiteLocalizerInputs inputs_;
-  ScanCutter near_cutter_;
-  LookCutter cutter_;
-  ScanForMatch cut_;
-  const Scan* scan_ = nullptr;
-  Look look_;
+  LookMatcher matcher_;
 };
 
 // The range is ours: what lies beyond it was not looked at.
@@ -106,11 +87,13 @@ std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& in
 
 LocalizerProfile profile_of(const LocalizerChoice& choice, const NdtMap& map) {
   if (choice.kind == LocalizerKind::kPclNdt) return pcl_profile(map);
-  return {std::string(localizer_name(choice.kind)),
-          kLocalizersVersion,
-          {{"cell_m", format_double(map.cell_m)},
-           {"coarse_cells", std::to_string(choice.coarse_cells)},
-           {"leaf_m", format_double(choice.leaf_m)}}};
+  LocalizerProfile profile{std::string(localizer_name(choice.kind)),
+                           kLocalizersVersion,
+                           {{"cell_m", format_double(map.cell_m)},
+                            {"coarse_cells", std::to_string(choice.coarse_cells)},
+                            {"leaf_m", format_double(choice.leaf_m)}}};
+  if (choice.takes_every_return) profile.parameters.emplace_back(kEveryReturn);
+  return profile;
 }
 
 }  // namespace sightline

@@ -33,9 +33,7 @@ struct LocalizerChoice {
   LocalizerKind kind = LocalizerKind::kSearching;
   int coarse_cells = 1;
   double leaf_m = 1.0;
-  // Of a look at every return within a range, what lies denser than voxels need is left out
-  // (return_stride in passes/matching/scan_cutter.h).
-  bool thins_near = true;
+  bool takes_every_return = false;  // within a range, as ScanCut says
 };
 
 // What all of them share. `own` and `of_samples`, for looks that take a sample, serve this

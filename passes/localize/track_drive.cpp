@@ -7,6 +7,7 @@
 #include "formats/base/stopwatch.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
+#include "passes/localize/track_matcher.h"
 #include "passes/matching/foretold_pose.h"
 #include "passes/matching/localizer.h"
 #include "passes/pass/scan_selection.h"
@@ -24,8 +25,7 @@ constexpr std::int64_t kLongestStep_ns = 2'000'000'000;
 struct Setup {
   const TrackDriveOptions& options;
   const Drive& drive;
-  const PointGrid& places;  // of the sites' sensors
-  const RangeTable& ranges;
+  const std::vector<double>& limits_m;
   const Localizer& localizer;
   const std::vector<InitialOffset>& offsets;
   const std::vector<std::size_t>& scans;  // indices into the drive, in time order
@@ -41,22 +41,14 @@ struct KnownScan {
 // One replay between two scans.
 struct Replay {
   TrackRule rule;
-  std::size_t limit = 0;  // where the map chooses
+  TrackMatcher matcher;
   std::size_t begun_count = 0;
-  bool is_on_track = false;
+  int result_count = 0;                   // in a row since the track began; 0: not on track
   Pose T_map_last = Pose::Identity();     // as found
   Pose T_before_last = Pose::Identity();  // the motion that led there, in the vehicle's frame
   std::int64_t last_step_ns = 0;          // how long it took
   std::vector<TrackStep> steps;
-  ScanCutter cutter;
 };
-
-// The map's range at a place, looked up as a vehicle does.
-double range_at(const Setup& setup, std::size_t limit, const Pose& T_map_vehicle) {
-  const Eigen::Vector3d p_map_m = T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
-  const std::optional<NearPoint> nearest = setup.places.nearest(p_map_m, setup.options.reach_m);
-  return nearest ? setup.ranges.range_m(nearest->index, limit) : setup.ranges.looks.back().range_m;
-}
 
 // How long it is from the scan before to this one.
 std::int64_t step_ns(const Setup& setup, std::size_t position) {
@@ -74,7 +66,7 @@ Pose begin_track(const Setup& setup, const KnownScan& now, const KnownScan* befo
   if (before != nullptr && now.follows) {
     replay.T_before_last = before->T_map_reference.inverse(Eigen::Isometry) * now.T_map_reference;
   }
-  replay.is_on_track = true;
+  replay.result_count = 0;
   return now.T_map_reference * start_pose(offset);
 }
 
@@ -89,29 +81,29 @@ void follow_scan(const Setup& setup, std::size_t position, const KnownScan& now,
                  const KnownScan* before, Replay& replay) {
   TrackStep step;
   const std::int64_t this_step_ns = step_ns(setup, position);
-  const bool goes_on = replay.is_on_track && now.follows;
+  const bool goes_on = replay.result_count > 0 && now.follows;
   const Pose T_map_start =
       goes_on ? foretold(replay, this_step_ns) : begin_track(setup, now, before, replay);
-  step.range_m = replay.rule.is_static() ? replay.rule.static_range_m
-                                         : range_at(setup, replay.limit, T_map_start);
   const double begin_ms = thread_cpu_ms();
-  ScanForMatch scan =
-      make_scan_for_match(setup.localizer, replay.cutter, now.scan, setup.drive.sensor,
-                          {step.range_m, setup.options.matching.leaf_m});
-  const MatchResult found = localize(setup.localizer, scan, T_map_start);
+  const TrackMatcher::Found found =
+      replay.matcher.match(now.scan, {T_map_start, replay.result_count > 1});
   step.time_ms = thread_cpu_ms() - begin_ms;
-  step.work = static_cast<double>(found.work);
-  step.error_m = (found.T_map_sensor.translation() - now.T_map_reference.translation()).norm();
+  const Pose& T_map_found = found.match.T_map_sensor;
+  step.range_m = found.range_m;
+  step.work = static_cast<double>(found.match.work);
+  step.error_m = (T_map_found.translation() - now.T_map_reference.translation()).norm();
+  if (found.took_second) step.flags |= kTrackSecondLook;
   if (goes_on) {
-    replay.T_before_last = replay.T_map_last.inverse(Eigen::Isometry) * found.T_map_sensor;
+    replay.T_before_last = replay.T_map_last.inverse(Eigen::Isometry) * T_map_found;
   } else {
     step.flags |= kTrackBegins;
   }
+  ++replay.result_count;
   replay.last_step_ns = this_step_ns;
-  replay.T_map_last = found.T_map_sensor;
+  replay.T_map_last = T_map_found;
   if (step.error_m > setup.options.lost_beyond_m) {
     step.flags |= kTrackLost;
-    replay.is_on_track = false;
+    replay.result_count = 0;
   }
   replay.steps.push_back(step);
 }
@@ -140,7 +132,8 @@ Result<KnownScan> known_scan(const Setup& setup, const Trajectory& in_map, std::
     ScanCutter cutter;
     ScanForMatch full =
         make_scan_for_match(setup.localizer, cutter, scan, setup.drive.sensor,
-                            {setup.drive.sensor.max_range_m, setup.options.matching.leaf_m});
+                            {setup.drive.sensor.max_range_m, setup.options.matching.leaf_m,
+                             setup.options.matching.every_return});
     known.T_map_reference = localize(setup.localizer, full, known.T_map_reference).T_map_sensor;
   }
   known.scan = std::move(scan);
@@ -177,15 +170,10 @@ Result<KnownScan> follow_block(const PassContext& ctx, const Setup& setup, const
   return std::move(known.back());
 }
 
-std::vector<Replay> replays_of(const RangeTable& ranges) {
+std::vector<Replay> replays_of(const TrackInputs& inputs) {
   std::vector<Replay> replays;
-  for (std::size_t limit = 0; limit < ranges.promises.size(); ++limit) {
-    Replay& replay = replays.emplace_back();
-    replay.rule.limit_m = ranges.promises[limit].limit_m;
-    replay.limit = limit;
-  }
-  for (const Look& look : ranges.looks) {
-    replays.emplace_back().rule.static_range_m = look.range_m;
+  for (const TrackRule& rule : track_rules(inputs.ranges)) {
+    replays.push_back({.rule = rule, .matcher = TrackMatcher(inputs, rule), .steps = {}});
   }
   return replays;
 }
@@ -209,9 +197,7 @@ DriveTracks to_tracks(const Setup& setup, const Trajectory& in_map,
   tracks.drive = setup.drive.name;
   tracks.reference = setup.options.matching.reference;
   tracks.lost_beyond_m = setup.options.lost_beyond_m;
-  for (const LimitPromise& promise : setup.ranges.promises) {
-    tracks.limits_m.push_back(promise.limit_m);
-  }
+  tracks.limits_m = setup.limits_m;
   for (const std::size_t scan : setup.scans) {
     const Eigen::Vector3d p_map_m =
         in_map.poses[scan].T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
@@ -257,9 +243,16 @@ Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wante
   const MeasureErrorOptions& matching = options.matching;
   const Localizer localizer =
       make_localizer(map, localizer_options(matching.localizer, matching.coarse_cells));
+  const Localizer of_samples =
+      ranges.of_samples.empty() ? Localizer{}
+                                : make_localizer(map, options_for_samples(matching.coarse_cells));
   const std::vector<InitialOffset> offsets = initial_offsets(starts_of(matching));
-  const Setup setup{options, drive, places, ranges, localizer, offsets, scans};
-  std::vector<Replay> replays = replays_of(ranges);
+  std::vector<double> limits_m;
+  for (const LimitPromise& promise : ranges.promises) limits_m.push_back(promise.limit_m);
+  const Setup setup{options, drive, limits_m, localizer, offsets, scans};
+  std::vector<Replay> replays =
+      replays_of({drive.sensor, places, options.reach_m, ranges, localizer, of_samples,
+                  matching.leaf_m, matching.every_return});
   KnownScan before;
   for (std::size_t first = 0; first < scans.size(); first += kScansInBlock) {
     SIGHTLINE_ASSIGN(KnownScan last, follow_block(ctx, setup, in_map, first,

@@ -23,13 +23,14 @@ struct TrackDriveOptions {
 std::vector<OptionField> option_fields(TrackDriveOptions& options);
 
 // Replays a drive through a map as a vehicle localizes ("Continuous localization" in
-// schemas/definitions.md): at the map's range for each limit, and at each of its ranges throughout.
+// schemas/definitions.md): at the map's range and look for each limit, by its plan, and at each of
+// its looks and ranges throughout.
 // Errors: mismatched-inputs (trajectory and drive, or map, sites and ranges, do not belong
 // together), empty-map, no-overlap (no scan within reach of a site), and what reading a scan says.
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
                                 const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
                                 const Sites& sites, const RangeTable& ranges);
-inline constexpr Pass kTrackDrive{"track-drive", 5, "tracks",
+inline constexpr Pass kTrackDrive{"track-drive", 6, "tracks",
                                   "Replaying a drive as a vehicle localizes", &track_drive};
 
 }  // namespace sightline

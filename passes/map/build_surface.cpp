@@ -22,7 +22,7 @@ Result<SeenScan> read_part(const SurfacePoints& points, const SurfacePointReader
                            std::size_t part) {
   SeenScan scan;
   SIGHTLINE_ASSIGN(scan.points_m, reader.standing(part));
-  scan.has_origin = part < points.scans.size();
+  scan.has_origin = part < points.scans.size() && points.store->has_origins();
   if (scan.has_origin) scan.origin_m = points.scans[part].T_map_lidar.translation();
   return scan;
 }

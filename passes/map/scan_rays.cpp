@@ -2,68 +2,78 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "formats/base/portable_math.h"
-
-// Rays lie in bins of direction, rows by elevation and columns by azimuth. A query asks the bins
-// that its cone touches: a handful, where walking every ray through space asks every voxel on the
-// way.
+// Rays lie in bins of direction. A query asks the bins that its cone touches: a handful, where
+// walking every ray through space asks every voxel on the way. Bins are bounded by numbers that
+// need no trigonometric function: rows by the sine of the elevation, columns by a turn that grows
+// with the azimuth, from 0 to 4, by half a unit to one a radian.
 
 namespace sightline {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr int kColumns = 720;
-constexpr int kRows = 180;
-constexpr double kColumn_rad = 2.0 * kPi / kColumns;
-constexpr double kRow_rad = kPi / kRows;
+constexpr int kColumns = 1024;
+constexpr int kRows = 160;
+constexpr double kColumn = 4.0 / kColumns;
+constexpr double kRow = 2.0 / kRows;
+// So that rounding moves no ray out of a cone that it touches.
+constexpr double kSlack = 1e-9;
 
-struct Direction {
-  double azimuth_rad = 0.0;    // from 0 to 2 pi
-  double elevation_rad = 0.0;  // from 0 (straight down) to pi
-};
-
-Direction direction_of(const Eigen::Vector3d& p) {
-  return {portable_atan2(p.y(), p.x()) + kPi,
-          portable_atan2(p.z(), p.head<2>().norm()) + 0.5 * kPi};
+double turn_of(const Eigen::Vector3d& p) {
+  const double sum = std::abs(p.x()) + std::abs(p.y());
+  if (sum == 0.0) return 0.0;
+  if (p.y() >= 0.0) return p.x() >= 0.0 ? p.y() / sum : 1.0 - p.x() / sum;
+  return p.x() < 0.0 ? 2.0 - p.y() / sum : 3.0 + p.x() / sum;
 }
 
-int row_of(double elevation_rad) {
-  return std::clamp(static_cast<int>(elevation_rad / kRow_rad), 0, kRows - 1);
-}
+int row_of(double sine) { return std::clamp(static_cast<int>((sine + 1.0) / kRow), 0, kRows - 1); }
 
-int column_of(double azimuth_rad) {
-  return std::clamp(static_cast<int>(azimuth_rad / kColumn_rad), 0, kColumns - 1);
-}
-
-struct ColumnRange {
-  int first = 0;  // may be below 0: azimuth goes round
-  int count = kColumns;
+struct BinRange {
+  int first = 0;  // of columns it may be below 0: azimuth goes round
+  int count = 0;
 };
 
 // A cone of half angle c at elevation e reaches asin(sin c / cos e) to either side. For directions
 // that pass a point within touch_m both are lengths over its distance: touch_m, and how far it is
 // from the vertical axis.
-ColumnRange columns_around(const Direction& middle, double from_axis_m, double touch_m) {
-  if (!(touch_m < from_axis_m)) return {};
-  const double side_rad = portable_asin(touch_m / from_axis_m);
-  const int first = static_cast<int>(std::floor((middle.azimuth_rad - side_rad) / kColumn_rad));
-  const int last = static_cast<int>(std::floor((middle.azimuth_rad + side_rad) / kColumn_rad));
+BinRange columns_around(const Eigen::Vector3d& at_m, double from_axis_m, double touch_m) {
+  if (!(touch_m < from_axis_m)) return {0, kColumns};
+  const double sine = touch_m / from_axis_m;
+  // No less than asin(sine): the terms of its series behind the first sum up to this at sine = 1.
+  const double side = sine + 0.5708 * sine * sine * sine + kSlack;
+  const double middle = turn_of(at_m);
+  const int first = static_cast<int>(std::floor((middle - side) / kColumn));
+  const int last = static_cast<int>(std::floor((middle + side) / kColumn));
   return {first, std::min(last - first + 1, kColumns)};
+}
+
+// sin(e - c) to sin(e + c); to the pole where the cone holds it.
+BinRange rows_around(const Eigen::Vector3d& at_m, double distance_m, double from_axis_m,
+                     double touch_m) {
+  const double sin_c = touch_m / distance_m;
+  const double cos_c = std::sqrt(1.0 - sin_c * sin_c);
+  const double middle = at_m.z() / distance_m * cos_c;
+  const double side = from_axis_m / distance_m * sin_c + kSlack;
+  const bool holds_pole = touch_m >= from_axis_m;
+  const int first = row_of(holds_pole && at_m.z() < 0.0 ? -1.0 : middle - side);
+  const int last = row_of(holds_pole && at_m.z() > 0.0 ? 1.0 : middle + side);
+  return {first, last - first + 1};
 }
 
 }  // namespace
 
 ScanRays::ScanRays(std::span<const Eigen::Vector3d> points_lidar_m)
-    : rays_(points_lidar_m.size()), begin_(kRows * kColumns + 1, 0) {
+    : rays_(points_lidar_m.size()),
+      begin_(kRows * kColumns + 1, 0),
+      longest_m_(kRows * kColumns, 0.0) {
   std::vector<std::uint32_t> bins;
   bins.reserve(points_lidar_m.size());
   for (const Eigen::Vector3d& point_m : points_lidar_m) {
-    const Direction direction = direction_of(point_m);
-    const int bin = row_of(direction.elevation_rad) * kColumns + column_of(direction.azimuth_rad);
-    bins.push_back(static_cast<std::uint32_t>(bin));
+    const double range_m = point_m.norm();
+    const int column = std::min(static_cast<int>(turn_of(point_m) / kColumn), kColumns - 1);
+    const double sine = range_m > 0.0 ? point_m.z() / range_m : 0.0;
+    bins.push_back(static_cast<std::uint32_t>(row_of(sine) * kColumns + column));
     ++begin_[bins.back() + 1];
+    longest_m_[bins.back()] = std::max(longest_m_[bins.back()], range_m);
   }
   for (std::size_t bin = 1; bin < begin_.size(); ++bin) begin_[bin] += begin_[bin - 1];
   std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
@@ -73,29 +83,40 @@ ScanRays::ScanRays(std::span<const Eigen::Vector3d> points_lidar_m)
   }
 }
 
+bool ScanRays::any_in_bin(std::size_t bin, const RayQuery& query) const {
+  for (std::uint32_t i = begin_[bin]; i < begin_[bin + 1]; ++i) {
+    const Ray& ray = rays_[i];
+    const double along_m = query.at_m.dot(ray.direction);
+    if (!(along_m > 0.0) || ray.range_m < along_m + kEndMargin_m) continue;
+    const Eigen::Vector3d beside_m = query.at_m - along_m * ray.direction;
+    if (beside_m.squaredNorm() > query.touch_m * query.touch_m) continue;
+    if (ray.range_m * query.up.dot(ray.direction) < query.lowest_end_m) continue;
+    if (query.least_below_m <= 0.0 || query.up.dot(beside_m) >= query.least_below_m) return true;
+  }
+  return false;
+}
+
 bool ScanRays::pass_through(const RayQuery& query) const {
   const double distance_m = query.at_m.norm();
-  const auto goes_through = [&](const Ray& ray) {
-    const double along_m = query.at_m.dot(ray.direction);
-    if (along_m <= 0.0 || ray.range_m < along_m + kEndMargin_m) return false;
-    const Eigen::Vector3d beside_m = query.at_m - along_m * ray.direction;
-    if (beside_m.squaredNorm() > query.touch_m * query.touch_m) return false;
-    if (ray.range_m * query.up.dot(ray.direction) < query.lowest_end_m) return false;
-    return query.least_below_m <= 0.0 || query.up.dot(beside_m) >= query.least_below_m;
-  };
-  if (distance_m <= query.touch_m) return std::ranges::any_of(rays_, goes_through);
-  const double cone_rad = portable_asin(query.touch_m / distance_m);
-  const Direction middle = direction_of(query.at_m);
-  const ColumnRange columns = columns_around(middle, query.at_m.head<2>().norm(), query.touch_m);
-  const int last_row = row_of(middle.elevation_rad + cone_rad);
-  for (int row = row_of(middle.elevation_rad - cone_rad); row <= last_row; ++row) {
+  if (distance_m <= query.touch_m) {
+    for (std::size_t bin = 0; bin < longest_m_.size(); ++bin) {
+      if (any_in_bin(bin, query)) return true;
+    }
+    return false;
+  }
+  const double from_axis_m = query.at_m.head<2>().norm();
+  const BinRange columns = columns_around(query.at_m, from_axis_m, query.touch_m);
+  const BinRange rows = rows_around(query.at_m, distance_m, from_axis_m, query.touch_m);
+  // A ray that passes within touch_m is this far along when it does, or farther.
+  const double along_m =
+      std::sqrt(distance_m * distance_m - query.touch_m * query.touch_m) * (1.0 - kSlack);
+  for (int row = rows.first; row < rows.first + rows.count; ++row) {
     for (int step = 0; step < columns.count; ++step) {
       const int column = (columns.first + step + kColumns) % kColumns;
       const std::size_t bin =
           static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column);
-      for (std::uint32_t i = begin_[bin]; i < begin_[bin + 1]; ++i) {
-        if (goes_through(rays_[i])) return true;
-      }
+      if (longest_m_[bin] < along_m + kEndMargin_m) continue;
+      if (any_in_bin(bin, query)) return true;
     }
   }
   return false;

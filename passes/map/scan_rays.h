@@ -37,8 +37,11 @@ class ScanRays {
     Eigen::Vector3d direction;
     double range_m;
   };
+  [[nodiscard]] bool any_in_bin(std::size_t bin, const RayQuery& query) const;
+
   std::vector<Ray> rays_;             // by bin, in the scan's order within one
   std::vector<std::uint32_t> begin_;  // of each bin in rays_, and the end of the last
+  std::vector<double> longest_m_;     // of the rays of each bin
 };
 
 }  // namespace sightline

@@ -59,10 +59,19 @@ Box2 reach_of_tile(const CarveOptions& options, const TileKey& tile) {
   return with_halo(box_of(tile, options.tile_m), reach_of_judgement_m(options.voxel_m));
 }
 
+// A voxel that scans are asked about, apart from the table of all, which is walked once a scan.
+struct AskedVoxel {
+  Eigen::Vector3d mean_m;
+  float above_ground_m;
+  bool is_ground;
+  std::uint32_t number;
+  std::uint32_t misses = 0;
+};
+
 // Voxels of which it is told together whether they are near a sensor.
 struct Column {
   Box2 box;
-  std::vector<std::uint32_t> voxels;
+  std::vector<AskedVoxel> voxels;
 };
 
 class TileCarver {
@@ -141,7 +150,7 @@ class TileCarver {
   }
 
   Result<void> carve() {
-    const std::vector<Column> columns = columns_to_ask_about();
+    std::vector<Column> columns = columns_to_ask_about();
     std::vector<std::uint32_t> spared_by(seen_.size(), kNoScan);
     for (std::uint32_t k = 0; k < scans_.size(); ++k) {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
@@ -153,11 +162,17 @@ class TileCarver {
         if (is_within_range(scans_[k], point_lidar_m)) returns_m.push_back(point_lidar_m);
       }
       const ScanRays rays(returns_m);
-      for (const Column& column : columns) {
+      for (Column& column : columns) {
         if (column.box.exteriorDistance(origin_m) > options_.carve_range_m) continue;
-        for (const std::uint32_t v : column.voxels) {
-          if (spared_by[v] != k) look_through(scans_[k].T_map_lidar, rays, seen_.values()[v]);
+        for (AskedVoxel& voxel : column.voxels) {
+          if (spared_by[voxel.number] == k) continue;
+          if (looks_through(scans_[k].T_map_lidar, rays, voxel)) ++voxel.misses;
         }
+      }
+    }
+    for (const Column& column : columns) {
+      for (const AskedVoxel& voxel : column.voxels) {
+        seen_.values()[voxel.number].misses = voxel.misses;
       }
     }
     return {};
@@ -188,7 +203,9 @@ class TileCarver {
         scan_count = scans_near(columns.back().box);
       }
       const std::uint32_t v = order[i].second;
-      if (!stands_anyway(seen_.values()[v], scan_count)) columns.back().voxels.push_back(v);
+      const SeenVoxel& voxel = seen_.values()[v];
+      if (stands_anyway(voxel, scan_count)) continue;
+      columns.back().voxels.push_back({voxel.mean_m(), voxel.above_ground_m, voxel.is_ground, v});
     }
     return columns;
   }
@@ -201,9 +218,9 @@ class TileCarver {
     }
   }
 
-  void look_through(const Pose& T_map_lidar, const ScanRays& rays, SeenVoxel& voxel) const {
-    const Eigen::Vector3d from_sensor_m = voxel.mean_m() - T_map_lidar.translation();
-    if (from_sensor_m.squaredNorm() > options_.carve_range_m * options_.carve_range_m) return;
+  bool looks_through(const Pose& T_map_lidar, const ScanRays& rays, const AskedVoxel& voxel) const {
+    const Eigen::Vector3d from_sensor_m = voxel.mean_m - T_map_lidar.translation();
+    if (from_sensor_m.squaredNorm() > options_.carve_range_m * options_.carve_range_m) return false;
     RayQuery look;
     look.at_m = T_map_lidar.linear().transpose() * from_sensor_m;
     look.touch_m = kTouch_voxels * options_.voxel_m;
@@ -212,7 +229,7 @@ class TileCarver {
     if (voxel.above_ground_m < kNearGround_m) {
       look.lowest_end_m = from_sensor_m.z() - voxel.above_ground_m - kBeneath_m;
     }
-    if (rays.pass_through(look)) ++voxel.misses;
+    return rays.pass_through(look);
   }
 
   bool is_inside(const Eigen::Vector2d& at_m) const {

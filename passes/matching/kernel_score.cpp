@@ -143,6 +143,11 @@ void for_chunks(const MatchGrid& grid, ScanForMatch& scan, std::size_t count,
 
 }  // namespace
 
+std::string_view kernel_name(MatchKernel kernel) {
+  constexpr std::string_view kNames[] = {"fastest", "portable", "avx2", "avx512", "exact"};
+  return kNames[static_cast<std::size_t>(kernel)];
+}
+
 bool is_supported(MatchKernel kernel) {
 #ifdef SIGHTLINE_X86_KERNELS
   const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");

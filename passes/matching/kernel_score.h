@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "passes/matching/match_grid.h"
@@ -19,6 +20,7 @@ enum class MatchKernel : std::uint8_t {
 };
 bool is_supported(MatchKernel kernel);
 MatchKernel fastest_kernel();
+std::string_view kernel_name(MatchKernel kernel);  // "avx2"
 
 // From here on kFastest stands for this version in the whole process, which must be supported;
 // kFastest undoes it. So that tests can show that results are the same.

@@ -43,11 +43,13 @@ InformationOfNd information(double floor, double blur_m) {
   };
 }
 
-// A level that shows the way to the next: a part of the points, ended early.
-MatchLevel leading_level(double stop_step_m) {
+// Of so many levels. All but the last show the way to the next: a part of the points, ended early.
+MatchLevel annealed_level(std::size_t number, std::size_t count, const LocalizerOptions& options) {
   MatchLevel level;
+  level.has_quick_steps = options.has_quick_steps;
+  if (number + 1 == count) return level;
   level.is_thin = true;
-  level.stop_step_m = stop_step_m;
+  level.stop_step_m = (number == 0 ? 1.0 : 0.5) * options.lead_stop_m;
   return level;
 }
 
@@ -192,20 +194,34 @@ Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options) {
   const bool has_coarse = options.coarse_cells > 1;
   const NdtMap coarse = has_coarse ? coarse_map(map, options.coarse_cells) : NdtMap{};
   const NdtMap& widest = has_coarse ? coarse : map;
-  const auto add = [&](MatchGrid grid, MatchLevel settings) {
-    settings.has_quick_steps = options.has_quick_steps;
-    localizer.levels.push_back({std::move(grid), settings});
+  const auto add = [&](MatchGrid grid, const MatchLevel& settings) {
+    localizer.levels.push_back({std::make_shared<const MatchGrid>(std::move(grid)), settings});
   };
   if (!options.is_annealed) {
-    if (has_coarse) add(make_match_grid(coarse), MatchLevel{});
-    add(make_match_grid(map), MatchLevel{});
+    const MatchLevel plain{.has_quick_steps = options.has_quick_steps};
+    if (has_coarse) add(make_match_grid(coarse), plain);
+    add(make_match_grid(map), plain);
     return localizer;
   }
+  const std::size_t count = has_coarse ? 3 : 2;
   const InformationOfNd sharp = information(kSharpFloor, 0.0);
   const InformationOfNd blurred = information(0.01, kBlurTimesCell_m2 / widest.cell_m);
-  add(make_match_grid(widest, blurred), leading_level(options.lead_stop_m));
-  if (has_coarse) add(make_match_grid(coarse, sharp), leading_level(0.5 * options.lead_stop_m));
-  add(make_match_grid(map, sharp), MatchLevel{});
+  add(make_match_grid(widest, blurred), annealed_level(0, count, options));
+  if (has_coarse) add(make_match_grid(coarse, sharp), annealed_level(1, count, options));
+  add(make_match_grid(map, sharp), annealed_level(count - 1, count, options));
+  return localizer;
+}
+
+Localizer localizer_for_samples(const Localizer& annealed) {
+  SIGHTLINE_CHECK(annealed.is_annealed);
+  const LocalizerOptions options = options_for_samples();
+  Localizer localizer = annealed;
+  localizer.search_m = options.search_m;
+  localizer.loose_below = options.loose_below;
+  localizer.fewest_lead = options.fewest_lead;
+  for (std::size_t i = 0; i < localizer.levels.size(); ++i) {
+    localizer.levels[i].settings = annealed_level(i, localizer.levels.size(), options);
+  }
   return localizer;
 }
 
@@ -240,12 +256,12 @@ ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter,
 MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
                      const MatchOptions& options) {
   const std::size_t count = localizer.levels.size();
-  if (count == 1) return match(localizer.levels[0].grid, scan, T_map_start, options);
+  if (count == 1) return match(*localizer.levels[0].grid, scan, T_map_start, options);
   SIGHTLINE_CHECK(count > 0 && count <= kMostLevels);
   std::array<MatchLevel, kMostLevels> levels;
   for (std::size_t i = 0; i < count; ++i) {
     levels[i] = localizer.levels[i].settings;
-    levels[i].grid = &localizer.levels[i].grid;
+    levels[i].grid = localizer.levels[i].grid.get();
   }
   MatchLevel& last = levels[count - 1];
   last.max_step_m = options.max_step_m;
@@ -263,7 +279,7 @@ MatchResult settle(const Localizer& localizer, ScanForMatch& scan, const Pose& T
                    const MatchOptions& options) {
   const Localizer::Level& finest = localizer.levels.back();
   MatchLevel level = finest.settings;
-  level.grid = &finest.grid;
+  level.grid = finest.grid.get();
   level.max_step_m = options.max_step_m;
   level.max_step_rad = options.max_step_rad;
   level.stop_step_m = options.stop_step_m;

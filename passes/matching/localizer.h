@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -47,7 +48,7 @@ LocalizerOptions localizer_named(std::string_view name, int coarse_cells = 1);
 // A map made ready for a localizer. Costs time and memory in proportion to the number of NDs.
 struct Localizer {
   struct Level {
-    MatchGrid grid;
+    std::shared_ptr<const MatchGrid> grid;
     MatchLevel settings;  // without the grid
   };
   bool is_annealed = false;
@@ -57,6 +58,9 @@ struct Localizer {
   std::vector<Level> levels;  // from coarse to fine, one to three
 };
 Localizer make_localizer(const NdtMap& map, const LocalizerOptions& options);
+// The same for samples of scans, as make_localizer(map, options_for_samples()) makes it, of an
+// annealed one: it shares the other's grids, which are most of a localizer.
+Localizer localizer_for_samples(const Localizer& annealed);
 
 ScanForMatch make_scan_for_match(const Localizer& localizer,
                                  std::span<const Eigen::Vector3d> points_m);

@@ -154,7 +154,7 @@ void LookCutter::classify(const MatchGrid& grid, const Pose& T_map_lidar) {
 void LookCutter::keep_by_normals(const Localizer& localizer, const Pose& T_map_lidar,
                                  std::size_t point_count) {
   keep_spread(kCandidatesPerPoint * point_count);
-  const MatchGrid& grid = localizer.levels.back().grid;
+  const MatchGrid& grid = *localizer.levels.back().grid;
   classify(grid, T_map_lidar);
   std::array<std::size_t, kBins> sizes{};
   for (std::size_t i = 0; i < count_; ++i) ++sizes[bins_[i]];
@@ -167,7 +167,7 @@ void LookCutter::keep_by_normals(const Localizer& localizer, const Pose& T_map_l
     if ((number + 1) * quotas[bin] / sizes[bin] == number * quotas[bin] / sizes[bin]) continue;
     points_m_[kept++] = points_m_[i];
     for (const Localizer::Level& level : localizer.levels) {
-      if (level.grid.cells_digest == grid.cells_digest) fetch(level.grid.records[cells_[i] + 1]);
+      if (level.grid->cells_digest == grid.cells_digest) fetch(level.grid->records[cells_[i] + 1]);
     }
   }
   count_ = kept;

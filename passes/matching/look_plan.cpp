@@ -1,6 +1,5 @@
 #include "passes/matching/look_plan.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -32,7 +31,7 @@ Pose turned(const Pose& T_map_vehicle, double angle_rad) {
 // Of the headings that the blurred score of the leading points likes best, the least turned.
 Pose best_heading(const PlannedLocalizer& planned, ScanForMatch& cut, const Pose& T_map_vehicle,
                   PlannedMatch& result) {
-  const MatchGrid& widest = planned.localizer.levels.front().grid;
+  const MatchGrid& widest = *planned.localizer.levels.front().grid;
   Pose best = T_map_vehicle;
   double best_score = 0.0;
   for (int i = 0; i <= 2 * kHeadings; ++i) {
@@ -94,37 +93,6 @@ void look_again(const PlannedLocalizer& planned, const Scan& scan, const Foretol
 }
 
 }  // namespace
-
-LookPlan usual_plan() {
-  LookPlan plan;
-  plan.first = {.range_m = 100.0,
-                .return_count = 1944,
-                .even_beyond_m = 30.0,
-                .point_count = 80,
-                .is_by_normals = true,
-                .mode = LookMode::kSettle};
-  plan.second = plan.first;
-  plan.second.return_count = 8000;
-  plan.second.point_count = 800;
-  // Learnt by `driving_bench --learn --timed-every 20` from towns 1 to 8.
-  plan.test = {{3.0707, 1.0978, -0.7044, -0.1420, -0.7577, 1.7356, 0.3897, 0.3829}, 26.9450};
-  plan.doubt_above = -0.8582;
-  return plan;
-}
-
-Result<void> validate(const LookPlan& plan) {
-  SIGHTLINE_TRY(validate(plan.first));
-  SIGHTLINE_TRY(validate(plan.second));
-  const bool is_finite =
-      std::ranges::all_of(plan.test.weights, [](double weight) { return std::isfinite(weight); });
-  if (!is_finite || !std::isfinite(plan.test.constant) || std::isnan(plan.doubt_above)) {
-    return Error{ErrorCode::kBadArgument,
-                 "a weight of the test or its threshold is no number, expected finite weights and "
-                 "a threshold that may be infinite",
-                 "", "a plan of looks"};
-  }
-  return {};
-}
 
 PlannedMatch localize_in_looks(const PlannedLocalizer& planned, const Scan& scan,
                                const Foretold& foretold, LookMemory& memory,

@@ -3,31 +3,13 @@
 #include <cstdint>
 #include <functional>
 
-#include "formats/base/result.h"
 #include "formats/drive/drive.h"
-#include "formats/drive/look.h"
+#include "formats/drive/look_plan.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/look_cutter.h"
 #include "passes/matching/look_test.h"
 
 namespace sightline {
-
-// How a vehicle localizes that tracks: a cheap look from where it foretold itself; a test of what
-// that match tells of itself; and where the test doubts it, a dearer look whose result stands
-// instead ("Driving by a plan" in schemas/definitions.md).
-struct LookPlan {
-  Look first;
-  LookTest test;             // of the first look
-  double doubt_above = 0.0;  // log odds: the second look follows where the test gives more
-  Look second;
-};
-
-// Both looks valid; weights and constant finite; doubt_above a number, or infinite: then the second
-// look never follows (+) or always (-). Error: bad-argument.
-Result<void> validate(const LookPlan& plan);
-
-// The plan that holds 10 cm in generated towns (tests/bench/README.md, "Driving").
-LookPlan usual_plan();
 
 // Where a vehicle takes itself to be, and from what.
 struct Foretold {

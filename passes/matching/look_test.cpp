@@ -10,18 +10,12 @@
 namespace sightline {
 namespace {
 
-constexpr std::string_view kNames[kLookSigns] = {"weak sigma",   "strong sigma", "scored share",
-                                                 "score",        "nearest",      "moved along",
-                                                 "moved across", "turned"};
-
 // A match differs by so much from where it was foretold in any case, and no direction is looser.
 constexpr double kLeastMotion_m = 0.01;
 constexpr double kLeastTurn_rad = 0.001;
 constexpr double kLeastCurvature_per_m2 = 0.1;
 
 }  // namespace
-
-std::span<const std::string_view> look_sign_names() { return kNames; }
 
 LookSigns look_signs(const MatchResult& match, std::size_t point_count,
                      const Pose& T_map_foretold) {
@@ -43,12 +37,6 @@ LookSigns look_signs(const MatchResult& match, std::size_t point_count,
           portable_log(along_m + kLeastMotion_m),
           portable_log(across_m + kLeastMotion_m),
           portable_log(rotation_angle_rad(turn) + kLeastTurn_rad)};
-}
-
-double doubt_of(const LookTest& test, const LookSigns& signs) {
-  double doubt = test.constant;
-  for (std::size_t i = 0; i < kLookSigns; ++i) doubt += test.weights[i] * signs[i];
-  return doubt;
 }
 
 }  // namespace sightline

@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "formats/base/huge_pages.h"
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/kernel/match_kernel.h"
@@ -46,8 +47,8 @@ struct MatchGrid {
   std::vector<MatchNd> nds;  // in the order of the map, those left out that no float can hold
   CellIndex cells;
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
-  std::vector<KernelRecord> records;          // of `cells`, in float, after one without any ND
-  std::vector<std::uint8_t> normal_classes;   // of `cells`: of the first ND that each has
+  HugeVector<KernelRecord> records;           // of `cells`, in float, after one without any ND
+  HugeVector<std::uint8_t> normal_classes;    // of `cells`: of the first ND that each has
   std::uint64_t cells_digest = 0;  // of `cells`: grids of one digest number the same cells alike
 };
 

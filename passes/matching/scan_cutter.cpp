@@ -49,6 +49,7 @@ void for_returns(std::span<const Eigen::Vector3d> points_m, double range_m, doub
 }  // namespace
 
 double return_stride(const ScanCut& cut, double azimuth_step_deg) {
+  if (cut.takes_every_return) return 1.0;
   constexpr double kReturnsAcrossVoxel = 4.0;
   const double spacing_m = cut.range_m * azimuth_step_deg * std::numbers::pi / 180.0;
   const double stride = cut.leaf_m / (kReturnsAcrossVoxel * spacing_m);

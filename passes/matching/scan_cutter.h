@@ -12,13 +12,15 @@ namespace sightline {
 struct ScanCut {
   double range_m = 0.0;  // 3D slant range from the sensor
   double leaf_m = 1.0;   // voxel grid in the sensor's frame
+  // As the paper does; else what lies denser than voxels need is left out (return_stride).
+  bool takes_every_return = false;
 };
 
 // A sensor turns by the same angle between two returns wherever they lie, so near ones are denser
 // than any voxel needs. The longest stride that leaves neighbours on a ring a quarter of a voxel
 // apart at the range, or nearer ("Measured error" in schemas/definitions.md): a whole number plus
 // (sqrt(5) - 1) / 2, or else 1. Returns come ring by ring in turn, and a step that is near no
-// fraction meets all rings alike.
+// fraction meets all rings alike. 1 where every return is taken.
 double return_stride(const ScanCut& cut, double azimuth_step_deg);
 
 // Cuts one scan after another and keeps its memory from one to the next. One thread at a time.

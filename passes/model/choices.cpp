@@ -1,6 +1,7 @@
 #include "passes/model/choices.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "passes/model/floor.h"
@@ -68,11 +69,21 @@ void withdraw_where_capped(const Choice& before, const Choice& choice, LimitProm
 }
 
 // The floor, and what it makes of the promise.
-void put_floor(const ChooseRangesOptions& options, const ErrorModel& model,
-               const OwnEvidence& evidence, LimitPromise& promise, Choice& choice) {
-  const FloorOptions floor{static_coverage(options, promise), promise.is_earned,
-                           explained_share(model), model.card.fold_count == 0};
-  const std::optional<std::string> reason = apply_floor(evidence, promise.limit_m, floor, choice);
+void put_floor(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
+               LimitPromise& promise, Choice& choice) {
+  constexpr double kBlock_m = 60.0;
+  const Sites& sites = inputs.sites;
+  const FloorOptions floor{
+      .static_coverage = static_coverage(options, promise),
+      .is_promised = promise.is_earned,
+      .alpha = promise.alpha,
+      .block_count =
+          std::floor(static_cast<double>(sites.sites.size()) * sites.spacing_m / kBlock_m),
+      .explained = explained_share(inputs.model),
+      .is_too_short = inputs.model.card.fold_count == 0,
+      .is_simulated = inputs.model.card.reference == ErrorReference::kSimulated};
+  const std::optional<std::string> reason =
+      apply_floor(inputs.evidence, promise.limit_m, floor, choice);
   if (!reason) return;
   promise.is_earned = false;
   promise.statement = *reason;
@@ -127,7 +138,7 @@ Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Choic
       promise = joined(promise, calibrator.next(CaseKind::kHistory, limit), everywhere);
     }
     Choice choice = choose_for_limit(options, inputs, limit, promise);
-    put_floor(options, inputs.model, inputs.evidence, promise, choice);
+    put_floor(options, inputs, promise, choice);
     if (limit > 0) {
       const Choice uncapped = choice;
       cap_by_tighter(chosen.choices.back(), choice);

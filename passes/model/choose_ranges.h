@@ -33,11 +33,14 @@ namespace sightline {
 // map's own scans found, that answer is taken at all sites (passes/model/floor.h), flagged kStatic,
 // and nothing is promised. Errors: mismatched-inputs where sites, predictions, model and factors
 // differ in count, ranges or limits, or the factors tell nothing of the map's own scans. A model of
-// one place promises nothing in another.
+// one place promises nothing in another. Of a map that nobody scanned (FactorTable's column
+// `simulated`) all sites are flagged kSimulatedAnswer but those where a drive was measured since,
+// and nothing is promised by a model that did not learn from such maps. Looks that take a sample
+// are chosen likewise.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const FactorTable& factors);
-inline constexpr Pass kChooseRanges{"choose-ranges", 8, "ranges", "How far to look",
+inline constexpr Pass kChooseRanges{"choose-ranges", 11, "ranges", "How far to look",
                                     &choose_ranges};
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;

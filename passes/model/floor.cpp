@@ -28,6 +28,11 @@ void take_static(const OwnEvidence& evidence, double limit_m, std::uint8_t range
   if (error_m > limit_m) choice.flags[site] |= kUnmet;
 }
 
+// By conformal risk control (passes/model/risk_control.h), sites in place of blocks of misses.
+bool is_proven(const FloorOptions& options, double coverage) {
+  return 1.0 - coverage + coverage / (options.block_count + 1.0) <= options.alpha;
+}
+
 // The static answer that is to replace `choice`; nothing where the choice is no dearer.
 std::optional<StaticAnswer> cheaper_static(const OwnEvidence& evidence, double limit_m,
                                            const FloorOptions& options, const Choice& choice) {
@@ -37,6 +42,7 @@ std::optional<StaticAnswer> cheaper_static(const OwnEvidence& evidence, double l
     const StaticAnswer answer = best_static(evidence, limit_m, least_coverage);
     const bool covers = answer.standing.coverage >= std::min(own.coverage, least_coverage);
     if (!covers || answer.standing.cost * worth >= own.cost) return std::nullopt;
+    if (options.is_promised && !is_proven(options, answer.standing.coverage)) return std::nullopt;
     return answer;
   };
   if (own.coverage <= 0.0) return std::nullopt;
@@ -45,7 +51,15 @@ std::optional<StaticAnswer> cheaper_static(const OwnEvidence& evidence, double l
   return if_cheaper(own.coverage);
 }
 
-std::string reason_of(const FloorOptions& options) {
+std::string found_here(const OwnEvidence& evidence) {
+  return evidence.is_simulated ? "what was simulated here, each error taken twice,"
+                               : "what was measured here";
+}
+
+std::string reason_of(const OwnEvidence& evidence, const FloorOptions& options) {
+  if (options.is_simulated) {
+    return "nobody drove here, and no model from elsewhere judges what was simulated";
+  }
   if (options.is_too_short) return "the drive is too short to learn from";
   if (options.explained <= 0.0) {
     char text[64];
@@ -53,7 +67,7 @@ std::string reason_of(const FloorOptions& options) {
                   options.explained);
     return text;
   }
-  return "the model's own choice costs more and covers no more of what was measured here";
+  return "the model's own choice costs more and covers no more of " + found_here(evidence);
 }
 
 }  // namespace
@@ -86,10 +100,10 @@ std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit
   for (std::size_t site = 0; site < evidence.site_count; ++site) {
     take_static(evidence, limit_m, answer->range_index, site, choice);
   }
-  return "nothing is promised: " + reason_of(options) + "; everywhere it takes " +
-         to_text(evidence.looks[answer->range_index]) +
-         ", where what was measured here is within " + format_double(limit_m) + " m at " +
-         percent(answer->standing.coverage) + " of the sites";
+  return "nothing is promised: " + reason_of(evidence, options) + "; everywhere it takes " +
+         to_text(evidence.looks[answer->range_index]) + ", where " + found_here(evidence) +
+         " is within " + format_double(limit_m) + " m at " + percent(answer->standing.coverage) +
+         " of the sites";
 }
 
 void refused_take_static(const OwnEvidence& evidence, double limit_m, double static_coverage,

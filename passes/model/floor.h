@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,16 +21,22 @@ double explained_share(const ErrorModel& model);
 struct FloorOptions {
   double static_coverage = 0.95;  // that a static answer must reach by the street's own evidence
   bool is_promised = false;       // the choice comes with a promise, which a static answer loses
-  double explained = 0.0;         // explained_share of the model
-  bool is_too_short = false;      // the model is of a drive too short to learn from
+  double alpha = 0.05;            // of that promise
+  // Of route that the street's own evidence is of, 60 m each: how well it proves a static answer.
+  double block_count = std::numeric_limits<double>::infinity();
+  double explained = 0.0;     // explained_share of the model
+  bool is_too_short = false;  // the model is of a drive too short to learn from
+  bool is_simulated = false;  // the model knows simulated errors alone, which teach nothing
 };
 
 // Gives every site the street's best static answer where the model says nothing of it, or where
 // that answer is cheaper than `choice` and covers as much by the street's own evidence: the lesser
 // of what the choice covers and static_coverage. A promise is given up for no less than a tenth of
-// the cost. Evidence by which a choice covers no site says nothing against it. Then all sites are
-// flagged kStatic, kUnmet is left where the own error at that range exceeds the limit, and the
-// sentence says why. Nothing where the choice stands.
+// the cost, and for no answer that is proven less well: over n blocks of the street, which were
+// seen on one drive, n / (n + 1) misses + 1 / (n + 1) must be at most alpha, as the promise itself
+// had to show on drives that its model never saw. Evidence by which a choice covers no site says
+// nothing against it. Then all sites are flagged kStatic, kUnmet is left where the own error at
+// that range exceeds the limit, and the sentence says why. Nothing where the choice stands.
 std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
                                        const FloorOptions& options, Choice& choice);
 

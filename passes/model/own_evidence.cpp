@@ -77,7 +77,7 @@ Result<OwnEvidence> own_evidence_of(const FactorTable& factors) {
                  "", ""};
   }
   return OwnEvidence{factors.looks, factors.site_count, values_of(factors, *column),
-                     cost_of(factors)};
+                     cost_of(factors), is_simulated(factors)};
 }
 
 void add_measured(const Sites& sites, const PredictedError& predicted, const ErrorModel& model,

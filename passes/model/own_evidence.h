@@ -21,6 +21,8 @@ struct OwnEvidence {
   std::vector<double> cost;     // [site][range]: of one match, in points; in metres of range where
                                 // the factors have neither match_cost nor virtual_points
 
+  bool is_simulated = false;  // no scan of a drive is behind it
+
   [[nodiscard]] SiteShape shape() const { return {looks.size()}; }
 };
 

@@ -49,8 +49,11 @@ std::string bound_text(const LimitPromise& promise, const std::string& whom) {
          " miss " + limit;
 }
 
+bool is_simulated(const TrainingCard& card) { return card.reference == ErrorReference::kSimulated; }
+
 // Why a threshold of this drive is none of the next.
 std::string why_this_drive(const LimitPromise& promise, const TrainingCard& card) {
+  if (is_simulated(card)) return "nobody drove here, errors are those of simulated scans";
   if (promise.drive_count <= 1) return "one drive alone was measured";
   if (card.hold_out == "blocks") return "the trees learnt from the drives that set the threshold";
   return "fewer than two drives were measured that neither made the map nor taught the trees";
@@ -64,6 +67,7 @@ std::string metres(double length_m) {
 // What is wanting for a promise, without the fallback.
 std::string what_is_wanting(const LimitPromise& promise, const TrainingCard& card,
                             std::uint32_t needed_blocks) {
+  if (is_simulated(card)) return "drives through this map can earn a promise";
   if (!are_poses_known(card)) {
     return "errors were measured against matches to the map itself, known poses "
            "(measure-error.reference=known) can earn a promise";
@@ -119,8 +123,9 @@ std::string earned_statement(const LimitPromise& promise, double worst_place_mis
 
 std::string this_drive_statement(const LimitPromise& promise, const TrainingCard& card) {
   return "nothing is promised about the next drive: " + why_this_drive(promise, card) +
-         "; of this drive " + bound_text(promise, "its sites") + " (" + method_text(promise) +
-         "; " + observed_misses(promise) + ")";
+         (is_simulated(card) ? "; of the simulated scans " : "; of this drive ") +
+         bound_text(promise, is_simulated(card) ? "the sites" : "its sites") + " (" +
+         method_text(promise) + "; " + observed_misses(promise) + ")";
 }
 
 std::string stricter_statement(const LimitPromise& promise, const Witnesses& witnesses,

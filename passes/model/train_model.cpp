@@ -73,9 +73,9 @@ void warn_of_constant_factors(const PassContext& ctx, const std::vector<FeatureC
   for (const FeatureCard& card : cards) {
     const auto least = std::min_element(card.support_min.begin(), card.support_min.end());
     const auto greatest = std::max_element(card.support_max.begin(), card.support_max.end());
-    // Looks that take a sample may all reach equally far.
-    if (*least == *greatest && card.name != "range_m")
-      names += (names.empty() ? "" : ", ") + card.name;
+    // Looks that take a sample may all reach equally far, and a mark is there to be the same.
+    const bool may_be_constant = card.name == "range_m" || card.name == kSimulatedColumn;
+    if (*least == *greatest && !may_be_constant) names += (names.empty() ? "" : ", ") + card.name;
   }
   if (!names.empty()) ctx.warn("factors that never vary teach nothing: " + names);
 }
@@ -285,24 +285,40 @@ Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted
   return train_both(ctx, wanted, places);
 }
 
+namespace {
+
+// Of the ranges, and of the looks that take a sample.
+Result<ErrorModel> own_evidence_of_both(const std::vector<double>& limits_m, const Sites& sites,
+                                        const FactorTable& factors, const MeasuredError& measured,
+                                        const RecordingCards& recordings) {
+  SIGHTLINE_ASSIGN(ErrorModel own,
+                   model_of_own_evidence(sites, factors, measured, recordings, limits_m));
+  if (factors.of_samples.empty() || measured.of_samples.empty()) return own;
+  SIGHTLINE_ASSIGN(ErrorModel of_samples,
+                   model_of_own_evidence(sites, factors.of_samples.front(),
+                                         measured.of_samples.front(), recordings, limits_m));
+  own.of_samples.push_back(std::move(of_samples));
+  return own;
+}
+
+}  // namespace
+
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
                                     const Sites& sites, const FactorTable& factors,
                                     const MeasuredError& measured,
                                     const RecordingCards& recordings) {
+  // A forest that learnt simulated errors foretells simulated errors.
+  if (measured.reference == ErrorReference::kSimulated) {
+    return own_evidence_of_both(wanted.limits_m, sites, factors, measured, recordings);
+  }
   Result<ErrorModel> model =
       train_both(ctx, wanted, {{{measured.drive, sites, factors, {measured}, recordings}}});
   const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||
                                        model.error().code == ErrorCode::kNoTrainingRows);
   if (!is_too_short) return model;
   Result<ErrorModel> own =
-      model_of_own_evidence(sites, factors, measured, recordings, wanted.limits_m);
+      own_evidence_of_both(wanted.limits_m, sites, factors, measured, recordings);
   if (!own) return model;
-  if (!factors.of_samples.empty() && !measured.of_samples.empty()) {
-    SIGHTLINE_ASSIGN(ErrorModel of_samples, model_of_own_evidence(sites, factors.of_samples.front(),
-                                                                  measured.of_samples.front(),
-                                                                  recordings, wanted.limits_m));
-    own->of_samples.push_back(std::move(of_samples));
-  }
   ctx.warn("there is too little to learn from (" + model.error().message +
            "); the map takes what its own scans ask for everywhere, and promises nothing");
   return own;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "formats/drive/look.h"
+#include "formats/drive/look_plan.h"
 
 namespace sightline {
 
@@ -37,6 +38,19 @@ inline std::vector<Look> baseline_looks() {
   return {far_look(650, 30.0, 80, false),   far_look(1300, 40.0, 100, false),
           far_look(2850, 50.0, 100, false), far_look(4000, 50.0, 256, false),
           far_look(6000, 50.0, 384, false), far_look(8000, 50.0, 512, false)};
+}
+
+// The plan of a vehicle that tracks, which holds 10 cm in generated towns (tests/bench/README.md,
+// "Driving"). Learnt by `driving_bench --learn --timed-every 20` from towns 1 to 8.
+inline LookPlan usual_plan() {
+  LookPlan plan;
+  plan.first = far_look(1944, 30.0, 80, true);
+  plan.first.mode = LookMode::kSettle;
+  plan.second = far_look(8000, 30.0, 800, true);
+  plan.second.mode = LookMode::kSettle;
+  plan.test = {{3.0707, 1.0978, -0.7044, -0.1420, -0.7577, 1.7356, 0.3897, 0.3829}, 26.9450};
+  plan.doubt_above = -0.8582;
+  return plan;
 }
 
 }  // namespace sightline

@@ -117,6 +117,14 @@ Result<void> set_looks(const OptionField& field, std::vector<Look>& value, std::
         "looks that take a sample (\"100 m, 1944 returns, 80 points\"); those that take "
         "every return are ranges_m");
   }
+  for (std::size_t i = 1; i < looks->size(); ++i) {
+    const Look& before = (*looks)[i - 1];
+    const Look& here = (*looks)[i];
+    if (expected_cost(here) >= expected_cost(before)) continue;
+    return bad_value(field, text,
+                     "looks from the cheapest to the dearest: '" + to_text(here) +
+                         "' costs less than '" + to_text(before) + "' before it");
+  }
   value = *looks;
   return {};
 }

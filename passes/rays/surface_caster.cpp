@@ -1,19 +1,19 @@
 #include "passes/rays/surface_caster.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <new>
 #include <numbers>
 #include <numeric>
 #include <optional>
 
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
+#include "passes/rays/embree.h"
 #include "passes/rays/site_blocks.h"
 
 // Embree works in float, and its last bits differ from one instruction set to the next: which rays
@@ -46,9 +46,20 @@ const char* device_config(CasterIsa isa) {
 }
 
 using Device = std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)>;
+using Scene = std::unique_ptr<RTCSceneTy, decltype(&rtcReleaseScene)>;
+
+// Embree keeps what went wrong in its device, or in the thread where there is no device yet. It has
+// no name for threads that cannot be had. Whatever else it says is a mistake of ours.
+void check_memory(RTCDevice device) {
+  const RTCError error = rtcGetDeviceError(device);
+  const bool has_no_threads = device == nullptr && error == RTC_ERROR_UNKNOWN;
+  if (error == RTC_ERROR_OUT_OF_MEMORY || has_no_threads) throw std::bad_alloc();
+  SIGHTLINE_CHECK(error == RTC_ERROR_NONE);
+}
 
 Device make_device() {
   Device device(rtcNewDevice(device_config(chosen_isa)), &rtcReleaseDevice);
+  check_memory(device.get());
   SIGHTLINE_CHECK(device != nullptr);
   SIGHTLINE_CHECK(
       rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED) == 1);
@@ -137,7 +148,7 @@ void set_origin(const Eigen::Vector3f& origin_m, Packet& packet) {
 }
 
 // What a packet is to be compared with in double, and the nearest hit of each of its rays.
-struct ExactCast : RTCIntersectContext {
+struct ExactCast : EmbreeContext {
   std::span<const ExactPatch> patches;
   Eigen::Vector3d p_m;
   const Eigen::Vector3d* directions = nullptr;  // of the packet's rays
@@ -183,7 +194,10 @@ RTCGeometry geometry_of(RTCDevice device, std::span<const ExactPatch> patches,
       geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4 * count));
   auto* corners = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
       geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(std::uint32_t), count));
-  SIGHTLINE_CHECK(vertices != nullptr && corners != nullptr);
+  if (vertices == nullptr || corners == nullptr) {
+    rtcReleaseGeometry(geometry);
+    throw std::bad_alloc();
+  }
   std::fill_n(vertices, 12, 0.0F);  // without any patch: one of no extent
   std::iota(corners, corners + 4 * count, 0U);
   for (std::size_t i = 0; i < patches.size(); ++i) {
@@ -206,20 +220,20 @@ RTCGeometry geometry_of(RTCDevice device, std::span<const ExactPatch> patches,
 class BlockCaster {
  public:
   BlockCaster(RTCDevice device, const Surface& surface, const SiteBlock& block, const RayFan& fan)
-      : origin_m_(block.origin_m), fan_(fan), scene_(rtcNewScene(device)) {
+      : origin_m_(block.origin_m), fan_(fan), scene_(rtcNewScene(device), &rtcReleaseScene) {
+    check_memory(device);
     for (const std::uint32_t patch : block.patches) {
       patches_.push_back(exact_patch(surface.patches[patch]));
     }
     // Robust: no ray slips between the two triangles that a quadrangle is for Embree.
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
     const RTCGeometry geometry = geometry_of(device, patches_, origin_m_, margin_m(fan.far_m));
     rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
+    rtcAttachGeometry(scene_.get(), geometry);
     rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_);
-    SIGHTLINE_CHECK(rtcGetDeviceError(device) == RTC_ERROR_NONE);
+    rtcCommitScene(scene_.get());
+    check_memory(device);
   }
-  ~BlockCaster() { rtcReleaseScene(scene_); }
   BlockCaster(const BlockCaster&) = delete;
   BlockCaster& operator=(const BlockCaster&) = delete;
 
@@ -227,8 +241,7 @@ class BlockCaster {
             std::span<double> distance_m) const {
     const Eigen::Vector3f origin_m = (p_map_m - origin_m_).cast<float>();
     ExactCast exact;
-    rtcInitIntersectContext(&exact);
-    exact.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;  // neighbours: a third faster
+    start_query(exact);
     exact.patches = patches_;
     exact.p_m = p_map_m;
     exact.near_m = fan_.near_m;
@@ -239,7 +252,8 @@ class BlockCaster {
       set_origin(origin_m, packet);
       exact.directions = fan_.directions.data() + first;
       exact.distance_m.fill(kInfinity);
-      rtcIntersect8(packet.valid.data(), scene_, &exact, &packet.rays);
+      // Neighbours: a third faster.
+      intersect_8(packet.valid.data(), scene_.get(), exact, EmbreeRays::kNeighbours, packet.rays);
       const std::size_t count = std::min(kPacket, distance_m.size() - first);
       std::copy_n(exact.distance_m.begin(), count,
                   distance_m.begin() + static_cast<std::ptrdiff_t>(first));
@@ -250,7 +264,7 @@ class BlockCaster {
   Eigen::Vector3d origin_m_;
   const RayFan& fan_;
   std::vector<ExactPatch> patches_;
-  RTCScene scene_;
+  Scene scene_;
 };
 
 }  // namespace

@@ -92,7 +92,7 @@ void run_ours(const Method& method, const std::vector<Eigen::Vector3d>& points_m
   const double again_ms = thread_cpu_ms();
   for (int i = 0; i < kPoses; ++i) {
     const Vector6d motion = 0.01 * i * Vector6d::Unit(i % 3);
-    kernel_score(method.localizer.levels.back().grid, scan, moved(truth, motion),
+    kernel_score(*method.localizer.levels.back().grid, scan, moved(truth, motion),
                  MatchKernel::kFastest);
   }
   runs.per_point_ns.push_back(1e6 * (thread_cpu_ms() - again_ms) / kPoses / points);

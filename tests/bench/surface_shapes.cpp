@@ -1,13 +1,12 @@
 #include "tests/bench/surface_shapes.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "formats/base/check.h"
+#include "passes/rays/embree.h"
 
 namespace sightline {
 namespace {
@@ -225,15 +224,15 @@ std::unique_ptr<ShapeScene> ShapeScene::of_ellipsoids(std::vector<SolidEllipsoid
 void ShapeScene::cast(const Eigen::Vector3d& p_m, std::span<const Eigen::Vector3f> directions,
                       std::span<float> distance_m) const {
   const Eigen::Vector3f origin_m = p_m.cast<float>();
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
+  EmbreeContext context;
+  start_query(context);
   RTCRayHit8 packet;
   for (std::size_t first = 0; first < directions.size(); first += kPacket) {
     const std::size_t count = std::min(kPacket, directions.size() - first);
     alignas(32) std::array<int, kPacket> valid;
     for (std::size_t lane = 0; lane < kPacket; ++lane) valid[lane] = lane < count ? -1 : 0;
     fill(origin_m, directions.subspan(first, count), packet);
-    rtcIntersect8(valid.data(), state_->scene, &context, &packet);
+    intersect_8(valid.data(), state_->scene, context, EmbreeRays::kAnyWay, packet);
     for (std::size_t lane = 0; lane < count; ++lane) {
       const bool is_hit = packet.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID;
       distance_m[first + lane] =

@@ -78,12 +78,14 @@ TEST(CiExample, GithubWorkflowHasJobsOfStepsThatRunOrUse) {
         EXPECT_TRUE(ids.insert(step["id"].Scalar()).second);
       }
       for (const auto& key : step) {
-        EXPECT_THAT((std::set<std::string>{"name", "id", "if", "run", "uses", "with", "env"}),
+        EXPECT_THAT((std::set<std::string>{"name", "id", "if", "run", "uses", "with", "env",
+                                           "continue-on-error"}),
                     Contains(key.first.Scalar()));
       }
     }
   }
-  for (const char* action : {"actions/cache@", "actions/upload-artifact@", "upload-sarif@"}) {
+  for (const char* action : {"actions/cache/save@", "actions/cache/restore@",
+                             "actions/upload-artifact@", "upload-sarif@"}) {
     EXPECT_THAT(uses, HasSubstr(action));
   }
 }
@@ -107,9 +109,60 @@ TEST(CiExample, GitlabPipelineHasJobsOfKnownStagesAndNeeds) {
       EXPECT_TRUE(pipeline[need.Scalar()].IsDefined()) << name;
     }
   }
-  EXPECT_EQ(jobs, 4U);
+  EXPECT_EQ(jobs, 3U);
   EXPECT_EQ(pipeline["gate"]["artifacts"]["reports"]["junit"].Scalar(), "map/gate.junit.xml");
   EXPECT_TRUE(pipeline[".map"]["cache"]["paths"].IsSequence());
+}
+
+// docs.github.com, "Metadata syntax": inputs and outputs are described, each shell step names its
+// shell, and expressions name inputs and steps that are there.
+TEST(CiExample, CompositeActionHasTheShapeThatGithubAsksFor) {
+  const YAML::Node action = YAML::LoadFile(kFolder + "/action.yml");
+  for (const char* key : {"name", "description"}) EXPECT_TRUE(action[key].IsScalar()) << key;
+  EXPECT_EQ(action["runs"]["using"].Scalar(), "composite");
+  std::set<std::string> inputs;
+  for (const auto& input : action["inputs"]) {
+    inputs.insert(input.first.Scalar());
+    EXPECT_TRUE(input.second["description"].IsScalar()) << input.first;
+    EXPECT_TRUE(input.second["default"].IsDefined()) << input.first;
+  }
+  std::set<std::string> ids;
+  for (const YAML::Node& step : action["runs"]["steps"]) {
+    EXPECT_NE(step["run"].IsDefined(), step["uses"].IsDefined());
+    EXPECT_EQ(step["run"].IsDefined(), step["shell"].IsDefined());
+    if (step["id"]) {
+      EXPECT_TRUE(ids.insert(step["id"].Scalar()).second);
+    }
+  }
+  for (const auto& output : action["outputs"]) EXPECT_TRUE(output.second["value"].IsScalar());
+  const std::string text = text_of("action.yml");
+  const std::regex named("(inputs|steps)\\.([a-z0-9_]+)");
+  for (std::sregex_iterator at(text.begin(), text.end(), named), end; at != end; ++at) {
+    EXPECT_THAT((*at)[1] == "inputs" ? inputs : ids, Contains((*at)[2].str()));
+  }
+}
+
+// docs.gitlab.com, "CI/CD components": a header `spec` with inputs, then the pipeline.
+TEST(CiExample, GitlabComponentDescribesItsInputsAndUsesThemAlone) {
+  const std::vector<YAML::Node> documents =
+      YAML::LoadAllFromFile(kFolder + "/gitlab-component.yml");
+  ASSERT_EQ(documents.size(), 2U);
+  std::set<std::string> inputs;
+  for (const auto& input : documents[0]["spec"]["inputs"]) {
+    inputs.insert(input.first.Scalar());
+    EXPECT_TRUE(input.second["description"].IsScalar()) << input.first;
+  }
+  const std::string text = text_of("gitlab-component.yml");
+  const std::regex named("\\$\\[\\[ inputs\\.([a-z0-9_]+) \\]\\]");
+  std::set<std::string> used;
+  for (std::sregex_iterator at(text.begin(), text.end(), named), end; at != end; ++at) {
+    used.insert((*at)[1]);
+  }
+  EXPECT_EQ(used, inputs);
+  ASSERT_EQ(documents[1].size(), 1U);
+  const YAML::Node job = documents[1].begin()->second;
+  EXPECT_TRUE(job["script"].IsSequence());
+  EXPECT_EQ(job["cache"]["when"].Scalar(), "always");
 }
 
 }  // namespace

@@ -45,6 +45,33 @@ TEST(Enu, IsATangentPlaneAtItsOrigin) {
   EXPECT_NEAR(north->altitude_m, 100.0784, 1e-3);  // Earth curves away below a tangent
 }
 
+// By the US Army's own letters: Karlsruhe lies in 32U MV, whose corner is at 400 and 5400 km.
+TEST(Mgrs, IsTheSquareOfItsUtmZone) {
+  const World square = *parse_world("mgrs:32UMV");
+  EXPECT_EQ(square.kind, WorldKind::kMgrs);
+  EXPECT_EQ(square.corner_utm_m, Eigen::Vector2d(400'000.0, 5'400'000.0));
+  const Geodetic in_square = *to_geodetic(square, {56'500.0, 29'500.0, 115.0});
+  const Geodetic in_zone = *to_geodetic(*parse_world("utm:32N"), {456'500.0, 5'429'500.0, 115.0});
+  EXPECT_EQ(in_square.latitude_deg, in_zone.latitude_deg);
+  EXPECT_EQ(in_square.longitude_deg, in_zone.longitude_deg);
+  EXPECT_EQ(*mgrs_square(square, {56'500.0, 29'500.0, 0.0}), "32UMV");
+  EXPECT_EQ(*mgrs_square(square, {156'500.0, 29'500.0, 0.0}), "32UNV") << "its neighbour";
+  EXPECT_EQ(*mgrs_square(*parse_world("utm:19S"), {345'678.0, 6'298'765.0, 0.0}), "19HCC");
+  EXPECT_EQ(epsg_code(square), 32632);
+  EXPECT_EQ(epsg_code(*parse_world("utm:19S")), 32719);
+}
+
+TEST(World, IsNamedOnceByTheMapOrTheFlag) {
+  EXPECT_EQ(named_world("", "utm:32N")->utm_zone, 32);
+  EXPECT_EQ(named_world("utm:32N", "local")->utm_zone, 32);
+  EXPECT_EQ(named_world("utm:32N", "utm:32N")->utm_zone, 32);
+  EXPECT_EQ(named_world("", "local")->kind, WorldKind::kLocal);
+  const Result<World> other = named_world("utm:33N", "utm:32N");
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().message.find("the map names its world itself, utm:32N"),
+            std::string::npos);
+}
+
 TEST(World, IsRead) {
   EXPECT_EQ(parse_world("local")->kind, WorldKind::kLocal);
   const World south = *parse_world("utm:19S");
@@ -55,7 +82,8 @@ TEST(World, IsRead) {
 
 TEST(World, RefusesWhatIsNone) {
   for (const char* text : {"", "utm", "utm:", "utm:0N", "utm:61N", "utm:32", "utm:32X", "utm:33NN",
-                           "utm:-3N", "enu:1,2", "enu:91,0,0", "enu:1,2,3,4", "mars"}) {
+                           "utm:-3N", "enu:1,2", "enu:91,0,0", "enu:1,2,3,4", "mars",
+                           "mgrs:", "mgrs:32", "mgrs:32UMV5629", "mgrs:32UMI", "mgrs:BAN"}) {
     const Result<World> world = parse_world(text);
     ASSERT_FALSE(world) << text;
     EXPECT_EQ(world.error().code, ErrorCode::kBadArgument);

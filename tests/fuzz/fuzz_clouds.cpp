@@ -1,18 +1,23 @@
 // A point cloud file as a stranger's program wrote it. The first byte tells what its name says of
 // it; the rest is the file.
 
+#include <zlib.h>
+
 #include <array>
+#include <cstring>
 #include <string>
 
 #include "formats/base/check.h"
+#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/clouds/gzip.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::array<const char*, 6> kNames = {"a.pcd", "a.ply",     "a.las",
-                                               "a.bin", "a.pcd.bin", "a.pcd.gz"};
+constexpr std::array<const char*, 7> kNames = {"a.pcd",     "a.ply",    "a.las",   "a.bin",
+                                               "a.pcd.bin", "a.pcd.gz", "a.bin.gz"};
 
 // Whatever is read is one thing a point, and all of it finite.
 void check(const PointCloudFile& cloud) {
@@ -31,8 +36,43 @@ void check(const Error& error) {
   SIGHTLINE_CHECK(!error.message.empty());
 }
 
+// A gzip member of these bytes, which are not made smaller.
+std::vector<std::byte> packed(std::span<const std::byte> bytes) {
+  z_stream stream{};
+  constexpr int kGzipWindow = 15 + 16;
+  SIGHTLINE_CHECK(deflateInit2(&stream, 0, Z_DEFLATED, kGzipWindow, 1, Z_DEFAULT_STRATEGY) == Z_OK);
+  std::vector<std::byte> member(deflateBound(&stream, bytes.size()));
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(member.data());
+  stream.avail_out = static_cast<uInt>(member.size());
+  SIGHTLINE_CHECK(deflate(&stream, Z_FINISH) == Z_STREAM_END);
+  member.resize(stream.total_out);
+  deflateEnd(&stream);
+  return member;
+}
+
 }  // namespace
 }  // namespace sightline
+
+// Mutates what a gzip holds, too: blind changes of one end at its checksum.
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned int seed) {
+  using namespace sightline;
+  constexpr std::size_t kMostHeld = 1U << 16U;
+  const auto bytes = std::as_bytes(std::span(data, size));
+  const FileBytes file{size == 0 ? bytes : bytes.subspan(1), "a.gz"};
+  if (seed % 8 == 0 || !is_gzip(file.text())) return LLVMFuzzerMutate(data, size, max_size);
+  Result<std::vector<std::byte>> held = unpack_gzip(file);
+  if (!held || held->size() > kMostHeld) return LLVMFuzzerMutate(data, size, max_size);
+  const std::size_t old_size = held->size();
+  held->resize(old_size + 64);
+  held->resize(
+      LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(held->data()), old_size, held->size()));
+  std::vector<std::byte> made = packed(*held);
+  made.insert(made.begin(), bytes.front());
+  return hand_back(made, data, size, max_size);
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace sightline;

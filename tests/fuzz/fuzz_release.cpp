@@ -30,7 +30,7 @@ void try_release(const std::string& text) {
   SIGHTLINE_CHECK(admitted->fleet == trusted().fleet && admitted->expires_s > vehicle.now_s);
   SIGHTLINE_CHECK(admitted->map.name.find('/') == std::string::npos);
   SIGHTLINE_CHECK(!admit_release(text, signed_by(text, {1}), trusted(), vehicle));
-  vehicle.seen_release = text;
+  vehicle.seen.release = text;
   SIGHTLINE_CHECK(admit_release(text, signed_by(text, {2, 3}), trusted(), vehicle).has_value());
 }
 

@@ -10,15 +10,12 @@
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/release/signed_records.h"
 #include "tests/fuzz/delta_base.h"
+#include "tests/fuzz/foreign_seeds.h"
+#include "tests/fuzz/ros2_seeds.h"
 #include "tests/support/handmade_model.h"
 
 namespace sightline {
 namespace {
-
-struct Seed {
-  std::string name;  // "map/seed_plain"
-  std::vector<std::byte> bytes;
-};
 
 ContainerParts unpacked(ContainerParts parts) {
   for (TileParts& tile : parts.tiles) {
@@ -167,13 +164,15 @@ void add_clouds(std::vector<Seed>& seeds) {
 
 int main(int argc, char** argv) {
   using namespace sightline;
-  if (argc != 2) return 64;
+  if (argc != 2 || argv[1][0] == '-') return 64;
   std::vector<Seed> seeds;
   add_maps(seeds);
   add_models(seeds);
   add_records(seeds);
   add_deltas(seeds);
   add_clouds(seeds);
+  add_foreign_seeds(seeds);
+  add_ros2_seeds(seeds);
   for (const Seed& seed : seeds) {
     const std::string path = std::string(argv[1]) + "/" + seed.name;
     const Result<void> written = write_file_atomically(path, seed.bytes, IfExists::kReplace);

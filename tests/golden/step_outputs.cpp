@@ -177,7 +177,7 @@ Result<Compiled> add_compile(const std::string& name, const CompileConfig& confi
   const CompilePlan compile =
       compile_plan(config, model != nullptr ? ModelSource::kGiven : ModelSource::kTrained);
   ArtifactSet artifacts;
-  SIGHTLINE_TRY(provide_drives(compile, artifacts));
+  SIGHTLINE_TRY(provide_drives(compile, {}, artifacts));
   if (model != nullptr) artifacts.provide(compile.given_model, *model);
   SIGHTLINE_TRY(add_run(name, compile.plan, options, artifacts, runs));
   Compiled compiled{artifacts.get(compile.map), artifacts.get(compile.model)};
@@ -193,7 +193,7 @@ Result<void> add_evaluation(const std::string& name, const CompileConfig& config
   if (config.evaluation.scans.empty()) return {};
   const EvaluatePlan evaluate = evaluate_plan(config, map);
   ArtifactSet artifacts;
-  SIGHTLINE_TRY(provide_drive(evaluate, artifacts));
+  SIGHTLINE_TRY(provide_drive(evaluate, {}, artifacts));
   provide_map(map, evaluate, artifacts);
   return add_run(name, evaluate.plan, options, artifacts, runs);
 }

@@ -107,7 +107,8 @@ TEST(Completion, OffersVerbsFlagsAndValuesInBash) {
   EXPECT_THAT(bash_offers("sightline "), ::testing::ElementsAreArray(verbs()));
   EXPECT_THAT(bash_offers("sightline compile drive.yaml --thr"), ElementsAre("--threads"));
   EXPECT_THAT(bash_offers("sightline compile -"), IsSupersetOf({"-o", "--output", "--force"}));
-  EXPECT_THAT(bash_offers("sightline dump a.slmap --what ra"), ElementsAre("ranges"));
+  EXPECT_THAT(bash_offers("sightline dump a.slmap --what ra"),
+              ElementsAre("ranges", "ranges-looks"));
   EXPECT_THAT(bash_offers("sightline completion "), ElementsAre("bash", "zsh"));
   EXPECT_THAT(bash_offers("sightline compile -o "), IsEmpty()) << "files are left to readline";
   EXPECT_THAT(bash_offers("sightline nonsense "), IsEmpty());

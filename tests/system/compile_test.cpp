@@ -93,11 +93,11 @@ TEST(Compile, StoppedByASignalKeepsWhatIsDoneAndLeavesNothingHalfWritten) {
   const std::filesystem::path folder = fresh_folder();
   const std::string command = "compile " + config() + " --cache " + (folder / "cache").string() +
                               " -o " + (folder / "map.slmap").string();
-  // The signal comes as soon as the first artifact is in the cache.
-  const ProgramResult stopped =
-      run_command(std::string(SIGHTLINE_PROGRAM) + " " + command + " & pid=$!; while ! ls " +
-                  (folder / "cache").string() +
-                  "/*.sla >/dev/null 2>&1; do sleep 0.05; done; kill -INT $pid; wait $pid");
+  // The signal comes as soon as the trajectory is in the cache.
+  const ProgramResult stopped = run_command(
+      std::string(SIGHTLINE_PROGRAM) + " " + command + " & pid=$!; while ! ls " +
+      (folder / "cache").string() +
+      "/estimate-trajectory-*.sla >/dev/null 2>&1; do sleep 0.05; done; kill -INT $pid; wait $pid");
   EXPECT_EQ(stopped.status, 75) << stopped.err;
   EXPECT_NE(stopped.err.find("SL7001 interrupted"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder / "map.slmap"));
@@ -107,13 +107,7 @@ TEST(Compile, StoppedByASignalKeepsWhatIsDoneAndLeavesNothingHalfWritten) {
   EXPECT_TRUE(bytes_of(folder / "map.slmap") == bytes_of(compiled_map()));
 }
 
-// Whether a row of a dump is of such a look, by its text.
-bool takes_a_sample(const nlohmann::json& look) {
-  return look.get<std::string>().find("returns") != std::string::npos;
-}
-
-// A column of what `dump` tells of a map or of a configuration, in the order of its rows; of the
-// ranges alone where looks have rows too.
+// A column of what `dump` tells of a map or of a configuration, in the order of its rows.
 std::vector<double> dumped(const std::string& target_and_flags, const std::string& what,
                            const std::string& column) {
   const ProgramResult run =
@@ -123,11 +117,7 @@ std::vector<double> dumped(const std::string& target_and_flags, const std::strin
   const std::vector<std::string> columns = table.at("columns");
   const auto index = static_cast<std::size_t>(std::ranges::find(columns, column) - columns.begin());
   std::vector<double> values;
-  const auto look = static_cast<std::size_t>(std::ranges::find(columns, "look") - columns.begin());
-  for (const nlohmann::json& row : table.at("rows")) {
-    if (look < columns.size() && takes_a_sample(row.at(look))) continue;
-    values.push_back(row.at(index));
-  }
+  for (const nlohmann::json& row : table.at("rows")) values.push_back(row.at(index));
   return values;
 }
 
@@ -281,7 +271,7 @@ std::string csv_of_measured() {
   for (const std::string name : table.at("columns")) column.emplace(name, column.size());
   std::map<std::pair<int, double>, double> errors_m;
   for (const nlohmann::json& row : table.at("rows")) {
-    if (row.at(column["scan"]) < 0 || takes_a_sample(row.at(column["look"]))) continue;
+    if (row.at(column["scan"]) < 0) continue;
     errors_m[{row.at(column["scan"]), row.at(column["range_m"])}] = row.at(column["mean_m"]);
   }
   std::ostringstream csv;

@@ -83,7 +83,7 @@ class Fleet(unittest.TestCase):
     def setUpClass(cls):
         cls.made = tempfile.mkdtemp(prefix="fleet_made_")
         run(SETTINGS["write_maps"], cls.made)
-        for name in ("alice", "bob", "carol", "mallory"):
+        for name in ("alice", "bob", "carol", "dave", "mallory"):
             run(SETTINGS["sightline"], "key", f"{cls.made}/{name}")
 
     @classmethod
@@ -144,18 +144,19 @@ class Fleet(unittest.TestCase):
             f"{self.site}/{name}")
         self.sign(f"{self.site}/{name}", signers)
 
-    def release(self, version, counter, signers=("alice", "bob"), base=None):
+    def release(self, version, counter, signers=("alice", "bob"), base=None, expires="2026-12-01T00:00:00Z",
+                flags=()):
         shutil.copy(f"{self.made}/v{version}.slmap", self.site)
-        flags = []
+        flags = list(flags)
         if base:
             if not HAS_DELTA:
                 self.skipTest("this program has no verb `delta`")
             delta = f"{self.site}/v{base}-{version}.sldelta"
             run(SETTINGS["sightline"], "delta", f"{self.made}/v{base}.slmap", f"{self.made}/v{version}.slmap", "-o",
                 delta)
-            flags = ["--delta", f"{self.made}/v{base}.slmap", delta]
+            flags += ["--delta", f"{self.made}/v{base}.slmap", delta]
         run(SETTINGS["sightline"], "release", f"{self.site}/v{version}.slmap", "--fleet", "metropolis", "--counter",
-            counter, "--expires", "2026-12-01T00:00:00Z", *flags, "-o", f"{self.site}/release", "--force")
+            counter, "--expires", expires, *flags, "-o", f"{self.site}/release", "--force")
         self.sign(f"{self.site}/release", signers)
 
     def change_release(self, change, signers=("alice", "bob")):
@@ -341,6 +342,64 @@ class Attacks(Fleet):
         self.release(2, 3)
         self.name_file(f"{self.made}/inflated.slmap")
         self.assert_refuses("SL4008 bad-layer", 67, preexec_fn=little_memory)
+
+    def test_a_release_of_more_bytes_than_any_map(self):
+        size = os.path.getsize(f"{self.made}/v2.slmap")
+        for counter, found in ((2, "17179869185"), (3, "18446744073709551615")):
+            self.release(2, counter)
+            self.change_release(lambda text, to=found: text.replace(f"v2.slmap {size} ", f"v2.slmap {to} "))
+            self.assert_refuses("SL5013 longer-than-released", 68)
+
+    def test_slow_retrieval_ends_in_bounded_time(self):
+        self.release(2, 2)
+        self.serve(bytes_per_second=2000)  # never below the speed that alone would end it
+        began = time.monotonic()
+        self.assert_refuses("SL7001 interrupted", 75, timeout=60, environment={
+            "SIGHTLINE_MOST_SECONDS": "6", "SIGHTLINE_LEAST_RATE": "1000000"})
+        self.assertLess(time.monotonic() - began, 20)
+        self.serve()
+        self.assert_updates(2)
+
+    def test_a_clock_that_jumps_back_does_not_bring_an_expired_release_back(self):
+        self.assert_refuses("SL5008 expired", 68, now=LATER)
+        self.assert_refuses("SL5008 expired", 68, now=NOW)
+        # Only as far as the expiry that was signed: one jump ahead ends no release to come.
+        self.release(2, 2, expires="2026-12-08T00:00:00Z")
+        self.assert_updates(2)
+
+    def test_an_expired_root(self):
+        self.release(2, 2, expires="2029-01-01T00:00:00Z")
+        self.assert_refuses("SL5008 expired", 68, now="2028-06-01T00:00:00Z")
+
+    def fast_forward(self):
+        """Stolen keys sign a counter that nothing can follow."""
+        self.release(2, 2)
+        self.change_release(lambda text: text.replace("counter 2", f"counter {2 ** 64 - 1}"))
+        self.assert_updates(2)
+        self.release(3, 3, flags=["--any-step"])
+        self.assert_refuses("SL5007 replayed-release", 68)
+
+    def test_fast_forward_and_its_recovery_by_new_keys(self):
+        self.fast_forward()
+        self.root("root.2", ["bob", "carol", "dave"], ["alice", "bob", "carol", "dave"], previous="root.1")
+        self.release(3, 3, signers=["carol", "dave"], flags=["--any-step"])
+        self.assert_updates(3)
+        # What is seen counts again, and the stolen keys are worth nothing.
+        self.release(1, 2, signers=["carol", "dave"], flags=["--any-step"])
+        self.assert_refuses("SL5007 replayed-release", 68)
+        self.release(1, 9, signers=["alice", "bob"])
+        self.assert_refuses("SL5002 too-few-signatures", 68)
+
+    def test_a_rotation_that_leaves_a_threshold_of_old_keys_resets_nothing(self):
+        self.fast_forward()
+        self.root("root.2", ["alice", "bob", "carol"], ["alice", "bob", "carol"], previous="root.1")
+        self.assert_refuses("SL5007 replayed-release", 68)
+
+    def test_a_seen_file_that_was_emptied(self):
+        self.release(2, 2)
+        with open(f"{self.state}/seen", "w"):
+            pass
+        self.assert_refuses("SL5005 malformed-record", 68)
 
     def test_an_endless_map(self):
         self.release(2, 2)

@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "formats/foreign/clouds/pcd_writer.h"
-#include "formats/foreign/logs/ros_messages.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/ros/ros_messages.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"

@@ -127,7 +127,7 @@ TEST(Kernels, AVehicleLocalizesAScanInTheMap) {
   std::sort(scans.begin(), scans.end());
   const auto localize = [&](double x_m, double z_m) {
     std::ostringstream command;
-    command << std::setprecision(15) << SIGHTLINE_VEHICLE_LOCALIZE << " "
+    command << std::setprecision(15) << SIGHTLINE_VEHICLE_LOCALIZER << " "
             << (folder / "map.slmap").string() << " " << scans[40].string() << " " << x_m << " "
             << y + 0.3 << " " << z_m << " " << yaw_deg + 1.0;
     return run_command(command.str());

@@ -1,11 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
-#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <numbers>
 #include <sstream>
@@ -21,19 +22,57 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
+// x y z and yaw of the first pose of a drive: "mapping", or "drive_1", which did not make the map.
+std::array<double, 4> first_pose(const std::string& drive) {
+  std::ifstream poses(compiled_town() / drive / "poses.tum");
+  std::string line;
+  while (std::getline(poses, line) && line.starts_with('#')) {
+  }
+  std::istringstream fields(line);
+  double time = 0.0, x = 0.0, y = 0.0, z = 0.0, qx = 0.0, qy = 0.0, qz = 0.0, qw = 0.0;
+  fields >> time >> x >> y >> z >> qx >> qy >> qz >> qw;
+  return {x, y, z, 2.0 * std::atan2(qz, qw)};
+}
+
+// Points in doubles, as `export --format ply` writes them.
+std::vector<Eigen::Vector3d> points_of(const fs::path& file) {
+  pcl::PCLPointCloud2 cloud;
+  EXPECT_EQ(pcl::io::loadPLYFile(file.string(), cloud), 0);
+  std::vector<Eigen::Vector3d> points_m(static_cast<std::size_t>(cloud.width) * cloud.height);
+  for (std::size_t i = 0; i < points_m.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::memcpy(&points_m[i][static_cast<Eigen::Index>(axis)],
+                  &cloud.data[i * cloud.point_step + cloud.fields[axis].offset], sizeof(double));
+    }
+  }
+  return points_m;
+}
+
+// The town lies farther from the origin than an octree reaches, so this one is in map coordinates:
+// the corner of a tile of 64 m at or below the first scan.
 TEST(Libraries, OctomapReadsTheSpaceOfTheTown) {
   const fs::path folder = fresh_folder();
-  export_to(folder / "town.bt", config_file(), "--format octomap --leaf 0.4");
-  export_to(folder / "points.pcd", config_file(), "--format pcd --leaf 0.4");
+  const ProgramResult run =
+      run_sightline("export " + config_file() + " -q -o '" + (folder / "town.bt").string() +
+                    "' --format octomap --leaf 0.4");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("the octree lies in map coordinates"));
+  export_to(folder / "points.ply", config_file(), "--format ply --leaf 0.4");
   octomap::OcTree tree(1.0);
   ASSERT_TRUE(tree.readBinary((folder / "town.bt").string()));
   EXPECT_EQ(tree.getResolution(), 0.4);
 
   // One centroid in each voxel with points: those of the map.
-  pcl::PointCloud<pcl::PointXYZ> points;
-  ASSERT_EQ(pcl::io::loadPCDFile((folder / "points.pcd").string(), points), 0);
+  const std::vector<Eigen::Vector3d> points_m = points_of(folder / "points.ply");
+  const auto tile_below = [](double x_m) { return 64.0 * std::floor(x_m / 64.0); };
+  const std::array<double, 4> first = first_pose("mapping");
+  const Eigen::Vector3d origin_m(tile_below(first[0]) - 4e5, tile_below(first[1]) - 5.4e6,
+                                 tile_below(first[2]));
   octomap::KeySet surface = octomap::KeySet();
-  for (const pcl::PointXYZ& p : points) surface.insert(tree.coordToKey(p.x, p.y, p.z));
+  for (const Eigen::Vector3d& point_m : points_m) {
+    const Eigen::Vector3d p_m = point_m - origin_m;
+    surface.insert(tree.coordToKey(p_m.x(), p_m.y(), p_m.z()));
+  }
   std::size_t occupied = 0;
   std::size_t off_surface = 0;
   std::size_t free = 0;
@@ -58,22 +97,11 @@ TEST(Libraries, OctomapNeedsTheScansAndTheProgramSaysSo) {
   EXPECT_FALSE(fs::exists(file));
 }
 
-// x y z and yaw of the first pose of drive 1, which is not the drive that made the map.
-std::array<double, 4> first_pose() {
-  std::ifstream poses(compiled_town() / "drive_1" / "poses.tum");
-  std::string line;
-  while (std::getline(poses, line) && line.starts_with('#')) {
-  }
-  std::istringstream fields(line);
-  double time = 0.0, x = 0.0, y = 0.0, z = 0.0, qx = 0.0, qy = 0.0, qz = 0.0, qw = 0.0;
-  fields >> time >> x >> y >> z >> qx >> qy >> qz >> qw;
-  return {x, y, z, 2.0 * std::atan2(qz, qw)};
-}
-
+// In the exported Autoware map, at the answer of the compiled one.
 TEST(Libraries, PclLocalizesAScanAtTheRangeOfTheMap) {
-  const fs::path cloud = fresh_folder() / "points.pcd";
-  export_to(cloud, config_file(), "--format pcd");
-  const std::array<double, 4> pose = first_pose();
+  const fs::path cloud = fresh_folder() / "town_map";
+  export_to(cloud, config_file(), "--format autoware --world utm:32N");
+  const std::array<double, 4> pose = first_pose("drive_1");
   std::ostringstream command;
   command.precision(12);
   command << SIGHTLINE_VEHICLE_PCL << " '" << map_file() << "' '" << cloud.string() << "' '"

@@ -4,6 +4,7 @@
 
 #include "compiler/commands/commands.h"
 #include "compiler/commands/fleet/signing_files.h"
+#include "formats/base/atomic_file.h"
 #include "formats/release/record_text.h"
 #include "formats/release/signatures.h"
 
@@ -15,6 +16,7 @@ struct AdmitFlags {
   std::string next_root;
   std::string release;
   std::string seen;
+  std::string new_seen;
   std::string now;
   std::string sensor;
   std::string map_id;
@@ -28,14 +30,14 @@ struct SignedText {
 };
 
 Result<SignedText> read_signed(const std::string& file) {
-  SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
+  SIGHTLINE_ASSIGN(const std::string text, read_short_text(file, kLargestRecord));
   SIGHTLINE_ASSIGN(const std::string signatures,
-                   read_record_text(signatures_of(file), kLargestSignatureFile));
+                   read_short_text(signatures_of(file), kLargestSignatureFile));
   return SignedText{text, signatures};
 }
 
 Result<RootRecord> read_root(const AdmitFlags& flags) {
-  SIGHTLINE_ASSIGN(const std::string text, read_record_text(flags.root, kLargestRecord));
+  SIGHTLINE_ASSIGN(const std::string text, read_short_text(flags.root, kLargestRecord));
   Result<RootRecord> root = decode_root_record(text);
   if (!root) return in_file(root.error(), flags.root);
   return root;
@@ -46,8 +48,10 @@ Result<VehicleFacts> facts_of(const AdmitFlags& flags) {
   SIGHTLINE_ASSIGN(const std::int64_t now, read_time(flags.now));
   facts.now_s = now;
   if (!flags.seen.empty()) {
-    SIGHTLINE_ASSIGN(const std::string seen, read_record_text(flags.seen, kLargestRecord));
-    facts.seen_release = seen;
+    SIGHTLINE_ASSIGN(const std::string text, read_short_text(flags.seen, kLargestSeenState));
+    Result<SeenState> seen = decode_seen_state(text);
+    if (!seen) return in_file(seen.error(), flags.seen);
+    facts.seen = std::move(*seen);
   }
   if (!flags.map_id.empty()) facts.map_id = flags.map_id;
   if (flags.sensor.empty()) return facts;
@@ -69,7 +73,12 @@ Result<void> admit(const AdmitFlags& flags) {
   if (!flags.next_root.empty()) return admit_root(flags, root);
   SIGHTLINE_ASSIGN(const VehicleFacts facts, facts_of(flags));
   SIGHTLINE_ASSIGN(const SignedText release, read_signed(flags.release));
-  const Result<ReleaseRecord> record = admit_release(release.text, release.signatures, root, facts);
+  const Admission admission = admit_and_remember(release.text, release.signatures, root, facts);
+  if (!flags.new_seen.empty() && !admission.seen.release.empty()) {
+    SIGHTLINE_TRY(
+        write_file_atomically(flags.new_seen, encode(admission.seen), IfExists::kReplace));
+  }
+  const Result<ReleaseRecord>& record = admission.record;
   if (!record) return in_file(record.error(), flags.release);
   if (!flags.map.empty()) {
     SIGHTLINE_TRY(check_map(flags.map, *record));
@@ -98,46 +107,54 @@ Verb admit_verb() {
       "digest, contents and manifest, in the order of schemas/release_format.md. Prints the record "
       "and \"fetch nothing\", \"fetch map NAME SIZE SHA256\" or \"fetch delta NAME SIZE "
       "SHA256\".";
-  verb.examples = {"sightline admit --root root --next-root root.2",
-                   "sightline admit --root root --seen seen --present town.slmap release",
-                   "sightline admit --root root --seen seen release --map incoming.slmap"};
+  verb.examples = {
+      "sightline admit --root root --next-root root.2",
+      "sightline admit --root root --seen seen --new-seen new --present town.slmap release",
+      "sightline admit --root root --seen seen release --map incoming.slmap"};
   verb.positionals = {{.name = "RELEASE",
                        .help = "The release record, with its .minisig",
                        .target = &flags->release,
                        .is_required = false}};
-  verb.flags = {{.names = "--root",
-                 .value = "FILE",
-                 .help = "The root record that is trusted",
-                 .target = &flags->root,
-                 .is_required = true},
-                {.names = "--next-root",
-                 .value = "FILE",
-                 .help = "Check this root, with its .minisig, and print it; takes no RELEASE",
-                 .target = &flags->next_root},
-                {.names = "--seen",
-                 .value = "FILE",
-                 .help = "The newest release record admitted before",
-                 .target = &flags->seen},
-                {.names = "--now",
-                 .value = "TIME",
-                 .help = "UTC as 2026-12-01T00:00:00Z, in place of the clock",
-                 .target = &flags->now},
-                {.names = "--sensor",
-                 .value = "SHA256",
-                 .help = "Digest of this vehicle's sensor profile",
-                 .target = &flags->sensor},
-                {.names = "--map-id",
-                 .value = "ID",
-                 .help = "The map this vehicle wants",
-                 .target = &flags->map_id},
-                {.names = "--present",
-                 .value = "FILE",
-                 .help = "The map that the vehicle has (.slmap)",
-                 .target = &flags->present},
-                {.names = "--map",
-                 .value = "FILE",
-                 .help = "The map to check against the release (.slmap)",
-                 .target = &flags->map}};
+  verb.flags = {
+      {.names = "--root",
+       .value = "FILE",
+       .help = "The root record that is trusted",
+       .target = &flags->root,
+       .is_required = true},
+      {.names = "--next-root",
+       .value = "FILE",
+       .help = "Check this root, with its .minisig, and print it; takes no RELEASE",
+       .target = &flags->next_root},
+      {.names = "--seen",
+       .value = "FILE",
+       .help = "What this vehicle remembers: what --new-seen wrote, or the newest release "
+               "record admitted before",
+       .target = &flags->seen},
+      {.names = "--new-seen",
+       .value = "FILE",
+       .help = "Write what it has to remember from here on; also where the release is "
+               "refused",
+       .target = &flags->new_seen},
+      {.names = "--now",
+       .value = "TIME",
+       .help = "UTC as 2026-12-01T00:00:00Z, in place of the clock",
+       .target = &flags->now},
+      {.names = "--sensor",
+       .value = "SHA256",
+       .help = "Digest of this vehicle's sensor profile",
+       .target = &flags->sensor},
+      {.names = "--map-id",
+       .value = "ID",
+       .help = "The map this vehicle wants",
+       .target = &flags->map_id},
+      {.names = "--present",
+       .value = "FILE",
+       .help = "The map that the vehicle has (.slmap)",
+       .target = &flags->present},
+      {.names = "--map",
+       .value = "FILE",
+       .help = "The map to check against the release (.slmap)",
+       .target = &flags->map}};
   verb.run = [flags] { return exit_status_of(run_admit(*flags)); };
   return verb;
 }

@@ -9,14 +9,21 @@
 #include "formats/base/atomic_file.h"
 #include "formats/map/map_reader.h"
 #include "formats/reader/mapped_file.h"
+#include "formats/release/record_text.h"
 
 namespace sightline {
 namespace {
+
+// A counter that is far ahead by mistake can only be followed by greater ones. Dates as counters
+// stay within: from 20261231 to 20270101 it is 8870.
+constexpr std::uint64_t kLargestStep = 100'000;
 
 struct ReleaseFlags {
   std::string map;
   std::string fleet;
   std::uint64_t counter = 0;
+  std::string previous;  // empty: what the new record replaces, if anything
+  bool allows_any_step = false;
   std::string expires = "+7d";
   std::vector<std::string> deltas;  // pairs: base map, delta
   std::string out;
@@ -41,7 +48,32 @@ Result<void> add_deltas(const ReleaseFlags& flags, ReleaseRecord& record) {
   return {};
 }
 
+// Of the record before; 0 where there is none.
+Result<std::uint64_t> previous_counter(const ReleaseFlags& flags) {
+  const std::string& file = flags.previous.empty() ? flags.out : flags.previous;
+  const Result<std::string> text = read_short_text(file, kLargestRecord);
+  if (!text && flags.previous.empty()) return std::uint64_t{0};
+  if (!text) return text.error();
+  const Result<ReleaseRecord> record = decode_release_record(*text);
+  if (record) return record->counter;
+  if (flags.previous.empty()) return std::uint64_t{0};  // what is replaced is no record
+  return in_file(record.error(), file);
+}
+
+Result<void> check_counter(const ReleaseFlags& flags) {
+  SIGHTLINE_ASSIGN(const std::uint64_t before, previous_counter(flags));
+  if (flags.allows_any_step) return {};
+  const bool is_greater = flags.counter > before;
+  if (is_greater && flags.counter - before <= kLargestStep) return {};
+  return Error{ErrorCode::kBadValue,
+               "--counter: found " + std::to_string(flags.counter) + " after " +
+                   std::to_string(before) + ", expected a step of 1 to " +
+                   std::to_string(kLargestStep) + "; --any-step allows others",
+               "", ""};
+}
+
 Result<void> make_release(const ReleaseFlags& flags) {
+  SIGHTLINE_TRY(check_counter(flags));
   SIGHTLINE_TRY(verify_map(flags.map));
   SIGHTLINE_ASSIGN(ReleaseRecord record, release_of_map(flags.map));
   record.fleet = flags.fleet;
@@ -70,23 +102,33 @@ Verb release_verb() {
       "      --delta town-1.slmap town-1-to-2.sldelta -o release --force",
       "sightline sign release --key a.key && sightline sign release --key b.key"};
   verb.positionals = {map_positional(flags->map, "The map to release")};
-  verb.flags = {{.names = "--fleet",
-                 .value = "NAME",
-                 .help = "Name of the fleet, as its root says",
-                 .target = &flags->fleet,
-                 .is_required = true},
-                {.names = "--counter",
-                 .value = "N",
-                 .help = "Greater than that of every record before",
-                 .target = &flags->counter,
-                 .is_required = true},
-                expires_flag(flags->expires),
-                {.names = "--delta",
-                 .value = "FILE FILE",
-                 .help = "A base map and the delta from it to this map",
-                 .target = &flags->deltas},
-                required_output_flag(flags->out, "The record to write"),
-                force_flag(flags->force)};
+  verb.flags = {
+      {.names = "--fleet",
+       .value = "NAME",
+       .help = "Name of the fleet, as its root says",
+       .target = &flags->fleet,
+       .is_required = true},
+      {.names = "--counter",
+       .value = "N",
+       .help = "Greater than that of every record before",
+       .target = &flags->counter,
+       .minimum = 1,
+       .is_required = true},
+      {.names = "--after",
+       .value = "FILE",
+       .help = "The record before; without it the one that is replaced",
+       .target = &flags->previous},
+      {.names = "--any-step",
+       .help = "Allow a counter that is not greater than that of the record before, or by "
+               "more than 100000",
+       .target = &flags->allows_any_step},
+      expires_flag(flags->expires),
+      {.names = "--delta",
+       .value = "FILE FILE",
+       .help = "A base map and the delta from it to this map",
+       .target = &flags->deltas},
+      required_output_flag(flags->out, "The record to write"),
+      force_flag(flags->force)};
   verb.run = [flags] { return exit_status_of(make_release(*flags)); };
   return verb;
 }

@@ -26,7 +26,7 @@ struct RootFlags {
 Result<void> follow_previous(const RootFlags& flags, RootRecord& root) {
   root.fleet = flags.fleet;
   if (flags.previous.empty()) return {};
-  SIGHTLINE_ASSIGN(const std::string text, read_record_text(flags.previous, kLargestRecord));
+  SIGHTLINE_ASSIGN(const std::string text, read_short_text(flags.previous, kLargestRecord));
   const Result<RootRecord> previous = decode_root_record(text);
   if (!previous) return in_file(previous.error(), flags.previous);
   if (root.fleet.empty()) root.fleet = previous->fleet;

@@ -33,7 +33,7 @@ Result<std::string> earlier_signatures(const std::string& file, const std::strin
                                        const PublicKey& key) {
   std::error_code failure;
   if (!std::filesystem::exists(file, failure)) return std::string();
-  SIGHTLINE_ASSIGN(std::string earlier, read_record_text(file, kLargestSignatureFile));
+  SIGHTLINE_ASSIGN(std::string earlier, read_short_text(file, kLargestSignatureFile));
   const Result<std::vector<Signature>> signatures = parse_signatures(earlier);
   if (!signatures) return in_file(signatures.error(), file);
   for (const Signature& signature : *signatures) {
@@ -48,7 +48,7 @@ Result<std::string> earlier_signatures(const std::string& file, const std::strin
 }
 
 Result<void> sign_record(const SignFlags& flags) {
-  SIGHTLINE_ASSIGN(const std::string text, read_record_text(flags.record, kLargestRecord));
+  SIGHTLINE_ASSIGN(const std::string text, read_short_text(flags.record, kLargestRecord));
   const Result<std::string> title = title_of(text);
   if (!title) return in_file(title.error(), flags.record);
   SIGHTLINE_ASSIGN(const SecretKey key, read_secret_key(flags.key, flags.passphrase_file));

@@ -1,13 +1,7 @@
 #include "compiler/commands/fleet/signing_files.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <cstring>
-#include <fstream>
 #include <iostream>
 
 #include "compiler/cli/console.h"
@@ -42,53 +36,30 @@ Result<std::optional<std::string>> read_passphrase(const std::string& file) {
     std::getline(std::cin, line);
     return std::optional<std::string>(line);
   }
-  SIGHTLINE_ASSIGN(const std::string text, read_text_file(file));
+  SIGHTLINE_ASSIGN(const std::string text, read_short_text(file, kLargestRecord));
   return std::optional<std::string>(text.substr(0, text.find('\n')));
 }
 
 Result<void> write_secret_file(const std::string& path, const std::string& text) {
-  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (descriptor < 0) {
-    const bool exists = errno == EEXIST;
-    return Error{exists ? ErrorCode::kOutputExists : ErrorCode::kCannotWrite,
-                 exists ? "a secret key is never replaced" : std::strerror(errno), path, ""};
-  }
-  const ssize_t count = ::write(descriptor, text.data(), text.size());
-  const bool is_whole = count == static_cast<ssize_t>(text.size()) && ::fsync(descriptor) == 0;
-  ::close(descriptor);
-  if (is_whole) return {};
-  ::unlink(path.c_str());
-  return Error{ErrorCode::kCannotWrite, "the secret key cannot be written", path, ""};
+  const Result<void> written =
+      write_file_atomically(path, text, IfExists::kRefuse, FileAccess::kOwner);
+  if (written || written.error().code != ErrorCode::kOutputExists) return written;
+  return Error{ErrorCode::kOutputExists, "a secret key is never replaced", path, ""};
 }
 
 Result<SecretKey> read_secret_key(const std::string& file, const std::string& passphrase_file) {
   SIGHTLINE_ASSIGN(const std::optional<std::string> passphrase, read_passphrase(passphrase_file));
-  SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
+  SIGHTLINE_ASSIGN(const std::string text, read_short_text(file, kLargestRecord));
   Result<SecretKey> key = decode_secret_key_file(text, passphrase);
   if (!key) return in_file(key.error(), file);
   return key;
 }
 
 Result<PublicKey> read_public_key(const std::string& file) {
-  SIGHTLINE_ASSIGN(const std::string text, read_record_text(file, kLargestRecord));
+  SIGHTLINE_ASSIGN(const std::string text, read_short_text(file, kLargestRecord));
   const Result<PublicKey> key = decode_public_key_file(text);
   if (!key) return in_file(key.error(), file);
   return key;
-}
-
-Result<std::string> read_record_text(const std::string& file, std::size_t most_bytes) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return Error{ErrorCode::kFileNotFound, "cannot open", file, ""};
-  std::string text(most_bytes + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (stream.bad()) return Error{ErrorCode::kCannotRead, "cannot read", file, ""};
-  if (text.size() > most_bytes) {
-    return Error{ErrorCode::kTooLarge,
-                 "more than " + std::to_string(most_bytes) + " bytes, which no such file has", file,
-                 ""};
-  }
-  return text;
 }
 
 std::string signatures_of(const std::string& file) { return file + ".minisig"; }

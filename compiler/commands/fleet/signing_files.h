@@ -21,8 +21,6 @@ Result<void> write_secret_file(const std::string& path, const std::string& text)
 Result<SecretKey> read_secret_key(const std::string& file, const std::string& passphrase_file);
 Result<PublicKey> read_public_key(const std::string& file);
 
-// A record or its signatures: at most `most_bytes` are read. Errors: those of reading, too-large.
-Result<std::string> read_record_text(const std::string& file, std::size_t most_bytes);
 // Where the signatures of a file lie.
 std::string signatures_of(const std::string& file);
 

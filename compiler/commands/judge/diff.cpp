@@ -3,6 +3,7 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console.h"
+#include "compiler/cli/file_kind.h"
 #include "compiler/commands/commands.h"
 #include "compiler/views/text/map_diff_json.h"
 #include "compiler/views/text/map_diff_text.h"
@@ -20,12 +21,14 @@ struct DiffFlags {
   std::string before;
   std::string after;
   std::string format = "text";
-  std::string world = "local";
+  std::string world;
   MapDiffOptions options;
   bool is_quiet = false;
 };
 
-Result<std::string> text_of(const MapDiff& diff, const std::string& format, const World& world) {
+Result<std::string> text_of(const MapDiff& diff, const std::string& format,
+                            const std::string& world_flag) {
+  SIGHTLINE_ASSIGN(const World world, named_world(world_flag, diff.after.world));
   if (format == "json") return to_json(diff);
   if (format == "markdown") return to_markdown(diff);
   if (format == "geojson") return to_geojson(diff, world);
@@ -33,13 +36,13 @@ Result<std::string> text_of(const MapDiff& diff, const std::string& format, cons
 }
 
 Result<bool> diff(const DiffFlags& flags) {
-  SIGHTLINE_ASSIGN(const World world, parse_world(flags.world));
+  SIGHTLINE_TRY(named_world(flags.world, kLocalWorld));  // before maps are read
   SIGHTLINE_ASSIGN(const MapDiff found,
                    diff_maps(std::filesystem::path(flags.before),
                              std::filesystem::path(flags.after), flags.options));
   if (!flags.is_quiet) {
-    SIGHTLINE_ASSIGN(const std::string text, text_of(found, flags.format, world));
-    std::fputs(text.c_str(), stdout);
+    SIGHTLINE_ASSIGN(const std::string text, text_of(found, flags.format, flags.world));
+    print_text(text);
   }
   return found.is_same();
 }
@@ -86,7 +89,7 @@ Verb diff_verb() {
                 world_flag(flags->world)};
   verb.run = [flags]() -> Result<int> {
     const Result<bool> is_same = diff(*flags);
-    if (!is_same) report_error(is_same.error());
+    if (!is_same) report_error(explain_wrong_file(is_same.error()));
     return !is_same ? kTrouble : *is_same ? kSame : kDifferent;
   };
   return verb;

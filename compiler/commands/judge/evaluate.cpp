@@ -2,7 +2,9 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
 #include "compiler/cli/run_flags.h"
+#include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/views/picture/charts/calibration_chart.h"
@@ -30,7 +32,10 @@ Result<CompileConfig> evaluation_config(const EvaluateFlags& flags) {
   SIGHTLINE_ASSIGN(CompileConfig config,
                    load_compile_config(flags.run.config_file, flags.run.overrides));
   if (config.evaluation.scans.empty()) {
-    return Error{ErrorCode::kMissingKey, "evaluation.scans: no drive to judge the map by is named",
+    return Error{ErrorCode::kMissingKey,
+                 "evaluation.scans: no drive to judge the map by is named. Name another one there; "
+                 "or, where there is one drive, that one again (evaluation.scans, poses and sensor "
+                 "as under mapping): the scans that the map did not use then judge it",
                  flags.run.config_file, ""};
   }
   return config;
@@ -76,21 +81,24 @@ Result<std::vector<Table>> report(const CompiledMap& map, const EvaluatePlan& ma
   } else {
     text += "Not replayed scan by scan: that is done by this program's own localizers alone\n";
   }
-  std::fputs(text.c_str(), stdout);
+  print_text(text);
   if (map.factors.factors.empty()) return all;
   SIGHTLINE_ASSIGN(const FactorReport factors,
                    factor_report(map.factors, artifacts.get(made.measured)));
-  std::fputs(("\n" + to_text(factors)).c_str(), stdout);
+  print_text("\n" + to_text(factors));
   for (Table& table : tables(factors)) all.push_back(std::move(table));
   return all;
 }
 
 Result<void> evaluate(const EvaluateFlags& flags) {
+  for (const std::string& file : {flags.json, flags.csv, flags.svg}) {
+    SIGHTLINE_TRY(try_output(file, flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
+  }
   SIGHTLINE_ASSIGN(CompiledMap map, read_map(flags.map));
   SIGHTLINE_ASSIGN(const CompileConfig config, evaluation_config(flags));
   const EvaluatePlan plan = evaluate_plan(config, map);
   ArtifactSet artifacts;
-  SIGHTLINE_TRY(provide_drive(plan, artifacts));
+  SIGHTLINE_TRY(provide_drive(plan, cache_directory(flags.run), artifacts));
   provide_map(map, plan, artifacts);
   SIGHTLINE_TRY(run_steps(plan.plan, {}, flags.run, config, artifacts));
   const AnyWire last = plan.tracks.is_connected() ? plan.tracks.any() : plan.evaluation.any();

@@ -5,10 +5,12 @@
 #include <optional>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/gate/forms/gate_text.h"
 #include "compiler/gate/gate.h"
 #include "formats/base/atomic_file.h"
+#include "formats/foreign/text/text_lines.h"
 #include "formats/map/map_reader.h"
 
 namespace sightline {
@@ -84,12 +86,23 @@ Result<void> write_report(const GateFlags& flags, const GateReport& report) {
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   for (std::size_t i = 0; i < std::size(kForms); ++i) {
     if (std::ranges::find(flags.formats, kForms[i].name) != flags.formats.end()) {
-      std::fputs(kForms[i].write(report).c_str(), stdout);
+      print_text(kForms[i].write(report));
     }
     if (flags.files[i].empty()) continue;
     SIGHTLINE_TRY(write_file_atomically(flags.files[i], kForms[i].write(report), if_exists));
   }
   return {};
+}
+
+// That begins with "gate:"; 1 where none does.
+std::size_t line_of_section(const std::string& file) {
+  const Result<std::string> text = file.empty() ? std::string() : read_text_file(file);
+  if (!text) return 1;
+  LineReader lines(*text);
+  for (std::string_view line; lines.next(line);) {
+    if (line.starts_with("gate:")) return lines.number();
+  }
+  return 1;
 }
 
 Result<void> gate(const GateFlags& flags) {
@@ -98,7 +111,9 @@ Result<void> gate(const GateFlags& flags) {
     SIGHTLINE_ASSIGN(GateSettings read, read_gate_settings(flags.rules));
     settings = std::move(read);
   }
-  SIGHTLINE_ASSIGN(const GateReport report, judge_files(flags, settings));
+  SIGHTLINE_ASSIGN(GateReport report, judge_files(flags, settings));
+  report.rules_file = flags.rules;
+  report.rules_line = line_of_section(flags.rules);
   SIGHTLINE_TRY(write_report(flags, report));
   if (report.passes()) return {};
   return Error{ErrorCode::kGateFailed,

@@ -1,10 +1,16 @@
 #include <cstdio>
 #include <memory>
+#include <utility>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
+#include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
+#include "compiler/driver/pipelines.h"
 #include "compiler/views/text/describe.h"
+#include "formats/base/atomic_file.h"
 #include "formats/map/map_reader.h"
+#include "formats/map/map_writer.h"
 #include "passes/emit/prove_annotation.h"
 
 namespace sightline {
@@ -13,11 +19,52 @@ namespace {
 struct VerifyFlags {
   std::string map;
   bool is_deep = false;
+  std::string config;  // empty: not compiled again
+  std::string model;
+  std::vector<std::string> overrides;
 };
+
+Result<CompiledMap> compile_again(const VerifyFlags& flags) {
+  RunFlags run;
+  run.config_file = flags.config;
+  run.overrides = flags.overrides;
+  run.no_cache = true;  // what somebody put there has no part in it
+  run.is_quiet = true;
+  SIGHTLINE_ASSIGN(const CompileConfig config, load_compile_config(run.config_file, run.overrides));
+  const bool is_given = !flags.model.empty();
+  const CompilePlan compile =
+      compile_plan(config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
+  ArtifactSet artifacts;
+  SIGHTLINE_TRY(provide_drives(compile, cache_directory(run), artifacts));
+  if (is_given) {
+    SIGHTLINE_ASSIGN(ErrorModel model, read_model(flags.model));
+    artifacts.provide(compile.given_model, std::move(model));
+  }
+  SIGHTLINE_TRY(run_steps(compile.plan, {compile.map}, run, config, artifacts));
+  return artifacts.get(compile.map);
+}
+
+// Bit for bit: the one proof that no cache, machine or hand has changed what the drives give.
+Result<void> check_against_drives(const VerifyFlags& flags) {
+  SIGHTLINE_ASSIGN(const CompiledMap again, compile_again(flags));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> found, read_file(flags.map));
+  const std::vector<std::byte> expected = encode_map(again);
+  if (found == expected) {
+    std::printf("compiled again it is the same, bit for bit\n");
+    return {};
+  }
+  return Error{ErrorCode::kDigestMismatch,
+               "compiled again without a cache it is another map, of SHA-256 " +
+                   to_hex(sha256(expected)) +
+                   ": other drives, options or program, or a cache that "
+                   "somebody else wrote to",
+               flags.map, ""};
+}
 
 Result<void> verify(const VerifyFlags& flags) {
   SIGHTLINE_ASSIGN(const MapSummary checked, verify_map(flags.map));
-  std::fputs(describe(checked).c_str(), stdout);
+  print_text(describe(checked));
+  if (!flags.config.empty()) SIGHTLINE_TRY(check_against_drives(flags));
   if (!flags.is_deep) return {};
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.map));
   PassContext ctx;
@@ -28,7 +75,7 @@ Result<void> verify(const VerifyFlags& flags) {
     error.file = flags.map;
     return error;
   }
-  std::fputs(to_text(*proof).c_str(), stdout);
+  print_text(to_text(*proof));
   return {};
 }
 
@@ -41,13 +88,29 @@ Verb verify_verb() {
   verb.summary = "Check every digest, checksum, bound and order of a map; names the first fault";
   verb.details =
       "With --deep the annotation is made again from the map's own factors and forest, and every "
-      "prediction, range, flag and promise must be the same, bit for bit.";
+      "prediction, range, flag and promise must be the same, bit for bit. What it was made of is "
+      "taken as it stands: with --again the whole map is compiled anew from the drives, without a "
+      "cache, and must be the same. That finds also what somebody put into a cache.";
   verb.examples = {"sightline verify town.slmap && cp town.slmap /srv/maps/",
-                   "sightline verify town.slmap --deep"};
+                   "sightline verify town.slmap --deep",
+                   "sightline verify town.slmap --again town.yaml"};
   verb.positionals = {map_positional(flags->map, "The map to check")};
-  verb.flags = {{.names = "--deep",
-                 .help = "Also prove that each site's annotation follows",
-                 .target = &flags->is_deep}};
+  verb.flags = {
+      {.names = "--deep",
+       .help = "Also prove that each site's annotation follows",
+       .target = &flags->is_deep},
+      {.names = "--again",
+       .value = "CONFIG",
+       .help = "Also compile this configuration again and compare",
+       .target = &flags->config},
+      {.names = "--model",
+       .value = "FILE",
+       .help = "Take the error model of this file for --again, as the compile of the map did",
+       .target = &flags->model},
+      {.names = "--set",
+       .value = "KEY=VALUE",
+       .help = "Override one value of the configuration for --again, as the compile of the map did",
+       .target = &flags->overrides}};
   verb.run = [flags] { return exit_status_of(verify(*flags)); };
   return verb;
 }

@@ -3,9 +3,11 @@
 #include <filesystem>
 #include <memory>
 
+#include "compiler/cli/console.h"
 #include "compiler/cli/run_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/pipelines.h"
+#include "compiler/store/sealed_object.h"
 #include "compiler/views/picture/dump_picture.h"
 #include "compiler/views/text/table_rows.h"
 #include "formats/base/atomic_file.h"
@@ -22,18 +24,44 @@ struct DumpFlags {
   std::string box;  // empty: everything
 };
 
-// The plan of a compile in which every pass runs.
-Plan complete_plan() {
+// The plans of a compile from drives and of one from a finished map, in which every pass runs.
+std::vector<Plan> complete_plans() {
   CompileConfig config;
   config.localization.scans = "any";
-  return compile_plan(config).plan;
+  CompileConfig finished = config;
+  finished.map.points = "any";
+  return {compile_plan(config).plan, compile_plan(finished).plan};
+}
+
+// Of everything that these plans make.
+std::vector<const ArtifactType*> known_types() {
+  std::vector<const ArtifactType*> types;
+  for (const Plan& plan : complete_plans()) {
+    for (const AnyWire wire : plan.made()) types.push_back(plan.artifact(wire).type);
+  }
+  return types;
+}
+
+// Map factors are computed at ranges alone; looks join them with the errors of the map's own scans.
+bool tells_of_looks(const PlannedArtifact& artifact) {
+  const std::string_view kinds[] = {
+      ArtifactTraits<FactorTable>::kName, ArtifactTraits<MeasuredError>::kName,
+      ArtifactTraits<PredictedError>::kName, ArtifactTraits<RangeTable>::kName};
+  return std::ranges::find(kinds, artifact.type->name) != std::end(kinds) &&
+         artifact.name != "map-factors";
 }
 
 // What --what may name: every artifact of a compile, and the recordings it reads.
 std::vector<std::string> dumpable_names() {
-  const Plan plan = complete_plan();
   std::vector<std::string> names = {"recordings"};
-  for (const AnyWire wire : plan.made()) names.push_back(plan.artifact(wire).name);
+  for (const Plan& plan : complete_plans()) {
+    for (const AnyWire wire : plan.made()) {
+      const std::string& name = plan.artifact(wire).name;
+      if (std::ranges::find(names, name) != names.end()) continue;
+      names.push_back(name);
+      if (tells_of_looks(plan.artifact(wire))) names.push_back(name + std::string(kLooksSuffix));
+    }
+  }
   return names;
 }
 
@@ -74,7 +102,7 @@ Result<Made> make(const DumpFlags& flags, const std::vector<std::string>& names)
     return Error{ErrorCode::kUnknownName, "--what: this configuration makes no " + name,
                  flags.run.config_file, ""};
   }
-  SIGHTLINE_TRY(provide_drives(made.compile, made.artifacts));
+  SIGHTLINE_TRY(provide_drives(made.compile, cache_directory(flags.run), made.artifacts));
   SIGHTLINE_TRY(run_steps(made.compile.plan, wanted, flags.run, config, made.artifacts));
   return made;
 }
@@ -86,7 +114,7 @@ Result<Table> recordings_of_config(const DumpFlags& flags) {
   CompilePlan compile = compile_plan(config);
   if (!config.evaluation.scans.empty()) measure_evaluation_drive(config, compile);
   ArtifactSet artifacts;
-  SIGHTLINE_TRY(provide_drives(compile, artifacts));
+  SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
   return dump(artifacts.get(compile.cards));
 }
 
@@ -132,11 +160,12 @@ Result<PictureSources> sources_of_map(const DumpFlags& flags) {
 // An artifact file of the cache says itself what it is.
 Result<Table> table_of_artifact(const DumpFlags& flags) {
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(flags.run.config_file));
-  const Plan plan = complete_plan();
-  for (const AnyWire wire : plan.made()) {
-    const ArtifactType& type = *plan.artifact(wire).type;
+  const Result<SealedObject> object = open_object(bytes);
+  if (!object) return in_file(object.error(), flags.run.config_file);
+  for (const ArtifactType* known : known_types()) {
+    const ArtifactType& type = *known;
     if (!type.read) continue;
-    const Result<std::shared_ptr<const void>> artifact = type.read(bytes);
+    const Result<std::shared_ptr<const void>> artifact = type.read(object->content);
     if (artifact) return type.print(artifact->get());
     if (artifact.error().code == ErrorCode::kBadLayer) continue;  // another type's
     Error error = artifact.error();
@@ -195,6 +224,16 @@ Result<Table> table_of(const DumpFlags& flags) {
   SIGHTLINE_CHECK(false);
 }
 
+// The artifact that --what names, and of its rows those of looks that take a sample or the others.
+Result<Table> wanted_table(DumpFlags flags) {
+  const bool is_of_samples = flags.what.ends_with(kLooksSuffix);
+  if (is_of_samples) flags.what.resize(flags.what.size() - kLooksSuffix.size());
+  SIGHTLINE_ASSIGN(Table table, table_of(flags));
+  if (target_of(flags) == Target::kArtifact) return table;
+  keep_looks(is_of_samples ? KeptLooks::kSamples : KeptLooks::kRanges, table);
+  return table;
+}
+
 Result<void> run_dump(const DumpFlags& flags) {
   if (target_of(flags) != Target::kArtifact && flags.what.empty()) {
     return Error{ErrorCode::kBadArgument,
@@ -202,12 +241,12 @@ Result<void> run_dump(const DumpFlags& flags) {
   }
   if (flags.format == "png" || flags.format == "svg") return dump_picture(flags);
   SIGHTLINE_ASSIGN(const TableFormat format, parse_table_format(flags.format));
-  SIGHTLINE_ASSIGN(Table table, table_of(flags));
+  SIGHTLINE_ASSIGN(Table table, wanted_table(flags));
   Result<void> kept;
   if (flags.site >= 0) kept = keep_site(flags.site, table);
   if (kept && !flags.box.empty()) kept = keep_box(flags.box, table);
   if (!kept) return kept;
-  std::fputs(format_table(table, format).c_str(), stdout);
+  print_data(format_table(table, format));
   return {};
 }
 
@@ -221,9 +260,11 @@ Verb dump_verb() {
   verb.details =
       "What is not in the cache is computed from the configuration. Numbers have full precision; "
       "units stand in the column names. Of nds, --format also takes png and svg, of depth and "
-      "points png, of ranges svg.";
+      "points png, of ranges svg. Tables that tell of observation ranges have a second one, named "
+      "with -looks behind, of the looks that take a sample.";
   verb.examples = {
       "sightline dump town.slmap --what ranges --format csv > ranges.csv",
+      "sightline dump town.slmap --what ranges-looks --format csv > looks.csv",
       "sightline dump town.yaml --what factors --site 40",
       "sightline dump town.yaml --what depth --site 40 --format png > seen_from_40.png",
       "sightline dump town.slmap --what nds --box 0,-50,100,50 --format svg > nds.svg",

@@ -1,16 +1,21 @@
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/run_flags.h"
+#include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/views/exports/autoware.h"
+#include "compiler/views/exports/export_frame.h"
 #include "compiler/views/exports/geojson.h"
+#include "compiler/views/exports/geopackage.h"
 #include "compiler/views/exports/nd_mesh.h"
 #include "compiler/views/exports/octomap.h"
 #include "compiler/views/exports/points.h"
+#include "compiler/views/text/table_rows.h"
 #include "formats/base/atomic_file.h"
 #include "formats/map/map_reader.h"
 #include "passes/map/remove_moving.h"
@@ -24,7 +29,7 @@ struct ExportFlags {
   RunFlags run;  // config_file is the target: a map or a configuration
   std::string output;
   std::string format;
-  std::string world = "local";
+  std::string world;
   double leaf_m = 0.2;
   bool is_forced = false;
 
@@ -38,33 +43,61 @@ struct ExportFlags {
 Result<SurfacePoints> surface_of(const ExportFlags& flags, const CompileConfig& config) {
   const CompilePlan compile = compile_plan(config);
   ArtifactSet artifacts;
-  SIGHTLINE_TRY(provide_drives(compile, artifacts));
+  SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
   SIGHTLINE_TRY(run_steps(compile.plan, {compile.points}, flags.run, config, artifacts));
   return artifacts.get(compile.points);
 }
 
 std::vector<PointXyzi> means_of(const NdtMap& ndt) {
+  const Eigen::Vector3d shift_m = export_shift_m(ndt.frame);
   std::vector<PointXyzi> points;
   for (const Nd& nd : ndt.nds) {
-    const Eigen::Vector3f p_m = nd.mean_m.cast<float>();
+    const Eigen::Vector3f p_m = (nd.mean_m + shift_m).cast<float>();
     points.push_back({p_m.x(), p_m.y(), p_m.z(), static_cast<float>(nd.point_count)});
   }
   return points;
 }
 
-Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map) {
-  for (const std::string& name : dump_names()) {
-    if (name == "model" || (name == "factors" && map.factors.factors.empty())) continue;
-    SIGHTLINE_ASSIGN(const Table table, dump(map, name));
-    SIGHTLINE_TRY(write_file_atomically(fs::path(flags.output) / (name + ".csv"),
-                                        format_table(table, TableFormat::kCsv), flags.if_exists()));
-  }
-  return {};
+// A table whose first line names its columns; what is true of all of it goes to `facts`.
+Result<void> export_rows(const ExportFlags& flags, Table table, KeptLooks kept, Table& facts) {
+  std::string name = table.name;
+  keep_looks(kept, table);
+  if (kept == KeptLooks::kSamples) name += kLooksSuffix;
+  for (const auto& [fact, value] : table.facts) facts.rows.push_back({name, fact, value});
+  table.facts.clear();
+  return write_file_atomically(fs::path(flags.output) / (name + ".csv"),
+                               format_table(table, TableFormat::kCsv), flags.if_exists());
 }
 
-Result<void> export_map(const ExportFlags& flags, const World& world) {
+Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map, const World& world) {
+  Table facts{"facts", {"table", "name", "value"}, {}, {}};
+  for (const std::string& name : dump_names()) {
+    if (name == "model" || (name == "factors" && map.factors.factors.empty())) continue;
+    SIGHTLINE_ASSIGN(Table table, dump(map, name));
+    table.name = name;
+    to_world(map.ndt.frame, table);
+    if (name == "sites") {
+      SIGHTLINE_TRY(add_degrees(map.sites, world, table));
+    }
+    const bool has_looks = !map.ranges.of_samples.empty() &&
+                           std::ranges::find(table.columns, "look") != table.columns.end();
+    SIGHTLINE_TRY(export_rows(flags, table, KeptLooks::kRanges, facts));
+    if (has_looks) {
+      SIGHTLINE_TRY(export_rows(flags, table, KeptLooks::kSamples, facts));
+    }
+  }
+  return write_file_atomically(fs::path(flags.output) / "facts.csv",
+                               format_table(facts, TableFormat::kCsv), flags.if_exists());
+}
+
+Result<void> export_map(const ExportFlags& flags) {
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.run.config_file));
-  if (flags.format == "csv") return export_tables(flags, map);
+  SIGHTLINE_ASSIGN(const World world, named_world(flags.world, map.world));
+  if (flags.format == "csv") return export_tables(flags, map, world);
+  if (flags.format == "gpkg") {
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> package, to_geopackage(map, world));
+    return write_file_atomically(flags.output, package, flags.if_exists());
+  }
   if (flags.format == "pcd") {
     return write_pcd_binary(flags.output, means_of(map.ndt), flags.if_exists());
   }
@@ -101,6 +134,12 @@ Result<void> write_octomap(const ExportFlags& flags, const CompileConfig& config
       const std::vector<std::byte> tree,
       octomap_bt(surface, {flags.leaf_m, config.passes.options(kRemoveMoving).carve_range_m,
                            flags.run.threads}));
+  if (!octomap_frame(surface.frame, flags.leaf_m).is_of_exports) {
+    std::fprintf(stderr,
+                 "%s: voxels of %g m do not reach so far from the world's origin: the octree lies "
+                 "in map coordinates, as its head says\n",
+                 flags.output.c_str(), flags.leaf_m);
+  }
   return write_file_atomically(flags.output, tree, flags.if_exists());
 }
 
@@ -114,8 +153,8 @@ Result<void> check_folder(const ExportFlags& flags) {
                flags.output, ""};
 }
 
-Result<void> export_points(const ExportFlags& flags, const World& world) {
-  if (flags.format == "csv" || flags.format == "geojson") {
+Result<void> export_points(const ExportFlags& flags) {
+  if (flags.format == "csv" || flags.format == "geojson" || flags.format == "gpkg") {
     return Error{ErrorCode::kBadArgument, "--format " + flags.format + " needs a map (.slmap)",
                  flags.run.config_file, ""};
   }
@@ -124,28 +163,41 @@ Result<void> export_points(const ExportFlags& flags, const World& world) {
   }
   SIGHTLINE_ASSIGN(const CompileConfig config,
                    load_compile_config(flags.run.config_file, flags.run.overrides));
+  if (config.has_map() && flags.format == "octomap") {
+    return Error{ErrorCode::kBadArgument,
+                 "--format octomap needs a drive: nobody knows from where the points of a finished "
+                 "map were seen",
+                 flags.run.config_file, ""};
+  }
+  SIGHTLINE_ASSIGN(const World world, named_world(flags.world, config.annotation.world));
   SIGHTLINE_ASSIGN(const SurfacePoints surface, surface_of(flags, config));
   if (flags.format == "octomap") return write_octomap(flags, config, surface);
-  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points,
-                   thinned_points(surface, flags.leaf_m));
+  SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> points, thinned_points(surface, flags.leaf_m));
+  if (flags.format == "autoware") {
+    SIGHTLINE_ASSIGN(const AutowareMap map, autoware_map(points, surface.frame, world));
+    return write_autoware(flags, map);
+  }
+  const Eigen::Vector3d shift_m = export_shift_m(surface.frame);
+  for (Eigen::Vector3d& point_m : points) point_m += shift_m;
   if (flags.format == "ply") {
     return write_file_atomically(flags.output, points_ply(points), flags.if_exists());
   }
-  if (flags.format == "pcd") {
-    std::vector<PointXyzi> written;
-    for (const Eigen::Vector3d& point_m : points) {
-      const Eigen::Vector3f p_m = point_m.cast<float>();
-      written.push_back({p_m.x(), p_m.y(), p_m.z(), 0.0F});
-    }
-    return write_pcd_binary(flags.output, written, flags.if_exists());
+  std::vector<PointXyzi> written;
+  for (const Eigen::Vector3d& point_m : points) {
+    const Eigen::Vector3f p_m = point_m.cast<float>();
+    written.push_back({p_m.x(), p_m.y(), p_m.z(), 0.0F});
   }
-  SIGHTLINE_ASSIGN(const AutowareMap map, autoware_map(points, surface.frame, world));
-  return write_autoware(flags, map);
+  return write_pcd_binary(flags.output, written, flags.if_exists());
 }
 
 Result<void> run_export(const ExportFlags& flags) {
-  SIGHTLINE_ASSIGN(const World world, parse_world(flags.world));
-  return flags.is_map() ? export_map(flags, world) : export_points(flags, world);
+  SIGHTLINE_TRY(named_world(flags.world, kLocalWorld));  // before anything is read
+  if (flags.format == "autoware" || flags.format == "csv") {
+    SIGHTLINE_TRY(try_output(fs::path(flags.output) / "a file", flags.if_exists()));
+  } else {
+    SIGHTLINE_TRY(try_output(flags.output, flags.if_exists()));
+  }
+  return flags.is_map() ? export_map(flags) : export_points(flags);
 }
 
 }  // namespace
@@ -156,15 +208,22 @@ Verb export_verb() {
   verb.name = "export";
   verb.summary = "Write a map in forms that other programs open";
   verb.details =
-      "Of a map (.slmap): geojson is the route with the annotation of each site (QGIS), csv a "
-      "folder of tables, ply the NDs as coloured ellipsoids (CloudCompare), pcd their means with "
+      "Of a map (.slmap): gpkg (QGIS, with a style) and geojson are the route with the annotation "
+      "of "
+      "each site, csv a folder of tables, ply the NDs as coloured ellipsoids (CloudCompare), pcd "
+      "their means with "
       "the number of points as intensity. Of a configuration (.yaml): autoware is a map directory "
       "of 20 m squares, pcd and ply are its points, octomap the space that its rays found free or "
       "occupied (.bt: octovis, octomap_server), what moved taken out, in voxels of --leaf and up "
       "to "
-      "remove-moving.carve_range_m from the sensor. pcd, ply, csv and octomap are in map "
-      "coordinates.";
-  verb.examples = {"sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
+      "remove-moving.carve_range_m from the sensor.\n\nAll lie where the recordings do, so a "
+      "vehicle "
+      "asks the map at the coordinates of its export. Where these are 100 km and more (UTM), "
+      "clouds "
+      "leave out whole 100 km, as squares of MGRS do: the reader's export_origin_world_m says "
+      "which.";
+  verb.examples = {"sightline export town.slmap --format gpkg -o route.gpkg",
+                   "sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
                    "sightline export town.slmap --format ply -o nds.ply",
                    "sightline export town.yaml --format autoware -o town_map/",
                    "sightline export town.yaml --format octomap -o town.bt"};
@@ -175,7 +234,7 @@ Verb export_verb() {
        .value = "FORMAT",
        .help = "Form of the output",
        .target = &flags->format,
-       .choices = {"autoware", "csv", "geojson", "octomap", "pcd", "ply"},
+       .choices = {"autoware", "csv", "geojson", "gpkg", "octomap", "pcd", "ply"},
        .is_required = true},
       world_flag(flags->world),
       {.names = "--leaf",

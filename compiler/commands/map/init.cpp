@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/init/draft_config.h"
 #include "formats/base/atomic_file.h"
@@ -19,7 +20,7 @@ Result<void> run_init(const InitFlags& flags) {
   SIGHTLINE_ASSIGN(const ConfigDraft draft, draft_config(flags.folder, flags.output));
   for (const std::string& line : draft.summary) std::fprintf(stderr, "%s\n", line.c_str());
   if (flags.output.empty()) {
-    std::fputs(draft.yaml.c_str(), stdout);
+    print_text(draft.yaml);
     return {};
   }
   return write_file_atomically(flags.output, draft.yaml,
@@ -34,8 +35,10 @@ Verb init_verb() {
   verb.name = "init";
   verb.summary = "Look at a folder of recordings and write a configuration that compiles";
   verb.details =
-      "Finds folders of scans, ROS bags and pcaps up to four folders deep, poses and times beside "
-      "them, recognizes the sensor by its beams and checks whether the poses fit the scans. A "
+      "Finds folders of scans, bags of ROS 1 and ROS 2 and pcaps up to four folders deep, poses "
+      "and "
+      "times beside them, recognizes the sensor by its beams and checks whether the poses fit the "
+      "scans. A "
       "comment above each key says what it was guessed from.";
   verb.examples = {"sightline init recordings/ -o drive.yaml",
                    "sightline init recordings/ > drive.yaml",

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "compiler/cli/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/views/text/describe.h"
@@ -22,7 +23,7 @@ Result<void> inspect_model(const InspectFlags& flags) {
                  flags.file, ""};
   }
   SIGHTLINE_ASSIGN(const ErrorModel model, read_model(flags.file));
-  std::fputs(describe(model).c_str(), stdout);
+  print_text(describe(model));
   return {};
 }
 
@@ -31,12 +32,12 @@ Result<void> inspect_map(const InspectFlags& flags) {
   if (flags.site >= 0) {
     SIGHTLINE_ASSIGN(const std::string text,
                      describe_site(map, static_cast<std::size_t>(flags.site)));
-    std::fputs(text.c_str(), stdout);
+    print_text(text);
     return {};
   }
   SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(flags.file));
-  std::fputs(describe(map).c_str(), stdout);
-  std::fputs(describe(summary).c_str(), stdout);
+  print_text(describe(map));
+  print_text(describe(summary));
   return {};
 }
 

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
 #include "compiler/commands/commands.h"
 #include "formats/base/atomic_file.h"
 #include "formats/map/map_writer.h"
@@ -23,7 +24,7 @@ Result<void> recover(const RecoverFlags& flags) {
   if (!result) return in_file(result.error(), flags.map);
   SIGHTLINE_TRY(write_file_atomically(flags.output, encode_map(result->map),
                                       flags.force ? IfExists::kReplace : IfExists::kRefuse));
-  for (const std::string& line : result->lost) std::printf("lost %s\n", line.c_str());
+  for (const std::string& line : result->lost) print_text("lost " + line + "\n");
   if (result->lost.empty()) std::printf("nothing was lost\n");
   return {};
 }

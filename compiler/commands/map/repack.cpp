@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
 #include "compiler/commands/commands.h"
 #include "formats/base/atomic_file.h"
 #include "formats/map/repair/repack.h"
@@ -24,7 +25,7 @@ Result<void> strip(const StripFlags& flags) {
   if (!result) return in_file(result.error(), flags.map);
   SIGHTLINE_TRY(write_file_atomically(flags.output, result->file,
                                       flags.force ? IfExists::kReplace : IfExists::kRefuse));
-  for (const std::string& line : result->told) std::printf("%s\n", line.c_str());
+  for (const std::string& line : result->told) print_text(line + "\n");
   std::printf("%zu bytes, were %zu\n", result->file.size(), file.bytes().size());
   return {};
 }

@@ -1,10 +1,13 @@
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/file_kind.h"
 #include "compiler/cli/run_flags.h"
+#include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/views/report/report.h"
@@ -16,11 +19,17 @@ namespace sightline {
 namespace {
 
 struct ReportFlags {
-  RunFlags run;
-  std::string map;
+  RunFlags run;         // its configuration is the positional where --map names the map
+  std::string map;      // empty: the positional is the map
   std::string against;  // an older map; empty: none
+  std::string gate;     // what `gate --json` wrote; empty: none
   std::string output;
   bool is_forced = false;
+
+  [[nodiscard]] bool is_of_map_alone() const { return map.empty(); }
+  [[nodiscard]] const std::string& map_file() const {
+    return is_of_map_alone() ? run.config_file : map;
+  }
 };
 
 // A plan and what was made by it.
@@ -34,9 +43,9 @@ struct Made {
 Result<Made<CompilePlan>> made_on_the_way(const ReportFlags& flags, const CompileConfig& config) {
   Made<CompilePlan> made{compile_plan(config, ModelSource::kGiven), {}};
   const CompilePlan& plan = made.plan;
-  SIGHTLINE_TRY(provide_drives(plan, made.artifacts));
-  std::vector<AnyWire> wanted = {plan.trajectory, plan.points, plan.ndt,
-                                 plan.surface,    plan.sites,  plan.depth};
+  SIGHTLINE_TRY(provide_drives(plan, cache_directory(flags.run), made.artifacts));
+  std::vector<AnyWire> wanted = {plan.points, plan.ndt, plan.surface, plan.sites, plan.depth};
+  if (plan.trajectory.is_connected()) wanted.push_back(plan.trajectory);
   if (config.evaluation.scans.empty()) wanted.push_back(plan.measured);
   SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, made.artifacts));
   return made;
@@ -65,7 +74,7 @@ Result<void> check_same_map(const ReportFlags& flags, const CompiledMap& map,
       ErrorCode::kMismatchedInputs,
       "the configuration makes other NDs or sites than this map holds; compile it again, or "
       "give the configuration and --set with which it was compiled",
-      flags.map, ""};
+      flags.map_file(), ""};
 }
 
 // Judged by the evaluation drive where the configuration names one, else by the localization drive.
@@ -78,7 +87,7 @@ Result<Made<EvaluatePlan>> judge(const ReportFlags& flags, const CompileConfig& 
   if (config.evaluation.scans.empty()) {
     judged.artifacts.share(plan.measured, compiled.artifacts, compiled.plan.measured);
   } else {
-    SIGHTLINE_TRY(provide_drive(plan, judged.artifacts));
+    SIGHTLINE_TRY(provide_drive(plan, cache_directory(flags.run), judged.artifacts));
     if (plan.tracks.is_connected()) wanted.push_back(plan.tracks);
   }
   SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, judged.artifacts));
@@ -93,41 +102,98 @@ Result<std::string> provenance_beside(const std::string& map) {
   return read_text_file(file);
 }
 
-Result<void> write_report(const ReportFlags& flags) {
-  if (!flags.run.stop_after.empty()) {
-    return Error{ErrorCode::kBadArgument, "--stop-after: a report needs every pass", "", ""};
+// What the files say, kept while the page is made.
+struct Loaded {
+  CompiledMap map;
+  MapSummary summary;
+  std::string provenance;
+  std::optional<MapDiff> diff;
+  std::optional<GateResult> gate;
+};
+
+Result<Loaded> load(const ReportFlags& flags) {
+  Loaded loaded;
+  SIGHTLINE_ASSIGN(loaded.map, read_map(flags.map_file()));
+  SIGHTLINE_ASSIGN(loaded.summary, verify_map(flags.map_file()));
+  SIGHTLINE_ASSIGN(loaded.provenance, provenance_beside(flags.map_file()));
+  if (!flags.against.empty()) {
+    SIGHTLINE_ASSIGN(loaded.diff, diff_maps(flags.against, flags.map_file(), {}));
   }
-  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.map));
-  SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(flags.map));
-  SIGHTLINE_ASSIGN(const std::string provenance, provenance_beside(flags.map));
+  if (!flags.gate.empty()) {
+    SIGHTLINE_ASSIGN(loaded.gate, read_gate_result(flags.gate));
+  }
+  return loaded;
+}
+
+ReportSources sources_of(const ReportFlags& flags, const Loaded& loaded) {
+  ReportSources sources;
+  sources.map = &loaded.map;
+  sources.summary = loaded.summary;
+  sources.map_file = std::filesystem::path(flags.map_file()).filename();
+  sources.provenance = loaded.provenance;
+  sources.diff = loaded.diff ? &*loaded.diff : nullptr;
+  sources.old_map_file = std::filesystem::path(flags.against).filename();
+  sources.gate = loaded.gate ? &*loaded.gate : nullptr;
+  return sources;
+}
+
+Result<void> write_page(const ReportFlags& flags, const ReportSources& sources) {
+  SIGHTLINE_ASSIGN(const std::string html, report_html(sources));
+  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  return write_file_atomically(flags.output, html, if_exists);
+}
+
+// The drives add what was measured, and what the compile made on its way to the map.
+Result<void> write_page_with_drives(const ReportFlags& flags, const Loaded& loaded) {
   SIGHTLINE_ASSIGN(const CompileConfig config,
                    load_compile_config(flags.run.config_file, flags.run.overrides));
   SIGHTLINE_ASSIGN(const Made<CompilePlan> made, made_on_the_way(flags, config));
-  SIGHTLINE_TRY(check_same_map(flags, map, made));
-  std::optional<MapDiff> diff;
-  if (!flags.against.empty()) {
-    SIGHTLINE_ASSIGN(MapDiff found, diff_maps(flags.against, flags.map, {}));
-    diff = std::move(found);
-  }
-  SIGHTLINE_ASSIGN(const Made<EvaluatePlan> judged, judge(flags, config, map, made));
-  ReportSources sources;
-  sources.map = &map;
-  sources.summary = summary;
-  sources.map_file = std::filesystem::path(flags.map).filename();
-  sources.provenance = provenance;
+  SIGHTLINE_TRY(check_same_map(flags, loaded.map, made));
+  SIGHTLINE_ASSIGN(const Made<EvaluatePlan> judged, judge(flags, config, loaded.map, made));
+  ReportSources sources = sources_of(flags, loaded);
   sources.measured = &judged.artifacts.get(judged.plan.measured);
   sources.evaluation = &judged.artifacts.get(judged.plan.evaluation);
   if (judged.artifacts.has(judged.plan.tracks)) {
     sources.tracks = &judged.artifacts.get(judged.plan.tracks);
   }
-  sources.trajectory = &made.artifacts.get(made.plan.trajectory);
+  if (made.plan.trajectory.is_connected()) {
+    sources.trajectory = &made.artifacts.get(made.plan.trajectory);
+  }
   sources.points = &made.artifacts.get(made.plan.points);
   sources.surface = &made.artifacts.get(made.plan.surface);
   sources.depth = &made.artifacts.get(made.plan.depth);
-  sources.diff = diff ? &*diff : nullptr;
-  SIGHTLINE_ASSIGN(const std::string html, report_html(sources));
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  return write_file_atomically(flags.output, html, if_exists);
+  return write_page(flags, sources);
+}
+
+// Flags that only a run of passes heeds.
+Result<void> check_flags(const ReportFlags& flags) {
+  if (!flags.run.stop_after.empty()) {
+    return Error{ErrorCode::kBadArgument, "--stop-after: a report needs every pass", "", ""};
+  }
+  if (!flags.is_of_map_alone()) return {};
+  if (kind_of_file(flags.run.config_file) == FileKind::kConfiguration) {
+    return Error{ErrorCode::kBadArgument,
+                 "a configuration says nothing about which map to show; add --map FILE, or give "
+                 "the map alone",
+                 flags.run.config_file, ""};
+  }
+  if (flags.run.overrides.empty()) return {};
+  return Error{ErrorCode::kBadArgument,
+               "--set: a map alone has no configuration; give that and --map FILE", "", ""};
+}
+
+Result<void> write_report(const ReportFlags& flags) {
+  SIGHTLINE_TRY(check_flags(flags));
+  SIGHTLINE_TRY(try_output(flags.output, flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
+  if (!has_page_scripts()) {
+    std::fputs(
+        "warning: this program was built without the page's scripts (npm was missing or could not "
+        "install its packages): the page has still pictures alone\n",
+        stderr);
+  }
+  SIGHTLINE_ASSIGN(const Loaded loaded, load(flags));
+  if (flags.is_of_map_alone()) return write_page(flags, sources_of(flags, loaded));
+  return write_page_with_drives(flags, loaded);
 }
 
 }  // namespace
@@ -138,26 +204,35 @@ Verb report_verb() {
   verb.name = "report";
   verb.summary = "Show a map and how well it does as one HTML page that needs no network";
   verb.details =
-      "The page holds the paper's tables and figures for this map, the map itself with the depth "
-      "image, errors and factors of every site, what was promised and what was measured, how the "
-      "map was made and from what. The map is judged by the drive in the section 'evaluation', "
-      "else by the localization drive. What compile and evaluate left in the cache is not computed "
-      "again.";
+      "From the map alone the page holds its verdict, the map itself with errors, probabilities "
+      "and factors of every site, what is promised, and how the map was made; with --against also "
+      "what changed. A configuration and --map add what its drives tell: the paper's tables and "
+      "figures for this map, its surroundings and depth images, and continuous localization. The "
+      "map is then judged by the drive in the section 'evaluation', else by the localization "
+      "drive; what compile and evaluate left in the cache is not computed again.";
   verb.examples = {
-      "sightline report town.yaml --map town.slmap -o town.html",
-      "sightline report town.yaml --map town.slmap --against released.slmap -o change.html"};
+      "sightline report town.slmap -o town.html",
+      "sightline report town.slmap --against released.slmap --gate gate.json -o change.html",
+      "sightline report town.yaml --map town.slmap -o town.html    # with what the drives tell"};
+  verb.positionals = {{.name = "MAP-OR-CONFIG",
+                       .help = "The map to show (.slmap); with --map, the YAML configuration that "
+                               "made it",
+                       .target = &flags->run.config_file}};
   verb.flags = {{.names = "--map",
                  .value = "FILE",
-                 .help = "The map to show (.slmap)",
-                 .target = &flags->map,
-                 .is_required = true},
+                 .help = "The map to show (.slmap), judged by the configuration's drives",
+                 .target = &flags->map},
                 {.names = "--against",
                  .value = "FILE",
                  .help = "An older map (.slmap): show the change too",
                  .target = &flags->against},
+                {.names = "--gate",
+                 .value = "FILE",
+                 .help = "What `sightline gate --json` wrote for this map: say whether it passed",
+                 .target = &flags->gate},
                 required_output_flag(flags->output, "The page to write (.html)"),
                 force_flag(flags->is_forced)};
-  add_run_flags(verb, flags->run);
+  add_flags_of_every_run(verb, flags->run);
   verb.run = [flags] { return exit_status_of(write_report(*flags)); };
   return verb;
 }

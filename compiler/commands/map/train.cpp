@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
 #include "compiler/cli/run_flags.h"
+#include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/config/place_names.h"
 #include "compiler/driver/pipelines.h"
@@ -29,20 +31,17 @@ struct MeasuredPlace {
   Digest key{};
 };
 
-Result<void> check_output(const TrainFlags& flags) {
-  std::error_code failure;
-  if (!flags.is_forced && std::filesystem::exists(flags.output, failure)) {
-    return Error{ErrorCode::kOutputExists, "the output exists already; --force replaces it",
-                 flags.output, ""};
-  }
-  return {};
-}
-
 Result<CompileConfig> load_config(const TrainFlags& flags, const std::string& file) {
   Result<CompileConfig> config = load_compile_config(file, flags.run.overrides);
   if (config && flags.with_evaluation && config->evaluation.scans.empty()) {
     return Error{ErrorCode::kMissingKey,
                  "evaluation.scans: --with-evaluation asks for a second drive and none is named",
+                 file, ""};
+  }
+  if (config && config->has_map() && config->localization.scans.empty()) {
+    return Error{ErrorCode::kMissingKey,
+                 "localization.scans: a model learns from what a drive measured, and in this "
+                 "finished map none is named",
                  file, ""};
   }
   if (config && flags.with_evaluation && config->imports_errors() != config->imports_evaluation()) {
@@ -63,7 +62,7 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig
   std::vector<Wire<MeasuredError>> drives = {compile.measured};
   if (flags.with_evaluation) drives.push_back(measure_evaluation_drive(config, compile));
   ArtifactSet artifacts;
-  SIGHTLINE_TRY(provide_drives(compile, artifacts));
+  SIGHTLINE_TRY(provide_drives(compile, cache_directory(run), artifacts));
   std::vector<AnyWire> wanted = {compile.sites, compile.factors};
   wanted.insert(wanted.end(), drives.begin(), drives.end());
   SIGHTLINE_TRY(run_steps(compile.plan, wanted, run, config, artifacts));
@@ -111,7 +110,7 @@ Result<TrainingPlaces> measure_places(const TrainFlags& flags) {
 }
 
 Result<void> train(const TrainFlags& flags) {
-  SIGHTLINE_TRY(check_output(flags));
+  SIGHTLINE_TRY(try_output(flags.output, flags.is_forced ? IfExists::kReplace : IfExists::kRefuse));
   SIGHTLINE_ASSIGN(TrainingPlaces training, measure_places(flags));
   const CompileConfig& config = training.first_config;
   const TrainPlan plan = train_plan(config);
@@ -128,7 +127,7 @@ Result<void> train(const TrainFlags& flags) {
   for (const std::string& promise : promises_of(config.passes.options(kChooseRanges), model)) {
     text += promise + "\n";
   }
-  std::fputs(text.c_str(), stdout);
+  print_text(text);
   return {};
 }
 

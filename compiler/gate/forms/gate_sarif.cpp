@@ -4,6 +4,7 @@
 
 #include "compiler/gate/forms/gate_text.h"
 #include "compiler/gate/rules/rules.h"
+#include "formats/base/version.h"
 #include "formats/text/table.h"
 
 namespace sightline {
@@ -31,12 +32,32 @@ std::string to_uri(const std::string& path) {
 
 Json text(std::string_view words) { return {{"text", words}}; }
 
+// How a person goes on from here.
+Json help_of(const GateRule& rule) {
+  const std::string id(rule.id);
+  const std::string bound = rule.bound == Bound::kAtMost ? "at most" : "at least";
+  const std::string usual = rule.allowed
+                                ? "Allowed is " + bound + " " + told(*rule.allowed, rule.unit) +
+                                      " unless the configuration says otherwise."
+                                : "No bound is set unless the configuration says so.";
+  const std::string how =
+      "`sightline inspect MAP --site N` tells why a place has its range, `sightline report` shows "
+      "it. Another bound stands under `gate:` in the configuration; a place that must differ is "
+      "excepted there, with a reason and an end.";
+  const std::string summary(rule.summary);
+  const std::string plain = summary + ". " + usual + " " + how;
+  return {{"text", plain},
+          {"markdown", "**" + id + "**: " + summary + ". " + usual + "\n\n" + how +
+                           "\n\n```yaml\ngate:\n  rules:\n    " + id + ": {allowed: ...}\n```"}};
+}
+
 Json rules_json() {
   Json rules = Json::array();
   for (const GateRule& rule : gate_rules()) {
     Json json = {
         {"id", rule.id},
         {"shortDescription", text(rule.summary)},
+        {"help", help_of(rule)},
         {"defaultConfiguration", {{"level", severity_name(rule.severity)}}},
         {"properties",
          {{"unit", rule.unit}, {"bound", rule.bound == Bound::kAtMost ? "at most" : "at least"}}}};
@@ -53,11 +74,14 @@ std::size_t rule_index(const std::string& id) {
 
 Json location_of(const GateReport& report, const Check& check) {
   const bool is_of_old = check.place && check.place->is_of_old && report.old_map;
-  const std::string& file = is_of_old ? report.old_map->file : report.map.file;
-  // Code scanning asks for a line, which a map does not have.
+  const std::string& map_file = is_of_old ? report.old_map->file : report.map.file;
+  // Code scanning shows text beside a line: that of the rules. A map has neither.
+  const bool has_rules = !report.rules_file.empty();
   Json location = {
       {"physicalLocation",
-       {{"artifactLocation", {{"uri", to_uri(file)}}}, {"region", {{"startLine", 1}}}}}};
+       {{"artifactLocation", {{"uri", to_uri(has_rules ? report.rules_file : map_file)}}},
+        {"region", {{"startLine", has_rules ? report.rules_line : 1}}}}},
+      {"message", text("of the map " + map_file)}};
   if (!check.place) return location;
   const RouteStretch& place = *check.place;
   location["logicalLocations"] =
@@ -116,10 +140,20 @@ std::string to_sarif(const GateReport& report) {
       results.push_back(result_of(report, check));
     }
   }
-  const Json run = {{"tool", {{"driver", {{"name", "sightline gate"}, {"rules", rules_json()}}}}},
+  // The form asks for a version of three numbers (semver.org).
+  const Json driver = {{"name", "sightline gate"},
+                       {"version", program_version()},
+                       {"semanticVersion", program_version()},
+                       {"rules", rules_json()}};
+  const Json run = {{"tool", {{"driver", driver}}},
+                    {"automationDetails", {{"id", "sightline/" + report.map.map_id}}},
                     {"invocations", Json::array({{{"executionSuccessful", true}}})},
                     {"columnKind", "utf16CodeUnits"},
-                    {"results", results}};
+                    {"results", results},
+                    {"properties",
+                     {{"map_version", report.map.version},
+                      {"map_release", report.map.release},
+                      {"map_root_digest", report.map.root_digest}}}};
   const Json log = {{"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
                     {"version", "2.1.0"},
                     {"runs", Json::array({run})}};

@@ -83,6 +83,12 @@ std::string told_looks(const CompiledMap& map) {
   return map.ranges.of_samples.empty() ? "none" : to_text(map.ranges.of_samples.front().looks);
 }
 
+// Its threshold is set anew for every map.
+std::string told_plan(const CompiledMap& map) {
+  const bool has_plan = !map.ranges.of_samples.empty() && map.ranges.of_samples.front().plan;
+  return has_plan ? to_text(*map.ranges.of_samples.front().plan) : "none";
+}
+
 std::vector<Found> find_limits(const GateInput& input, const Threshold&) {
   Differences differences;
   differences.add("limits", told_list(input.old_map->predicted.limits_m),
@@ -90,6 +96,7 @@ std::vector<Found> find_limits(const GateInput& input, const Threshold&) {
   differences.add("ranges", told_list(ranges_of(input.old_map->ranges.looks)),
                   told_list(ranges_of(input.map->ranges.looks)));
   differences.add("looks", told_looks(*input.old_map), told_looks(*input.map));
+  differences.add("plan of looks", told_plan(*input.old_map), told_plan(*input.map));
   differences.add("rule", std::string(selection_name(input.old_map->ranges.selection)),
                   std::string(selection_name(input.map->ranges.selection)));
   return differences.found("what ranges are chosen for and from");

@@ -1,18 +1,15 @@
 #include "compiler/views/exports/autoware.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "compiler/views/exports/export_frame.h"
+#include "formats/reader/map_layout.h"
 #include "formats/text/table.h"
 
 namespace sightline {
 namespace {
-
-// What is added to map coordinates.
-Eigen::Vector3d shift_m(const MapFrame& frame, const World& world) {
-  if (world.kind == WorldKind::kEnu) return frame.origin_world_m;
-  return {0.0, 0.0, frame.origin_world_m.z()};
-}
 
 int corner_m(float coordinate_m) {
   // Of the number as it is written: rounding to float may not move a point out of its square.
@@ -35,17 +32,36 @@ std::string origin_yaml(const Geodetic& origin) {
          "\n  longitude: " + format_double(origin.longitude_deg) + "\n  altitude: 0.0\n";
 }
 
+// The square that the exported coordinates count from, also where the frame's origin, a tile at
+// most before the first scan, lies outside of it.
+Result<std::string> square_of(const MapFrame& frame, const World& world) {
+  const Eigen::Vector3d corner_m = export_origin_m(frame);
+  Eigen::Vector3d within_m = frame.origin_world_m;
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {
+    within_m[axis] =
+        std::clamp(within_m[axis], corner_m[axis] + 1.0, corner_m[axis] + kExportSquare_m - 1.0);
+  }
+  return mgrs_square(world, within_m);
+}
+
 Result<std::string> projector_of(const MapFrame& frame, const World& world) {
-  if (world.kind == WorldKind::kLocal) {
-    return "# x and y are the recording's world minus (" + format_double(frame.origin_world_m.x()) +
-           ", " + format_double(frame.origin_world_m.y()) + ") m\nprojector_type: Local\n";
-  }
+  const Eigen::Vector3d taken_m = export_origin_m(frame);
+  const std::string comment = "# x and y are the recording's world minus (" +
+                              format_double(taken_m.x()) + ", " + format_double(taken_m.y()) +
+                              ") m\n";
+  if (world.kind == WorldKind::kLocal) return comment + "projector_type: Local\n";
   if (world.kind == WorldKind::kEnu) {
-    return "projector_type: LocalCartesian\n" +
-           origin_yaml({world.latitude_deg, world.longitude_deg, 0.0});
+    if (taken_m == Eigen::Vector3d::Zero()) {
+      return "projector_type: LocalCartesian\n" +
+             origin_yaml({world.latitude_deg, world.longitude_deg, 0.0});
+    }
+    return Error{ErrorCode::kBadArgument,
+                 "world: the map lies 100 km or more from the origin of the enu world named; name "
+                 "an origin near the route",
+                 "", ""};
   }
-  SIGHTLINE_ASSIGN(const Geodetic origin, to_geodetic(world, frame.origin_world_m));
-  return "projector_type: LocalCartesianUTM\n" + origin_yaml(origin);
+  SIGHTLINE_ASSIGN(const std::string square, square_of(frame, world));
+  return comment + "projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid: " + square + "\n";
 }
 
 }  // namespace
@@ -54,7 +70,7 @@ Result<AutowareMap> autoware_map(const std::vector<Eigen::Vector3d>& points_map_
                                  const MapFrame& frame, const World& world) {
   if (points_map_m.empty()) return Error{ErrorCode::kEmptyMap, "there are no points", "", ""};
   SIGHTLINE_ASSIGN(std::string projector, projector_of(frame, world));
-  const Eigen::Vector3d shift = shift_m(frame, world);
+  const Eigen::Vector3d shift = export_shift_m(frame);
   std::map<std::pair<int, int>, std::vector<PointXyzi>> squares;
   for (const Eigen::Vector3d& point_m : points_map_m) {
     const Eigen::Vector3f p_m = (point_m + shift).cast<float>();

@@ -15,9 +15,9 @@ namespace sightline {
 // each its corner; map_projector_info.yaml. The vector map (lanelet2_map.osm) is for others to
 // draw.
 //
-// Coordinates: in a local world and in one of UTM, x and y of the map frame (projectors Local,
-// and LocalCartesianUTM about the frame's origin) and z of the world; in an ENU world those of the
-// world (LocalCartesian). In the last two the altitude of Autoware's origin is 0.
+// Coordinates are the world's, less the whole 100 km of export_origin_m(): in a local world with
+// the projector Local, in one of UTM or MGRS with MGRS and the square that they count from, in an
+// ENU world with LocalCartesian, the altitude of whose origin is 0.
 inline constexpr double kAutowareSquare_m = 20.0;
 
 struct AutowareSquare {
@@ -33,7 +33,8 @@ struct AutowareMap {
   std::string projector_yaml;
 };
 
-// Errors: bad-argument (the frame's origin is no point of the world named), empty-map (no points).
+// Errors: bad-argument (the frame's origin is no point of the world named, or lies 100 km or more
+// from that of an ENU world), empty-map (no points).
 Result<AutowareMap> autoware_map(const std::vector<Eigen::Vector3d>& points_map_m,
                                  const MapFrame& frame, const World& world);
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "compiler/views/exports/site_properties.h"
+
 namespace sightline {
 namespace {
 
@@ -28,27 +30,9 @@ Json feature(const char* type, const Json& coordinates, const Json& properties) 
 }
 
 Json properties_of(const CompiledMap& map, std::size_t index) {
-  const Site& site = map.sites.sites[index];
-  Json properties = {{"site", index}, {"run", site.run}, {"s_m", site.s_m}};
-  const std::size_t limits = map.ranges.promises.size();
-  for (std::size_t limit = 0; limit < limits; ++limit) {
-    const std::string within =
-        "_within_" + format_double(map.ranges.promises[limit].limit_m) + "_m";
-    const std::size_t range = map.ranges.range(index, limit);
-    const std::uint8_t flags = map.ranges.flags_of(index, limit);
-    properties["range_m" + within] = map.ranges.looks[range].range_m;
-    properties["p" + within] = map.predicted.probability(index, range, limit);
-    properties["error_m" + within] = map.predicted.mean(index, range);
-    properties["unmet" + within] = (flags & kUnmet) != 0;
-    properties["extrapolated" + within] = (flags & kExtrapolated) != 0;
-    properties["static" + within] = (flags & kStatic) != 0;
-    for (const RangeTable& looks : map.ranges.of_samples) {
-      const std::size_t look = looks.range(index, limit);
-      properties["look" + within] = to_text(looks.looks[look]);
-      properties["look_p" + within] =
-          map.predicted.of_samples.front().probability(index, look, limit);
-      properties["look_static" + within] = (looks.flags_of(index, limit) & kStatic) != 0;
-    }
+  Json properties = Json::object();
+  for (const auto& [name, value] : site_properties(map, index)) {
+    properties[name] = std::visit([](const auto& plain) { return Json(plain); }, value);
   }
   return properties;
 }
@@ -69,7 +53,12 @@ Result<std::string> to_geojson(const CompiledMap& map, const World& world) {
     if (line.size() > 1) features.push_back(feature("LineString", line, {{"run", site.run}}));
     line = Json::array();
   }
-  const Json all = {{"type", "FeatureCollection"}, {"name", map.map_id}, {"features", features}};
+  Json all = {{"type", "FeatureCollection"}, {"name", map.map_id}};
+  // Of a file without it programs believe that it holds degrees.
+  if (world.kind == WorldKind::kLocal) {
+    all["crs"] = {{"type", "name"}, {"properties", {{"name", kLocalCrsWkt}}}};
+  }
+  all["features"] = std::move(features);
   return all.dump() + "\n";
 }
 

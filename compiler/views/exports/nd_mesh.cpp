@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "compiler/views/exports/export_frame.h"
 #include "formats/base/bytes.h"
 
 namespace sightline {
@@ -85,12 +86,14 @@ std::array<std::uint8_t, 3> colour_of(const Nd& nd) {
   }
 }
 
-void put_vertices(const Nd& nd, const Sphere& sphere, ByteWriter& writer) {
+void put_vertices(const Nd& nd, const Sphere& sphere, const Eigen::Vector3d& shift_m,
+                  ByteWriter& writer) {
   constexpr double kSigmas = 2.0;
   const Eigen::Vector3d radii_m = kSigmas * nd.eigenvalues_m2.cwiseSqrt();
   const std::array<std::uint8_t, 3> colour = colour_of(nd);
   for (const Eigen::Vector3d& vertex : sphere.vertices) {
-    const Eigen::Vector3d p_m = nd.mean_m + nd.eigenvectors * radii_m.cwiseProduct(vertex);
+    const Eigen::Vector3d p_m =
+        nd.mean_m + nd.eigenvectors * radii_m.cwiseProduct(vertex) + shift_m;
     for (int axis = 0; axis < 3; ++axis) writer.put(static_cast<float>(p_m[axis]));
     for (const std::uint8_t channel : colour) writer.put(channel);
   }
@@ -111,7 +114,8 @@ std::vector<std::byte> nd_ellipsoids_ply(const NdtMap& map) {
       "\nproperty list uchar int vertex_indices\nend_header\n";
   ByteWriter writer;
   writer.append(header.data(), header.size());
-  for (const Nd& nd : map.nds) put_vertices(nd, sphere, writer);
+  const Eigen::Vector3d shift_m = export_shift_m(map.frame);
+  for (const Nd& nd : map.nds) put_vertices(nd, sphere, shift_m, writer);
   std::int32_t first = 0;
   for (std::size_t i = 0; i < map.nds.size(); ++i) {
     for (const Face& face : sphere.faces) {

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 
+#include "compiler/views/exports/export_frame.h"
 #include "formats/base/bytes.h"
 #include "formats/base/parallel.h"
 #include "formats/text/table.h"
@@ -37,12 +38,19 @@ class ScanLooker {
  public:
   ScanLooker(const SurfacePointReader& reader, const SurfacePoints& surface,
              const OctomapOptions& options)
-      : reader_(reader), surface_(surface), options_(options), grid_(options.voxel_m) {}
+      : reader_(reader),
+        surface_(surface),
+        options_(options),
+        frame_(octomap_frame(surface.frame, options.voxel_m)),
+        grid_(options.voxel_m) {}
 
   Result<ScanVoxels> look(std::size_t part) {
-    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> standing_m, reader_.standing(part));
-    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> moving_m, reader_.moving(part));
-    const Eigen::Vector3d origin_m = surface_.scans[part].T_map_lidar.translation();
+    SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> standing_m, reader_.standing(part));
+    SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> moving_m, reader_.moving(part));
+    const Eigen::Vector3d& shift_m = frame_.shift_m;
+    for (Eigen::Vector3d& end_m : standing_m) end_m += shift_m;
+    for (Eigen::Vector3d& end_m : moving_m) end_m += shift_m;
+    const Eigen::Vector3d origin_m = surface_.scans[part].T_map_lidar.translation() + shift_m;
     if (!reaches(origin_m)) return too_far(origin_m);
     octomap::Pointcloud ends;
     ends.reserve(standing_m.size());
@@ -68,9 +76,9 @@ class ScanLooker {
 
   [[nodiscard]] Error too_far(const Eigen::Vector3d& p_m) const {
     std::ostringstream text;
-    text << "found a point at " << p_m.transpose() << " m in the map; an octree of voxels of "
+    text << "found a point at " << p_m.transpose() << " m; an octree of voxels of "
          << options_.voxel_m << " m reaches " << 32768.0 * options_.voxel_m
-         << " m from the map's origin: take larger voxels";
+         << " m from its origin: take larger voxels (--leaf)";
     return Error{ErrorCode::kBadValue, text.str(), "", ""};
   }
 
@@ -88,6 +96,7 @@ class ScanLooker {
   const SurfacePointReader& reader_;
   const SurfacePoints& surface_;
   const OctomapOptions& options_;
+  OctomapFrame frame_;
   octomap::OcTree grid_;
 };
 
@@ -115,14 +124,17 @@ Result<void> insert_scans(const SurfacePoints& surface, const OctomapOptions& op
 
 // As OctoMap's writeBinary does, which prints on the way: the tree in its most likely state,
 // pruned, after the head that its reader asks for.
-std::vector<std::byte> to_bytes(octomap::OcTree& tree) {
+std::vector<std::byte> to_bytes(const OctomapFrame& frame, octomap::OcTree& tree) {
   tree.toMaxLikelihood();
   tree.prune();
   std::ostringstream stream;
   stream << "# Octomap OcTree binary file\n"
-         << "# (feel free to add / change comments, but leave the first line as it is!)\n#\nid "
-         << tree.getTreeType() << "\nsize " << tree.size() << "\nres "
-         << format_double(tree.getResolution()) << "\ndata\n";
+         << "# (feel free to add / change comments, but leave the first line as it is!)\n#\n"
+         << "# coordinates: the recording's world minus ("
+         << format_double(frame.origin_world_m.x()) << ", "
+         << format_double(frame.origin_world_m.y()) << ", "
+         << format_double(frame.origin_world_m.z()) << ") m\nid " << tree.getTreeType() << "\nsize "
+         << tree.size() << "\nres " << format_double(tree.getResolution()) << "\ndata\n";
   tree.writeBinaryData(stream);
   ByteWriter writer;
   writer.append(stream.view().data(), stream.view().size());
@@ -131,6 +143,14 @@ std::vector<std::byte> to_bytes(octomap::OcTree& tree) {
 
 }  // namespace
 
+OctomapFrame octomap_frame(const MapFrame& frame, double voxel_m) {
+  constexpr double kReach = 32768.0;  // voxels
+  OctomapFrame found{export_origin_m(frame), export_shift_m(frame), true};
+  // Half of it is left for the route.
+  if (found.shift_m.cwiseAbs().maxCoeff() <= 0.5 * kReach * voxel_m) return found;
+  return {frame.origin_world_m, Eigen::Vector3d::Zero(), false};
+}
+
 Result<std::vector<std::byte>> octomap_bt(const SurfacePoints& surface,
                                           const OctomapOptions& options) {
   if (!(options.voxel_m > 0.0 && options.max_range_m > 0.0)) {
@@ -138,7 +158,9 @@ Result<std::vector<std::byte>> octomap_bt(const SurfacePoints& surface,
   }
   octomap::OcTree tree(options.voxel_m);
   SIGHTLINE_TRY(insert_scans(surface, options, tree));
-  if (tree.size() > 0) return to_bytes(tree);
+  if (tree.size() > 0) {
+    return to_bytes(octomap_frame(surface.frame, options.voxel_m), tree);
+  }
   return Error{ErrorCode::kEmptyMap, "found no ray of a scan, expected scans with returns", "", ""};
 }
 

@@ -12,7 +12,7 @@ namespace sightline {
 // scan says, bad-value (a leaf below 0).
 Result<std::vector<Eigen::Vector3d>> thinned_points(const SurfacePoints& surface, double leaf_m);
 
-// PLY of points (binary, double x y z), in map coordinates.
+// PLY of points (binary, double x y z), as they are.
 std::vector<std::byte> points_ply(const std::vector<Eigen::Vector3d>& points_m);
 
 }  // namespace sightline

@@ -1,6 +1,7 @@
 #include "compiler/views/report/report.h"
 
 #include <algorithm>
+#include <cctype>
 
 #include "compiler/views/report/page/page_assets.h"
 #include "compiler/views/report/page/page_data.h"
@@ -20,10 +21,12 @@ Result<void> check_sources(const ReportSources& sources) {
                           sources.evaluation->statics.size() == sources.map->ranges.looks.size());
   const bool is_measured = !sources.measured || sources.measured->scan_of_site.size() == sites;
   const bool is_seen = !sources.depth || sources.depth->site_count == sites;
-  if (has_sites && is_judged && is_measured && is_seen) return {};
+  const bool is_gated =
+      !sources.gate || sources.gate->root_digest == to_hex(sources.summary.root_digest);
+  if (has_sites && is_judged && is_measured && is_seen && is_gated) return {};
   return Error{ErrorCode::kMismatchedInputs,
-               "what was measured, judged or cast is not of this map's " + std::to_string(sites) +
-                   " sites, its ranges and its limits",
+               "what was measured, judged, cast or gated is not of this map's " +
+                   std::to_string(sites) + " sites, its ranges and its limits",
                sources.map_file, ""};
 }
 
@@ -35,9 +38,10 @@ bool has_virtual_points(const CompiledMap& map) {
 
 Result<std::vector<Section>> sections_of(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
-  std::vector<Section> all = {summary_section(sources), map_section(sources)};
+  std::vector<Section> all = {summary_section(sources)};
+  if (sources.diff) all.push_back(diff_section(sources));
+  all.push_back(map_section(sources));
   if (!map.ranges.of_samples.empty()) all.push_back(looks_section(sources));
-  if (sources.diff) all.push_back(diff_section(*sources.diff));
   if (sources.evaluation) {
     all.push_back(ranges_section(*sources.evaluation, map.sites));
     all.push_back(ideal_section(*sources.evaluation, map.sites));
@@ -63,29 +67,40 @@ std::string title_of(const CompiledMap& map) {
   return drive.empty() ? map.map_id : drive;
 }
 
-// Ranges and looks take their colours from one row.
-std::size_t colour_count(const CompiledMap& map) {
-  std::size_t count = map.ranges.looks.size();
-  for (const RangeTable& looks : map.ranges.of_samples) count = std::max(count, looks.looks.size());
-  return count;
+std::string kind_of(const ReportSources& sources) {
+  if (!sources.diff) return "sightline map report";
+  return "sightline change report: " + sources.map_file + " against " + sources.old_map_file;
+}
+
+// The sections' ids as words: short enough to stand in one row.
+std::string link_to(const Section& section) {
+  std::string word = section.id;
+  word.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(word.front())));
+  return "<li><a href=\"#" + section.id + "\" title=\"" + xml_text(section.title) + "\">" + word +
+         "</a></li>\n";
 }
 
 std::string header(const ReportSources& sources, const std::vector<Section>& all) {
   const CompiledMap& map = *sources.map;
-  std::string html = "<header>\n<p class=\"kind\">sightline map report</p>\n<h1>" +
+  std::string html = "<header>\n<p class=\"kind\">" + xml_text(kind_of(sources)) + "</p>\n<h1>" +
                      xml_text(title_of(map)) + "</h1>\n" +
                      paragraph("Map " + map.map_id + ", version " + map.version + ", release " +
                                std::to_string(map.release) +
                                ". How far a vehicle must look at each place of this map to know "
-                               "where it is, what that saves, and what it rests on.") +
-                     "</header>\n<nav aria-label=\"Contents\"><ul>\n";
-  for (const Section& section : all) {
-    html += "<li><a href=\"#" + section.id + "\">" + xml_text(section.title) + "</a></li>\n";
+                               "where it is, what that saves, and what it rests on.");
+  if (page_script().empty()) {
+    html += paragraph(
+        "This page was made by a program that was built without the page's scripts: it has still "
+        "pictures alone.");
   }
+  html += "</header>\n<nav aria-label=\"Contents\"><ul>\n";
+  for (const Section& section : all) html += link_to(section);
   return html + "</ul></nav>\n";
 }
 
 }  // namespace
+
+bool has_page_scripts() { return !page_script().empty(); }
 
 Result<std::string> report_html(const ReportSources& sources) {
   SIGHTLINE_TRY(check_sources(sources));
@@ -97,9 +112,8 @@ Result<std::string> report_html(const ReportSources& sources) {
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data: "
       "blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>" +
       xml_text(title_of(*sources.map)) + " – sightline report</title>\n<style>\n" +
-      std::string(page_style()) + range_colours_css(colour_count(*sources.map)) +
-      std::string(library_style()) + "</style>\n</head>\n<body>\n" + header(sources, all) +
-      "<main>\n";
+      std::string(page_style()) + colours_css(*sources.map) + std::string(library_style()) +
+      "</style>\n</head>\n<body>\n" + header(sources, all) + "<main>\n";
   for (const Section& section : all) {
     html += "<section id=\"" + section.id + "\">\n<h2>" + xml_text(section.title) + "</h2>\n" +
             section.html + "</section>\n";

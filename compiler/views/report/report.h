@@ -14,4 +14,7 @@ namespace sightline {
 // another map; malformed-text where the provenance is not JSON.
 Result<std::string> report_html(const ReportSources& sources);
 
+// Whether this program was built with the scripts (compiler/views/report/page/bundle).
+bool has_page_scripts();
+
 }  // namespace sightline

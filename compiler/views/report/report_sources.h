@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "compiler/views/report/gate_result.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/trajectory.h"
 #include "formats/evaluation/evaluation.h"
@@ -29,6 +30,8 @@ struct ReportSources {
   const Surface* surface = nullptr;
   const DepthImages* depth = nullptr;
   const MapDiff* diff = nullptr;  // from an older map to this one
+  std::string old_map_file;       // of the older map, as the user named it; empty: no diff
+  const GateResult* gate = nullptr;
 };
 
 }  // namespace sightline

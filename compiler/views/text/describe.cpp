@@ -36,6 +36,15 @@ double route_m(const Sites& sites) {
   return length_m;
 }
 
+// Whom the sites' answers come from where no scan was ever seen; nothing of a map that scans made.
+std::string describe_simulated(const CompiledMap& map) {
+  const std::uint32_t count = simulated_site_count(map.ranges);
+  if (count == 0) return "";
+  return field("simulated", percent_of(count, map.sites.sites.size()) +
+                                " of sites: no scan was ever seen there, what scans found that "
+                                "were simulated in the map decided");
+}
+
 std::string describe_map(const CompiledMap& map) {
   const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
   const std::size_t runs =
@@ -45,6 +54,8 @@ std::string describe_map(const CompiledMap& map) {
          field("written by", map.writer) +
          field("frame", formatted("world minus (%.15g, %.15g, %.15g) m", origin_m.x(), origin_m.y(),
                                   origin_m.z())) +
+         field("world",
+               map.world == kLocalWorld ? "local: the recording's own coordinates" : map.world) +
          field("NDs", formatted("%zu of %g m, from %llu points; %llu cells too sparse, %llu flat",
                                 map.ndt.nds.size(), map.ndt.cell_m,
                                 static_cast<unsigned long long>(map.ndt.point_count),
@@ -53,7 +64,7 @@ std::string describe_map(const CompiledMap& map) {
          field("sites",
                formatted("%zu, every %g m, in %zu runs of %.0f m together", map.sites.sites.size(),
                          map.sites.spacing_m, runs, route_m(map.sites))) +
-         field("reach", formatted("%g m around a site", map.reach_m));
+         field("reach", formatted("%g m around a site", map.reach_m)) + describe_simulated(map);
 }
 
 // Whom the map's probabilities are for, and who was measured where that is another.
@@ -104,6 +115,12 @@ std::string describe_trajectory(const TrajectoryQuality& trajectory) {
 
 std::string describe_measurement(const CompiledMap& map) {
   const MeasurementCard& card = map.measurement;
+  if (card.reference == ErrorReference::kSimulated) {
+    return "simulated error\n" + field("map", card.mapping_drive + ", finished before") +
+           field("localization", "nobody drove here") + describe_localizer(map) +
+           field("offsets", formatted("%zu starts at every site", card.offsets.size())) +
+           field("sensor", map.sensor.name + formatted(", %d beams", map.sensor.ring_count()));
+  }
   const bool is_known = card.reference == ErrorReference::kKnownPose;
   return "measured error\n" +
          field("mapping", card.mapping_drive + ", " + card.mapping_scans + " scans") +
@@ -119,10 +136,11 @@ std::string describe_measurement(const CompiledMap& map) {
          field("sensor", map.sensor.name + formatted(", %d beams", map.sensor.ring_count()));
 }
 
-std::string describe_promise(const LimitPromise& promise) {
+std::string describe_promise(const LimitPromise& promise, bool is_simulated) {
   const bool is_of_next_drive = promise.scope == PromiseScope::kNextDrive;
   std::string text = field("promise", promise.is_earned  ? "earned, of the next drive"
                                       : is_of_next_drive ? "not earned"
+                                      : is_simulated     ? "not earned: figures of simulated scans"
                                                          : "not earned: figures of this drive");
   if (!promise.statement.empty()) text += field("", promise.statement);
   if (promise.is_earned) text += field("coverage promised", percent(1.0 - promise.alpha));
@@ -160,7 +178,9 @@ std::string describe_limit(const CompiledMap& map, const RangeTable& ranges,
                            const LimitQuality& quality, std::size_t limit) {
   const LimitPromise& promise = ranges.promises[limit];
   const std::size_t sites = map.sites.sites.size();
-  std::string text = "limit " + formatted("%g m\n", promise.limit_m) + describe_promise(promise);
+  const bool is_simulated = map.measurement.reference == ErrorReference::kSimulated;
+  std::string text =
+      "limit " + formatted("%g m\n", promise.limit_m) + describe_promise(promise, is_simulated);
   text += field("coverage expected", percent(quality.expected_coverage));
   if (map.measurement.measured_site_count > 0) {
     text += field("coverage measured", percent(quality.measured_coverage) +
@@ -184,6 +204,9 @@ std::string describe_looks(const CompiledMap& map) {
                               "scan that is matched");
     for (std::size_t limit = 0; limit < looks.promises.size(); ++limit) {
       text += describe_limit(map, looks, map.look_quality[limit], limit);
+    }
+    if (looks.plan) {
+      text += field("while tracking", to_text(*looks.plan));
     }
   }
   return text;

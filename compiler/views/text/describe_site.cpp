@@ -100,6 +100,9 @@ std::string describe_reason(const CompiledMap& map, std::size_t site, std::size_
     text +=
         "    static: one range for the street, by what the map's own scans found, not the model\n";
   }
+  if ((flags & kSimulatedAnswer) != 0) {
+    text += "    simulated: no scan was ever seen here, what simulated scans found decided\n";
+  }
   if ((flags & kUnmet) != 0)
     text += "    unmet: no better range is known, and it is not good enough\n";
   if ((flags & kExtrapolated) != 0) {

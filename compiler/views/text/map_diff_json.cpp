@@ -199,6 +199,10 @@ Result<std::string> to_geojson(const MapDiff& diff, const World& world) {
                     ? "metres x, y, z of the recording's own world, not longitude and latitude"
                     : "WGS 84: longitude, latitude (degrees), height of the recording (m)"},
                {"features", Json::array()}};
+  if (world.kind == WorldKind::kLocal) {
+    // Of a file without it programs believe that it holds degrees.
+    json["crs"] = {{"type", "name"}, {"properties", {{"name", kLocalCrsWkt}}}};
+  }
   for (const Feature& feature : features_of(diff)) {
     SIGHTLINE_ASSIGN(Json geometry, geometry_of(world, feature.line_m));
     Json properties = {{"kind", feature.kind}};

@@ -3,8 +3,23 @@
 #include <algorithm>
 
 #include "compiler/views/picture/dump_picture.h"
+#include "formats/drive/look.h"
 
 namespace sightline {
+namespace {
+
+void erase_column(std::size_t column, Table& table) {
+  const auto offset = static_cast<std::ptrdiff_t>(column);
+  table.columns.erase(table.columns.begin() + offset);
+  for (std::vector<Cell>& row : table.rows) row.erase(row.begin() + offset);
+}
+
+bool is_sample(const Cell& look) {
+  const Result<Look> read = parse_look(std::get<std::string>(look));
+  return read && !takes_every_return(*read);
+}
+
+}  // namespace
 
 Result<void> keep_site(int site, Table& table) {
   const auto column = std::ranges::find(table.columns, "site");
@@ -30,6 +45,23 @@ Result<void> keep_box(const std::string& text, Table& table) {
     return !box.contains({std::get<double>(row[column]), std::get<double>(row[column + 1]), 0.0});
   });
   return {};
+}
+
+void keep_looks(KeptLooks kept, Table& table) {
+  const auto found = std::ranges::find(table.columns, "look");
+  if (found == table.columns.end()) return;
+  const auto look = static_cast<std::size_t>(found - table.columns.begin());
+  if (kept == KeptLooks::kSamples) table.name += kLooksSuffix;
+  std::erase_if(table.rows, [&](const std::vector<Cell>& row) {
+    return is_sample(row[look]) != (kept == KeptLooks::kSamples);
+  });
+  for (std::size_t column = table.columns.size(); column-- > 0;) {
+    const bool says_nothing =
+        !table.rows.empty() && std::ranges::all_of(table.rows, [&](const std::vector<Cell>& row) {
+          return row[column] == Cell(std::string());
+        });
+    if (says_nothing || (column == look && kept == KeptLooks::kRanges)) erase_column(column, table);
+  }
 }
 
 }  // namespace sightline

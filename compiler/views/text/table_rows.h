@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "formats/base/result.h"
 #include "formats/text/table.h"
@@ -15,5 +16,14 @@ Result<void> keep_site(int site, Table& table);
 // Keeps the NDs in a box ("x0,y0,x1,y1"). Errors: bad-argument where the table holds no NDs, and
 // those of parse_box.
 Result<void> keep_box(const std::string& text, Table& table);
+
+// Behind the name of a table that tells of ranges: the same of the looks that take a sample.
+inline constexpr std::string_view kLooksSuffix = "-looks";
+
+// Of a table that tells of looks, keeps those that take a sample, with the suffix in its name, or
+// else the observation ranges, and then no column "look", which says no more than "range_m";
+// without the columns that are then empty. Any other table is left as it is.
+enum class KeptLooks { kRanges, kSamples };
+void keep_looks(KeptLooks kept, Table& table);
 
 }  // namespace sightline

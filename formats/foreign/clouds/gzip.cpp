@@ -45,19 +45,17 @@ class Unpacker {
   }
 
  private:
+  // Through a buffer of its own: a file of many small members costs what it holds.
   int step() {
-    constexpr std::size_t kStep = 1U << 20U;
-    const std::size_t filled = bytes_.size();
     const std::size_t given =
         std::min<std::size_t>(rest().size(), std::numeric_limits<uInt>::max());
-    bytes_.resize(filled + kStep);
     stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(rest().data()));
     stream_.avail_in = static_cast<uInt>(given);
-    stream_.next_out = reinterpret_cast<Bytef*>(bytes_.data() + filled);
-    stream_.avail_out = static_cast<uInt>(kStep);
+    stream_.next_out = reinterpret_cast<Bytef*>(buffer_.data());
+    stream_.avail_out = static_cast<uInt>(buffer_.size());
     const int status = inflate(&stream_, Z_NO_FLUSH);
     read_ += given - stream_.avail_in;
-    bytes_.resize(filled + kStep - stream_.avail_out);
+    bytes_.insert(bytes_.end(), buffer_.begin(), buffer_.end() - stream_.avail_out);
     return status;
   }
 
@@ -65,6 +63,7 @@ class Unpacker {
   z_stream stream_{};
   std::size_t read_ = 0;  // of the file, bytes
   std::vector<std::byte> bytes_;
+  std::vector<std::byte> buffer_ = std::vector<std::byte>(std::size_t{1} << 17U);
 };
 
 }  // namespace

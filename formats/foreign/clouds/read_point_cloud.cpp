@@ -7,6 +7,7 @@
 #include "formats/base/atomic_file.h"
 #include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/clouds/gzip.h"
+#include "formats/foreign/clouds/npy_file.h"
 #include "formats/foreign/text/lower_extension.h"
 
 namespace sightline {
@@ -44,12 +45,13 @@ constexpr UnsupportedFormat kUnsupportedFormats[] = {
      "a pcap holds many scans; name the file itself as `scans`"},
     {{"\x0a\x0d\x0d\x0a", 4},
      ErrorCode::kUnsupportedFormat,
-     "pcapng is not read; convert it with `editcap -F pcap in.pcapng out.pcap`"},
+     "a pcapng holds many scans; name the file itself as `scans`"},
     {"#ROSBAG", ErrorCode::kUnsupportedFormat,
      "a ROS bag holds many scans; name the file itself as `scans`"},
-    {"\x89MCAP", ErrorCode::kUnsupportedFormat, "an MCAP log; export its scans as PCD"},
-    {"\x93NUMPY", ErrorCode::kUnsupportedFormat,
-     "a numpy array; write its columns x y z intensity as float32 with tofile() to a .bin"},
+    {"\x89MCAP", ErrorCode::kUnsupportedFormat,
+     "an MCAP file holds many scans; name the file itself as `scans`"},
+    {"SQLite format 3", ErrorCode::kUnsupportedFormat,
+     "a .db3 of ROS 2 holds many scans; name the file itself as `scans`"},
     {"# vtk DataFile", ErrorCode::kUnsupportedFormat,
      "VTK is not read; convert it, for example with `pcl_vtk2pcd in.vtk out.pcd`"},
     {"solid ", ErrorCode::kUnsupportedFormat,
@@ -84,9 +86,8 @@ struct CloudKind {
 };
 
 constexpr CloudKind kKinds[] = {
-    {".pcd", {"# .PCD"}, true, parse_pcd},
-    {".ply", {"ply\n", "ply\r\n"}, true, parse_ply},
-    {".las", {"LASF"}, false, parse_las},
+    {".pcd", {"# .PCD"}, true, parse_pcd}, {".ply", {"ply\n", "ply\r\n"}, true, parse_ply},
+    {".las", {"LASF"}, false, parse_las},  {".npy", {kNpySignature}, false, parse_npy},
     {".bin", {}, true, parse_float_bin},
 };
 

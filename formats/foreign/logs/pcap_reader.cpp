@@ -7,8 +7,11 @@
 #include <span>
 #include <utility>
 
+#include "formats/base/regular_file.h"
+
 // The classic capture file: 24 bytes of header, then records of 16 bytes and a frame each, in the
-// byte order of the machine that wrote them, which the magic number tells.
+// byte order of the machine that wrote them, which the magic number tells. A pcapng
+// (draft-ietf-opsawg-pcapng): blocks of a type, a length before and behind, and a body.
 
 namespace sightline {
 namespace {
@@ -18,6 +21,13 @@ constexpr std::size_t kRecordHeaderSize = 16;
 constexpr std::uint32_t kMostFrame = 1U << 18U;  // libpcap's own limit
 constexpr std::uint32_t kMagicMicroseconds = 0xa1b2c3d4;
 constexpr std::uint32_t kMagicNanoseconds = 0xa1b23c4d;
+// Of pcapng: the same in both byte orders, and what tells which it is.
+constexpr std::uint32_t kSectionHeader = 0x0a0d0d0a;
+constexpr std::uint32_t kByteOrder = 0x1a2b3c4d;
+constexpr std::uint32_t kInterface = 1;
+constexpr std::uint32_t kSimplePacket = 3;
+constexpr std::uint32_t kEnhancedPacket = 6;
+constexpr std::size_t kBlockFrame = 12;  // type and both lengths
 
 // Link types and how many bytes stand before the IP header.
 constexpr std::array<std::pair<std::uint32_t, std::size_t>, 4> kLinks = {
@@ -32,6 +42,8 @@ std::uint32_t little(const char* bytes) {
   std::memcpy(&value, bytes, sizeof value);
   return value;
 }
+
+std::uint64_t padded(std::uint64_t size) { return (size + 3) / 4 * 4; }
 
 std::size_t big16(std::span<const std::byte> bytes, std::size_t at) {
   return std::to_integer<std::size_t>(bytes[at]) << 8U |
@@ -71,7 +83,8 @@ bool is_pcap(std::string_view signature) {
   if (signature.size() < sizeof(std::uint32_t)) return false;
   const std::uint32_t magic = little(signature.data());
   return magic == kMagicMicroseconds || magic == kMagicNanoseconds ||
-         swapped(magic) == kMagicMicroseconds || swapped(magic) == kMagicNanoseconds;
+         swapped(magic) == kMagicMicroseconds || swapped(magic) == kMagicNanoseconds ||
+         magic == kSectionHeader;
 }
 
 std::uint32_t PcapReader::number(const char* bytes) const {
@@ -83,32 +96,177 @@ Error PcapReader::error(ErrorCode code, std::string message) const {
 }
 
 Result<PcapReader> PcapReader::open(const std::filesystem::path& path) {
+  SIGHTLINE_TRY(open_regular_file(path.string()));
   PcapReader reader;
   reader.path_ = path;
   reader.file_.open(path, std::ios::binary);
   if (!reader.file_) return reader.error(ErrorCode::kCannotOpen, "cannot open the file");
-  std::array<char, kHeaderSize> header{};
-  reader.file_.read(header.data(), header.size());
-  if (reader.file_.gcount() != static_cast<std::streamsize>(kHeaderSize)) {
-    return reader.error(ErrorCode::kTruncatedScan, "shorter than the header of a pcap");
+  std::array<char, 4> signature{};
+  reader.file_.read(signature.data(), signature.size());
+  reader.file_.clear();
+  reader.file_.seekg(0);
+  reader.is_pcapng_ = little(signature.data()) == kSectionHeader;
+  if (reader.is_pcapng_) {
+    SIGHTLINE_TRY(reader.open_sections());
+  } else {
+    SIGHTLINE_TRY(reader.open_classic());
   }
-  const std::string_view text(header.data(), header.size());
-  if (!is_pcap(text)) return reader.error(ErrorCode::kMalformedHeader, "expected a pcap");
-  const std::uint32_t magic = little(header.data());
-  reader.is_swapped_ = magic != kMagicMicroseconds && magic != kMagicNanoseconds;
-  reader.tick_ns_ = reader.number(header.data()) == kMagicNanoseconds ? 1 : 1000;
-  reader.link_type_ = reader.number(header.data() + 20) & 0xffffU;
-  if (!link_size(reader.link_type_)) {
-    return reader.error(ErrorCode::kUnsupportedFormat,
-                        "found link type " + std::to_string(reader.link_type_) +
-                            ", expected Ethernet (1), Linux cooked (113), loopback (0) or raw IP "
-                            "(101)");
-  }
-  reader.offset_ = kHeaderSize;
   return reader;
 }
 
+Result<void> PcapReader::open_classic() {
+  std::array<char, kHeaderSize> header{};
+  file_.read(header.data(), header.size());
+  if (file_.gcount() != static_cast<std::streamsize>(kHeaderSize)) {
+    return error(ErrorCode::kTruncatedScan, "shorter than the header of a pcap");
+  }
+  const std::string_view text(header.data(), header.size());
+  if (!is_pcap(text)) return error(ErrorCode::kMalformedHeader, "expected a pcap");
+  const std::uint32_t magic = little(header.data());
+  is_swapped_ = magic != kMagicMicroseconds && magic != kMagicNanoseconds;
+  tick_ns_ = number(header.data()) == kMagicNanoseconds ? 1 : 1000;
+  link_type_ = number(header.data() + 20) & 0xffffU;
+  offset_ = kHeaderSize;
+  return check_link_type(link_type_);
+}
+
+Result<void> PcapReader::check_link_type(std::uint32_t link_type) const {
+  if (link_size(link_type)) return {};
+  return error(ErrorCode::kUnsupportedFormat,
+               "found link type " + std::to_string(link_type) +
+                   ", expected Ethernet (1), Linux cooked (113), loopback (0) or raw IP (101)");
+}
+
+// The head of the section and the interfaces behind it, up to the first packet.
+Result<void> PcapReader::open_sections() {
+  std::array<char, 12> head{};
+  file_.read(head.data(), head.size());
+  if (file_.gcount() != static_cast<std::streamsize>(head.size())) {
+    return error(ErrorCode::kTruncatedScan, "shorter than the header of a pcapng");
+  }
+  const std::uint32_t order = little(head.data() + 8);
+  is_swapped_ = swapped(order) == kByteOrder;
+  if (!is_swapped_ && order != kByteOrder) {
+    return error(ErrorCode::kMalformedHeader, "expected the byte order of a pcapng");
+  }
+  seek(0);
+  Block block;
+  SIGHTLINE_TRY(next_block(block));
+  while (true) {
+    const std::uint64_t begin = offset_;
+    SIGHTLINE_ASSIGN(const bool more, next_block(block));
+    if (!more) return {};
+    if (block.type == kEnhancedPacket || block.type == kSimplePacket) {
+      seek(begin);
+      return {};
+    }
+    if (block.type != kInterface) continue;  // names, statistics
+    SIGHTLINE_TRY(take_interface(block));
+  }
+}
+
+Result<void> PcapReader::take_interface(const Block& block) {
+  if (block.body.size() < 8) {
+    return error(ErrorCode::kMalformedHeader, "an interface without a link type");
+  }
+  Interface interface;
+  const std::uint32_t first = number(block.body.data());
+  interface.link_type = is_swapped_ ? first >> 16U : first & 0xffffU;
+  SIGHTLINE_TRY(check_link_type(interface.link_type));
+  // Options: a code and a length of 16 bits, a value; 9 is the resolution of times.
+  for (std::size_t at = 8; at + 4 <= block.body.size();) {
+    const std::uint32_t option = number(block.body.data() + at);
+    const std::uint32_t code = is_swapped_ ? option >> 16U : option & 0xffffU;
+    const std::uint32_t size = is_swapped_ ? option & 0xffffU : option >> 16U;
+    if (code == 0 || size > block.body.size() - at - 4) break;
+    if (code == 9 && size >= 1) {
+      const auto exponent = static_cast<unsigned char>(block.body[at + 4]);
+      constexpr unsigned kMostDecimals = 9;
+      if (exponent > kMostDecimals) {
+        return error(ErrorCode::kUnsupportedFormat,
+                     "found times finer than nanoseconds, or in powers of two; convert it with "
+                     "`editcap -F pcap in.pcapng out.pcap`");
+      }
+      interface.ticks_per_s = 1;
+      for (unsigned i = 0; i < exponent; ++i) interface.ticks_per_s *= 10;
+    }
+    at += 4 + static_cast<std::size_t>(padded(size));
+  }
+  interfaces_.push_back(interface);
+  return {};
+}
+
+// False at the end of the file.
+Result<bool> PcapReader::next_block(Block& block) {
+  std::array<char, 8> head{};
+  file_.read(head.data(), head.size());
+  if (file_.gcount() == 0) return false;
+  if (file_.gcount() != static_cast<std::streamsize>(head.size())) {
+    return error(ErrorCode::kTruncatedScan, "the file ends within the head of a block");
+  }
+  block.type = number(head.data());
+  const std::uint32_t length = number(head.data() + 4);
+  if (length < kBlockFrame || length % 4 != 0 || length > 2 * kMostFrame) {
+    return error(ErrorCode::kMalformedHeader,
+                 "found a block of " + std::to_string(length) + " bytes");
+  }
+  block.body.resize(length - 8);
+  file_.read(block.body.data(), static_cast<std::streamsize>(block.body.size()));
+  if (file_.gcount() != static_cast<std::streamsize>(block.body.size())) {
+    return error(ErrorCode::kTruncatedScan, "the file ends within a block");
+  }
+  if (number(block.body.data() + block.body.size() - 4) != length) {
+    return error(ErrorCode::kMalformedHeader, "a block's two lengths differ");
+  }
+  block.body.resize(block.body.size() - 4);
+  offset_ += length;
+  return true;
+}
+
 Result<bool> PcapReader::next(PcapPacket& packet) {
+  return is_pcapng_ ? next_of_section(packet) : next_classic(packet);
+}
+
+Result<bool> PcapReader::next_of_section(PcapPacket& packet) {
+  Block block;
+  while (true) {
+    packet.offset = offset_;
+    SIGHTLINE_ASSIGN(const bool more, next_block(block));
+    if (!more) return false;
+    if (block.type == kSectionHeader || block.type == kInterface || block.type == kSimplePacket) {
+      return error(ErrorCode::kUnsupportedFormat,
+                   "found a second section, a late interface or a packet without a time; convert "
+                   "it with `editcap -F pcap in.pcapng out.pcap`");
+    }
+    if (block.type == kEnhancedPacket) break;
+  }
+  constexpr std::size_t kPacketHead = 20;
+  const std::vector<char>& body = block.body;
+  if (body.size() < kPacketHead) {
+    return error(ErrorCode::kMalformedHeader, "a packet shorter than its head");
+  }
+  const std::uint32_t interface_id = number(body.data());
+  const std::uint32_t size = number(body.data() + 12);
+  if (interface_id >= interfaces_.size() || size > body.size() - kPacketHead) {
+    return error(ErrorCode::kMalformedHeader, "a packet of no interface, or longer than its block");
+  }
+  const Interface& interface = interfaces_[interface_id];
+  const std::uint64_t ticks =
+      std::uint64_t{number(body.data() + 4)} << 32U | number(body.data() + 8);
+  const std::uint64_t seconds = ticks / interface.ticks_per_s;
+  constexpr std::uint64_t kMost_s = 4'000'000'000;  // as a classic pcap can tell
+  if (seconds > kMost_s) return error(ErrorCode::kMalformedHeader, "a packet after the year 2096");
+  constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+  packet.time_ns = static_cast<std::int64_t>(
+      seconds * kSecond_ns + ticks % interface.ticks_per_s * (kSecond_ns / interface.ticks_per_s));
+  const std::span<const std::byte> frame =
+      std::as_bytes(std::span(body.data() + kPacketHead, size));
+  const std::span<const std::byte> datagram = datagram_of(frame, *link_size(interface.link_type));
+  packet.datagram.assign(datagram.begin(), datagram.end());
+  return true;
+}
+
+Result<bool> PcapReader::next_classic(PcapPacket& packet) {
   std::array<char, kRecordHeaderSize> header{};
   file_.read(header.data(), header.size());
   if (file_.gcount() == 0) return false;

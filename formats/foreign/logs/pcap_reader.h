@@ -11,8 +11,8 @@
 
 namespace sightline {
 
-// Whether a file that begins like this is a classic pcap, of either byte order, with times in
-// microseconds or nanoseconds. (pcapng is another format.)
+// Whether a file that begins like this is a capture: a classic pcap, of either byte order, with
+// times in microseconds or nanoseconds, or a pcapng.
 bool is_pcap(std::string_view signature);
 
 // One captured packet.
@@ -22,11 +22,13 @@ struct PcapPacket {
   std::vector<std::byte> datagram;  // what UDP carried; empty where it is no whole UDP over IPv4
 };
 
-// Reads packets one after the other.
+// Reads packets one after the other. Of a pcapng, those of one section whose interfaces are
+// described before the first packet, as dumpcap and Wireshark write it.
 class PcapReader {
  public:
   // Errors: cannot-open, malformed-header, unsupported-format (a link type that is not Ethernet,
-  // Linux cooked, loopback or raw IP), truncated-scan (shorter than its header).
+  // Linux cooked, loopback or raw IP; a pcapng of another kind), truncated-scan (shorter than its
+  // header).
   static Result<PcapReader> open(const std::filesystem::path& path);
 
   // False at the end of the file. Errors: truncated-scan (a packet cut short), malformed-header (a
@@ -38,7 +40,24 @@ class PcapReader {
 
  private:
   PcapReader() = default;
+  // A network interface of a pcapng.
+  struct Interface {
+    std::uint32_t link_type = 0;
+    std::uint64_t ticks_per_s = 1'000'000;
+  };
+  struct Block {
+    std::uint32_t type = 0;
+    std::vector<char> body;  // without head and tail
+  };
+
   [[nodiscard]] std::uint32_t number(const char* bytes) const;
+  [[nodiscard]] Result<void> check_link_type(std::uint32_t link_type) const;
+  Result<void> open_classic();
+  Result<void> open_sections();
+  Result<bool> next_block(Block& block);
+  Result<void> take_interface(const Block& block);
+  Result<bool> next_classic(PcapPacket& packet);
+  Result<bool> next_of_section(PcapPacket& packet);
   [[nodiscard]] Error error(ErrorCode code, std::string message) const;
 
   std::filesystem::path path_;
@@ -47,6 +66,8 @@ class PcapReader {
   std::uint32_t link_type_ = 0;
   bool is_swapped_ = false;
   std::int64_t tick_ns_ = 1000;
+  bool is_pcapng_ = false;
+  std::vector<Interface> interfaces_;
 };
 
 }  // namespace sightline

@@ -27,6 +27,9 @@ class ScanContainer {
   // What was left out or doubtful, for the person who brought the file.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
+  // The frame that the scans name, by which transforms find them; empty: none.
+  [[nodiscard]] const std::string& frame() const { return frame_; }
+
   // All that the file says of one scan. Safe from several threads. Error: cannot-read.
   virtual Result<std::vector<std::byte>> read(std::size_t index) const = 0;
   // What read() gave, as points in the sensor's frame. Errors: as read_point_cloud.
@@ -36,6 +39,7 @@ class ScanContainer {
  protected:
   std::vector<ContainedScan> scans_;  // in the order of the file
   std::vector<std::string> warnings_;
+  std::string frame_;
 };
 
 }  // namespace sightline

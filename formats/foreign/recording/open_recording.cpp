@@ -7,10 +7,12 @@
 #include "formats/base/atomic_file.h"
 #include "formats/base/parallel.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
-#include "formats/foreign/logs/open_scan_container.h"
+#include "formats/foreign/recording/open_scan_container.h"
+#include "formats/foreign/recording/remembered_digests.h"
 #include "formats/foreign/recording/scan_association.h"
 #include "formats/foreign/recording/scan_columns.h"
 #include "formats/foreign/recording/scan_files.h"
+#include "formats/foreign/text/sensor_file.h"
 #include "formats/rotation.h"
 
 namespace sightline {
@@ -28,49 +30,12 @@ Pose mounting(const RecordingOptions& options) {
   return T_vehicle_lidar;
 }
 
-Result<SensorProfile> sensor_of(const RecordingOptions& options) {
-  SIGHTLINE_ASSIGN(SensorProfile profile, sensor_profile(options.sensor));
-  if (options.rings == 1 || options.rings < 0 ||
-      options.lowest_beam_deg >= options.highest_beam_deg) {
-    return Error{ErrorCode::kBadValue,
-                 "rings must be 0 or at least 2, and lowest_beam_deg below highest_beam_deg", "",
-                 ""};
-  }
-  if (options.rings > 0) {
-    profile.name.append("-").append(std::to_string(options.rings)).append("-rings");
-    profile.beam_elevations_deg.clear();
-    for (int i = 0; i < options.rings; ++i) {
-      profile.beam_elevations_deg.push_back(options.lowest_beam_deg +
-                                            (options.highest_beam_deg - options.lowest_beam_deg) *
-                                                i / (options.rings - 1));
-    }
-  }
-  if (options.height_m != 0.0) profile.height_m = options.height_m;
-  profile.T_vehicle_lidar = mounting(options);
-  const bool are_of_sensor = options.poses_of == PosesOf::kSensor;
-  if (are_of_sensor && !profile.T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
-    return Error{ErrorCode::kBadValue,
-                 "the poses are the sensor's own, so its place in the vehicle (lidar_x_m, ...) has "
-                 "no meaning",
-                 "", ""};
-  }
-  SIGHTLINE_TRY(validate(profile));
-  return profile;
-}
-
 bool has_no_headers(const Recording& recording) {
   return !recording.container && is_without_header(recording.scans.front().file);
 }
 
-// Every file is read once here, so that the digest names what later passes will see. A file of many
-// scans was read when it was opened.
-Result<void> take_digests(Recording& recording, int threads) {
-  if (recording.container) {
-    for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-      recording.scans[i].content = recording.container->scans()[i].content;
-    }
-    return {};
-  }
+// Every file is read once here, so that the digest names what later passes will see.
+Result<void> read_digests(Recording& recording, int threads) {
   const bool needs_columns = has_no_headers(recording);
   std::vector<FloatEvidence> evidence(needs_columns ? recording.scans.size() : 0);
   const auto take = [&](std::size_t i) -> Result<void> {
@@ -91,6 +56,23 @@ Result<void> take_digests(Recording& recording, int threads) {
     if (failure) return *failure;
   }
   return needs_columns ? settle_columns(evidence, recording) : Result<void>();
+}
+
+// A file of many scans was read when it was opened.
+Result<void> take_digests(Recording& recording, int threads, const DigestMemory* memory) {
+  if (recording.container) {
+    for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+      recording.scans[i].content = recording.container->scans()[i].content;
+    }
+    return {};
+  }
+  // Before a file is read: whoever writes to it then leaves another state behind.
+  const std::optional<Digest> state = memory != nullptr ? state_of_files(recording) : std::nullopt;
+  if (state && recall_digests(*memory, *state, recording)) return {};
+  const std::size_t first_warning = recording.warnings.size();
+  SIGHTLINE_TRY(read_digests(recording, threads));
+  if (state) remember_digests(*memory, *state, recording, first_warning);
+  return {};
 }
 
 Digest digest_of(const Recording& recording) {
@@ -194,6 +176,38 @@ Result<void> take_columns(const RecordingOptions& options, Recording& recording)
 
 }  // namespace
 
+Result<SensorProfile> sensor_of(const RecordingOptions& options) {
+  SIGHTLINE_ASSIGN(SensorProfile profile, is_sensor_file(options.sensor)
+                                              ? read_sensor_file(options.sensor)
+                                              : sensor_profile(options.sensor));
+  if (options.rings == 1 || options.rings < 0 ||
+      options.lowest_beam_deg >= options.highest_beam_deg) {
+    return Error{ErrorCode::kBadValue,
+                 "rings must be 0 or at least 2, and lowest_beam_deg below highest_beam_deg", "",
+                 ""};
+  }
+  if (options.rings > 0) {
+    profile.name.append("-").append(std::to_string(options.rings)).append("-rings");
+    profile.beam_elevations_deg.clear();
+    for (int i = 0; i < options.rings; ++i) {
+      profile.beam_elevations_deg.push_back(options.lowest_beam_deg +
+                                            (options.highest_beam_deg - options.lowest_beam_deg) *
+                                                i / (options.rings - 1));
+    }
+  }
+  if (options.height_m != 0.0) profile.height_m = options.height_m;
+  profile.T_vehicle_lidar = mounting(options);
+  const bool are_of_sensor = options.poses_of == PosesOf::kSensor;
+  if (are_of_sensor && !profile.T_vehicle_lidar.isApprox(Pose::Identity(), 0.0)) {
+    return Error{ErrorCode::kBadValue,
+                 "the poses are the sensor's own, so its place in the vehicle (lidar_x_m, ...) has "
+                 "no meaning",
+                 "", ""};
+  }
+  SIGHTLINE_TRY(validate(profile));
+  return profile;
+}
+
 Result<Recording> list_recording(const RecordingOptions& options) {
   const std::filesystem::path folder = options.scans;
   Recording recording;
@@ -208,9 +222,10 @@ Result<Recording> list_recording(const RecordingOptions& options) {
   return recording;
 }
 
-Result<Recording> open_recording(const RecordingOptions& options, int threads) {
+Result<Recording> open_recording(const RecordingOptions& options, int threads,
+                                 const DigestMemory* memory) {
   SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
-  SIGHTLINE_TRY(take_digests(recording, threads));
+  SIGHTLINE_TRY(take_digests(recording, threads, memory));
   recording.digest = digest_of(recording);
   return recording;
 }

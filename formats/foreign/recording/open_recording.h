@@ -6,9 +6,13 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "formats/foreign/clouds/point_cloud_file.h"
+#include "formats/foreign/recording/digest_memory.h"
 #include "formats/foreign/recording/recording.h"
 
 namespace sightline {
+
+// The sensor that the options describe. Errors: unknown-name, bad-value, and those of validate.
+Result<SensorProfile> sensor_of(const RecordingOptions& options);
 
 // Lists the scans of a folder, or of a file that holds many (a bag or a pcap, see
 // open_scan_container), gives each a time and a pose, and takes digests of all of them on up to
@@ -29,7 +33,9 @@ namespace sightline {
 // Errors: file-not-found, cannot-open, cannot-read, empty-directory, mixed-formats, truncated-scan,
 // unsupported-format, unknown-name, bad-value, fewer-poses-than-scans, mismatched-inputs (fewer
 // stamps than scans), and those of read_poses, read_bag_poses, read_stamps and open_scan_container.
-Result<Recording> open_recording(const RecordingOptions& options, int threads = 1);
+// With a memory, files that were not written to since another run opened them are not read.
+Result<Recording> open_recording(const RecordingOptions& options, int threads = 1,
+                                 const DigestMemory* memory = nullptr);
 
 // The same without digests, so that no scan file is read: what there is, when and from where.
 // read_recorded_scan cannot read from it.

@@ -29,9 +29,15 @@ struct RecordingOptions {
   std::string poses_topic;                     // of a bag's poses; empty: its only one
   PoseFormat pose_format = PoseFormat::kAuto;  // or kitti, tum, apollo
   PosesOf poses_of = PosesOf::kVehicle;        // kSensor: the mounting below does not apply
+  // KITTI's calibration, which takes poses of its camera or its inertial unit to the sensor
+  // (kitti_calibration.h); empty: there is none.
+  std::string calibration;
+  // Where world coordinates lie (parse_world), for poses in degrees; "local": east, north and up at
+  // the first of them.
+  std::string world = "local";
   std::string stamps;                 // file with one time a line; empty: see open_recording
   double rate_hz = 10.0;              // scans a second, where nothing tells their times
-  std::string sensor = "generic-16";  // name of a built-in profile
+  std::string sensor = "generic-16";  // name of a built-in profile, or a file (sensor_file.h)
   int rings = 0;                      // 0: the profile's own beams; else this many, evenly from
   double lowest_beam_deg = -15.0;     // here
   double highest_beam_deg = 15.0;     // to here

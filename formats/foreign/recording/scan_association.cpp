@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/foreign/logs/ros_bag.h"
+#include "formats/base/regular_file.h"
 #include "formats/foreign/recording/scan_files.h"
+#include "formats/foreign/ros/ros_bag.h"
+#include "formats/foreign/text/geodetic_track.h"
+#include "formats/foreign/text/kitti_calibration.h"
+#include "formats/foreign/text/nuscenes_poses.h"
 #include "formats/foreign/text/pose_file.h"
 #include "formats/foreign/text/time_unit.h"
 
@@ -94,7 +98,8 @@ Result<std::vector<PoseRow>> poses_by_row(const std::string& path, const Files& 
                                           const std::vector<PoseRow>& rows, Recording& recording) {
   if (rows.size() < files.size()) {
     return fewer_poses(path, "found " + std::to_string(rows.size()) + " poses for " +
-                                 std::to_string(files.size()) + " scans");
+                                 std::to_string(files.size()) +
+                                 " scans; supply all, or name no poses so that they are estimated");
   }
   const RowChoice choice = choose_rows(files, rows.size(), path);
   if (!choice.warning.empty()) recording.warnings.push_back(choice.warning);
@@ -156,8 +161,20 @@ using Poses = std::vector<std::optional<PoseRow>>;
 // A topic begins later than the scans and ends earlier, or has gaps: those scans have no pose.
 Result<Poses> poses_from_bag(const RecordingOptions& options, const Stamps& stamps_ns,
                              Recording& recording) {
-  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows,
-                   read_bag_poses(options.poses, options.poses_topic));
+  // Transforms tell where the sensor itself was.
+  const bool are_of_sensor = options.poses_of == PosesOf::kSensor && recording.container;
+  const std::string frame = are_of_sensor ? recording.container->frame() : "";
+  SIGHTLINE_ASSIGN(const std::optional<GeodeticTrack> track,
+                   read_bag_fixes(options.poses, options.poses_topic));
+  std::vector<PoseRow> rows;
+  if (track) {
+    SIGHTLINE_ASSIGN(TrackInWorld found, in_world(*track, options.world, options.poses));
+    recording.warnings.insert(recording.warnings.end(), found.warnings.begin(),
+                              found.warnings.end());
+    rows = std::move(found.rows);
+  } else {
+    SIGHTLINE_ASSIGN(rows, read_bag_poses(options.poses, options.poses_topic, frame));
+  }
   if (stamps_ns.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "a bag's poses are found by time, and the scans have no times of their own; name "
@@ -193,6 +210,58 @@ void take_unit_of_times(const std::string& path, std::vector<PoseRow>& rows, Rec
   for (std::size_t i = 0; i < rows.size(); ++i) rows[i].stamp_ns = stamps_ns[i];
 }
 
+// In degrees: as many as there are scans belong to them one by one (KITTI's, synced).
+Result<Poses> poses_from_track(const RecordingOptions& options, const Files& files,
+                               const Stamps& stamps_ns, Recording& recording) {
+  SIGHTLINE_ASSIGN(const GeodeticTrack track, read_geodetic_track(options.poses));
+  SIGHTLINE_ASSIGN(const TrackInWorld found, in_world(track, options.world, options.poses));
+  recording.warnings.insert(recording.warnings.end(), found.warnings.begin(), found.warnings.end());
+  std::vector<PoseRow> rows = found.rows;
+  const bool is_timed = rows.front().stamp_ns && !stamps_ns.empty();
+  Poses poses;
+  if (is_timed && rows.size() != files.size()) {
+    take_unit_of_times(options.poses, rows, recording);
+    SIGHTLINE_ASSIGN(const std::vector<PoseRow> timed,
+                     poses_by_time(options.poses, files, rows, stamps_ns));
+    poses.assign(timed.begin(), timed.end());
+    return poses;
+  }
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> by_row,
+                   poses_by_row(options.poses, files, rows, recording));
+  poses.assign(by_row.begin(), by_row.end());
+  return poses;
+}
+
+// nuScenes' table holds those of all its drives.
+Result<Poses> poses_from_table(const RecordingOptions& options, const Files& files,
+                               const Stamps& stamps_ns) {
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows, read_nuscenes_poses(options.poses));
+  if (stamps_ns.empty()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "these poses are found by time, and the scans' names have none; name a file of "
+                 "stamps",
+                 options.poses, ""};
+  }
+  SIGHTLINE_ASSIGN(const std::vector<PoseRow> timed,
+                   poses_by_time(options.poses, files, rows, stamps_ns));
+  return Poses(timed.begin(), timed.end());
+}
+
+// Poses of another part of the vehicle become those of the sensor.
+Result<void> take_calibration(const RecordingOptions& options, Poses& poses) {
+  if (options.calibration.empty()) return {};
+  if (options.poses_of != PosesOf::kSensor) {
+    return Error{ErrorCode::kBadValue,
+                 "calibration takes the poses to the sensor: write poses_of: sensor",
+                 options.calibration, ""};
+  }
+  SIGHTLINE_ASSIGN(const KittiCalibration calibration, read_kitti_calibration(options.calibration));
+  for (std::optional<PoseRow>& pose : poses) {
+    if (pose) pose->T_world_vehicle = lidar_pose(calibration, pose->T_world_vehicle);
+  }
+  return {};
+}
+
 Result<std::vector<PoseRow>> poses_from_file(const RecordingOptions& options, const Files& files,
                                              const Stamps& stamps_ns, Recording& recording) {
   SIGHTLINE_ASSIGN(std::vector<PoseRow> rows, read_poses(options.poses, options.pose_format));
@@ -210,13 +279,23 @@ Result<Poses> poses_of_scans(const RecordingOptions& options, const Files& files
                              const Stamps& stamps_ns, Recording& recording) {
   if (options.poses.empty()) return Poses(files.size());
   if (is_ros_bag(options.poses)) return poses_from_bag(options, stamps_ns, recording);
+  std::error_code failure;
+  const bool is_folder = std::filesystem::is_directory(options.poses, failure);
+  if (!is_folder) {
+    SIGHTLINE_TRY(open_regular_file(options.poses));  // a pipe would wait for its writer
+  }
+  if (!is_folder && is_nuscenes_poses(options.poses)) {
+    return poses_from_table(options, files, stamps_ns);
+  }
+  if (is_geodetic(options.poses)) return poses_from_track(options, files, stamps_ns, recording);
   SIGHTLINE_ASSIGN(const std::vector<PoseRow> rows,
                    poses_from_file(options, files, stamps_ns, recording));
   return Poses(rows.begin(), rows.end());
 }
 
 std::string name_of(const Recording& recording, const Files& files, std::size_t index) {
-  const std::string name = files[index].filename().string();
+  const std::filesystem::path& file = files[index];
+  const std::string name = (file.has_filename() ? file : file.parent_path()).filename().string();
   return recording.container ? name + "#" + std::to_string(index) : name;
 }
 
@@ -229,7 +308,8 @@ Result<void> describe_scans(const RecordingOptions& options,
     SIGHTLINE_ASSIGN(Stamps given, stamps_from_file(options.stamps, files, recording));
     stamps_ns = std::move(given);
   }
-  SIGHTLINE_ASSIGN(const Poses poses, poses_of_scans(options, files, stamps_ns, recording));
+  SIGHTLINE_ASSIGN(Poses poses, poses_of_scans(options, files, stamps_ns, recording));
+  SIGHTLINE_TRY(take_calibration(options, poses));
   if (!(options.rate_hz > 0.0)) {
     return Error{ErrorCode::kBadValue, "rate_hz must be above 0", "", ""};
   }

@@ -13,8 +13,8 @@ namespace sightline {
 namespace {
 
 // Other point clouds: named, so that a folder of them is not called empty.
-constexpr std::array<std::string_view, 10> kForeign = {".laz",  ".e57", ".pcap", ".pcapng", ".bag",
-                                                       ".mcap", ".npy", ".npz",  ".xyz",    ".vtk"};
+constexpr std::array<std::string_view, 10> kForeign = {".laz", ".e57",  ".pcap", ".pcapng", ".bag",
+                                                       ".db3", ".mcap", ".npz",  ".xyz",    ".vtk"};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -127,6 +127,9 @@ Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem
   }
   for (const std::filesystem::path& file : files) SIGHTLINE_TRY(check_is_file(file));
   const std::string extension = lower_extension(files.front());
+  const bool are_none_read = std::ranges::none_of(
+      files, [](const auto& file) { return is_scan_ending(lower_extension(file)); });
+  if (are_none_read) SIGHTLINE_TRY(read_point_cloud(files.front()));  // says what to do with it
   for (const std::filesystem::path& file : files) {
     if (lower_extension(file) != extension) {
       return Error{ErrorCode::kMixedFormats,
@@ -152,7 +155,13 @@ std::optional<std::int64_t> scan_number(const std::filesystem::path& file) {
 
 std::optional<std::int64_t> scan_stamp_ns(const std::filesystem::path& file) {
   constexpr std::size_t kLeastDigits = 15;  // of a whole number
-  const std::string stem = file.stem().string();
+  std::string stem = file.stem().string();
+  // nuScenes: "n015-2018-07-24-11-22-45+0800__LIDAR_TOP__1532402927647951.pcd.bin".
+  const std::size_t lidar = stem.rfind("__LIDAR_");
+  if (lidar != std::string::npos) {
+    stem = stem.substr(stem.rfind("__") + 2);
+    stem = stem.substr(0, stem.find('.'));
+  }
   const bool is_plain = std::ranges::all_of(stem, [](char c) { return is_digit(c) || c == '.'; });
   const bool has_point = stem.find('.') != std::string::npos;
   const std::size_t zeros = std::min(stem.find_first_not_of('0'), stem.size());

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/text/table.h"
 
@@ -175,10 +176,12 @@ Result<std::vector<std::int64_t>> read_stamps(const std::filesystem::path& path)
   std::vector<std::int64_t> stamps_ns;
   const auto add = [&](std::size_t line,
                        const std::vector<std::string_view>& words) -> Result<void> {
-    const std::optional<std::int64_t> stamp_ns = parse_stamp_ns(words.front());
+    std::optional<std::int64_t> stamp_ns = parse_stamp_ns(words.front());
+    if (!stamp_ns && words.size() > 1) stamp_ns = parse_date_time_ns(words[0], words[1]);
     if (!stamp_ns) {
       return file.error(ErrorCode::kMalformedText,
-                        "found " + in_quotes(words.front()) + ", expected a time in seconds",
+                        "found " + in_quotes(words.front()) +
+                            ", expected a time in seconds, or as 2011-09-26 13:02:25.594",
                         at_line(line));
     }
     if (!stamps_ns.empty() && *stamp_ns <= stamps_ns.back()) {

@@ -9,17 +9,9 @@
 
 #include "formats/base/atomic_file.h"
 #include "formats/base/result.h"
-#include "formats/geometry.h"
+#include "formats/foreign/text/pose_row.h"
 
 namespace sightline {
-
-// One row of a pose file. Whose pose it is (the vehicle's or the sensor's) no file says; the name
-// follows the default.
-struct PoseRow {
-  std::optional<std::int64_t> stamp_ns;
-  std::optional<std::int64_t> id;
-  Pose T_world_vehicle = Pose::Identity();
-};
 
 enum class PoseFormat {
   kAuto,    // by the number of columns

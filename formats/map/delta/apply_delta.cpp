@@ -71,10 +71,10 @@ Result<void> check_room(const OpenedDelta& delta, const fs::path& part) {
 }
 
 // Makes all of the result in the part, checks it, and leaves it there on the disk.
-Result<ApplyReport> make_part(const OpenedDelta& delta, const fs::path& map, const fs::path& part) {
+Result<ApplyReport> make_part(const OpenedDelta& delta, const fs::path& map, const fs::path& part,
+                              PartFile& file) {
   SIGHTLINE_TRY(check_room(delta, part));
   SIGHTLINE_ASSIGN(const PieceReader base, PieceReader::open(map));
-  SIGHTLINE_ASSIGN(PartFile file, PartFile::open(part));
   Sha256Stream digest;
   ApplyReport report;
   std::uint64_t payload = kDeltaHeaderSize + delta.steps.size() * kDeltaStepSize;
@@ -140,6 +140,27 @@ Result<void> put_in_place(const fs::path& part, const fs::path& map) {
   return rename_file(part, map);
 }
 
+// Nothing to do where the map is the result already; else what the check of the base said.
+Result<ApplyReport> report_done(const OpenedDelta& delta, const fs::path& map, const Error& error) {
+  const Result<bool> is_done = is_result(delta, map);
+  if (!is_done || !*is_done) return error;
+  ApplyReport report;
+  report.was_there = true;
+  report.root_digest = delta.header.result_root;
+  report.result_size = delta.header.result_size;
+  return report;
+}
+
+// With the part locked from the check of the base to the last rename: another process would write
+// into the very file that has become the map, or on a base that is no longer there.
+Result<ApplyReport> apply_locked(const OpenedDelta& delta, const fs::path& map, PartFile& part) {
+  const Result<void> base = check_base(delta, map);
+  if (!base) return report_done(delta, map, base.error());
+  SIGHTLINE_ASSIGN(ApplyReport report, make_part(delta, map, part_path(map), part));
+  SIGHTLINE_TRY(put_in_place(part_path(map), map));
+  return report;
+}
+
 }  // namespace
 
 fs::path part_path(const fs::path& map) { return map.string() + ".part"; }
@@ -148,19 +169,11 @@ fs::path previous_path(const fs::path& map) { return map.string() + ".previous";
 Result<ApplyReport> apply_delta(const fs::path& delta_path, const fs::path& map) {
   SIGHTLINE_ASSIGN(const OpenedDelta delta, open_delta(delta_path));
   SIGHTLINE_TRY(refuse_link(map));
+  // Nothing is written where the delta is for another map.
   const Result<void> base = check_base(delta, map);
-  if (!base) {
-    const Result<bool> is_done = is_result(delta, map);
-    if (!is_done || !*is_done) return base.error();
-    ApplyReport report;
-    report.was_there = true;
-    report.root_digest = delta.header.result_root;
-    report.result_size = delta.header.result_size;
-    return report;
-  }
-  SIGHTLINE_ASSIGN(ApplyReport report, make_part(delta, map, part_path(map)));
-  SIGHTLINE_TRY(put_in_place(part_path(map), map));
-  return report;
+  if (!base) return report_done(delta, map, base.error());
+  SIGHTLINE_ASSIGN(PartFile part, PartFile::open(part_path(map)));
+  return apply_locked(delta, map, part);
 }
 
 Result<ApplyReport> apply_delta_to(const fs::path& delta_path, const fs::path& map,
@@ -171,14 +184,21 @@ Result<ApplyReport> apply_delta_to(const fs::path& delta_path, const fs::path& m
     return Error{ErrorCode::kOutputExists, "the output exists already", out.string(), ""};
   }
   SIGHTLINE_TRY(check_base(delta, map));
-  SIGHTLINE_ASSIGN(ApplyReport report, make_part(delta, map, part_path(out)));
+  SIGHTLINE_ASSIGN(PartFile part, PartFile::open(part_path(out)));
+  SIGHTLINE_ASSIGN(ApplyReport report, make_part(delta, map, part_path(out), part));
   SIGHTLINE_TRY(rename_file(part_path(out), out));
   return report;
 }
 
 Result<Digest> roll_back(const fs::path& map) {
   const fs::path previous = previous_path(map);
-  SIGHTLINE_TRY(refuse_link(previous));
+  if (const Result<void> refused = refuse_link(previous); !refused) {
+    // A rollback that was killed behind its rename left the empty file that it had locked.
+    std::error_code failure;
+    if (fs::exists(part_path(map), failure)) (void)PartFile::open(part_path(map));
+    return refused.error();
+  }
+  SIGHTLINE_ASSIGN(const PartFile part, PartFile::open(part_path(map)));
   SIGHTLINE_ASSIGN(Digest root, check_map_digests(previous));
   SIGHTLINE_TRY(rename_file(previous, map));
   return root;

@@ -26,9 +26,9 @@ std::filesystem::path previous_path(const std::filesystem::path& map);
 // `map` becomes the delta's result; the map that it was stays beside it. At every moment `map` is
 // one of the two, whole; whatever stopped it, the same call goes on. Nothing is written before the
 // delta's front and the base have been checked, and `map` changes only after all of the result has
-// been: bytes, digests of blocks and tiles, root digest.
-// Errors: those of the checks that schemas/delta_format.md lists; disk-full, cannot-open,
-// cannot-read, cannot-write.
+// been: bytes, digests of blocks and tiles, root digest. A second process on the same map is
+// refused (cannot-open) as long as the first is at work. Errors: those of the checks that
+// schemas/delta_format.md lists; disk-full, cannot-open, cannot-read, cannot-write.
 Result<ApplyReport> apply_delta(const std::filesystem::path& delta,
                                 const std::filesystem::path& map);
 

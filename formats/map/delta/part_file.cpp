@@ -14,9 +14,16 @@ namespace sightline {
 namespace {
 
 Error failure(ErrorCode code, const std::filesystem::path& path, const char* what, int number) {
-  const bool is_full = number == ENOSPC || number == EDQUOT;
+  const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
   return {is_full ? ErrorCode::kDiskFull : code, std::string(what) + ": " + std::strerror(number),
           path.string(), ""};
+}
+
+// Before the lock was had, the process that held it may have renamed the file to the map itself.
+bool is_still_called(const std::filesystem::path& path, const struct stat& file) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0 && status.st_dev == file.st_dev &&
+         status.st_ino == file.st_ino;
 }
 
 }  // namespace
@@ -24,13 +31,18 @@ Error failure(ErrorCode code, const std::filesystem::path& path, const char* wha
 PartFile::PartFile(PartFile&& other) noexcept
     : path_(std::move(other.path_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
+      is_locked_(other.is_locked_),
       offset_(other.offset_),
       kept_(other.kept_),
       is_comparing_(other.is_comparing_),
       found_(std::move(other.found_)) {}
 
 PartFile::~PartFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  if (descriptor_ < 0) return;
+  struct stat status {};
+  const bool is_empty = is_locked_ && ::fstat(descriptor_, &status) == 0 && status.st_size == 0;
+  if (is_empty && is_still_called(path_, status)) (void)::unlink(path_.c_str());
+  ::close(descriptor_);
 }
 
 Result<PartFile> PartFile::open(const std::filesystem::path& path) {
@@ -47,6 +59,11 @@ Result<PartFile> PartFile::open(const std::filesystem::path& path) {
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
     return failure(ErrorCode::kCannotOpen, path, "another process is at work on it", errno);
   }
+  if (!is_still_called(path, status)) {
+    return Error{ErrorCode::kCannotOpen, "another process has just finished it; try again",
+                 path.string(), ""};
+  }
+  file.is_locked_ = true;
   return file;
 }
 

@@ -15,13 +15,14 @@ namespace sightline {
 // anew.
 class PartFile {
  public:
-  // Makes the file where there is none. One process at a time: it holds a lock until it is closed.
+  // Makes the file where there is none. One process at a time: it holds a lock until it is closed,
+  // whatever the file is called by then, so keep it until it has been renamed into place.
   // Errors: cannot-open (no regular file, a link, locked), cannot-write.
   static Result<PartFile> open(const std::filesystem::path& path);
 
   PartFile(PartFile&& other) noexcept;
   PartFile& operator=(PartFile&&) = delete;
-  ~PartFile();  // the file stays
+  ~PartFile();  // the file stays, unless it is empty
 
   // The next bytes. Errors: cannot-read, cannot-write, disk-full.
   Result<void> put(std::span<const std::byte> bytes);
@@ -39,6 +40,7 @@ class PartFile {
 
   std::filesystem::path path_;
   int descriptor_ = -1;
+  bool is_locked_ = false;
   std::uint64_t offset_ = 0;
   std::uint64_t kept_ = 0;
   bool is_comparing_ = true;

@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
+#include "formats/base/regular_file.h"
 #include "formats/base/result.h"
 
 namespace sightline {
@@ -15,22 +17,17 @@ class PieceReader {
   // Errors: file-not-found, cannot-open, cannot-read (a folder, a pipe, a device).
   static Result<PieceReader> open(const std::filesystem::path& path);
 
-  PieceReader(PieceReader&& other) noexcept;
-  PieceReader& operator=(PieceReader&&) = delete;
-  ~PieceReader();
-
-  [[nodiscard]] std::uint64_t size() const { return size_; }
+  [[nodiscard]] std::uint64_t size() const { return file_.size; }
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
   // Errors: cannot-read; truncated-file where the file has become shorter.
   [[nodiscard]] Result<std::vector<std::byte>> read(std::uint64_t offset, std::uint64_t size) const;
 
  private:
-  PieceReader(std::filesystem::path path, int descriptor)
-      : path_(std::move(path)), descriptor_(descriptor) {}
+  PieceReader(std::filesystem::path path, RegularFile file)
+      : path_(std::move(path)), file_(std::move(file)) {}
   std::filesystem::path path_;
-  int descriptor_ = -1;
-  std::uint64_t size_ = 0;
+  RegularFile file_;
 };
 
 }  // namespace sightline

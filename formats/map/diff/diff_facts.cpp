@@ -53,13 +53,16 @@ void add_promises(const RangeTable& ranges, const std::string& of, Facts& facts)
 void add_measurement(const CompiledMap& map, Facts& facts) {
   const MeasurementCard& card = map.measurement;
   const bool is_known = card.reference == ErrorReference::kKnownPose;
+  const bool is_simulated = card.reference == ErrorReference::kSimulated;
   facts.emplace_back("sensor.name", map.sensor.name);
   facts.emplace_back("sensor.digest", digest_of(map.sensor));
   facts.emplace_back("measurement.mapping_drive", card.mapping_drive);
   facts.emplace_back("measurement.mapping_scans", card.mapping_scans);
   facts.emplace_back("measurement.localization_drive", card.localization_drive);
   facts.emplace_back("measurement.localization_scans", card.localization_scans);
-  facts.emplace_back("measurement.reference", is_known ? "known poses" : "full-range match");
+  facts.emplace_back("measurement.reference", is_known       ? "known poses"
+                                              : is_simulated ? "simulated"
+                                                             : "full-range match");
   facts.emplace_back("measurement.localizer", to_text(card.localizer));
   facts.emplace_back("measurement.offsets", digest_of(card.offsets));
   facts.emplace_back("measurement.measured_site_count", std::to_string(card.measured_site_count));
@@ -84,6 +87,7 @@ Facts facts_of(const CompiledMap& map) {
                  {"release", std::to_string(map.release)},
                  {"writer", map.writer},
                  {"frame.origin_world_m", text_of({origin_m.x(), origin_m.y(), origin_m.z()})},
+                 {"frame.world", map.world},
                  {"cell_m", format_double(map.ndt.cell_m)},
                  {"tile_m", format_double(map.ndt.tile_m)},
                  {"point_count", std::to_string(map.ndt.point_count)},
@@ -96,6 +100,10 @@ Facts facts_of(const CompiledMap& map) {
   add_promises(map.ranges, "promise.", facts);
   for (const RangeTable& looks : map.ranges.of_samples) {
     facts.emplace_back("looks", to_text(looks.looks));
+    facts.emplace_back("look_plan", looks.plan ? to_text(*looks.plan) : "none");
+    if (looks.plan) {
+      facts.emplace_back("look_plan.doubt_above", format_double(looks.plan->doubt_above));
+    }
     add_promises(looks, "look_promise.", facts);
     add_look_coverage(map, facts);
   }

@@ -27,6 +27,7 @@ DiffedMap describe(const MapSide& side) {
   map.release = side.card().release;
   map.root_digest = side.container().header.root_digest;
   map.nd_count = side.nd_count();
+  map.world = side.card().world;
   map.site_count = side.site_count();
   map.tile_count = side.tile_count();
   map.file_size = side.container().header.file_size;

@@ -134,6 +134,7 @@ struct DiffedMap {
   std::string map_id;
   std::string version;
   std::uint64_t release = 0;
+  std::string world;  // CompiledMap::world
   Digest root_digest{};
   std::uint64_t nd_count = 0;
   std::uint32_t site_count = 0;

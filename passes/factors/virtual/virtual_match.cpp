@@ -54,8 +54,8 @@ double rival_score(const Localizer& localizer, const VirtualPlace& place, ScanFo
     Pose T_map_scan = Pose::Identity();
     T_map_scan.translation() =
         place.p_map_m + steps * kStep_m * Eigen::Vector3d(heading.cos, heading.sin, 0.0);
-    return kernel_score_alone(localizer.levels.front().grid, scan, scan.points_m.size(), T_map_scan,
-                              MatchKernel::kFastest);
+    return kernel_score_alone(*localizer.levels.front().grid, scan, scan.points_m.size(),
+                              T_map_scan, MatchKernel::kFastest);
   };
   const double here = score_at(0);
   if (!(here > 0.0)) return 1.0;

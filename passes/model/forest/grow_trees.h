@@ -6,6 +6,7 @@
 #include "formats/annotation/regression_forest.h"
 #include "formats/base/result.h"
 #include "passes/model/forest/feature_rows.h"
+#include "passes/model/forest/grow_tree.h"
 #include "passes/model/forest/labelled_rows.h"
 
 namespace sightline {
@@ -15,13 +16,6 @@ struct ForestOptions {
   int least_leaf_rows = 5;
   double feature_share = 0.4;  // of the features, tried at each split
   int tree_rows = 8000;        // of more training rows, a tree grows on as many drawn for it
-};
-
-// A tree as it was grown on a bootstrap sample: a child always comes after its parent, and
-// leaf_values[child - nodes.size()] is what the grower itself would predict there.
-struct GrownTree {
-  std::vector<TreeNode> nodes;
-  std::vector<float> leaf_values;
 };
 
 // Trees of a random forest (Breiman 2001), each from its own bootstrap sample and with a random

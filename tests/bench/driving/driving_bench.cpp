@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/base/parallel.h"
+#include "passes/pass/default_looks.h"
 #include "tests/bench/driving/driven_town.h"
 #include "tests/bench/driving/learn_plan.h"
 

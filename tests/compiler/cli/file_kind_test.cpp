@@ -84,10 +84,28 @@ TEST_F(FileKinds, AConfigurationWhereAMapIsWantedIsNamed) {
   EXPECT_THAT(complaint({"init", configuration()}, 74), HasSubstr("this is a configuration"));
 }
 
+TEST_F(FileKinds, AReportOfAConfigurationAsksForItsMap) {
+  const std::string page = (folder_ / "page.html").string();
+  EXPECT_THAT(complaint({"report", configuration(), "-o", page}, 64),
+              AllOf(HasSubstr("SL1001"), HasSubstr("add --map FILE")));
+  EXPECT_THAT(complaint({"report", map(), "-o", page, "--set", "a.b=1"}, 64),
+              HasSubstr("--set: a map alone has no configuration"));
+}
+
 TEST_F(FileKinds, AScanWhereAConfigurationIsWantedIsNamed) {
   const std::string scan = write("0.pcd", "DATA binary\n: \x01\x02\t{");
   EXPECT_THAT(complaint({"compile", scan}, 65),
-              AllOf(HasSubstr("a recording or one scan"), HasSubstr("sightline init")));
+              AllOf(HasSubstr("one scan of a recording"),
+                    HasSubstr("`sightline init " + folder_.string() + " -o drive.yaml`")));
+}
+
+TEST_F(FileKinds, ARecordingWhereAConfigurationIsWantedIsNamedWithTheNextStep) {
+  for (const char* name : {"drive.bag", "drive.db3", "drive.mcap", "drive.pcap", "drive.pcapng"}) {
+    const std::string recording = write(name, std::string("#\x01\x02: {\0", 7));
+    EXPECT_THAT(complaint({"compile", recording, "-o", "drive.slmap"}, 65),
+                HasSubstr("this is a recording: `sightline init " + recording + " -o drive.yaml`"))
+        << name;
+  }
 }
 
 // A damaged map is a map, and a wrong configuration one: their own messages stay.

@@ -80,9 +80,12 @@ TEST(Verbs, MeanTheSameByTheSameFlag) {
   // Where a file is named, the help says which; it may differ.
   const std::set<std::string> with_own_help = {"--output", "--map",  "--json",
                                                "--format", "--site", "--fleet"};
+  // Who makes a map names a LiDAR, a vehicle that admits one tells the digest of its own.
+  const std::string of_two_meanings = "--sensor";
   std::map<std::string, Flag> known;
   for (const Verb& verb : sightline_program().verbs) {
     for (const Flag& flag : verb.flags) {
+      if (long_name(flag) == of_two_meanings) continue;
       const auto [first, is_new] = known.emplace(long_name(flag), flag);
       if (is_new) continue;
       EXPECT_EQ(flag.names, first->second.names) << verb.name;

@@ -15,17 +15,19 @@ struct Values {
   std::string scans;
   std::vector<double> ranges_m = {10.0, 20.0};
   bool enabled = true;
+  std::vector<Look> looks;
 };
 
 class ConfigFile : public ::testing::Test {
  protected:
   std::vector<ConfigSection> sections() {
-    return {{"build-ndt", "cells", {number("cell_m", values_.cell_m, "edge, m", 0.1, 100.0)}},
-            {"mapping", "drive", {text("scans", values_.scans, "folder")}},
-            {"annotation",
-             "shared",
-             {numbers("ranges_m", values_.ranges_m, "ranges, m", 1.0, 300.0),
-              flag("enabled", values_.enabled, "whether")}}};
+    return {
+        {"build-ndt", "cells", {number("cell_m", values_.cell_m, "edge, m", 0.1, 100.0)}},
+        {"mapping", "drive", {text("scans", values_.scans, "folder")}},
+        {"annotation",
+         "shared",
+         {numbers("ranges_m", values_.ranges_m, "ranges, m", 1.0, 300.0),
+          flag("enabled", values_.enabled, "whether"), looks("looks", values_.looks, "looks")}}};
   }
   Result<void> read(const std::string& yaml) {
     file_ = scratch_folder() / "config_file_test.yaml";
@@ -84,15 +86,22 @@ TEST_F(ConfigFile, SaysLineAndNearestNameOfWhatItCannotRead) {
 }
 
 TEST_F(ConfigFile, ReadsBackItsOwnYaml) {
-  values_ = {1.25, "a: \"b\"", {12.5, 100.0}, false};
+  values_ = {1.25, "a: \"b\"", {12.5, 100.0}, false, {}};
   const std::string yaml = to_yaml(sections());
   values_ = {};
+  values_.looks = *parse_looks("50 m, 2000 returns, 80 points");
   const Result<void> done = read(yaml);
   ASSERT_TRUE(done.has_value()) << to_string(done.error());
   EXPECT_EQ(values_.cell_m, 1.25);
   EXPECT_EQ(values_.scans, "a: \"b\"");
   EXPECT_EQ(values_.ranges_m, (std::vector<double>{12.5, 100.0}));
   EXPECT_FALSE(values_.enabled);
+  EXPECT_TRUE(values_.looks.empty());  // "paper"
+}
+
+TEST_F(ConfigFile, WritesWhatIsNoUtf8AsAReplacement) {
+  values_.scans = "a\xff";
+  EXPECT_NE(to_yaml(sections()).find("scans: \"a\xEF\xBF\xBD\""), std::string::npos);
 }
 
 TEST_F(ConfigFile, TakesSingleOverrides) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "compiler/gate/forms/gate_text.h"
 #include "formats/base/atomic_file.h"
@@ -70,8 +71,32 @@ TEST(GateForms, SarifIsValidAndSuppressesWhatIsExcepted) {
     EXPECT_EQ(result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"],
               "maps/new%20town.slmap");
   }
+  const Json& driver = json["runs"][0]["tool"]["driver"];
+  EXPECT_TRUE(std::regex_match(driver["semanticVersion"].get<std::string>(),
+                               std::regex("\\d+\\.\\d+\\.\\d+.*")));
+  for (const Json& rule : driver["rules"]) {
+    EXPECT_THAT(rule["help"]["text"].get<std::string>(), HasSubstr("sightline inspect"));
+    EXPECT_THAT(rule["help"]["markdown"].get<std::string>(),
+                HasSubstr(rule["id"].get<std::string>() + ": {allowed: ...}"));
+  }
   EXPECT_EQ(suppressed, report.count(Verdict::kExcepted));
   EXPECT_EQ(open, report.count(Verdict::kViolated));
+}
+
+// A map has no line that code scanning could show.
+TEST(GateForms, SarifPointsAtTheRulesWhereTheyStandInAFile) {
+  GateReport report = full_report();
+  report.rules_file = "maps/drive.yaml";
+  report.rules_line = 12;
+  const Json json = Json::parse(to_sarif(report));
+  EXPECT_EQ(schema_faults(schema_of("tests/compiler/gate/schemas/sarif-2.1.0-rtm.5.json"), json),
+            "");
+  for (const Json& result : json["runs"][0]["results"]) {
+    const Json& location = result["locations"][0];
+    EXPECT_EQ(location["physicalLocation"]["artifactLocation"]["uri"], "maps/drive.yaml");
+    EXPECT_EQ(location["physicalLocation"]["region"]["startLine"], 12);
+    EXPECT_EQ(location["message"]["text"], "of the map maps/new town.slmap");
+  }
 }
 
 // The schema is Apache Ant's; xmllint is libxml2's.

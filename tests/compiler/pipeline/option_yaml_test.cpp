@@ -42,6 +42,24 @@ struct Twice {
 };
 
 // Whichever of two values was meant, the other would be a silent mistake.
+// 100 KB that stand for 2 GB.
+TEST(YamlTree, RefusesALongScalarThatIsRepeatedBeyondAllUse) {
+  std::string text = "a: &a " + std::string(40'000, 'x') + "\nb: [";
+  for (int i = 0; i < 20'000; ++i) text += "*a,";
+  const Result<YamlNode> root = parse_yaml(text + "]\n");
+  ASSERT_FALSE(root.has_value());
+  EXPECT_EQ(root.error().code, ErrorCode::kMalformedText);
+}
+
+// yaml-cpp takes each for documents without end, none of which consumes a byte.
+TEST(YamlTree, RefusesTextsThatYamlCppReadsWithoutEnd) {
+  for (const char* text : {",95)r`ae:", ",", "a: 1\n---\n,"}) {
+    const Result<YamlNode> root = parse_yaml(text);
+    ASSERT_FALSE(root.has_value()) << text;
+    EXPECT_EQ(root.error().code, ErrorCode::kMalformedText);
+  }
+}
+
 TEST(YamlTree, RefusesASecondKeyOrDocumentWithItsLine) {
   const std::vector<Twice> cases = {
       {"a: 1\nb: 2\na: 3\n", "line 3", "a second 'a', the first stands in line 1"},

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
 #include "formats/base/atomic_file.h"
+#include "tests/support/scratch_folder.h"
 
 namespace sightline {
 
@@ -56,9 +58,7 @@ constexpr Pass kAdd{"add", 1, "sum", "The sum of two numbers", &add};
 class Runner : public ::testing::Test {
  protected:
   void SetUp() override {
-    options_.cache_directory =
-        std::filesystem::path(::testing::TempDir()) /
-        (std::string("runner_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    options_.cache_directory = scratch_folder();
     std::filesystem::remove_all(options_.cache_directory);
     options_.threads = 1;
     g_calls = 0;
@@ -146,16 +146,40 @@ TEST_F(Runner, MakesADamagedCacheFileAnewAndSaysSo) {
   ASSERT_TRUE(run(2));
   EXPECT_EQ(g_calls, 4);
   ASSERT_FALSE(reports_.at(0).warnings.empty());
-  EXPECT_NE(reports_.at(0).warnings.at(0).find("checksum-mismatch"), std::string::npos);
+  EXPECT_NE(reports_.at(0).warnings.at(0).find("digest-mismatch"), std::string::npos);
   EXPECT_EQ(artifacts_.get(sum_).value, 9);
 }
 
-TEST_F(Runner, RemovesUnfinishedFilesOfAnInterruptedRun) {
+TEST_F(Runner, MakesAnewWhatLiesInThePlaceOfAnother) {
   ASSERT_TRUE(run(2));
-  const std::filesystem::path unfinished = options_.cache_directory / "scale-12.sla.99.tmp";
-  ASSERT_TRUE(write_file_atomically(unfinished, std::string_view("half"), IfExists::kRefuse));
+  const std::filesystem::path folder = options_.cache_directory;
+  std::vector<std::filesystem::path> scaled;
+  const auto collect = [&] {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      const std::filesystem::path& path = entry.path();
+      if (path.extension() != ".sla" || !path.filename().string().starts_with("scale-")) continue;
+      if (std::ranges::find(scaled, path) == scaled.end()) scaled.push_back(path);
+    }
+  };
+  collect();
+  ASSERT_TRUE(run(5));
+  collect();
+  ASSERT_EQ(scaled.size(), 2U);
+  std::filesystem::copy_file(scaled[0], scaled[1],
+                             std::filesystem::copy_options::overwrite_existing);
+  ASSERT_TRUE(run(5));
+  EXPECT_EQ(artifacts_.get(sum_).value, 18);
+  ASSERT_FALSE(reports_.at(0).warnings.empty());
+  EXPECT_NE(reports_.at(0).warnings.at(0).find("SL4008"), std::string::npos)
+      << reports_.at(0).warnings.at(0);
+}
+
+TEST_F(Runner, LeavesForeignFilesInTheCacheAlone) {
   ASSERT_TRUE(run(2));
-  EXPECT_FALSE(std::filesystem::exists(unfinished));
+  const std::filesystem::path mine = options_.cache_directory / "mine.tmp";
+  ASSERT_TRUE(write_file_atomically(mine, std::string_view("precious"), IfExists::kRefuse));
+  ASSERT_TRUE(run(3));
+  EXPECT_EQ(*read_text_file(mine), "precious");
 }
 
 TEST_F(Runner, StopsAndPrintsWhereItIsAsked) {

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
+
+#include "tests/support/scratch_folder.h"
 
 namespace sightline {
 namespace {
@@ -12,8 +15,7 @@ namespace {
 class AtomicFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    folder_ = scratch_folder();
     std::filesystem::remove_all(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -62,9 +64,62 @@ TEST_F(AtomicFile, LeavesTheOldFileWhenWritingFailsHalfWay) {
   ::setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, ignored);
   ASSERT_FALSE(result);
-  EXPECT_EQ(error_class(result.error().code), ErrorClass::kSystem);
+  EXPECT_EQ(result.error().code, ErrorCode::kDiskFull);
   EXPECT_EQ(*read_text_file(path), "old");
   EXPECT_EQ(file_count(), 1U);
+}
+
+TEST_F(AtomicFile, OnlyARegularFileIsReplaced) {
+  std::filesystem::create_directories(folder_);
+  const std::filesystem::path victim = folder_ / "victim";
+  ASSERT_TRUE(write_file_atomically(victim, std::string_view("precious"), IfExists::kRefuse));
+  std::filesystem::create_symlink(victim, folder_ / "link");
+  std::filesystem::create_symlink(folder_ / "nowhere", folder_ / "dangling");
+  std::filesystem::create_directories(folder_ / "folder");
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  for (const IfExists if_exists : {IfExists::kRefuse, IfExists::kReplace}) {
+    for (const char* name : {"link", "dangling", "folder", "pipe", "/dev/null"}) {
+      const Result<void> refused =
+          write_file_atomically(folder_ / name, std::string_view("new"), if_exists);
+      ASSERT_FALSE(refused) << name;
+      EXPECT_EQ(refused.error().code, ErrorCode::kCannotWrite) << name;
+    }
+  }
+  EXPECT_EQ(*read_text_file(victim), "precious");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "link"));
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+  EXPECT_EQ(file_count(), 2U) << "the victim, by its name and by the link";
+}
+
+TEST_F(AtomicFile, OfASecretIsReadableByItsOwnerAlone) {
+  const std::filesystem::path path = folder_ / "secret";
+  ASSERT_TRUE(
+      write_file_atomically(path, std::string_view("x"), IfExists::kRefuse, FileAccess::kOwner));
+  EXPECT_EQ(std::filesystem::status(path).permissions(), std::filesystem::perms(0600));
+}
+
+// The file says 100 GB and holds nothing.
+TEST_F(AtomicFile, ThatMemoryCannotHoldIsRefusedByName) {
+  std::filesystem::create_directories(folder_);
+  const std::filesystem::path path = folder_ / "hole";
+  ASSERT_TRUE(write_file_atomically(path, std::string_view(""), IfExists::kRefuse));
+  std::filesystem::resize_file(path, 100'000'000'000);
+  rlimit before{};
+  ::getrlimit(RLIMIT_AS, &before);
+  const rlimit small{rlim_t{8} << 30, before.rlim_max};
+  ::setrlimit(RLIMIT_AS, &small);
+  const Result<std::string> text = read_text_file(path);
+  ::setrlimit(RLIMIT_AS, &before);
+  ASSERT_FALSE(text);
+  EXPECT_EQ(text.error().code, ErrorCode::kOutOfMemory);
+  EXPECT_EQ(text.error().file, path.string());
+}
+
+TEST_F(AtomicFile, ShortTextsAreReadNoFurtherThanTheirLimit) {
+  const std::filesystem::path path = folder_ / "text";
+  ASSERT_TRUE(write_file_atomically(path, std::string_view("12345"), IfExists::kRefuse));
+  EXPECT_EQ(*read_short_text(path, 5), "12345");
+  EXPECT_EQ(read_short_text(path, 4).error().code, ErrorCode::kTooLarge);
 }
 
 TEST_F(AtomicFile, SaysWhichFileIsNotThere) {

@@ -8,7 +8,7 @@ namespace sightline {
 namespace {
 
 TEST(SensorProfile, EveryBuiltInProfileIsValidAndSurvivesDisk) {
-  ASSERT_EQ(sensor_profile_names().size(), 8U);
+  ASSERT_EQ(sensor_profile_names().size(), 24U);
   for (const std::string& name : sensor_profile_names()) {
     const Result<SensorProfile> profile = sensor_profile(name);
     ASSERT_TRUE(profile.has_value()) << name;
@@ -31,6 +31,13 @@ TEST(SensorProfile, HasTheBeamsOfTheMakersTables) {
   EXPECT_EQ(beams("os1-64").size(), 64U);
   EXPECT_NEAR(beams("os1-64").front(), -16.6, 1e-12);
   EXPECT_EQ(beams("generic-128").size(), 128U);
+  EXPECT_EQ(beams("pandar64").size(), 64U);
+  EXPECT_EQ(beams("pandar64").front(), -25.0);
+  EXPECT_EQ(beams("pandar64").at(58), 2.0);
+  EXPECT_EQ(beams("pandar128").size(), 128U);
+  EXPECT_EQ(beams("vlp-32c").size(), 32U);
+  EXPECT_EQ(beams("xt32").at(1) - beams("xt32").at(0), 1.0);
+  EXPECT_EQ(beams("os2-32").back(), 11.25);
 }
 
 TEST(SensorProfile, RefusesAnUnknownNameAndListsTheKnown) {

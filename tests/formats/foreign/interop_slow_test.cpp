@@ -1,7 +1,7 @@
 #include <set>
 
 #include "formats/foreign/clouds/read_point_cloud.h"
-#include "formats/foreign/logs/open_scan_container.h"
+#include "formats/foreign/recording/open_scan_container.h"
 #include "formats/foreign/recording/recording.h"
 #include "formats/foreign/text/text_lines.h"
 #include "tests/formats/foreign/foreign_files.h"

@@ -7,6 +7,7 @@ A second opinion: it shares no code with the compiler, uses the standard library
 the formats' own descriptions. One row a file: name, number of scans, points kept, points with a NaN
 or infinity, points at (0,0,0), lowest and highest x y z; or the code that the file is refused with.
 """
+import ast
 import gzip
 import math
 import os
@@ -15,7 +16,7 @@ import struct
 import sys
 
 # What is refused, by ending, where no rule below finds another reason.
-UNSUPPORTED = {".laz", ".npy", ".npz", ".obj", ".off", ".stl", ".vtk", ".x3d", ".dae", ".json",
+UNSUPPORTED = {".laz", ".npz", ".obj", ".off", ".stl", ".vtk", ".x3d", ".dae", ".json",
                ".xyz", ".txt"}
 PCD_TYPES = {("F", 4): "f", ("F", 8): "d", ("U", 1): "B", ("U", 2): "H", ("U", 4): "I",
              ("U", 8): "Q", ("I", 1): "b", ("I", 2): "h", ("I", 4): "i", ("I", 8): "q"}
@@ -166,6 +167,19 @@ def float_bin(data, name):
     return [row[:3] for row in struct.Struct("<%df" % floats).iter_unpack(data)]
 
 
+def npy(data):
+    """Rows of named fields x, y, z, or of three columns and more."""
+    size = struct.unpack_from("<H", data, 8)[0]
+    head = ast.literal_eval(data[10:10 + size].decode())
+    codes = {"f4": "f", "f8": "d", "u1": "B", "i4": "i"}
+    fields = head["descr"]
+    if isinstance(fields, str):
+        fields = [("xyz"[i:i + 1], fields) for i in range(head["shape"][1])]
+    row = struct.Struct("<" + "".join(codes[kind[1:]] for _, kind in fields))
+    at = [[name for name, _ in fields].index(axis) for axis in "xyz"]
+    return [[values[i] for i in at] for values in row.iter_unpack(data[10 + size:])]
+
+
 VLP16_DEG = [-15, 1, -13, 3, -11, 5, -9, 7, -7, 9, -5, 11, -3, 13, -1, 15]
 VLP16_MM = [11.2, -0.7, 9.7, -2.2, 8.1, -3.7, 6.6, -5.1, 5.1, -6.6, 3.7, -8.1, 2.2, -9.7, 0.7, -11.2]
 HDL32_DEG = [-92 / 3 + 4 / 3 * (i // 2 + 16 * (i % 2)) for i in range(32)]
@@ -214,7 +228,7 @@ def read(name, data):
         raise Refused("unsupported-format")
     if ending == ".pcap":
         return velodyne(data)
-    points = {".pcd": pcd, ".ply": ply, ".las": las,
+    points = {".pcd": pcd, ".ply": ply, ".las": las, ".npy": npy,
               ".bin": lambda d: float_bin(d, name)}[ending](data)
     return points, 1
 

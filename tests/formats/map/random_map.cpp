@@ -125,6 +125,20 @@ FactorTable random_factors(const RandomMapOptions& options, const std::vector<Lo
   return factors;
 }
 
+// Some maps have none.
+std::optional<LookPlan> random_plan(const RandomMapOptions& options, Random& random) {
+  if (options.seed % 3 == 0) return std::nullopt;
+  LookPlan plan;
+  plan.limit_m = random.uniform(0.05, 0.3);
+  plan.first = {.range_m = 60.0, .return_count = 2000, .point_count = 90, .is_by_normals = true};
+  plan.first.mode = LookMode::kSettle;
+  plan.second = {.range_m = 95.0, .return_count = 8000, .even_beyond_m = 20.0, .point_count = 800};
+  for (double& weight : plan.test.weights) weight = random.uniform(-2.0, 2.0);
+  plan.test.constant = random.uniform(-5.0, 5.0);
+  plan.doubt_above = random.uniform(-2.0, 2.0);
+  return plan;
+}
+
 // Of the same sites as the ranges.
 void add_looks(const RandomMapOptions& options, Random& random, CompiledMap& map) {
   PredictedError predicted = random_prediction(options, options.looks, random);
@@ -132,6 +146,7 @@ void add_looks(const RandomMapOptions& options, Random& random, CompiledMap& map
   predicted.has_history = map.predicted.has_history;
   map.predicted.of_samples.push_back(std::move(predicted));
   map.ranges.of_samples.push_back(random_ranges(options, options.looks, random));
+  map.ranges.of_samples.front().plan = random_plan(options, random);
   map.factors.of_samples.push_back(random_factors(options, options.looks, random));
   map.factors.of_samples.front().factors = {"crlb_max", "own_error", "match_cost"};
   map.look_quality = look_quality_of(map, {});

@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, sys.argv[2])
-from sightline_map import FAR, NOT_VISIBLE, UNKNOWN_LOCALIZER, MapError, SightlineMap, xxh3  # noqa: E402
+from sightline_map import FAR, NOT_VISIBLE, UNKNOWN_LOCALIZER, LookPlan, MapError, SightlineMap, xxh3  # noqa: E402
 
 
 def check_sites(dump, opened, sites):
@@ -132,10 +132,14 @@ def check_look_up(opened):
         visible_m = random.choice((5.0, 30.0, 90.0, math.inf))
         answer = opened.observation_range(position, limit_m)
         look = opened.look(position, limit_m, visible_m)
+        is_tracking = random.random() < 0.8
+        plan = opened.look_plan(position, limit_m, is_tracking, visible_m)
+        assert is_tracking or plan == (LookPlan(look[0]), look[1])
         assert look[0].range_m <= visible_m or look[1].flags & NOT_VISIBLE
         opened._look_up = every_site
         assert opened.observation_range(position, limit_m) == answer
         assert opened.look(position, limit_m, visible_m) == look
+        assert opened.look_plan(position, limit_m, is_tracking, visible_m) == plan
         opened._look_up = look_up
         near += not answer.flags & FAR
     return near

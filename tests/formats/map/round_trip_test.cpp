@@ -42,6 +42,20 @@ TEST(MapFile, GivesBackEveryArtifactButForTheRoundingOfNds) {
   }
 }
 
+TEST(MapFile, CarriesTheNameOfItsWorldAndNothingOfALocalOne) {
+  CompiledMap map = random_map({.seed = 3});
+  const std::vector<std::byte> local = encode_map(map);
+  EXPECT_EQ(read_map(local)->world, "local");
+  map.world = "utm:32N";
+  const std::vector<std::byte> named = encode_map(map);
+  EXPECT_EQ(read_map(named)->world, "utm:32N");
+  EXPECT_NE(named, local);
+  for (const std::string& name : {std::string(), std::string("utm 32"), std::string(65, 'u')}) {
+    map.world = name;
+    EXPECT_FALSE(validate(map)) << name;
+  }
+}
+
 TEST(MapFile, OfTheSameMapIsTheSameBytesAlsoAfterReading) {
   const CompiledMap map = random_map({.seed = 3});
   const std::vector<std::byte> file = encode_map(map);

@@ -75,6 +75,82 @@ TEST(CInterface, NamesTheLookThatTheCppInterfaceNames) {
   sightline_close(opened);
 }
 
+TEST(CInterface, TellsThePlanThatTheCppInterfaceTells) {
+  const CompiledMap map = random_map({.seed = 5});
+  const std::string path = written_map(encode_map(map), "c_plan.slmap");
+  const Result<MapReader> reader = MapReader::open(path, "annealed");
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  sightline_map* opened = nullptr;
+  ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
+  for (const Site& site : map.sites.sites) {
+    const Eigen::Vector3d p_m = site.p_map_m + map.sites.frame.origin_world_m;
+    for (const int is_tracking : {0, 1}) {
+      sightline_look_plan plan;
+      ASSERT_EQ(sightline_get_look_plan(opened, p_m.data(), 0.35, is_tracking, 200.0, &plan), 0);
+      const Result<LookPlanAnswer> expected =
+          reader->look_plan({p_m[0], p_m[1], p_m[2]}, 0.35, is_tracking != 0, 200.0);
+      ASSERT_TRUE(expected);
+      EXPECT_EQ(plan.has_second, is_tracking);
+      EXPECT_EQ(plan.has_second != 0, expected->has_second);
+      EXPECT_EQ(plan.first.point_count, expected->first.look.point_count);
+      EXPECT_EQ(plan.first.settles != 0, expected->first.look.settles);
+      EXPECT_EQ(plan.second.return_count, expected->second.return_count);
+      EXPECT_EQ(plan.constant, expected->constant);
+      EXPECT_EQ(plan.doubt_above, expected->doubt_above);
+      for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(plan.weights[i], expected->weights[i]);
+      EXPECT_EQ(plan.first.site, expected->first.site);
+    }
+  }
+  sightline_look_plan plan;
+  const double nowhere_m[3] = {NAN, 0.0, 0.0};
+  EXPECT_NE(sightline_get_look_plan(opened, nowhere_m, 0.25, 1, 90.0, &plan), 0);
+  EXPECT_EQ(plan.first.range_m, 50.0);
+  EXPECT_EQ(plan.has_second, 0);
+  sightline_close(opened);
+}
+
+TEST(CInterface, ListsEverySiteWithWhatIsAnsweredThere) {
+  for (const std::uint64_t seed : {1U, 2U, 5U}) {
+    const CompiledMap map = random_map({.seed = seed, .site_count = 130});
+    const std::string path = written_map(encode_map(map), "c_sites.slmap");
+    sightline_map* opened = nullptr;
+    ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
+    for (std::size_t limit = 0; limit < 2; ++limit) {
+      std::vector<sightline_site> sites(130);
+      ASSERT_EQ(sightline_get_sites(opened, limit, sites.data(), sites.size()), 0);
+      for (std::uint32_t i = 0; i < sites.size(); ++i) {
+        const Eigen::Vector3d p_m = map.sites.sites[i].p_map_m + map.sites.frame.origin_world_m;
+        EXPECT_EQ(Eigen::Vector3d(sites[i].position_world_m), p_m);
+        sightline_range range;
+        sightline_observation_range(opened, p_m.data(), limit == 0 ? 0.1 : 0.25, &range);
+        EXPECT_EQ(sites[i].site, i);
+        EXPECT_EQ(range.site, i);
+        EXPECT_EQ(sites[i].range_m, range.range_m);
+        EXPECT_EQ(sites[i].probability, range.probability);
+        EXPECT_EQ(sites[i].mean_error_m, range.mean_error_m);
+        EXPECT_EQ(sites[i].flags, range.flags);
+      }
+      EXPECT_EQ(sightline_get_sites(opened, limit, sites.data(), 129), 1001);
+    }
+    std::vector<sightline_site> sites(130);
+    EXPECT_EQ(sightline_get_sites(opened, 2, sites.data(), sites.size()), 1001);
+    sightline_close(opened);
+  }
+}
+
+TEST(CInterface, ListsNoSitesWhereAPageOfThemIsDamaged) {
+  const CompiledMap map = random_map({.seed = 1, .site_count = 130});
+  std::vector<std::byte> file = encode_map(map);
+  // A row in the last page but one of the section, which ends where the directory begins.
+  file[header_fields(file).directory_offset - 2 * kPageSize + 100] ^= std::byte{1};
+  const std::string path = written_map(file, "c_damaged_sites.slmap");
+  sightline_map* opened = nullptr;
+  ASSERT_EQ(sightline_open(path.c_str(), "annealed", &opened, nullptr, 0), 0);
+  std::vector<sightline_site> sites(130);
+  EXPECT_EQ(sightline_get_sites(opened, 0, sites.data(), sites.size()), 4003);
+  sightline_close(opened);
+}
+
 TEST(CInterface, TellsMapAndRanges) {
   const CompiledMap map = random_map({.seed = 2});
   const std::string path = written_map(encode_map(map), "c_info.slmap");

@@ -9,11 +9,14 @@
 #include <cstring>
 #include <optional>
 #include <thread>
+#include <tuple>
 
 #include "formats/base/random.h"
 #include "formats/grid/point_grid.h"
 #include "formats/map/container_writer.h"
+#include "formats/map/manifest.h"
 #include "formats/map/map_writer.h"
+#include "formats/reader/map_checks.h"
 #include "map_generated.h"
 #include "tests/formats/map/random_map.h"
 #include "tests/formats/map/resealed.h"
@@ -180,6 +183,92 @@ TEST(MapReader, NamesTheCheapestLookWithinWhatCanBeSeenAsBruteForceDoes) {
   }
   EXPECT_GT(sample_count, 200U) << "too few looks to show anything";
   EXPECT_GT(hidden_count, 100U);
+}
+
+MapLook map_look(const Look& look) {
+  return {look.range_m,     look.return_count,  look.even_beyond_m,
+          look.point_count, look.is_by_normals, look.mode == LookMode::kSettle};
+}
+
+bool is_same(const MapLook& a, const MapLook& b) {
+  return std::tie(a.range_m, a.return_count, a.even_beyond_m, a.point_count, a.is_by_normals,
+                  a.settles) == std::tie(b.range_m, b.return_count, b.even_beyond_m, b.point_count,
+                                         b.is_by_normals, b.settles);
+}
+
+// What a plan of the map says where its place's look is `there`.
+void expect_plan(const LookPlanAnswer& found, const LookPlan& plan, const LookAnswer& there) {
+  Look look;
+  look.range_m = there.look.range_m;
+  look.return_count = there.look.return_count;
+  look.even_beyond_m = there.look.even_beyond_m;
+  look.point_count = there.look.point_count;
+  look.is_by_normals = there.look.is_by_normals;
+  const LookPlan expected = plan_at(plan, look);
+  EXPECT_TRUE(is_same(found.first.look, map_look(expected.first)));
+  EXPECT_TRUE(is_same(found.second, map_look(expected.second)));
+  EXPECT_EQ(found.weights, expected.test.weights);
+  EXPECT_EQ(found.constant, expected.test.constant);
+  EXPECT_EQ(found.doubt_above, expected.doubt_above);
+  EXPECT_TRUE(std::isnan(found.first.probability) && std::isnan(found.first.mean_error_m));
+  EXPECT_EQ(found.first.site, there.site);
+}
+
+TEST(MapReader, TellsAVehicleThatTracksThePlanAndAnyOtherTheLook) {
+  std::size_t plan_count = 0, cheaper_count = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Random random(seed);
+    const CompiledMap map = random_map({.seed = seed, .site_count = 200, .nd_count = 20});
+    const std::optional<LookPlan>& plan = map.ranges.of_samples.front().plan;
+    const std::vector<std::byte> file = encode_map(map);
+    const Result<MapReader> reader = MapReader::open(file, "annealed");
+    ASSERT_TRUE(reader) << to_string(reader.error());
+    for (int i = 0; i < 200; ++i) {
+      const Position position =
+          world(map, {random.uniform(-110.0, 110.0), random.uniform(-110.0, 110.0), 0.0});
+      const double limit_m = random.uniform(0.05, 0.4);
+      const double visible_m = random.below(2) == 0 ? 90.0 : 200.0;
+      const bool is_tracking = random.below(4) > 0;
+      const Result<LookAnswer> look = reader->look(position, limit_m, visible_m);
+      const Result<LookPlanAnswer> found =
+          reader->look_plan(position, limit_m, is_tracking, visible_m);
+      ASSERT_TRUE(look && found);
+      const bool expects_plan = is_tracking && plan && limit_m >= plan->limit_m &&
+                                visible_m == 200.0 &&
+                                (look->flags & (kAnswerFar | kAnswerTighterLimit)) == 0;
+      ASSERT_EQ(found->has_second, expects_plan);
+      if (expects_plan) {
+        expect_plan(*found, *plan, *look);
+        ++plan_count;
+        cheaper_count += found->first.look.point_count < plan->first.point_count ? 1 : 0;
+      } else {
+        EXPECT_TRUE(is_same(found->first.look, look->look));
+        EXPECT_EQ(found->first.probability, look->probability);
+        EXPECT_EQ(found->first.flags, look->flags);
+      }
+    }
+  }
+  EXPECT_GT(plan_count, 100U) << "too few plans to show anything";
+  EXPECT_GT(cheaper_count, 20U);
+}
+
+TEST(MapReader, RefusesAPlanWhoseNumbersMakeNoSense) {
+  const auto is_accepted = [](const auto& change) {
+    CompiledMap map = random_map({.seed = 2});
+    change(*map.ranges.of_samples.front().plan);
+    const std::vector<std::byte> bytes = encode_manifest(map);
+    return check_manifest(*flatbuffers::GetRoot<schema::Manifest>(bytes.data())).has_value();
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(is_accepted([](LookPlan&) {}));
+  EXPECT_TRUE(is_accepted([](LookPlan& plan) { plan.doubt_above = kInfinity; })) << "never";
+  EXPECT_FALSE(is_accepted([](LookPlan& plan) { plan.doubt_above = kNan; }));
+  EXPECT_FALSE(is_accepted([](LookPlan& plan) { plan.test.weights[7] = kInfinity; }));
+  EXPECT_FALSE(is_accepted([](LookPlan& plan) { plan.test.constant = kNan; }));
+  EXPECT_FALSE(is_accepted([](LookPlan& plan) { plan.second.return_count = 0; }));
+  EXPECT_FALSE(is_accepted([](LookPlan& plan) { plan.first.range_m = -1.0; }));
+  EXPECT_FALSE(is_accepted([](LookPlan& plan) { plan.limit_m = 0.0; }));
 }
 
 TEST(MapReader, NamesNoLookToALocalizerWhoseErrorsWereNotMeasured) {
@@ -401,6 +490,7 @@ TEST(MapReader, AllocatesNothingToLookUp) {
     for (const Site& site : map.sites.sites) {
       sum_m += reader->observation_range(world(map, site.p_map_m), 0.25)->range_m;
       sum_m += reader->look(world(map, site.p_map_m), 0.25, 90.0)->look.range_m;
+      sum_m += reader->look_plan(world(map, site.p_map_m), 0.31, true)->second.range_m;
     }
     EXPECT_EQ(allocation_count(), before) << callers;
     EXPECT_GT(sum_m, 0.0);
@@ -477,6 +567,23 @@ TEST(MapReader, OutlivesBeingMoved) {
   EXPECT_EQ(reader.info().ranges_m.back(), 50.0);
   EXPECT_EQ(reader.info().map_id, map.map_id);
   EXPECT_TRUE(reader.observation_range(world(map, {0.0, 0.0, 0.0}), 0.1));
+}
+
+TEST(MapReader, TellsItsWorldAndWhereExportedCloudsLie) {
+  CompiledMap map = random_map({.seed = 2});
+  map.world = "utm:32N";
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<MapReader> reader = MapReader::open(file, "annealed");
+  ASSERT_TRUE(reader);
+  EXPECT_EQ(reader->info().world, "utm:32N");
+  // Its frame begins at (448000, -192, 0).
+  EXPECT_EQ(reader->info().export_origin_world_m, (std::array<double, 3>{400'000.0, 0.0, 0.0}));
+  map.world = "local";
+  const std::vector<std::byte> local = encode_map(map);
+  EXPECT_EQ(MapReader::open(local, "annealed")->info().world, "local");
+  EXPECT_EQ(export_origin_world_m({-64.0, 99'968.0, 300'000.0}), (std::array<double, 3>{}));
+  EXPECT_EQ(export_origin_world_m({-100'032.0, 5'429'500.0, 0.0}),
+            (std::array<double, 3>{-200'000.0, 5'400'000.0, 0.0}));
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ TEST(Admission, RefusesEveryRecordChangedAfterItWasSigned) {
 
 TEST(Admission, RefusesOlderReleasesAndASecondOneWithTheSameCounter) {
   VehicleFacts vehicle = vehicle_at();
-  vehicle.seen_release = encode(small_release(5));
+  vehicle.seen.release = encode(small_release(5));
   EXPECT_EQ(code_of(offer_of(small_release(4)), vehicle), ErrorCode::kReplayedRelease);
   EXPECT_EQ(code_of(offer_of(small_release(5)), vehicle), ErrorCode{});
   EXPECT_EQ(code_of(offer_of(small_release(6)), vehicle), ErrorCode{});

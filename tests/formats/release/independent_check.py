@@ -51,6 +51,14 @@ def main(sightline):
         run(sightline, "key", f"k{i}")
         assert os.stat(f"k{i}.key").st_mode & 0o777 == 0o600
     assert run(sightline, "key", "k0", ok=False).returncode == 64, "a secret key is never replaced"
+    shared = open("k0.pub").read()
+    os.remove("k0.pub")
+    run(sightline, "key", "k0")
+    assert open("k0.pub").read() == shared, "the half that is there is completed"
+    os.rename("k0.key", "away")
+    assert run(sightline, "key", "k0", ok=False).returncode == 64, "another's public key is not replaced"
+    assert not os.path.exists("k0.key")
+    os.rename("away", "k0.key")
     keys = [f"k{i}" for i in range(KEY_COUNT)]
     flags = sum((["--signer", key + ".pub"] for key in keys), [])
     run(sightline, "root", "--fleet", "metropolis", *flags, "--threshold", "2", "-o", "root.1")

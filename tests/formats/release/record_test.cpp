@@ -140,6 +140,32 @@ TEST(RootRecordText, ReadsBackAndRefusesASignerWhoWouldCountTwice) {
   EXPECT_FALSE(decode_root_record(encode(twice)));
 }
 
+// With these anybody signs anything: the eight points of small order, in every way to write them
+// (the list of libsodium), and one that is on no curve.
+TEST(RootRecordText, RefusesPointsThatAnybodyCanSignBy) {
+  const char* const points[] = {"0000000000000000000000000000000000000000000000000000000000000000",
+                                "0100000000000000000000000000000000000000000000000000000000000000",
+                                "26e8958fc2b227b045c3f489f2ef98f0d5dfac05d3c63339b13802886d53fc05",
+                                "26e8958fc2b227b045c3f489f2ef98f0d5dfac05d3c63339b13802886d53fc85",
+                                "c7176a703d4dd84fba3c0b760d10670f2a2053fa2c39ccc64ec7fd7792ac037a",
+                                "c7176a703d4dd84fba3c0b760d10670f2a2053fa2c39ccc64ec7fd7792ac03fa",
+                                "ecffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff7f",
+                                "edffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff7f",
+                                "eeffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff7f",
+                                "ffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffffff",
+                                "0200000000000000000000000000000000000000000000000000000000000000"};
+  for (const char* const point : points) {
+    RootRecord root = root_of({1}, 1);
+    root.keys[0].point = *digest_of_hex(point);
+    EXPECT_FALSE(is_sound(root.keys[0])) << point;
+    EXPECT_EQ(validate(root).error().code, ErrorCode::kMalformedRecord) << point;
+    EXPECT_FALSE(decode_root_record(encode(root))) << point;
+  }
+  for (std::uint8_t number = 1; number < 50; ++number) {
+    EXPECT_TRUE(is_sound(public_key_of(key_of(number))));
+  }
+}
+
 TEST(Times, AreUtcAndNothingElse) {
   EXPECT_EQ(utc_text(0), "1970-01-01T00:00:00Z");
   EXPECT_EQ(utc_text(951782400), "2000-02-29T00:00:00Z");

@@ -151,5 +151,27 @@ TEST(AddMappingError, RefusesOtherSitesOtherRangesAndFactorsWithoutAStandIn) {
   }
 }
 
+TEST(AddMappingError, WhatWasSimulatedStandsForBothAndSaysSo) {
+  const SyntheticDrive drive = small_drive();
+  MeasuredError simulated = drive.measured;
+  simulated.reference = ErrorReference::kSimulated;
+  simulated.scan_of_site[2] = 2;
+  PassContext ctx;
+  const Result<FactorTable> table = add_simulated_error(ctx, {}, drive.factors, simulated);
+  ASSERT_TRUE(table.has_value()) << to_string(table.error());
+  ASSERT_TRUE(validate(*table).has_value());
+  EXPECT_TRUE(is_simulated(*table));
+  EXPECT_FALSE(is_simulated(drive.factors));
+  const std::size_t before = drive.factors.factors.size();
+  ASSERT_EQ(table->factors.size(), before + 3);
+  for (std::size_t site = 0; site < table->site_count; ++site) {
+    for (std::size_t range = 0; range < table->looks.size(); ++range) {
+      EXPECT_EQ(table->at(site, range, before), 1.0);
+      EXPECT_EQ(table->at(site, range, before + 1), 2.0 * simulated.row(site, range).mean_m);
+      EXPECT_EQ(table->at(site, range, before + 2), simulated.row(site, range).mean_m);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sightline

@@ -339,6 +339,8 @@ TEST(MeasureError, TakesEveryReturnWithinARangeWhereThePapersProtocolIsAsked) {
   const std::size_t scan = static_cast<std::size_t>(measured->scan_of_site[0]) / 2;
   const std::vector<Eigen::Vector3d> near = crop(world.drive.store->read(scan)->points_m, range_m);
   EXPECT_EQ(measured->row(0, 0).point_count, voxel_subsample(near, 1.0).size());
+  EXPECT_FALSE(measured->matching.localizer == thinned->matching.localizer)
+      << "a map of the one is none for the other";
 }
 
 TEST(MeasureError, TheAnnealedLocalizerEndsNearerFromTheSameStarts) {

@@ -2,51 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include "passes/map/build_ndt.h"
-#include "tests/support/box_world.h"
+#include <limits>
+#include <utility>
+
+#include "tests/passes/localize/mapped_street.h"
 
 namespace sightline {
 namespace {
-
-// A street that was mapped, and a second drive along it, a scan every 0.4 m.
-struct Street {
-  NdtMap map;
-  Sites sites;
-  RangeTable ranges;  // 15 m, from site 4 on 30 m
-  TestDrive second;
-};
-
-const Street& street() {
-  static const Street kStreet = [] {
-    Street made;
-    const BoxWorld world = random_street(20);
-    std::vector<Eigen::Vector3d> points_m;
-    for (int i = 0; i < 16; ++i) {
-      Site site;
-      site.s_m = i;
-      site.T_map_vehicle = pose_at(i, 0.0, 0.0);
-      Pose T_map_lidar = site.T_map_vehicle;
-      T_map_lidar.translation().z() = 2.0;
-      site.p_map_m = T_map_lidar.translation();
-      for (const Eigen::Vector3d& point_m : scan_world(world, T_map_lidar, 1.0).points_m) {
-        points_m.push_back(T_map_lidar * point_m);
-      }
-      made.sites.sites.push_back(site);
-      made.ranges.range_index.push_back(i < 4 ? 0 : 1);
-      made.ranges.flags.push_back(0);
-    }
-    made.map = ndt_from_points(points_m, MapFrame{}, {}, 1);
-    made.ranges.looks = every_return_at({15.0, 30.0});
-    made.ranges.promises.resize(1);
-    made.ranges.promises[0].limit_m = 0.1;
-    made.ranges.site_count = 16;
-    std::vector<Pose> poses;
-    for (int i = 0; i < 18; ++i) poses.push_back(pose_at(0.5 + 0.4 * i, -0.3, 0.02));
-    made.second = drive_through(world, poses, 1.0);
-    return made;
-  }();
-  return kStreet;
-}
 
 // Starts a hand's breadth off: what a street of few boxes bears.
 TrackDriveOptions near_starts() {
@@ -96,6 +58,58 @@ TEST(TrackDrive, LooksUpTheRangeWhereItExpectsToBe) {
     EXPECT_EQ(tracks->step(0, scan).error_m, tracks->step(1, scan).error_m);
     EXPECT_EQ(tracks->step(0, scan).work, tracks->step(1, scan).work);
   }
+}
+
+Result<DriveTracks> track_by(const RangeTable& ranges) {
+  PassContext ctx;
+  ctx.threads = 1;
+  return track_drive(ctx, near_starts(), street().second.drive, street().second.truth, street().map,
+                     street().sites, ranges);
+}
+
+// Doubts all, or none.
+LookPlan street_plan(bool doubts) {
+  LookPlan plan;
+  plan.first = {.range_m = 30.0, .return_count = 500, .point_count = 100};
+  plan.second = {.range_m = 30.0, .return_count = 2000, .point_count = 400};
+  plan.doubt_above = std::numeric_limits<double>::infinity() * (doubts ? -1.0 : 1.0);
+  return plan;
+}
+
+TEST(TrackDrive, ReplaysLooksAndThePlanBesideRanges) {
+  const Result<DriveTracks> tracks = track_by(ranges_with_looks(street_plan(true)));
+  ASSERT_TRUE(tracks) << to_string(tracks.error());
+  ASSERT_TRUE(validate(*tracks)) << to_string(validate(*tracks).error());
+  ASSERT_EQ(tracks->rules.size(), 7U) << "range, look, plan, two looks and two ranges everywhere";
+  const Result<DriveTracks> ranges_alone = track(near_starts());
+  for (std::size_t scan = 0; scan < 18; ++scan) {
+    EXPECT_EQ(tracks->step(0, scan).error_m, ranges_alone->step(0, scan).error_m);
+    EXPECT_EQ(tracks->step(6, scan).error_m, ranges_alone->step(2, scan).error_m);
+    // A vehicle tracks from its third scan on.
+    const bool is_second = (tracks->step(2, scan).flags & kTrackSecondLook) != 0;
+    EXPECT_EQ(is_second, scan >= 2) << scan;
+  }
+  // Where the map chooses as the static rule does, nothing tells the two replays apart.
+  for (std::size_t scan = 0; scan <= 6; ++scan) {
+    EXPECT_EQ(tracks->step(1, scan).error_m, tracks->step(3, scan).error_m);
+  }
+  EXPECT_NE(tracks->step(1, 12).work, tracks->step(3, 12).work) << "the denser look is taken";
+}
+
+TEST(TrackDrive, ThePlanBeginsWithThePlacesLookWhereThatIsCheaper) {
+  const Result<DriveTracks> trusted = track_by(ranges_with_looks(street_plan(false)));
+  ASSERT_TRUE(trusted) << to_string(trusted.error());
+  const auto work_of = [&](std::size_t scan) { return trusted->step(2, scan).work; };
+  // 60 points before site 4, then the plan's own 100, since the place's 150 are dearer.
+  LookPlan alone = street_plan(false);
+  alone.first = ranges_with_looks({}).of_samples.front().looks[0];
+  const Result<DriveTracks> cheap = track_by(ranges_with_looks(alone));
+  EXPECT_EQ(work_of(5), cheap->step(2, 5).work);
+  EXPECT_NE(work_of(14), cheap->step(2, 14).work);
+  EXPECT_EQ(score_track(*trusted, 2, 0.1).second_share, 0.0);
+  const Result<DriveTracks> without = track_by(ranges_with_looks({}));
+  ASSERT_TRUE(without);
+  EXPECT_EQ(without->rules.size(), 6U) << "a map without a plan has no replay of one";
 }
 
 TEST(TrackDrive, ForetellsFromWhatItFoundAndNotFromTheReference) {

@@ -183,6 +183,36 @@ TEST(Localizer, PlainIsTheMatcherOnTheMapsOwnCells) {
   EXPECT_EQ(result.work, expected.work);
 }
 
+// Of every field, to the bit.
+void expect_same(const MatchResult& a, const MatchResult& b) {
+  EXPECT_EQ(a.T_map_sensor.matrix(), b.T_map_sensor.matrix());
+  EXPECT_EQ(a.score, b.score);
+  EXPECT_EQ(a.iterations, b.iterations);
+  EXPECT_EQ(a.work, b.work);
+}
+
+TEST(Localizer, ForSamplesSharesTheGridsAndMatchesAsOneThatIsMadeAnew) {
+  Random random(17);
+  for (const int coarse_cells : {1, 2}) {
+    const Localizer own =
+        make_localizer(room_map(), localizer_options(LocalizerKind::kSearching, coarse_cells));
+    const Localizer shared = localizer_for_samples(own);
+    const Localizer anew = make_localizer(room_map(), options_for_samples(coarse_cells));
+    ASSERT_EQ(shared.levels.size(), anew.levels.size());
+    for (std::size_t i = 0; i < own.levels.size(); ++i) {
+      EXPECT_EQ(shared.levels[i].grid, own.levels[i].grid);
+    }
+    for (int trial = 0; trial < 10; ++trial) {
+      const std::vector<Eigen::Vector3d> points_m = room_points(random.next(), 300, 0.02);
+      const Pose start = random_pose(random, 0.8, 0.02);
+      ScanForMatch a = make_scan_for_match(shared, points_m);
+      ScanForMatch b = make_scan_for_match(anew, points_m);
+      expect_same(localize(shared, a, start), localize(anew, b, start));
+      expect_same(settle(shared, a, start), settle(anew, b, start));
+    }
+  }
+}
+
 TEST(Localizer, ScoresEveryLevelWithItsExactDerivatives) {
   Random random(7);
   for (const LocalizerOptions& options : kVariants) {
@@ -191,13 +221,13 @@ TEST(Localizer, ScoresEveryLevelWithItsExactDerivatives) {
       // A single point, well inside its cell.
       const std::vector<Eigen::Vector3d> points_m = {{-11.25, 0.4, 0.6}};
       const Pose pose = random_pose(random, 0.05, 0.002);
-      const MatchScore at = match_score(level.grid, points_m, pose);
+      const MatchScore at = match_score(*level.grid, points_m, pose);
       ASSERT_GT(at.scored_points, 0u);
       constexpr double kStep = 1e-5;
       for (int i = 0; i < 6; ++i) {
         const Vector6d motion = kStep * Vector6d::Unit(i);
-        const MatchScore more = match_score(level.grid, points_m, moved(pose, motion));
-        const MatchScore less = match_score(level.grid, points_m, moved(pose, -motion));
+        const MatchScore more = match_score(*level.grid, points_m, moved(pose, motion));
+        const MatchScore less = match_score(*level.grid, points_m, moved(pose, -motion));
         EXPECT_NEAR(at.gradient[i], (more.score - less.score) / (2.0 * kStep),
                     1e-5 * (1.0 + at.gradient.cwiseAbs().maxCoeff()));
         const Vector6d bend = (more.gradient - less.gradient) / (2.0 * kStep);

@@ -118,7 +118,7 @@ TEST(LookCutter, SpreadsItsPointsOverTheCandidates) {
 
 // The first ND among the cell's own and its neighbours', as the grid lists them.
 std::size_t class_at(const Eigen::Vector3d& p_map_m) {
-  const MatchGrid& grid = room_localizer().levels.back().grid;
+  const MatchGrid& grid = *room_localizer().levels.back().grid;
   const std::int32_t cell = find_cell(grid, cell_key(p_map_m, grid.cell_m));
   if (cell == MatchGrid::kNone) return kNormalClasses;
   for (const std::int32_t nd : grid.neighbourhoods[static_cast<std::size_t>(cell)]) {

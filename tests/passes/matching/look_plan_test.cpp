@@ -208,29 +208,5 @@ TEST(LookPlan, AMemoryKeepsNothingOfTheScanBefore) {
             localize_room(plan, foretold_beside_truth(0.1)).match.T_map_sensor.matrix());
 }
 
-TEST(LookPlan, RefusesPlansThatMakeNoSense) {
-  EXPECT_TRUE(validate(usual_plan()));
-  EXPECT_TRUE(validate(room_plan(kAlways)));
-  const auto expect_refused = [](const LookPlan& plan) {
-    const Result<void> valid = validate(plan);
-    ASSERT_FALSE(valid);
-    EXPECT_EQ(valid.error().code, ErrorCode::kBadArgument);
-  };
-  LookPlan plan = room_plan(0.0);
-  plan.first.range_m = -1.0;
-  expect_refused(plan);
-  plan = room_plan(0.0);
-  plan.second.return_count = 0;
-  expect_refused(plan);
-  plan = room_plan(std::nan(""));
-  expect_refused(plan);
-  plan = room_plan(0.0);
-  plan.test.weights[3] = std::numeric_limits<double>::infinity();
-  expect_refused(plan);
-  plan = room_plan(0.0);
-  plan.test.constant = std::nan("");
-  expect_refused(plan);
-}
-
 }  // namespace
 }  // namespace sightline

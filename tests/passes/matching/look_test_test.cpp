@@ -66,23 +66,5 @@ TEST(LookTest, SignsDoNotDependOnWhereInTheMapTheVehicleIs) {
   for (std::size_t i = 0; i < kLookSigns; ++i) EXPECT_NEAR(elsewhere[i], here[i], 1e-9);
 }
 
-TEST(LookTest, WeighsEachSign) {
-  LookTest test;
-  test.constant = -1.0;
-  EXPECT_DOUBLE_EQ(doubt_of(test, LookSigns{}), -1.0);
-  LookSigns signs{};
-  for (std::size_t i = 0; i < kLookSigns; ++i) {
-    test.weights[i] = static_cast<double>(i) + 1.0;
-    signs[i] = 0.5;
-  }
-  EXPECT_DOUBLE_EQ(doubt_of(test, signs), -1.0 + 18.0);
-}
-
-TEST(LookTest, NamesItsSigns) {
-  const std::set<std::string_view> names(look_sign_names().begin(), look_sign_names().end());
-  EXPECT_EQ(names.size(), kLookSigns);
-  EXPECT_EQ(names.count(""), 0U);
-}
-
 }  // namespace
 }  // namespace sightline

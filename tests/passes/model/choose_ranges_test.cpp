@@ -116,6 +116,61 @@ TEST(ChooseRanges, PromisesNothingWhereMostSitesAreUnlikeTheTraining) {
   EXPECT_NE(promise_of(1801).statement.find("1801 of 3600 sites are unlike"), std::string::npos);
 }
 
+// The factors of a map that nobody scanned.
+FactorTable simulated_factors(const ErrorModel& model) {
+  const FactorTable measured = demanding_factors(model);
+  FactorTable table = measured;
+  table.factors.emplace_back(kSimulatedColumn);
+  table.values.clear();
+  const std::size_t columns = measured.factors.size();
+  for (std::size_t i = 0; i < measured.values.size(); ++i) {
+    table.values.push_back(measured.values[i]);
+    if (i % columns == columns - 1) table.values.push_back(1.0);
+  }
+  return table;
+}
+
+TEST(ChooseRanges, SaysSimulatedWhereNoScanWasEverSeen) {
+  PassContext ctx;
+  ErrorModel model = honest_model(1, 60);
+  PredictedError predicted = model.out_of_fold;
+  std::ranges::fill(predicted.out_of_fold, std::uint8_t{0});
+  predicted.out_of_fold[0] = 1;  // a drive was measured here
+  const ChooseRangesOptions options = with(RiskControl::kConformal);
+  const auto chosen = [&] {
+    return *choose_ranges(ctx, options, sites_of(model), predicted, model,
+                          simulated_factors(model));
+  };
+  const RangeTable table = chosen();
+  ASSERT_TRUE(validate(table).has_value());
+  EXPECT_EQ(simulated_site_count(table), table.site_count - 1);
+  EXPECT_EQ(table.flags_of(0, 0) & kSimulatedAnswer, 0);
+  EXPECT_NE(table.flags_of(1, 0) & kSimulatedAnswer, 0);
+  // Labels of simulated scans are no measurement.
+  model.card.reference = ErrorReference::kSimulated;
+  EXPECT_EQ(simulated_site_count(chosen()), table.site_count);
+  EXPECT_FALSE(chosen().promises[0].is_earned);
+  EXPECT_EQ(simulated_site_count(*choose(model, options)), 0U) << "scans made that map";
+}
+
+TEST(ChooseRanges, PromisesNothingOfSimulatedPlacesByAModelThatNeverSawSuch) {
+  PassContext ctx;
+  ErrorModel model = honest_model(1, 60);
+  const ChooseRangesOptions options = with(RiskControl::kConformal);
+  ASSERT_TRUE(choose(model, options)->promises[0].is_earned);
+  const auto promise = [&] {
+    return choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model,
+                         simulated_factors(model))
+        ->promises[0];
+  };
+  EXPECT_FALSE(promise().is_earned);
+  EXPECT_NE(promise().statement.find("no scan made this map"), std::string::npos)
+      << promise().statement;
+  // A model that learnt on finished maps says so by its features.
+  model.features.front().name = std::string(kSimulatedColumn);
+  EXPECT_TRUE(promise().is_earned);
+}
+
 TEST(ChooseRanges, PromisesNothingWhereNoRangeReachesTheLimitAnywhere) {
   ErrorModel model = honest_model(1, 60);
   for (double& error_m : model.measured_mean_m) error_m += 0.1;

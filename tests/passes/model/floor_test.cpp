@@ -122,9 +122,25 @@ TEST(Floor, APromiseIsGivenUpForATenthOrNotAtAll) {
   Choice choice = everywhere(1);
   for (std::size_t site = 0; site < 3; ++site) choice.range_index[site] = 2;
   Choice dearer = everywhere(2);
-  const FloorOptions promised{.is_promised = true, .explained = 0.5};
+  const FloorOptions promised{.is_promised = true, .alpha = 0.1, .explained = 0.5};
   EXPECT_FALSE(apply_floor(evidence, 0.1, promised, choice).has_value()) << "7.5 % dearer";
   EXPECT_TRUE(apply_floor(evidence, 0.1, promised, dearer).has_value()) << "50 % dearer";
+}
+
+TEST(Floor, APromiseIsGivenUpForWhatIsProvenAsWell) {
+  const auto is_given_up = [](double alpha, double block_count) {
+    Choice dearest = everywhere(3);
+    const FloorOptions promised{.static_coverage = 1.0 - alpha,
+                                .is_promised = true,
+                                .alpha = alpha,
+                                .block_count = block_count,
+                                .explained = 0.5};
+    return apply_floor(one_hard_place(), 0.1, promised, dearest).has_value();
+  };
+  // 20 m covers 95 % there.
+  EXPECT_TRUE(is_given_up(0.10, 20.0)) << "0.05 + 0.95 / 21 < 0.10";
+  EXPECT_FALSE(is_given_up(0.10, 10.0)) << "a short street proves little";
+  EXPECT_FALSE(is_given_up(0.05, 1e6)) << "and less where more is promised";
 }
 
 TEST(Floor, AModelThatExplainsNothingIsNotAsked) {

@@ -241,6 +241,20 @@ TEST(TrainModel, RefusesABufferThatLeavesNothingToLearnFrom) {
   EXPECT_NE(model.error().message.find("500 m"), std::string::npos);
 }
 
+// A forest that learnt simulations would foretell simulations.
+TEST(TrainModel, SimulatedErrorsTeachItNothing) {
+  SyntheticDrive drive = synthetic_drive(1, kSmall);
+  drive.factors.factors.back() = "own_error";
+  ASSERT_EQ(train(drive)->card.tree_count, 20U);
+  drive.measured.reference = ErrorReference::kSimulated;
+  const Result<ErrorModel> model = train(drive);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  ASSERT_TRUE(validate(*model).has_value());
+  EXPECT_EQ(model->card.feature_set, "none");
+  EXPECT_EQ(model->card.reference, ErrorReference::kSimulated);
+  EXPECT_EQ(model->measured(5, 2), drive.factors.at(5, 2, drive.factors.factors.size() - 1));
+}
+
 TEST(TrainModel, RefusesADriveWithoutErrors) {
   SyntheticDrive drive = synthetic_drive(1, kSmall);
   drive.measured.scan_of_site.assign(kSmall.site_count, -1);

@@ -14,6 +14,7 @@ struct Values {
   std::string rule = "mean";
   std::string title;
   std::vector<double> ranges_m = {10.0, 15.0};
+  std::vector<Look> looks = {{.range_m = 100.0, .return_count = 400, .point_count = 32}};
 };
 
 std::vector<OptionField> fields_of(Values& values) {
@@ -22,7 +23,8 @@ std::vector<OptionField> fields_of(Values& values) {
           number("cell_m", values.cell_m, "", 0.1, 100.0),
           choice("rule", values.rule, "", {"mean", "probability"}),
           text("title", values.title, ""),
-          numbers("ranges_m", values.ranges_m, "", 1.0, 200.0)};
+          numbers("ranges_m", values.ranges_m, "", 1.0, 200.0),
+          looks("looks", values.looks, "")};
 }
 
 TEST(Options, AreSetFromTextAsItStandsInAFile) {
@@ -40,6 +42,28 @@ TEST(Options, AreSetFromTextAsItStandsInAFile) {
   EXPECT_EQ(values.rule, "probability");
   EXPECT_EQ(values.title, "old town");
   EXPECT_EQ(values.ranges_m, (std::vector<double>{10.0, 20.0, 30.0}));
+}
+
+TEST(Options, ReadLooksFromTheCheapestToTheDearest) {
+  Values values;
+  std::vector<OptionField> fields = fields_of(values);
+  ASSERT_TRUE(set_from_text(fields[6], "100 m, 400 returns, 32 points;100 m, 650 returns"));
+  ASSERT_EQ(values.looks.size(), 2U);
+  EXPECT_EQ(to_text(fields[6]), "100 m, 400 returns, 32 points; 100 m, 650 returns");
+  Values again;
+  std::vector<OptionField> fields_again = fields_of(again);
+  ASSERT_TRUE(set_from_text(fields_again[6], to_text(fields[6])));
+  EXPECT_EQ(again.looks, values.looks);
+  const Result<void> dearer_first =
+      set_from_text(fields[6], "100 m, 1944 returns, 80 points; 100 m, 650 returns, 40 points");
+  ASSERT_FALSE(dearer_first);
+  EXPECT_NE(dearer_first.error().message.find("costs less than"), std::string::npos);
+  EXPECT_FALSE(set_from_text(fields[6], "50 m")) << "a range takes every return";
+  EXPECT_FALSE(set_from_text(fields[6], "100 m, 400 returns; 100 m, 400 returns"));
+  EXPECT_EQ(values.looks, again.looks) << "the old value stands";
+  ASSERT_TRUE(set_from_text(fields[6], "paper"));
+  EXPECT_TRUE(values.looks.empty());
+  EXPECT_EQ(to_text(fields[6]), "paper");
 }
 
 TEST(Options, RefuseWhatLiesOutsideAndKeepTheOldValue) {

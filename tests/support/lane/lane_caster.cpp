@@ -1,7 +1,5 @@
 #include "tests/support/lane/lane_caster.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +8,7 @@
 #include "formats/base/parallel.h"
 #include "formats/base/random.h"
 #include "formats/rotation.h"
+#include "passes/rays/embree.h"
 
 namespace sightline::lane {
 
@@ -59,9 +58,9 @@ Hit Caster::cast(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& directi
   query.ray.tfar = std::numeric_limits<float>::infinity();
   query.ray.mask = ~0U;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(state_->scene, &context, &query);
+  EmbreeContext context;
+  start_query(context);
+  intersect_1(state_->scene, context, query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   return {static_cast<double>(query.ray.tfar), state_->kinds[query.hit.primID]};
 }

@@ -13,6 +13,9 @@ namespace sightline {
 namespace {
 
 constexpr double kBottom_px = 46.0;
+// From a point to its label: clear of the largest point that another series may lay there.
+constexpr double kLabelAside_px = 11.0;
+constexpr double kLabelBelow_px = 15.0;
 
 struct Point {
   double x = 0.0;
@@ -119,8 +122,8 @@ std::string draw_points(const ChartSeries& series, const Plot& plot) {
     text += "<circle cx=\"" + px(x_px) + "\" cy=\"" + px(y_px) + "\" r=\"" + px(radius_px) +
             "\" style=\"fill:" + series.colour + "\"/>";
     if (i < series.labels.size()) {
-      text += "<text class=\"small\" x=\"" + px(x_px + radius_px + 4.0) + "\" y=\"" +
-              px(y_px + 13.0) + "\">" + xml_text(series.labels[i]) + "</text>";
+      text += "<text class=\"small\" x=\"" + px(x_px + kLabelAside_px) + "\" y=\"" +
+              px(y_px + kLabelBelow_px) + "\">" + xml_text(series.labels[i]) + "</text>";
     }
     text += "\n";
   }

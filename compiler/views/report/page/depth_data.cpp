@@ -10,9 +10,10 @@
 namespace sightline {
 namespace {
 
-// Of all images together, as they stand in the page: a long route shows every second site's, or
+// Of all images together, as they stand in the page: a long route shows every fourth site's, or
 // every tenth's.
-constexpr std::size_t kMostBytes = 6'000'000;
+constexpr std::size_t kMostBytes = 3'000'000;
+constexpr double kLeastSpacing_m = 2.0;   // what is seen a metre on is nearly the same
 constexpr std::size_t kSampleCount = 32;  // images from which their size is told beforehand
 constexpr double kNothing = 255.0;
 constexpr double kFarthest = 254.0;
@@ -38,7 +39,7 @@ std::string image_of(const DepthImages& images, std::size_t site) {
 }
 
 // Every how many sites one image is shown.
-std::size_t stride_of(const DepthImages& images) {
+std::size_t stride_of(const DepthImages& images, double site_spacing_m) {
   const std::size_t step = std::max<std::size_t>(1, images.site_count / kSampleCount);
   std::size_t bytes = 0;
   std::size_t count = 0;
@@ -47,13 +48,14 @@ std::size_t stride_of(const DepthImages& images) {
     ++count;
   }
   const std::size_t all = count == 0 ? 0 : bytes / count * images.site_count;
-  return all / kMostBytes + 1;
+  const auto least = static_cast<std::size_t>(std::ceil(kLeastSpacing_m / site_spacing_m));
+  return std::max(least, all / kMostBytes + 1);
 }
 
 }  // namespace
 
-PageJson depth_json(const DepthImages& images) {
-  const std::size_t stride = stride_of(images);
+PageJson depth_json(const DepthImages& images, double site_spacing_m) {
+  const std::size_t stride = stride_of(images, site_spacing_m);
   std::vector<std::uint32_t> sites;
   std::vector<std::string> texts;
   for (std::size_t site = 0; site < images.site_count; site += stride) {

@@ -2,7 +2,8 @@
 // the site that is shown get a line each, and the numbers at a place stand below.
 
 import { chosenByRule, rangeCount } from "./data.js";
-import { onSelect, select, selection } from "./selection.js";
+import { button, limitText } from "./elements.js";
+import { onSelect, pointAt, select, selection } from "./selection.js";
 
 const narrowest = 1;
 const widest = 32;  // times as wide as the page
@@ -10,7 +11,6 @@ const timeOf = (page, i, range) => page.judged.time_ms[i * rangeCount(page) + ra
 const errorOf = (page, i, range) => page.judged.error_m[i * rangeCount(page) + range];
 const ms = (value) => `${value.toFixed(2)} ms`;
 const cm = (value_m) => `${(100 * value_m).toFixed(1)} cm`;
-const limitText = (limit_m) => `${+(100 * limit_m).toPrecision(6)} cm`;
 
 // What each figure says of the i-th judged site.
 const readings = {
@@ -76,13 +76,6 @@ function pictureOf(svg) {
   };
 }
 
-function button(words, label, act) {
-  const made = Object.assign(document.createElement("button"), { type: "button", textContent: words, title: label });
-  made.setAttribute("aria-label", label);
-  made.addEventListener("click", act);
-  return made;
-}
-
 function answer(page, figure, reading) {
   const still = figure.querySelector(".still");
   const pictures = [...still.querySelectorAll("svg[data-plot]")].map(pictureOf);
@@ -93,6 +86,7 @@ function answer(page, figure, reading) {
   const markAll = (name, route_m) => pictures.forEach((picture) => picture.mark(name, route_m));
   const point = (i) => {
     at = i;
+    pointAt(i === null ? null : page.judged.site[i]);
     markAll("pointed", i === null ? null : page.sites.route_m[page.judged.site[i]]);
     words.textContent = i === null ? help : `site ${page.judged.site[i]}, ${page.sites.route_m[page.judged.site[i]].toFixed(1)} m: ${reading(page, i).join(" · ")}`;
   };
@@ -111,6 +105,7 @@ function answer(page, figure, reading) {
     });
   }
   still.tabIndex = 0;
+  still.addEventListener("blur", () => point(null));
   still.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (step !== undefined) {

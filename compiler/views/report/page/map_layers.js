@@ -12,7 +12,8 @@ const tilePixels = 256;
 const CanvasLayer = L.GridLayer.extend({
   initialize(draw, options) {
     this.drawTile = draw;
-    L.GridLayer.prototype.initialize.call(this, { tileSize: tilePixels, keepBuffer: 1, ...options });
+    // Of itself a layer of tiles ends at one pixel a metre, which is zoom 0 here.
+    L.GridLayer.prototype.initialize.call(this, { tileSize: tilePixels, keepBuffer: 1, minZoom: -Infinity, ...options });
   },
   createTile(coords, done) {
     const canvas = document.createElement("canvas");
@@ -140,14 +141,15 @@ async function drawNds(context, tile, tile_m, scale, stride) {
 }
 
 const farthestStride = 16;
+const farthestOverSurface = 3;  // from farther away the surface tells as much, and is drawn at once
 
-function ndLayer(nds) {
+function ndLayer(nds, hasSurface) {
   const tilesIn = tileFinder(nds.tiles, nds.tile_m);
   return new CanvasLayer(async (context, box, scale) => {
     // A cell of less than two pixels cannot be told from its neighbours: one for each such square is drawn, and
     // none from so far that unpacking them all would be for nothing: there the surface tells enough.
     const stride = Math.max(1, Math.ceil((2 / (nds.cell_m * scale)) ** 2));
-    if (stride > farthestStride) return;
+    if (stride > (hasSurface ? farthestOverSurface : farthestStride)) return;
     for (const tile of tilesIn(box, nds.cell_m)) await drawNds(context, tile, nds.tile_m, scale, stride);
   }, { zIndex: 2 });
 }
@@ -218,13 +220,24 @@ function routeLayer(page, finder) {
     const found = finder.inBox(box.low_x_m - margin_m, box.low_y_m - margin_m, box.high_x_m + margin_m, box.high_y_m + margin_m)
       .filter((i) => i % step === 0);
     const colourOf = layer.paint();
+    // From afar a piece stands for several sites: it stands out where one of them does.
+    const standsOut = (i) => {
+      for (let j = i; j < Math.min(i + step, page.sites.count); ++j) if (layer.filter.isWanted(j)) return true;
+      return false;
+    };
+    const wanted = layer.filter?.isOn() ? found.filter(standsOut) : found;
     context.lineCap = "round";
     context.lineJoin = "round";
+    if (wanted !== found) {
+      context.strokeStyle = css("faint");
+      context.lineWidth = width_m / 2;
+      for (const i of found) tracePiece(context, page.sites, i, step);
+    }
     context.strokeStyle = css("ink");
     context.lineWidth = width_m + 2.4 / scale;
-    for (const i of found) tracePiece(context, page.sites, i, step);
+    for (const i of wanted) tracePiece(context, page.sites, i, step);
     context.lineWidth = width_m;
-    for (const i of found) {
+    for (const i of wanted) {
       context.strokeStyle = colourOf(i);
       tracePiece(context, page.sites, i, step);
     }
@@ -237,9 +250,9 @@ export function layersOf(page, finder) {
   const route = routeLayer(page, finder);
   const layers = [];
   if (page.relief?.overview) layers.push({ label: "surface", layer: surfaceLayer(page.relief), isOn: true });
-  layers.push({ label: "NDs", layer: ndLayer(page.nds), isOn: true });
+  layers.push({ label: "NDs", layer: ndLayer(page.nds, Boolean(page.relief?.overview)), isOn: true });
   if (page.moved) layers.push({ label: "removed as moving", layer: movedLayer(page.moved), isOn: false });
-  if (page.diff) layers.push({ label: "NDs added (orange), removed (blue), moved (purple)", layer: changeLayer(page.diff.nds), isOn: false });
+  if (page.diff) layers.push({ label: "NDs added (orange), removed (blue), moved (purple)", layer: changeLayer(page.diff.nds), isOn: true });
   layers.push({ label: "route", layer: route, isOn: true });
   return { layers, route };
 }

@@ -5,6 +5,10 @@
 namespace sightline {
 namespace {
 
+PageJson json_of(const Eigen::Vector3d& p_m) {
+  return PageJson::array({p_m.x(), p_m.y(), p_m.z()});
+}
+
 // JSON that may stand in a page: "<" could end the script that it is in. Names need not be UTF-8.
 std::string page_text(const PageJson& json) {
   std::string text;
@@ -29,6 +33,7 @@ std::string page_data_json(const ReportSources& sources) {
   }
   PageJson json = {{"ranges_m", ranges_of(map.ranges.looks)},
                    {"limits_m", limits_m},
+                   {"origin_world_m", json_of(map.ndt.frame.origin_world_m)},
                    {"site_spacing_m", map.sites.spacing_m},
                    {"selection", selection_name(map.ranges.selection)},
                    {"dilation_m", map.ranges.dilation_m},
@@ -39,7 +44,7 @@ std::string page_data_json(const ReportSources& sources) {
   if (sources.evaluation) json["judged"] = judged_json(*sources.evaluation);
   if (!map.factors.factors.empty()) json["factors"] = factors_json(map);
   json["texts"] = texts_json(map);
-  if (sources.depth) json["depth"] = depth_json(*sources.depth);
+  if (sources.depth) json["depth"] = depth_json(*sources.depth, map.sites.spacing_m);
   json["nds"] = nds_json(map.ndt);
   if (sources.surface) {
     json["relief"] = relief_json(*sources.surface, map.sites, map.sensor.height_m);

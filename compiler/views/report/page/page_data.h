@@ -13,6 +13,7 @@
 // several indices are told as [slowest]...[fastest].
 //
 //   ranges_m, limits_m, site_spacing_m, selection, dilation_m, thresholds: of the map
+//   origin_world_m: of the map frame, [x, y, z]
 //   sites      count; x_m, y_m, z_m, s_m, heading_rad (f64), run (u32); route_m: way from the first
 //              site with all runs laid end to end
 //   predicted  mean_m [site][range], probability [site][range][limit] (f32);
@@ -25,7 +26,8 @@
 //              [range][factor] (f64)
 //   texts      sites_per_block and blocks: a zlib stream each of what `inspect --site` says, one
 //              text after the other, each ended by a 0 byte
-//   depth      (where known) site: those that have an image (u32); columns, rows,
+//   depth      (where known) site: those that have an image, 2 m apart or farther (u32); columns,
+//   rows,
 //              first_elevation_rad, elevation_step_rad, longest_m; images: base64 of a PNG of greys
 //              for each, rows from the highest elevation down, columns by azimuth from -x over -y,
 //              +x and +y: columns/2 is map +x, to its left +y; grey 0 to 254 is distance /
@@ -62,7 +64,7 @@ PageJson choice_json(const CompiledMap& map);
 PageJson judged_json(const Evaluation& evaluation);
 PageJson factors_json(const CompiledMap& map);
 PageJson texts_json(const CompiledMap& map);
-PageJson depth_json(const DepthImages& images);
+PageJson depth_json(const DepthImages& images, double site_spacing_m);
 PageJson nds_json(const NdtMap& map);
 PageJson relief_json(const Surface& surface, const Sites& sites, double sensor_height_m);
 PageJson moved_json(const SurfacePoints& points, double tile_m);

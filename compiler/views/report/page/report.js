@@ -31,8 +31,8 @@ async function start() {
   const map = drawMap(page, place);
   drawSitePanel(page, place);
   letFiguresAnswer(page);
-  followLinks();
   select(siteOfAddress(page.sites.count) ?? firstSite(page), true);
+  followLinks(page.sites.count);
   // For tests and for people at the console.
   window.sightlineReport = { page, select, map };
   document.documentElement.dataset.ready = "yes";

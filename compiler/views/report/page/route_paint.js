@@ -1,7 +1,7 @@
 // What the route can be coloured by. A paint has a name, colours(limit), a function from site to colour, and
 // legend(limit), an element that explains it.
 
-import { css, ramp, rangeColours } from "./colours.js";
+import { css, ramp, rangeColours, scaleColours } from "./colours.js";
 import { chosenRange, measuredError, predictedError, probability } from "./data.js";
 
 function legendOf(title, ...entries) {
@@ -43,7 +43,7 @@ function byRange(page) {
 
 // Errors at the chosen range, the brighter the greater, up to twice the limit.
 function byError(page, name, errorAt) {
-  const colourOf = () => ramp([...rangeColours(page.ranges_m.length)]);
+  const colourOf = () => ramp(scaleColours());
   return {
     name,
     colours: (limit) => {
@@ -56,7 +56,7 @@ function byError(page, name, errorAt) {
 }
 
 function byProbability(page) {
-  const colourOf = () => ramp([...rangeColours(page.ranges_m.length)]);
+  const colourOf = () => ramp(scaleColours());
   return {
     name: "probability to be within the limit",
     colours: (limit) => {
@@ -90,7 +90,8 @@ function byChange(page) {
   page.diff.sites.site.forEach((site, i) => places.set(site, i));
   const colours = () => ({ farther: ramp([css("line"), css("orange")]), nearer: ramp([css("line"), css("blue")]) });
   return {
-    name: "change of range against the older map",
+    name: "change against the older map",
+    isOfChange: true,
     colours: (limit) => {
       const { farther, nearer } = colours();
       const common = page.diff.limits_m.indexOf(page.limits_m[limit]);
@@ -107,6 +108,11 @@ function byChange(page) {
     },
     legend: () => legendOf("against the older map:", [css("orange"), "looks farther"], [css("blue"), "looks less far"], [css("purple"), "new site"], [css("grey"), "as before"]),
   };
+}
+
+// Against an older map, its change is what one came for.
+export function firstPaint(page, paints) {
+  return page.diff ? paints.findIndex((paint) => paint.isOfChange) : 0;
 }
 
 export function paintsOf(page) {

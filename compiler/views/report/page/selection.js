@@ -1,7 +1,8 @@
-// Which site is looked at; everything that shows it listens.
+// Which site is looked at, and which one is pointed at; everything that shows them listens.
 
 export const selection = { site: null };
 const listeners = [];
+const pointListeners = [];
 
 export function onSelect(listener) {
   listeners.push(listener);
@@ -13,19 +14,39 @@ export function select(site, isFirst = false) {
   for (const listener of listeners) listener(site);
 }
 
-// Links in the page to a site (href="#site=40") show it on the map.
-export function followLinks() {
-  document.addEventListener("click", (event) => {
-    const link = event.target.closest?.('a[href^="#site="]');
-    if (!link) return;
-    event.preventDefault();
-    select(Number(link.hash.slice(6)));
-    document.getElementById("figure-11").scrollIntoView();
-  });
+// The listener takes a site, or null where the pointer has left.
+export function onPoint(listener) {
+  pointListeners.push(listener);
 }
 
-// The site that the address names, or null.
-export function siteOfAddress(count) {
-  const named = /^#site=(\d+)$/.exec(location.hash);
+export function pointAt(site) {
+  for (const listener of pointListeners) listener(site);
+}
+
+function showOnMap(site, behavior) {
+  select(site);
+  document.querySelector(".map-view").scrollIntoView({ behavior });
+}
+
+// The site that an address names, or null.
+export function siteOfAddress(count, hash = location.hash) {
+  const named = /^#site=(\d+)$/.exec(hash);
   return named && Number(named[1]) < count ? Number(named[1]) : null;
+}
+
+// Links to a site (#site=40), in the page or its address, show the site and scroll to it.
+export function followLinks(count) {
+  document.addEventListener("click", (event) => {
+    const link = event.target.closest?.('a[href^="#site="]');
+    const site = link ? siteOfAddress(count, link.hash) : null;
+    if (site === null) return;
+    event.preventDefault();
+    showOnMap(site, "smooth");
+  });
+  const follow = () => {
+    const site = siteOfAddress(count);
+    if (site !== null) showOnMap(site, "instant");
+  };
+  window.addEventListener("hashchange", follow);
+  follow();
 }

@@ -1,17 +1,11 @@
 // One site: what it sees, how its error falls with range, its factors, and why its range is what it is.
 
 import { drawChart, drawHorizontal, drawVertical } from "./charts.js";
-import { css, ramp, rangeColours } from "./colours.js";
+import { css, lengthColours } from "./colours.js";
 import { chosenRange, depthOfSite, measuredError, numbers, predictedError, probability, textOfSite } from "./data.js";
+import { button, element, limitText } from "./elements.js";
 import { onSelect, select, selection } from "./selection.js";
 
-function element(kind, members, ...children) {
-  const made = Object.assign(document.createElement(kind), members);
-  made.append(...children);
-  return made;
-}
-
-const limitText = (limit_m) => `${+(100 * limit_m).toPrecision(6)} cm`;
 const limitColours = ["blue", "orange", "green"];
 
 function drawSteps(page, site) {
@@ -19,14 +13,12 @@ function drawSteps(page, site) {
   const number = element("input", { type: "number", min: 0, max: page.sites.count - 1, value: site });
   number.setAttribute("aria-label", "Site number");
   number.addEventListener("change", () => go(Number(number.value)));
-  const button = (words, label, step) => {
-    const made = element("button", { type: "button", textContent: words, title: label });
-    made.setAttribute("aria-label", label);
-    made.addEventListener("click", () => { go(site + step); document.querySelector(`.site-panel button[title="${label}"]`)?.focus(); });
-    return made;
-  };
-  return element("div", { className: "steps" }, button("◀◀", "Ten sites back", -10), button("◀", "One site back", -1), number,
-    button("▶", "One site on", 1), button("▶▶", "Ten sites on", 10),
+  const stepBy = (sign, words, step) => button(sign, words, () => {
+    go(site + step);
+    document.querySelector(`.site-panel button[title="${words}"]`)?.focus();
+  });
+  return element("div", { className: "steps" }, stepBy("◀◀", "Ten sites back", -10), stepBy("◀", "One site back", -1), number,
+    stepBy("▶", "One site on", 1), stepBy("▶▶", "Ten sites on", 10),
     element("span", { textContent: `of ${page.sites.count}, run ${page.sites.run[site]}, ${page.sites.s_m[site].toFixed(1)} m from its start, x ${page.sites.x_m[site].toFixed(1)} m, y ${page.sites.y_m[site].toFixed(1)} m` }));
 }
 
@@ -88,8 +80,10 @@ function markAhead(page, site, canvas) {
   context.fillRect(column, 0, 1, canvas.height);
 }
 
-function paintDepth(image, canvas) {
-  const colourOf = ramp(rangeColours(9).filter((colour) => colour).reverse());
+// In the colours that the route has where a range is as long.
+function paintDepth(page, image, canvas) {
+  const colourAt = lengthColours(page.ranges_m);
+  const colours = Array.from({ length: 255 }, (_, grey) => colourAt((grey / 254) * page.depth.longest_m));
   const nothing = css("line");
   canvas.width = image.width;
   canvas.height = image.height;
@@ -97,7 +91,7 @@ function paintDepth(image, canvas) {
   for (let row = 0; row < image.height; ++row) {
     for (let column = 0; column < image.width; ++column) {
       const grey = image.grey[row * image.width + column];
-      context.fillStyle = grey === 255 ? nothing : colourOf(grey / 254);
+      context.fillStyle = grey === 255 ? nothing : colours[grey];
       context.fillRect(column, row, 1, 1);
     }
   }
@@ -111,7 +105,7 @@ async function drawDepth(page, site, parent) {
   canvas.setAttribute("role", "img");
   canvas.setAttribute("aria-label", `Depth image of site ${image.site}`);
   const reading = element("div", { className: "reading", textContent: "Point at the image to read a distance." });
-  paintDepth(image, canvas);
+  paintDepth(page, image, canvas);
   markAhead(page, site, canvas);
   canvas.addEventListener("mousemove", (event) => {
     const box = canvas.getBoundingClientRect();
@@ -121,12 +115,12 @@ async function drawDepth(page, site, parent) {
     const { azimuth_deg, elevation_deg } = directionAt(page.depth, column, row);
     reading.textContent = `${azimuth_deg.toFixed(0)}° from map +x, ${elevation_deg.toFixed(0)}° up: ${grey === 255 ? `nothing within ${page.depth.longest_m} m` : `${((grey / 254) * page.depth.longest_m).toFixed(1)} m`}`;
   });
-  const colourOf = ramp(rangeColours(9).filter((colour) => colour).reverse());
+  const colourAt = lengthColours(page.ranges_m);
   const bar = element("span", { className: "ramp" });
-  bar.style.background = `linear-gradient(to right, ${Array.from({ length: 9 }, (_, i) => colourOf(i / 8)).join(",")})`;
+  bar.style.background = `linear-gradient(to right, ${Array.from({ length: 9 }, (_, i) => colourAt((i / 8) * page.depth.longest_m)).join(",")})`;
   parent.append(element("h3", { textContent: image.site === site ? "What it sees" : `What site ${image.site} sees, the nearest with an image` }), canvas,
     element("div", { className: "depth-words" }, ...["−x", "+y", "map +x", "−y", "−x"].map((words) => element("span", { textContent: words }))),
-    element("div", { className: "reading" }, "0 m", bar, `${page.depth.longest_m} m; grey: nothing; orange line: the way ahead`), reading);
+    element("div", { className: "reading" }, "0 m", bar, `${page.depth.longest_m} m; grey: nothing; orange line: the way ahead; colours as the route's by range`), reading);
 }
 
 async function drawFactors(page, site, parent) {
@@ -154,7 +148,7 @@ async function drawFactors(page, site, parent) {
   choice.addEventListener("change", () => fill(Number(choice.value)));
   fill(Number(choice.value));
   parent.append(element("h3", { textContent: "Factors" }), element("label", { textContent: "within " }, choice),
-    element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...["factor", "here", "route's median", "off the median (robust z)"].map((words) => element("th", { scope: "col", textContent: words })))), body)));
+    element("div", { className: "scroll", tabIndex: 0 }, element("table", {}, element("thead", {}, element("tr", {}, ...["factor", "here", "route's median", "off the median (robust z)"].map((words) => element("th", { scope: "col", textContent: words })))), body)));
 }
 
 export function drawSitePanel(page, place) {
@@ -170,11 +164,11 @@ export function drawSitePanel(page, place) {
     const factors = element("div", {});
     const words = element("div", {}, element("h3", { textContent: "Why this range" }));
     panel.replaceChildren(element("h3", { className: "wide", id: "site-title", textContent: `Site ${site}` }), element("div", { className: "wide" }, drawSteps(page, site)),
-      ...(page.depth ? [depth] : []), errors, probabilities, element("div", { className: "row" }, words, factors));
+      ...(page.depth ? [depth] : []), errors, probabilities, element("div", { className: "wide" }, words), element("div", { className: "wide" }, factors));
     charts = [drawErrors(page, site, errors), drawProbabilities(page, site, probabilities)];
     if (page.depth) drawDepth(page, site, depth);
     if (page.factors) drawFactors(page, site, factors);
     const text = await textOfSite(page, site);
-    if (selection.site === site) words.append(element("pre", { textContent: text }));
+    if (selection.site === site) words.append(element("pre", { textContent: text, tabIndex: 0 }));
   });
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kTilePixel_m = 0.25;
 constexpr double kOverviewSide_px = 4096.0;
-constexpr double kOverviewFinest_m = 0.5;
+constexpr double kOverviewFinest_m = 1.0;  // what is nearer is drawn of tiles
 
 // Never fails: no raster here is without pixels.
 std::string png_base64(const GreyRaster& raster) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "compiler/views/picture/charts/chart_svg.h"
 #include "compiler/views/report/sections/along.h"
@@ -152,6 +153,9 @@ std::string pareto(const Evaluation& evaluation, std::size_t limit) {
                   rule_point(evaluation, limit, Rule::kMean, kOrange, 6.0),
                   rule_point(evaluation, limit, Rule::kOracle, kGreen, 6.0)};
   chart.greatest_y = 100.0;
+  // Room for the label of the lowest point.
+  const double lowest = *std::ranges::min_element(points.y) - 8.0;
+  chart.least_y = std::max(0.0, 20.0 * std::floor(lowest / 20.0));
   chart.least_x = 0.0;
   chart.greatest_x = 1.1;
   return html_figure(

@@ -9,33 +9,56 @@ namespace {
 
 constexpr std::size_t kMostStretches = 200;  // shown in the page; `sightline diff` tells them all
 
-std::string name_of(const DiffedMap& map) {
-  return map.version + ", release " + std::to_string(map.release) + ", " +
-         to_hex(map.root_digest).substr(0, 12);
+// "town.slmap: map 25a1, version 1, release 1, b0aad14757b2"
+std::string name_of(const std::string& file, const DiffedMap& map) {
+  return file + ": map " + map.map_id + ", version " + map.version + ", release " +
+         std::to_string(map.release) + ", " + to_hex(map.root_digest).substr(0, 12);
+}
+
+// "+3.0", "−3.0", "0.0" as it is shown.
+std::string signed_text(double number, int decimals) {
+  const std::string text = fixed(std::abs(number), decimals);
+  const bool is_zero = text.find_first_not_of("0.") == std::string::npos;
+  return (is_zero ? "" : number > 0.0 ? "+" : "−") + text;
+}
+
+// One number of a limit before and after, where each map has the limit.
+struct LimitNumber {
+  const char* name;
+  double (*value)(const LimitQuality& quality);
+  int decimals;
+};
+
+constexpr LimitNumber kLimitNumbers[] = {
+    {"mean range (m)", [](const LimitQuality& quality) { return quality.mean_range_m; }, 1},
+    {"expected within the limit (%)",
+     [](const LimitQuality& quality) { return 100.0 * quality.expected_coverage; }, 1},
+    {"unmet sites", [](const LimitQuality& quality) { return double(quality.unmet_count); }, 0}};
+
+std::vector<std::string> number_row(const LimitDiff& limit, const LimitNumber& number) {
+  const auto cell = [&](const std::optional<LimitQuality>& quality) -> std::string {
+    return quality ? fixed(number.value(*quality), number.decimals) : "–";
+  };
+  const std::string difference =
+      limit.is_common()
+          ? signed_text(number.value(*limit.after) - number.value(*limit.before), number.decimals)
+          : "–";
+  return {limit_text(limit.limit_m) + ", " + number.name, cell(limit.before), cell(limit.after),
+          difference};
 }
 
 std::string limits_table(const MapDiff& diff) {
-  TextGrid grid = {{"limit", "mean range before (m)", "after (m)", "expected coverage before (%)",
-                    "after (%)", "unmet sites before", "after", "sites that look farther",
-                    "less far", "newly unmet", "no longer unmet"}};
+  TextGrid grid = {{"for a limit of", "before", "after", "difference"}};
+  std::vector<std::pair<std::string, std::string>> sites;
   for (const LimitDiff& limit : diff.limits) {
-    const auto cell = [](const std::optional<LimitQuality>& quality, auto text_of) {
-      return quality ? text_of(*quality) : std::string("–");
-    };
-    const auto range = [](const LimitQuality& quality) { return fixed(quality.mean_range_m, 1); };
-    const auto coverage = [](const LimitQuality& quality) {
-      return percent(quality.expected_coverage);
-    };
-    const auto unmet = [](const LimitQuality& quality) {
-      return std::to_string(quality.unmet_count);
-    };
-    grid.push_back({limit_text(limit.limit_m), cell(limit.before, range), cell(limit.after, range),
-                    cell(limit.before, coverage), cell(limit.after, coverage),
-                    cell(limit.before, unmet), cell(limit.after, unmet), std::to_string(limit.rose),
-                    std::to_string(limit.fell), std::to_string(limit.newly_unmet),
-                    std::to_string(limit.no_longer_unmet)});
+    for (const LimitNumber& number : kLimitNumbers) grid.push_back(number_row(limit, number));
+    if (!limit.is_common()) continue;
+    sites.emplace_back("sites at " + limit_text(limit.limit_m),
+                       std::to_string(limit.rose) + " look farther, " + std::to_string(limit.fell) +
+                           " less far, " + std::to_string(limit.newly_unmet) + " newly unmet, " +
+                           std::to_string(limit.no_longer_unmet) + " no longer unmet");
   }
-  return html_table(grid, "What a vehicle is told, before and after");
+  return html_table(grid, "What a vehicle is told, before and after") + fact_table(sites);
 }
 
 std::string link_to_site(const Stretch& stretch) {
@@ -53,8 +76,9 @@ std::string stretch_row(const Stretch& stretch) {
                      std::to_string(stretch.nds_moved) + "</td>";
   for (const StretchLimit& limit : stretch.limits) {
     html += "<td>" + fixed(limit.mean_range_before_m, 1) + " → " +
-            fixed(limit.mean_range_after_m, 1) + "</td><td>" + std::to_string(limit.newly_unmet) +
-            "</td>";
+            fixed(limit.mean_range_after_m, 1) + "</td><td>" +
+            signed_text(limit.mean_range_after_m - limit.mean_range_before_m, 1) + "</td><td>" +
+            std::to_string(limit.newly_unmet) + "</td>";
   }
   return html + "</tr>\n";
 }
@@ -62,13 +86,15 @@ std::string stretch_row(const Stretch& stretch) {
 std::string stretches_table(const MapDiff& diff) {
   if (diff.stretches.empty()) return paragraph("No stretch of the route differs.");
   std::string html =
-      "<div class=\"scroll\"><table id=\"stretches\"><caption>Stretches of route where something "
+      "<div class=\"scroll\" tabindex=\"0\"><table id=\"stretches\"><caption>Stretches of route "
+      "where something "
       "changed</caption>\n<thead><tr><th scope=\"col\">sites</th><th scope=\"col\">run, way "
       "(m)</th>"
       "<th scope=\"col\">NDs added / removed / moved</th>";
   for (const double limit_m : common_limits_m(diff)) {
     html += "<th scope=\"col\">mean range for " + limit_text(limit_m) +
-            " (m)</th><th scope=\"col\">newly unmet for " + limit_text(limit_m) + "</th>";
+            " (m)</th><th scope=\"col\">difference (m)</th><th scope=\"col\">newly unmet for " +
+            limit_text(limit_m) + "</th>";
   }
   html += "</tr></thead><tbody>\n";
   const std::size_t shown = std::min(diff.stretches.size(), kMostStretches);
@@ -90,9 +116,11 @@ std::string facts_table(const MapDiff& diff) {
 
 }  // namespace
 
-Section diff_section(const MapDiff& diff) {
+Section diff_section(const ReportSources& sources) {
+  const MapDiff& diff = *sources.diff;
   Section section = {"diff", "Against the older map", ""};
-  section.html = fact_table({{"before", name_of(diff.before)}, {"after", name_of(diff.after)}});
+  section.html = fact_table({{"before", name_of(sources.old_map_file, diff.before)},
+                             {"after", name_of(sources.map_file, diff.after)}});
   if (diff.is_same()) {
     section.html += paragraph("Both maps say the same.");
     return section;

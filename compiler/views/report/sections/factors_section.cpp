@@ -32,7 +32,8 @@ std::string correlation_table(const FactorReport& report) {
     return strength(report, a) > strength(report, b);
   });
   std::string html =
-      "<div class=\"scroll\"><table id=\"correlations\"><caption>Rank correlation (Spearman) of "
+      "<div class=\"scroll\" tabindex=\"0\"><table id=\"correlations\"><caption>Rank correlation "
+      "(Spearman) of "
       "each "
       "factor with the measured mean error, strongest first</caption>\n<thead><tr><th "
       "scope=\"col\">factor</th>";

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "compiler/views/picture/charts/chart.h"
+#include "formats/map/compiled_map.h"
 #include "formats/text/text_grid.h"
 
 // Pieces of the page. Texts are escaped here; what is called html is not.
@@ -43,10 +44,14 @@ inline const std::string kGrey = "var(--grey)";
 inline const std::string kPink = "var(--pink)";
 inline const std::string kPurple = "var(--purple)";
 std::string range_colour(std::size_t range);
+std::string look_colour(std::size_t look);
 
-// The style that gives `count` ranges their colours, from dark violet to yellow on paper and paler
-// where the page is dark (viridis).
-std::string range_colours_css(std::size_t count);
+// The style that gives ranges and looks their colours, from dark violet to yellow on paper and
+// paler where the page is dark (viridis). Ranges stand by their length; those that some site looks
+// share most of the colours, the shorter and the longer ones have what is left at both ends. Of
+// looks only those that some site takes have a colour of their own. Besides --range-zero, of 0 m,
+// and --scale-0 to --scale-8, the row of colours itself.
+std::string colours_css(const CompiledMap& map);
 
 std::string centimetres(double length_m);  // "8.3"
 std::string percent(double share);         // "94.3"

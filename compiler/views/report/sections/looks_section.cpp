@@ -19,18 +19,19 @@ std::string route_picture(const CompiledMap& map, const RangeTable& looks, std::
   return "<svg class=\"still-map\" role=\"img\" viewBox=\"" + number(box.low_x_m) + " " +
          number(-box.high_y_m) + " " + number(width_m) + " " + number(height_m) +
          "\"><title>The route from above, coloured by look</title>\n" +
-         route_svg(map.sites, looks, limit, std::max(width_m, height_m) / 150.0, range_colour) +
+         route_svg(map.sites, looks, limit, std::max(width_m, height_m) / 150.0, look_colour) +
          scale_bar_svg(box, "currentColor") + "</svg>\n";
 }
 
-// How often each look is chosen, with its colour.
+// How often each look is chosen that any site takes, with its colour.
 std::string shares(const RangeTable& looks, std::size_t limit) {
   std::vector<std::size_t> counts(looks.looks.size(), 0);
   for (std::size_t site = 0; site < looks.site_count; ++site) ++counts[looks.range(site, limit)];
   std::string html = "<div class=\"legend\">";
   for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] == 0) continue;
     const double share = static_cast<double>(counts[i]) / static_cast<double>(looks.site_count);
-    html += "<span><i style=\"background:" + range_colour(i) + "\"></i>" + to_text(looks.looks[i]) +
+    html += "<span><i style=\"background:" + look_colour(i) + "\"></i>" + to_text(looks.looks[i]) +
             ": " + percent(share) + " %</span> ";
   }
   return html + "</div>\n";

@@ -23,6 +23,16 @@ std::string legend(const CompiledMap& map) {
   return html + "</div>\n";
 }
 
+// The relief stands in the page once: pictures after the first use that one's.
+std::string relief_image(const Overview& overview) {
+  const MapBox& box = overview.box;
+  return "<image id=\"relief\" class=\"relief\" x=\"" + number(box.low_x_m) + "\" y=\"" +
+         number(-box.high_y_m) + "\" width=\"" + number(box.high_x_m - box.low_x_m) +
+         "\" height=\"" + number(box.high_y_m - box.low_y_m) +
+         "\" preserveAspectRatio=\"none\" href=\"data:image/png;base64," + overview.png_base64 +
+         "\"/>\n";
+}
+
 std::string still_map(const ReportSources& sources, std::size_t limit) {
   const CompiledMap& map = *sources.map;
   const MapBox box = box_of_route(map.sites, kMargin_m);
@@ -31,18 +41,12 @@ std::string still_map(const ReportSources& sources, std::size_t limit) {
   std::string svg = "<svg class=\"still-map\" role=\"img\" viewBox=\"" + number(box.low_x_m) + " " +
                     number(-box.high_y_m) + " " + number(width_m) + " " + number(height_m) +
                     "\"><title>The route from above, coloured by range</title>\n";
-  if (sources.surface) {
+  if (sources.surface && limit > 0) {
+    svg += "<use href=\"#relief\"/>\n";
+  } else if (sources.surface) {
     const std::optional<Overview> overview =
         relief_overview(*sources.surface, map.sites, map.sensor.height_m);
-    if (overview) {
-      const MapBox& picture = overview->box;
-      svg += "<image class=\"relief\" x=\"" + number(picture.low_x_m) + "\" y=\"" +
-             number(-picture.high_y_m) + "\" width=\"" +
-             number(picture.high_x_m - picture.low_x_m) + "\" height=\"" +
-             number(picture.high_y_m - picture.low_y_m) +
-             "\" preserveAspectRatio=\"none\" href=\"data:image/png;base64," +
-             overview->png_base64 + "\"/>\n";
-    }
+    if (overview) svg += relief_image(*overview);
   }
   const double route_m = std::max(width_m, height_m) / 150.0;
   return svg + route_svg(map.sites, map.ranges, limit, route_m, range_colour) +
@@ -56,8 +60,10 @@ Section map_section(const ReportSources& sources) {
   Section section = {"map", "The map", ""};
   Figure figure = {"figure-11", "Figure 11.", "", "", "map"};
   figure.caption =
-      "How far a vehicle must look at each place, from above (north up, map coordinates). Grey: "
-      "what the mapping drive saw, the darker the higher over the road.";
+      "How far a vehicle must look at each place, from above (north up, map coordinates).";
+  if (sources.surface) {
+    figure.caption += " Grey: what the mapping drive saw, the darker the higher over the road.";
+  }
   if (!page_script().empty()) {
     figure.caption +=
         " Click the route, or use the buttons, to see why a site looks as far as it does.";

@@ -92,16 +92,18 @@ std::vector<std::pair<std::string, std::string>> map_facts(const ReportSources& 
     definitions += (definitions.empty() ? "" : ", ") + definition.name + " v" +
                    std::to_string(definition.version);
   }
+  const bool is_simulated = map.measurement.reference == ErrorReference::kSimulated;
   return {{"map file", sources.map_file},
           {"map", map.map_id},
           {"version", map.version + ", release " + std::to_string(map.release)},
           {"written by", map.writer + ", format " + sources.summary.format},
           {"root digest", to_hex(sources.summary.root_digest)},
           {"model digest", to_hex(sources.summary.model_digest)},
-          {"mapping drive",
+          {is_simulated ? "finished map" : "mapping drive",
            map.measurement.mapping_drive + ", " + map.measurement.mapping_scans + " scans"},
-          {"localization drive", map.measurement.localization_drive + ", " +
-                                     map.measurement.localization_scans + " scans"},
+          {"localization drive", is_simulated ? "none: errors were simulated"
+                                              : map.measurement.localization_drive + ", " +
+                                                    map.measurement.localization_scans + " scans"},
           {"localizing sensor", map.sensor.name},
           {"localizer that ranges and probabilities are for", to_text(map.model.localizer)},
           {"localizer that was measured", to_text(map.measurement.localizer)},

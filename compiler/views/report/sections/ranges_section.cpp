@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "compiler/views/picture/charts/chart_svg.h"
 #include "compiler/views/report/sections/along.h"
 #include "compiler/views/report/sections/sections.h"
@@ -33,6 +35,33 @@ std::string table_one(const Evaluation& evaluation) {
                         std::to_string(evaluation.sites.size()) + " sites");
 }
 
+// Lines right across at the limits, and room above them: what errs farther lies on the upper edge.
+void mark_limits(const Evaluation& evaluation, Chart& chart) {
+  constexpr double kOfGreatestLimit = 4.0;
+  const std::string colours[] = {kBlue, kOrange, kGreen};
+  const std::vector<double> along_m = chart.series.front().x;
+  double greatest_cm = 0.0;
+  for (const double error_m : evaluation.error_m) {
+    greatest_cm = std::max(greatest_cm, 100.0 * error_m);
+  }
+  for (std::size_t limit = 0; limit < evaluation.limits_m.size(); ++limit) {
+    const double limit_cm = 100.0 * evaluation.limits_m[limit];
+    chart.series.push_back({"limit " + limit_text(evaluation.limits_m[limit]),
+                            colours[limit % 3],
+                            Mark::kLine,
+                            {along_m.front(), along_m.back()},
+                            {limit_cm, limit_cm},
+                            {},
+                            1.6,
+                            true});
+    if (greatest_cm > kOfGreatestLimit * limit_cm) {
+      chart.greatest_y = kOfGreatestLimit * limit_cm;
+    } else {
+      chart.greatest_y.reset();
+    }
+  }
+}
+
 std::string figure_five(const Evaluation& evaluation, const Sites& sites) {
   const Along along(evaluation, sites);
   Chart chart =
@@ -44,11 +73,13 @@ std::string figure_five(const Evaluation& evaluation, const Sites& sites) {
         [&](std::size_t i) { return 100.0 * evaluation.error_m[shape.index(i, range)]; }));
     chart.series.back().size_px = 1.2;
   }
+  mark_limits(evaluation, chart);
   return html_figure(
       {"figure-5", "Figure 5.",
        "Mean localization error at every metre of the route, one line for each static range: where "
        "a "
-       "street offers little, a short range errs more, and how much differs from place to place.",
+       "street offers little, a short range errs more, and how much differs from place to place. "
+       "Dashed: the limits; lines on the upper edge err farther still.",
        chart_svg(chart), "error-along"});
 }
 
@@ -80,13 +111,16 @@ std::string figure_six(const Evaluation& evaluation) {
 
 Section ranges_section(const Evaluation& evaluation, const Sites& sites) {
   const bool is_known = evaluation.reference == ErrorReference::kKnownPose;
+  const bool is_simulated = evaluation.reference == ErrorReference::kSimulated;
   Section section = {"ranges", "What range does to error and time", ""};
   section.html = paragraph(
       "Drive " + evaluation.drive + " was matched against the map at " +
       std::to_string(evaluation.sites.size()) + " of " + std::to_string(evaluation.site_count) +
       " sites and at every range, from several starts around the reference pose. The error is the "
       "distance from " +
-      (is_known ? "the known pose." : "the match at the sensor's full range."));
+      (is_known       ? "the known pose."
+       : is_simulated ? "the place at which its scan was simulated: nobody drove there."
+                      : "the match at the sensor's full range."));
   section.html += table_one(evaluation) + figure_five(evaluation, sites) + figure_six(evaluation);
   return section;
 }

@@ -13,7 +13,8 @@ Section summary_section(const ReportSources& sources);
 Section map_section(const ReportSources& sources);
 // Of a map that has looks which take a sample.
 Section looks_section(const ReportSources& sources);
-Section diff_section(const MapDiff& diff);
+// Where there is a diff.
+Section diff_section(const ReportSources& sources);
 Section ranges_section(const Evaluation& evaluation, const Sites& sites);
 Section ideal_section(const Evaluation& evaluation, const Sites& sites);
 Section choice_section(const Evaluation& evaluation, const Sites& sites);

@@ -1,9 +1,128 @@
+#include <algorithm>
+
 #include "compiler/views/report/route.h"
 #include "compiler/views/report/sections/sections.h"
 #include "formats/text/quoted_text.h"
 
+// The first screen: for each limit what is promised and what came of it, then what the gate said.
+
 namespace sightline {
 namespace {
+
+constexpr std::size_t kMostViolations = 8;  // shown; the gate tells them all
+
+enum class Sign { kGood, kOpen, kBad };
+
+// Words say it too: the colour alone never does.
+std::string status(Sign sign, const std::string& words) {
+  const char* name = sign == Sign::kGood ? "good" : sign == Sign::kBad ? "bad" : "open";
+  return std::string("<p class=\"status is-") + name + "\">" + xml_text(words) + "</p>\n";
+}
+
+std::string card(const std::string& title, const std::string& html) {
+  return "<div class=\"verdict\">\n<h3>" + xml_text(title) + "</h3>\n" + html + "</div>\n";
+}
+
+// Nobody drove where this map was made.
+bool is_simulated(const CompiledMap& map) {
+  return map.measurement.reference == ErrorReference::kSimulated;
+}
+
+std::string promise_status(const CompiledMap& map, const LimitPromise& promise) {
+  if (promise.is_earned) {
+    return status(Sign::kGood,
+                  "Promised: at least " + percent(1.0 - promise.alpha) + " % of the next drive");
+  }
+  if (is_simulated(map)) {
+    return status(Sign::kOpen, "No promise: nobody drove here, errors were simulated");
+  }
+  return status(Sign::kOpen, promise.scope == PromiseScope::kNextDrive
+                                 ? "No promise: it was not earned"
+                                 : "No promise: learned from this drive alone");
+}
+
+std::string asked_words(const LimitPromise& promise) {
+  return promise.alpha > 0.0 ? "; asked: " + percent(1.0 - promise.alpha) + " %" : "";
+}
+
+// "96.7 % of 151 judged sites; asked: 95.0 %", and whether that is enough.
+std::string share_status(const ReportSources& sources, std::size_t limit) {
+  const LimitPromise& promise = sources.map->ranges.promises[limit];
+  const std::string within = " within " + limit_text(promise.limit_m);
+  if (!sources.evaluation) {
+    return status(Sign::kOpen, "Expected" + within + ": " +
+                                   percent(sources.map->quality[limit].expected_coverage) +
+                                   " % of the sites" + asked_words(promise) +
+                                   ". No drive has judged the map here");
+  }
+  const double coverage = sources.evaluation->score(limit, Rule::kMap).coverage;
+  if (sources.evaluation->reference == ErrorReference::kSimulated) {
+    return status(Sign::kOpen, "In simulation" + within + ": " + percent(coverage) +
+                                   " % of the sites" + asked_words(promise) +
+                                   ". No drive has judged the map here");
+  }
+  const bool is_enough = coverage >= 1.0 - promise.alpha;
+  return status(is_enough ? Sign::kGood : Sign::kBad,
+                std::string(is_enough ? "Reached: " : "Not reached: ") + percent(coverage) +
+                    " % of " + std::to_string(sources.evaluation->sites.size()) + " judged sites" +
+                    within + asked_words(promise));
+}
+
+// Of the map's own rules at this limit: "the map's range 0, the map's look 1".
+std::string lost_status(const DriveTracks& tracks, double limit_m) {
+  std::uint32_t most = 0;
+  std::string words;
+  for (std::size_t rule = 0; rule < tracks.rules.size(); ++rule) {
+    const TrackRule& each = tracks.rules[rule];
+    if (each.is_static() || !is_judged_at(each, limit_m)) continue;
+    const std::uint32_t lost = score_track(tracks, rule, limit_m).lost_count;
+    most = std::max(most, lost);
+    words += (words.empty() ? "" : ", ") + name_of(each) + " " + std::to_string(lost);
+  }
+  if (words.empty()) return "";
+  return status(most == 0 ? Sign::kGood : Sign::kBad,
+                "Tracks lost over " + std::to_string(tracks.scans.size()) + " scans: " + words);
+}
+
+std::string limit_card(const ReportSources& sources, std::size_t limit) {
+  const LimitPromise& promise = sources.map->ranges.promises[limit];
+  std::string html = promise_status(*sources.map, promise) + share_status(sources, limit);
+  if (sources.tracks) html += lost_status(*sources.tracks, promise.limit_m);
+  if (!promise.statement.empty()) {
+    html += "<p class=\"why\">" + xml_text(promise.statement) + "</p>\n";
+  }
+  return card("Within " + limit_text(promise.limit_m), html);
+}
+
+std::string violations_of(const GateResult& gate) {
+  std::string html;
+  const std::size_t shown = std::min(gate.violations.size(), kMostViolations);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const GateResult::Violation& each = gate.violations[i];
+    html += "<li>" + xml_text(each.severity + ", " + each.rule + ": " + each.message);
+    if (each.first_site) {
+      const std::string site = std::to_string(*each.first_site);
+      html += " (<a href=\"#site=" + site + "\">site " + site + "</a>)";
+    }
+    html += "</li>\n";
+  }
+  if (shown < gate.violations.size()) {
+    html += "<li>and " + std::to_string(gate.violations.size() - shown) + " more</li>\n";
+  }
+  return html.empty()
+             ? ""
+             : "<details><summary>Rules that are violated</summary>\n<ul class=\"why\">\n" + html +
+                   "</ul></details>\n";
+}
+
+std::string gate_card(const GateResult& gate) {
+  const std::string counts =
+      std::to_string(gate.errors) + " errors, " + std::to_string(gate.warnings) + " warnings, " +
+      std::to_string(gate.notes) + " notes, " + std::to_string(gate.excepted) + " excepted";
+  return card("Gate", status(gate.passed ? Sign::kGood : Sign::kBad,
+                             (gate.passed ? "Passed: " : "Failed: ") + counts) +
+                          violations_of(gate));
+}
 
 std::string tile(const std::string& value, const std::string& unit, const std::string& what) {
   return "<div class=\"tile\"><div class=\"value\">" + xml_text(value) + "<span class=\"unit\"> " +
@@ -21,24 +140,25 @@ std::string tiles_of_map(const CompiledMap& map) {
 
 std::string tiles_of_limit(const ReportSources& sources, std::size_t limit) {
   const std::string limit_words = limit_text(sources.map->ranges.promises[limit].limit_m);
-  const LimitQuality& quality = sources.map->quality[limit];
-  std::string html = tile(fixed(quality.mean_range_m, 1), "m", "mean range for " + limit_words);
-  if (!sources.evaluation) {
-    return html + tile(percent(quality.expected_coverage), "%", "expected within " + limit_words);
-  }
-  const RuleScore& score = sources.evaluation->score(limit, Rule::kMap);
-  return html + tile(percent(score.coverage), "%", "of judged sites within " + limit_words) +
-         tile(fixed(score.time_ratio, 2), "×",
+  std::string html = tile(fixed(sources.map->quality[limit].mean_range_m, 1), "m",
+                          "mean range for " + limit_words);
+  if (!sources.evaluation) return html;
+  return html +
+         tile(fixed(sources.evaluation->score(limit, Rule::kMap).time_ratio, 2), "×",
               "the matching time of always looking " +
-                  metres(sources.evaluation->statics.back().range_m));
+                  metres(sources.evaluation->statics.back().range_m) + ", for " + limit_words);
 }
 
 }  // namespace
 
 Section summary_section(const ReportSources& sources) {
   const CompiledMap& map = *sources.map;
-  Section section = {"summary", "At a glance", ""};
-  section.html = "<div class=\"tiles\">\n" + tiles_of_map(map);
+  Section section = {"summary", "Verdict", "<div class=\"verdicts\">\n"};
+  for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
+    section.html += limit_card(sources, limit);
+  }
+  if (sources.gate) section.html += gate_card(*sources.gate);
+  section.html += "</div>\n<div class=\"tiles\">\n" + tiles_of_map(map);
   for (std::size_t limit = 0; limit < map.ranges.promises.size(); ++limit) {
     section.html += tiles_of_limit(sources, limit);
   }

@@ -6,30 +6,28 @@
 namespace sightline {
 namespace {
 
-std::string name_of(const TrackRule& rule) {
-  return rule.is_static() ? "static " + metres(rule.static_range_m)
-                          : "this map, " + limit_text(rule.limit_m);
-}
-
 std::string scores_table(const DriveTracks& tracks, double limit_m) {
-  TextGrid grid = {{"range", "scans within the limit (%)", "mean error (cm)",
-                    "95th percentile (cm)", "greatest (cm)", "mean range (m)", "time ratio",
-                    "work ratio", "lost"}};
+  TextGrid grid = {{"rule", "scans within the limit (%)", "mean error (cm)", "95th percentile (cm)",
+                    "greatest (cm)", "mean range (m)", "time ratio", "work ratio", "lost",
+                    "second look (%)"}};
   for (std::size_t rule = 0; rule < tracks.rules.size(); ++rule) {
     const TrackRule& each = tracks.rules[rule];
-    if (!each.is_static() && each.limit_m != limit_m) continue;
+    if (!is_judged_at(each, limit_m)) continue;
     const TrackScore score = score_track(tracks, rule, limit_m);
     grid.push_back({name_of(each), percent(score.coverage), centimetres(score.mean_error_m),
                     centimetres(score.p95_error_m), centimetres(score.max_error_m),
                     fixed(score.mean_range_m, 1), fixed(score.time_ratio, 3),
-                    fixed(score.work_ratio, 3), std::to_string(score.lost_count)});
+                    fixed(score.work_ratio, 3), std::to_string(score.lost_count),
+                    each.choice == TrackChoice::kPlan ? percent(score.second_share) : ""});
   }
   return html_table(grid, "Continuous localization at a limit of " + limit_text(limit_m) +
                               "; ratios are to the longest static range");
 }
 
 ChartSeries error_of(const DriveTracks& tracks, std::size_t rule, const std::string& colour) {
-  ChartSeries series = {name_of(tracks.rules[rule]), colour, Mark::kLine, {}, {}, {}, 1.4, false};
+  const TrackRule& of = tracks.rules[rule];
+  const std::string name = name_of(of) + (of.is_static() ? "" : ", " + limit_text(of.limit_m));
+  ChartSeries series = {name, colour, Mark::kLine, {}, {}, {}, 1.4, false};
   for (std::size_t scan = 0; scan < tracks.scans.size(); ++scan) {
     series.x.push_back(static_cast<double>(scan));
     series.y.push_back(100.0 * tracks.step(rule, scan).error_m);
@@ -50,10 +48,17 @@ std::string error_figure(const DriveTracks& tracks) {
   for (std::size_t rule = 0; rule < tracks.limits_m.size(); ++rule) {
     chart.series.push_back(error_of(tracks, rule, colours[rule % 3]));
   }
-  return html_figure({"tracks", "Continuous localization.",
-                      "Error of every scan when each match starts where the poses found before "
-                      "foretell, with this map's ranges and with the longest one throughout.",
-                      chart_svg(chart), ""});
+  for (std::size_t rule = 0; rule < tracks.rules.size(); ++rule) {
+    const bool is_plan = tracks.rules[rule].choice == TrackChoice::kPlan &&
+                         tracks.rules[rule].limit_m == tracks.limits_m.front();
+    if (is_plan) chart.series.push_back(error_of(tracks, rule, kPink));
+  }
+  return html_figure(
+      {"tracks", "Continuous localization.",
+       "Error of every scan when each match starts where the poses found before "
+       "foretell, with this map's ranges, by its plan of looks where it has one, and "
+       "with the longest range throughout.",
+       chart_svg(chart), ""});
 }
 
 }  // namespace

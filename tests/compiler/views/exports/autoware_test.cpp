@@ -61,8 +61,9 @@ TEST(AutowareMap, KeepsTheRulesOfTheLoaderAsPclAndYamlRead) {
     }
     std::multiset<std::tuple<float, float, float>> given;
     for (const Eigen::Vector3d& p_m : points_m) {
-      given.emplace(static_cast<float>(p_m.x()), static_cast<float>(p_m.y()),
-                    static_cast<float>(p_m.z() + 64.0));  // z of the world
+      // Of the world, less whole 100 km.
+      given.emplace(static_cast<float>(p_m.x() + 57'344.0), static_cast<float>(p_m.y() + 28'224.0),
+                    static_cast<float>(p_m.z() + 64.0));
     }
     EXPECT_EQ(read, given);
   }
@@ -70,20 +71,29 @@ TEST(AutowareMap, KeepsTheRulesOfTheLoaderAsPclAndYamlRead) {
 
 TEST(AutowareMap, SaysWhereItLies) {
   const std::vector<Eigen::Vector3d> points_m = {{1.0, 2.0, 3.0}};
-  const auto projector = [&](const char* world) {
-    const Result<AutowareMap> map = autoware_map(points_m, kFrame, *parse_world(world));
+  const auto projector = [&](const char* world, const MapFrame& frame) {
+    const Result<AutowareMap> map = autoware_map(points_m, frame, *parse_world(world));
     EXPECT_TRUE(map) << world;
     return YAML::Load(map->projector_yaml);
   };
-  EXPECT_EQ(projector("local")["projector_type"].as<std::string>(), "Local");
-  const YAML::Node utm = projector("utm:32N");
-  EXPECT_EQ(utm["projector_type"].as<std::string>(), "LocalCartesianUTM");
-  EXPECT_EQ(utm["vertical_datum"].as<std::string>(), "WGS84");
-  EXPECT_NEAR(utm["map_origin"]["latitude"].as<double>(), 49.005, 0.01);
-  EXPECT_NEAR(utm["map_origin"]["longitude"].as<double>(), 8.417, 0.01);
-  const YAML::Node enu = projector("enu:48.5,8.25,100");
+  EXPECT_EQ(projector("local", kFrame)["projector_type"].as<std::string>(), "Local");
+  // The first scan lies just behind a square's edge, the frame's origin just before it.
+  const MapFrame at_edge{{399'936.0, 5'428'224.0, 0.0}};
+  for (const auto& [world, frame, square] :
+       {std::tuple{"utm:32N", kFrame, "32UMV"}, std::tuple{"utm:32N", at_edge, "32ULV"},
+        std::tuple{"mgrs:32UMV", MapFrame{{57'344.0, 28'224.0, 64.0}}, "32UMV"},
+        std::tuple{"mgrs:32UMV", MapFrame{{-64.0, 28'224.0, 64.0}}, "32UMV"}}) {
+    const YAML::Node yaml = projector(world, frame);
+    EXPECT_EQ(yaml["projector_type"].as<std::string>(), "MGRS");
+    EXPECT_EQ(yaml["vertical_datum"].as<std::string>(), "WGS84");
+    EXPECT_EQ(yaml["mgrs_grid"].as<std::string>(), square) << world;
+  }
+  const YAML::Node enu = projector("enu:48.5,8.25,100", MapFrame{{-64.0, 128.0, 0.0}});
   EXPECT_EQ(enu["projector_type"].as<std::string>(), "LocalCartesian");
   EXPECT_EQ(enu["map_origin"]["latitude"].as<double>(), 48.5);
+  EXPECT_EQ(autoware_map(points_m, kFrame, *parse_world("enu:48.5,8.25,100")).error().code,
+            ErrorCode::kBadArgument)
+      << "457 km from the origin of its world";
   EXPECT_EQ(autoware_map({}, kFrame, World{}).error().code, ErrorCode::kEmptyMap);
 }
 

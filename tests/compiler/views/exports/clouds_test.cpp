@@ -16,7 +16,8 @@ namespace {
 // Every vertex of an ellipsoid is two standard deviations from the mean: its Mahalanobis distance
 // by the raw covariance is 2.
 TEST(NdMesh, IsReadByPclAndLiesAtTwoStandardDeviations) {
-  const NdtMap ndt = random_map({.seed = 3, .nd_count = 40}).ndt;
+  NdtMap ndt = random_map({.seed = 3, .nd_count = 40}).ndt;
+  ndt.frame.origin_world_m = {64.0, -128.0, 0.0};
   const std::filesystem::path file = scratch_folder() / "nds.ply";
   ASSERT_TRUE(write_file_atomically(file, nd_ellipsoids_ply(ndt), IfExists::kReplace));
   pcl::PolygonMesh mesh;
@@ -27,7 +28,8 @@ TEST(NdMesh, IsReadByPclAndLiesAtTwoStandardDeviations) {
   ASSERT_EQ(mesh.polygons.size(), ndt.nds.size() * kEllipsoidFaces);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const Nd& nd = ndt.nds[i / kEllipsoidVertices];
-    const Eigen::Vector3d d_m = vertices[i].getVector3fMap().cast<double>() - nd.mean_m;
+    const Eigen::Vector3d d_m =
+        vertices[i].getVector3fMap().cast<double>() - nd.mean_m - ndt.frame.origin_world_m;
     EXPECT_NEAR(std::sqrt(d_m.dot(nd.covariance_m2.inverse() * d_m)), 2.0, 0.05);
     const int blue = std::array{0, 178, 153}[static_cast<std::size_t>(dimension_class(nd)) - 1];
     EXPECT_EQ(vertices[i].b, blue);

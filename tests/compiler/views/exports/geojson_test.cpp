@@ -39,6 +39,9 @@ TEST(GeoJson, AgreesWithTheDumpAtEverySite) {
     EXPECT_EQ(feature["geometry"]["coordinates"][0], p_world_m.x());
     ++sites;
   }
+  EXPECT_NE(json["crs"]["properties"]["name"].get<std::string>().find("LOCAL_CS"),
+            std::string::npos)
+      << "metres are not degrees";
   EXPECT_EQ(sites, map.sites.sites.size());
   EXPECT_EQ(lines, 2u);
 }

@@ -89,6 +89,20 @@ TEST(Octomap, HoldsTheWayOfARayAsFreeAndItsEndAsOccupied) {
   EXPECT_EQ(space_at(tree, {3.0, 0.4, 2.1}), Space::kUnknown) << "beside the ray";
 }
 
+TEST(Octomap, LiesInTheWorldWhereItsKeysReachSoFar) {
+  Scan scan;
+  scan.points_m = {{5.1, 0.1, 0.1}};
+  SurfacePoints surface = surface_of(drive_of({scan}, {Pose::Identity()}));
+  surface.frame.origin_world_m = {-64.0, 128.0, 0.0};
+  EXPECT_EQ(space_at(read_back(exported(surface)), {-58.9, 128.1, 2.1}), Space::kOccupied);
+  surface.frame.origin_world_m = {456'512.0, 5'429'504.0, 0.0};
+  EXPECT_EQ(space_at(read_back(exported(surface)), {5.1, 0.1, 2.1}), Space::kOccupied);
+  const OctomapFrame near = octomap_frame({{400'128.0, 64.0, 0.0}}, kVoxel_m);
+  EXPECT_TRUE(near.is_of_exports);
+  EXPECT_EQ(near.shift_m, Eigen::Vector3d(128.0, 64.0, 0.0));
+  EXPECT_FALSE(octomap_frame(surface.frame, kVoxel_m).is_of_exports);
+}
+
 TEST(Octomap, KnowsOfALongRayItsBeginningOnly) {
   Scan scan;
   scan.points_m = {{40.1, 0.1, 0.1}};

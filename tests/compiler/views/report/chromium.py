@@ -14,6 +14,9 @@ FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--dis
          "--disable-component-update", "--disable-sync", "--disable-default-apps", "--hide-scrollbars",
          "--mute-audio", "--remote-debugging-pipe"]
 
+READY = 'document.documentElement?.dataset.ready === "yes"'  # of a report with its scripts
+TILES_DRAWN = '!document.querySelector(".leaflet-tile:not(.leaflet-tile-loaded)")'
+
 
 class Browser:
     """One window with one page. What the page says on the console and asks of the network is kept."""
@@ -117,6 +120,10 @@ class Browser:
         self.call("Page.navigate", url=address)
         self.wait_for(ready)
         return time.monotonic() - begin
+
+    def resize(self, width, height):
+        """The window as the page sees it, which may be narrower than a browser's can be."""
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 600)
 
     def click(self, x, y):
         for kind in ("mousePressed", "mouseReleased"):

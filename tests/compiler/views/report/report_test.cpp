@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "compiler/views/report/sections/html.h"
 #include "formats/text/text_grid.h"
 #include "tests/compiler/views/report/sources.h"
 
@@ -19,7 +20,7 @@ TEST(Report, HoldsEveryTableAndFigure) {
        {"Table I.", "Table II.", "id=\"figure-5\"", "id=\"figure-6\"", "id=\"figure-7\"",
         "id=\"figure-8\"", "id=\"figure-10-0\"", "id=\"figure-10-1\"", "id=\"figure-11\"",
         "id=\"pareto-0\"", "id=\"pareto-1\"", "id=\"calibration\"", "id=\"correlations\"",
-        "removed as moving", "build-ndt.cell_m", "ab12"}) {
+        "removed as moving", "build-ndt.cell_m", "ab12", ">limit 10 cm<"}) {
     EXPECT_THAT(*html, HasSubstr(part));
   }
 }
@@ -87,6 +88,60 @@ TEST(Report, OfAMapAloneSaysWhatIsNotKnown) {
   EXPECT_THAT(*html, HasSubstr("there is no provenance file"));
   EXPECT_THAT(*html, HasSubstr("the points were not at hand"));
   EXPECT_THAT(*html, Not(HasSubstr("figure-5")));
+}
+
+TEST(Report, SaysFirstWhatIsPromisedAndReached) {
+  MadeSources made = made_sources(1);
+  LimitPromise& promise = made.map.ranges.promises[0];
+  promise.alpha = 0.05;
+  promise.is_earned = false;
+  promise.scope = PromiseScope::kThisDrive;
+  made.map.ranges.promises[1].is_earned = true;
+  std::string html = *report_html(made.sources());
+  html.resize(html.find("id=\"map\""));
+  EXPECT_THAT(html, HasSubstr("is-open\">No promise: learned from this drive alone<"));
+  EXPECT_THAT(html, HasSubstr("is-good\">Promised: at least 95.0 % of the next drive<"));
+  const RuleScore& score = made.evaluation.score(0, Rule::kMap);
+  EXPECT_THAT(html, HasSubstr(fixed(100.0 * score.coverage, 1) + " % of " +
+                              std::to_string(made.evaluation.sites.size()) +
+                              " judged sites within 10 cm; asked: 95.0 %"));
+  EXPECT_THAT(html, HasSubstr(score.coverage < 0.95 ? ">Not reached: " : ">Reached: "));
+}
+
+TEST(Report, SaysWhatTheGateSaid) {
+  const MadeSources made = made_sources(1);
+  const GateResult gate = {
+      std::string(64, '0'), false, 1, 2, 3, 4, {{"unmet-share", "error", "a <b> too many", 40}}};
+  ReportSources sources = made.sources();
+  sources.gate = &gate;
+  const std::string html = *report_html(sources);
+  EXPECT_THAT(html, HasSubstr("is-bad\">Failed: 1 errors, 2 warnings, 3 notes, 4 excepted<"));
+  EXPECT_THAT(html, HasSubstr("error, unmet-share: a &lt;b&gt; too many (<a href=\"#site=40\">"));
+  sources.summary.root_digest[0] = 1;
+  EXPECT_EQ(report_html(sources).error().code, ErrorCode::kMismatchedInputs);
+}
+
+// The share of green, which rises along the row of colours.
+int green_of(const std::string& css, const std::string& name) {
+  const std::size_t at = css.find("--" + name + ":#");
+  return at == std::string::npos ? -1 : std::stoi(css.substr(at + name.size() + 6, 2), nullptr, 16);
+}
+
+TEST(Report, ColoursSpanTheRangesThatOccur) {
+  MadeSources made = made_sources(1);
+  for (std::uint8_t& range : made.map.ranges.range_index) range %= 2;  // 10 and 20 of 10, 20, 50 m
+  const std::string css = colours_css(made.map);
+  EXPECT_GT(green_of(css, "range-1") - green_of(css, "range-0"), 100);
+  EXPECT_GT(green_of(css, "range-2"), green_of(css, "range-1"));
+  EXPECT_LT(green_of(css, "range-zero"), green_of(css, "range-0"));
+}
+
+TEST(Report, OneRangeEverywhereHasAColourOfTheMiddle) {
+  MadeSources made = made_sources(1);
+  for (std::uint8_t& range : made.map.ranges.range_index) range = 2;
+  const int green = green_of(colours_css(made.map), "range-2");
+  EXPECT_GT(green, 60);
+  EXPECT_LT(green, 220);
 }
 
 TEST(Report, RefusesWhatIsOfAnotherMap) {

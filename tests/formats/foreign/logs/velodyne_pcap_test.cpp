@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 #include "formats/foreign/logs/velodyne_packet.h"
@@ -50,6 +52,37 @@ std::string vlp16_drive(int packets, unsigned first_azimuth_cdeg = 18000) {
     const auto us = static_cast<std::uint32_t>(i) * 1327;
     const unsigned azimuth_cdeg = (first_azimuth_cdeg + 480U * static_cast<unsigned>(i)) % 36000;
     bytes += record(kDay_s + 5, us, packet(kVlp16, azimuth_cdeg, 40, 800'000'000 + us));
+  }
+  return bytes;
+}
+
+// The same packets as a pcapng: a section, an interface with times in nanoseconds, a packet a
+// block.
+std::string as_pcapng(const std::string& pcap, bool is_swapped = false) {
+  const auto u32 = [&](std::uint32_t value) {
+    std::string bytes = as_bytes({value});
+    if (is_swapped) std::ranges::reverse(bytes);
+    return bytes;
+  };
+  const auto u16_pair = [&](std::uint16_t first, std::uint16_t second) {
+    return is_swapped ? big16(first) + big16(second) : as_bytes({first, second});
+  };
+  const auto block = [&](std::uint32_t type, std::string body) {
+    body.resize((body.size() + 3) / 4 * 4);
+    const auto length = static_cast<std::uint32_t>(body.size() + 12);
+    return u32(type) + u32(length) + body + u32(length);
+  };
+  std::string bytes = block(0x0a0d0d0a, u32(0x1a2b3c4d) + u16_pair(1, 0) + std::string(8, '\xff'));
+  bytes += block(1, u16_pair(1, 0) + u32(0) + u16_pair(9, 1) + std::string("\x09\0\0\0", 4));
+  bytes += block(4, std::string(4, '\0'));  // names, which nobody needs
+  for (std::size_t at = 24; at < pcap.size();) {
+    std::uint32_t head[4] = {};
+    std::memcpy(head, pcap.data() + at, sizeof head);
+    const std::uint64_t time_ns = head[0] * 1'000'000'000ULL + head[1] * 1000ULL;
+    bytes += block(6, u32(0) + u32(static_cast<std::uint32_t>(time_ns >> 32U)) +
+                          u32(static_cast<std::uint32_t>(time_ns)) + u32(head[2]) + u32(head[3]) +
+                          pcap.substr(at + 16, head[2]));
+    at += 16 + head[2];
   }
   return bytes;
 }
@@ -227,6 +260,42 @@ TEST_F(VelodynePcapTest, ReadsTheOtherByteOrder) {
   const Result<Recording> recording = open(bytes);
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
   EXPECT_EQ(recording->digest, open(vlp16_drive(206))->digest);
+}
+
+TEST(VelodynePcap, IsTheSameAsAPcapng) {
+  const ScratchFolder folder;
+  const std::string pcap = vlp16_drive(300);
+  RecordingOptions options;
+  options.scans = folder.write("drive.pcap", pcap).string();
+  const Result<Recording> classic = open_recording(options);
+  ASSERT_TRUE(classic) << to_string(classic.error());
+  ASSERT_GT(classic->scans.size(), 1U);
+  for (const bool is_swapped : {false, true}) {
+    options.scans = folder.write("drive.pcapng", as_pcapng(pcap, is_swapped)).string();
+    const Result<Recording> blocks = open_recording(options);
+    ASSERT_TRUE(blocks) << to_string(blocks.error());
+    ASSERT_EQ(blocks->scans.size(), classic->scans.size());
+    for (std::size_t i = 0; i < classic->scans.size(); ++i) {
+      EXPECT_EQ(blocks->scans[i].content, classic->scans[i].content);
+      EXPECT_EQ(blocks->scans[i].stamp_ns, classic->scans[i].stamp_ns);
+      EXPECT_EQ(read_recorded_scan(*blocks, i)->points_m,
+                read_recorded_scan(*classic, i)->points_m);
+    }
+  }
+}
+
+TEST(VelodynePcap, OfAPcapngThatIsCutOrOfSeveralSectionsIsRefused) {
+  const ScratchFolder folder;
+  const std::string whole = as_pcapng(vlp16_drive(80));
+  RecordingOptions options;
+  const auto error_of = [&](const std::string& bytes) {
+    options.scans = folder.write("drive.pcapng", bytes).string();
+    const Result<Recording> recording = open_recording(options);
+    return recording ? std::string("read") : to_string(recording.error());
+  };
+  EXPECT_NE(error_of(whole + whole).find("editcap -F pcap"), std::string::npos);
+  EXPECT_NE(error_of(whole.substr(0, whole.size() - 7)).find("SL2006"), std::string::npos);
+  for (std::size_t cut = 4; cut < 200; ++cut) EXPECT_NE(error_of(whole.substr(0, cut)), "read");
 }
 
 }  // namespace

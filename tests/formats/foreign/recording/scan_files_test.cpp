@@ -86,6 +86,8 @@ TEST(ScanFiles, NamesTellNumbersAndTimes) {
   EXPECT_EQ(scan_number("scan.pcd"), std::nullopt);
   EXPECT_EQ(scan_stamp_ns("1567410201745204736.pcd"), 1567410201745204736);
   EXPECT_EQ(scan_stamp_ns("1567410201.745204.bin"), 1567410201745204000);
+  EXPECT_EQ(scan_stamp_ns("n015-2018-07-24-11-22-45+0800__LIDAR_TOP__1532402927647951.pcd.bin"),
+            1532402927647951000);
   EXPECT_EQ(scan_stamp_ns("0000000012.pcd"), std::nullopt);
   EXPECT_EQ(scan_stamp_ns("000000000000000012.pcd"), std::nullopt);
   EXPECT_EQ(scan_stamp_ns("scan_1567410201745204736.pcd"), std::nullopt);

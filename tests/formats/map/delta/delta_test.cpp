@@ -130,6 +130,16 @@ TEST_F(Delta, KeepsTheOldMapAndTakesItBack) {
   expect_map(base, "nothing more to take back");
 }
 
+// As a kill leaves it between the rename and the end.
+TEST_F(Delta, ThatIsNotThereToRollBackToTakesAwayTheEmptyFileOfAKilledRollback) {
+  write(map_, encode_map(tiny_map()));
+  for (const Bytes& left : {Bytes(), Bytes(7)}) {
+    write(part_path(map_), left);
+    EXPECT_EQ(roll_back(map_).error().code, ErrorCode::kFileNotFound);
+    EXPECT_EQ(fs::exists(part_path(map_)), !left.empty());  // of an update that can go on
+  }
+}
+
 TEST_F(Delta, DoesNotRollBackToADamagedMap) {
   const Bytes base = encode_map(tiny_map());
   const Bytes result = encode_map(changed_map(tiny_map(), 1));

@@ -15,6 +15,7 @@
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/changed_map.h"
+#include "tests/support/scratch_folder.h"
 
 namespace {
 
@@ -70,7 +71,7 @@ using Bytes = std::vector<std::byte>;
 class PowerLoss : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) / ("power_loss_" + std::to_string(::getpid()));
+    folder_ = scratch_folder();
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     const CompiledMap map = random_map({.seed = 2, .site_count = 8, .nd_count = 30});
@@ -105,7 +106,7 @@ class PowerLoss : public testing::Test {
   Bytes result_;
 
   PowerLoss() {
-    folder_ = fs::path(testing::TempDir()) / ("power_loss_" + std::to_string(::getpid()));
+    folder_ = scratch_folder();
     map_ = folder_ / "town.slmap";
     delta_ = folder_ / "town.sldelta";
   }

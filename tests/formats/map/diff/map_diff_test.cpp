@@ -14,6 +14,7 @@
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/changed_map.h"
+#include "tests/support/scratch_folder.h"
 
 namespace sightline {
 namespace {
@@ -308,7 +309,7 @@ TEST(MapDiff, OfALimitThatIsNewSaysThatTheOldMapHadNone) {
 }
 
 TEST(MapDiff, OfABrokenMapNamesTheFile) {
-  const std::filesystem::path folder = testing::TempDir();
+  const std::filesystem::path folder = scratch_folder();
   std::vector<std::byte> file = encode_map(random_map({.seed = 9}));
   ASSERT_TRUE(write_file_atomically(folder / "old.slmap", file, IfExists::kReplace));
   file[40] ^= std::byte{1};

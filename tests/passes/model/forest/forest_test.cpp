@@ -1,4 +1,3 @@
-#include <dlib/random_forest.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -50,34 +49,6 @@ double brute_force_within(const RegressionForest& forest, const float* row, doub
     sum += met / count;
   }
   return sum / static_cast<double>(forest.trees.size());
-}
-
-TEST(Forest, PredictsWhatDlibPredicts) {
-  const Problem problem = random_problem(3, 300, 5);
-  const ForestOptions options{7, 5, 0.4};
-  const Result<std::vector<GrownTree>> grown =
-      grow_trees(problem.features, problem.training, options, 11, 1);
-  ASSERT_TRUE(grown.has_value());
-  using Sample = dlib::matrix<double, 0, 1>;
-  std::vector<Sample> samples;
-  for (std::size_t i = 0; i < 300; ++i) {
-    Sample sample(5);
-    for (long k = 0; k < 5; ++k) sample(k) = problem.features.row(i)[k];
-    samples.push_back(sample);
-  }
-  for (std::size_t t = 0; t < grown->size(); ++t) {
-    dlib::random_forest_regression_trainer<dlib::dense_feature_extractor> trainer;
-    trainer.set_num_trees(1);
-    trainer.set_min_samples_per_leaf(5);
-    trainer.set_feature_subsampling_fraction(0.4);
-    trainer.set_seed(std::to_string(mix(11, t)) + "/");
-    const auto judge = trainer.train(samples, problem.training.labels);
-    for (std::size_t i = 0; i < 300; ++i) {
-      const GrownTree& tree = (*grown)[t];
-      const std::uint32_t leaf = leaf_of(tree.nodes, problem.features.row(i));
-      EXPECT_EQ(double{tree.leaf_values[leaf]}, judge(samples[i]));
-    }
-  }
 }
 
 TEST(Forest, KeepsEachLabelInOneLeafOfEachTreeAndEnoughInEach) {

@@ -1,0 +1,87 @@
+#include <filesystem>
+#include <memory>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/commands/commands.h"
+#include "compiler/commands/map/compile_to_map.h"
+#include "compiler/driver/pipelines.h"
+
+namespace sightline {
+namespace {
+
+struct AnnotateFlags {
+  CompileFlags compile;
+  std::string map;
+  std::string route;
+  std::string sensor;
+  std::string world = "local";
+};
+
+// The configuration that the flags stand for.
+std::vector<std::string> overrides_of(const AnnotateFlags& flags) {
+  std::vector<std::string> overrides = {"map.points=" + flags.map, "map.sensor=" + flags.sensor,
+                                        "route.file=" + flags.route, "route.world=" + flags.world};
+  const std::vector<std::string>& named = flags.compile.run.overrides;
+  overrides.insert(overrides.end(), named.begin(), named.end());
+  return overrides;
+}
+
+Result<void> annotate(const AnnotateFlags& flags) {
+  SIGHTLINE_ASSIGN(const CompileConfig config, compile_config_of(overrides_of(flags)));
+  CompileFlags compile = flags.compile;
+  // There is no configuration beside which finished artifacts could lie.
+  if (compile.run.cache_directory.empty()) {
+    compile.run.cache_directory =
+        (std::filesystem::path(compile.output).parent_path() / ".sightline-cache").string();
+  }
+  return compile_to_map(compile, config);
+}
+
+}  // namespace
+
+Verb annotate_verb() {
+  const auto flags = std::make_shared<AnnotateFlags>();
+  Verb verb;
+  verb.name = "annotate";
+  verb.summary = "Annotate a finished point cloud map along a route, without any drive";
+  verb.details =
+      "The same as `sightline compile` with a configuration of the sections map and route. NDs and "
+      "the surface come from the points of the map. What nobody measured is simulated: scans of "
+      "the sensor named are cast in the map, disturbed and localized there, and the map says "
+      "\"simulated\" at every place where that decided.\n\n"
+      "With --model an error model of other places judges what was simulated. Without one "
+      "simulation alone decides: every place takes the one range and the one look that are enough "
+      "at 95 % of the places, each simulated error taken twice. Judge such a map by a drive "
+      "(`sightline evaluate`) before a vehicle relies on it. A promise is made by a model alone "
+      "that was trained on finished maps with drives through them.\n\n"
+      "Drives that come later are named with --set localization.scans=...: where they passed, the "
+      "map then goes by what they measured.";
+  verb.examples = {
+      "sightline annotate autoware_map/ --route lanelet2_map.osm --sensor vlp-16 -o city.slmap",
+      "sightline annotate city.las --route lanes.geojson --world utm:32N --sensor hdl-64e \\\n"
+      "      --model towns.slmodel -o city.slmap",
+      "sightline annotate map.pcd --route drive.tum --sensor os1-64 -o city.slmap \\\n"
+      "      --set map.height_m=2.1"};
+  verb.positionals = {{.name = "MAP",
+                       .help = "The finished map: .pcd, .ply or .las, a folder of them, or "
+                               "Autoware's map folder",
+                       .target = &flags->map}};
+  verb.flags = {{.names = "--route",
+                 .value = "FILE",
+                 .help = "Where to annotate it: Lanelet2 (.osm), .geojson, .csv of x, y and z, or "
+                         "a trajectory (.tum)",
+                 .target = &flags->route,
+                 .is_required = true},
+                {.names = "--sensor",
+                 .value = "NAME",
+                 .help = "The LiDAR that will localize; a wrong name lists all",
+                 .target = &flags->sensor,
+                 .is_required = true},
+                world_flag(flags->world)};
+  add_compile_flags(verb, flags->compile);
+  add_flags_of_every_run(verb, flags->compile.run);
+  verb.run = [flags] { return exit_status_of(annotate(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline

@@ -1,0 +1,54 @@
+#include <cstdio>
+#include <memory>
+
+#include "compiler/cli/console.h"
+#include "compiler/commands/commands.h"
+#include "compiler/store/prune.h"
+
+namespace sightline {
+namespace {
+
+struct CacheFlags {
+  std::string folder;
+  bool prunes = false;
+};
+
+double mebibytes(std::uint64_t bytes) { return static_cast<double>(bytes) / (1024.0 * 1024.0); }
+
+Result<void> look(const CacheFlags& flags) {
+  SIGHTLINE_ASSIGN(const CacheContents contents, look_at_cache(flags.folder));
+  std::printf("%llu objects of %.1f MiB, %llu unfinished files of runs at work here\n",
+              static_cast<unsigned long long>(contents.object_count),
+              mebibytes(contents.object_bytes),
+              static_cast<unsigned long long>(contents.busy_count));
+  if (flags.prunes) SIGHTLINE_TRY(prune_cache(contents));
+  std::printf("%zu files of %.1f MiB of no use%s\n", contents.useless.size(),
+              mebibytes(contents.useless_bytes), flags.prunes ? ", removed" : "");
+  for (const std::filesystem::path& path : contents.useless) {
+    print_text(path.string() + "\n");
+  }
+  return {};
+}
+
+}  // namespace
+
+Verb cache_verb() {
+  const auto flags = std::make_shared<CacheFlags>();
+  Verb verb;
+  verb.name = "cache";
+  verb.summary = "Look into a cache of finished passes, and clear it of what is of no use";
+  verb.details =
+      "Of no use are unfinished files of runs that were killed, parts of what is finished, and "
+      "objects that are damaged or lie in the place of others. Every run removes what it can prove "
+      "to be left by a killed run on its own machine. --prune removes also what other machines and "
+      "earlier boots left: not while another machine is at work in the same folder.\n\n"
+      "Who may write to a cache decides what is compiled from it. Compile what you release with "
+      "--no-cache, or with a cache that nobody else can write to.";
+  verb.examples = {"sightline cache .sightline-cache", "sightline cache .sightline-cache --prune"};
+  verb.positionals = {{.name = "FOLDER", .help = "The cache", .target = &flags->folder}};
+  verb.flags = {{.names = "--prune", .help = "Remove what is of no use", .target = &flags->prunes}};
+  verb.run = [flags] { return exit_status_of(look(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline

@@ -1,0 +1,166 @@
+#include "compiler/commands/map/compile_to_map.h"
+
+#include <filesystem>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
+#include "compiler/cli/try_output.h"
+#include "compiler/config/expected_cost.h"
+#include "compiler/config/input_files.h"
+#include "compiler/driver/pipelines.h"
+#include "compiler/driver/provenance.h"
+#include "compiler/views/text/describe.h"
+#include "compiler/views/text/factor_report.h"
+#include "formats/base/atomic_file.h"
+#include "formats/evaluation/evaluation.h"
+#include "formats/map/map_writer.h"
+#include "formats/surroundings/sharpness.h"
+
+namespace sightline {
+namespace {
+
+// Before hours of work rather than after them.
+Result<void> check_outputs(const CompileFlags& flags) {
+  if (flags.output.empty() && flags.run.stop_after.empty() && !flags.is_dry) {
+    return Error{ErrorCode::kBadArgument, "-o is required: which map file to write", "", ""};
+  }
+  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  SIGHTLINE_TRY(try_output(flags.depfile, IfExists::kReplace));
+  return try_output(flags.output, if_exists);
+}
+
+Result<void> write_outputs(const CompileFlags& flags, const CompiledMap& map,
+                           const std::string& provenance) {
+  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  SIGHTLINE_TRY(write_file_atomically(flags.output, encode_map(map), if_exists));
+  // A stale provenance beside a new map would be worse than replacing one.
+  return write_file_atomically(flags.output + ".provenance.json", provenance, IfExists::kReplace);
+}
+
+// What the compile found, as text.
+Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& artifacts) {
+  const LocalizerProfile& foretold = artifacts.get(made.map).model.localizer;
+  const LocalizerProfile& measured = artifacts.get(made.measured).matching.localizer;
+  const bool is_simulated = artifacts.get(made.measured).reference == ErrorReference::kSimulated;
+  std::string text = is_simulated ? "Simulated: nobody drove here. What follows is what scans "
+                                    "found that were simulated in the map itself.\n\n"
+                                  : "";
+  text += judged_by(foretold, measured) + to_text(artifacts.get(made.evaluation)) +
+          "\nWhat the map promises, to a vehicle that localizes with " + localizer_title(foretold) +
+          "\n";
+  for (const LimitPromise& promise : artifacts.get(made.ranges).promises) {
+    text += promise.statement + "\n";
+  }
+  if (made.sharpness.is_connected()) {
+    text += "\n" + to_text(artifacts.get(made.sharpness)) + "\n";
+  }
+  SIGHTLINE_ASSIGN(const FactorReport report,
+                   factor_report(artifacts.get(made.factors), artifacts.get(made.measured)));
+  return text + "\n" + to_text(report);
+}
+
+// Files, one a line.
+Result<void> list_inputs(const CompileFlags& flags, const CompileConfig& config) {
+  SIGHTLINE_ASSIGN(const InputFiles inputs,
+                   input_files(config, flags.run.config_file, flags.model));
+  for (const std::filesystem::path& file : inputs.files) print_data(file.string() + "\n");
+  return {};
+}
+
+// Before the compile: what changes meanwhile is then newer than its map.
+Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& config) {
+  if (flags.depfile.empty()) return {};
+  if (flags.output.empty()) {
+    return Error{ErrorCode::kBadArgument, "--depfile needs -o: what the files are inputs of", "",
+                 ""};
+  }
+  SIGHTLINE_ASSIGN(const InputFiles inputs,
+                   input_files(config, flags.run.config_file, flags.model));
+  return write_file_atomically(flags.depfile, depfile_text(flags.output, inputs),
+                               IfExists::kReplace);
+}
+
+Setter risk_setter(CompileFlags& flags) {
+  return [&flags](const std::string& alpha) -> Result<void> {
+    flags.run.overrides.push_back("choose-ranges.alpha=" + alpha);
+    return {};
+  };
+}
+
+Setter strict_setter(CompileFlags& flags) {
+  return [&flags](const std::string& /*value*/) -> Result<void> {
+    flags.run.overrides.emplace_back("choose-ranges.risk_control=learn-then-test");
+    return {};
+  };
+}
+
+}  // namespace
+
+Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& config) {
+  if (flags.lists_inputs) return list_inputs(flags, config);
+  SIGHTLINE_TRY(check_outputs(flags));
+  if (!flags.is_dry) {
+    SIGHTLINE_TRY(write_depfile(flags, config));
+  }
+  const bool is_given = !flags.model.empty();
+  const CompilePlan compile =
+      compile_plan(config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
+  ArtifactSet artifacts;
+  SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
+  if (is_given) {
+    SIGHTLINE_ASSIGN(ErrorModel model, read_model(flags.model));
+    artifacts.provide(compile.given_model, std::move(model));
+  }
+  if (flags.is_dry) {
+    const RunOptions options = run_options(flags.run, config);
+    print_text(to_text(expected_cost(compile.plan, {}, options, config, artifacts),
+                       options.cache_directory));
+    return {};
+  }
+  SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
+                   run_steps(compile.plan, {}, flags.run, config, artifacts));
+  if (!artifacts.has(compile.map)) return {};  // --stop-after
+  const Result<void> written =
+      write_outputs(flags, artifacts.get(compile.map),
+                    provenance_json(config, command_line(), artifacts.get(compile.cards), reports));
+  if (!written || flags.run.is_quiet) return written;
+  SIGHTLINE_ASSIGN(const std::string summary, summary_text(compile, artifacts));
+  print_text(summary);
+  return {};
+}
+
+void add_compile_flags(Verb& verb, CompileFlags& flags) {
+  const std::vector<Flag> all = {
+      output_flag(flags.output, "The map to write (.slmap)"),
+      force_flag(flags.is_forced),
+      {.names = "--model",
+       .value = "FILE",
+       .help = "Take the error model of this file (.slmodel, of `sightline train`) or map (.slmap) "
+               "instead of training one; what the localization drive measures is given to it as "
+               "history",
+       .target = &flags.model},
+      {.names = "--risk",
+       .value = "SHARE",
+       .help =
+           "Share of the route that may miss its limit on the next drive; 0: the strictest that is "
+           "earned (choose-ranges.alpha)",
+       .target = risk_setter(flags)},
+      {.names = "--strict",
+       .help = "Promise it with confidence 1 - choose-ranges.delta rather than on average; needs "
+               "more route",
+       .target = strict_setter(flags)},
+      {.names = "--list-inputs",
+       .help = "Print every file that this compile would read, one a line, and end",
+       .target = &flags.lists_inputs},
+      {.names = "--dry-run",
+       .help = "Open recordings and outputs, print which passes would run and about how much time, "
+               "memory and disk they would take, and end",
+       .target = &flags.is_dry},
+      {.names = "--depfile",
+       .value = "FILE",
+       .help = "Also write what the map depends on to this file, as Make and Ninja read it",
+       .target = &flags.depfile}};
+  verb.flags.insert(verb.flags.end(), all.begin(), all.end());
+}
+
+}  // namespace sightline

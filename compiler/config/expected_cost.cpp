@@ -1,0 +1,225 @@
+#include "compiler/config/expected_cost.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "formats/foreign/recording/recording.h"
+#include "formats/text/text_grid.h"
+
+namespace sightline {
+namespace {
+
+// Seconds of one core: for each scan of the step's drive, and for each million of its points.
+struct Rate {
+  double scan_s = 0.0;
+  double million_points_s = 0.0;
+};
+
+const std::map<std::string, Rate>& rates() {
+  static const std::map<std::string, Rate> kRates = {
+      {"add-mapping-error", {0.0, 0.0}},  {"build-ndt", {0.0, 0.06}},
+      {"build-surface", {0.0, 0.6}},      {"calibrate-plan", {0.0003, 0.0}},
+      {"cast-rays", {0.004, 0.0}},        {"cast-scans", {0.006, 0.15}},
+      {"compute-factors", {0.018, 0.0}},  {"estimate-trajectory", {0.0, 0.3}},
+      {"ingest", {0.0003, 0.0}},          {"measure-error", {0.016, 0.0}},
+      {"measure-sharpness", {0.0, 0.05}}, {"remove-moving", {0.0, 2.0}},
+      {"track-drive", {0.03, 0.3}},       {"train-model", {0.035, 0.0}},
+      {"undistort-scans", {0.0003, 0.01}}};
+  return kRates;
+}
+
+// Where poses are not given, odometry and loops.
+constexpr double kEstimation_s = 1.8;  // a million points
+// What threads wait for each other.
+constexpr double kUseOfThreads = 0.85;
+
+constexpr double kLeast_mib = 120.0;  // program and libraries
+constexpr double kScan_mib = 0.7;     // of the mapping drive: its site
+constexpr double kMillionPoints_mib = 8.0;
+constexpr double kCacheOfScan_mib = 0.13;
+
+struct Size {
+  double scans = 0.0;
+  double million_points = 0.0;
+  bool has_poses = true;
+};
+
+// Bytes of a point in a binary file, on average over the forms that are common.
+constexpr double kBytesOfPoint = 18.0;
+
+double bytes_of(const Recording& recording) {
+  std::set<std::filesystem::path> files;
+  for (const RecordedScan& scan : recording.scans) files.insert(scan.file);
+  double bytes = 0.0;
+  for (const std::filesystem::path& file : files) {
+    std::error_code failure;
+    const std::uintmax_t size = std::filesystem::file_size(file, failure);
+    if (!failure) bytes += static_cast<double>(size);
+  }
+  return bytes;
+}
+
+Size size_of(const Recording& recording) {
+  const bool has_poses = std::ranges::any_of(
+      recording.scans, [](const RecordedScan& scan) { return scan.T_world_vehicle.has_value(); });
+  return {static_cast<double>(recording.scans.size()), bytes_of(recording) / kBytesOfPoint / 1e6,
+          has_poses};
+}
+
+// By the name of the plan's input, without "/recording".
+std::map<std::string, Size> sizes_of(const Plan& plan, const ArtifactSet& artifacts) {
+  std::map<std::string, Size> sizes;
+  const std::string suffix = "/recording";
+  std::set<std::size_t> inputs;
+  for (const PassStep& step : plan.steps()) inputs.insert(step.inputs.begin(), step.inputs.end());
+  for (const std::size_t input : inputs) {
+    const PlannedArtifact& artifact = plan.artifact({input});
+    if (!artifact.name.ends_with(suffix) || !artifacts.has({input})) continue;
+    const auto& recording = *static_cast<const Recording*>(artifacts.entry({input}).value.get());
+    sizes[artifact.name.substr(0, artifact.name.size() - suffix.size())] = size_of(recording);
+  }
+  return sizes;
+}
+
+// "measure-error:own" works on the mapping drive, "ingest:localization" on that one.
+const Size& size_for(const std::string& step, const std::map<std::string, Size>& sizes,
+                     const Size& mapping) {
+  const std::size_t colon = step.find(':');
+  const auto found = colon == std::string::npos ? sizes.end() : sizes.find(step.substr(colon + 1));
+  return found == sizes.end() ? mapping : found->second;
+}
+
+double cpu_s(const std::string& step, const Size& size) {
+  const std::string pass = step.substr(0, step.find(':'));
+  const auto found = rates().find(pass);
+  if (found == rates().end()) return 0.0;
+  Rate rate = found->second;
+  if (pass == "estimate-trajectory" && !size.has_poses) rate.million_points_s = kEstimation_s;
+  return rate.scan_s * size.scans + rate.million_points_s * size.million_points;
+}
+
+// Free memory of this machine; infinity where it does not say.
+double free_memory_mib() {
+  std::ifstream file("/proc/meminfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("MemAvailable:")) return std::stod(line.substr(13)) / 1024.0;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+double free_disk_mib(std::filesystem::path folder) {
+  std::error_code failure;
+  while (folder.has_parent_path() && !std::filesystem::exists(folder, failure) &&
+         folder != folder.parent_path()) {
+    folder = folder.parent_path();
+  }
+  const std::filesystem::space_info space =
+      std::filesystem::space(folder.empty() ? "." : folder, failure);
+  if (failure) return std::numeric_limits<double>::infinity();
+  return static_cast<double>(space.available) / 1048576.0;
+}
+
+// Two digits: more would say more than is known.
+std::string about(double value) {
+  if (!(value >= 1.0)) return "1";
+  const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(value)) - 1.0));
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f", std::round(value / unit) * unit);
+  return text;
+}
+
+std::string mib_text(double mib) {
+  char text[32];
+  if (mib < 1024.0) return about(mib) + " MiB";
+  std::snprintf(text, sizeof text, "%.1f GiB", mib / 1024.0);
+  return text;
+}
+
+std::string time_text(double seconds) {
+  if (seconds < 90.0) return about(seconds) + " s";
+  if (seconds < 5400.0) return about(seconds / 60.0) + " min";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f h", seconds / 3600.0);
+  return text;
+}
+
+// "  memory  about 560 MiB; 12.0 GiB are free"
+std::string room_line(const char* what, double needed_mib, double free_mib) {
+  std::string line = std::string(what) + "about " + mib_text(needed_mib);
+  if (!std::isfinite(free_mib)) return line + "\n";
+  line += "; " + mib_text(free_mib) + " are free";
+  return line + (needed_mib > free_mib ? ": too little\n" : "\n");
+}
+
+}  // namespace
+
+ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
+                           const RunOptions& options, const CompileConfig& config,
+                           const ArtifactSet& artifacts) {
+  ExpectedCost cost;
+  cost.threads = options.threads > 0
+                     ? options.threads
+                     : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const std::map<std::string, Size> sizes = sizes_of(plan, artifacts);
+  Size mapping;
+  for (const auto& [role, size] : sizes) {
+    const double scans = std::max(1.0, size.scans);
+    cost.drives.push_back(
+        {role, static_cast<std::size_t>(size.scans), 1e6 * size.million_points / scans});
+    const bool makes_map = role.starts_with("mapping") || sizes.size() == 1;
+    if (!makes_map) continue;
+    mapping.scans = std::max(mapping.scans, size.scans);
+    mapping.million_points += size.million_points;
+    mapping.has_poses = mapping.has_poses && size.has_poses;
+  }
+  // Half of the scans make the map, the other half are localized in it.
+  Size used = mapping;
+  if (config.is_split() && sizes.contains("mapping")) {
+    used.scans *= 0.5;
+    used.million_points *= 0.5;
+  }
+  double total_s = 0.0;
+  double missing_s = 0.0;
+  for (const PlannedRun& run : planned_runs(plan, wanted, options, artifacts)) {
+    const bool is_of_all = run.name.starts_with("estimate-trajectory");
+    const double needed_s = cpu_s(run.name, size_for(run.name, sizes, is_of_all ? mapping : used)) /
+                            cost.threads / (cost.threads > 1 ? kUseOfThreads : 1.0);
+    total_s += needed_s;
+    missing_s += run.is_in_cache ? 0.0 : needed_s;
+    cost.steps.push_back({run.name, run.is_in_cache, run.is_in_cache ? 0.0 : needed_s});
+  }
+  cost.memory_mib = kLeast_mib + kScan_mib * used.scans + kMillionPoints_mib * used.million_points;
+  const double missing = total_s > 0.0 ? missing_s / total_s : 0.0;
+  if (!options.cache_directory.empty()) cost.cache_mib = missing * kCacheOfScan_mib * mapping.scans;
+  return cost;
+}
+
+std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache_directory) {
+  std::string text;
+  for (const ExpectedDrive& drive : cost.drives) {
+    text += drive.role + ": " + std::to_string(drive.scan_count) + " scans of about " +
+            about(drive.points_per_scan) + " points\n";
+  }
+  TextGrid grid = {{"pass", "expected"}};
+  double wall_s = 0.0;
+  for (const ExpectedStep& step : cost.steps) {
+    wall_s += step.wall_s;
+    grid.push_back({step.name, step.is_in_cache     ? "in the cache"
+                               : step.wall_s >= 0.5 ? time_text(step.wall_s)
+                                                    : "-"});
+  }
+  text += aligned(grid, FirstColumn::kLeft);
+  text += "time    about " + time_text(wall_s) + " on " + std::to_string(cost.threads) +
+          " threads, " + time_text(0.4 * wall_s) + " to " + time_text(2.5 * wall_s) + "\n";
+  text += room_line("memory  ", cost.memory_mib, free_memory_mib());
+  if (cache_directory.empty()) return text + "disk    the map alone: nothing is kept\n";
+  return text + room_line("disk    ", cost.cache_mib, free_disk_mib(cache_directory)) +
+         "        in " + cache_directory.string() + "\n";
+}
+
+}  // namespace sightline

@@ -1,0 +1,139 @@
+#include <filesystem>
+#include <utility>
+
+#include "compiler/driver/pipelines.h"
+#include "compiler/store/cache.h"
+#include "formats/base/atomic_file.h"
+#include "formats/foreign/lanes/read_route.h"
+#include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/text/outside_errors_file.h"
+#include "formats/map/map_reader.h"
+
+// What plans take from outside.
+
+namespace sightline {
+namespace {
+
+// In the cache, among the artifacts.
+class CachedDigests : public DigestMemory {
+ public:
+  explicit CachedDigests(const std::filesystem::path& cache_directory) : cache_(cache_directory) {}
+
+  [[nodiscard]] std::optional<std::vector<std::byte>> load(const Digest& key) const override {
+    if (!cache_.is_enabled()) return std::nullopt;
+    Result<ArtifactCache::Content> found = cache_.load(kName, key);
+    return found ? *std::move(found) : std::nullopt;
+  }
+  void store(const Digest& key, std::span<const std::byte> content) const override {
+    if (cache_.is_enabled()) (void)cache_.store(kName, key, content);
+  }
+
+ private:
+  static constexpr const char* kName = "scan-digests";
+  ArtifactCache cache_;
+};
+
+Result<void> provide_recording(const RecordingInput& input, const CachedDigests& digests,
+                               ArtifactSet& artifacts) {
+  Result<Recording> recording = open_recording(input.options, /*threads=*/0, &digests);
+  if (!recording) {
+    Error error = recording.error();
+    if (error.code == ErrorCode::kFileNotFound) {
+      error.message += " (section " + input.role +
+                       "; its paths are relative to the folder of the configuration)";
+    }
+    return error;
+  }
+  const Digest digest = recording->digest;
+  artifacts.provide(input.sensor, recording->sensor);
+  artifacts.provide(input.recording, std::move(*recording), digest);
+  return {};
+}
+
+Result<void> provide_outside(const std::vector<OutsideInput>& inputs, ArtifactSet& artifacts) {
+  for (const OutsideInput& input : inputs) {
+    OutsideErrors outside;
+    outside.file = std::filesystem::path(input.file).filename().string();
+    SIGHTLINE_ASSIGN(outside.localizer, outside_localizer(input.options));
+    outside.reference = input.options.reference;
+    SIGHTLINE_ASSIGN(outside.errors, read_outside_errors(input.file));
+    artifacts.provide(input.errors, std::move(outside));
+  }
+  return {};
+}
+
+// A finished map, its route, and the sensor that will localize in it.
+Result<void> provide_finished(const CompilePlan& compile, ArtifactSet& artifacts) {
+  const FinishedMapInput& input = compile.finished;
+  if (!input.points.is_connected()) return {};
+  // The route first: it is read in no time.
+  SIGHTLINE_ASSIGN(const World world, parse_world(input.route_options.world));
+  SIGHTLINE_ASSIGN(Route route, read_route(input.route_options.file, world));
+  artifacts.provide(input.route, std::move(route));
+  SIGHTLINE_ASSIGN(SensorProfile sensor, sensor_of(input.options.localizing));
+  artifacts.provide(input.sensor, std::move(sensor));
+  SIGHTLINE_ASSIGN(PointMap map, open_point_map(input.options.points, /*threads=*/0));
+  if (!input.options.name.empty()) map.name = input.options.name;
+  const Digest digest = map.digest;
+  artifacts.provide(input.points, std::move(map), digest);
+  return {};
+}
+
+}  // namespace
+
+Result<void> provide_drive(const EvaluatePlan& evaluate,
+                           const std::filesystem::path& cache_directory, ArtifactSet& artifacts) {
+  SIGHTLINE_TRY(provide_recording(evaluate.recording, CachedDigests(cache_directory), artifacts));
+  return provide_outside(evaluate.outside, artifacts);
+}
+
+Result<void> provide_drives(const CompilePlan& compile,
+                            const std::filesystem::path& cache_directory, ArtifactSet& artifacts) {
+  // The files that are read in no time come first: a mistake in them is told at once.
+  SIGHTLINE_TRY(provide_outside(compile.outside, artifacts));
+  SIGHTLINE_TRY(provide_finished(compile, artifacts));
+  const CachedDigests digests(cache_directory);
+  for (const RecordingInput& input : compile.recordings) {
+    SIGHTLINE_TRY(provide_recording(input, digests, artifacts));
+  }
+  artifacts.provide(compile.cards, recording_cards(compile, artifacts));
+  return {};
+}
+
+void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactSet& artifacts) {
+  artifacts.provide(evaluate.ndt, map.ndt);
+  artifacts.provide(evaluate.sites, map.sites);
+  artifacts.provide(evaluate.predicted, map.predicted);
+  artifacts.provide(evaluate.ranges, map.ranges);
+  artifacts.provide(evaluate.factors, map.factors);
+}
+
+RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& artifacts) {
+  RecordingCards recordings;
+  const Wire<PointMap> finished = compile.finished.points;
+  if (finished.is_connected() && artifacts.has(finished)) {
+    const PointMap& map = artifacts.get(finished);
+    recordings.cards.push_back({"map", map.name, map.digest});
+  }
+  for (const RecordingInput& input : compile.recordings) {
+    if (!artifacts.has(input.recording)) continue;
+    const Recording& recording = artifacts.get(input.recording);
+    recordings.cards.push_back({input.role, recording.name, recording.digest});
+  }
+  return recordings;
+}
+
+Result<ErrorModel> read_model(const std::filesystem::path& file) {
+  Result<ErrorModel> model = Error{ErrorCode::kCannotRead, "no model", file.string(), ""};
+  if (file.extension() == ".slmap") {
+    SIGHTLINE_ASSIGN(const CompiledMap map, read_map(file));
+    model = model_of(map.model);
+  } else {
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(file));
+    model = from_bytes<ErrorModel>(bytes);
+  }
+  if (!model) return in_file(model.error(), file.string());
+  return model;
+}
+
+}  // namespace sightline

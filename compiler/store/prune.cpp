@@ -1,0 +1,127 @@
+#include "compiler/store/prune.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <string>
+#include <utility>
+
+#include "compiler/store/cache.h"
+#include "formats/base/atomic_file.h"
+#include "formats/base/temporary_name.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Entries = std::vector<fs::directory_entry>;
+
+Result<Entries> entries_of(const fs::path& folder) {
+  Entries entries;
+  std::error_code failure;
+  fs::directory_iterator entry(folder, failure);
+  for (; !failure && entry != fs::directory_iterator(); entry.increment(failure)) {
+    entries.push_back(*entry);
+  }
+  if (!failure) return entries;
+  const bool is_missing = failure == std::errc::no_such_file_or_directory;
+  return Error{is_missing ? ErrorCode::kFileNotFound : ErrorCode::kCannotRead, failure.message(),
+               folder.string(), ""};
+}
+
+bool is_hexadecimal(std::string_view text) {
+  return std::ranges::all_of(
+      text, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
+// "build-ndt-<32 digits>.sla": what else ends so is not the cache's.
+bool is_named_as(const fs::path& path, std::string_view ending) {
+  constexpr std::size_t kDigits = 32;
+  const std::string stem = path.stem().string();
+  return path.extension() == ending && stem.size() > kDigits + 1 &&
+         stem[stem.size() - kDigits - 1] == '-' &&
+         is_hexadecimal(std::string_view(stem).substr(stem.size() - kDigits));
+}
+
+bool is_number(const fs::path& name) {
+  return std::ranges::all_of(name.string(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+class Look {
+ public:
+  explicit Look(fs::path folder) : folder_(std::move(folder)) {}
+
+  Result<CacheContents> run() {
+    SIGHTLINE_ASSIGN(const Entries entries, entries_of(folder_));
+    for (const fs::directory_entry& entry : entries) {
+      const fs::path& path = entry.path();
+      std::error_code failure;
+      const bool is_folder = entry.is_directory(failure) && !entry.is_symlink(failure);
+      if (is_folder && is_named_as(path, ".parts")) {
+        SIGHTLINE_TRY(look_at_parts(path));
+      } else if (entry.is_regular_file(failure) && !entry.is_symlink(failure)) {
+        look_at_file(entry, is_named_as(path, ".sla"), /*is_finished=*/false);
+      }
+    }
+    return std::move(contents_);
+  }
+
+ private:
+  Result<void> look_at_parts(const fs::path& parts) {
+    std::error_code failure;
+    const bool is_finished = fs::exists(fs::path(parts).replace_extension(".sla"), failure);
+    SIGHTLINE_ASSIGN(const Entries entries, entries_of(parts));
+    for (const fs::directory_entry& entry : entries) {
+      if (!entry.is_regular_file(failure) || entry.is_symlink(failure)) continue;
+      look_at_file(entry, is_number(entry.path().filename()), is_finished);
+    }
+    return {};
+  }
+
+  void look_at_file(const fs::directory_entry& entry, bool is_object, bool is_finished) {
+    const TemporaryOwner owner = owner_of(entry.path().filename().string());
+    std::error_code failure;
+    const std::uint64_t size = entry.file_size(failure);
+    if (failure) return;  // gone meanwhile
+    if (owner == TemporaryOwner::kAlive) {
+      contents_.busy_count += 1;
+    } else if (owner != TemporaryOwner::kNone || (is_object && is_finished) ||
+               (is_object && !is_at_its_place(entry.path()))) {
+      contents_.useless.push_back(entry.path());
+      contents_.useless_bytes += size;
+    } else if (is_object) {
+      contents_.object_count += 1;
+      contents_.object_bytes += size;
+    }
+  }
+
+  [[nodiscard]] bool is_at_its_place(const fs::path& path) const {
+    const Result<FileContent> content = read_file_content(path);
+    if (!content) return content.error().code == ErrorCode::kOutOfMemory;  // cannot tell
+    const Result<SealedObject> object = open_object(content->bytes());
+    return object && folder_ / place_of(object->name) == path;
+  }
+
+  fs::path folder_;
+  CacheContents contents_;
+};
+
+}  // namespace
+
+Result<CacheContents> look_at_cache(const fs::path& folder) { return Look(folder).run(); }
+
+Result<void> prune_cache(const CacheContents& contents) {
+  for (const fs::path& path : contents.useless) {
+    if (::unlink(path.c_str()) != 0 && errno != ENOENT) {
+      return write_failure(path, "cannot remove", errno);
+    }
+    if (path.parent_path().extension() == ".parts") {
+      (void)::rmdir(path.parent_path().c_str());  // fails as long as it holds something
+    }
+  }
+  return {};
+}
+
+}  // namespace sightline

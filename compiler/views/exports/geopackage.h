@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "formats/geodesy.h"
+#include "formats/map/compiled_map.h"
+
+namespace sightline {
+
+// The route as an OGC GeoPackage 1.3: layer `sites` (points with site_properties()), layer `route`
+// (a line for each run), and in `layer_styles` the style that QGIS opens them with, sites coloured
+// by their range for the first limit. In UTM or MGRS the coordinates are easting and northing of
+// the zone, in an ENU world longitude and latitude, in a local one metres of an undefined Cartesian
+// system. The same map gives the same bytes with the same SQLite. Errors: bad-argument (a site is
+// no point of the world), out-of-memory.
+Result<std::vector<std::byte>> to_geopackage(const CompiledMap& map, const World& world);
+
+}  // namespace sightline

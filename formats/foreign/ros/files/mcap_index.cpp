@@ -1,0 +1,202 @@
+#include "formats/foreign/ros/files/mcap_index.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "formats/base/bytes.h"
+
+// A file is a magic number, a header, the data (schemas, channels, chunks of messages, or messages
+// as they are; behind a chunk the places of its messages by channel), the end of the data, a
+// summary that repeats schemas and channels and tells where chunks lie, a footer, and the magic
+// number again. The records are walked through in turn: that costs one read for each chunk, needs
+// no summary, and a place that is not believed cannot be wrong.
+
+namespace sightline {
+namespace {
+
+using namespace std::string_view_literals;
+constexpr std::string_view kMagic = "\x89MCAP0\r\n"sv;
+constexpr std::uint64_t kMostDescription = 1U << 24U;  // a schema with all its definitions
+
+class IndexReader {
+ public:
+  explicit IndexReader(const RandomAccessFile& file) : file_(file) {}
+  Result<McapIndex> read();
+
+ private:
+  Result<void> check_magic(std::uint64_t offset) const;
+  Result<void> add(const McapOutline& record);
+  Result<void> add_description(const McapOutline& record);
+  Result<void> add_message(const McapOutline& record);
+  Result<void> add_chunk(const McapOutline& record);
+  Result<void> add_counts(const McapOutline& record);
+  Result<std::vector<std::byte>> first_bytes(const McapOutline& record, std::uint64_t most) const;
+  [[nodiscard]] Error damaged(const McapOutline& record, std::string message) const {
+    return damaged_mcap(file_, record.offset, std::move(message));
+  }
+
+  const RandomAccessFile& file_;
+  McapIndex index_;
+  bool is_behind_data_ = false;
+};
+
+Result<void> IndexReader::check_magic(std::uint64_t offset) const {
+  std::string found(std::min<std::uint64_t>(file_.size() - offset, kMagic.size()), '\0');
+  SIGHTLINE_TRY(file_.read(offset, std::as_writable_bytes(std::span(found))));
+  if (found == kMagic) return {};
+  if (kMagic.starts_with(found)) {
+    return Error{ErrorCode::kTruncatedScan, "the file ends within its magic number",
+                 file_.path().string(), "byte " + std::to_string(offset)};
+  }
+  if (offset > 0)
+    return damaged_mcap(file_, offset, "expected the magic number of MCAP at the end");
+  return Error{ErrorCode::kUnsupportedFormat, "expected MCAP of version 0", file_.path().string(),
+               "byte 0"};
+}
+
+Result<std::vector<std::byte>> IndexReader::first_bytes(const McapOutline& record,
+                                                        std::uint64_t most) const {
+  std::vector<std::byte> bytes(static_cast<std::size_t>(std::min(record.data_size, most)));
+  SIGHTLINE_TRY(file_.read(record.data_offset, bytes));
+  return bytes;
+}
+
+Result<void> IndexReader::add_description(const McapOutline& record) {
+  if (record.data_size > kMostDescription) {
+    return damaged(record, "found a schema or channel of " + std::to_string(record.data_size) +
+                               " bytes, expected at most " + std::to_string(kMostDescription));
+  }
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> data, first_bytes(record, kMostDescription));
+  if (index_.add({record.op, data})) return {};
+  return damaged(record, "found a schema or channel that is cut or contradicts one of its number");
+}
+
+Result<void> IndexReader::add_message(const McapOutline& record) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> data,
+                   first_bytes(record, McapMessage::kHeaderSize));
+  const std::optional<McapMessage> message = mcap_message(data);
+  if (!message) return damaged(record, "found a message shorter than its header");
+  if (!index_.channels.contains(message->channel_id)) {
+    return damaged(record, "found a message before its channel");
+  }
+  index_.messages.push_back(
+      {*message, record.data_offset + data.size(), record.data_size - data.size()});
+  return {};
+}
+
+Result<void> IndexReader::add_chunk(const McapOutline& record) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> data,
+                   first_bytes(record, McapChunkHeader::kMostSize));
+  const std::optional<McapChunkHeader> header = mcap_chunk_header(data);
+  if (!header || header->size > record.data_size - header->header_size) {
+    return damaged(record, "found a chunk whose header is cut or promises more than its record");
+  }
+  const std::optional<BagCompression> compression = mcap_compression_named(header->compression);
+  if (!compression) {
+    return Error{ErrorCode::kUnsupportedFormat,
+                 "found a chunk with a compression other than none, lz4 and zstd",
+                 file_.path().string(), "byte " + std::to_string(record.offset)};
+  }
+  const bool is_packed = *compression != BagCompression::kNone;
+  if (is_packed
+          ? header->unpacked_size > most_unpacked(header->size)
+          : header->unpacked_size != header->size || header->size > most_unpacked(header->size)) {
+    return damaged(record, "found a chunk of " + std::to_string(header->unpacked_size) +
+                               " bytes in " + std::to_string(header->size) + " bytes");
+  }
+  index_.chunks.push_back({record.offset,
+                           record.data_offset + header->header_size,
+                           header->size,
+                           header->unpacked_size,
+                           header->crc,
+                           *compression,
+                           false,
+                           {}});
+  return {};
+}
+
+Result<void> IndexReader::add_counts(const McapOutline& record) {
+  constexpr std::uint64_t kFirst = 6;
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> data, first_bytes(record, kFirst));
+  const std::optional<McapMessageIndex> found = mcap_message_index(data, record.data_size);
+  if (!found || index_.chunks.empty()) {
+    return damaged(record, "expected the places of a chunk's messages behind it");
+  }
+  McapChunk& chunk = index_.chunks.back();
+  chunk.is_indexed = true;
+  const bool is_repeated = chunk.message_counts.contains(found->channel_id);
+  if (is_repeated) return damaged(record, "found the places of one channel's messages twice");
+  if (found->message_count > 0) chunk.message_counts[found->channel_id] = found->message_count;
+  return {};
+}
+
+Result<void> IndexReader::add(const McapOutline& record) {
+  switch (record.op) {
+    case McapOp::kSchema:
+    case McapOp::kChannel:
+      return add_description(record);
+    case McapOp::kMessage:
+    case McapOp::kChunk:
+    case McapOp::kMessageIndex:
+      if (is_behind_data_) return damaged(record, "found messages behind the end of the data");
+      if (record.op == McapOp::kMessage) return add_message(record);
+      return record.op == McapOp::kChunk ? add_chunk(record) : add_counts(record);
+    case McapOp::kStatistics: {
+      SIGHTLINE_ASSIGN(const std::vector<std::byte> data,
+                       first_bytes(record, sizeof(std::uint64_t)));
+      index_.said_messages = ByteReader(data).get<std::uint64_t>();
+      return {};
+    }
+    case McapOp::kDataEnd:
+      is_behind_data_ = true;
+      return {};
+    default:
+      return {};  // what later versions add, attachments, where chunks lie
+  }
+}
+
+Result<McapIndex> IndexReader::read() {
+  SIGHTLINE_TRY(check_magic(0));
+  for (std::uint64_t offset = kMagic.size(); offset < file_.size();) {
+    SIGHTLINE_ASSIGN(const McapOutline record, read_mcap_outline(file_, offset));
+    const bool is_first = offset == kMagic.size();
+    if (is_first != (record.op == McapOp::kHeader)) {
+      return damaged(record, is_first ? "expected the header of an MCAP file"
+                                      : "found a second header; two files may have been joined");
+    }
+    offset = record.end();
+    if (record.op != McapOp::kFooter) {
+      SIGHTLINE_TRY(add(record));
+      continue;
+    }
+    SIGHTLINE_TRY(check_magic(offset));
+    if (offset + kMagic.size() != file_.size()) {
+      return damaged_mcap(file_, offset + kMagic.size(), "found bytes behind the end of the file");
+    }
+    index_.is_closed = true;
+    break;
+  }
+  return std::move(index_);
+}
+
+}  // namespace
+
+bool McapIndex::add(const McapRecord& record) {
+  if (record.op == McapOp::kSchema) {
+    const std::optional<McapSchema> schema = mcap_schema(record.data);
+    return schema && schemas.emplace(schema->id, *schema).first->second == *schema;
+  }
+  const std::optional<McapChannel> channel = mcap_channel(record.data);
+  return channel && channels.emplace(channel->id, *channel).first->second == *channel;
+}
+
+Error damaged_mcap(const RandomAccessFile& file, std::uint64_t offset, std::string message) {
+  return {ErrorCode::kMalformedHeader, std::move(message), file.path().string(),
+          "byte " + std::to_string(offset)};
+}
+
+Result<McapIndex> read_mcap_index(const RandomAccessFile& file) { return IndexReader(file).read(); }
+
+}  // namespace sightline

@@ -1,0 +1,131 @@
+#include "formats/foreign/ros/files/open_message_log.h"
+
+#include <tuple>
+#include <utility>
+
+#include "formats/base/regular_file.h"
+#include "formats/foreign/ros/files/bag_compression.h"
+#include "formats/foreign/ros/files/bag_file.h"
+#include "formats/foreign/ros/files/bag_metadata.h"
+#include "formats/foreign/ros/files/db3_file.h"
+#include "formats/foreign/ros/files/mcap_file.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::vector<std::byte>;
+
+bool is_ros1_bag(const fs::path& path) {
+  constexpr std::string_view kSignature = "#ROSBAG";
+  const Result<std::string> bytes = read_beginning(path.string(), kSignature.size());
+  return bytes && *bytes == kSignature;
+}
+
+// The files of one recording, with the channels of all.
+class Rosbag2 : public MessageLog {
+ public:
+  Result<void> add(const fs::path& path);
+  Result<void> for_each_message(const std::set<std::uint32_t>& channels,
+                                const MessageBody& body) const override;
+  Result<Bytes> read(const MessagePlace& place) const override;
+
+ private:
+  struct File {
+    fs::path path;
+    std::unique_ptr<MessageLog> log;
+    std::map<std::uint32_t, std::uint32_t> channels;  // its numbers to those of the recording
+  };
+  [[nodiscard]] std::uint32_t number_of(const LogChannel& channel);
+
+  std::vector<File> files_;
+  std::map<std::tuple<std::string, std::string, std::optional<MessageEncoding>>, std::uint32_t>
+      numbers_;  // of the channels
+};
+
+std::uint32_t Rosbag2::number_of(const LogChannel& channel) {
+  const auto next = static_cast<std::uint32_t>(channels_.size());
+  const auto [entry, is_new] =
+      numbers_.emplace(std::tuple(channel.topic, channel.type, channel.encoding), next);
+  if (is_new) {
+    channels_[next] = channel;
+  } else {
+    channels_[entry->second].message_count += channel.message_count;
+  }
+  return entry->second;
+}
+
+Result<void> Rosbag2::add(const fs::path& path) {
+  File file{path, nullptr, {}};
+  if (is_mcap(path)) {
+    SIGHTLINE_ASSIGN(file.log, open_mcap(path));
+  } else {
+    SIGHTLINE_ASSIGN(file.log, open_db3(path));
+  }
+  for (const auto& [number, channel] : file.log->channels()) {
+    file.channels[number] = number_of(channel);
+  }
+  warnings_.insert(warnings_.end(), file.log->warnings().begin(), file.log->warnings().end());
+  files_.push_back(std::move(file));
+  return {};
+}
+
+// What a message that was packed by itself holds; no message of CDR begins like a frame of zstd.
+Result<Bytes> unpack(std::span<const std::byte> packed, const fs::path& path) {
+  std::optional<Bytes> unpacked = unpack_zstd_frame(packed);
+  if (unpacked) return *std::move(unpacked);
+  return Error{ErrorCode::kMalformedHeader, "found a packed message that does not unpack",
+               path.string(), ""};
+}
+
+Result<void> Rosbag2::for_each_message(const std::set<std::uint32_t>& channels,
+                                       const MessageBody& body) const {
+  for (std::size_t i = 0; i < files_.size(); ++i) {
+    const File& file = files_[i];
+    std::set<std::uint32_t> wanted;
+    for (const auto& [number, ours] : file.channels) {
+      if (channels.contains(ours)) wanted.insert(number);
+    }
+    const auto pass_on = [&](LoggedMessage message) -> Result<void> {
+      message.channel = file.channels.at(message.channel);
+      message.place.file = i;
+      if (!is_zstd_frame(message.bytes)) return body(message);
+      SIGHTLINE_ASSIGN(const Bytes bytes, unpack(message.bytes, file.path));
+      message.bytes = bytes;
+      return body(message);
+    };
+    SIGHTLINE_TRY(file.log->for_each_message(wanted, pass_on));
+  }
+  return {};
+}
+
+Result<Bytes> Rosbag2::read(const MessagePlace& place) const {
+  const File& file = files_.at(place.file);
+  SIGHTLINE_ASSIGN(Bytes bytes, file.log->read(place));
+  if (!is_zstd_frame(bytes)) return bytes;
+  return unpack(bytes, file.path);
+}
+
+}  // namespace
+
+bool is_message_log(const fs::path& path) {
+  std::error_code failure;
+  if (fs::is_directory(path, failure)) return is_rosbag2_folder(path);
+  if (!fs::is_regular_file(path, failure)) return false;
+  return is_ros1_bag(path) || is_mcap(path) || is_db3(path);
+}
+
+Result<std::unique_ptr<MessageLog>> open_message_log(const fs::path& path) {
+  std::error_code failure;
+  std::vector<fs::path> files = {path};
+  if (fs::is_directory(path, failure)) {
+    SIGHTLINE_ASSIGN(files, files_of_rosbag2(path));
+  } else if (!is_mcap(path) && !is_db3(path)) {
+    return open_ros1_bag(path);  // whose errors tell what it is not
+  }
+  auto bag = std::make_unique<Rosbag2>();
+  for (const fs::path& file : files) SIGHTLINE_TRY(bag->add(file));
+  return std::unique_ptr<MessageLog>(std::move(bag));
+}
+
+}  // namespace sightline

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/foreign/logs/scan_container.h"
+#include "formats/foreign/text/geodetic_track.h"
+#include "formats/foreign/text/pose_file.h"
+
+namespace sightline {
+
+// A bag: a recording of ROS 1 or ROS 2, see open_message_log.
+
+// Whether a path is one.
+bool is_ros_bag(const std::filesystem::path& path);
+
+struct BagTopic {
+  std::string name;
+  std::string type;  // "sensor_msgs/PointCloud2"
+  std::size_t message_count = 0;
+};
+
+// What a bag holds, by name. Errors: those of open_message_log.
+Result<std::vector<BagTopic>> list_bag_topics(const std::filesystem::path& path);
+
+// The poses of one topic of a bag (see is_pose_message; empty: the only such topic), in order of
+// their stamps. A topic of transforms (/tf), which is taken too where it is named or there is no
+// other, gives those of `frame` (empty: of base_link, else base_footprint), through all topics of
+// transforms; see TransformTree. Errors: those of open_message_log, TransformTree and
+// parse_pose_message; unknown-name, bad-value, time-runs-backwards.
+Result<std::vector<PoseRow>> read_bag_poses(const std::filesystem::path& path,
+                                            const std::string& topic,
+                                            const std::string& frame = "");
+
+// The places of one topic of NavSatFix, in order of their stamps: of the one named, or, where the
+// name is empty and there are neither poses nor transforms, of the only one. Nothing where another
+// topic is meant. Errors: those of open_message_log and parse_fix_message.
+Result<std::optional<GeodeticTrack>> read_bag_fixes(const std::filesystem::path& path,
+                                                    const std::string& topic);
+
+// T_vehicle_sensor, where transforms of a bag tell it and it does not move; the vehicle as above.
+// Errors: those of open_message_log and parse_transforms.
+Result<std::optional<Pose>> bag_mounting(const std::filesystem::path& path,
+                                         const std::string& sensor_frame);
+
+// The scans of one topic (see is_scan_message) of a bag; errors of open_scan_container.
+Result<std::shared_ptr<const ScanContainer>> open_bag(const std::filesystem::path& path,
+                                                      const std::string& topic);
+
+}  // namespace sightline

@@ -1,0 +1,167 @@
+#include "formats/foreign/text/geodetic_track.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "formats/base/atomic_file.h"
+#include "formats/base/portable_math.h"
+#include "formats/base/regular_file.h"
+#include "formats/foreign/text/geodetic_parsers.h"
+#include "formats/foreign/text/pose_file.h"
+#include "formats/foreign/text/text_lines.h"
+#include "formats/rotation.h"
+#include "formats/text/table.h"
+
+namespace sightline {
+namespace {
+
+// Nearer than this, noise says where a vehicle goes.
+constexpr double kLeastWay_m = 1.0;
+
+Eigen::Matrix3d attitude(double yaw_rad, double pitch_rad, double roll_rad) {
+  return rotation_matrix({Eigen::Vector3d::UnitZ(), yaw_rad}) *
+         rotation_matrix({Eigen::Vector3d::UnitY(), pitch_rad}) *
+         rotation_matrix({Eigen::Vector3d::UnitX(), roll_rad});
+}
+
+// From the last place a metre behind to the next a metre ahead; none where there is neither.
+std::optional<double> direction_of_travel(const std::vector<PoseRow>& rows, std::size_t at) {
+  const auto place = [&](std::size_t i) -> Eigen::Vector2d {
+    return rows[i].T_world_vehicle.translation().head<2>();
+  };
+  std::size_t behind = at;
+  while (behind > 0 && (place(at) - place(behind)).norm() < kLeastWay_m) --behind;
+  std::size_t ahead = at;
+  while (ahead + 1 < rows.size() && (place(ahead) - place(at)).norm() < kLeastWay_m) ++ahead;
+  const Eigen::Vector2d way_m = place(ahead) - place(behind);
+  if (way_m.norm() < kLeastWay_m) return std::nullopt;
+  return portable_atan2(way_m.y(), way_m.x());
+}
+
+// Headings of the fixes that have none; a vehicle that stands keeps the last one.
+Result<void> add_directions(const std::vector<GeodeticFix>& fixes, const std::string& path,
+                            std::vector<PoseRow>& rows) {
+  std::vector<std::optional<double>> yaws_rad(rows.size());
+  std::optional<double> last_rad;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (fixes[i].yaw_rad) continue;
+    yaws_rad[i] = direction_of_travel(rows, i);
+    if (!yaws_rad[i]) yaws_rad[i] = last_rad;
+    last_rad = yaws_rad[i];
+  }
+  for (std::size_t i = rows.size(); i-- > 0;) {  // before it first moved
+    if (fixes[i].yaw_rad) continue;
+    if (!yaws_rad[i]) yaws_rad[i] = last_rad;
+    if (!yaws_rad[i]) {
+      return Error{ErrorCode::kMalformedPose,
+                   "no heading is told, and the vehicle moves less than a metre: add a column "
+                   "heading or yaw",
+                   path, ""};
+    }
+    last_rad = yaws_rad[i];
+    rows[i].T_world_vehicle.linear() =
+        attitude(*yaws_rad[i], fixes[i].pitch_rad, fixes[i].roll_rad);
+  }
+  return {};
+}
+
+std::string first_line(const std::filesystem::path& path) {
+  constexpr std::size_t kLongest = 4096;
+  const Result<std::string> text = read_beginning(path.string(), kLongest);
+  if (!text) return "";
+  LineReader lines(*text);
+  for (std::string_view line; lines.next(line);) {
+    if (!line.empty() && !line.starts_with('#')) return std::string(line);
+  }
+  return "";
+}
+
+Result<void> check_times(const GeodeticTrack& track, const std::filesystem::path& path) {
+  for (std::size_t i = 1; i < track.fixes.size(); ++i) {
+    const std::optional<std::int64_t>& before = track.fixes[i - 1].stamp_ns;
+    const std::optional<std::int64_t>& now = track.fixes[i].stamp_ns;
+    if (before && now && *now <= *before) {
+      return Error{ErrorCode::kTimeRunsBackwards,
+                   "found time " + format_stamp(*now) + " s, expected one after " +
+                       format_stamp(*before) + " s",
+                   path.string(), "pose " + std::to_string(i)};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> check_fix(const FileBytes& file, std::size_t line, const GeodeticFix& fix) {
+  const Geodetic& at = fix.at;
+  const bool is_on_earth = std::abs(at.latitude_deg) <= 90.0 &&
+                           std::abs(at.longitude_deg) <= 360.0 && std::abs(at.altitude_m) < 1e5;
+  const bool is_finite = std::isfinite(fix.yaw_rad.value_or(0.0)) && std::isfinite(fix.pitch_rad) &&
+                         std::isfinite(fix.roll_rad);
+  if (is_on_earth && is_finite) return {};
+  return file.error(ErrorCode::kMalformedPose,
+                    "found latitude " + format_double(at.latitude_deg) + ", longitude " +
+                        format_double(at.longitude_deg) + ", height " +
+                        format_double(at.altitude_m) +
+                        " m and its angles, expected a place on Earth in degrees and metres",
+                    at_line(line));
+}
+
+bool is_geodetic(const std::filesystem::path& path) {
+  std::error_code failure;
+  if (std::filesystem::is_directory(path, failure)) return true;
+  const std::string line = first_line(path);
+  return line.starts_with('$') || names_latitude_and_longitude(line);
+}
+
+Result<GeodeticTrack> read_geodetic_track(const std::filesystem::path& path) {
+  std::error_code failure;
+  GeodeticTrack track;
+  if (std::filesystem::is_directory(path, failure)) {
+    SIGHTLINE_ASSIGN(track, read_oxts(path));
+  } else {
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(path));
+    const FileBytes file{bytes, path.string()};
+    SIGHTLINE_ASSIGN(track,
+                     first_line(path).starts_with('$') ? parse_nmea(file) : parse_gnss_csv(file));
+  }
+  SIGHTLINE_TRY(check_times(track, path));
+  return track;
+}
+
+Result<TrackInWorld> in_world(const GeodeticTrack& track, const std::string& world,
+                              const std::string& path) {
+  if (track.fixes.empty()) {
+    return Error{ErrorCode::kMalformedPose, "found no pose", path, ""};
+  }
+  TrackInWorld found;
+  found.warnings = track.warnings;
+  std::string name = world;
+  if (name == "local") {
+    name = enu_world_name(track.fixes.front().at);
+    found.warnings.push_back(path +
+                             ": coordinates are metres from its first pose; name the world "
+                             "of all drives under annotation: \"world: " +
+                             name + "\"");
+  }
+  SIGHTLINE_ASSIGN(const World parsed, parse_world(name));
+  bool has_headings = true;
+  for (const GeodeticFix& fix : track.fixes) {
+    PoseRow& row = found.rows.emplace_back();
+    row.stamp_ns = fix.stamp_ns;
+    SIGHTLINE_ASSIGN(row.T_world_vehicle, enu_axes(parsed, fix.at));
+    has_headings = has_headings && fix.yaw_rad.has_value();
+    if (!fix.yaw_rad) continue;
+    const Eigen::Matrix3d turned =
+        row.T_world_vehicle.linear() * attitude(*fix.yaw_rad, fix.pitch_rad, fix.roll_rad);
+    row.T_world_vehicle.linear() = turned;
+  }
+  if (has_headings) return found;
+  SIGHTLINE_TRY(add_directions(track.fixes, path, found.rows));
+  found.warnings.push_back(path +
+                           ": where no heading is told it is taken from the direction of "
+                           "travel, without roll and pitch of its own");
+  return found;
+}
+
+}  // namespace sightline

@@ -1,0 +1,247 @@
+#include "formats/foreign/text/sensor_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "formats/base/atomic_file.h"
+#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/text/lower_extension.h"
+#include "formats/foreign/text/text_lines.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kLargestFile = std::size_t{1} << 20;
+
+// A number of a key. Error: malformed-text.
+Result<double> number_of(const FileBytes& file, std::size_t line, std::string_view word) {
+  const std::optional<double> number = to_number<double>(word);
+  if (number && std::isfinite(*number)) return *number;
+  return file.error(ErrorCode::kMalformedText,
+                    "found " + in_quotes(word) + ", expected a finite number", at_line(line));
+}
+
+// `beams` evenly from `lowest_deg` to `highest_deg`, where no table is given.
+struct EvenBeams {
+  std::optional<double> count;
+  std::optional<double> lowest_deg;
+  std::optional<double> highest_deg;
+};
+
+struct YamlReader {
+  const FileBytes& file;
+  SensorProfile profile;
+  EvenBeams even;
+
+  Result<void> take(std::size_t line, std::string_view key, std::string_view value) {
+    std::vector<std::string_view> words;
+    split_words(value, words, " \t,[]");
+    if (key == "beams_deg") {
+      for (const std::string_view word : words) {
+        SIGHTLINE_ASSIGN(const double beam_deg, number_of(file, line, word));
+        profile.beam_elevations_deg.push_back(beam_deg);
+      }
+      return {};
+    }
+    if (words.size() != 1) {
+      return file.error(ErrorCode::kMalformedText,
+                        "found " + std::to_string(words.size()) + " values of " + std::string(key) +
+                            ", expected one",
+                        at_line(line));
+    }
+    if (key == "name") {
+      profile.name = words.front();
+      return {};
+    }
+    SIGHTLINE_ASSIGN(const double number, number_of(file, line, words.front()));
+    return take_number(line, key, number);
+  }
+
+  Result<void> take_number(std::size_t line, std::string_view key, double number) {
+    if (key == "beams") {
+      even.count = number;
+    } else if (key == "lowest_beam_deg") {
+      even.lowest_deg = number;
+    } else if (key == "highest_beam_deg") {
+      even.highest_deg = number;
+    } else if (key == "azimuth_step_deg") {
+      profile.azimuth_step_deg = number;
+    } else if (key == "min_range_m") {
+      profile.min_range_m = number;
+    } else if (key == "max_range_m") {
+      profile.max_range_m = number;
+    } else if (key == "height_m") {
+      profile.height_m = number;
+    } else {
+      return file.error(ErrorCode::kUnknownKey,
+                        "found " + in_quotes(key) +
+                            ", expected name, beams_deg (or beams, lowest_beam_deg, "
+                            "highest_beam_deg), azimuth_step_deg, min_range_m, max_range_m or "
+                            "height_m",
+                        at_line(line));
+    }
+    return {};
+  }
+};
+
+Result<void> add_even_beams(const FileBytes& file, const EvenBeams& even, SensorProfile& profile) {
+  constexpr double kMostBeams = 1024.0;
+  if (!profile.beam_elevations_deg.empty()) return {};
+  if (!even.count || !even.lowest_deg || !even.highest_deg) {
+    return file.error(ErrorCode::kMissingKey,
+                      "found no beams_deg, and not all of beams, lowest_beam_deg and "
+                      "highest_beam_deg",
+                      "");
+  }
+  if (!(*even.count >= 2.0 && *even.count <= kMostBeams)) {
+    return file.error(ErrorCode::kBadValue, "beams: expected 2 to 1024", "");
+  }
+  const int count = static_cast<int>(*even.count);
+  for (int i = 0; i < count; ++i) {
+    profile.beam_elevations_deg.push_back(*even.lowest_deg +
+                                          (*even.highest_deg - *even.lowest_deg) * i / (count - 1));
+  }
+  return {};
+}
+
+Result<SensorProfile> parse_yaml(const FileBytes& file) {
+  YamlReader reader{file, {}, {}};
+  LineReader lines(file.text());
+  for (std::string_view line; lines.next(line);) {
+    line = line.substr(0, line.find('#'));
+    std::vector<std::string_view> words;
+    split_words(line, words);
+    if (words.empty()) continue;
+    const std::size_t colon = line.find(':');
+    std::vector<std::string_view> key;
+    split_words(line.substr(0, colon), key);
+    if (colon == std::string_view::npos || key.size() != 1) {
+      return file.error(ErrorCode::kMalformedText, "expected 'key: value'",
+                        at_line(lines.number()));
+    }
+    SIGHTLINE_TRY(reader.take(lines.number(), key.front(), line.substr(colon + 1)));
+  }
+  SIGHTLINE_TRY(add_even_beams(file, reader.even, reader.profile));
+  return reader.profile;
+}
+
+Result<SensorProfile> parse_csv(const FileBytes& file) {
+  SensorProfile profile;
+  LineReader lines(file.text());
+  std::optional<std::size_t> column;
+  for (std::string_view line; lines.next(line);) {
+    std::vector<std::string_view> words;
+    split_words(line, words, ", ;\t\"");
+    if (words.empty()) continue;
+    if (column) {
+      if (*column >= words.size()) {
+        return file.error(ErrorCode::kMalformedText,
+                          "found " + std::to_string(words.size()) + " columns, expected more",
+                          at_line(lines.number()));
+      }
+      SIGHTLINE_ASSIGN(const double beam_deg, number_of(file, lines.number(), words[*column]));
+      profile.beam_elevations_deg.push_back(beam_deg);
+      continue;
+    }
+    for (std::size_t i = 0; i < words.size() && !column; ++i) {
+      std::string name(words[i]);
+      std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+      if (name.starts_with("elevation")) column = i;
+    }
+    if (column) continue;
+    return file.error(ErrorCode::kMalformedText,
+                      "found no column of elevations in the first line, expected e.g. "
+                      "Channel,Elevation,Azimuth",
+                      at_line(lines.number()));
+  }
+  return profile;
+}
+
+// The member of that name, also one level deeper. nullptr: there is none.
+const nlohmann::json* member(const nlohmann::json& json, const std::string& name) {
+  if (!json.is_object()) return nullptr;
+  if (json.contains(name)) return &json[name];
+  for (const auto& [key, value] : json.items()) {
+    if (value.is_object() && value.contains(name)) return &value[name];
+  }
+  return nullptr;
+}
+
+// "OS-1-128" looks as far as the data sheets say.
+double ouster_range_m(const std::string& product) {
+  if (product.starts_with("OS-0")) return 100.0;
+  return product.starts_with("OS-2") ? 240.0 : 120.0;
+}
+
+Result<SensorProfile> parse_json(const FileBytes& file) {
+  constexpr std::size_t kMostDepth = 64;  // the library reads as deep as memory goes
+  std::size_t depth = 0;
+  for (const char c : file.text()) {
+    if (c == '{' || c == '[') ++depth;
+    if ((c == '}' || c == ']') && depth > 0) --depth;
+    if (depth > kMostDepth) {
+      return file.error(ErrorCode::kMalformedText, "no metadata of a LiDAR: too deep", "");
+    }
+  }
+  const nlohmann::json json = nlohmann::json::parse(file.text(), nullptr, false);
+  const nlohmann::json* angles = member(json, "beam_altitude_angles");
+  if (json.is_discarded() || angles == nullptr || !angles->is_array()) {
+    return file.error(ErrorCode::kMalformedText,
+                      "found no list beam_altitude_angles, as Ouster's metadata has it", "");
+  }
+  SensorProfile profile;
+  profile.name = "ouster";
+  for (const nlohmann::json& angle : *angles) {
+    if (!angle.is_number()) {
+      return file.error(ErrorCode::kMalformedText, "beam_altitude_angles: expected numbers", "");
+    }
+    profile.beam_elevations_deg.push_back(angle.get<double>());
+  }
+  profile.azimuth_step_deg = 360.0 / 1024.0;
+  if (const nlohmann::json* mode = member(json, "lidar_mode"); mode && mode->is_string()) {
+    const auto text = mode->get<std::string>();
+    const std::optional<double> columns = to_number<double>(text.substr(0, text.find('x')));
+    if (columns && *columns >= 1.0) profile.azimuth_step_deg = 360.0 / *columns;
+  }
+  profile.min_range_m = 0.3;
+  profile.max_range_m = 120.0;
+  if (const nlohmann::json* product = member(json, "prod_line"); product && product->is_string()) {
+    profile.name = product->get<std::string>();
+    profile.max_range_m = ouster_range_m(profile.name);
+  }
+  return profile;
+}
+
+}  // namespace
+
+bool is_sensor_file(std::string_view name) {
+  const std::string ending = lower_extension(std::filesystem::path(name));
+  return ending == ".yaml" || ending == ".yml" || ending == ".csv" || ending == ".json";
+}
+
+Result<SensorProfile> read_sensor_file(const std::filesystem::path& path) {
+  SIGHTLINE_ASSIGN(const std::string text, read_short_text(path, kLargestFile));
+  return parse_sensor_file(text, path);
+}
+
+Result<SensorProfile> parse_sensor_file(std::string_view text, const std::filesystem::path& path) {
+  const FileBytes file{std::as_bytes(std::span(text.data(), text.size())), path.string()};
+  const std::string ending = lower_extension(path);
+  SIGHTLINE_ASSIGN(SensorProfile profile, ending == ".csv"    ? parse_csv(file)
+                                          : ending == ".json" ? parse_json(file)
+                                                              : parse_yaml(file));
+  if (profile.name == SensorProfile().name) profile.name = path.stem().string();
+  std::vector<double>& beams = profile.beam_elevations_deg;
+  std::ranges::sort(beams);
+  beams.erase(std::unique(beams.begin(), beams.end()), beams.end());
+  const Result<void> valid = validate(profile);
+  if (!valid || beams.size() < 2) {
+    return file.error(ErrorCode::kBadValue,
+                      valid ? "found one beam, expected two or more" : valid.error().message, "");
+  }
+  return profile;
+}
+
+}  // namespace sightline

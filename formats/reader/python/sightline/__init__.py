@@ -1,0 +1,21 @@
+"""How far a vehicle must look, and where it is: compiled maps of sightline from Python.
+
+    with sightline.Map("town.slmap", "searching") as town:
+        look = town.look(position_world_m, limit_m=0.10)
+    with sightline.Localizer("town.slmap") as localizer:          # or a .pcd
+        match = localizer.match(points, T_world_start, look)      # points: n x 3 floats
+        match.T_world_vehicle, match.covariance
+
+Over the C interfaces of libsightline-reader.so.0 and, for Localizer, libsightline-localizer.so.0. NDs
+and sites are arrays that lie where the library put them: of NumPy where it is there, else of ctypes.
+"""
+
+from ._interface import (CONVERGED, EXTRAPOLATED, FAR, ITERATION_LIMIT, NO_OVERLAP, NO_POINTS, NO_SITE,
+                         NOT_VISIBLE, STATIC, TIGHTER_LIMIT, UNKNOWN_LOCALIZER, UNMET, Error, Look,
+                         LookPlan, Match, Nd, Promise, Range, Site)
+from .localizer import Localizer, pose
+from .map import Map
+
+__all__ = ["CONVERGED", "EXTRAPOLATED", "Error", "FAR", "ITERATION_LIMIT", "Localizer", "Look",
+           "LookPlan", "Map", "Match", "NO_OVERLAP", "NO_POINTS", "NO_SITE", "NOT_VISIBLE", "Nd",
+           "Promise", "Range", "STATIC", "Site", "TIGHTER_LIMIT", "UNKNOWN_LOCALIZER", "UNMET", "pose"]

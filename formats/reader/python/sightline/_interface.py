@@ -1,0 +1,175 @@
+"""The structs and functions of sightline_reader.h and sightline_localizer.h, field by field."""
+
+import ctypes
+import functools
+from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_int, c_int32, c_size_t, c_uint32, \
+    c_uint64, c_void_p
+
+UNMET, EXTRAPOLATED, FAR, TIGHTER_LIMIT, STATIC, UNKNOWN_LOCALIZER, NOT_VISIBLE = 1, 2, 4, 8, 16, 32, 64
+CONVERGED, ITERATION_LIMIT, NO_POINTS, NO_OVERLAP = 0, 1, 2, 3
+NO_SITE = 0xFFFFFFFF
+
+
+class Range(Structure):
+    """How far to look: sightline_range."""
+    _fields_ = [("range_m", c_double), ("probability", c_double), ("mean_error_m", c_double),
+                ("distance_m", c_double), ("flags", c_uint32), ("site", c_uint32)]
+
+
+class Look(Structure):
+    """How a scan becomes the points that are matched: sightline_look. Look(range_m=30): every return."""
+    _fields_ = [("range_m", c_double), ("return_count", c_uint32), ("even_beyond_m", c_double),
+                ("point_count", c_uint32), ("is_by_normals", c_int), ("settles", c_int),
+                ("probability", c_double), ("mean_error_m", c_double), ("distance_m", c_double),
+                ("flags", c_uint32), ("site", c_uint32)]
+
+
+class LookPlan(Structure):
+    """A look, a test of its match, a second look: sightline_look_plan."""
+    _fields_ = [("first", Look), ("has_second", c_int), ("weights", c_double * 8),
+                ("constant", c_double), ("doubt_above", c_double), ("second", Look)]
+
+
+class Site(Structure):
+    """A site, and what the map holds there for one limit: sightline_site."""
+    _fields_ = [("position_world_m", c_double * 3), ("range_m", c_double), ("probability", c_double),
+                ("mean_error_m", c_double), ("flags", c_uint32), ("site", c_uint32)]
+
+
+class MapInfo(Structure):
+    _fields_ = [("map_id", c_char_p), ("version", c_char_p), ("release", c_uint64),
+                ("origin_world_m", c_double * 3), ("reach_m", c_double), ("ranges_m", POINTER(c_double)),
+                ("limits_m", POINTER(c_double)), ("range_count", c_size_t), ("limit_count", c_size_t),
+                ("site_count", c_uint32), ("localizer", c_char_p), ("localizer_version", c_uint32),
+                ("localizer_parameters", c_char_p), ("is_for_caller", c_int)]
+
+
+class Promise(Structure):
+    """What the map promises within one of its limits: sightline_promise."""
+    _fields_ = [("limit_m", c_double), ("coverage", c_double), ("is_earned", c_int),
+                ("is_of_next_drive", c_int), ("place_count", c_uint32), ("drive_count", c_uint32),
+                ("_statement", c_char_p)]
+
+    @property
+    def statement(self):
+        return self._statement.decode()
+
+
+class LocalizerOptions(Structure):
+    _fields_ = [("cell_m", c_double), ("least_points", c_int), ("threads", c_int),
+                ("azimuth_step_deg", c_double), ("T_vehicle_sensor", POINTER(c_double))]
+
+
+class Points(Structure):
+    _fields_ = [("first", c_void_p), ("count", c_size_t), ("stride_bytes", c_size_t),
+                ("is_double", c_int)]
+
+
+class Match(Structure):
+    """Where a scan was found: sightline_match."""
+    _fields_ = [("T_world_vehicle", c_double * 12), ("covariance", c_double * 36), ("score", c_double),
+                ("nearest_voxel_likelihood", c_double), ("work", c_uint64), ("iterations", c_int32),
+                ("stop", c_uint32), ("point_count", c_uint32), ("scored_points", c_uint32),
+                ("dropped_count", c_uint32), ("look_count", c_int32), ("has_covariance", c_int32), ("reserved", c_int32)]
+
+    @property
+    def is_matched(self):
+        return self.stop in (CONVERGED, ITERATION_LIMIT)
+
+
+class Nd(Structure):
+    """A normal distribution of the map: sightline_nd."""
+    _fields_ = [("mean_world_m", c_double * 3), ("covariance_m2", c_double * 6),
+                ("point_count", c_uint32), ("reserved", c_uint32)]
+
+
+class LocalizerInfo(Structure):
+    _fields_ = [("origin_world_m", c_double * 3), ("cell_m", c_double),
+                ("T_vehicle_sensor", c_double * 12), ("leaf_m", c_double), ("localizer", c_char_p),
+                ("kernel", c_char_p), ("nds", POINTER(Nd)), ("nd_count", c_size_t)]
+
+
+class Error(Exception):
+    """What went wrong, with the stable number and name of schemas/error_codes.md."""
+
+    def __init__(self, code, message=""):
+        self.code = code
+        self.name = reader().sightline_error_name(code).decode()
+        super().__init__(message or f"SL{code} {self.name}")
+
+
+def check(code, message=""):
+    if code != 0:
+        raise Error(code, message)
+
+
+def _declare(library, functions):
+    for name, result, *arguments in functions:
+        function = getattr(library, name)
+        function.restype = result
+        function.argtypes = arguments
+    return library
+
+
+@functools.lru_cache(maxsize=None)
+def reader():
+    return _declare(ctypes.CDLL("libsightline-reader.so.0"), [
+        ("sightline_open", c_int, c_char_p, c_char_p, POINTER(c_void_p), c_char_p, c_size_t),
+        ("sightline_close", None, c_void_p),
+        ("sightline_get_info", None, c_void_p, POINTER(MapInfo)),
+        ("sightline_get_promise", c_int, c_void_p, c_size_t, POINTER(Promise)),
+        ("sightline_observation_range", c_int, c_void_p, POINTER(c_double), c_double, POINTER(Range)),
+        ("sightline_get_look", c_int, c_void_p, POINTER(c_double), c_double, c_double, POINTER(Look)),
+        ("sightline_get_look_plan", c_int, c_void_p, POINTER(c_double), c_double, c_int, c_double,
+         POINTER(LookPlan)),
+        ("sightline_get_sites", c_int, c_void_p, c_size_t, c_void_p, c_size_t),
+        ("sightline_reader_version", c_char_p),
+        ("sightline_error_name", c_char_p, c_int)])
+
+
+@functools.lru_cache(maxsize=None)
+def localizer():
+    return _declare(ctypes.CDLL("libsightline-localizer.so.0"), [
+        ("sightline_localizer_open", c_int, c_char_p, POINTER(LocalizerOptions), POINTER(c_void_p),
+         c_char_p, c_size_t),
+        ("sightline_localizer_close", None, c_void_p),
+        ("sightline_localizer_get_info", None, c_void_p, POINTER(LocalizerInfo)),
+        ("sightline_localizer_match", c_int, c_void_p, POINTER(Points), POINTER(c_double), POINTER(Look),
+         POINTER(Match)),
+        ("sightline_localizer_match_plan", c_int, c_void_p, POINTER(Points), POINTER(c_double),
+         POINTER(LookPlan), POINTER(Match)),
+        ("sightline_localizer_version", c_char_p)])
+
+
+class Handle:
+    """What a library opened; closed when nothing refers to it any more."""
+
+    def __init__(self, open_function, close_function, arguments):
+        self._close = close_function
+        self.pointer = c_void_p()
+        message = ctypes.create_string_buffer(1024)
+        code = open_function(*arguments, byref(self.pointer), message, len(message))
+        check(code, message.value.decode(errors="replace"))
+
+    def __del__(self):
+        if self.pointer:
+            self._close(self.pointer)
+
+
+def doubles(values, count):
+    numbers = [float(value) for value in values]
+    if len(numbers) != count:
+        raise ValueError(f"{len(numbers)} numbers, expected {count}")
+    return (c_double * count)(*numbers)
+
+
+def records(array):
+    """The same memory as a read-only array of NumPy where that is installed, else as it is."""
+    try:
+        import numpy
+    except ImportError:
+        return array
+    view = numpy.frombuffer(array, dtype=numpy.dtype(array._type_)) if len(array) else \
+        numpy.zeros(0, dtype=numpy.dtype(array._type_))
+    view.flags.writeable = False
+    return view

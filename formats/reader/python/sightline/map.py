@@ -1,0 +1,83 @@
+"""The vehicle's map reader."""
+
+import math
+import os
+from ctypes import byref
+
+from . import _interface as c
+
+
+class Map:
+    """A compiled map open for looking up, for a vehicle that localizes with the localizer named.
+
+    Errors are sightline.Error. Safe to use from several threads at once.
+    """
+
+    def __init__(self, path, localizer="searching"):
+        library = c.reader()
+        name = None if localizer is None else localizer.encode()
+        self._handle = c.Handle(library.sightline_open, library.sightline_close,
+                                (os.fsencode(path), name))
+        info = c.MapInfo()
+        library.sightline_get_info(self._handle.pointer, byref(info))
+        self.map_id = info.map_id.decode()
+        self.version = info.version.decode()
+        self.release = info.release
+        self.origin_world_m = tuple(info.origin_world_m)
+        self.reach_m = info.reach_m
+        self.ranges_m = tuple(info.ranges_m[:info.range_count])
+        self.limits_m = tuple(info.limits_m[:info.limit_count])
+        self.site_count = info.site_count
+        self.localizer = info.localizer.decode()
+        self.localizer_version = info.localizer_version
+        self.localizer_parameters = info.localizer_parameters.decode()
+        self.is_for_caller = bool(info.is_for_caller)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        self._handle = None
+
+    def _pointer(self):
+        if self._handle is None:
+            raise ValueError("the map is closed")
+        return self._handle.pointer
+
+    def promise(self, limit):
+        """What the map promises within limits_m[limit]."""
+        promise = c.Promise()
+        promise._map = self._handle  # its sentence lies in the map
+        c.check(c.reader().sightline_get_promise(self._pointer(), limit, byref(promise)))
+        return promise
+
+    def observation_range(self, position_world_m, limit_m):
+        """How far a sensor there must look for that accuracy."""
+        answer = c.Range()
+        c.check(c.reader().sightline_observation_range(
+            self._pointer(), c.doubles(position_world_m, 3), limit_m, byref(answer)))
+        return answer
+
+    def look(self, position_world_m, limit_m, visible_m=math.inf):
+        """The cheapest look for a sensor there that now sees visible_m far."""
+        answer = c.Look()
+        c.check(c.reader().sightline_get_look(
+            self._pointer(), c.doubles(position_world_m, 3), limit_m, visible_m, byref(answer)))
+        return answer
+
+    def look_plan(self, position_world_m, limit_m, is_tracking, visible_m=math.inf):
+        """What to do there, step by step."""
+        answer = c.LookPlan()
+        c.check(c.reader().sightline_get_look_plan(
+            self._pointer(), c.doubles(position_world_m, 3), limit_m, 1 if is_tracking else 0,
+            visible_m, byref(answer)))
+        return answer
+
+    def sites(self, limit=0):
+        """Every site with what the map holds there for limits_m[limit]: an array of sightline.Site."""
+        sites = (c.Site * self.site_count)()
+        c.check(c.reader().sightline_get_sites(self._pointer(), limit, sites, len(sites)))
+        return c.records(sites)

@@ -1,0 +1,96 @@
+#include "passes/ingest/ingest_map.h"
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace sightline {
+namespace {
+
+// Of a grid of cells, from its origin.
+constexpr double kWidest_m = 1e8;
+
+Result<Eigen::AlignedBox3d> box_of(const PointMap& map) {
+  Eigen::AlignedBox3d box_m;
+  for (const PointMapFile& file : map.files) box_m.extend(file.box_m);
+  if (box_m.sizes().maxCoeff() <= kWidest_m) return box_m;
+  return Error{ErrorCode::kInvalidArtifact,
+               "map " + map.name + " is wider than " + format_double(kWidest_m) + " m", "",
+               "pass ingest-map"};
+}
+
+// Squares of 1 m that hold points stand for the surface: a plane through them fills about as many.
+constexpr double kSquare_m = 1.0;
+
+Result<double> points_per_m2(PassContext& ctx, const SurfacePoints& points) {
+  CellIndex squares;
+  const SurfacePointReader reader(points);
+  for (std::size_t part = 0; part < reader.part_count(); ++part) {
+    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> standing_m, reader.standing(part));
+    for (const Eigen::Vector3d& point_m : standing_m) squares.add(cell_key(point_m, kSquare_m));
+    ctx.progress(part + 1, reader.part_count());
+  }
+  const double surface_m2 = static_cast<double>(squares.size()) * kSquare_m * kSquare_m;
+  return static_cast<double>(points.standing_count) / surface_m2;
+}
+
+std::string with_digit(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f", value);
+  return text;
+}
+
+// Nothing of a map that is dense enough for all that is made of it.
+void warn_of_density(const PassContext& ctx, const PointMap& map, double density) {
+  if (density >= kDenseForSurface) return;
+  const bool is_too_thin = density < kDenseForNds;
+  ctx.warn("map " + map.name + " has " + with_digit(density) +
+           " points on a square metre of surface: " +
+           (is_too_thin ? "most cells of 2 m hold fewer than the 10 points that an ND needs (" +
+                              with_digit(kDenseForNds) + "), and are lost; "
+                        : "") +
+           "below " + with_digit(kDenseForSurface) +
+           " the surface that is simulated has gaps, and looks through them find less than there "
+           "is; a finer export of the map costs nothing else");
+}
+
+void warn_of_files(const PassContext& ctx, const PointMap& map) {
+  for (const std::string& warning : map.warnings) ctx.warn("map " + map.name + ": " + warning);
+  std::uint64_t dropped = 0;
+  for (const PointMapFile& file : map.files) dropped += file.dropped_count;
+  if (dropped == 0) return;
+  ctx.warn("map " + map.name + ": " + std::to_string(dropped) +
+           " points are not finite, at (0,0,0) or withheld, and were left out");
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(IngestMapOptions& options) {
+  return {
+      shared(number("tile_m", options.tile_m,
+                    "the frame's origin is a multiple of the edge of a tile, m", 1.0, 10000.0))};
+}
+
+Result<SurfacePoints> ingest_map(PassContext& ctx, const IngestMapOptions& options,
+                                 const PointMap& map) {
+  SIGHTLINE_ASSIGN(const Eigen::AlignedBox3d box_m, box_of(map));
+  SurfacePoints points;
+  points.frame = frame_near(box_m.min(), options.tile_m);
+  for (std::uint32_t i = 0; i < map.files.size(); ++i) {
+    PlacedScan piece;
+    piece.index = i;
+    piece.T_map_lidar.translation() = -points.frame.origin_world_m;
+    piece.max_range_m = std::numeric_limits<double>::infinity();
+    points.scans.push_back(piece);
+    points.standing_count += map.files[i].point_count;
+  }
+  points.store = point_map_store(map);
+  warn_of_files(ctx, map);
+  SIGHTLINE_ASSIGN(const double density, points_per_m2(ctx, points));
+  warn_of_density(ctx, map, density);
+  return points;
+}
+
+void reattach(SurfacePoints& points, const PointMap& map) { points.store = point_map_store(map); }
+
+}  // namespace sightline

@@ -1,0 +1,189 @@
+#include "passes/localize/calibrate_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "formats/base/parallel.h"
+#include "formats/drive/trajectory_of_drive.h"
+#include "formats/grid/point_grid.h"
+#include "passes/matching/foretold_pose.h"
+#include "passes/matching/look_plan.h"
+#include "passes/pass/default_looks.h"
+#include "passes/pass/scan_selection.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kLeastGoodScans = 10;
+constexpr double kLongestStep_s = 2.0;  // as in "Continuous localization"
+
+struct Setup {
+  const CalibratePlanOptions& options;
+  const Drive& drive;
+  const Trajectory& in_map;
+  const PointGrid& places;
+  const RangeTable& looks;
+  const Localizer& localizer;
+  std::vector<std::size_t> scans;  // indices into the drive, in time order
+};
+
+double step_s(const Setup& setup, std::size_t position) {
+  const auto stamp_ns = [&](std::size_t i) { return setup.drive.scans[setup.scans[i]].stamp_ns; };
+  return static_cast<double>(stamp_ns(position) - stamp_ns(position - 1)) * 1e-9;
+}
+
+// Where the two scans before it foretell the vehicle; none across a pause or another piece.
+std::optional<Pose> foretold_at(const Setup& setup, std::size_t position) {
+  if (position < 2) return std::nullopt;
+  const double now_s = step_s(setup, position);
+  const double before_s = step_s(setup, position - 1);
+  const auto& poses = setup.in_map.poses;
+  const TrajectoryPose& first = poses[setup.scans[position - 2]];
+  const TrajectoryPose& last = poses[setup.scans[position - 1]];
+  const bool is_even = now_s > 0.0 && before_s > 0.0 && now_s <= kLongestStep_s &&
+                       before_s <= kLongestStep_s && first.piece == last.piece &&
+                       last.piece == poses[setup.scans[position]].piece;
+  if (!is_even) return std::nullopt;
+  const Pose motion = first.T_map_vehicle.inverse(Eigen::Isometry) * last.T_map_vehicle;
+  return foretold_pose(last.T_map_vehicle, motion, now_s / before_s);
+}
+
+// The plan at a place; none where no site is near.
+std::optional<LookPlan> plan_near(const Setup& setup, const LookPlan& usual,
+                                  const Pose& T_map_vehicle) {
+  const Eigen::Vector3d p_map_m = T_map_vehicle * setup.drive.sensor.T_vehicle_lidar.translation();
+  const std::optional<NearPoint> site = setup.places.nearest(p_map_m, setup.options.reach_m);
+  if (!site) return std::nullopt;
+  LookPlan plan = plan_at(usual, setup.looks.looks[setup.looks.range(site->index, 0)]);
+  plan.doubt_above = std::numeric_limits<double>::infinity();  // the first look alone
+  return plan;
+}
+
+Result<std::optional<FirstLook>> look_first(const Setup& setup, const LookPlan& usual,
+                                            std::size_t position, LookMemory& memory) {
+  const std::optional<Pose> T_map_foretold = foretold_at(setup, position);
+  if (!T_map_foretold) return std::optional<FirstLook>();
+  const std::optional<LookPlan> plan = plan_near(setup, usual, *T_map_foretold);
+  if (!plan) return std::optional<FirstLook>();
+  const std::size_t scan = setup.scans[position];
+  SIGHTLINE_ASSIGN(const Scan points, setup.drive.store->read(scan));
+  const PlannedMatch found = localize_in_looks({setup.localizer, setup.drive.sensor, *plan}, points,
+                                               {*T_map_foretold, true}, memory);
+  if (!std::isfinite(found.doubt)) return std::optional<FirstLook>();
+  const Pose& T_map_reference = setup.in_map.poses[scan].T_map_vehicle;
+  return std::optional<FirstLook>(FirstLook{
+      found.doubt, (found.T_map_first.translation() - T_map_reference.translation()).norm()});
+}
+
+Result<std::vector<FirstLook>> first_looks(PassContext& ctx, const Setup& setup,
+                                           const LookPlan& usual) {
+  std::vector<std::optional<FirstLook>> found(setup.scans.size());
+  std::vector<std::optional<Error>> failures(setup.scans.size());
+  parallel_for(setup.scans.size(), ctx.threads, [&](std::size_t i) {
+    LookMemory memory{LookCutter(setup.options.matching.leaf_m), {}};
+    Result<std::optional<FirstLook>> look = look_first(setup, usual, i, memory);
+    if (look) {
+      found[i] = *look;
+    } else {
+      failures[i] = look.error();
+    }
+  });
+  for (const std::optional<Error>& failure : failures) {
+    if (failure) return *failure;
+  }
+  std::vector<FirstLook> looks;
+  for (const std::optional<FirstLook>& look : found) {
+    if (look) looks.push_back(*look);
+  }
+  return looks;
+}
+
+double doubted_share(const std::vector<double>& ascending, double doubt_above) {
+  const auto above = ascending.end() - std::ranges::upper_bound(ascending, doubt_above);
+  return ascending.empty() ? 0.0
+                           : static_cast<double>(above) / static_cast<double>(ascending.size());
+}
+
+// Ascending.
+std::vector<double> doubts_of_good(const CalibratePlanOptions& options,
+                                   const std::vector<FirstLook>& looks) {
+  std::vector<double> good;
+  for (const FirstLook& look : looks) {
+    if (look.error_m <= options.good_m) good.push_back(look.doubt);
+  }
+  std::ranges::sort(good);
+  return good;
+}
+
+Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+                          const Sites& sites, const RangeTable& ranges) {
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
+  if (!(map.frame == sites.frame) || ranges.site_count != sites.sites.size()) {
+    return Error{ErrorCode::kMismatchedInputs,
+                 "the map, its sites and its ranges do not belong together", "", ""};
+  }
+  if (!map.nds.empty()) return {};
+  return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", ""};
+}
+
+}  // namespace
+
+double raised_threshold(const CalibratePlanOptions& options, const LookPlan& plan,
+                        const std::vector<FirstLook>& looks) {
+  const std::vector<double> good = doubts_of_good(options, looks);
+  if (good.size() < kLeastGoodScans) return plan.doubt_above;
+  const auto kept = static_cast<std::size_t>(
+      std::ceil((1.0 - options.doubted_share) * static_cast<double>(good.size())));
+  double threshold = good[std::max<std::size_t>(kept, 1) - 1];
+  for (const FirstLook& look : looks) {
+    if (look.error_m <= plan.limit_m) continue;
+    threshold =
+        std::min(threshold, std::nextafter(look.doubt, -std::numeric_limits<double>::infinity()));
+  }
+  return std::max(plan.doubt_above, threshold);
+}
+
+std::vector<OptionField> option_fields(CalibratePlanOptions& options) {
+  std::vector<OptionField> fields = {
+      number("doubted_share", options.doubted_share,
+             "while tracking: share of good first looks that may be doubted", 0.0, 1.0),
+      shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m",
+                    0.1, 1000.0))};
+  // Which scans are matched is measure-error's to say.
+  for (OptionField& field : option_fields(options.matching)) {
+    fields.push_back(shared(std::move(field)));
+  }
+  return fields;
+}
+
+Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptions& options,
+                                      const Drive& drive, const Trajectory& trajectory,
+                                      const NdtMap& map, const Sites& sites,
+                                      const RangeTable& ranges) {
+  SIGHTLINE_TRY(check_inputs(drive, trajectory, map, sites, ranges));
+  CalibratedPlan calibrated;
+  if (ranges.of_samples.empty()) return calibrated;
+  calibrated.plan = usual_plan();
+  const Trajectory in_map = rebase(trajectory, map.frame);
+  const PointGrid places(positions_m(sites));
+  const Localizer localizer =
+      make_localizer(map, options_for_samples(options.matching.coarse_cells));
+  Setup setup{options, drive, in_map, places, ranges.of_samples.front(), localizer, {}};
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    if (is_selected(drive.scans[i], options.matching.scans)) setup.scans.push_back(i);
+  }
+  SIGHTLINE_ASSIGN(const std::vector<FirstLook> looks, first_looks(ctx, setup, *calibrated.plan));
+  const std::vector<double> good = doubts_of_good(options, looks);
+  LookPlan& plan = *calibrated.plan;
+  calibrated.scan_count = static_cast<std::uint32_t>(looks.size());
+  calibrated.good_count = static_cast<std::uint32_t>(good.size());
+  calibrated.learnt_doubted_share = doubted_share(good, plan.doubt_above);
+  plan.doubt_above = raised_threshold(options, plan, looks);
+  calibrated.doubted_share = doubted_share(good, plan.doubt_above);
+  return calibrated;
+}
+
+}  // namespace sightline

@@ -1,0 +1,202 @@
+#include "passes/localize/simulate_error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <utility>
+
+#include "formats/base/portable_math.h"
+#include "formats/base/random.h"
+#include "formats/rotation.h"
+#include "passes/localize/measure_site.h"
+#include "passes/rays/surface_caster.h"
+
+// Every factor of a virtual scan but this one sees the very surface that the map was made of. What
+// a vehicle meets differs: the sensor is noisy, traffic hides a part of the view, and what stands
+// there is rougher than the points tell. So each patch is laid a little off once for the whole map,
+// as if it had been surveyed again, and each scan is disturbed by chance that its site decides.
+
+namespace sightline {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr std::uint64_t kReliefSeed = 0x72656c696566ULL;
+constexpr std::uint64_t kScanSeed = 0x7363616eULL;
+
+constexpr const char* kDrive = "simulated";
+
+Result<void> check_inputs(const SimulateErrorOptions& options, const Surface& surface,
+                          const NdtMap& map, const Sites& sites) {
+  constexpr const char* kPlace = "pass simulate-error";
+  if (!(map.frame == sites.frame && surface.frame == sites.frame)) {
+    return Error{ErrorCode::kMismatchedInputs, "map, surface and sites are in different frames", "",
+                 kPlace};
+  }
+  if (map.nds.empty()) {
+    return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", kPlace};
+  }
+  if (options.matching.localizer == LocalizerKind::kPclNdt) {
+    return Error{ErrorCode::kBadValue,
+                 "pcl-ndt is measured on drives alone; name one under localization, or another "
+                 "localizer",
+                 "", kPlace};
+  }
+  return {};
+}
+
+// The same surface, surveyed on another day: each patch off along its normal by chance of its own.
+Surface another_day(const Surface& surface, double relief_m, std::uint64_t seed) {
+  Surface other = surface;
+  for (SurfacePatch& patch : other.patches) {
+    const std::uint64_t cell = hash_of(patch.key);
+    const auto size = static_cast<std::uint64_t>(std::llround(1e3 * patch.half_side_m));
+    Random random(mix(mix(seed, kReliefSeed), cell << 16 ^ size));
+    patch.centre_m += relief_m * random.normal() * patch.normal;
+  }
+  return other;
+}
+
+// Azimuth by azimuth, beam by beam from below, as sensors turn.
+std::vector<Eigen::Vector3d> directions_of(const SensorProfile& sensor) {
+  const auto azimuth_count = static_cast<int>(std::lround(360.0 / sensor.azimuth_step_deg));
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = 0; i < azimuth_count; ++i) {
+    // Half a step off, so that no ray runs along an axis of the map.
+    const double azimuth_rad = (i + 0.5) * sensor.azimuth_step_deg * kRadPerDeg;
+    for (const double elevation_deg : sensor.beam_elevations_deg) {
+      directions.push_back(direction_of(azimuth_rad, elevation_deg * kRadPerDeg));
+    }
+  }
+  return directions;
+}
+
+// What a sensor at a site returns, in its own frame.
+class ScanMaker {
+ public:
+  ScanMaker(const SimulateErrorOptions& options, const SensorProfile& sensor,
+            std::vector<Eigen::Vector3d> directions)
+      : options_(options), sensor_(sensor), directions_(std::move(directions)) {}
+
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& directions() const { return directions_; }
+
+  [[nodiscard]] Scan scan(const Site& site, std::span<const double> distance_m,
+                          std::uint64_t seed) const {
+    const Eigen::Matrix3d R_lidar_map =
+        (site.T_map_vehicle.linear() * sensor_.T_vehicle_lidar.linear()).transpose();
+    Random random(seed);
+    const double hidden_rad = random.uniform(-std::numbers::pi, std::numbers::pi);
+    Scan scan;
+    for (std::size_t i = 0; i < directions_.size(); ++i) {
+      // As many numbers for each ray, whatever becomes of it: sites that see the same hear the
+      // same.
+      const bool is_missing = random.uniform() < options_.missing_share;
+      const double noise_m = options_.range_noise_m * random.normal();
+      if (is_missing || !std::isfinite(distance_m[i])) continue;
+      if (is_hidden(directions_[i], hidden_rad)) continue;
+      scan.points_m.emplace_back((distance_m[i] + noise_m) * (R_lidar_map * directions_[i]));
+    }
+    return scan;
+  }
+
+ private:
+  [[nodiscard]] bool is_hidden(const Eigen::Vector3d& direction, double hidden_rad) const {
+    const double azimuth_rad = portable_atan2(direction.y(), direction.x());
+    const double off_rad = std::remainder(azimuth_rad - hidden_rad, 2.0 * std::numbers::pi);
+    return std::abs(off_rad) < 0.5 * options_.hidden_deg * kRadPerDeg;
+  }
+
+  const SimulateErrorOptions& options_;
+  const SensorProfile& sensor_;
+  std::vector<Eigen::Vector3d> directions_;
+};
+
+// As far as any look reaches that the sensor does.
+double reach_m(const MeasureErrorOptions& matching, const SensorProfile& sensor) {
+  double longest_m = matching.ranges_m.back();
+  for (const Look& look : matching.looks) longest_m = std::max(longest_m, look.range_m);
+  return std::min(longest_m, sensor.max_range_m);
+}
+
+// Rows of zeros at every site.
+MeasuredError empty_result(const MeasureErrorOptions& matching, const NdtMap& map,
+                           std::size_t site_count) {
+  MeasuredError simulated;
+  simulated.drive = kDrive;
+  simulated.matching = matching_card(matching, map);
+  simulated.matching.site_step = 1;
+  simulated.reference = ErrorReference::kSimulated;
+  simulated.looks = every_return_at(matching.ranges_m);
+  simulated.offsets = initial_offsets(starts_of(matching));
+  for (std::size_t site = 0; site < site_count; ++site) {
+    simulated.scan_of_site.push_back(static_cast<std::int64_t>(site));
+  }
+  if (!matching.looks.empty()) {
+    MeasuredError samples = simulated;
+    samples.looks = matching.looks;
+    samples.rows.resize(samples.shape().size(site_count));
+    simulated.of_samples.push_back(std::move(samples));
+  }
+  simulated.rows.resize(simulated.shape().size(site_count));
+  return simulated;
+}
+
+// Of one site and its table of looks.
+void measure_into(const ReferencedScan& scan, std::size_t site, SiteLocalizer& localizer,
+                  MeasuredError& simulated) {
+  std::vector<ErrorRow> rows;
+  measure_scan(simulated.offsets, simulated.looks, scan, localizer, rows);
+  std::ranges::copy(
+      rows, simulated.rows.begin() + static_cast<std::ptrdiff_t>(simulated.shape().size(site)));
+  for (MeasuredError& samples : simulated.of_samples) {
+    measure_into(scan, site, localizer, samples);
+  }
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(SimulateErrorOptions& options) {
+  std::vector<OptionField> fields = {
+      number("range_noise_m", options.range_noise_m,
+             "noise of a simulated return along its ray, standard deviation, m", 0.0, 1.0),
+      number("hidden_deg", options.hidden_deg,
+             "azimuth that traffic hides from a simulated scan, degrees", 0.0, 360.0),
+      number("missing_share", options.missing_share, "returns that fail to come", 0.0, 0.99),
+      number("relief_m", options.relief_m,
+             "by which the surface of another day differs, standard deviation, m", 0.0, 1.0)};
+  for (OptionField& field : option_fields(options.matching)) {
+    fields.push_back(shared(std::move(field)));
+  }
+  return fields;
+}
+
+Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,
+                                     const Surface& surface, const NdtMap& map, const Sites& sites,
+                                     const SensorProfile& sensor) {
+  SIGHTLINE_TRY(check_inputs(options, surface, map, sites));
+  const MeasureErrorOptions& matching = options.matching;
+  const Localizer own =
+      make_localizer(map, localizer_options(matching.localizer, matching.coarse_cells));
+  const Localizer of_samples = make_localizer(map, options_for_samples(matching.coarse_cells));
+  const SiteLocalizerInputs inputs{
+      {matching.localizer, matching.coarse_cells, matching.leaf_m, matching.every_return},
+      sensor,
+      map,
+      own,
+      of_samples};
+  const ScanMaker maker(options, sensor, directions_of(sensor));
+  const RayFan fan{maker.directions(), sensor.min_range_m, reach_m(matching, sensor)};
+  MeasuredError simulated = empty_result(matching, map, sites.sites.size());
+  SIGHTLINE_TRY(cast_at_sites(ctx, another_day(surface, options.relief_m, ctx.seed), sites, fan,
+                              [&](std::size_t site, std::span<const double> distance_m) {
+                                const Site& at = sites.sites[site];
+                                const Scan scan =
+                                    maker.scan(at, distance_m, mix(mix(ctx.seed, kScanSeed), site));
+                                const std::unique_ptr<SiteLocalizer> localizer =
+                                    make_site_localizer(inputs);
+                                measure_into({scan, at.T_map_vehicle}, site, *localizer, simulated);
+                              }));
+  return simulated;
+}
+
+}  // namespace sightline

@@ -1,0 +1,85 @@
+#include "passes/map/ground_floors.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+
+namespace sightline {
+namespace {
+
+constexpr double kColumn_m = 1.0;
+constexpr int kColumnsAround = 1;  // the square of 3 m is the column of a place and its neighbours
+constexpr double kSteepestGround = 0.9;    // height of its normal: 25 degrees
+constexpr int kLeastSquares = 8;           // a patch with fewer solid ones is a shard
+constexpr double kStep_m = 0.5;            // heights farther apart are two levels
+constexpr double kHeadroom_m = 2.5;        // from one floor to the next
+constexpr std::size_t kLeastOfLowest = 4;  // columns of the nine that a level must have
+constexpr std::size_t kLeastOfUpper = 5;
+
+struct Seen {
+  double height_m = 0.0;  // at the place that was asked about
+  std::size_t column = 0;
+};
+
+// The level that begins at seen[first]; `end` is one past its last.
+struct Cluster {
+  std::size_t end = 0;
+  std::size_t column_count = 0;
+  double height_m = 0.0;  // median
+};
+
+Cluster cluster_from(const std::vector<Seen>& seen, std::size_t first) {
+  Cluster cluster;
+  std::uint32_t columns = 0;
+  for (cluster.end = first; cluster.end < seen.size(); ++cluster.end) {
+    const bool is_apart = cluster.end > first &&
+                          seen[cluster.end].height_m - seen[cluster.end - 1].height_m > kStep_m;
+    if (is_apart) break;
+    columns |= 1U << seen[cluster.end].column;
+  }
+  cluster.column_count = static_cast<std::size_t>(std::popcount(columns));
+  cluster.height_m = seen[(first + cluster.end) / 2].height_m;
+  return cluster;
+}
+
+}  // namespace
+
+GroundFloors::GroundFloors(const Surface& surface) {
+  for (const SurfacePatch& patch : surface.patches) {
+    if (patch.normal.z() < kSteepestGround || std::popcount(patch.solid) < kLeastSquares) continue;
+    const Eigen::Vector3d at_m(patch.centre_m.x(), patch.centre_m.y(), 0.0);
+    const auto [number, is_new] = columns_.insert(cell_key(at_m, kColumn_m));
+    columns_.values()[number].push_back({patch.centre_m.z(), patch.centre_m.head<2>(),
+                                         -patch.normal.x() / patch.normal.z(),
+                                         -patch.normal.y() / patch.normal.z()});
+  }
+}
+
+std::vector<double> GroundFloors::at(const Eigen::Vector2d& place_map_m) const {
+  std::vector<Seen> seen;
+  const CellKey middle = cell_key({place_map_m.x(), place_map_m.y(), 0.0}, kColumn_m);
+  std::size_t column = 0;
+  for (int dx = -kColumnsAround; dx <= kColumnsAround; ++dx) {
+    for (int dy = -kColumnsAround; dy <= kColumnsAround; ++dy, ++column) {
+      const std::vector<Level>* levels = columns_.find({middle.x + dx, middle.y + dy, 0});
+      if (levels == nullptr) continue;
+      for (const Level& level : *levels) {
+        const Eigen::Vector2d off_m = place_map_m - level.place_m;
+        seen.push_back(
+            {level.height_m + level.slope_x * off_m.x() + level.slope_y * off_m.y(), column});
+      }
+    }
+  }
+  std::ranges::sort(seen, {}, [](const Seen& s) { return std::pair(s.height_m, s.column); });
+  std::vector<double> floors_m;
+  for (std::size_t first = 0; first < seen.size();) {
+    const Cluster cluster = cluster_from(seen, first);
+    const std::size_t least = floors_m.empty() ? kLeastOfLowest : kLeastOfUpper;
+    const bool is_free = floors_m.empty() || cluster.height_m - floors_m.back() >= kHeadroom_m;
+    if (is_free && cluster.column_count >= least) floors_m.push_back(cluster.height_m);
+    first = cluster.end;
+  }
+  return floors_m;
+}
+
+}  // namespace sightline

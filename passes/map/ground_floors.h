@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/grid/flat_cell_map.h"
+#include "formats/surroundings/surface.h"
+
+namespace sightline {
+
+// The heights at which a vehicle could stand over places of the plane, told from the level patches
+// of a surface. Keeps no reference to it.
+class GroundFloors {
+ public:
+  explicit GroundFloors(const Surface& surface);
+
+  // Heights over a place of the map, ascending. The lowest level that more than a third of the
+  // square of 3 m around it has; each further one at least 2.5 m above the one below, where level
+  // patches lie over at least half of that square: a bridge, a roof, another storey. Empty where
+  // no ground was seen.
+  [[nodiscard]] std::vector<double> at(const Eigen::Vector2d& place_map_m) const;
+
+ private:
+  struct Level {
+    double height_m = 0.0;
+    Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
+    double slope_x = 0.0, slope_y = 0.0;  // of the patch's plane
+  };
+  FlatCellMap<std::vector<Level>> columns_;  // keys with z = 0
+};
+
+}  // namespace sightline

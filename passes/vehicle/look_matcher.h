@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+
+#include "formats/drive/drive.h"
+#include "formats/drive/look.h"
+#include "passes/matching/localizer.h"
+#include "passes/matching/look_cutter.h"
+
+namespace sightline {
+
+// How scans are cut and matched, by whoever localizes by looks.
+struct LookMatching {
+  const Localizer& own;         // for looks that take every return
+  const Localizer& of_samples;  // for the others
+  const SensorProfile& sensor;
+  double leaf_m = 1.0;
+  bool takes_every_return = false;  // within a range, as ScanCut says
+};
+
+// Localizes one scan after the other: what measure-error measures and what a vehicle does, so that
+// a map's errors are the vehicle's own. One thread at a time. What `matching` refers to outlives
+// it.
+class LookMatcher {
+ public:
+  explicit LookMatcher(const LookMatching& matching)
+      : matching_(matching), cutter_(matching.leaf_m) {}
+
+  // The scan to be matched next, which outlives that. What a look takes of it may depend on the
+  // start: then match() cuts it.
+  void take(const Scan& scan, const Look& look);
+
+  // Of the scan taken last; T_map_sensor is the vehicle's pose.
+  MatchResult match(const Pose& T_map_start);
+
+  // Of the last match.
+  [[nodiscard]] std::size_t point_count() const { return cut_.points_m.size(); }
+
+ private:
+  LookMatching matching_;
+  ScanCutter near_cutter_;
+  LookCutter cutter_;
+  ScanForMatch cut_;
+  const Scan* scan_ = nullptr;
+  Look look_;
+};
+
+}  // namespace sightline

@@ -1,0 +1,297 @@
+#include "passes/vehicle/sightline_localizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "formats/base/copy_message.h"
+#include "formats/base/version.h"
+#include "formats/drive/look_plan.h"
+#include "passes/matching/look_plan.h"
+#include "passes/vehicle/look_matcher.h"
+#include "passes/vehicle/vehicle_map.h"
+
+// Everything that a match needs memory for lies in a Workspace. A call takes a free one and gives
+// it back, so that several threads can match, and a vehicle that matches scan after scan allocates
+// next to nothing.
+
+namespace sightline {
+namespace {
+
+using PoseRows = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+
+static_assert(SIGHTLINE_CONVERGED == static_cast<unsigned>(MatchStop::kConverged));
+static_assert(SIGHTLINE_ITERATION_LIMIT == static_cast<unsigned>(MatchStop::kIterationLimit));
+static_assert(SIGHTLINE_NO_POINTS == static_cast<unsigned>(MatchStop::kNoPoints));
+static_assert(SIGHTLINE_NO_OVERLAP == static_cast<unsigned>(MatchStop::kNoOverlap));
+
+constexpr double kMostCells = 0x1.0p29;  // that a start may be away from the map's origin
+
+Pose pose_of(const double rows[12]) {
+  Pose pose = Pose::Identity();
+  pose.affine() = Eigen::Map<const PoseRows>(rows);
+  return pose;
+}
+
+void put(const Pose& pose, double rows[12]) { Eigen::Map<PoseRows>(rows, 3, 4) = pose.affine(); }
+
+Look look_of(const sightline_look& look) {
+  return {.range_m = look.range_m,
+          .return_count = look.return_count,
+          .even_beyond_m = look.even_beyond_m,
+          .point_count = look.point_count,
+          .is_by_normals = look.is_by_normals != 0,
+          .mode = look.settles != 0 ? LookMode::kSettle : LookMode::kSearch};
+}
+
+LookPlan plan_of(const sightline_look_plan& plan) {
+  LookPlan result;
+  result.first = look_of(plan.first);
+  result.second = look_of(plan.second);
+  std::copy_n(plan.weights, kLookSigns, result.test.weights.begin());
+  result.test.constant = plan.constant;
+  result.doubt_above = plan.doubt_above;
+  return result;
+}
+
+template <class Number>
+void take_returns(const sightline_points& from, std::vector<Eigen::Vector3d>& points_m) {
+  const char* place = static_cast<const char*>(from.first);
+  for (std::size_t i = 0; i < from.count; ++i, place += from.stride_bytes) {
+    Number xyz[3];
+    std::memcpy(xyz, place, sizeof xyz);
+    const Eigen::Vector3d point_m(xyz[0], xyz[1], xyz[2]);
+    if (point_m.allFinite() && !point_m.isZero(0.0)) points_m.push_back(point_m);
+  }
+}
+
+sightline_nd c_nd(const Nd& nd, const MapFrame& frame) {
+  const Eigen::Vector3d mean_m = nd.mean_m + frame.origin_world_m;
+  const Eigen::Matrix3d& c = nd.covariance_m2;
+  return {{mean_m.x(), mean_m.y(), mean_m.z()},
+          {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)},
+          nd.point_count,
+          0};
+}
+
+Localizer of_samples(const VehicleMap& map, const Localizer& own) {
+  return own.is_annealed ? localizer_for_samples(own)
+                         : make_localizer(map.ndt, options_for_samples(map.coarse_cells));
+}
+
+// All that a match needs memory for.
+struct Workspace {
+  Scan scan;
+  LookMatcher matcher;
+  LookMemory planned;
+};
+
+}  // namespace
+}  // namespace sightline
+
+struct sightline_localizer {
+  explicit sightline_localizer(sightline::VehicleMap opened);
+
+  [[nodiscard]] std::unique_ptr<sightline::Workspace> take_workspace() const;
+  void give_back(std::unique_ptr<sightline::Workspace> workspace) const;
+
+  sightline::VehicleMap map;  // its NDs are below
+  sightline::Localizer own;
+  sightline::Localizer samples;
+  std::vector<sightline_nd> nds;
+  std::string kernel;
+  mutable std::mutex mutex;
+  mutable std::vector<std::unique_ptr<sightline::Workspace>> free;
+};
+
+sightline_localizer::sightline_localizer(sightline::VehicleMap opened)
+    : map(std::move(opened)),
+      own(make_localizer(map.ndt, sightline::localizer_named(map.localizer, map.coarse_cells))),
+      samples(sightline::of_samples(map, own)),
+      kernel(sightline::kernel_name(sightline::fastest_kernel())) {
+  nds.reserve(map.ndt.nds.size());
+  for (const sightline::Nd& nd : map.ndt.nds) nds.push_back(sightline::c_nd(nd, map.ndt.frame));
+  map.ndt.nds = {};
+}
+
+std::unique_ptr<sightline::Workspace> sightline_localizer::take_workspace() const {
+  const std::scoped_lock lock(mutex);
+  if (free.empty()) {
+    const sightline::LookMatching matching{own, samples, map.sensor, map.leaf_m,
+                                           map.takes_every_return};
+    return std::make_unique<sightline::Workspace>(sightline::Workspace{
+        {}, sightline::LookMatcher(matching), {sightline::LookCutter(map.leaf_m), {}}});
+  }
+  std::unique_ptr<sightline::Workspace> workspace = std::move(free.back());
+  free.pop_back();
+  return workspace;
+}
+
+void sightline_localizer::give_back(std::unique_ptr<sightline::Workspace> workspace) const {
+  const std::scoped_lock lock(mutex);
+  free.push_back(std::move(workspace));
+}
+
+namespace sightline {
+namespace {
+
+Result<VehicleMap> open_map(const char* path, const sightline_localizer_options& options) {
+  VehicleMapOptions chosen;
+  if (options.cell_m != 0.0) chosen.cell_m = options.cell_m;
+  if (options.least_points != 0) chosen.min_points = options.least_points;
+  if (options.azimuth_step_deg != 0.0) chosen.azimuth_step_deg = options.azimuth_step_deg;
+  if (options.T_vehicle_sensor != nullptr) {
+    chosen.T_vehicle_sensor = pose_of(options.T_vehicle_sensor);
+  }
+  chosen.threads = options.threads;
+  return read_vehicle_map(path, chosen);
+}
+
+bool is_good(const sightline_points& scan) {
+  return scan.count < (std::size_t{1} << 31) && (scan.count == 0 || scan.first != nullptr);
+}
+
+// What a call answers that is refused.
+void put_start(const double T_world_start[12], sightline_match& answer) {
+  answer = {};
+  std::copy_n(T_world_start, 12, answer.T_world_vehicle);
+  answer.stop = SIGHTLINE_NO_POINTS;
+}
+
+void put(const MatchResult& found, const MapFrame& frame, sightline_match& answer) {
+  put(rebase(found.T_map_sensor, frame, MapFrame{}), answer.T_world_vehicle);
+  Eigen::Map<Matrix6d>(answer.covariance, 6, 6) = found.covariance;  // symmetric
+  answer.score = found.score;
+  answer.nearest_voxel_likelihood = found.nearest_voxel_likelihood;
+  answer.work = found.work;
+  answer.iterations = found.iterations;
+  answer.stop = static_cast<std::uint32_t>(found.stop);
+  answer.scored_points = found.scored_points;
+  answer.has_covariance = found.has_covariance ? 1 : 0;
+}
+
+// Checks the other arguments and fills the answer. `use` matches the workspace's scan from
+// T_map_start and tells how many points it matched in how many looks.
+template <class Use>
+int match_scan(const sightline_localizer& localizer, const sightline_points& scan,
+               const double T_world_start[12], sightline_match& answer, const Use& use) {
+  constexpr int kBadArgument = static_cast<int>(ErrorCode::kBadArgument);
+  const MapFrame& frame = localizer.map.ndt.frame;
+  const Pose T_world_given = pose_of(T_world_start);
+  if (!is_rigid(T_world_given) || !is_good(scan)) return kBadArgument;
+  const Pose T_map_start = rebase(T_world_given, MapFrame{}, frame);
+  const double away_m = T_map_start.translation().cwiseAbs().maxCoeff();
+  if (!(away_m < kMostCells * localizer.map.ndt.cell_m)) return kBadArgument;
+  try {
+    std::unique_ptr<Workspace> workspace = localizer.take_workspace();
+    std::vector<Eigen::Vector3d>& points_m = workspace->scan.points_m;
+    points_m.clear();
+    points_m.reserve(scan.count);
+    if (scan.is_double != 0) {
+      take_returns<double>(scan, points_m);
+    } else {
+      take_returns<float>(scan, points_m);
+    }
+    answer.dropped_count = static_cast<std::uint32_t>(scan.count - points_m.size());
+    const MatchResult found = use(*workspace, T_map_start, answer);
+    localizer.give_back(std::move(workspace));
+    put(found, frame, answer);
+    return 0;
+  } catch (const std::bad_alloc&) {
+    put_start(T_world_start, answer);
+    return static_cast<int>(ErrorCode::kOutOfMemory);
+  }
+}
+
+}  // namespace
+}  // namespace sightline
+
+using namespace sightline;
+
+extern "C" {
+
+int sightline_localizer_open(const char* path, const sightline_localizer_options* options,
+                             sightline_localizer** localizer, char* message,
+                             std::size_t message_size) {
+  *localizer = nullptr;
+  copy_message("", message, message_size);
+  try {
+    Result<VehicleMap> map =
+        open_map(path, options == nullptr ? sightline_localizer_options{} : *options);
+    if (map) {
+      *localizer = new sightline_localizer(*std::move(map));
+      return 0;
+    }
+    copy_message(to_string(map.error()), message, message_size);
+    return static_cast<int>(map.error().code);
+  } catch (const std::bad_alloc&) {
+    copy_message("out of memory", message, message_size);
+    return static_cast<int>(ErrorCode::kOutOfMemory);
+  }
+}
+
+void sightline_localizer_close(sightline_localizer* localizer) { delete localizer; }
+
+void sightline_localizer_get_info(const sightline_localizer* localizer,
+                                  sightline_localizer_info* info) {
+  const VehicleMap& map = localizer->map;
+  Eigen::Map<Eigen::Vector3d>(info->origin_world_m) = map.ndt.frame.origin_world_m;
+  info->cell_m = map.ndt.cell_m;
+  put(map.sensor.T_vehicle_lidar, info->T_vehicle_sensor);
+  info->leaf_m = map.leaf_m;
+  info->localizer = map.localizer.c_str();
+  info->kernel = localizer->kernel.c_str();
+  info->nds = localizer->nds.data();
+  info->nd_count = localizer->nds.size();
+}
+
+int sightline_localizer_match(const sightline_localizer* localizer, const sightline_points* scan,
+                              const double T_world_start[12], const sightline_look* look,
+                              sightline_match* match) {
+  put_start(T_world_start, *match);
+  const Look chosen = look_of(*look);
+  if (!validate(chosen)) return static_cast<int>(ErrorCode::kBadArgument);
+  return match_scan(*localizer, *scan, T_world_start, *match,
+                    [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) {
+                      workspace.matcher.take(workspace.scan, chosen);
+                      const MatchResult found = workspace.matcher.match(T_map_start);
+                      answer.point_count =
+                          static_cast<std::uint32_t>(workspace.matcher.point_count());
+                      answer.look_count = 1;
+                      return found;
+                    });
+}
+
+int sightline_localizer_match_plan(const sightline_localizer* localizer,
+                                   const sightline_points* scan, const double T_world_start[12],
+                                   const sightline_look_plan* plan, sightline_match* match) {
+  if (plan->has_second == 0) {
+    return sightline_localizer_match(localizer, scan, T_world_start, &plan->first, match);
+  }
+  put_start(T_world_start, *match);
+  const LookPlan chosen = plan_of(*plan);
+  if (!validate(chosen)) return static_cast<int>(ErrorCode::kBadArgument);
+  const PlannedLocalizer planned{localizer->samples, localizer->map.sensor, chosen};
+  return match_scan(*localizer, *scan, T_world_start, *match,
+                    [&](Workspace& workspace, const Pose& T_map_start, sightline_match& answer) {
+                      const PlannedMatch found = localize_in_looks(
+                          planned, workspace.scan, {T_map_start, true}, workspace.planned);
+                      answer.point_count =
+                          static_cast<std::uint32_t>(workspace.planned.cut.points_m.size());
+                      answer.look_count = found.look_count;
+                      return found.match;
+                    });
+}
+
+const char* sightline_localizer_version(void) {
+  static const std::string kVersion = program_version();
+  return kVersion.c_str();
+}
+
+}  // extern "C"

@@ -1,0 +1,130 @@
+#ifndef SIGHTLINE_LOCALIZER_H
+#define SIGHTLINE_LOCALIZER_H
+
+/* Where a vehicle is: the C interface of the localizer whose errors a map foretells as "searching".
+ *
+ * Functions return 0 or the stable number of an error (schemas/error_codes.md). A localizer may be
+ * used from several threads at once. Poses are the upper three rows of a 4 x 4 matrix, row by row:
+ * T_a_b takes coordinates in frame b to coordinates in frame a. The world is the map's: that of the
+ * recording, or of the point cloud's file. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "formats/reader/sightline_reader.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#ifdef __GNUC__
+#pragma GCC visibility push(default)
+#endif
+
+typedef struct sightline_localizer sightline_localizer;
+
+/* All zeros: what a map says, and the compiler's own numbers for a point cloud. */
+typedef struct sightline_localizer_options {
+  double cell_m;                  /* edge of an NDT cell made of a point cloud; 0: 2 m */
+  int least_points;               /* that such a cell needs; 0: 10 */
+  int threads;                    /* that open a point cloud; 0: all there are */
+  double azimuth_step_deg;        /* of the sensor; 0: the map's, of a point cloud 0.2 */
+  const double* T_vehicle_sensor; /* 12 numbers; NULL: the map's, of a point cloud the identity */
+} sightline_localizer_options;
+
+/* Points of one scan in the sensor's frame, in metres, as they lie in memory: x, y and z follow
+ * each other. Those that are not finite or exactly (0,0,0) are no returns and are left out. */
+typedef struct sightline_points {
+  const void* first;   /* x of the first point */
+  size_t count;        /* less than 2^31 */
+  size_t stride_bytes; /* from one point's x to the next point's */
+  int is_double;       /* 1: double, 0: float */
+} sightline_points;
+
+/* Why a match ended. */
+#define SIGHTLINE_CONVERGED 0u
+#define SIGHTLINE_ITERATION_LIMIT 1u
+#define SIGHTLINE_NO_POINTS 2u  /* the look takes none of this scan: the pose is the start */
+#define SIGHTLINE_NO_OVERLAP 3u /* no point has a part of the map near: the pose is the start */
+
+typedef struct sightline_match {
+  double T_world_vehicle[12];
+  /* Inverse of the score's Hessian, row by row; order dx dy dz wx wy wz, world axes, m and rad. It
+   * treats points as independent, so it ranks and is no accuracy. 0 without has_covariance. */
+  double covariance[36];
+  double score;
+  double nearest_voxel_likelihood; /* mean over scored points of the largest single term */
+  uint64_t work;                   /* points x iterations: a stand-in for time that never varies */
+  int32_t iterations;
+  uint32_t stop;
+  uint32_t point_count;   /* that were matched; of the last look */
+  uint32_t scored_points; /* of these, that have a part of the map near */
+  uint32_t dropped_count; /* points of the scan that are no returns */
+  int32_t look_count;     /* 1; 2 where a plan's second look followed */
+  int32_t has_covariance; /* 1 or 0 */
+  int32_t reserved;       /* 0 */
+} sightline_match;
+
+/* A normal distribution of the map. */
+typedef struct sightline_nd {
+  double mean_world_m[3];
+  double covariance_m2[6]; /* xx xy xz yy yz zz, raw */
+  uint32_t point_count;
+  uint32_t reserved;
+} sightline_nd;
+
+/* Pointers stay valid until sightline_localizer_close. */
+typedef struct sightline_localizer_info {
+  double origin_world_m[3]; /* of the frame that is matched in, near the map */
+  double cell_m;
+  double T_vehicle_sensor[12];
+  double leaf_m;         /* edge of the voxels that thin a scan */
+  const char* localizer; /* "searching": what the reader of this map is to be asked for */
+  const char* kernel;    /* "avx2": the fastest of this processor; all give the same bits */
+  const sightline_nd* nds;
+  size_t nd_count;
+} sightline_localizer_info;
+
+/* Opens what is localized in: a compiled map (.slmap), a point cloud (PCD, PLY, LAS, or any of them
+ * in gzip) or a folder of such clouds, as Autoware's. Of a cloud the normal distributions are
+ * computed as the compiler does. `options` may be NULL. On success *localizer is to be closed; on
+ * failure it is NULL, and the sentence that tells what was found goes to message (cut to
+ * message_size, always terminated), which may be NULL. Errors: those of reading a map or a cloud;
+ * empty-map (no cell has points enough), unsupported-format (points farther apart than a grid
+ * reaches), bad-value (an option). */
+int sightline_localizer_open(const char* path, const sightline_localizer_options* options,
+                             sightline_localizer** localizer, char* message, size_t message_size);
+
+/* NULL is fine. */
+void sightline_localizer_close(sightline_localizer* localizer);
+
+void sightline_localizer_get_info(const sightline_localizer* localizer,
+                                  sightline_localizer_info* info);
+
+/* The vehicle's pose by one look (see sightline_get_look; of a range alone range_m is set and all
+ * else is 0) from a start that is about a metre and a few degrees off at most; with look->settles
+ * from one that is nearly right. The answer to what can be matched is match->stop. Same points,
+ * start, map and look give the same bits on every machine. Errors: bad-argument (a start that is no
+ * rigid motion, or more than 2^29 cells from the map; a look that is none; too many points),
+ * out-of-memory; then *match is 0 but for the pose, which is the start. */
+int sightline_localizer_match(const sightline_localizer* localizer, const sightline_points* scan,
+                              const double T_world_start[12], const sightline_look* look,
+                              sightline_match* match);
+
+/* The same by a plan (see sightline_get_look_plan) for a vehicle that tracks: T_world_start is
+ * where it foretells itself, and the second look follows where the first one's match is doubted. A
+ * plan without a second look is its first. */
+int sightline_localizer_match_plan(const sightline_localizer* localizer,
+                                   const sightline_points* scan, const double T_world_start[12],
+                                   const sightline_look_plan* plan, sightline_match* match);
+
+/* "0.1.0": of the library that answers. */
+const char* sightline_localizer_version(void);
+
+#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif
+#ifdef __cplusplus
+}
+#endif
+
+#endif

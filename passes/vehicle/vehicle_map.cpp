@@ -1,0 +1,122 @@
+#include "passes/vehicle/vehicle_map.h"
+
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "formats/base/regular_file.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/recording/scan_files.h"
+#include "formats/map/map_reader.h"
+#include "passes/map/build_ndt.h"
+#include "passes/matching/localizer.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::string_view kBeginningOfMap = "\x89SLM";
+constexpr double kCellsOfTile = 32.0;
+constexpr double kMostCells = 0x1.0p29;
+
+bool is_own(const LocalizerProfile& profile) {
+  return profile.name == localizer_name(LocalizerKind::kPlain) ||
+         profile.name == localizer_name(LocalizerKind::kAnnealed) ||
+         profile.name == localizer_name(LocalizerKind::kSearching);
+}
+
+Result<VehicleMap> read_compiled(const std::filesystem::path& path) {
+  SIGHTLINE_ASSIGN(CompiledMap map, read_map(path));
+  VehicleMap result;
+  result.ndt = std::move(map.ndt);
+  result.sensor = map.sensor;
+  const LocalizerProfile& measured = map.measurement.localizer;
+  if (!is_own(measured)) return result;
+  result.localizer = measured.name;
+  result.coarse_cells = static_cast<int>(map.measurement.coarse_cells);
+  result.leaf_m = map.measurement.leaf_m;
+  result.takes_every_return = took_every_return(measured);
+  return result;
+}
+
+// In the order of the files.
+Result<std::vector<Eigen::Vector3d>> read_points(const std::filesystem::path& path) {
+  std::vector<std::filesystem::path> files = {path};
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    SIGHTLINE_ASSIGN(files, list_scan_files(path));
+  }
+  std::vector<Eigen::Vector3d> points_m;
+  for (const std::filesystem::path& file : files) {
+    SIGHTLINE_ASSIGN(const PointCloudFile cloud, read_point_cloud(file));
+    points_m.insert(points_m.end(), cloud.points_m.begin(), cloud.points_m.end());
+  }
+  return points_m;
+}
+
+Result<VehicleMap> read_cloud(const std::filesystem::path& path, const VehicleMapOptions& options) {
+  SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> points_m, read_points(path));
+  Eigen::Vector3d low_m = points_m.front();
+  Eigen::Vector3d high_m = low_m;
+  for (const Eigen::Vector3d& point_m : points_m) {
+    low_m = low_m.cwiseMin(point_m);
+    high_m = high_m.cwiseMax(point_m);
+  }
+  const double tile_m = kCellsOfTile * options.cell_m;
+  const double reach_m = kMostCells * options.cell_m;
+  const bool fits = low_m.cwiseAbs().maxCoeff() < reach_m && high_m.cwiseAbs().maxCoeff() < reach_m;
+  if (!fits) {
+    return Error{ErrorCode::kUnsupportedFormat,
+                 "a point lies farther from the origin than 2^29 cells: are these metres?",
+                 path.string(), ""};
+  }
+  const MapFrame frame = frame_near(low_m, tile_m);
+  for (Eigen::Vector3d& point_m : points_m) point_m -= frame.origin_world_m;
+  VehicleMap map;
+  map.ndt = ndt_from_points(
+      points_m, frame,
+      {.cell_m = options.cell_m, .tile_m = tile_m, .min_points = options.min_points},
+      options.threads);
+  if (!map.ndt.nds.empty()) return map;
+  return Error{ErrorCode::kEmptyMap,
+               "none of " + std::to_string(map.ndt.sparse_cell_count) + " cells of " +
+                   std::to_string(options.cell_m) + " m has " + std::to_string(options.min_points) +
+                   " points: was the cloud thinned?",
+               path.string(), ""};
+}
+
+Result<VehicleMap> read_either(const std::filesystem::path& path,
+                               const VehicleMapOptions& options) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return read_cloud(path, options);
+  SIGHTLINE_ASSIGN(const std::string beginning,
+                   read_beginning(path.string(), kBeginningOfMap.size()));
+  const bool is_map = path.extension() == ".slmap" || beginning == kBeginningOfMap;
+  return is_map ? read_compiled(path) : read_cloud(path, options);
+}
+
+Result<void> check(const VehicleMapOptions& options) {
+  const double azimuth_step_deg = options.azimuth_step_deg.value_or(0.2);
+  const bool is_good = options.cell_m >= 0.1 && options.cell_m <= 100.0 &&
+                       options.min_points >= 3 && options.threads >= 0 && azimuth_step_deg > 0.0 &&
+                       azimuth_step_deg <= 10.0 &&
+                       is_rigid(options.T_vehicle_sensor.value_or(Pose::Identity()));
+  if (is_good) return {};
+  return Error{ErrorCode::kBadValue,
+               "expected cells of 0.1 to 100 m, 3 points or more, no fewer than 0 threads, an "
+               "azimuth step of at most 10 degrees and a place of the sensor that is a rotation "
+               "and a translation",
+               "", "options of the localizer"};
+}
+
+}  // namespace
+
+Result<VehicleMap> read_vehicle_map(const std::filesystem::path& path,
+                                    const VehicleMapOptions& options) {
+  SIGHTLINE_TRY(check(options));
+  SIGHTLINE_ASSIGN(VehicleMap map, read_either(path, options));
+  if (options.azimuth_step_deg) map.sensor.azimuth_step_deg = *options.azimuth_step_deg;
+  if (options.T_vehicle_sensor) map.sensor.T_vehicle_lidar = *options.T_vehicle_sensor;
+  return map;
+}
+
+}  // namespace sightline

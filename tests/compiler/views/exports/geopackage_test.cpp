@@ -1,0 +1,99 @@
+#include "compiler/views/exports/geopackage.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <cstring>
+
+#include "compiler/views/exports/qgis_style.h"
+#include "compiler/views/exports/site_properties.h"
+#include "tests/formats/map/random_map.h"
+
+// What is written, by SQLite and the letters of OGC 12-128r17. tests/system/exports_test.cpp reads
+// the same by GDAL.
+
+namespace sightline {
+namespace {
+
+struct Opened {
+  explicit Opened(std::vector<std::byte> content) : bytes(std::move(content)) {
+    EXPECT_EQ(sqlite3_open(":memory:", &database), SQLITE_OK);
+    auto* begin = reinterpret_cast<unsigned char*>(bytes.data());
+    const auto size = static_cast<sqlite3_int64>(bytes.size());
+    EXPECT_EQ(sqlite3_deserialize(database, "main", begin, size, size, SQLITE_DESERIALIZE_READONLY),
+              SQLITE_OK);
+  }
+  Opened(const Opened&) = delete;
+  Opened& operator=(const Opened&) = delete;
+  ~Opened() { sqlite3_close(database); }
+
+  // The first column of the first row, as bytes.
+  std::string value(const std::string& sql) const {
+    sqlite3_stmt* statement = nullptr;
+    EXPECT_EQ(sqlite3_prepare_v2(database, sql.c_str(), -1, &statement, nullptr), SQLITE_OK) << sql;
+    EXPECT_EQ(sqlite3_step(statement), SQLITE_ROW) << sql;
+    const auto* blob = static_cast<const char*>(sqlite3_column_blob(statement, 0));
+    const std::string text(blob, static_cast<std::size_t>(sqlite3_column_bytes(statement, 0)));
+    sqlite3_finalize(statement);
+    return text;
+  }
+
+  std::vector<std::byte> bytes;
+  sqlite3* database = nullptr;
+};
+
+TEST(GeoPackage, HoldsEverySiteAndRunWithWhatTheMapSays) {
+  const CompiledMap map = random_map({.seed = 5});
+  const Result<std::vector<std::byte>> package = to_geopackage(map, World{});
+  ASSERT_TRUE(package);
+  EXPECT_EQ(*package, *to_geopackage(map, World{}));
+  const Opened opened(*package);
+  EXPECT_EQ(opened.value("PRAGMA application_id"), "1196444487");
+  EXPECT_EQ(opened.value("PRAGMA integrity_check"), "ok");
+  EXPECT_EQ(opened.value("SELECT count(*) FROM sites"), std::to_string(map.sites.sites.size()));
+  EXPECT_EQ(opened.value("SELECT count(*) FROM route"), "2");
+  EXPECT_EQ(opened.value("SELECT srs_id FROM gpkg_geometry_columns WHERE table_name = 'sites'"),
+            "-1");
+  EXPECT_EQ(opened.value("SELECT count(*) FROM layer_styles WHERE useAsDefault"), "2");
+  const std::size_t site = 7;
+  const std::string point = opened.value("SELECT geom FROM sites WHERE site = 7");
+  ASSERT_EQ(point.size(), 8U + 5U + 24U);
+  EXPECT_EQ(point.substr(0, 4), std::string("GP\0\1", 4));
+  double x_m = 0.0;
+  std::memcpy(&x_m, point.data() + 13, sizeof x_m);
+  EXPECT_EQ(x_m, map.sites.sites[site].p_map_m.x() + map.sites.frame.origin_world_m.x());
+  for (const auto& [name, value] : site_properties(map, site)) {
+    const std::string found = opened.value("SELECT \"" + name + "\" FROM sites WHERE site = 7");
+    if (const auto* text = std::get_if<std::string>(&value)) {
+      EXPECT_EQ(found, *text);
+    }
+    if (const auto* real = std::get_if<double>(&value)) {
+      EXPECT_NEAR(std::stod(found), *real, 1e-12 * std::abs(*real));
+    }
+    if (const auto* truth = std::get_if<bool>(&value)) {
+      EXPECT_EQ(found, *truth ? "1" : "0");
+    }
+  }
+}
+
+TEST(GeoPackage, NamesTheZoneOfItsCoordinates) {
+  const CompiledMap map = random_map({.seed = 5});
+  const World square = *parse_world("mgrs:32UMV");
+  const Opened opened(*to_geopackage(map, square));
+  EXPECT_EQ(opened.value("SELECT srs_id FROM gpkg_contents WHERE table_name = 'sites'"), "32632");
+  const std::string point = opened.value("SELECT geom FROM sites WHERE site = 0");
+  double y_m = 0.0;
+  std::memcpy(&y_m, point.data() + 21, sizeof y_m);
+  EXPECT_EQ(y_m, map.sites.sites[0].p_map_m.y() + map.sites.frame.origin_world_m.y() + 5.4e6);
+}
+
+TEST(QgisStyle, HasAClassForEveryRange) {
+  const std::string style = qgis_range_style("range_m_within_0.1_m", {10.0, 20.0, 50.0});
+  for (const char* value : {"value=\"10\"", "value=\"20\"", "value=\"50\""}) {
+    EXPECT_NE(style.find(value), std::string::npos) << value;
+  }
+  EXPECT_NE(style.find("attr=\"range_m_within_0.1_m\""), std::string::npos);
+}
+
+}  // namespace
+}  // namespace sightline

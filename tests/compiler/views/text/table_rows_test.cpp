@@ -1,0 +1,54 @@
+#include "compiler/views/text/table_rows.h"
+
+#include <gtest/gtest.h>
+
+#include "formats/annotation/factor_table.h"
+
+namespace sightline {
+namespace {
+
+// Two sites, two ranges and one look, which has a factor more.
+Table two_kinds() {
+  FactorTable ranges;
+  ranges.looks = every_return_at({10.0, 20.0});
+  ranges.factors = {"feature_count"};
+  ranges.site_count = 2;
+  ranges.values = {1.0, 2.0, 3.0, 4.0};
+  FactorTable samples = ranges;
+  samples.looks = {{.range_m = 100.0, .return_count = 650, .point_count = 40}};
+  samples.factors = {"feature_count", "match_cost"};
+  samples.values = {5.0, 6.0, 7.0, 8.0};
+  ranges.of_samples = {samples};
+  return dump(ranges);
+}
+
+TEST(KeepLooks, LeavesObservationRangesAsTheyStoodBeforeLooks) {
+  Table table = two_kinds();
+  keep_looks(KeptLooks::kRanges, table);
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"site", "range_m", "feature_count"}));
+  ASSERT_EQ(table.rows.size(), 4U);
+  EXPECT_EQ(table.rows[3], (std::vector<Cell>{std::int64_t{1}, 20.0, 4.0}));
+}
+
+TEST(KeepLooks, LeavesLooksThatTakeASampleWithTheirName) {
+  Table table = two_kinds();
+  keep_looks(KeptLooks::kSamples, table);
+  EXPECT_EQ(table.columns,
+            (std::vector<std::string>{"site", "range_m", "look", "feature_count", "match_cost"}));
+  ASSERT_EQ(table.rows.size(), 2U);
+  EXPECT_EQ(table.rows[1][2], Cell(std::string("100 m, 650 returns, 40 points")));
+}
+
+TEST(KeepLooks, LeavesATableThatTellsOfNoLooks) {
+  Table table;
+  table.name = "sites";
+  table.columns = {"site", "name"};
+  table.rows = {{std::int64_t{0}, std::string()}};
+  const Table before = table;
+  keep_looks(KeptLooks::kRanges, table);
+  EXPECT_EQ(table.columns, before.columns);
+  EXPECT_EQ(table.rows, before.rows);
+}
+
+}  // namespace
+}  // namespace sightline

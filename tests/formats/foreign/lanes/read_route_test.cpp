@@ -1,0 +1,207 @@
+#include "formats/foreign/lanes/read_route.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "formats/base/random.h"
+#include "formats/foreign/lanes/route_parsers.h"
+#include "tests/formats/foreign/foreign_files.h"
+
+namespace sightline {
+namespace {
+
+// A straight lanelet along +x from (0, 0) to (10, 0), 4 m wide; its right way is written backwards.
+constexpr std::string_view kLanelet = R"(<?xml version="1.0"?>
+<osm version="0.6">
+  <node id="1" lat="" lon=""><tag k="local_x" v="0"/><tag k="local_y" v="2"/><tag k="ele" v="5"/></node>
+  <node id="2" lat="" lon=""><tag k="local_x" v="10"/><tag k="local_y" v="2"/><tag k="ele" v="5"/></node>
+  <node id="3" lat="" lon=""><tag k="local_x" v="10"/><tag k="local_y" v="-2"/><tag k="ele" v="7"/></node>
+  <node id="4" lat="" lon=""><tag k="local_x" v="0"/><tag k="local_y" v="-2"/><tag k="ele" v="7"/></node>
+  <way id="11"><nd ref="1"/><nd ref="2"/></way>
+  <way id="12"><nd ref="3"/><nd ref="4"/></way>
+  <relation id="100">
+    <member type="way" role="LEFT" ref="11"/><member type="way" role="RIGHT" ref="12"/>
+    <tag k="type" v="lanelet"/><tag k="subtype" v="SUBTYPE"/><tag k="one_way" v="ONE_WAY"/>
+  </relation>
+</osm>
+)";
+
+std::string replaced(std::string text, const std::string& word, const std::string& by) {
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word)) {
+    text.replace(at, word.size(), by);
+  }
+  return text;
+}
+
+std::string lanelet(const std::string& left = "left", const std::string& right = "right",
+                    const std::string& subtype = "road", const std::string& one_way = "yes") {
+  std::string text = replaced(std::string(kLanelet), "LEFT", left);
+  text = replaced(text, "RIGHT", right);
+  text = replaced(text, "SUBTYPE", subtype);
+  return replaced(text, "ONE_WAY", one_way);
+}
+
+class ReadRoute : public testing::Test {
+ protected:
+  Result<Route> read(const std::string& name, std::string_view text,
+                     const std::string& world = "local") {
+    return read_route(folder_.write(name, text), *parse_world(world));
+  }
+  ErrorCode refusal(const std::string& name, std::string_view text,
+                    const std::string& world = "local") {
+    const Result<Route> route = read(name, text, world);
+    EXPECT_FALSE(route.has_value()) << text;
+    return route ? ErrorCode{} : route.error().code;
+  }
+  ScratchFolder folder_;
+};
+
+TEST_F(ReadRoute, ALaneletIsFollowedBetweenItsSidesInItsDirection) {
+  const Result<Route> route = read("lanes.osm", lanelet());
+  ASSERT_TRUE(route.has_value()) << to_string(route.error());
+  ASSERT_EQ(route->lines.size(), 1U);
+  const RouteLine& line = route->lines[0];
+  EXPECT_EQ(line.name, "lanelet 100");
+  EXPECT_FALSE(line.is_both_ways);
+  EXPECT_EQ(line.heights, RouteHeights::kRoad);
+  EXPECT_EQ(line.points_world_m.front(), Eigen::Vector3d(0.0, 0.0, 6.0));
+  EXPECT_EQ(line.points_world_m.back(), Eigen::Vector3d(10.0, 0.0, 6.0));
+}
+
+// Which way is on the left decides, not the order of the nodes.
+TEST_F(ReadRoute, SidesThatAreSwappedTurnTheLaneRound) {
+  const Result<Route> route = read("lanes.osm", lanelet("right", "left"));
+  ASSERT_TRUE(route.has_value());
+  EXPECT_EQ(route->lines[0].points_world_m.front(), Eigen::Vector3d(10.0, 0.0, 6.0));
+  EXPECT_EQ(route->lines[0].points_world_m.back(), Eigen::Vector3d(0.0, 0.0, 6.0));
+}
+
+TEST_F(ReadRoute, OnlyALaneThatIsNoOneWayStreetGoesBothWays) {
+  EXPECT_TRUE(read("lanes.osm", lanelet("left", "right", "road", "no"))->lines[0].is_both_ways);
+}
+
+TEST_F(ReadRoute, WhereNoVehicleDrivesThereIsNoRoute) {
+  EXPECT_EQ(refusal("lanes.osm", lanelet("left", "right", "crosswalk")), ErrorCode::kMissingField);
+}
+
+TEST_F(ReadRoute, LatitudesAreNoPlaceInALocalWorld) {
+  std::string text = lanelet();
+  text = replaced(text, "local_", "other_");
+  EXPECT_EQ(refusal("lanes.osm", text), ErrorCode::kMissingField);
+  text = replaced(text, "lat=\"\" lon=\"\"", "lat=\"48.98\" lon=\"8.39\"");
+  const Result<Route> route = read("lanes.osm", text, "utm:32N");
+  EXPECT_FALSE(route.has_value()) << "four nodes at one place are no lane";
+  EXPECT_EQ(route.error().code, ErrorCode::kMissingField);
+}
+
+TEST_F(ReadRoute, LatitudesAreLaidIntoTheWorldNamed) {
+  const World world = *parse_world("utm:32N");
+  const Result<Route> route = read("route.geojson", R"({"type": "FeatureCollection", "features": [
+      {"type": "Feature", "geometry": {"type": "Point", "coordinates": [8.0, 48.0]}},
+      {"type": "Feature", "geometry": {"type": "LineString",
+        "coordinates": [[8.39, 48.98], [8.391, 48.98]]}}]})",
+                                   "utm:32N");
+  ASSERT_TRUE(route.has_value()) << to_string(route.error());
+  ASSERT_EQ(route->lines.size(), 1U);
+  EXPECT_EQ(route->lines[0].heights, RouteHeights::kNone);
+  const Result<Geodetic> back = to_geodetic(world, route->lines[0].points_world_m[1]);
+  EXPECT_NEAR(back->longitude_deg, 8.391, 1e-9);
+  EXPECT_NEAR(back->latitude_deg, 48.98, 1e-9);
+}
+
+TEST_F(ReadRoute, GeoJsonInDegreesIsNoneOfALocalMap) {
+  EXPECT_EQ(refusal("route.geojson",
+                    R"({"type": "LineString", "coordinates": [[8.39, 48.98], [8.391, 48.98]]})"),
+            ErrorCode::kUnsupportedFormat);
+}
+
+TEST_F(ReadRoute, CsvLinesAreSetApartByAColumnOrAnEmptyLine) {
+  const Result<Route> named = read("a.csv", "line,x,y\nA,0,0\nA,1,0\nB,5,5\nB,6,5\nB,7,5\n");
+  ASSERT_TRUE(named.has_value()) << to_string(named.error());
+  ASSERT_EQ(named->lines.size(), 2U);
+  EXPECT_EQ(named->lines[1].points_world_m.size(), 3U);
+  EXPECT_EQ(named->lines[1].heights, RouteHeights::kNone);
+  const Result<Route> bare = read("b.csv", "0 0 2\n1 0 2\n\n5 5 2\n6 5 2\n");
+  ASSERT_TRUE(bare.has_value());
+  ASSERT_EQ(bare->lines.size(), 2U);
+  EXPECT_EQ(bare->lines[1].heights, RouteHeights::kRoad);
+  EXPECT_EQ(bare->lines[1].points_world_m[0], Eigen::Vector3d(5.0, 5.0, 2.0));
+}
+
+TEST_F(ReadRoute, ATrajectoryKeepsItsHeightsAndEndsWhereItJumps) {
+  const Result<Route> route =
+      read("poses.tum",
+           "0 0 0 1 0 0 0 1\n1 1 0 1 0 0 0 1\n2 1.05 0 1 0 0 0 1\n3 2 0 1 0 0 0 1\n"
+           "4 90 0 1 0 0 0 1\n5 91 0 1 0 0 0 1\n");
+  ASSERT_TRUE(route.has_value()) << to_string(route.error());
+  ASSERT_EQ(route->lines.size(), 2U);
+  EXPECT_EQ(route->lines[0].points_world_m.size(), 3U) << "standing still is no route";
+  EXPECT_EQ(route->lines[0].heights, RouteHeights::kVehicle);
+}
+
+TEST_F(ReadRoute, RefusesWhatHoldsNoLine) {
+  EXPECT_EQ(refusal("route.dxf", "0\n"), ErrorCode::kUnsupportedFormat);
+  EXPECT_EQ(refusal("a.csv", "x,y\n1,two\n"), ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("b.csv", "x,y\n1,2,3\n"), ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("c.csv", "x,y\n1,2\n"), ErrorCode::kMissingField);
+  EXPECT_EQ(refusal("d.csv", "a,b\n1,2\n"), ErrorCode::kMissingField);
+  EXPECT_EQ(refusal("a.geojson", "{"), ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("b.geojson", R"({"type": "LineString", "coordinates": [[1], [2]]})"),
+            ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("c.geojson", std::string(100'000, '[')), ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("a.osm", "<osm><node"), ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("b.osm", "<gpx/>"), ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("c.osm", replaced(lanelet(), "ref=\"12\"", "ref=\"13\"")),
+            ErrorCode::kMalformedText);
+}
+
+// Cut short at every byte and damaged at every byte: a route, or a refusal.
+TEST(Lanelets, DamagedOnesAreReadOrRefused) {
+  const std::string whole = lanelet();
+  const World world;
+  Random random(1);
+  std::size_t read_count = 0;
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(random.below(256));
+    for (const std::string& text : {whole.substr(0, at), damaged}) {
+      Route route;
+      if (!parse_lanelets({text, "lanes.osm", world}, route)) continue;
+      ++read_count;
+      EXPECT_TRUE(validate(route).has_value()) << text;
+    }
+  }
+  EXPECT_GT(read_count, 100U);
+}
+
+TEST(GeoJsonLines, DamagedOnesAreReadOrRefused) {
+  const std::string whole =
+      R"({"features": [{"geometry": {"type": "MultiLineString",
+          "coordinates": [[[1, 2], [3, 4, 5]], [[6, 7, 1], [8e2, 9, 1]]]}}]})";
+  const World world;
+  Random random(2);
+  for (int damage = 0; damage < 20'000; ++damage) {
+    std::string text = whole;
+    text[random.below(text.size())] = static_cast<char>(random.below(128));
+    text[random.below(text.size())] = "[]{},:\"0"[random.below(9)];
+    Route route;
+    if (!parse_geojson({text, "route.geojson", world}, route) || route.lines.empty()) continue;
+    EXPECT_TRUE(validate(route).has_value()) << text;
+  }
+}
+
+TEST_F(ReadRoute, IsTheSameWhenReadBackFromBytes) {
+  const Result<Route> route = read("lanes.osm", lanelet("left", "right", "road", "no"));
+  ASSERT_TRUE(route.has_value());
+  const std::vector<std::byte> bytes = to_bytes(*route);
+  const Result<Route> back = from_bytes<Route>(bytes);
+  ASSERT_TRUE(back.has_value());
+  EXPECT_EQ(to_bytes(*back), bytes);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_FALSE(from_bytes<Route>(std::span(bytes).first(size)).has_value());
+  }
+}
+
+}  // namespace
+}  // namespace sightline

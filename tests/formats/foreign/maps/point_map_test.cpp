@@ -1,0 +1,99 @@
+#include "formats/foreign/maps/point_map.h"
+
+#include <gtest/gtest.h>
+
+#include "formats/foreign/clouds/pcd_writer.h"
+#include "tests/formats/foreign/foreign_files.h"
+
+namespace sightline {
+namespace {
+
+class PointMapTest : public testing::Test {
+ protected:
+  // Two points, 5 m apart, the first of them here.
+  void write_square(const std::string& name, float x_m, float y_m) {
+    const PointXyzi points[] = {{x_m, y_m, 1.0F, 0.0F}, {x_m + 5.0F, y_m, 2.0F, 0.0F}};
+    ASSERT_TRUE(write_pcd_binary(folder_ / name, points).has_value());
+  }
+  ErrorCode refusal(const std::string& name) {
+    const Result<PointMap> map = open_point_map(folder_ / name, 1);
+    EXPECT_FALSE(map.has_value());
+    return map ? ErrorCode{} : map.error().code;
+  }
+  ScratchFolder folder_;
+};
+
+TEST_F(PointMapTest, AutowaresSquaresAreThoseOfItsMetadata) {
+  write_square("map/pointcloud_map.pcd/0_0.pcd", 0.0F, 0.0F);
+  write_square("map/pointcloud_map.pcd/20_0.pcd", 20.0F, 0.0F);
+  write_square("map/pointcloud_map.pcd/old.pcd", 900.0F, 0.0F);
+  folder_.write("map/pointcloud_map_metadata.yaml",
+                "x_resolution: 20.0\ny_resolution: 20.0\n20_0.pcd: [20, 0]\n0_0.pcd: [0, 0]\n");
+  const Result<PointMap> map = open_point_map(folder_ / "map", 2);
+  ASSERT_TRUE(map.has_value()) << to_string(map.error());
+  EXPECT_EQ(map->name, "map");
+  ASSERT_EQ(map->files.size(), 2U) << "a file that the metadata do not name is none of the map";
+  EXPECT_EQ(map->files[0].name, "0_0.pcd");
+  EXPECT_EQ(map->files[1].box_m.max().x(), 25.0);
+  // The folder of the squares names the same map.
+  const Result<PointMap> squares = open_point_map(folder_ / "map/pointcloud_map.pcd", 1);
+  ASSERT_TRUE(squares.has_value());
+  EXPECT_EQ(squares->digest, map->digest);
+  EXPECT_EQ(squares->name, "map");
+
+  const std::shared_ptr<const ScanStore> store = point_map_store(*map);
+  EXPECT_FALSE(store->has_origins()) << "nobody knows from where a map was seen";
+  const Result<Scan> piece = store->read(1);
+  ASSERT_TRUE(piece.has_value());
+  EXPECT_EQ(piece->points_m[0], Eigen::Vector3d(20.0, 0.0, 1.0));
+}
+
+TEST_F(PointMapTest, OneFileIsAMapToo) {
+  write_square("city.pcd", 100.0F, 50.0F);
+  const Result<PointMap> map = open_point_map(folder_ / "city.pcd", 1);
+  ASSERT_TRUE(map.has_value());
+  EXPECT_EQ(map->name, "city.pcd");
+  EXPECT_EQ(map->files[0].point_count, 2U);
+}
+
+TEST_F(PointMapTest, TheDigestNamesWhatTheFilesHold) {
+  write_square("a/1.pcd", 0.0F, 0.0F);
+  write_square("b/1.pcd", 0.0F, 0.0F);
+  write_square("c/1.pcd", 1.0F, 0.0F);
+  const auto digest = [&](const char* name) { return open_point_map(folder_ / name, 1)->digest; };
+  EXPECT_EQ(digest("a"), digest("b"));
+  EXPECT_NE(digest("a"), digest("c"));
+}
+
+TEST_F(PointMapTest, RefusesWhatIsNoMap) {
+  EXPECT_EQ(refusal("nowhere.pcd"), ErrorCode::kFileNotFound);
+  folder_.write("scan.bin", std::string(160, 'x'));
+  EXPECT_EQ(refusal("scan.bin"), ErrorCode::kUnsupportedFormat);
+  // A square that the metadata name is missing: a hole nobody would see.
+  write_square("hole/pointcloud_map.pcd/0_0.pcd", 0.0F, 0.0F);
+  folder_.write("hole/pointcloud_map_metadata.yaml", "0_0.pcd: [0, 0]\n20_0.pcd: [20, 0]\n");
+  EXPECT_EQ(refusal("hole"), ErrorCode::kFileNotFound);
+  folder_.write("bare/pointcloud_map_metadata.yaml", "x_resolution: 20.0\n");
+  EXPECT_EQ(refusal("bare"), ErrorCode::kMalformedText);
+}
+
+TEST_F(PointMapTest, RefusesDegrees) {
+  const PointXyzi points[] = {{8.3901F, 48.9801F, 110.0F, 0.0F}, {8.3911F, 48.9812F, 140.0F, 0.0F}};
+  ASSERT_TRUE(write_pcd_binary(folder_ / "degrees.pcd", points).has_value());
+  const Result<PointMap> map = open_point_map(folder_ / "degrees.pcd", 1);
+  ASSERT_FALSE(map.has_value());
+  EXPECT_EQ(map.error().code, ErrorCode::kUnsupportedFormat);
+  EXPECT_NE(map.error().message.find("degrees"), std::string::npos);
+}
+
+TEST_F(PointMapTest, RefusesAPieceThatChangedMeanwhile) {
+  write_square("city.pcd", 100.0F, 50.0F);
+  const Result<PointMap> map = open_point_map(folder_ / "city.pcd", 1);
+  ASSERT_TRUE(map.has_value());
+  const PointXyzi other[] = {{1.0F, 2.0F, 3.0F, 0.0F}, {9.0F, 2.0F, 3.0F, 0.0F}};
+  ASSERT_TRUE(write_pcd_binary(folder_ / "city.pcd", other, IfExists::kReplace).has_value());
+  EXPECT_EQ(point_map_store(*map)->read(0).error().code, ErrorCode::kMismatchedInputs);
+}
+
+}  // namespace
+}  // namespace sightline

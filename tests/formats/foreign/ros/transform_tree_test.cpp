@@ -1,0 +1,81 @@
+#include "formats/foreign/ros/transform_tree.h"
+
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+constexpr std::int64_t kTenth_ns = 100'000'000;
+
+StampedTransform moved(std::int64_t stamp_ns, const std::string& parent, const std::string& child,
+                       double x_m) {
+  StampedTransform transform{stamp_ns, parent, child, Pose::Identity()};
+  transform.T_parent_child.translation().x() = x_m;
+  return transform;
+}
+
+TransformTree driving() {
+  TransformTree tree;
+  for (int i = 0; i <= 10; ++i) tree.add(moved(i * kTenth_ns, "odom", "base_link", i), false);
+  tree.add(moved(0, "base_link", "lidar", 0.5), true);
+  return tree;
+}
+
+TEST(TransformTree, ComposesAtTheFastestTransform) {
+  TransformTree tree = driving();
+  tree.add(moved(0, "map", "odom", 100.0), false);
+  tree.add(moved(10 * kTenth_ns, "map", "odom", 110.0), false);
+  const Result<std::vector<PoseRow>> rows = tree.poses_of("lidar", "drive.mcap");
+  ASSERT_TRUE(rows.has_value()) << to_string(rows.error());
+  ASSERT_EQ(rows->size(), 11U);
+  EXPECT_EQ((*rows)[3].stamp_ns, 3 * kTenth_ns);
+  EXPECT_NEAR((*rows)[3].T_world_vehicle.translation().x(), 103.0 + 3.0 + 0.5, 1e-12);
+}
+
+TEST(TransformTree, EndsAtTheMapThatLiesOnEarth) {
+  TransformTree tree = driving();
+  tree.add(moved(0, "map", "odom", 100.0), false);
+  tree.add(moved(0, "earth", "map", 6e6), true);
+  const Result<std::vector<PoseRow>> rows = tree.poses_of("base_link", "drive.mcap");
+  ASSERT_TRUE(rows.has_value());
+  EXPECT_EQ(rows->front().T_world_vehicle.translation().x(), 100.0);
+}
+
+TEST(TransformTree, LeavesOutTimesThatATransformDoesNotCover) {
+  TransformTree tree = driving();
+  tree.add(moved(2 * kTenth_ns, "map", "odom", 100.0), false);
+  tree.add(moved(5 * kTenth_ns, "map", "odom", 100.0), false);
+  EXPECT_EQ(tree.poses_of("base_link", "drive.mcap")->size(), 4U);
+  // Later ones are too far away to say what was between.
+  tree.add(moved(50 * kTenth_ns, "map", "odom", 100.0), false);
+  EXPECT_EQ(tree.poses_of("base_link", "drive.mcap")->size(), 4U);
+}
+
+TEST(TransformTree, TakesAStaticTransformOnceHoweverOftenItIsSaid) {
+  TransformTree tree = driving();
+  tree.add(moved(3 * kTenth_ns, "base_link", "lidar", 0.75), true);
+  EXPECT_EQ(tree.fixed_pose("base_link", "lidar")->translation().x(), 0.75);
+  EXPECT_FALSE(tree.fixed_pose("odom", "lidar").has_value());  // it moves
+  EXPECT_FALSE(tree.fixed_pose("base_link", "camera").has_value());
+}
+
+TEST(TransformTree, RefusesWhatIsNoTree) {
+  const auto code = [](const TransformTree& tree, const std::string& frame) {
+    const Result<std::vector<PoseRow>> rows = tree.poses_of(frame, "drive.mcap");
+    return rows ? ErrorCode{} : rows.error().code;
+  };
+  EXPECT_EQ(code(driving(), "camera"), ErrorCode::kNoPoses);
+  EXPECT_EQ(code(TransformTree(), "base_link"), ErrorCode::kNoPoses);
+  TransformTree still;
+  still.add(moved(0, "map", "base_link", 1.0), false);
+  EXPECT_EQ(code(still, "base_link"), ErrorCode::kNoPoses);
+  TransformTree circle = driving();
+  circle.add(moved(0, "lidar", "odom", 1.0), false);
+  EXPECT_EQ(code(circle, "lidar"), ErrorCode::kMalformedPose);
+  TransformTree two_parents = driving();
+  two_parents.add(moved(0, "map", "base_link", 1.0), false);
+  EXPECT_EQ(code(two_parents, "lidar"), ErrorCode::kMalformedPose);
+}
+
+}  // namespace
+}  // namespace sightline

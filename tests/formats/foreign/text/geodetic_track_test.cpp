@@ -1,0 +1,127 @@
+#include "formats/foreign/text/geodetic_track.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/base/atomic_file.h"
+#include "formats/foreign/text/geodetic_parsers.h"
+#include "formats/foreign/text/pose_file.h"
+#include "tests/support/scratch_folder.h"
+
+// Files of tracks/, which write_tracks.py makes from the same drive with its own geodesy.
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+fs::path track_file(const std::string& name) { return fs::path(SIGHTLINE_TRACKS) / name; }
+
+TrackInWorld read_in(const fs::path& file, const std::string& world) {
+  EXPECT_TRUE(is_geodetic(file)) << file;
+  const Result<GeodeticTrack> track = read_geodetic_track(file);
+  EXPECT_TRUE(track) << to_string(track.error());
+  const Result<TrackInWorld> found = in_world(*track, world, file.string());
+  EXPECT_TRUE(found) << to_string(found.error());
+  return *found;
+}
+
+struct Form {
+  const char* name;
+  double tolerance_m;  // by the digits that the form holds
+  bool has_attitude;
+};
+
+void expect_truth(const Form& form) {
+  const std::vector<PoseRow> truth = *read_poses(track_file("truth.tum"), PoseFormat::kTum);
+  const TrackInWorld found = read_in(track_file(form.name), "local");
+  ASSERT_EQ(found.rows.size(), truth.size()) << form.name;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Pose error = truth[i].T_world_vehicle.inverse() * found.rows[i].T_world_vehicle;
+    EXPECT_LT(error.translation().norm(), form.tolerance_m) << form.name << " " << i;
+    if (form.has_attitude) {
+      EXPECT_LT((error.linear() - Eigen::Matrix3d::Identity()).norm(), 1e-8) << form.name;
+      EXPECT_EQ(found.rows[i].stamp_ns, truth[i].stamp_ns) << form.name;
+    }
+  }
+  EXPECT_THAT(found.warnings.back() + found.warnings.front(), HasSubstr("world: enu:49,8.4,115"));
+}
+
+TEST(GeodeticTrack, IsTheSameDriveInEveryForm) {
+  for (const Form& form :
+       {Form{"gnss.csv", 2e-6, true}, Form{"ins.csv", 2e-6, true}, Form{"track.nmea", 2e-6, true},
+        Form{"oxts", 2e-6, true}, Form{"oxts/data", 2e-6, true}}) {
+    expect_truth(form);
+  }
+}
+
+TEST(GeodeticTrack, WithoutHeadingLooksWhereItGoes) {
+  const TrackInWorld found = read_in(track_file("places.csv"), "enu:49,8.4,0");
+  ASSERT_EQ(found.rows.size(), 8U);
+  for (std::size_t i = 1; i + 1 < 8; ++i) {
+    const Eigen::Vector3d way_m = found.rows[i + 1].T_world_vehicle.translation() -
+                                  found.rows[i - 1].T_world_vehicle.translation();
+    const Eigen::Vector3d forward = found.rows[i].T_world_vehicle.linear().col(0);
+    EXPECT_GT(forward.dot(way_m.normalized()), 0.999) << i;
+  }
+  EXPECT_THAT(found.warnings, ::testing::Contains(HasSubstr("no height is told")));
+  EXPECT_THAT(found.warnings, ::testing::Contains(HasSubstr("direction of travel")));
+}
+
+// Grid north differs from true north by the convergence of the meridians, -0.45 degrees here (PROJ:
+// proj -S +proj=utm +zone=32).
+TEST(GeodeticTrack, InUtmIsTurnedToTheGrid) {
+  const TrackInWorld utm = read_in(track_file("gnss.csv"), "utm:32N");
+  const TrackInWorld square = read_in(track_file("gnss.csv"), "mgrs:32UMV");
+  const Eigen::Vector3d at_m = utm.rows.front().T_world_vehicle.translation();
+  EXPECT_NEAR(at_m.x(), 456'114.596, 0.01);
+  EXPECT_NEAR(at_m.y(), 5'427'629.204, 0.01);
+  EXPECT_LT(
+      (square.rows.front().T_world_vehicle.translation() + Eigen::Vector3d(4e5, 5.4e6, 0.0) - at_m)
+          .norm(),
+      1e-5);
+  const Eigen::Vector3d forward = utm.rows.front().T_world_vehicle.linear().col(0);
+  const double yaw_deg = std::atan2(forward.y(), forward.x()) * 180.0 / std::numbers::pi;
+  EXPECT_NEAR(yaw_deg, 0.3 * 180.0 / std::numbers::pi - 0.4529, 0.001);
+}
+
+TEST(GeodeticTrack, SaysWhatItSkips) {
+  const Result<GeodeticTrack> track = read_geodetic_track(track_file("track.nmea"));
+  EXPECT_THAT(track->warnings,
+              ::testing::Contains(HasSubstr("1 lines are no sentence with a right checksum")));
+  EXPECT_THAT(track->warnings, ::testing::Contains(HasSubstr("1 places without a fix")));
+}
+
+TEST(GeodeticTrack, RefusesWhatIsNone) {
+  const auto error_of = [](const std::string& text) {
+    const fs::path file = scratch_folder() / "track.csv";
+    EXPECT_TRUE(write_file_atomically(file, text, IfExists::kReplace));
+    const Result<GeodeticTrack> track = read_geodetic_track(file);
+    if (!track) return to_string(track.error());
+    const Result<TrackInWorld> found = in_world(*track, "local", "track.csv");
+    return found ? std::string("read") : to_string(found.error());
+  };
+  EXPECT_THAT(error_of("time,lat\n1,49\n"), HasSubstr("SL2008"));
+  EXPECT_THAT(error_of("lat,lon\n49\n"), HasSubstr("(line 2): found 1 columns, expected 2"));
+  EXPECT_THAT(error_of("lat,lon\n49,x\n"), HasSubstr("found 'x', expected a finite number"));
+  EXPECT_THAT(error_of("lat,lon\n149,8\n"), HasSubstr("expected a place on Earth"));
+  EXPECT_THAT(error_of("t,lat,lon\n2,49,8\n1,49,8\n"), HasSubstr("SL2012"));
+  EXPECT_THAT(error_of("lat,lon\n49,8\n49,8\n"), HasSubstr("add a column heading or yaw"));
+  EXPECT_THAT(error_of("lat,lon\n"), HasSubstr("found no pose"));
+  EXPECT_THAT(error_of("$GPGGA,1,4900.0,N\n"), HasSubstr("found no pose"));
+  const Result<GeodeticTrack> folder = read_geodetic_track(scratch_folder());
+  EXPECT_THAT(to_string(folder.error()), HasSubstr("KITTI's oxts"));
+}
+
+TEST(DateTime, IsReadAsUtc) {
+  EXPECT_EQ(parse_date_time_ns("1970-01-02", "00:00:01.5"), 86'401'500'000'000);
+  EXPECT_EQ(parse_date_time_ns("2011-09-26", "13:02:25.594360375"), 1317042145594360375);
+  for (const char* date : {"2011-13-26", "2011-02-30", "11-09-26", "2011/09/26", "1969-01-01"}) {
+    EXPECT_FALSE(parse_date_time_ns(date, "13:02:25")) << date;
+  }
+  EXPECT_FALSE(parse_date_time_ns("2011-09-26", "25:02:25"));
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,48 @@
+#include "formats/foreign/text/nuscenes_poses.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sightline {
+namespace {
+
+using ::testing::HasSubstr;
+
+// As the table of v1.0-mini looks.
+constexpr const char* kTable = R"([
+{"token": "b", "timestamp": 1532402927647951, "rotation": [0.7071067811865476, 0, 0, 0.7071067811865476],
+ "translation": [411.3, 1180.9, 0.0]},
+{"token": "a", "timestamp": 1532402927612460, "rotation": [1, 0, 0, 0], "translation": [410, 1180, 0]},
+{"token": "c", "timestamp": 1532402927612460, "rotation": [1, 0, 0, 0], "translation": [410, 1180, 0]}])";
+
+TEST(NuscenesPoses, AreReadByTimeWithWFirst) {
+  const Result<std::vector<PoseRow>> rows = parse_nuscenes_poses(kTable, "ego_pose.json");
+  ASSERT_TRUE(rows) << to_string(rows.error());
+  ASSERT_EQ(rows->size(), 2U);
+  EXPECT_EQ((*rows)[0].stamp_ns, 1'532'402'927'612'460'000);
+  EXPECT_EQ((*rows)[1].T_world_vehicle.translation(), Eigen::Vector3d(411.3, 1180.9, 0.0));
+  const Eigen::Vector3d forward = (*rows)[1].T_world_vehicle.linear().col(0);
+  EXPECT_LT((forward - Eigen::Vector3d::UnitY()).norm(), 1e-12) << "a quarter turn to the left";
+}
+
+TEST(NuscenesPoses, RefuseWhatIsNoTableOfThem) {
+  const auto error_of = [](const std::string& text) {
+    const Result<std::vector<PoseRow>> rows = parse_nuscenes_poses(text, "ego_pose.json");
+    return rows ? std::string("read") : to_string(rows.error());
+  };
+  for (const char* text : {"", "{}", "[]", "[1, 2]", "[{\"timestamp\": 1", "nothing"}) {
+    EXPECT_THAT(error_of(text), HasSubstr("SL2020")) << text;
+  }
+  EXPECT_THAT(error_of(R"([{"timestamp": 1, "rotation": [1, 0, 0], "translation": [1, 2, 3]}])"),
+              HasSubstr("SL2009"));
+  EXPECT_THAT(error_of(R"([{"timestamp": 1, "rotation": [2, 0, 0, 0], "translation": [1, 2, 3]}])"),
+              HasSubstr("SL2011"));
+  EXPECT_THAT(error_of(std::string(100'000, '[')), HasSubstr("SL2020"));
+  const std::string whole = kTable;
+  for (std::size_t cut = 0; cut < whole.size(); ++cut) {
+    EXPECT_NE(error_of(whole.substr(0, cut)), "read") << cut;
+  }
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,256 @@
+#include "tests/fuzz/foreign_seeds.h"
+
+#include <bzlib.h>
+#include <lz4frame.h>
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <map>
+
+#include "formats/base/check.h"
+#include "tests/fuzz/seed.h"
+
+namespace sightline {
+namespace {
+
+// ---- ROS 1 bags, written by hand.
+
+std::string record(char op, const std::map<std::string, std::string>& fields,
+                   const std::string& data) {
+  std::string header = sized(std::string("op=") + op);
+  for (const auto& [name, value] : fields) header += sized(name + "=" + value);
+  return sized(header) + sized(data);
+}
+
+std::string ros_header() { return raw(std::array<std::uint32_t, 3>{0, 7, 0}) + sized("lidar"); }
+
+std::string cloud() {
+  std::string bytes = ros_header() + raw(std::array<std::uint32_t, 3>{1, 2, 4});
+  const std::array<std::string, 4> names = {"x", "y", "z", "t"};
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    bytes += sized(names.at(i)) + raw(4 * i) + '\7' + raw(std::uint32_t{1});
+  }
+  bytes += '\0' + raw(std::array<std::uint32_t, 2>{16, 32});
+  return bytes + sized(raw(std::array<float, 8>{1, 2, 3, 0, 4, 5, 6, 0.1F})) + '\1';
+}
+
+std::string pose() { return ros_header() + raw(std::array<double, 7>{1, 2, 3, 0, 0, 0, 1}); }
+
+std::string connection(std::uint32_t number, const std::string& topic, const std::string& type) {
+  return record(7, {{"conn", raw(number)}, {"topic", topic}},
+                sized("topic=" + topic) + sized("type=" + type) + sized("md5sum=*") +
+                    sized("message_definition="));
+}
+
+std::string message(std::uint32_t number, std::uint32_t seconds, const std::string& bytes) {
+  return record(2, {{"conn", raw(number)}, {"time", raw(std::uint64_t{seconds})}}, bytes);
+}
+
+std::string packed(const std::string& compression, const std::string& bytes) {
+  std::string made(bytes.size() + 1000, '\0');
+  if (compression == "none") return bytes;
+  if (compression == "lz4") {
+    const std::size_t size =
+        LZ4F_compressFrame(made.data(), made.size(), bytes.data(), bytes.size(), nullptr);
+    SIGHTLINE_CHECK(LZ4F_isError(size) == 0);
+    return made.substr(0, size);
+  }
+  auto size = static_cast<unsigned>(made.size());
+  std::string source = bytes;
+  SIGHTLINE_CHECK(BZ2_bzBuffToBuffCompress(made.data(), &size, source.data(),
+                                           static_cast<unsigned>(source.size()), 9, 0, 0) == BZ_OK);
+  return made.substr(0, size);
+}
+
+// Two chunks: a scan and a pose, then a scan. Not closed: the index is not there.
+std::string bag(const std::string& compression, bool is_closed) {
+  const std::string connections = connection(0, "/points", "sensor_msgs/PointCloud2") +
+                                  connection(1, "/pose", "geometry_msgs/PoseStamped");
+  const std::array<std::string, 2> chunks = {
+      connections + message(0, 7, cloud()) + message(1, 7, pose()), message(0, 8, cloud())};
+  const auto header = [&](std::uint64_t index, std::uint32_t count) {
+    const std::map<std::string, std::string> fields = {
+        {"index_pos", raw(index)}, {"conn_count", raw(count)}, {"chunk_count", raw(count)}};
+    return "#ROSBAG V2.0\n" + record(3, fields, std::string(16, ' '));
+  };
+  std::string file = header(0, 0);
+  std::string index = connections;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const std::string counts = i == 0 ? raw(std::array<std::uint32_t, 4>{0, 1, 1, 1})
+                                      : raw(std::array<std::uint32_t, 2>{0, 1});
+    const auto connection_count = static_cast<std::uint32_t>(counts.size() / 8);
+    index += record(6,
+                    {{"ver", raw(std::uint32_t{1})},
+                     {"chunk_pos", raw(std::uint64_t{file.size()})},
+                     {"start_time", raw(std::uint64_t{7})},
+                     {"end_time", raw(std::uint64_t{8})},
+                     {"count", raw(connection_count)}},
+                    counts);
+    const auto size = static_cast<std::uint32_t>(chunks.at(i).size());
+    file += record(5, {{"compression", compression}, {"size", raw(size)}},
+                   packed(compression, chunks.at(i)));
+    for (std::uint32_t k = 0; k < connection_count; ++k) {
+      const std::map<std::string, std::string> fields = {
+          {"ver", raw(std::uint32_t{1})}, {"conn", raw(k)}, {"count", raw(std::uint32_t{1})}};
+      file += record(4, fields, raw(std::array<std::uint32_t, 3>{7 + i, 0, 0}));
+    }
+  }
+  if (!is_closed) return file;
+  return header(file.size(), 2) + file.substr(header(0, 0).size()) + index;
+}
+
+void add_bags(std::vector<Seed>& seeds) {
+  for (const char* compression : {"none", "bz2", "lz4"}) {
+    add_seed(seeds, std::string("bag/seed_") + compression, bag(compression, true));
+  }
+  add_seed(seeds, "bag/seed_not_closed", bag("none", false));
+}
+
+// ---- Captures: Ethernet, IPv4 and UDP around packets that turn by 90 degrees each 3 blocks.
+
+std::string big16(unsigned value) {
+  return {static_cast<char>(value >> 8U), static_cast<char>(value & 255U)};
+}
+
+std::string velodyne_packet(unsigned azimuth_cdeg, std::uint32_t hour_us, char product) {
+  std::string bytes;
+  for (unsigned block = 0; block < 12; ++block) {
+    bytes += "\xff\xee" + raw(static_cast<std::uint16_t>((azimuth_cdeg + 3000 * block) % 36000));
+    for (unsigned i = 0; i < 32; ++i) bytes += raw(std::uint16_t{5000}) + '\1';
+  }
+  return bytes + raw(hour_us) + '\x37' + product;
+}
+
+std::string captured(std::uint32_t us, const std::string& datagram) {
+  const auto size = static_cast<unsigned>(datagram.size());
+  std::string frame = std::string(12, '\1') + big16(0x0800) + "\x45" + '\0' + big16(28 + size);
+  frame += std::string(4, '\0') + "\x40\x11" + std::string(10, '\0');
+  frame += big16(2368) + big16(2368) + big16(8 + size) + big16(0) + datagram;
+  const auto length = static_cast<std::uint32_t>(frame.size());
+  return raw(std::array<std::uint32_t, 4>{1'700'000'000, us, length, length}) + frame;
+}
+
+std::string capture(char product) {
+  std::string file =
+      raw(std::array<std::uint32_t, 6>{0xa1b2c3d4U, 0x00040002U, 0U, 0U, 0x40000U, 1U});
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    file += captured(1327 * i, velodyne_packet(18000 + 1000 * i, 800'000'000 + 1327 * i, product));
+  }
+  return file;
+}
+
+// A section, an interface and a block for each packet.
+std::string pcapng(const std::string& classic) {
+  const auto block = [](std::uint32_t type, std::string body) {
+    body.resize((body.size() + 3) / 4 * 4);
+    const auto length = static_cast<std::uint32_t>(body.size() + 12);
+    return raw(type) + raw(length) + body + raw(length);
+  };
+  std::string file = block(0x0a0d0d0a, raw(0x1a2b3c4dU) + raw(1U) + std::string(8, '\xff'));
+  file += block(1, raw(1U) + raw(0U));
+  for (std::size_t at = 24; at < classic.size();) {
+    std::array<std::uint32_t, 4> head{};
+    std::memcpy(head.data(), classic.data() + at, sizeof head);
+    const std::uint64_t us = head[0] * std::uint64_t{1'000'000} + head[1];
+    file += block(6, raw(0U) + raw(static_cast<std::uint32_t>(us >> 32U)) +
+                         raw(static_cast<std::uint32_t>(us)) + raw(head[2]) + raw(head[3]) +
+                         classic.substr(at + 16, head[2]));
+    at += 16 + head[2];
+  }
+  return file;
+}
+
+void add_captures(std::vector<Seed>& seeds) {
+  add_seed(seeds, "pcap/seed_vlp16", capture('\x22'));
+  add_seed(seeds, "pcap/seed_hdl32", capture('\x21'));
+  add_seed(seeds, "pcap/seed_pcapng", pcapng(capture('\x22')));
+}
+
+// ---- Text. The first byte tells fuzz_poses what the file is.
+
+void add_poses(std::vector<Seed>& seeds) {
+  const auto with = [](char kind, const std::string& text) { return kind + text; };
+  add_seed(seeds, "poses/seed_stamps",
+           with(0, "# t\n1567410201.7452047\n1567410201845204734\n1.6e9\n"));
+  add_seed(seeds, "poses/seed_errors",
+           with(1, "scan,look,start,error\n0,10,0,0.042\n0,20,1,1e-3\n"));
+  add_seed(seeds, "poses/seed_kitti",
+           with(3, "1 0 0 1.5 0 1 0 -2 0 0 1 0.25\n0 -1 0 2 1 0 0 3 0 0 1 4\n"));
+  add_seed(seeds, "poses/seed_tum", with(4, "# tum\n1.5 1 2 3 0 0 0 1\n1.6,1,2,3,0,0,0.6,0.8\n"));
+  add_seed(seeds, "poses/seed_apollo",
+           with(5, "0 1.5 1 2 3 0 0 0 1\n7\t1.6\t1\t2\t3\t1\t0\t0\t0\n"));
+}
+
+// ---- What lies beside scans: the first byte tells fuzz_sensor what the file is.
+
+void add_beside_scans(std::vector<Seed>& seeds) {
+  const auto with = [](char kind, const std::string& text) { return kind + text; };
+  add_seed(seeds, "sensor/seed_gnss",
+           with(0,
+                "time,lat,lon,height,roll,pitch,heading\n1.5,49,8.4,115,0.1,-0.2,90\n"
+                "2.5,49.00001,8.4,115,0.1,-0.2,91\n"));
+  add_seed(seeds, "sensor/seed_places", with(0, "lat;lon_rad\n49;0.1466\n49.0001;0.1466\n"));
+  add_seed(seeds, "sensor/seed_nmea",
+           with(0,
+                "$GPGGA,123519.5,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,\n"
+                "$GPRMC,123519.5,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W\n"
+                "$GPHDT,274.07,T\n$PASHR,123519.5,84.4,T,0.1,-0.2,0,0,0,0\n"));
+  add_seed(seeds, "sensor/seed_beams",
+           with(1, "name: roof\nbeams_deg: [-15, -13.5, 2]\nazimuth_step_deg: 0.2\n"));
+  add_seed(seeds, "sensor/seed_even",
+           with(1, "beams: 32\nlowest_beam_deg: -16\nhighest_beam_deg: 15\nheight_m: 2\n"));
+  add_seed(seeds, "sensor/seed_hesai", with(2, "Channel,Elevation,Azimuth\n1,14.8,-1\n2,11,-1\n"));
+  add_seed(seeds, "sensor/seed_ouster",
+           with(3, R"({"beam_intrinsics":{"beam_altitude_angles":[20.1,0.5,-21]},)"
+                   R"("lidar_mode":"1024x10","prod_line":"OS-1-32"})"));
+  add_seed(seeds, "sensor/seed_tr", with(4, "P0: 1 2\nTr: 0 -1 0 0.1 0 0 -1 -0.2 1 0 0 -0.3\n"));
+  add_seed(seeds, "sensor/seed_imu", with(4, "R: 1 0 0 0 1 0 0 0 1\nT: -0.8 0.3 -0.8\n"));
+  add_seed(seeds, "sensor/seed_nuscenes",
+           with(5, R"([{"token":"a","timestamp":1532402927647951,"rotation":[0.8,0,0,0.6],)"
+                   R"("translation":[411.3,1180.9,0]},{"timestamp":1,"rotation":[1,0,0,0],)"
+                   R"("translation":[0,0,0]}])"));
+  const std::string head = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 4), }\n";
+  const std::string fields =
+      "{'descr': [('x', '<f4'), ('y', '>f4'), ('z', '<f8'), ('i', '|u1')], "
+      "'fortran_order': False, 'shape': (1,), }\n";
+  const auto npy = [](const std::string& text, const std::string& numbers) {
+    return std::string("\3\x93NUMPY\1\0", 9) + raw(static_cast<std::uint16_t>(text.size())) + text +
+           numbers;
+  };
+  add_seed(seeds, "clouds/seed_npy", npy(head, std::string(32, '\x3f')));
+  add_seed(seeds, "clouds/seed_npy_fields", npy(fields, std::string(17, '\x3f')));
+}
+
+void add_yaml(std::vector<Seed>& seeds) {
+  add_seed(
+      seeds, "config/seed_drives",
+      "annotation:\n  looks: paper\n  ranges_m: [10, 20.5, 40]\n  limits_m: [0.1, 0.25]\n"
+      "mapping: {name: a, scans: velodyne/, poses: poses.txt, pose_format: tum, rate_hz: 10}\n"
+      "mapping-2:\n  scans: b.bag\n  topic: /points\n  columns: x y z intensity\n"
+      "localization: &other\n  scans: c.pcap\n  sensor: vlp-16\n  lidar_yaw_deg: -1.5\n"
+      "evaluation: *other\n"
+      "import-errors: {file: e.csv, localizer: ours, parameters: \"a=1, b=2\", reference: known}\n"
+      "gate: {rules: {expected-coverage: 0.9}}\n---\n");
+  add_seed(
+      seeds, "gate/seed_rules",
+      "gate:\n  stretch_m: 50\n  fails_at: warning\n"
+      "  rules:\n    expected-coverage: {severity: warning, allowed: 0.9, at_limits: {0.1: 0.8}}\n"
+      "  exceptions:\n"
+      "    - {rule: \"*\", limit_m: 0.1, circle: [1, 2, 3.5], reason: r, until: 2027-02-28}\n"
+      "    - {rule: expected-coverage, box: [0, 0, 1, 1], reason: r, until: 2028-02-29}\n"
+      "    - rule: expected-coverage\n      route: {run: 0, from_m: 1, to_m: 2}\n"
+      "      reason: 'r'\n      until: \"2030-12-31\"\n");
+}
+
+}  // namespace
+
+void add_foreign_seeds(std::vector<Seed>& seeds) {
+  add_bags(seeds);
+  add_captures(seeds);
+  add_poses(seeds);
+  add_beside_scans(seeds);
+  add_yaml(seeds);
+}
+
+}  // namespace sightline

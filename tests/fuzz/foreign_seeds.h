@@ -1,0 +1,12 @@
+#pragma once
+
+#include <vector>
+
+#include "tests/fuzz/seed.h"
+
+namespace sightline {
+
+// Bags, captures, poses, configurations and rules of the gate.
+void add_foreign_seeds(std::vector<Seed>& seeds);
+
+}  // namespace sightline

@@ -1,0 +1,26 @@
+// The gate's rules and exceptions.
+
+#include <string>
+
+#include "compiler/gate/settings.h"
+#include "formats/base/check.h"
+#include "tests/fuzz/fuzz.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace sightline;
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  const Result<GateSettings> settings = parse_gate_settings(text);
+  if (!settings) {
+    const ErrorClass kind = error_class(settings.error().code);
+    SIGHTLINE_CHECK(kind == ErrorClass::kInput || kind == ErrorClass::kUsage);
+    SIGHTLINE_CHECK(!settings.error().message.empty());
+    return 0;
+  }
+  SIGHTLINE_CHECK(settings->rules.size() == default_gate_settings().rules.size());
+  for (const GateException& exception : settings->exceptions) {
+    SIGHTLINE_CHECK(is_date(exception.until));
+    SIGHTLINE_CHECK(days_between(exception.until, exception.until) == 0);
+    SIGHTLINE_CHECK(!exception.reason.empty());
+  }
+  return 0;
+}

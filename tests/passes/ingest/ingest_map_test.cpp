@@ -1,0 +1,81 @@
+#include "passes/ingest/ingest_map.h"
+
+#include "formats/foreign/clouds/pcd_writer.h"
+#include "passes/map/build_ndt.h"
+#include "passes/map/build_surface.h"
+#include "tests/formats/foreign/foreign_files.h"
+
+namespace sightline {
+namespace {
+
+// Level ground of 16 m from (from_m, 64), a point every step.
+std::vector<PointXyzi> ground(double from_m, double step_m) {
+  std::vector<PointXyzi> points;
+  for (double x_m = from_m + 0.5 * step_m; x_m < from_m + 16.0; x_m += step_m) {
+    for (double y_m = 64.0 + 0.5 * step_m; y_m < 80.0; y_m += step_m) {
+      points.push_back({static_cast<float>(x_m), static_cast<float>(y_m), 1.0F, 0.0F});
+    }
+  }
+  return points;
+}
+
+class IngestMapTest : public testing::Test {
+ protected:
+  IngestMapTest() {
+    ctx_.warning_sink = [this](const std::string& message) { warnings_.push_back(message); };
+  }
+  PointMap map_of_two(double step_m) {
+    EXPECT_TRUE(write_pcd_binary(folder_ / "map/0.pcd", ground(128.0, step_m), IfExists::kReplace)
+                    .has_value());
+    EXPECT_TRUE(write_pcd_binary(folder_ / "map/1.pcd", ground(144.0, step_m), IfExists::kReplace)
+                    .has_value());
+    return *open_point_map(folder_ / "map", 1);
+  }
+  ScratchFolder folder_;
+  std::vector<std::string> warnings_;
+  PassContext ctx_;
+};
+
+TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
+  const Result<SurfacePoints> points = ingest_map(ctx_, {}, map_of_two(0.1));
+  ASSERT_TRUE(points.has_value()) << to_string(points.error());
+  ASSERT_TRUE(validate(*points).has_value());
+  EXPECT_TRUE(warnings_.empty()) << warnings_.front();
+  EXPECT_EQ(points->frame.origin_world_m, Eigen::Vector3d(128.0, 64.0, 0.0));
+  EXPECT_EQ(points->standing_count, 2U * 160U * 160U);
+  const Result<NdtMap> ndt = build_ndt(ctx_, {}, *points);
+  ASSERT_TRUE(ndt.has_value());
+  EXPECT_EQ(ndt->nds.size(), 16U * 8U);
+  EXPECT_EQ(ndt->point_count, points->standing_count);
+  // No ray opens what nobody looked through.
+  const Result<Surface> surface = build_surface(ctx_, {}, *points);
+  ASSERT_TRUE(surface.has_value());
+  EXPECT_GE(surface->patches.size(), 64U * 32U);
+  // What comes from the cache finds its pieces again.
+  Result<SurfacePoints> cached = from_bytes<SurfacePoints>(to_bytes(*points));
+  ASSERT_TRUE(cached.has_value()) << to_string(cached.error());
+  reattach(*cached, map_of_two(0.1));
+  EXPECT_EQ(to_bytes(*build_ndt(ctx_, {}, *cached)), to_bytes(*ndt));
+}
+
+TEST_F(IngestMapTest, SaysHowThinAMapIsAndWhatThatCosts) {
+  ASSERT_TRUE(ingest_map(ctx_, {}, map_of_two(0.4)).has_value());
+  ASSERT_EQ(warnings_.size(), 1U);
+  EXPECT_NE(warnings_[0].find("6.2 points on a square metre"), std::string::npos) << warnings_[0];
+  EXPECT_NE(warnings_[0].find("has gaps"), std::string::npos);
+  EXPECT_EQ(warnings_[0].find("are lost"), std::string::npos);
+  ASSERT_TRUE(ingest_map(ctx_, {}, map_of_two(0.8)).has_value());
+  EXPECT_NE(warnings_[1].find("are lost"), std::string::npos) << warnings_[1];
+}
+
+TEST_F(IngestMapTest, RefusesAMapWiderThanAGrid) {
+  const std::vector<PointXyzi> far = {{0.0F, 1.0F, 0.0F, 0.0F}, {3e9F, 1.0F, 0.0F, 0.0F}};
+  ASSERT_TRUE(write_pcd_binary(folder_ / "far.pcd", far).has_value());
+  const Result<SurfacePoints> points =
+      ingest_map(ctx_, {}, *open_point_map(folder_ / "far.pcd", 1));
+  ASSERT_FALSE(points.has_value());
+  EXPECT_EQ(points.error().code, ErrorCode::kInvalidArtifact);
+}
+
+}  // namespace
+}  // namespace sightline

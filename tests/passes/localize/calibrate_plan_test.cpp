@@ -1,0 +1,97 @@
+#include "passes/localize/calibrate_plan.h"
+
+#include <gtest/gtest.h>
+
+#include "passes/pass/default_looks.h"
+#include "tests/passes/localize/mapped_street.h"
+#include "tests/support/artifact_checks.h"
+
+namespace sightline {
+namespace {
+
+CalibratePlanOptions half_metre_voxels() {
+  CalibratePlanOptions options;
+  options.matching.leaf_m = 0.5;
+  return options;
+}
+
+Result<CalibratedPlan> calibrate(const CalibratePlanOptions& options, const RangeTable& ranges,
+                                 int threads = 1) {
+  PassContext ctx;
+  ctx.threads = threads;
+  return calibrate_plan(ctx, options, street().second.drive, street().second.truth, street().map,
+                        street().sites, ranges);
+}
+
+// Good ones with doubts 0.01, 0.02, .. 1.
+std::vector<FirstLook> good_looks() {
+  std::vector<FirstLook> looks;
+  for (int i = 1; i <= 100; ++i) looks.push_back({0.01 * i, 0.02});
+  return looks;
+}
+
+TEST(CalibratePlan, DoubtsFewOfTheGoodLooks) {
+  LookPlan plan = usual_plan();
+  CalibratePlanOptions options;
+  EXPECT_NEAR(raised_threshold(options, plan, good_looks()), 0.98, 1e-12);
+  options.doubted_share = 0.0;
+  EXPECT_NEAR(raised_threshold(options, plan, good_looks()), 1.0, 1e-12);
+  options.doubted_share = 1.0;
+  EXPECT_NEAR(raised_threshold(options, plan, good_looks()), 0.01, 1e-12);
+  plan.doubt_above = 0.5;
+  EXPECT_EQ(raised_threshold(options, plan, good_looks()), 0.5) << "never below the learnt one";
+}
+
+TEST(CalibratePlan, LetsNoLookBeyondTheLimitPass) {
+  const LookPlan plan = usual_plan();
+  std::vector<FirstLook> looks = good_looks();
+  looks.push_back({0.40, 0.08});  // neither good nor beyond the limit
+  EXPECT_NEAR(raised_threshold({}, plan, looks), 0.98, 1e-12);
+  looks.push_back({0.30, 0.11});
+  looks.push_back({0.60, 0.50});
+  EXPECT_LT(raised_threshold({}, plan, looks), 0.30);
+  EXPECT_GT(raised_threshold({}, plan, looks), 0.299);
+  looks.push_back({-3.0, 0.50});
+  EXPECT_EQ(raised_threshold({}, plan, looks), plan.doubt_above) << "what was learnt stands";
+}
+
+TEST(CalibratePlan, LearnsNothingFromAFewScans) {
+  const std::vector<FirstLook> all = good_looks();
+  const LookPlan plan = usual_plan();
+  EXPECT_EQ(raised_threshold({}, plan, {all.begin(), all.begin() + 9}), plan.doubt_above);
+  EXPECT_GT(raised_threshold({}, plan, {all.begin(), all.begin() + 10}), plan.doubt_above);
+}
+
+TEST(CalibratePlan, MatchesEveryScanFromWhereTheTwoBeforeItForetellIt) {
+  const Result<CalibratedPlan> calibrated = calibrate(half_metre_voxels(), ranges_with_looks({}));
+  ASSERT_TRUE(calibrated) << to_string(calibrated.error());
+  ASSERT_TRUE(calibrated->plan);
+  EXPECT_TRUE(validate(*calibrated));
+  expect_survives_disk(*calibrated);
+  EXPECT_EQ(calibrated->scan_count, 16U) << "all but the first two of 18";
+  ASSERT_GE(calibrated->good_count, 10U);
+  EXPECT_EQ(calibrated->learnt_doubted_share, 0.0) << "every box has even walls";
+  EXPECT_EQ(calibrated->plan, usual_plan()) << "and so what was learnt in towns holds here";
+  const Result<CalibratedPlan> again = calibrate(half_metre_voxels(), ranges_with_looks({}), 3);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(to_bytes(*again), to_bytes(*calibrated)) << "whatever the number of threads";
+}
+
+TEST(CalibratePlan, HasNoPlanWithoutLooks) {
+  const Result<CalibratedPlan> calibrated = calibrate(half_metre_voxels(), street().ranges);
+  ASSERT_TRUE(calibrated);
+  EXPECT_FALSE(calibrated->plan);
+  EXPECT_TRUE(validate(*calibrated));
+  expect_survives_disk(*calibrated);
+}
+
+TEST(CalibratePlan, RefusesWhatDoesNotBelongTogether) {
+  RangeTable fewer = ranges_with_looks({});
+  fewer.site_count = 3;
+  const Result<CalibratedPlan> calibrated = calibrate(half_metre_voxels(), fewer);
+  ASSERT_FALSE(calibrated);
+  EXPECT_EQ(calibrated.error().code, ErrorCode::kMismatchedInputs);
+}
+
+}  // namespace
+}  // namespace sightline

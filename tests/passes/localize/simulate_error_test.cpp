@@ -1,0 +1,133 @@
+#include "passes/localize/simulate_error.h"
+
+#include <gtest/gtest.h>
+
+#include "passes/map/build_ndt.h"
+#include "passes/map/build_surface.h"
+#include "tests/support/box_world.h"
+
+namespace sightline {
+namespace {
+
+// A street of boxes as points alone, and places along it.
+struct Scene {
+  NdtMap map;
+  Surface surface;
+  Sites sites;
+  SensorProfile sensor;
+};
+
+const Scene& scene() {
+  static const Scene kScene = [] {
+    Scene made;
+    PassContext ctx;
+    SurfacePoints points;
+    const BoxWorld world = random_street(20);
+    for (int i = -5; i < 12; ++i) {
+      Pose T_map_lidar = pose_at(i, 0.0, 0.0);
+      T_map_lidar.translation().z() = 2.0;
+      for (const Eigen::Vector3d& point_m : scan_world(world, T_map_lidar, 1.0).points_m) {
+        points.points_m.push_back(T_map_lidar * point_m);
+      }
+    }
+    made.map = *build_ndt(ctx, {}, points);
+    made.surface = *build_surface(ctx, {}, points);
+    made.sensor = *sensor_profile("generic-16");
+    for (int i = 0; i < 4; ++i) {
+      Site site;
+      site.s_m = i;
+      site.T_map_vehicle = pose_at(i, 0.0, 0.3);
+      site.T_map_vehicle.translation().z() = 2.0;
+      site.p_map_m = site.T_map_vehicle.translation();
+      made.sites.sites.push_back(site);
+    }
+    return made;
+  }();
+  return kScene;
+}
+
+SimulateErrorOptions few_looks() {
+  SimulateErrorOptions options;
+  options.matching.ranges_m = {10.0, 25.0};
+  options.matching.looks = {{.range_m = 25.0, .return_count = 2000, .point_count = 200}};
+  options.matching.starts.count = 4;
+  return options;
+}
+
+Result<MeasuredError> simulated(const SimulateErrorOptions& options, int threads = 1) {
+  PassContext ctx;
+  ctx.threads = threads;
+  const Scene& at = scene();
+  return simulate_error(ctx, options, at.surface, at.map, at.sites, at.sensor);
+}
+
+// Times are the only numbers that differ from run to run.
+MeasuredError without_times(MeasuredError measured) {
+  for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+  for (MeasuredError& samples : measured.of_samples) samples = without_times(std::move(samples));
+  return measured;
+}
+
+TEST(SimulateError, FindsEverySiteAgainAndSaysThatNobodyMeasured) {
+  const Result<MeasuredError> found = simulated(few_looks());
+  ASSERT_TRUE(found.has_value()) << to_string(found.error());
+  ASSERT_TRUE(validate(*found).has_value());
+  EXPECT_EQ(found->reference, ErrorReference::kSimulated);
+  EXPECT_EQ(found->drive, "simulated");
+  EXPECT_EQ(found->matching.localizer.name, "searching");
+  ASSERT_EQ(found->rows.size(), 4U * 2U);
+  ASSERT_EQ(found->of_samples.size(), 1U);
+  for (std::size_t site = 0; site < 4; ++site) {
+    EXPECT_LT(found->row(site, 1).mean_m, 0.1);
+    EXPECT_GT(found->row(site, 1).mean_m, 0.0) << "noise and relief are never 0";
+    EXPECT_LT(found->of_samples[0].row(site, 0).mean_m, 0.2);
+  }
+}
+
+TEST(SimulateError, IsTheSameForAnyNumberOfThreads) {
+  EXPECT_EQ(to_bytes(without_times(*simulated(few_looks(), 1))),
+            to_bytes(without_times(*simulated(few_looks(), 3))));
+}
+
+// More noise is never more certain, over all sites.
+TEST(SimulateError, ErrorsGrowWithTheDisturbance) {
+  double before_m = 0.0;
+  for (const double noise_m : {0.0, 0.1, 0.4}) {
+    SimulateErrorOptions options = few_looks();
+    options.range_noise_m = options.relief_m = noise_m;
+    const Result<MeasuredError> found = simulated(options);
+    ASSERT_TRUE(found.has_value());
+    double sum_m = 0.0;
+    for (std::size_t site = 0; site < 4; ++site) sum_m += found->row(site, 1).mean_m;
+    EXPECT_GT(sum_m, before_m) << noise_m;
+    before_m = sum_m;
+  }
+}
+
+TEST(SimulateError, HiddenSidesAndMissingReturnsAreMissing) {
+  SimulateErrorOptions options = few_looks();
+  options.hidden_deg = 0.0;
+  options.missing_share = 0.0;
+  const std::uint32_t whole = simulated(options)->row(0, 1).point_count;
+  options.hidden_deg = 180.0;
+  const std::uint32_t half = simulated(options)->row(0, 1).point_count;
+  EXPECT_LT(half, 0.8 * whole);
+  EXPECT_GT(half, 0.2 * whole);
+}
+
+TEST(SimulateError, RefusesWhatItCannotStandFor) {
+  SimulateErrorOptions options = few_looks();
+  options.matching.localizer = LocalizerKind::kPclNdt;
+  EXPECT_EQ(simulated(options).error().code, ErrorCode::kBadValue);
+  PassContext ctx;
+  Sites elsewhere = scene().sites;
+  elsewhere.frame.origin_world_m.x() = 64.0;
+  EXPECT_EQ(
+      simulate_error(ctx, few_looks(), scene().surface, scene().map, elsewhere, scene().sensor)
+          .error()
+          .code,
+      ErrorCode::kMismatchedInputs);
+}
+
+}  // namespace
+}  // namespace sightline

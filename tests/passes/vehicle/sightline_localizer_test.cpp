@@ -1,0 +1,158 @@
+#include "passes/vehicle/sightline_localizer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "formats/foreign/clouds/pcd_writer.h"
+#include "formats/map/map_reader.h"
+#include "tests/passes/vehicle/localized_room.h"
+
+namespace sightline {
+namespace {
+
+TEST(SightlineLocalizer, TakesFloatsAndDoublesAndLeavesOutWhatIsNoReturn) {
+  const Opened opened(written_room("searching"));
+  const Scan scan = float_scan(9, 3000);
+  struct Wide {  // as a driver's message: more than x, y and z
+    float x, y, z, intensity;
+    std::uint16_t ring;
+  };
+  std::vector<Wide> wide;
+  for (const Eigen::Vector3d& p : scan.points_m) {
+    const Eigen::Vector3f f = p.cast<float>();
+    wide.push_back({f.x(), f.y(), f.z(), 7.0F, 3});
+    if (wide.size() % 7 == 0) wide.push_back({NAN, f.y(), f.z(), 0.0F, 0});
+    if (wide.size() % 11 == 0) wide.push_back({0.0F, 0.0F, 0.0F, 0.0F, 0});
+  }
+  const sightline_points doubles = points_of(scan);
+  const sightline_points floats = {wide.data(), wide.size(), sizeof(Wide), 0};
+  const MapFrame frame = read_map(written_room("searching"))->ndt.frame;
+  const PoseRows start = world_rows(Pose::Identity(), frame);
+  for (const Look& look : kLooks) {
+    const sightline_look wanted = c_look(look);
+    sightline_match a, b;
+    ASSERT_EQ(sightline_localizer_match(opened.localizer, &doubles, start.data(), &wanted, &a), 0);
+    ASSERT_EQ(sightline_localizer_match(opened.localizer, &floats, start.data(), &wanted, &b), 0);
+    EXPECT_EQ(a.dropped_count, 0u);
+    EXPECT_EQ(b.dropped_count, wide.size() - scan.points_m.size());
+    b.dropped_count = 0;
+    EXPECT_EQ(bytes_of(a), bytes_of(b));
+  }
+}
+
+TEST(SightlineLocalizer, AnswersAlikeFromManyThreads) {
+  const std::string path = written_room("searching");
+  const Opened opened(path);
+  const MapFrame frame = read_map(path)->ndt.frame;
+  const Scan scan = float_scan(9, 3000);
+  const sightline_points points = points_of(scan);
+  Random random(8);
+  std::vector<PoseRows> starts;
+  for (int i = 0; i < 40; ++i) starts.push_back(world_rows(random_start(random), frame));
+  const auto matches = [&] {
+    std::vector<sightline_match> found;
+    for (const PoseRows& start : starts) {
+      const sightline_look look = c_look(kLooks[found.size() % std::size(kLooks)]);
+      sightline_match match;
+      sightline_localizer_match(opened.localizer, &points, start.data(), &look, &match);
+      found.push_back(match);
+    }
+    return found;
+  };
+  const std::vector<sightline_match> expected = matches();
+  std::vector<std::vector<sightline_match>> found(3);
+  {
+    std::vector<std::jthread> threads;
+    for (std::vector<sightline_match>& of_thread : found) {
+      threads.emplace_back([&] { of_thread = matches(); });
+    }
+  }
+  for (const std::vector<sightline_match>& of_thread : found) {
+    ASSERT_EQ(of_thread.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_EQ(bytes_of(of_thread[i]), bytes_of(expected[i]));
+    }
+  }
+}
+
+TEST(SightlineLocalizer, TellsWhatItCannotOpen) {
+  const std::string folder = scratch_folder().string();
+  EXPECT_EQ(Opened(folder + "/none.pcd").code, static_cast<int>(ErrorCode::kFileNotFound));
+  EXPECT_EQ(Opened(folder + "/none.slmap").code, static_cast<int>(ErrorCode::kFileNotFound));
+  const std::string damaged = folder + "/damaged.slmap";
+  ASSERT_TRUE(write_file_atomically(damaged, std::as_bytes(std::span("no map at all")),
+                                    IfExists::kReplace));
+  const Opened no_map(damaged);
+  EXPECT_EQ(no_map.localizer, nullptr);
+  EXPECT_NE(no_map.code, 0);
+  EXPECT_NE(no_map.message.find("damaged.slmap"), std::string::npos) << no_map.message;
+  const PointXyzi few[] = {{1, 2, 3, 0}, {2, 2, 3, 0}};
+  ASSERT_TRUE(write_pcd_binary(folder + "/few.pcd", few, IfExists::kReplace));
+  const Opened thin(folder + "/few.pcd");
+  EXPECT_EQ(thin.code, static_cast<int>(ErrorCode::kEmptyMap)) << thin.message;
+  const PointXyzi far[] = {{1, 2, 3, 0}, {3e9F, 2, 3, 0}};
+  ASSERT_TRUE(write_pcd_binary(folder + "/far.pcd", far, IfExists::kReplace));
+  EXPECT_EQ(Opened(folder + "/far.pcd").code, static_cast<int>(ErrorCode::kUnsupportedFormat));
+  sightline_localizer_options options{};
+  options.cell_m = -1.0;
+  EXPECT_EQ(Opened(folder + "/few.pcd", &options).code, static_cast<int>(ErrorCode::kBadValue));
+  options = {};
+  const double no_pose[12] = {};
+  options.T_vehicle_sensor = no_pose;
+  EXPECT_EQ(Opened(written_room("searching"), &options).code,
+            static_cast<int>(ErrorCode::kBadValue));
+  sightline_localizer_close(nullptr);
+}
+
+TEST(SightlineLocalizer, RefusesWhatIsNoStartAndNoLook) {
+  const Opened opened(written_room("searching"));
+  const Scan scan = float_scan(9, 3000);
+  const sightline_points points = points_of(scan);
+  const PoseRows good = Pose::Identity().affine();
+  const auto code = [&](const PoseRows& start, const sightline_look& look) {
+    sightline_match match;
+    const int result =
+        sightline_localizer_match(opened.localizer, &points, start.data(), &look, &match);
+    if (result != 0) {
+      EXPECT_EQ(std::string_view(reinterpret_cast<const char*>(match.T_world_vehicle), 96),
+                std::string_view(reinterpret_cast<const char*>(start.data()), 96));
+      EXPECT_EQ(match.stop, SIGHTLINE_NO_POINTS);
+    }
+    return result;
+  };
+  const sightline_look look = c_look(kLooks[1]);
+  const int bad_argument = static_cast<int>(ErrorCode::kBadArgument);
+  // Nothing of the map is there, which is no error.
+  EXPECT_EQ(code(good, look), 0);
+  for (const double wrong : {2.0, std::numeric_limits<double>::quiet_NaN()}) {
+    PoseRows start = good;
+    start(1, 1) = wrong;
+    EXPECT_EQ(code(start, look), bad_argument);
+  }
+  for (const double away_m : {1e12, -1e300, std::numeric_limits<double>::infinity()}) {
+    PoseRows start = good;
+    start(2, 3) = away_m;
+    EXPECT_EQ(code(start, look), bad_argument);
+  }
+  for (const double range_m : {0.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
+    sightline_look wrong = look;
+    wrong.range_m = range_m;
+    EXPECT_EQ(code(good, wrong), bad_argument);
+  }
+  const sightline_points none = {nullptr, 0, 12, 0};
+  sightline_match match;
+  EXPECT_EQ(sightline_localizer_match(opened.localizer, &none, good.data(), &look, &match), 0);
+  EXPECT_EQ(match.stop, SIGHTLINE_NO_POINTS);
+  const sightline_points too_many = {nullptr, std::size_t{1} << 31, 12, 0};
+  EXPECT_EQ(sightline_localizer_match(opened.localizer, &too_many, good.data(), &look, &match),
+            bad_argument);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,159 @@
+"""The installed Python package against the reader that was written from the format's prose alone, with NumPy and without.
+
+usage: installed_python_test.py FOLDER_OF_SIGHTLINE_MAP MAP SCAN X_M Y_M Z_M YAW_DEG
+
+The last four are about where the scan was taken.
+"""
+
+import array
+import math
+import struct
+import subprocess
+import sys
+import unittest
+
+PROSE, MAP, SCAN = sys.argv[1:4]
+GUESS = [float(text) for text in sys.argv[4:8]]
+sys.path.append(PROSE)
+WITHOUT_NUMPY = "--without-numpy" in sys.argv
+if WITHOUT_NUMPY:
+    sys.modules["numpy"] = None  # an import fails, as where it is not installed
+
+import sightline  # noqa: E402
+import sightline_map  # noqa: E402
+
+try:
+    import numpy
+except ImportError:
+    numpy = None
+
+
+def scan_rows():
+    with open(SCAN, "rb") as file:
+        header, body = file.read().split(b"DATA binary\n", 1)
+    count = int(next(line for line in header.decode().splitlines() if line.startswith("POINTS")).split()[1])
+    return memoryview(body).cast("f", (count, 4))
+
+
+class Map(unittest.TestCase):
+    def setUp(self):
+        self.map = sightline.Map(MAP)
+        self.prose = sightline_map.SightlineMap(MAP, "searching")
+
+    def test_tells_the_same_facts(self):
+        self.assertEqual(self.map.map_id, self.prose.map_id)
+        self.assertEqual(self.map.site_count, self.prose.site_count)
+        self.assertEqual(self.map.ranges_m, tuple(self.prose.ranges_m))
+        self.assertEqual(self.map.limits_m, tuple(self.prose.limits_m))
+        self.assertEqual(self.map.localizer, "searching")
+        self.assertTrue(self.map.is_for_caller)
+        self.assertTrue(self.map.promise(0).statement)
+
+    def test_answers_alike_at_and_beside_every_site(self):
+        for limit, limit_m in enumerate(self.map.limits_m):
+            for site in self.map.sites(limit):
+                for off_m in (0.0, 1.5, 400.0):
+                    p_m = [site["position_world_m"][i] if numpy else site.position_world_m[i] for i in range(3)]
+                    p_m[0] += off_m
+                    expected = self.prose.observation_range(p_m, limit_m)
+                    found = self.map.observation_range(p_m, limit_m)
+                    self.assertEqual((found.range_m, found.probability, found.mean_error_m, found.flags),
+                                     (expected.range_m, expected.probability, expected.mean_error_m,
+                                      expected.flags))
+                    look = self.map.look(p_m, limit_m)
+                    self.assertEqual(tuple(self.prose.look(p_m, limit_m)[0])[:4],
+                                     (look.range_m, look.return_count, look.even_beyond_m, look.point_count))
+                    plan = self.map.look_plan(p_m, limit_m, True)
+                    self.assertEqual(plan.first.range_m, self.prose.look_plan(p_m, limit_m, True)[0].first.range_m)
+
+    def test_sites_are_those_of_the_map(self):
+        expected = self.prose.sites()
+        for limit in range(len(self.map.limits_m)):
+            sites = self.map.sites(limit)
+            self.assertEqual(len(sites), len(expected))
+            for number, site in enumerate(sites):
+                row = expected[number]
+                if not numpy:
+                    site = {name: getattr(site, name) for name, _ in sightline.Site._fields_}
+                self.assertEqual(site["site"], number)
+                self.assertEqual(site["range_m"], self.map.ranges_m[row["range_index"][limit]])
+                for axis, name in enumerate(("p_x_m", "p_y_m", "p_z_m")):
+                    self.assertEqual(site["position_world_m"][axis],
+                                     row[name][0] + self.map.origin_world_m[axis])
+
+    def test_refuses_with_the_name_of_the_error(self):
+        with self.assertRaises(sightline.Error) as caught:
+            sightline.Map(MAP + ".none")
+        self.assertEqual((caught.exception.name, caught.exception.code), ("file-not-found", 2001))
+        with self.assertRaises(sightline.Error):
+            self.map.observation_range((math.nan, 0, 0), 0.1)
+        with self.assertRaises(ValueError):
+            self.map.look((0, 0), 0.1)
+        self.map.close()
+        with self.assertRaises(ValueError):
+            self.map.look((0, 0, 0), 0.1)
+
+
+class Localizer(unittest.TestCase):
+    def setUp(self):
+        self.localizer = sightline.Localizer(MAP)
+        half_rad = math.radians(GUESS[3]) / 2
+        self.start = sightline.pose(GUESS[:3], (0, 0, math.sin(half_rad), math.cos(half_rad)))
+
+    def test_nds_are_those_of_the_map(self):
+        nds = self.localizer.nds
+        expected = sightline_map.SightlineMap(MAP, "searching").nd_count
+        self.assertEqual(len(nds), expected)
+        if numpy:
+            self.assertFalse(nds.flags.writeable)
+            self.assertEqual(nds["covariance_m2"].shape, (expected, 6))
+            self.assertTrue((nds["covariance_m2"][:, 0] > 0).all())
+        else:
+            self.assertTrue(all(nd.covariance_m2[0] > 0 for nd in nds))
+
+    def test_nds_outlive_the_localizer(self):
+        nds = self.localizer.nds
+        first = bytes(memoryview(nds[:1]).cast("B")) if numpy else bytes(nds[0])
+        self.localizer.close()
+        self.localizer = None
+        self.assertEqual(bytes(memoryview(nds[:1]).cast("B")) if numpy else bytes(nds[0]), first)
+
+    def test_takes_every_kind_of_array(self):
+        rows = scan_rows()
+        flat = array.array("f", struct.unpack(f"{rows.nbytes // 4}f", rows.cast("B")))
+        wide = array.array("d", flat)
+        look = sightline.Look(range_m=30.0)
+        scans = [rows, memoryview(flat).cast("B").cast("f", rows.shape),
+                 memoryview(wide).cast("B").cast("d", rows.shape)]
+        if numpy:
+            scans += [numpy.array(rows), numpy.array(rows, dtype=numpy.float64),
+                      numpy.ascontiguousarray(numpy.array(rows)[:, :3])]
+        matches = [bytes(self.localizer.match(scan, self.start, look)) for scan in scans]
+        self.assertEqual(len(set(matches)), 1)
+        self.assertTrue(sightline.Match.from_buffer_copy(matches[0]).is_matched)
+        match = self.localizer.match(rows, [self.start[:4], self.start[4:8], self.start[8:]], look)
+        self.assertEqual(bytes(match), matches[0])
+        by_range = sightline.Range(range_m=30.0)
+        self.assertEqual(bytes(self.localizer.match(rows, self.start, by_range)), matches[0])
+        plan = sightline.LookPlan(first=look)
+        self.assertEqual(bytes(self.localizer.match(rows, self.start, plan)), matches[0])
+        if numpy:
+            nothing = numpy.zeros((0, 3), dtype=numpy.float32)
+            self.assertEqual(self.localizer.match(nothing, self.start, look).stop, sightline.NO_POINTS)
+        for wrong in (flat, memoryview(flat).cast("B"), b"", [1.0, 2.0, 3.0]):
+            with self.assertRaises((ValueError, TypeError)):
+                self.localizer.match(wrong, self.start, look)
+
+    def test_refuses_with_the_name_of_the_error(self):
+        with self.assertRaises(sightline.Error) as caught:
+            self.localizer.match(scan_rows(), [0.0] * 12, sightline.Look(range_m=30.0))
+        self.assertEqual(caught.exception.name, "bad-argument")
+        with self.assertRaises(sightline.Error) as caught:
+            sightline.Localizer(SCAN, cell_m=0.001)
+        self.assertEqual(caught.exception.name, "bad-value")
+
+
+if __name__ == "__main__":
+    if not WITHOUT_NUMPY:
+        subprocess.run([sys.executable, *sys.argv, "--without-numpy"], check=True)
+    unittest.main(argv=sys.argv[:1])
