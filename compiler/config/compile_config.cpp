@@ -28,6 +28,21 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
   return section;
 }
 
+// The drives that make the map: one, or a list. What tells drives of one vehicle apart is each
+// one's own, the rest is as in the first unless it is said.
+ConfigSection mapping_section(CompileConfig& config) {
+  ConfigSection section{"mapping",
+                        "The drive that makes the map; or a list of drives of one vehicle, in the "
+                        "order of their days, each with what differs from the first",
+                        option_fields(config.mapping)};
+  section.one_more = [&config] {
+    RecordingOptions& later = config.later_mapping.emplace_back(config.mapping);
+    for (std::string* own : {&later.name, &later.scans, &later.poses, &later.stamps}) own->clear();
+    return option_fields(later);
+  };
+  return section;
+}
+
 // A finished map: the keys of a drive that tell of its sensor.
 std::vector<OptionField> option_fields(MapOptions& options) {
   std::vector<OptionField> fields = {
@@ -110,6 +125,11 @@ Result<void> check(const CompileConfig& config, const std::filesystem::path& fil
         "mapping.scans: no folder of scans is named (map.points takes a finished map); `sightline "
         "init FOLDER -o drive.yaml` writes a configuration",
         file.string(), ""};
+  }
+  for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
+    if (!config.later_mapping[i].scans.empty()) continue;
+    return Error{ErrorCode::kMissingKey,
+                 later_mapping_role(i) + ".scans: no folder of scans is named", file.string(), ""};
   }
   const Result<World> world = parse_world(config.annotation.world);
   if (!world) {
@@ -217,11 +237,15 @@ std::string other_sensor_section(std::size_t index) {
   return "mapping-" + std::to_string(index + 2);
 }
 
+std::string later_mapping_role(std::size_t index) {
+  return "mapping[" + std::to_string(index + 2) + "]";
+}
+
 std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   std::vector<ConfigSection> all = {
       {"annotation", "What is annotated, and what all passes share",
        option_fields(config.annotation)},
-      {"mapping", "The drive that makes the map", option_fields(config.mapping)},
+      mapping_section(config),
       {"map", "A finished map, annotated along `route`, in place of `mapping`",
        option_fields(config.map)},
       {"route", "Where a finished map is annotated", option_fields(config.route)}};
@@ -253,6 +277,7 @@ Result<void> read_compile_config(const std::filesystem::path& file,
     resolve(file.parent_path(), *recording);
   }
   for (RecordingOptions& sensor : config.other_sensors) resolve(file.parent_path(), sensor);
+  for (RecordingOptions& later : config.later_mapping) resolve(file.parent_path(), later);
   for (std::string* path : {&config.outside.file, &config.outside.evaluation_file,
                             &config.map.points, &config.route.file}) {
     if (!path->empty()) *path = (file.parent_path() / *path).lexically_normal().string();
@@ -263,6 +288,7 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   for (RecordingOptions* recording : {&config.mapping, &config.localization, &config.evaluation}) {
     recording->world = config.annotation.world;
   }
+  for (RecordingOptions& later : config.later_mapping) later.world = config.annotation.world;
   config.passes = settings_of(sections);
   config.passes.shared = shared_values(config.annotation);
   SIGHTLINE_TRY(check(config, file));
@@ -278,6 +304,11 @@ std::vector<EffectiveValue> effective_values(CompileConfig config) {
   for (const ConfigSection& section : drive_sections(config)) {
     for (const OptionField& field : section.fields) {
       values.push_back({section.name, field.name, to_text(field)});
+    }
+  }
+  for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
+    for (const OptionField& field : option_fields(config.later_mapping[i])) {
+      values.push_back({later_mapping_role(i), field.name, to_text(field)});
     }
   }
   for (const auto& [section, fields] : config.passes.own) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <deque>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -59,6 +60,9 @@ struct RouteOptions {
 struct CompileConfig {
   AnnotationOptions annotation;
   RecordingOptions mapping;
+  // More drives that make the map, in the order of their days; a deque, since sections point into
+  // it. What such a drive does not say of itself is as in the first.
+  std::deque<RecordingOptions> later_mapping;
   // What else on the vehicle scanned during the mapping drive; no scans: there is none.
   std::array<RecordingOptions, 3> other_sensors;
   MapOptions map;                 // with `route`, in place of the mapping drive
@@ -76,6 +80,9 @@ struct CompileConfig {
 
 // "mapping-2" of the first of other_sensors, and so on.
 std::string other_sensor_section(std::size_t index);
+
+// "mapping[2]" of the first of later_mapping, and so on: how messages and maps call it.
+std::string later_mapping_role(std::size_t index);
 
 // The sections of the file that speak of drives and of what passes share, in its order.
 std::vector<ConfigSection> drive_sections(CompileConfig& config);

@@ -30,6 +30,28 @@ Result<OptionField*> find_field(std::string_view name, ConfigSection& section) {
   return unknown_key(name, "in section '" + section.name + "'", known);
 }
 
+// A map, or a list of such maps.
+Json one_or_several(Json one) {
+  Json item = one;
+  item.erase("description");
+  item["type"] = "object";
+  Json several = {{"description", "Several of them"}, {"type", "array"}, {"minItems", 1}};
+  several["items"] = std::move(item);
+  return {{"oneOf", Json::array({std::move(one), std::move(several)})}};
+}
+
+Result<void> read_section(const YamlNode& node, ConfigSection& section) {
+  const std::string where = "section '" + section.name + "'";
+  if (!section.one_more || node.kind != YamlNode::Kind::kList) {
+    return set_fields(node, where, section.fields);
+  }
+  for (std::size_t i = 0; i < node.values.size(); ++i) {
+    std::vector<OptionField> fields = i == 0 ? section.fields : section.one_more();
+    SIGHTLINE_TRY(set_fields(node.values[i], where + ", drive " + std::to_string(i + 1), fields));
+  }
+  return {};
+}
+
 Result<void> read_sections(const std::string& text, std::vector<ConfigSection>& sections) {
   SIGHTLINE_ASSIGN(const YamlNode root, parse_yaml(text));
   if (root.kind != YamlNode::Kind::kMap) {
@@ -39,8 +61,7 @@ Result<void> read_sections(const std::string& text, std::vector<ConfigSection>& 
     const Result<ConfigSection*> section = find_section(root.keys[i].scalar, sections);
     if (!section) return placed(section.error(), root.keys[i]);
     if (!(*section)->schema.empty()) continue;
-    SIGHTLINE_TRY(
-        set_fields(root.values[i], "section '" + (*section)->name + "'", (*section)->fields));
+    SIGHTLINE_TRY(read_section(root.values[i], **section));
   }
   return {};
 }
@@ -113,11 +134,12 @@ std::string to_json_schema(const std::vector<ConfigSection>& sections) {
       root["properties"][section.name] = Json::parse(section.schema);
       continue;
     }
-    root["properties"][section.name] = {
-        {"description", section.help},
-        {"type", Json::array({"object", "null"})},
-        {"additionalProperties", false},
-        {"properties", Json::parse(properties_schema(section.fields))}};
+    Json one = {{"description", section.help},
+                {"type", Json::array({"object", "null"})},
+                {"additionalProperties", false},
+                {"properties", Json::parse(properties_schema(section.fields))}};
+    if (section.one_more) one = one_or_several(std::move(one));
+    root["properties"][section.name] = std::move(one);
   }
   return root.dump(2) + "\n";
 }

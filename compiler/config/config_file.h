@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -22,6 +23,9 @@ struct ConfigSection {
   // JSON Schema of a section that is no list of fields; read_yaml passes it over: another reader's.
   std::string schema = {};
   std::shared_ptr<void> options = {};  // what the fields point into, where nobody else holds it
+  // Where the section may be a list of such maps: the fields of one more of them. `fields` are
+  // those of the first.
+  std::function<std::vector<OptionField>()> one_more = {};
 };
 
 // The sections of the passes in a plan, with their defaults.

@@ -46,6 +46,7 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
   if (!model.empty()) inputs.files.push_back(model);
   std::vector<const RecordingOptions*> recordings = {&config.mapping, &config.localization};
   for (const RecordingOptions& sensor : config.other_sensors) recordings.push_back(&sensor);
+  for (const RecordingOptions& later : config.later_mapping) recordings.push_back(&later);
   for (const RecordingOptions* recording : recordings) {
     SIGHTLINE_TRY(add_recording(*recording, inputs));
   }

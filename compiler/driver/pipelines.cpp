@@ -7,6 +7,7 @@
 #include "passes/factors/compute_factors.h"
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/ingest_map.h"
+#include "passes/ingest/join_drives.h"
 #include "passes/ingest/join_sensors.h"
 #include "passes/localize/add_mapping_error.h"
 #include "passes/localize/calibrate_plan.h"
@@ -116,6 +117,20 @@ MappingDrive with_other_sensors(const CompileConfig& config, const MappingDrive&
     joined.trajectory = plan.run(kCompleteTrajectory, joined.drive, first.trajectory);
   }
   return joined;
+}
+
+// Joins the other drives that make the map to the first.
+Wire<Drive> with_later_drives(const CompileConfig& config, Wire<Drive> drive,
+                              CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
+    const std::string role = later_mapping_role(i);
+    compile.recordings.push_back(add_recording(plan, role, config.later_mapping[i]));
+    const Wire<Drive> later =
+        plan.run_as(role, kIngest, plan.options(kIngest), compile.recordings.back().recording);
+    drive = plan.run_as(role, kJoinDrives, {}, drive, later);
+  }
+  return drive;
 }
 
 // The steps of a drive that is localized in a map.
@@ -289,6 +304,7 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
 
   compile.drive = plan.run(kIngest, first.recording);
   // From here on points are finite, times rise, and a frame near the drive is chosen.
+  compile.drive = with_later_drives(config, compile.drive, compile);
   compile.trajectory = plan.run(kEstimateTrajectory, compile.drive);
   const MappingDrive mapping =
       with_other_sensors(config, {compile.drive, compile.trajectory}, compile);
@@ -392,6 +408,8 @@ std::vector<ConfigSection> published_sections(CompileConfig& config) {
   CompileConfig finished = complete;
   finished.map.points = "any";
   complete.other_sensors.front().scans = "any";
+  complete.later_mapping.resize(1);
+  complete.later_mapping.front().scans = "any";
   std::vector<ConfigSection> sections = drive_sections(config);
   for (const Plan& plan : {compile_plan(complete).plan, compile_plan(finished).plan,
                            evaluate_plan(complete, CompiledMap{}).plan}) {

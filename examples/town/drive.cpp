@@ -71,7 +71,8 @@ std::vector<Pose> follow_line(const Town& town, const DriveOptions& options) {
   const std::vector<double> looks =
       looks_rad(mix(town.options.seed, options.drive), options.look_about_rad, count);
   for (std::size_t i = 0; i < count; ++i) {
-    const LinePoint point = town.plan.line.at(static_cast<double>(i) * options.spacing_m);
+    const LinePoint point =
+        town.plan.line.at(options.from_m + static_cast<double>(i) * options.spacing_m);
     const Eigen::Vector2d left = left_of(direction(point.heading_rad));
     poses.push_back(
         stand_on_ground(town.options.seed, {point.position_m + options.lateral_m * left,
@@ -114,9 +115,11 @@ Result<void> check(const Town& town, const DriveOptions& options) {
                   " m were asked for; expected 0.05 to 50 m");
   }
   const double longest_m = (town.options.is_round ? 2.0 : 1.0) * town.options.length_m;
-  if (!(options.length_m > 0.0 && options.length_m <= longest_m)) {
-    return refuse("a drive of " + std::to_string(options.length_m) +
-                  " m was asked for; expected more than 0 and at most the town's " +
+  const bool is_inside = options.from_m >= 0.0 && options.from_m + options.length_m <= longest_m;
+  if (!(options.length_m > 0.0 && is_inside)) {
+    return refuse("a drive of " + std::to_string(options.length_m) + " m from " +
+                  std::to_string(options.from_m) +
+                  " m on was asked for; expected more than 0 and at most to the town's " +
                   std::to_string(longest_m) + " m");
   }
   if (!(options.range_sigma_m >= 0.0 && options.range_sigma_m <= 1.0)) {
@@ -185,6 +188,10 @@ std::int64_t DriveSimulator::stamp_ns(std::size_t index) const {
   return static_cast<std::int64_t>(index) * options_.scan_period_ns;
 }
 
+double DriveSimulator::driven_m(std::size_t index) const {
+  return options_.from_m + static_cast<double>(index) * options_.spacing_m;
+}
+
 std::vector<Pose> DriveSimulator::disturbed_poses() const {
   // Slow and white deviations on each axis; together 2.1 cm and 0.04 degrees.
   constexpr std::array<double, 3> kSlowM = {0.013, 0.013, 0.008};
@@ -196,7 +203,7 @@ std::vector<Pose> DriveSimulator::disturbed_poses() const {
   for (int i = 0; i < 6; ++i) slow.emplace_back(random);
   std::vector<Pose> poses = poses_;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const double s_m = static_cast<double>(i) * options_.spacing_m;
+    const double s_m = driven_m(i);
     Eigen::Vector3d shift_m;
     Eigen::Vector3d turn_rad;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -214,8 +221,7 @@ std::vector<Pose> DriveSimulator::disturbed_poses() const {
 }
 
 TownMesh DriveSimulator::moving_mesh_at(std::size_t index) const {
-  const Moment moment{1e-9 * static_cast<double>(stamp_ns(index)),
-                      static_cast<double>(index) * options_.spacing_m};
+  const Moment moment{1e-9 * static_cast<double>(stamp_ns(index)), driven_m(index)};
   return moving_mesh(*town_, movers_, moment);
 }
 
@@ -227,7 +233,7 @@ TownScan DriveSimulator::scan(std::size_t index) const {
   const Pose T_town_lidar = poses_[index] * options_.sensor.T_vehicle_lidar;
   Random random(mix(mix(mix(town_->options.seed, kRayKey), options_.drive), index));
   const TownChange& change = town_->options.change;
-  const bool is_changed = change.is_at(static_cast<double>(index) * options_.spacing_m);
+  const bool is_changed = change.is_at(driven_m(index));
   const double sigma_m = options_.range_sigma_m * (is_changed ? change.noise_factor : 1.0);
   scan.points = spin({*standing_, moving}, options_.sensor, sigma_m, T_town_lidar, random);
   // Numbers of their own: what is not missing stays as it was.

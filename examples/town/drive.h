@@ -20,7 +20,8 @@ namespace sightline::town {
 
 struct DriveOptions {
   std::uint64_t drive = 0;  // 0 maps; each number is another day with other cars and people
-  double length_m = 600.0;  // at most the town's; twice that around a block
+  double from_m = 0.0;      // of the driven line, where the drive begins
+  double length_m = 600.0;  // from there on; at most to the town's end, twice that around a block
   double spacing_m = 1.0;   // between scans
   double lateral_m = 0.0;   // to the left of the driven line
   double yaw_rad = 0.0;     // how far the vehicle points to the left of it
@@ -55,6 +56,7 @@ class DriveSimulator {
 
   [[nodiscard]] std::size_t scan_count() const { return poses_.size(); }
   [[nodiscard]] std::int64_t stamp_ns(std::size_t index) const;
+  [[nodiscard]] double driven_m(std::size_t index) const;  // arc length of the driven line
   [[nodiscard]] const std::vector<Pose>& T_town_vehicle() const { return poses_; }  // true
   // As a good positioning system would report them: off by about 2 cm and 0.04 degrees, mostly
   // slowly varying.

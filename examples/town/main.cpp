@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
   town::WriteTownOptions options;
   std::vector<double> origin_m = {0.0, 0.0};
   ChangeFlags change;
+  std::vector<double> part_numbers;
   CLI::App app("Makes a town from a seed, drives through it, and writes what a LiDAR records.");
   app.add_option("--seed", options.town.seed, "makes the town")->capture_default_str();
   app.add_option("--length-m", options.town.length_m, "length of the route, m")
@@ -57,6 +58,12 @@ int main(int argc, char** argv) {
   app.add_option("--missing", options.missing_share,
                  "share of returns that fail to come, by chance alone")
       ->capture_default_str();
+  app.add_option("--part", part_numbers,
+                 "DRIVE,FROM,TO: that drive (0: mapping) covers only this stretch of the route, m; "
+                 "may be given for each drive")
+      ->delimiter(',')
+      ->expected(3)
+      ->take_all();
   app.add_option("--origin-m", origin_m, "world coordinates x,y of the route's start, m")
       ->delimiter(',')
       ->expected(2);
@@ -83,6 +90,10 @@ int main(int argc, char** argv) {
     return status == 0 ? 0 : exit_status(ErrorCode::kBadArgument);
   }
   options.town.change = change_of(change);
+  for (std::size_t i = 0; i + 2 < part_numbers.size(); i += 3) {
+    options.parts.push_back(
+        {static_cast<int>(part_numbers[i]), part_numbers[i + 1], part_numbers[i + 2]});
+  }
   options.origin_world_m = Eigen::Vector2d(origin_m[0], origin_m[1]);
   const Result<void> written = town::write_town(options);
   if (!written) {

@@ -72,6 +72,11 @@ Result<void> write_drive(const WriteTownOptions& options, const Town& town, int 
   DriveOptions drive_options =
       usual_drive(town.options, static_cast<std::uint64_t>(number), sensor);
   drive_options.spacing_m = options.spacing_m;
+  for (const PartialDrive& part : options.parts) {
+    if (part.drive != number) continue;
+    drive_options.from_m = part.from_m;
+    drive_options.length_m = part.to_m - part.from_m;
+  }
   drive_options.traffic = options.traffic;
   drive_options.missing_share = options.missing_share;
   if (options.is_by_hand) drive_options = carried_by_hand(drive_options);
@@ -100,6 +105,10 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
   json["sensor"] = "generic-" + std::to_string(options.beams);
   json["origin_world_m"] = {options.origin_world_m.x(), options.origin_world_m.y()};
   json["localization_drives"] = options.drives;
+  for (const PartialDrive& part : options.parts) {
+    json["parts"].push_back(
+        {{"drive", drive_name(part.drive)}, {"from_m", part.from_m}, {"to_m", part.to_m}});
+  }
   if (const TownChange& change = options.town.change; change.is_any()) {
     json["change"] = {{"from_m", change.from_m},         {"to_m", change.to_m},
                       {"rebuilds", change.rebuilds},     {"removes_wall", change.removes_wall},

@@ -2,11 +2,19 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <vector>
 
 #include "examples/town/town.h"
 #include "formats/base/result.h"
 
 namespace sightline::town {
+
+// A drive that does not cover the whole route.
+struct PartialDrive {
+  int drive = 0;
+  double from_m = 0.0;  // of the driven line
+  double to_m = 0.0;
+};
 
 struct WriteTownOptions {
   TownOptions town;
@@ -17,6 +25,7 @@ struct WriteTownOptions {
   bool is_by_hand = false;  // carried_by_hand() instead of spacing_m
   double traffic = 1.0;     // of every drive, as in DriveOptions
   double missing_share = 0.0;
+  std::vector<PartialDrive> parts;  // drives that are not here cover the route
   Eigen::Vector2d origin_world_m = Eigen::Vector2d::Zero();  // where the driven line begins
   bool replaces = false;                                     // an earlier town in the same place
   int threads = 0;                                           // 0: all there are

@@ -33,6 +33,7 @@ void encode(const ScanInfo& scan, ByteWriter& writer) {
   writer.put<std::uint8_t>(scan.T_world_vehicle.has_value() ? 1 : 0);
   if (scan.T_world_vehicle) encode(*scan.T_world_vehicle, writer);
   writer.put(scan.sensor_index);
+  writer.put(scan.part);
   writer.put<std::uint8_t>(scan.has_point_times ? 1 : 0);
 }
 
@@ -47,6 +48,7 @@ void decode(ByteReader& reader, ScanInfo& scan) {
   if (has_pose > 1) reader.fail();
   if (has_pose == 1) decode(reader, scan.T_world_vehicle.emplace());
   reader.get(scan.sensor_index);
+  reader.get(scan.part);
   const auto has_point_times = reader.get<std::uint8_t>();
   if (has_point_times > 1) reader.fail();
   scan.has_point_times = has_point_times == 1;
@@ -62,6 +64,10 @@ Result<void> check_order(const Drive& drive, std::size_t i) {
   if (!is_later) {
     return Error{ErrorCode::kTimeRunsBackwards, "its time is not after that of the scan before it",
                  scan.source, "scan " + std::to_string(i)};
+  }
+  const std::uint32_t step = scan.part - before.part;
+  if (step > 1 || (step == 1 && scan.stamp_ns - before.stamp_ns < kPauseBetweenParts_ns)) {
+    return invalid(i, "its part of the drive does not follow that of the scan before it");
   }
   if (scan.recording_index <= before.recording_index) {
     return invalid(i, "its place in the recording is not after that of the scan before it");
@@ -85,6 +91,12 @@ const SensorProfile& Drive::sensor_of(const ScanInfo& scan) const {
   if (scan.sensor_index == 0) return sensor;
   SIGHTLINE_CHECK(scan.sensor_index <= other_sensors.size());
   return other_sensors[scan.sensor_index - 1];
+}
+
+const std::string& Drive::name_of_part(std::uint32_t part) const {
+  if (part == 0) return name;
+  SIGHTLINE_CHECK(part <= later_parts.size());
+  return later_parts[part - 1];
 }
 
 std::string_view scan_selection_name(ScanSelection selection) {
@@ -117,6 +129,9 @@ Result<void> validate(const Drive& drive) {
     if (scan.T_world_vehicle && !is_rigid(*scan.T_world_vehicle)) {
       return invalid(i, "its pose is no rotation and translation");
     }
+    if (scan.part > drive.later_parts.size() || (i == 0 && scan.part != 0)) {
+      return invalid(i, "it is of a part that the drive does not have");
+    }
     if (scan.sensor_index > drive.other_sensors.size()) {
       return invalid(i, "it is of a sensor that the drive does not have");
     }
@@ -136,8 +151,11 @@ Table dump(const Drive& drive) {
   for (const SensorProfile& other : drive.other_sensors) {
     table.facts.emplace_back("other_sensor", other.name);
   }
+  for (const std::string& part : drive.later_parts) table.facts.emplace_back("later_part", part);
   table.columns = {"recording_index", "sensor_index",    "stamp_ns",   "source",
                    "point_count",     "nonfinite_count", "zero_count", "has_point_times"};
+  const bool has_parts = !drive.later_parts.empty();
+  if (has_parts) table.columns.emplace_back("part");
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) {
       table.columns.push_back("T_world_vehicle_" + std::to_string(row) + std::to_string(column));
@@ -153,6 +171,7 @@ Table dump(const Drive& drive) {
              static_cast<std::int64_t>(scan.nonfinite_count),
              static_cast<std::int64_t>(scan.zero_count),
              std::int64_t{scan.has_point_times ? 1 : 0}};
+    if (has_parts) cells.emplace_back(static_cast<std::int64_t>(scan.part));
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         cells.push_back(scan.T_world_vehicle ? Cell((*scan.T_world_vehicle)(row, column))
@@ -168,6 +187,8 @@ void encode(const Drive& drive, ByteWriter& writer) {
   encode(drive.sensor, writer);
   writer.put<std::uint64_t>(drive.other_sensors.size());
   for (const SensorProfile& other : drive.other_sensors) encode(other, writer);
+  writer.put<std::uint64_t>(drive.later_parts.size());
+  for (const std::string& part : drive.later_parts) writer.put_string(part);
   encode(drive.frame, writer);
   writer.put<std::uint64_t>(drive.scans.size());
   for (const ScanInfo& scan : drive.scans) encode(scan, writer);
@@ -175,13 +196,16 @@ void encode(const Drive& drive, ByteWriter& writer) {
 
 void decode(ByteReader& reader, Drive& drive) {
   // The fixed part of a scan without a pose, and of a profile.
-  constexpr std::size_t kLeastScanSize = 4 + 8 + 8 + 3 * 8 + 1 + 4 + 1;
+  constexpr std::size_t kLeastScanSize = 4 + 8 + 8 + 3 * 8 + 1 + 4 + 4 + 1;
   constexpr std::size_t kLeastSensorSize = 8 + 8 + 4 * 8 + 12 * 8;
   reader.get_string(drive.name);
   decode(reader, drive.sensor);
   drive.other_sensors.clear();
   drive.other_sensors.resize(reader.get_count(kLeastSensorSize));
   for (SensorProfile& other : drive.other_sensors) decode(reader, other);
+  drive.later_parts.clear();
+  drive.later_parts.resize(reader.get_count(sizeof(std::uint64_t)));
+  for (std::string& part : drive.later_parts) reader.get_string(part);
   decode(reader, drive.frame);
   drive.scans.clear();
   drive.scans.resize(reader.get_count(kLeastScanSize));

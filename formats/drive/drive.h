@@ -45,15 +45,21 @@ struct ScanInfo {
   std::uint64_t zero_count = 0;         // exactly (0,0,0), dropped
   std::optional<Pose> T_world_vehicle;  // as given, in the recording's own coordinates
   std::uint32_t sensor_index = 0;       // of the drive's sensors, see Drive::sensor_of
+  std::uint32_t part = 0;               // of the drive's parts, see Drive::later_parts
   bool has_point_times = false;         // its points carry times of their own
 };
 
+// At least so long apart, so that no motion is followed from one part of a drive to the next.
+inline constexpr std::int64_t kPauseBetweenParts_ns = 60'000'000'000;
+
 // A recording after ingest: scans in order of time. Scans of two sensors may have the same time;
-// the sensor listed first then comes first.
+// the sensor listed first then comes first. Several drives of one vehicle may be one (join-drives):
+// its parts follow each other in time, a minute and more apart.
 struct Drive {
   std::string name;
   SensorProfile sensor;  // the first; the one that localizes
   std::vector<SensorProfile> other_sensors;
+  std::vector<std::string> later_parts;  // names of the parts after the first, ascending in time
   MapFrame frame;  // near the first given pose; origin zero where there are no poses
   std::vector<ScanInfo> scans;
   std::shared_ptr<const ScanStore> store;  // not encoded; index = position in `scans`
@@ -61,12 +67,14 @@ struct Drive {
   [[nodiscard]] bool has_poses() const;  // every scan has one
   // The sensor that made a scan: its place in the vehicle, its beams, its ranges.
   [[nodiscard]] const SensorProfile& sensor_of(const ScanInfo& scan) const;
+  // What the part of a scan is called; of a drive of one part its own name.
+  [[nodiscard]] const std::string& name_of_part(std::uint32_t part) const;
 };
 
 template <>
 struct ArtifactTraits<Drive> {
   static constexpr std::string_view kName = "drive";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
   static constexpr bool kRefersOutside = true;  // the store: the runner does not cache drives
 };
 

@@ -25,6 +25,7 @@ void encode(const PlacedScan& scan, ByteWriter& writer) {
   encode(scan.T_map_lidar, writer);
   writer.put(scan.min_range_m);
   writer.put(scan.max_range_m);
+  writer.put(scan.part);
 }
 
 void decode(ByteReader& reader, PlacedScan& scan) {
@@ -32,6 +33,7 @@ void decode(ByteReader& reader, PlacedScan& scan) {
   decode(reader, scan.T_map_lidar);
   reader.get(scan.min_range_m);
   reader.get(scan.max_range_m);
+  reader.get(scan.part);
 }
 
 }  // namespace

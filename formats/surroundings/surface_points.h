@@ -19,6 +19,7 @@ struct PlacedScan {
   Pose T_map_lidar = Pose::Identity();
   double min_range_m = 0.0;
   double max_range_m = 0.0;
+  std::uint32_t part = 0;  // of the drive
 };
 inline bool is_within_range(const PlacedScan& scan, const Eigen::Vector3d& point_lidar_m) {
   const double range_m = point_lidar_m.norm();
@@ -43,7 +44,7 @@ struct SurfacePoints {
 template <>
 struct ArtifactTraits<SurfacePoints> {
   static constexpr std::string_view kName = "surface-points";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 // Says nothing about the store.

@@ -1,40 +1,16 @@
 #include "passes/ingest/join_sensors.h"
 
 #include <algorithm>
-#include <memory>
 #include <tuple>
 #include <utility>
 
 #include "formats/foreign/text/pose_file.h"
+#include "passes/ingest/joined_scan_store.h"
 
 namespace sightline {
 namespace {
 
 constexpr std::int64_t kLongestGap_ns = 1'000'000'000;
-
-// Where a scan of the joined drive comes from.
-struct Origin {
-  bool is_other = false;
-  std::size_t index = 0;
-};
-
-class JoinedScanStore : public ScanStore {
- public:
-  JoinedScanStore(std::shared_ptr<const ScanStore> first, std::shared_ptr<const ScanStore> other,
-                  std::vector<Origin> origins)
-      : first_(std::move(first)), other_(std::move(other)), origins_(std::move(origins)) {}
-
-  Result<Scan> read(std::size_t index) const override {
-    SIGHTLINE_CHECK(index < origins_.size());
-    const Origin& origin = origins_[index];
-    return (origin.is_other ? other_ : first_)->read(origin.index);
-  }
-
- private:
-  std::shared_ptr<const ScanStore> first_;
-  std::shared_ptr<const ScanStore> other_;
-  std::vector<Origin> origins_;
-};
 
 std::vector<std::int64_t> stamps_of_first_sensor(const Drive& drive) {
   std::vector<std::int64_t> stamps_ns;
@@ -69,13 +45,13 @@ Error no_common_time(const Drive& drive, const Drive& other) {
 Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& drive,
                            const Drive& other) {
   const std::vector<std::int64_t> stamps_ns = stamps_of_first_sensor(drive);
-  std::vector<std::pair<ScanInfo, Origin>> scans;
+  std::vector<std::pair<ScanInfo, ScanOrigin>> scans;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    scans.emplace_back(drive.scans[i], Origin{false, i});
+    scans.emplace_back(drive.scans[i], ScanOrigin{false, i});
   }
   for (std::size_t i = 0; i < other.scans.size(); ++i) {
     if (!is_between(stamps_ns, other.scans[i].stamp_ns)) continue;
-    ScanInfo& scan = scans.emplace_back(other.scans[i], Origin{true, i}).first;
+    ScanInfo& scan = scans.emplace_back(other.scans[i], ScanOrigin{true, i}).first;
     scan.sensor_index = static_cast<std::uint32_t>(drive.other_sensors.size() + 1);
     scan.T_world_vehicle.reset();
   }
@@ -86,21 +62,24 @@ Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& driv
              std::to_string(other.scans.size()) + " scans of sensor " + other.name +
              " are not between two scans of the first sensor; they are left out");
   }
-  std::ranges::sort(scans, {}, [](const std::pair<ScanInfo, Origin>& scan) {
+  std::ranges::sort(scans, {}, [](const std::pair<ScanInfo, ScanOrigin>& scan) {
     return std::tuple(scan.first.stamp_ns, scan.first.sensor_index);
   });
   Drive joined = drive;
   joined.other_sensors.push_back(other.sensor);
   joined.scans.clear();
-  std::vector<Origin> origins;
+  std::vector<ScanOrigin> origins;
+  std::uint32_t part = 0;
   for (auto& [scan, origin] : scans) {
+    if (origin.is_other) scan.part = part;
+    part = scan.part;
     scan.recording_index =
         static_cast<std::uint32_t>(2 * joined.scans.size()) + scan.recording_index % 2;
     joined.scans.push_back(std::move(scan));
     origins.push_back(origin);
   }
-  return with_store(std::move(joined), std::make_shared<JoinedScanStore>(drive.store, other.store,
-                                                                         std::move(origins)));
+  return with_store(std::move(joined),
+                    joined_scan_store(drive.store, other.store, std::move(origins)));
 }
 
 }  // namespace sightline

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "formats/drive/trajectory_of_drive.h"
+#include "formats/grid/point_grid.h"
 #include "passes/pass/scan_selection.h"
 
 namespace sightline {
@@ -15,24 +17,111 @@ constexpr double kSmallestStep_m = 0.1;
 // to make 10 m.
 constexpr double kRounding_m = 1e-9;
 
+// A way is another visit of a place that it comes back to after so much.
+constexpr double kAnotherVisit_m = 20.0;
+
 using Run = std::vector<Pose>;  // consecutive kept poses of one piece without a gap
 
-std::vector<Run> split_into_runs(const std::vector<const TrajectoryPose*>& poses,
-                                 double largest_gap_m) {
-  std::vector<Run> runs;
+// A pose of the route, of whichever run.
+struct RoutePose {
+  Pose T_map_vehicle;
   std::uint32_t piece = 0;
-  for (const TrajectoryPose* at : poses) {
-    const Pose& pose = at->T_map_vehicle;
-    if (!runs.empty() && at->piece == piece) {
-      const double step_m = (pose.translation() - runs.back().back().translation()).norm();
-      if (step_m < kSmallestStep_m) continue;
-      if (step_m <= largest_gap_m) {
-        runs.back().push_back(pose);
-        continue;
-      }
+  std::uint32_t part = 0;  // of the drive
+  double driven_m = 0.0;   // from the first pose
+};
+
+// Without those where the vehicle stands, unless another piece begins.
+std::vector<RoutePose> moving_poses(const std::vector<RoutePose>& poses) {
+  std::vector<RoutePose> moving;
+  for (const RoutePose& pose : poses) {
+    double step_m = 0.0;
+    if (!moving.empty()) {
+      const RoutePose& last = moving.back();
+      step_m = (pose.T_map_vehicle.translation() - last.T_map_vehicle.translation()).norm();
+      const bool goes_on = pose.piece == last.piece && pose.part == last.part;
+      if (goes_on && step_m < kSmallestStep_m) continue;
     }
-    runs.push_back({pose});
-    piece = at->piece;
+    moving.push_back(pose);
+    moving.back().driven_m = moving.size() > 1 ? moving[moving.size() - 2].driven_m + step_m : 0.0;
+  }
+  return moving;
+}
+
+// Whether two poses are of one stretch of way.
+bool is_step(const RoutePose& from, const RoutePose& to, double largest_gap_m) {
+  return from.piece == to.piece && from.part == to.part &&
+         to.driven_m - from.driven_m <= largest_gap_m;
+}
+
+// Which poses are where the vehicle was before, in the same direction.
+class Revisits {
+ public:
+  Revisits(const std::vector<RoutePose>& poses, double largest_gap_m)
+      : poses_(poses), largest_gap_m_(largest_gap_m), grid_(positions_of(poses)) {
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const bool was_revisit = i > 0 && is_revisit_[i - 1];
+      is_revisit_.push_back(comes_back(i, was_revisit ? kLeavesWay_m : kSameWay_m));
+    }
+  }
+  [[nodiscard]] bool operator[](std::size_t i) const { return is_revisit_[i]; }
+
+ private:
+  static constexpr double kSameWay_m = 2.0;
+  static constexpr double kLeavesWay_m = 2.5;  // so that runs do not flicker
+  static constexpr double kSameHeight_m = 3.0;
+  static constexpr double kSameDirection = 0.7071067811865476;  // cosine of 45 degrees
+
+  static std::vector<Eigen::Vector3d> positions_of(const std::vector<RoutePose>& poses) {
+    std::vector<Eigen::Vector3d> positions_m;
+    for (const RoutePose& pose : poses) positions_m.push_back(pose.T_map_vehicle.translation());
+    return positions_m;
+  }
+
+  [[nodiscard]] bool comes_back(std::size_t i, double reach_m) const {
+    bool found = false;
+    grid_.visit_within(poses_[i].T_map_vehicle.translation(),
+                       reach_m + 0.5 * largest_gap_m_ + kSameHeight_m, [&](const NearPoint& near) {
+                         if (!found) found = is_passed_by(near.index, i, reach_m);
+                       });
+    return found;
+  }
+
+  // Whether the way from an earlier pose to the next one passes pose `i`.
+  [[nodiscard]] bool is_passed_by(std::size_t earlier, std::size_t i, double reach_m) const {
+    if (earlier >= i || is_revisit_[earlier]) return false;
+    const RoutePose& from = poses_[earlier];
+    const RoutePose& here = poses_[i];
+    if (from.part == here.part && here.driven_m - from.driven_m < kAnotherVisit_m) return false;
+    const Eigen::Vector3d ahead = from.T_map_vehicle.linear().col(0);
+    if (ahead.dot(here.T_map_vehicle.linear().col(0)) < kSameDirection) return false;
+    const RoutePose& to = earlier + 1 < i ? poses_[earlier + 1] : from;
+    const Eigen::Vector3d offset_m =
+        here.T_map_vehicle.translation() - from.T_map_vehicle.translation();
+    Eigen::Vector3d step_m = Eigen::Vector3d::Zero();
+    if (is_step(from, to, largest_gap_m_)) {
+      step_m = to.T_map_vehicle.translation() - from.T_map_vehicle.translation();
+    }
+    const double length2 = step_m.squaredNorm();
+    const double share = length2 > 0.0 ? std::clamp(offset_m.dot(step_m) / length2, 0.0, 1.0) : 0.0;
+    const Eigen::Vector3d beside_m = offset_m - share * step_m;
+    return beside_m.head<2>().norm() <= reach_m && std::abs(beside_m.z()) <= kSameHeight_m;
+  }
+
+  const std::vector<RoutePose>& poses_;
+  double largest_gap_m_;
+  PointGrid grid_;
+  std::vector<bool> is_revisit_;
+};
+
+std::vector<Run> split_into_runs(const std::vector<RoutePose>& poses, double largest_gap_m) {
+  const Revisits revisits(poses, largest_gap_m);
+  std::vector<Run> runs;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (revisits[i]) continue;
+    const bool goes_on =
+        i > 0 && !revisits[i - 1] && is_step(poses[i - 1], poses[i], largest_gap_m);
+    if (!goes_on) runs.emplace_back();
+    runs.back().push_back(poses[i].T_map_vehicle);
   }
   return runs;
 }
@@ -73,9 +162,11 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
                            const Trajectory& trajectory) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   const ScanSelection selection = options.scans;
-  std::vector<const TrajectoryPose*> poses;
+  std::vector<RoutePose> poses;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    if (is_selected(drive.scans[i], selection)) poses.push_back(&trajectory.poses[i]);
+    if (!is_selected(drive.scans[i], selection)) continue;
+    const TrajectoryPose& pose = trajectory.poses[i];
+    poses.push_back({pose.T_map_vehicle, pose.piece, drive.scans[i].part});
   }
   if (poses.empty()) {
     return Error{
@@ -89,7 +180,7 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
   Sites sites;
   sites.frame = trajectory.frame;
   sites.spacing_m = options.spacing_m;
-  for (const Run& run : split_into_runs(poses, options.largest_gap_m)) {
+  for (const Run& run : split_into_runs(moving_poses(poses), options.largest_gap_m)) {
     append_sites(run, drive.sensor.T_vehicle_lidar, sites);
   }
   ctx.progress(poses.size(), poses.size());

@@ -21,8 +21,6 @@ constexpr double kHitLogOdds = 0.8472978603872034;
 constexpr double kMissLogOdds = -0.4054651081081644;
 // Surroundings by which a voxel is judged: two voxels to each side, 124 in all.
 constexpr int kSteps = 2;
-// OctoMap's clamping threshold, P(occupied) = 0.97: what stands beyond doubt.
-constexpr double kStrongLogOdds = 3.5;
 // So many around that stand beyond doubt make an edge, unless twice as many around moved.
 constexpr int kStrongAround = 2;
 // A voxel with no more evidence for standing than this goes with its surroundings: two hits and no
@@ -104,14 +102,15 @@ bool has_footing(const Bands& bands, std::int64_t column, double above_m) {
   return true;
 }
 
-// Without what hangs in the air: what moves on a street stands on it.
+// Without what hangs in the air: what moves on a street stands on it. A house that is gone since an
+// earlier drive is no traffic.
 std::vector<std::uint8_t> with_footing(const SeenVoxels& seen,
                                        const std::vector<std::uint8_t>& moved) {
   const Bands bands = moved_bands(seen, moved);
   std::vector<std::uint8_t> kept = moved;
   for (std::size_t v = 0; v < moved.size(); ++v) {
     const double above_m = seen.values()[v].above_ground_m;
-    if (moved[v] == 0 || above_m <= kFooting_m) continue;
+    if (moved[v] == 0 || above_m <= kFooting_m || seen.values()[v].has_changed) continue;
     if (!has_footing(bands, column_of(seen.keys()[v]), above_m)) kept[v] = 0;
   }
   return kept;
@@ -146,8 +145,12 @@ bool goes_with_trail(const SeenVoxel& voxel, const Surroundings& around) {
 
 }  // namespace
 
+double log_odds(std::uint32_t hits, std::uint32_t misses) {
+  return hits * kHitLogOdds + misses * kMissLogOdds;
+}
+
 double log_odds(const SeenVoxel& voxel) {
-  return voxel.hits * kHitLogOdds + voxel.misses * kMissLogOdds;
+  return voxel.of_drives_log_odds.value_or(log_odds(voxel.hits, voxel.misses));
 }
 
 bool stands_anyway(const SeenVoxel& voxel, std::size_t scan_count) {

@@ -10,6 +10,10 @@ namespace sightline {
 
 // Evidence for standing, by OctoMap's sensor model: log odds of hits and misses. Below 0: it moved.
 double log_odds(const SeenVoxel& voxel);
+double log_odds(std::uint32_t hits, std::uint32_t misses);
+
+// What stands beyond doubt has as much: OctoMap's clamping threshold, P(occupied) = 0.97.
+inline constexpr double kStrongLogOdds = 3.5;
 
 // Whether a voxel stands beyond doubt even if every one of `scan_count` scans that did not hit it
 // looks through it: no ray need be asked.

@@ -18,7 +18,7 @@ Result<std::vector<PlacedScan>> place_scans(const RemoveMovingOptions& options, 
     if (!is_selected(drive.scans[i], selection)) continue;
     const SensorProfile& sensor = drive.sensor_of(drive.scans[i]);
     scans.push_back({i, trajectory.poses[i].T_map_vehicle * sensor.T_vehicle_lidar,
-                     sensor.min_range_m, sensor.max_range_m});
+                     sensor.min_range_m, sensor.max_range_m, drive.scans[i].part});
   }
   if (!scans.empty()) return scans;
   return Error{ErrorCode::kDriveTooShort, "no scan is selected, expected at least one", "",

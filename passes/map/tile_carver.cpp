@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <set>
 
+#include "passes/map/drive_evidence.h"
 #include "passes/map/scan_rays.h"
 #include "passes/map/voxel_ground.h"
 
@@ -84,7 +87,13 @@ class TileCarver {
         tile_(box_of(tile, options.tile_m)),
         reach_(reach_of_tile(options, tile)),
         origins_(origins_of(scans)),
-        hit_voxels_(scans.size()) {}
+        hit_voxels_(scans.size()) {
+    for (const PlacedScan& scan : scans) {
+      last_part_ = std::max(last_part_, scan.part);
+      if (scan.part != scans.front().part && !of_drives_) of_drives_.emplace(0);
+    }
+    if (of_drives_) of_drives_.emplace(last_part_ + 1);
+  }
 
   Result<void> look() {
     SIGHTLINE_TRY(collect());
@@ -133,6 +142,7 @@ class TileCarver {
     ++voxel.point_count;
     if (voxel.hits > 0 && voxel.last_scan == k) return;
     ++voxel.hits;
+    if (of_drives_) of_drives_->add_hit(v, scans_[k].part);
     voxel.last_scan = k;
     hit_voxels_[k].push_back(v);
   }
@@ -166,7 +176,9 @@ class TileCarver {
         if (column.box.exteriorDistance(origin_m) > options_.carve_range_m) continue;
         for (AskedVoxel& voxel : column.voxels) {
           if (spared_by[voxel.number] == k) continue;
-          if (looks_through(scans_[k].T_map_lidar, rays, voxel)) ++voxel.misses;
+          if (!looks_through(scans_[k].T_map_lidar, rays, voxel)) continue;
+          ++voxel.misses;
+          if (of_drives_) of_drives_->add_miss(voxel.number, scans_[k].part);
         }
       }
     }
@@ -175,17 +187,25 @@ class TileCarver {
         seen_.values()[voxel.number].misses = voxel.misses;
       }
     }
+    if (of_drives_) of_drives_->conclude(seen_);
     return {};
   }
 
-  // Scans that may look into a place.
-  std::size_t scans_near(const Box2& box) const {
-    std::size_t count = 0;
+  // How many scans may look into a place, of each part of the drive.
+  std::vector<std::size_t> scans_near(const Box2& box) const {
+    std::vector<std::size_t> counts(last_part_ + 1, 0);
     origins_.visit_over(with_halo(box, options_.carve_range_m + kSlack_m), [&](std::size_t k) {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
-      if (box.exteriorDistance(origin_m) <= options_.carve_range_m) ++count;
+      if (box.exteriorDistance(origin_m) <= options_.carve_range_m) ++counts[scans_[k].part];
     });
-    return count;
+    return counts;
+  }
+
+  // Whether no scan need be asked of a voxel.
+  bool stands_anyway_here(std::uint32_t v, const std::vector<std::size_t>& scan_counts) const {
+    if (of_drives_) return of_drives_->stands_anyway(v, scan_counts);
+    return stands_anyway(seen_.values()[v],
+                         std::accumulate(scan_counts.begin(), scan_counts.end(), std::size_t{0}));
   }
 
   std::vector<Column> columns_to_ask_about() const {
@@ -196,15 +216,15 @@ class TileCarver {
     }
     std::ranges::sort(order);
     std::vector<Column> columns;
-    std::size_t scan_count = 0;
+    std::vector<std::size_t> scan_counts;
     for (std::size_t i = 0; i < order.size(); ++i) {
       if (i == 0 || order[i].first != order[i - 1].first) {
         columns.push_back({box_of(order[i].first, kColumn_m), {}});
-        scan_count = scans_near(columns.back().box);
+        scan_counts = scans_near(columns.back().box);
       }
       const std::uint32_t v = order[i].second;
+      if (stands_anyway_here(v, scan_counts)) continue;
       const SeenVoxel& voxel = seen_.values()[v];
-      if (stands_anyway(voxel, scan_count)) continue;
       columns.back().voxels.push_back({voxel.mean_m(), voxel.above_ground_m, voxel.is_ground, v});
     }
     return columns;
@@ -245,6 +265,8 @@ class TileCarver {
   Box2 tile_;
   Box2 reach_;         // with the surroundings that decide about its voxels
   PointGrid origins_;  // of the scans
+  std::uint32_t last_part_ = 0;
+  std::optional<DriveEvidence> of_drives_;  // where scans of several drives are here
   SeenVoxels seen_;
   std::vector<std::vector<std::uint32_t>> hit_voxels_;  // of each scan, each once
   std::vector<std::uint32_t> near_;

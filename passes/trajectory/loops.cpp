@@ -12,7 +12,7 @@ namespace {
 
 // One scan in this much of the way looks for an earlier visit.
 constexpr double kCandidateStep_m = 5.0;
-// A return after less is what the local map of odometry saw already.
+// A return after less, within a piece, is what the local map of odometry saw already.
 constexpr double kShortestLoop_m = 80.0;
 // Visits of one place pass within this of each other, odometry's own drift aside.
 constexpr double kSamePlace_m = 8.0;
@@ -42,7 +42,8 @@ std::optional<Candidate> candidate_of(const Odometry& odometry, const PointGrid&
                                       std::size_t later) {
   const auto is_earlier_visit = [&](const NearPoint& point) {
     return point.index < later &&
-           odometry.driven_m[later] - odometry.driven_m[point.index] >= kShortestLoop_m &&
+           (odometry.piece[later] != odometry.piece[point.index] ||
+            odometry.driven_m[later] - odometry.driven_m[point.index] >= kShortestLoop_m) &&
            point.distance_m <= kSamePlace_m + drift_m(odometry, {point.index, later});
   };
   const std::optional<NearPoint> nearest = places.nearest(

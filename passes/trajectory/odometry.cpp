@@ -67,7 +67,12 @@ class Follower {
   Odometry odometry;
 
  private:
-  [[nodiscard]] bool has_given_step(std::size_t k) const { return given_[k - 1] && given_[k]; }
+  [[nodiscard]] bool begins_part(std::size_t k) const {
+    return drive_.scans[k].part != drive_.scans[k - 1].part;
+  }
+  [[nodiscard]] bool has_given_step(std::size_t k) const {
+    return given_[k - 1] && given_[k] && !begins_part(k);
+  }
   [[nodiscard]] std::int64_t step_ns(std::size_t k) const {
     return drive_.scans[k].stamp_ns - drive_.scans[k - 1].stamp_ns;
   }
@@ -129,7 +134,7 @@ class Follower {
   }
 
   void follow_alone(std::size_t k, const ReadScan& scan) {
-    const bool is_jump = step_ns(k) > longest_step_ns_;
+    const bool is_jump = step_ns(k) > longest_step_ns_ || begins_part(k);
     Found found;
     if (!is_jump) found = find(k, scan);
     if (!found.is_believed) {

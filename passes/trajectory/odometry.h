@@ -38,7 +38,8 @@ struct Odometry {
 // Scan after scan against a map of the last `local_map_m` of the way, from where even motion since
 // the scans before would take it, by their stamps. Where too little of a scan meets that map it is
 // looked for at all headings and farther around; where that finds no place, or several alike, and
-// where time jumps, the scan begins a new piece with a map of its own, where the last scan was.
+// where time jumps or a part of the drive begins, the scan begins a new piece with a map of its
+// own, where the last scan was.
 // `given`, one a scan, are T_map_lidar where a recording has them: they put the first scan in its
 // place, and carry on where matching fails. Errors: drive-too-short, and what reading a scan says.
 Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive& drive,

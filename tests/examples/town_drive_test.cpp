@@ -89,6 +89,21 @@ TEST_F(TownDrive, ReturnsLieOnTheSensorsRingsAndWithinItsRange) {
   }
 }
 
+TEST_F(TownDrive, OfAPartOfTheRouteBeginsThere) {
+  DriveOptions options = options_of(1, 40.0);
+  const DriveSimulator whole = simulator(options);
+  options.from_m = 20.0;
+  options.length_m = 15.0;
+  const DriveSimulator part = simulator(options);
+  ASSERT_EQ(part.scan_count(), 16u);
+  EXPECT_EQ(part.driven_m(3), 23.0);
+  for (std::size_t i = 0; i < part.scan_count(); ++i) {
+    EXPECT_TRUE(part.T_town_vehicle()[i].matrix() == whole.T_town_vehicle()[i + 20].matrix());
+  }
+  options.from_m = 190.0;
+  EXPECT_FALSE(DriveSimulator::make(*town_, options).has_value());
+}
+
 TEST_F(TownDrive, SomeReturnsAreMissing) {
   const DriveSimulator drive = simulator(options_of(0, 2.0));
   const auto count = static_cast<double>(drive.scan(0).points.size());

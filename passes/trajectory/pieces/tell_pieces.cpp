@@ -25,6 +25,10 @@ std::string time_text(std::int64_t stamp_ns) {
 
 std::string reason_text(const Drive& drive, const PieceStart& start) {
   char text[192];
+  const std::uint32_t part = drive.scans[start.scan].part;
+  if (part != drive.scans[start.scan - 1].part) {
+    return "drive " + drive.name_of_part(part) + " was found nowhere in the drives before it";
+  }
   if (start.is_time_jump) {
     const double pause_s = 1e-9 * static_cast<double>(drive.scans[start.scan].stamp_ns -
                                                       drive.scans[start.scan - 1].stamp_ns);

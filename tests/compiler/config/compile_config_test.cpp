@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -80,6 +81,46 @@ TEST(CompileConfig, OfTheExampleIsValidByAnIndependentValidator) {
   EXPECT_TRUE(is_valid(json_of(YAML::Load("mapping: {scans: a, columns: x y z intensity}"))));
   EXPECT_FALSE(is_valid(json_of(YAML::Load("build-ndt: {cel_m: 1.0}"))));
   EXPECT_FALSE(is_valid(json_of(YAML::Load("build-ndt: {cell_m: -1.0}"))));
+}
+
+TEST(CompileConfig, TakesAListOfDrivesThatMakeTheMap) {
+  const Result<CompileConfig> config = load(
+      "mapping:\n"
+      "  - {scans: monday, poses: monday.tum, sensor: vlp-16, rate_hz: 20}\n"
+      "  - {scans: tuesday}\n"
+      "  - {scans: wednesday, name: third, rate_hz: 5}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_TRUE(config->mapping.scans.ends_with("/monday"));
+  ASSERT_EQ(config->later_mapping.size(), 2U);
+  const RecordingOptions& tuesday = config->later_mapping[0];
+  EXPECT_TRUE(tuesday.scans.ends_with("compile_config_test/tuesday"));
+  EXPECT_EQ(tuesday.poses, "") << "those of Monday are not its own";
+  EXPECT_EQ(tuesday.sensor, "vlp-16");
+  EXPECT_EQ(tuesday.rate_hz, 20.0);
+  EXPECT_EQ(config->later_mapping[1].name, "third");
+  EXPECT_EQ(config->later_mapping[1].rate_hz, 5.0);
+  const CompilePlan compile = compile_plan(*config);
+  std::vector<std::string> roles;
+  for (const RecordingInput& input : compile.recordings) roles.push_back(input.role);
+  EXPECT_EQ(roles, (std::vector<std::string>{"mapping", "mapping[2]", "mapping[3]"}));
+  const std::vector<EffectiveValue> values = effective_values(*config);
+  EXPECT_TRUE(std::ranges::any_of(values, [](const EffectiveValue& value) {
+    return value.section == "mapping[3]" && value.key == "rate_hz" && value.value == "5";
+  }));
+  EXPECT_TRUE(is_valid(json_of(YAML::Load("mapping: [{scans: a}, {scans: b}]"))));
+  EXPECT_FALSE(is_valid(json_of(YAML::Load("mapping: [{scans: a}, {scan: b}]"))));
+}
+
+TEST(CompileConfig, NamesTheDriveOfAListThatIsWrong) {
+  const Result<CompileConfig> key = load("mapping:\n  - {scans: a}\n  - {scan: b}\n");
+  ASSERT_FALSE(key.has_value());
+  EXPECT_EQ(key.error().code, ErrorCode::kUnknownKey);
+  EXPECT_EQ(key.error().place, "line 3");
+  EXPECT_NE(key.error().message.find("drive 2"), std::string::npos) << key.error().message;
+  const Result<CompileConfig> none = load("mapping:\n  - {scans: a}\n  - {name: b}\n");
+  ASSERT_FALSE(none.has_value());
+  EXPECT_EQ(none.error().code, ErrorCode::kMissingKey);
+  EXPECT_NE(none.error().message.find("mapping[2].scans"), std::string::npos);
 }
 
 TEST(CompileConfig, SpreadsWhatPassesShare) {

@@ -131,6 +131,74 @@ TEST(ChooseSites, UseTheScansThatAreAskedFor) {
   for (const Site& site : sites_of(journey, options).sites) EXPECT_EQ(site.p_map_m.y(), 3.0);
 }
 
+// A drive along x from `from_m` to `to_m`, beside the line by y_m, as part `part` of the journey.
+void drive_along(Journey& journey, double from_m, double to_m, double y_m, std::uint32_t part) {
+  const double heading_rad = to_m < from_m ? 3.141592653589793 : 0.0;
+  const int count = static_cast<int>(std::abs(to_m - from_m)) + 1;
+  for (int i = 0; i < count; ++i) {
+    Pose pose = Pose::Identity();
+    pose.linear() = Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    pose.translation() = Eigen::Vector3d(to_m < from_m ? from_m - i : from_m + i, y_m, 0.0);
+    journey.add(pose);
+    journey.drive.scans.back().part = part;
+  }
+}
+
+TEST(ChooseSites, LieOnceWhereSeveralDrivesPassInOneDirection) {
+  Journey journey;
+  drive_along(journey, 0.0, 30.0, 0.0, 0);
+  drive_along(journey, 10.0, 50.0, 1.0, 1);  // new from 33 m on
+  drive_along(journey, 0.0, 30.0, 0.5, 2);   // nothing new
+  drive_along(journey, 30.0, 0.0, 0.0, 3);   // the other way
+  drive_along(journey, 0.0, 30.0, -3.5, 4);  // the next lane
+  const Sites sites = sites_of(journey);
+  std::vector<int> count(5, 0);
+  for (const Site& site : sites.sites) {
+    const Eigen::Vector3d p_m = site.p_map_m;
+    const bool goes_back = site.T_map_vehicle.linear()(0, 0) < 0.0;
+    ++count[goes_back ? 3 : p_m.y() < -3.0 ? 4 : p_m.x() > 30.5 ? 1 : 0];
+  }
+  EXPECT_EQ(count, (std::vector<int>{31, 18, 0, 31, 31}));
+  EXPECT_TRUE(validate(sites).has_value());
+}
+
+TEST(ChooseSites, LieOnceWhereOneDriveComesBack) {
+  Journey journey;
+  const double radius_m = 15.0;  // 94 m around
+  for (int i = 0; i < 160; ++i) {
+    const double angle_rad = i / radius_m;
+    Pose pose = Pose::Identity();
+    pose.linear() = Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    pose.translation() =
+        radius_m * Eigen::Vector3d(std::sin(angle_rad), 1.0 - std::cos(angle_rad), 0.0);
+    journey.add(pose);
+  }
+  const Sites sites = sites_of(journey);
+  EXPECT_NEAR(static_cast<double>(sites.sites.size()), 93.0, 2.0);
+  EXPECT_EQ(sites.sites.back().run, 0U);
+}
+
+// Whatever the drives, a place that is left out has a site of its direction within 3 m.
+TEST(ChooseSites, LeaveNoPlaceWithoutASiteNearby) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random(seed);
+    Journey journey;
+    for (std::uint32_t part = 0; part < 5; ++part) {
+      drive_along(journey, random.uniform(0.0, 40.0), random.uniform(50.0, 90.0),
+                  random.uniform(-4.0, 4.0), part);
+    }
+    const Sites sites = sites_of(journey);
+    for (const TrajectoryPose& pose : journey.trajectory.poses) {
+      double nearest_m = 1e9;
+      for (const Site& site : sites.sites) {
+        nearest_m =
+            std::min(nearest_m, (site.p_map_m - pose.T_map_vehicle.translation()).head<2>().norm());
+      }
+      ASSERT_LT(nearest_m, 3.0) << "seed " << seed;
+    }
+  }
+}
+
 // The position at arc length s along the polyline through `corners`.
 Eigen::Vector3d walk(const std::vector<Eigen::Vector3d>& corners, double s_m) {
   for (std::size_t i = 1; i < corners.size(); ++i) {

@@ -145,6 +145,50 @@ TEST(Pieces, AreJoinedAgainByScansThatAgreeWhereTheyAre) {
   EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.3);
 }
 
+// Two drives through one street, the second right behind the first in time, from a place 40 m back.
+TEST(Pieces, OfTwoDrivesAreJoinedByWhatTheySee) {
+  const BoxWorld world = random_street(4);
+  const std::size_t count = 16;
+  TestDrive test =
+      drive_through(world, joined(along_street(0.0, count), along_street(4.0, count)), 0.5);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 2 * count; ++i) {
+    scans.push_back(*test.drive.store->read(i));
+    test.drive.scans[i].part = i < count ? 0 : 1;
+  }
+  test.drive.later_parts = {"tuesday"};
+  test.drive.store = memory_scan_store(scans);
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(pieces_in(*told.trajectory), 1u);
+  EXPECT_TRUE(told.warnings.empty());
+  EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.1);
+}
+
+// The second drive was somewhere else: nothing wrong is joined, and it is named.
+TEST(Pieces, OfADriveThatMeetsNoOtherIsNamed) {
+  TestDrive test = drive_through(random_street(4), along_street(0.0, 8), 0.5);
+  const TestDrive other = drive_through(random_street(9), along_street(0.0, 8), 0.5);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 8; ++i) scans.push_back(*test.drive.store->read(i));
+  for (std::size_t i = 0; i < 8; ++i) {
+    ScanInfo& scan = test.drive.scans.emplace_back(other.drive.scans[i]);
+    scan.recording_index += 8;
+    scan.stamp_ns += 3600 * kSecond_ns;
+    scan.part = 1;
+    scans.push_back(*other.drive.store->read(i));
+  }
+  test.drive.later_parts = {"elsewhere"};
+  test.drive.store = memory_scan_store(scans);
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(pieces_in(*told.trajectory), 2u);
+  ASSERT_EQ(told.warnings.size(), 1u);
+  EXPECT_NE(told.warnings[0].find("drive elsewhere was found nowhere in the drives before it"),
+            std::string::npos)
+      << told.warnings[0];
+}
+
 // The same street, but nothing to tell where along it: walls without any feature, after a pause.
 TEST(Pieces, AreNotJoinedWhereAllPlacesLookAlike) {
   BoxWorld world;

@@ -1,0 +1,70 @@
+#include "passes/ingest/join_drives.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "formats/foreign/text/pose_file.h"
+#include "passes/ingest/joined_scan_store.h"
+
+namespace sightline {
+namespace {
+
+// Times below are counted from the beginning of a recording; no clock of a vehicle shows 1973.
+constexpr std::int64_t kEarliestClock_ns = 100'000'000'000'000'000;
+
+// What is the matter with its sensor; empty: it is that of `drive`.
+std::string difference_of_sensors(const SensorProfile& first, const SensorProfile& later) {
+  if (later.name != first.name) return "its sensor is " + later.name + ", not " + first.name;
+  if (to_bytes(later) == to_bytes(first)) return "";
+  return "its sensor sits elsewhere on the vehicle, or has other beams";
+}
+
+// By how much the times of `later` are moved.
+std::int64_t moved_ns(const PassContext& ctx, const Drive& drive, const Drive& later) {
+  const std::int64_t least_ns = drive.scans.back().stamp_ns + kPauseBetweenParts_ns;
+  const std::int64_t begin_ns = later.scans.front().stamp_ns;
+  if (begin_ns >= least_ns) return 0;
+  if (begin_ns >= kEarliestClock_ns) {
+    const std::uint32_t last_part = drive.scans.back().part;
+    ctx.warn("drive " + later.name + " begins at " + format_stamp(begin_ns) + " s, and drive " +
+             drive.name_of_part(last_part) + ", which is named before it, ends at " +
+             format_stamp(drive.scans.back().stamp_ns) + " s: its times are moved by " +
+             format_stamp(least_ns - begin_ns) + " s; name the drives in the order of their days");
+  }
+  return least_ns - begin_ns;
+}
+
+}  // namespace
+
+Result<Drive> join_drives(PassContext& ctx, const NoOptions&, const Drive& drive,
+                          const Drive& later) {
+  if (later.scans.empty()) return drive;
+  if (drive.scans.empty()) return later;
+  const std::string difference = difference_of_sensors(drive.sensor, later.sensor);
+  if (!difference.empty()) {
+    ctx.warn("drive " + later.name + " is left out: " + difference);
+    return drive;
+  }
+  Drive joined = drive;
+  const bool has_frame = std::ranges::any_of(
+      drive.scans, [](const ScanInfo& scan) { return scan.T_world_vehicle.has_value(); });
+  if (!has_frame) joined.frame = later.frame;
+  joined.later_parts.push_back(later.name);
+  const auto part = static_cast<std::uint32_t>(joined.later_parts.size());
+  const std::int64_t later_ns = moved_ns(ctx, drive, later);
+  const std::uint32_t first_index = 2 * (drive.scans.back().recording_index / 2 + 1);
+  std::vector<ScanOrigin> origins;
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) origins.push_back({false, i, 0});
+  for (std::size_t i = 0; i < later.scans.size(); ++i) {
+    ScanInfo& scan = joined.scans.emplace_back(later.scans[i]);
+    scan.recording_index += first_index;
+    scan.stamp_ns += later_ns;
+    scan.part = part;
+    origins.push_back({true, i, later_ns});
+  }
+  return with_store(std::move(joined),
+                    joined_scan_store(drive.store, later.store, std::move(origins)));
+}
+
+}  // namespace sightline

@@ -1,0 +1,88 @@
+#include "passes/map/drive_evidence.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "passes/map/moving_verdict.h"
+#include "passes/map/voxel_ground.h"
+
+namespace sightline {
+namespace {
+
+// OctoMap's lower clamping threshold, P(occupied) = 0.12.
+constexpr double kGoneLogOdds = -2.0;
+// A drive saw a voxel standing by two hits and no miss, and looked through it by as much.
+constexpr double kSeenLogOdds = 1.6;
+// Vehicles and what else is parked leave a gap in these heights above the ground; walls do not.
+constexpr double kLowestOfWall_m = 1.0;
+constexpr double kHighestOfWall_m = 3.0;
+constexpr double kBand_m = 0.5;
+constexpr std::uint32_t kAllBands = 0b1111;
+
+// What the drives that know a voxel say of it.
+struct Opinion {
+  double log_odds = 0.0;  // after the latest
+  int standing = 0;       // drives
+  int gone = 0;
+  bool is_gone_at_last = false;
+
+  void add(double of_drive) {
+    const double clamped = std::clamp(of_drive, kGoneLogOdds, kStrongLogOdds);
+    log_odds = std::clamp(log_odds + clamped, kGoneLogOdds, kStrongLogOdds);
+    standing += clamped >= kSeenLogOdds ? 1 : 0;
+    gone += clamped <= -kSeenLogOdds ? 1 : 0;
+    is_gone_at_last = clamped <= -kSeenLogOdds;
+  }
+  [[nodiscard]] bool is_outvoted() const { return standing > 0 && gone > standing; }
+};
+
+// In which bands of height something stands, of each column.
+using StandingBands = std::unordered_map<std::int64_t, std::uint32_t>;
+
+StandingBands standing_bands(const SeenVoxels& seen, const std::vector<Opinion>& opinions) {
+  StandingBands bands;
+  for (std::size_t v = 0; v < seen.size(); ++v) {
+    const double above_m = seen.values()[v].above_ground_m;
+    if (opinions[v].log_odds <= 0.0 || above_m < kLowestOfWall_m || above_m >= kHighestOfWall_m) {
+      continue;
+    }
+    bands[column_of(seen.keys()[v])] |=
+        1U << static_cast<unsigned>((above_m - kLowestOfWall_m) / kBand_m);
+  }
+  return bands;
+}
+
+}  // namespace
+
+bool DriveEvidence::stands_anyway(std::uint32_t voxel,
+                                  const std::vector<std::size_t>& scan_counts) const {
+  for (std::size_t drive = 0; drive < drive_count_; ++drive) {
+    const auto most_misses = static_cast<std::uint32_t>(scan_counts[drive]);
+    if (most_misses == 0) continue;
+    if (log_odds(counts(voxel, drive).hits, most_misses) < kStrongLogOdds) return false;
+  }
+  return true;
+}
+
+void DriveEvidence::conclude(SeenVoxels& seen) const {
+  std::vector<Opinion> opinions(seen.size());
+  for (std::uint32_t v = 0; v < seen.size(); ++v) {
+    for (std::size_t drive = 0; drive < drive_count_; ++drive) {
+      const Counts& said = counts(v, drive);
+      if (said.hits + said.misses > 0) opinions[v].add(log_odds(said.hits, said.misses));
+    }
+  }
+  const StandingBands bands = standing_bands(seen, opinions);
+  for (std::uint32_t v = 0; v < seen.size(); ++v) {
+    SeenVoxel& voxel = seen.values()[v];
+    const Opinion& opinion = opinions[v];
+    voxel.of_drives_log_odds = opinion.log_odds;
+    voxel.has_changed = opinion.standing > 0 && opinion.is_gone_at_last;
+    if (!opinion.is_outvoted() || opinion.log_odds < 0.0) continue;
+    const auto column = bands.find(column_of(seen.keys()[v]));
+    const bool is_wall = column != bands.end() && column->second == kAllBands;
+    if (!is_wall) voxel.of_drives_log_odds = kGoneLogOdds;
+  }
+}
+
+}  // namespace sightline

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "passes/map/seen_voxels.h"
+
+namespace sightline {
+
+// What several drives through one place say of its voxels, each for itself; part of remove-moving.
+//
+// A drive's log odds are clamped to OctoMap's thresholds (Hornung et al., Autonomous Robots 34,
+// 2013, section 3.2: P = 0.12 and 0.97), so that a hundred scans of one afternoon say no more than
+// one. They are added in the order of the drives and clamped again after each: what the latest
+// drives confirm stands, what they see through is gone. What fewer drives saw standing than looked
+// through it is gone too, unless it goes up from 1 m to 3 m without a gap as a new wall does: it
+// was parked there.
+class DriveEvidence {
+ public:
+  explicit DriveEvidence(std::size_t drive_count) : drive_count_(drive_count) {}
+
+  void add_hit(std::uint32_t voxel, std::size_t drive) { ++counts(voxel, drive).hits; }
+  void add_miss(std::uint32_t voxel, std::size_t drive) { ++counts(voxel, drive).misses; }
+
+  // Whether a voxel stands beyond doubt even if every scan that did not hit it looks through it.
+  // `scan_counts`: scans near it, of each drive.
+  [[nodiscard]] bool stands_anyway(std::uint32_t voxel,
+                                   const std::vector<std::size_t>& scan_counts) const;
+
+  // Fills of_drives_log_odds and has_changed. After mark_ground.
+  void conclude(SeenVoxels& seen) const;
+
+ private:
+  struct Counts {
+    std::uint32_t hits = 0;
+    std::uint32_t misses = 0;
+  };
+  Counts& counts(std::uint32_t voxel, std::size_t drive) {
+    const std::size_t at = voxel * drive_count_ + drive;
+    if (at >= counts_.size()) counts_.resize((voxel + 1) * drive_count_);
+    return counts_[at];
+  }
+  [[nodiscard]] const Counts& counts(std::uint32_t voxel, std::size_t drive) const {
+    return counts_[voxel * drive_count_ + drive];
+  }
+
+  std::size_t drive_count_;
+  std::vector<Counts> counts_;  // by voxel, then by drive
+};
+
+}  // namespace sightline
