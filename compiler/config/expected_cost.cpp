@@ -173,7 +173,9 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
         {role, static_cast<std::size_t>(size.scans), 1e6 * size.million_points / scans});
     const bool makes_map = role.starts_with("mapping") || sizes.size() == 1;
     if (!makes_map) continue;
-    mapping.scans = std::max(mapping.scans, size.scans);
+    // Other sensors scan at the same time, other drives at another.
+    mapping.scans = role.starts_with("mapping[") ? mapping.scans + size.scans
+                                                 : std::max(mapping.scans, size.scans);
     mapping.million_points += size.million_points;
     mapping.has_poses = mapping.has_poses && size.has_poses;
   }
