@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "formats/base/result.h"
-#include "formats/foreign/clouds/float_columns.h"
-#include "formats/foreign/clouds/float_counts.h"
+#include "formats/foreign/clouds/floats/float_columns.h"
+#include "formats/foreign/clouds/floats/float_counts.h"
 #include "formats/foreign/clouds/point_cloud_file.h"
 #include "formats/foreign/text/field_names.h"
 

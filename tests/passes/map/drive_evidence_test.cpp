@@ -102,10 +102,10 @@ std::size_t standing_in(const SurfacePoints& points, const TestBox& box) {
     const Result<std::vector<Eigen::Vector3d>> standing_m = reader.standing(part);
     EXPECT_TRUE(standing_m.has_value());
     for (const Eigen::Vector3d& p_m : *standing_m) {
-      count += ((p_m - box.low_m).array() >= -0.01).all() &&
-                       ((box.high_m - p_m).array() >= -0.01).all()
-                   ? 1
-                   : 0;
+      count +=
+          ((p_m - box.low_m).array() >= -0.01).all() && ((box.high_m - p_m).array() >= -0.01).all()
+              ? 1
+              : 0;
     }
   }
   return count;
@@ -142,10 +142,10 @@ TEST(RemoveMovingOfDrives, KeepsTheHouseThatWasBuiltAndDropsTheOneThatIsGone) {
   TestBox gone = old_house;
   TestBox built = new_house;
   gone.low_m.z() = built.low_m.z() = 0.5;
-  const SurfacePoints only_new = days_in_street(
-      1, [&](std::size_t, BoxWorld& world) { world.boxes.push_back(new_house); });
-  const SurfacePoints only_old = days_in_street(
-      1, [&](std::size_t, BoxWorld& world) { world.boxes.push_back(old_house); });
+  const SurfacePoints only_new =
+      days_in_street(1, [&](std::size_t, BoxWorld& world) { world.boxes.push_back(new_house); });
+  const SurfacePoints only_old =
+      days_in_street(1, [&](std::size_t, BoxWorld& world) { world.boxes.push_back(old_house); });
   EXPECT_GT(standing_in(points, built), 9 * standing_in(only_new, built) / 10);
   EXPECT_LT(standing_in(points, gone), standing_in(only_old, gone) / 10);
 }

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "formats/base/result.h"
-#include "formats/foreign/clouds/float_readings.h"
+#include "formats/foreign/clouds/floats/float_readings.h"
 
 // How many floats a point has in a file without a header, from the floats themselves.
 

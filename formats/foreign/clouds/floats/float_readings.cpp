@@ -1,4 +1,4 @@
-#include "formats/foreign/clouds/float_readings.h"
+#include "formats/foreign/clouds/floats/float_readings.h"
 
 #include <Eigen/Core>
 #include <algorithm>
