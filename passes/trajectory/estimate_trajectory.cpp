@@ -133,7 +133,10 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
                                        const Drive& drive) {
   const bool some_given = std::ranges::any_of(
       drive.scans, [](const ScanInfo& scan) { return scan.T_world_vehicle.has_value(); });
-  if (options.mode == PoseMode::kGiven || (options.mode == PoseMode::kAuto && drive.has_poses())) {
+  // Receivers are off otherwise on another day: poses of several drives are refined together.
+  const bool is_one = drive.later_parts.empty();
+  if (options.mode == PoseMode::kGiven ||
+      (options.mode == PoseMode::kAuto && drive.has_poses() && is_one)) {
     return checked_trajectory(ctx, options, drive, solver_of(ctx, options, drive));
   }
   if (options.mode == PoseMode::kRefine && !some_given) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "passes/trajectory/given/judge_given.h"
+#include "passes/trajectory/given/parts_apart.h"
 
 namespace sightline {
 namespace {
@@ -94,6 +95,14 @@ Result<Trajectory> checked_trajectory(PassContext& ctx, const EstimateTrajectory
   }
   const Task task{ctx, options, drive, solve};
   const std::vector<std::optional<Pose>> given = given_poses(drive);
+  SIGHTLINE_ASSIGN(const std::vector<PartApart> apart, find_parts_apart(drive, given));
+  if (!apart.empty()) {
+    return Error{
+        ErrorCode::kMismatchedInputs,
+        parts_text(apart, drive) + "; estimate-trajectory.mode=auto joins them by what they see",
+        drive.scans[apart.front().worst].source,
+        "scan " + std::to_string(drive.scans[apart.front().worst].recording_index)};
+  }
   SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
   SIGHTLINE_ASSIGN(const GivenVerdict verdict,
                    judge_given(drive, limits_of(options), given, odometry));
@@ -122,7 +131,14 @@ Result<Trajectory> checked_trajectory(PassContext& ctx, const EstimateTrajectory
 
 Result<Trajectory> refined_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                       const Drive& drive, const TrajectorySolver& solve) {
-  const std::vector<std::optional<Pose>> given = given_poses(drive);
+  std::vector<std::optional<Pose>> given = given_poses(drive);
+  if (options.bad_poses != BadPoses::kIgnore) {
+    SIGHTLINE_ASSIGN(const std::vector<PartApart> apart, find_parts_apart(drive, given));
+    if (!apart.empty()) {
+      ctx.warn(parts_text(apart, drive) + ". Their poses are left out");
+      given = without_parts(std::move(given), drive, apart);
+    }
+  }
   SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
   if (options.bad_poses == BadPoses::kIgnore) return solve(given, odometry);
   SIGHTLINE_ASSIGN(const std::vector<PoseJump> jumps,

@@ -145,24 +145,43 @@ TEST(Pieces, AreJoinedAgainByScansThatAgreeWhereTheyAre) {
   EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.3);
 }
 
-// Two drives through one street, the second right behind the first in time, from a place 40 m back.
-TEST(Pieces, OfTwoDrivesAreJoinedByWhatTheySee) {
-  const BoxWorld world = random_street(4);
-  const std::size_t count = 16;
-  TestDrive test =
-      drive_through(world, joined(along_street(0.0, count), along_street(4.0, count)), 0.5);
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < 2 * count; ++i) {
-    scans.push_back(*test.drive.store->read(i));
-    test.drive.scans[i].part = i < count ? 0 : 1;
-  }
+// Two drives through one street, the second right behind the first in time, from a place back.
+TestDrive two_days() {
+  constexpr int kCount = 16;
+  TestDrive test = drive_through(random_street(4),
+                                 joined(along_street(0.0, kCount), along_street(4.0, kCount)), 0.5);
+  for (std::size_t i = kCount; i < 2 * kCount; ++i) test.drive.scans[i].part = 1;
   test.drive.later_parts = {"tuesday"};
-  test.drive.store = memory_scan_store(scans);
+  return test;
+}
+
+TEST(Pieces, OfTwoDrivesAreJoinedByWhatTheySee) {
+  const TestDrive test = two_days();
   const Told told = run(test.drive);
   ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
   EXPECT_EQ(pieces_in(*told.trajectory), 1u);
   EXPECT_TRUE(told.warnings.empty());
   EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.1);
+}
+
+// Every scan with its true pose, those of the second drive off by 5 m.
+TEST(Pieces, OfTwoDrivesWhosePosesContradictEachOtherAreJoinedByWhatTheySee) {
+  for (const double off_m : {0.0, 1.0}) {
+    TestDrive test = two_days();
+    for (std::size_t i = 0; i < test.drive.scans.size(); ++i) {
+      Pose pose = test.truth.poses[i].T_map_vehicle;
+      if (test.drive.scans[i].part == 1) pose.translation() += off_m * Eigen::Vector3d(3, 4, 0);
+      test.drive.scans[i].T_world_vehicle = pose;
+    }
+    const Told told = run(test.drive);
+    ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+    EXPECT_EQ(pieces_in(*told.trajectory), 1u);
+    EXPECT_LT(largest_error_m(*told.trajectory, test.truth, 0), 0.1);
+    ASSERT_EQ(told.warnings.size(), off_m > 0.0 ? 1u : 0u);
+    if (off_m == 0.0) continue;
+    EXPECT_NE(told.warnings[0].find("drive tuesday lies 5."), std::string::npos)
+        << told.warnings[0];
+  }
 }
 
 // The second drive was somewhere else: nothing wrong is joined, and it is named.
