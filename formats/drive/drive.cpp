@@ -99,6 +99,12 @@ const std::string& Drive::name_of_part(std::uint32_t part) const {
   return later_parts[part - 1];
 }
 
+std::string Drive::names_of_parts() const {
+  std::string names = name;
+  for (const std::string& part : later_parts) names += ", " + part;
+  return names;
+}
+
 std::string_view scan_selection_name(ScanSelection selection) {
   constexpr std::string_view kNames[] = {"all", "even", "odd"};
   return kNames[static_cast<std::size_t>(selection)];

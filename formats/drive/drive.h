@@ -69,6 +69,7 @@ struct Drive {
   [[nodiscard]] const SensorProfile& sensor_of(const ScanInfo& scan) const;
   // What the part of a scan is called; of a drive of one part its own name.
   [[nodiscard]] const std::string& name_of_part(std::uint32_t part) const;
+  [[nodiscard]] std::string names_of_parts() const;  // "monday, tuesday"
 };
 
 template <>

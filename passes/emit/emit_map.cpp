@@ -93,7 +93,7 @@ bool is_simulated(const MeasuredError& measured) {
 
 MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
   MeasurementCard card;
-  card.mapping_drive = inputs.mapping.name;
+  card.mapping_drive = inputs.mapping.names_of_parts();
   card.mapping_scans = scan_selection_name(options.mapping_scans);
   card.localization_drive = inputs.localization.name;
   card.localization_scans = scan_selection_name(inputs.measured.matching.scans);

@@ -49,6 +49,7 @@ TEST(JoinDrives, PutsOneBehindTheOtherAndKeepsWhatIsEven) {
   EXPECT_TRUE(joined.warnings.empty());
   EXPECT_EQ(joined.drive.name, "monday");
   EXPECT_EQ(joined.drive.later_parts, std::vector<std::string>{"tuesday"});
+  EXPECT_EQ(joined.drive.names_of_parts(), "monday, tuesday");
   ASSERT_EQ(joined.drive.scans.size(), 5U);
   const std::vector<std::uint32_t> indices = {0, 1, 2, 4, 5};
   for (std::size_t i = 0; i < 5; ++i) {
