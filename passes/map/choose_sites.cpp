@@ -91,10 +91,10 @@ class Revisits {
     if (earlier >= i || is_revisit_[earlier]) return false;
     const RoutePose& from = poses_[earlier];
     const RoutePose& here = poses_[i];
-    if (from.part == here.part && here.driven_m - from.driven_m < kAnotherVisit_m) return false;
+    const RoutePose& to = earlier + 1 < i ? poses_[earlier + 1] : from;
+    if (from.part == here.part && here.driven_m - to.driven_m < kAnotherVisit_m) return false;
     const Eigen::Vector3d ahead = from.T_map_vehicle.linear().col(0);
     if (ahead.dot(here.T_map_vehicle.linear().col(0)) < kSameDirection) return false;
-    const RoutePose& to = earlier + 1 < i ? poses_[earlier + 1] : from;
     const Eigen::Vector3d offset_m =
         here.T_map_vehicle.translation() - from.T_map_vehicle.translation();
     Eigen::Vector3d step_m = Eigen::Vector3d::Zero();

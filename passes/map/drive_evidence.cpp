@@ -27,11 +27,10 @@ struct Opinion {
   bool is_gone_at_last = false;
 
   void add(double of_drive) {
-    const double clamped = std::clamp(of_drive, kGoneLogOdds, kStrongLogOdds);
-    log_odds = std::clamp(log_odds + clamped, kGoneLogOdds, kStrongLogOdds);
-    standing += clamped >= kSeenLogOdds ? 1 : 0;
-    gone += clamped <= -kSeenLogOdds ? 1 : 0;
-    is_gone_at_last = clamped <= -kSeenLogOdds;
+    log_odds = std::clamp(log_odds + of_drive, kGoneLogOdds, kStrongLogOdds);
+    standing += of_drive >= kSeenLogOdds ? 1 : 0;
+    gone += of_drive <= -kSeenLogOdds ? 1 : 0;
+    is_gone_at_last = of_drive <= -kSeenLogOdds;
   }
   [[nodiscard]] bool is_outvoted() const { return standing > 0 && gone > standing; }
 };

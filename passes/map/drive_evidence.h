@@ -10,10 +10,10 @@ namespace sightline {
 
 // What several drives through one place say of its voxels, each for itself; part of remove-moving.
 //
-// A drive's log odds are clamped to OctoMap's thresholds (Hornung et al., Autonomous Robots 34,
-// 2013, section 3.2: P = 0.12 and 0.97), so that a hundred scans of one afternoon say no more than
-// one. They are added in the order of the drives and clamped again after each: what the latest
-// drives confirm stands, what they see through is gone. What fewer drives saw standing than looked
+// The log odds of the drives are added in their order, and clamped after each to OctoMap's
+// thresholds (Hornung et al., Autonomous Robots 34, 2013, section 3.2: P = 0.12 and 0.97), so that
+// a hundred scans of one afternoon do not outweigh the next: what the latest drives confirm stands,
+// what they see through is gone. What fewer drives saw standing than looked
 // through it is gone too, unless it goes up from 1 m to 3 m without a gap as a new wall does: it
 // was parked there.
 class DriveEvidence {
