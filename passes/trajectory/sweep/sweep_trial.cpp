@@ -30,15 +30,28 @@ class StretchStore : public ScanStore {
   std::size_t first_;
 };
 
-std::size_t first_of_middle(const Drive& drive) {
-  return drive.scans.size() <= kTrialScans ? 0 : (drive.scans.size() - kTrialScans) / 2;
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t count = 0;
+};
+
+// Of the drive's longest part.
+Stretch middle_stretch(const Drive& drive) {
+  Stretch longest;
+  Stretch part;
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    if (i > 0 && drive.scans[i].part != drive.scans[i - 1].part) part = {i, 0};
+    ++part.count;
+    if (part.count > longest.count) longest = part;
+  }
+  const std::size_t count = std::min(kTrialScans, longest.count);
+  return {longest.first + (longest.count - count) / 2, count};
 }
 
 }  // namespace
 
 Drive middle_of(const Drive& drive) {
-  const std::size_t first = first_of_middle(drive);
-  const std::size_t count = std::min(kTrialScans, drive.scans.size());
+  const auto [first, count] = middle_stretch(drive);
   Drive middle = with_store(drive, std::make_shared<const StretchStore>(drive.store, first));
   middle.scans = {drive.scans.begin() + static_cast<std::ptrdiff_t>(first),
                   drive.scans.begin() + static_cast<std::ptrdiff_t>(first + count)};
@@ -46,11 +59,10 @@ Drive middle_of(const Drive& drive) {
 }
 
 Trajectory middle_of(const Trajectory& trajectory, const Drive& drive) {
-  const auto first = static_cast<std::ptrdiff_t>(first_of_middle(drive));
+  const auto [first, count] = middle_stretch(drive);
   Trajectory middle = trajectory;
-  middle.poses = {trajectory.poses.begin() + first,
-                  trajectory.poses.begin() + first +
-                      static_cast<std::ptrdiff_t>(std::min(kTrialScans, drive.scans.size()))};
+  middle.poses = {trajectory.poses.begin() + static_cast<std::ptrdiff_t>(first),
+                  trajectory.poses.begin() + static_cast<std::ptrdiff_t>(first + count)};
   const std::uint32_t first_piece = middle.poses.empty() ? 0 : middle.poses.front().piece;
   for (TrajectoryPose& pose : middle.poses) pose.piece -= first_piece;
   return middle;

@@ -11,7 +11,7 @@
 
 namespace sightline {
 
-// At most 60 scans of a drive, and their poses; scans count from 0 anew.
+// At most 60 scans of the longest part of a drive, and their poses; scans count from 0 anew.
 Drive middle_of(const Drive& drive);
 Trajectory middle_of(const Trajectory& trajectory, const Drive& drive);
 
