@@ -134,8 +134,9 @@ class LaneletReader {
     for (const XMLElement* ref = way.FirstChildElement("nd"); ref != nullptr;
          ref = ref->NextSiblingElement("nd")) {
       if (++side_node_count_ > kMostSideNodes) {
-        return file_.error(ErrorCode::kMalformedText, "its lanelets have more than " +
-                                                     std::to_string(kMostSideNodes) + " nodes");
+        return file_.error(
+            ErrorCode::kMalformedText,
+            "its lanelets have more than " + std::to_string(kMostSideNodes) + " nodes");
       }
       SIGHTLINE_ASSIGN(const std::size_t node, read_node(attribute(*ref, "ref"), way));
       side.nodes.push_back(node);

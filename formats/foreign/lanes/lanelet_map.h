@@ -56,7 +56,7 @@ enum class LaneletsRead : std::uint8_t { kAll, kForVehicles };
 // A lanelet is at most this long, and the file's sides have at most so many nodes, each counted for
 // each lanelet that names it: what a small file can cost is bounded.
 inline constexpr double kLongestLanelet_m = 1e5;
-inline constexpr std::size_t kMostSideNodes = std::size_t{1} << 24;
+inline constexpr std::size_t kMostSideNodes = std::size_t{1} << 23;
 
 // Errors: malformed-text (no XML, no <osm>, a way or node that is not there, a lanelet without
 // sides or too long, too many nodes), missing-field (a node without a place), bad-argument (a place

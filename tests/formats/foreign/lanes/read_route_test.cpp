@@ -177,7 +177,7 @@ TEST_F(ReadRoute, RefusesLaneletsOfMoreNodesThanAnyMapHas) {
   std::string nodes;
   for (int i = 0; i < 20'000; ++i) nodes += R"(<nd ref="1"/>)";
   std::string relations;
-  for (int i = 0; i < 900; ++i) {
+  for (int i = 0; i < 450; ++i) {
     relations += R"(<relation id="1"><member type="way" role="left" ref="11"/><member type="way" )"
                  R"(role="right" ref="12"/><tag k="type" v="lanelet"/></relation>)";
   }
