@@ -6,6 +6,7 @@
 
 #include "formats/base/check.h"
 #include "formats/foreign/lanes/lanelet_map.h"
+#include "formats/foreign/lanes/osm_text.h"
 #include "formats/foreign/lanes/route_parsers.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -56,9 +57,39 @@ void check(const Lanelet& lanelet, std::size_t node_count) {
   }
 }
 
+// What is added to a document leaves its lanes as they are, and is found again.
+void add_to(const RouteText& file, const LaneletMap& map) {
+  const std::vector<std::string_view> keys = {"observation_range_"};
+  const Result<std::string> clean = without_additions(file.text, keys);
+  if (!clean) return check(clean.error());
+  if (*clean != file.text) return;
+  OsmAdditions additions;
+  additions.of_relations.resize(map.relation_count);
+  for (const Lanelet& lanelet : map.lanelets) {
+    additions.of_relations[lanelet.relation] = {{"observation_range_010", "<\"&'>"}};
+  }
+  additions.nodes = {{"node id=\"-77777\"", {}, {}}};
+  additions.ways = {{"way id=\"-77777\"", {"-77777"}, {{"area", "yes"}}}};
+  const Result<std::string> added = with_additions(*clean, additions);
+  if (!added) return check(added.error());
+  const Result<LaneletMap> again =
+      read_lanelets({*added, file.file, file.world}, LaneletsRead::kAll);
+  SIGHTLINE_CHECK(again.has_value() && again->relation_count == map.relation_count);
+  SIGHTLINE_CHECK(again->lanelets.size() == map.lanelets.size());
+  for (std::size_t i = 0; i < map.lanelets.size(); ++i) {
+    SIGHTLINE_CHECK(again->lanelets[i].left.nodes == map.lanelets[i].left.nodes);
+    SIGHTLINE_CHECK(again->lanelets[i].length_m == map.lanelets[i].length_m);
+  }
+  const Result<std::string> without = without_additions(*added, keys);
+  SIGHTLINE_CHECK(without.has_value() && without->size() < added->size());
+  const Result<std::string> twice = with_additions(*without, additions);
+  SIGHTLINE_CHECK(twice.has_value() && *twice == *added);
+}
+
 void read_lanelet_map(const RouteText& file) {
   const Result<LaneletMap> map = read_lanelets(file, LaneletsRead::kAll);
   if (!map) return check(map.error());
+  if (!map->lanelets.empty()) add_to(file, *map);
   for (const Lanelet& lanelet : map->lanelets) {
     check(lanelet, map->nodes.size());
     SIGHTLINE_CHECK(lanelet.relation < map->relation_count);
