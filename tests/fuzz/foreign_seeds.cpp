@@ -222,6 +222,51 @@ void add_beside_scans(std::vector<Seed>& seeds) {
   add_seed(seeds, "clouds/seed_npy_fields", npy(fields, std::string(17, '\x3f')));
 }
 
+// The first byte tells fuzz_lanes which form it is, and of which world.
+void add_lanes(std::vector<Seed>& seeds) {
+  const auto with = [](char kind, const std::string& text) { return std::string(1, kind) + text; };
+  const auto node = [](int id, const std::string& place, const std::string& local) {
+    return "<node id=\"" + std::to_string(id) + "\" " + place + ">" + local +
+           "<tag k=\"ele\" v=\"5\"/></node>\n";
+  };
+  const auto lanes = [&](const std::array<std::string, 4>& places,
+                         const std::array<std::string, 4>& locals) {
+    std::string text = "<?xml version=\"1.0\"?>\n<osm version=\"0.6\"><!-- two lanes -->\n";
+    for (std::size_t i = 0; i < 4; ++i) {
+      text += node(static_cast<int>(i) + 1, places.at(i), locals.at(i));
+    }
+    return text +
+           "<way id=\"11\"><nd ref=\"1\"/><nd ref=\"2\"/></way>\n"
+           "<way id=\"12\"><nd ref=\"4\"/><nd ref=\"3\"/></way>\n"
+           "<relation id=\"100\"><member type=\"way\" role=\"left\" ref=\"11\"/>"
+           "<member type=\"way\" role=\"right\" ref=\"12\"/><tag k='type' v='lanelet'/>"
+           "<tag k=\"one_way\" v=\"no\"/><tag k=\"name\" v=\"A &amp; B\"/></relation>\n"
+           "<relation id=\"101\"><member type=\"way\" role=\"left\" ref=\"12\"/>"
+           "<member type=\"way\" role=\"right\" ref=\"11\"/><tag k=\"type\" v=\"lanelet\"/>"
+           "<tag k=\"subtype\" v=\"crosswalk\"/></relation>\n</osm>\n";
+  };
+  const auto local = [](const char* x, const char* y) {
+    return std::string("<tag k=\"local_x\" v=\"") + x + "\"/><tag k=\"local_y\" v=\"" + y + "\"/>";
+  };
+  const std::string none = R"(lat="" lon="")";
+  add_seed(seeds, "lanes/seed_local",
+           with(0, lanes({none, none, none, none},
+                         {local("0", "2"), local("9", "2"), local("9", "-2"), local("0", "-2")})));
+  add_seed(seeds, "lanes/seed_degrees",
+           with(1, lanes({R"(lat="49.0001" lon="8.4")", R"(lat="49.0001" lon="8.4001")",
+                          R"(lat="49" lon="8.4001")", R"(lat="49" lon="8.4")"},
+                         {"", "", "", ""})));
+  add_seed(seeds, "lanes/seed_geojson",
+           with(3, R"({"type":"FeatureCollection","features":[{"type":"Feature","geometry":)"
+                   R"({"type":"LineString","coordinates":[[8.39,48.98,115],[8.391,48.98,116]]}},)"
+                   R"({"type":"Feature","geometry":{"type":"MultiLineString","coordinates":)"
+                   R"([[[8.4,49],[8.41,49]],[[8.4,49.1],[8.41,49.1]]]}}]})"));
+  add_seed(seeds, "lanes/seed_metres",
+           with(2, R"({"type":"LineString","coordinates":[[0,0],[10,0],[10,5.5]]})"));
+  add_seed(seeds, "lanes/seed_named", with(4, "line,x,y,z\nA,0,0,1\nA,1,0,1\nB,5,5,1\nB,6,5,1\n"));
+  add_seed(seeds, "lanes/seed_bare", with(4, "# lines\n0 0 2\n1 0 2\n\n5 5 2\n6 5 2\n"));
+}
+
 void add_yaml(std::vector<Seed>& seeds) {
   add_seed(
       seeds, "config/seed_drives",
@@ -250,6 +295,7 @@ void add_foreign_seeds(std::vector<Seed>& seeds) {
   add_captures(seeds);
   add_poses(seeds);
   add_beside_scans(seeds);
+  add_lanes(seeds);
   add_yaml(seeds);
 }
 

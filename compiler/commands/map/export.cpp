@@ -7,6 +7,7 @@
 #include "compiler/cli/run_flags.h"
 #include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
+#include "compiler/commands/map/export_answers.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/views/exports/autoware.h"
 #include "compiler/views/exports/export_frame.h"
@@ -27,15 +28,13 @@ namespace fs = std::filesystem;
 
 struct ExportFlags {
   RunFlags run;  // config_file is the target: a map or a configuration
-  std::string output;
   std::string format;
-  std::string world;
+  ExportAnswersFlags answers;
   double leaf_m = 0.2;
-  bool is_forced = false;
 
   [[nodiscard]] bool is_map() const { return fs::path(run.config_file).extension() == ".slmap"; }
   [[nodiscard]] IfExists if_exists() const {
-    return is_forced ? IfExists::kReplace : IfExists::kRefuse;
+    return answers.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   }
 };
 
@@ -65,7 +64,7 @@ Result<void> export_rows(const ExportFlags& flags, Table table, KeptLooks kept, 
   if (kept == KeptLooks::kSamples) name += kLooksSuffix;
   for (const auto& [fact, value] : table.facts) facts.rows.push_back({name, fact, value});
   table.facts.clear();
-  return write_file_atomically(fs::path(flags.output) / (name + ".csv"),
+  return write_file_atomically(fs::path(flags.answers.output) / (name + ".csv"),
                                format_table(table, TableFormat::kCsv), flags.if_exists());
 }
 
@@ -86,27 +85,31 @@ Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map, con
       SIGHTLINE_TRY(export_rows(flags, table, KeptLooks::kSamples, facts));
     }
   }
-  return write_file_atomically(fs::path(flags.output) / "facts.csv",
+  return write_file_atomically(fs::path(flags.answers.output) / "facts.csv",
                                format_table(facts, TableFormat::kCsv), flags.if_exists());
 }
 
 Result<void> export_map(const ExportFlags& flags) {
+  if (asks_the_reader(flags.format)) {
+    return export_answers(flags.format, flags.run.config_file, flags.answers);
+  }
   SIGHTLINE_ASSIGN(const CompiledMap map, read_map(flags.run.config_file));
-  SIGHTLINE_ASSIGN(const World world, named_world(flags.world, map.world));
+  SIGHTLINE_ASSIGN(const World world, named_world(flags.answers.world, map.world));
   if (flags.format == "csv") return export_tables(flags, map, world);
   if (flags.format == "gpkg") {
     SIGHTLINE_ASSIGN(const std::vector<std::byte> package, to_geopackage(map, world));
-    return write_file_atomically(flags.output, package, flags.if_exists());
+    return write_file_atomically(flags.answers.output, package, flags.if_exists());
   }
   if (flags.format == "pcd") {
-    return write_pcd_binary(flags.output, means_of(map.ndt), flags.if_exists());
+    return write_pcd_binary(flags.answers.output, means_of(map.ndt), flags.if_exists());
   }
   if (flags.format == "ply") {
-    return write_file_atomically(flags.output, nd_ellipsoids_ply(map.ndt), flags.if_exists());
+    return write_file_atomically(flags.answers.output, nd_ellipsoids_ply(map.ndt),
+                                 flags.if_exists());
   }
   if (flags.format == "geojson") {
     SIGHTLINE_ASSIGN(const std::string json, to_geojson(map, world));
-    return write_file_atomically(flags.output, json, flags.if_exists());
+    return write_file_atomically(flags.answers.output, json, flags.if_exists());
   }
   return Error{ErrorCode::kBadArgument,
                "--format " + flags.format +
@@ -116,7 +119,7 @@ Result<void> export_map(const ExportFlags& flags) {
 }
 
 Result<void> write_autoware(const ExportFlags& flags, const AutowareMap& map) {
-  const fs::path folder = flags.output;
+  const fs::path folder = flags.answers.output;
   for (const AutowareSquare& square : map.squares) {
     SIGHTLINE_TRY(write_pcd_binary(folder / "pointcloud_map.pcd" / square.file, square.points,
                                    flags.if_exists()));
@@ -138,23 +141,26 @@ Result<void> write_octomap(const ExportFlags& flags, const CompileConfig& config
     std::fprintf(stderr,
                  "%s: voxels of %g m do not reach so far from the world's origin: the octree lies "
                  "in map coordinates, as its head says\n",
-                 flags.output.c_str(), flags.leaf_m);
+                 flags.answers.output.c_str(), flags.leaf_m);
   }
-  return write_file_atomically(flags.output, tree, flags.if_exists());
+  return write_file_atomically(flags.answers.output, tree, flags.if_exists());
 }
 
 // Squares of an earlier export would be read as part of this one.
 Result<void> check_folder(const ExportFlags& flags) {
   std::error_code failure;
-  const bool is_used = fs::exists(flags.output, failure) && !fs::is_empty(flags.output, failure);
+  const bool is_used =
+      fs::exists(flags.answers.output, failure) && !fs::is_empty(flags.answers.output, failure);
   if (!is_used) return {};
   return Error{ErrorCode::kOutputExists,
                "the folder is not empty; a map directory is written whole: name another",
-               flags.output, ""};
+               flags.answers.output, ""};
 }
 
 Result<void> export_points(const ExportFlags& flags) {
-  if (flags.format == "csv" || flags.format == "geojson" || flags.format == "gpkg") {
+  const bool needs_map = flags.format == "csv" || flags.format == "geojson" ||
+                         flags.format == "gpkg" || asks_the_reader(flags.format);
+  if (needs_map) {
     return Error{ErrorCode::kBadArgument, "--format " + flags.format + " needs a map (.slmap)",
                  flags.run.config_file, ""};
   }
@@ -169,7 +175,7 @@ Result<void> export_points(const ExportFlags& flags) {
                  "map were seen",
                  flags.run.config_file, ""};
   }
-  SIGHTLINE_ASSIGN(const World world, named_world(flags.world, config.annotation.world));
+  SIGHTLINE_ASSIGN(const World world, named_world(flags.answers.world, config.annotation.world));
   SIGHTLINE_ASSIGN(const SurfacePoints surface, surface_of(flags, config));
   if (flags.format == "octomap") return write_octomap(flags, config, surface);
   SIGHTLINE_ASSIGN(std::vector<Eigen::Vector3d> points, thinned_points(surface, flags.leaf_m));
@@ -180,22 +186,22 @@ Result<void> export_points(const ExportFlags& flags) {
   const Eigen::Vector3d shift_m = export_shift_m(surface.frame);
   for (Eigen::Vector3d& point_m : points) point_m += shift_m;
   if (flags.format == "ply") {
-    return write_file_atomically(flags.output, points_ply(points), flags.if_exists());
+    return write_file_atomically(flags.answers.output, points_ply(points), flags.if_exists());
   }
   std::vector<PointXyzi> written;
   for (const Eigen::Vector3d& point_m : points) {
     const Eigen::Vector3f p_m = point_m.cast<float>();
     written.push_back({p_m.x(), p_m.y(), p_m.z(), 0.0F});
   }
-  return write_pcd_binary(flags.output, written, flags.if_exists());
+  return write_pcd_binary(flags.answers.output, written, flags.if_exists());
 }
 
 Result<void> run_export(const ExportFlags& flags) {
-  SIGHTLINE_TRY(named_world(flags.world, kLocalWorld));  // before anything is read
+  SIGHTLINE_TRY(named_world(flags.answers.world, kLocalWorld));  // before anything is read
   if (flags.format == "autoware" || flags.format == "csv") {
-    SIGHTLINE_TRY(try_output(fs::path(flags.output) / "a file", flags.if_exists()));
+    SIGHTLINE_TRY(try_output(fs::path(flags.answers.output) / "a file", flags.if_exists()));
   } else {
-    SIGHTLINE_TRY(try_output(flags.output, flags.if_exists()));
+    SIGHTLINE_TRY(try_output(flags.answers.output, flags.if_exists()));
   }
   return flags.is_map() ? export_map(flags) : export_points(flags);
 }
@@ -209,34 +215,39 @@ Verb export_verb() {
   verb.summary = "Write a map in forms that other programs open";
   verb.details =
       "Of a map (.slmap): gpkg (QGIS, with a style) and geojson are the route with the annotation "
-      "of "
-      "each site, csv a folder of tables, ply the NDs as coloured ellipsoids (CloudCompare), pcd "
-      "their means with "
-      "the number of points as intensity. Of a configuration (.yaml): autoware is a map directory "
-      "of 20 m squares, pcd and ply are its points, octomap the space that its rays found free or "
-      "occupied (.bt: octovis, octomap_server), what moved taken out, in voxels of --leaf and up "
-      "to "
-      "remove-moving.carve_range_m from the sensor.\n\nAll lie where the recordings do, so a "
-      "vehicle "
-      "asks the map at the coordinates of its export. Where these are 100 km and more (UTM), "
-      "clouds "
-      "leave out whole 100 km, as squares of MGRS do: the reader's export_origin_world_m says "
-      "which.";
-  verb.examples = {"sightline export town.slmap --format gpkg -o route.gpkg",
-                   "sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
-                   "sightline export town.slmap --format ply -o nds.ply",
-                   "sightline export town.yaml --format autoware -o town_map/",
-                   "sightline export town.yaml --format octomap -o town.bt"};
+      "of each site, csv a folder of tables, cells a table of what the vehicle's reader answers by "
+      "cell of a grid, lanelet2 the Lanelet2 map --lanes (Autoware's lanelet2_map.osm) with what "
+      "it "
+      "answers along every lanelet, ply the NDs as coloured ellipsoids (CloudCompare), pcd their "
+      "means with the number of points as intensity. Of a configuration (.yaml): autoware is a map "
+      "directory of 20 m squares, pcd and ply are its points, octomap the space that its rays "
+      "found "
+      "free or occupied (.bt: octovis, octomap_server), what moved taken out, in voxels of --leaf "
+      "and up to remove-moving.carve_range_m from the sensor." +
+      std::string(kLanelet2Details) +
+      "\n\nAll lie where the recordings do, so a vehicle asks the map at the coordinates of its "
+      "export. Where these are 100 km and more (UTM), clouds leave out whole 100 km, as squares of "
+      "MGRS do: the reader's export_origin_world_m says which.";
+  verb.examples = {
+      "sightline export town.slmap --format gpkg -o route.gpkg",
+      "sightline export town.slmap --format geojson --world utm:32N -o route.geojson",
+      "sightline export town.slmap --format lanelet2 --lanes lanelet2_map.osm -o answered.osm",
+      "sightline export town.slmap --format cells --cell 5 -o cells.csv",
+      "sightline export town.slmap --format ply -o nds.ply",
+      "sightline export town.yaml --format autoware -o town_map/",
+      "sightline export town.yaml --format octomap -o town.bt"};
   verb.flags = {
-      required_output_flag(flags->output, "The file to write; of csv and autoware: the folder"),
-      force_flag(flags->is_forced),
+      required_output_flag(flags->answers.output,
+                           "The file to write; of csv and autoware: the folder"),
+      force_flag(flags->answers.is_forced),
       {.names = "--format",
        .value = "FORMAT",
        .help = "Form of the output",
        .target = &flags->format,
-       .choices = {"autoware", "csv", "geojson", "gpkg", "octomap", "pcd", "ply"},
+       .choices = {"autoware", "cells", "csv", "geojson", "gpkg", "lanelet2", "octomap", "pcd",
+                   "ply"},
        .is_required = true},
-      world_flag(flags->world),
+      world_flag(flags->answers.world),
       {.names = "--leaf",
        .value = "METRES",
        .help =
@@ -245,6 +256,7 @@ Verb export_verb() {
        .target = &flags->leaf_m,
        .minimum = 0.0,
        .maximum = 100.0}};
+  add_answers_flags(verb, flags->answers);
   add_run_flags(verb, flags->run);
   verb.positionals.front().name = "TARGET";
   verb.positionals.front().help = "A map (.slmap) or a configuration (.yaml)";

@@ -71,6 +71,9 @@ Result<Eigen::Vector3d> point_of(const RouteText& file, const Columns& columns,
     }
     point_m[axis] = *number;
   }
+  if (!is_place(point_m)) {
+    return file.error(ErrorCode::kMalformedText, "a place that far away is none on Earth", place);
+  }
   return point_m;
 }
 

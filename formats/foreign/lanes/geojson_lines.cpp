@@ -27,6 +27,10 @@ Result<Eigen::Vector3d> place_of(const Reading& reading, const Json& position) {
   }
   const double height_m = position.size() > 2 ? position[2].get<double>() : kNoHeight;
   const Eigen::Vector2d at(position[0].get<double>(), position[1].get<double>());
+  if (!is_place({at.x(), at.y(), height_m})) {
+    return reading.file.error(ErrorCode::kMalformedText, "a place that far away is none on Earth",
+                              reading.place());
+  }
   if (reading.file.world.kind == WorldKind::kLocal) {
     return Eigen::Vector3d(at.x(), at.y(), height_m);
   }

@@ -45,12 +45,26 @@ Result<void> read_lines(const std::filesystem::path& path, const World& world, R
                     "a route is .osm (Lanelet2), .geojson, .csv, or a trajectory .tum or .txt");
 }
 
+double length_m(const Route& route) {
+  double sum_m = 0.0;
+  for (const RouteLine& line : route.lines) {
+    for (std::size_t i = 1; i < line.points_world_m.size(); ++i) {
+      sum_m += (line.points_world_m[i] - line.points_world_m[i - 1]).head<2>().norm();
+    }
+  }
+  return sum_m;
+}
+
 }  // namespace
 
 Result<Route> read_route(const std::filesystem::path& path, const World& world) {
   Route route;
   route.name = path.filename().string();
   SIGHTLINE_TRY(read_lines(path, world, route));
+  if (!(length_m(route) <= kLongestRoute_m)) {
+    return Error{ErrorCode::kMalformedText,
+                 "its lines are longer than 10000 km: are they in metres?", path.string(), ""};
+  }
   if (!route.lines.empty()) return route;
   return Error{ErrorCode::kMissingField, "found no line of two points or more", path.string(), ""};
 }

@@ -20,6 +20,8 @@ struct RouteText {
   std::string_view text;
   std::string file;
   const World& world;
+  // Where a local world's local_x and local_y are counted from, in world coordinates.
+  Eigen::Vector2d local_origin_world_m = Eigen::Vector2d::Zero();
 
   [[nodiscard]] Error error(ErrorCode code, std::string message, std::string place = "") const {
     return {code, std::move(message), file, std::move(place)};
@@ -27,6 +29,17 @@ struct RouteText {
 };
 
 inline constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
+
+// No place on Earth is farther away from another one, or from an origin that anyone chose.
+inline constexpr double kFarthest_m = 1e8;
+// A longer route is none, and nobody has the memory for its sites.
+inline constexpr double kLongestRoute_m = 1e7;
+
+// Whether a place can be one: finite, and not farther than any is; its height may be NaN.
+inline bool is_place(const Eigen::Vector3d& p_m) {
+  const bool has_height = std::isnan(p_m.z()) || std::abs(p_m.z()) <= kFarthest_m;
+  return has_height && std::abs(p_m.x()) <= kFarthest_m && std::abs(p_m.y()) <= kFarthest_m;
+}
 
 // A line of which some points may have no height (NaN): then none has. Points at one place become
 // one.

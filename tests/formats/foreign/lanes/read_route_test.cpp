@@ -156,6 +156,42 @@ TEST_F(ReadRoute, RefusesWhatHoldsNoLine) {
             ErrorCode::kMalformedText);
 }
 
+// What is read of few bytes is bounded: a lanelet to the Moon had a point every half metre.
+TEST_F(ReadRoute, RefusesWhatIsNowhereOnEarth) {
+  const auto to = [](const char* x_m) {
+    return replaced(lanelet(), "v=\"10\"", std::string("v=\"") + x_m + "\"");
+  };
+  EXPECT_EQ(refusal("a.osm", to("1e300")), ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("b.osm", to("9e7")), ErrorCode::kMalformedText);
+  EXPECT_TRUE(read("c.osm", to("90000")).has_value());
+  EXPECT_EQ(refusal("d.osm", replaced(lanelet(), "v=\"5\"", "v=\"1e9\"")),
+            ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("a.csv", "0,0\n1e200,0\n"), ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("b.csv", "0,0\n5e7,0\n"), ErrorCode::kMalformedText);
+  EXPECT_EQ(refusal("a.geojson", R"({"type": "LineString", "coordinates": [[0,0],[1e200,0]]})"),
+            ErrorCode::kMalformedText);
+}
+
+// Each lanelet that names a way reads its nodes: a MB could name 10^11 of them.
+TEST_F(ReadRoute, RefusesLaneletsOfMoreNodesThanAnyMapHas) {
+  std::string nodes;
+  for (int i = 0; i < 20'000; ++i) nodes += R"(<nd ref="1"/>)";
+  std::string relations;
+  for (int i = 0; i < 450; ++i) {
+    relations += R"(<relation id="1"><member type="way" role="left" ref="11"/><member type="way" )"
+                 R"(role="right" ref="12"/><tag k="type" v="lanelet"/></relation>)";
+  }
+  const std::string way = "<way id=\"11\">";
+  std::string text = lanelet();
+  text.insert(text.find(way) + way.size(), nodes);
+  EXPECT_TRUE(read("one.osm", text).has_value());
+  text.insert(text.find("</osm>"), relations);
+  const Result<Route> route = read("lanes.osm", text);
+  ASSERT_FALSE(route.has_value());
+  EXPECT_EQ(route.error().code, ErrorCode::kMalformedText);
+  EXPECT_NE(route.error().message.find("nodes"), std::string::npos) << route.error().message;
+}
+
 // Cut short at every byte and damaged at every byte: a route, or a refusal.
 TEST(Lanelets, DamagedOnesAreReadOrRefused) {
   const std::string whole = lanelet();

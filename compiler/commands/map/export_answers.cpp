@@ -1,0 +1,107 @@
+#include "compiler/commands/map/export_answers.h"
+
+#include <cstdio>
+#include <utility>
+
+#include "compiler/views/exports/cells.h"
+#include "compiler/views/exports/lanelet2.h"
+#include "formats/base/atomic_file.h"
+#include "formats/map/map_reader.h"
+
+namespace sightline {
+namespace {
+
+// For the localizer whose errors it holds: what is written says so.
+Result<MapReader> open_for_its_own(const std::string& file) {
+  SIGHTLINE_ASSIGN(const MapReader of_nobody, MapReader::open(file, ""));
+  return MapReader::open(file, of_nobody.info().localizer);
+}
+
+void print_outside(const std::string& lanes, const Lanelet2Export& made) {
+  constexpr std::size_t kMostNamed = 20;
+  if (made.outside.empty()) return;
+  std::string ids;
+  for (std::size_t i = 0; i < made.outside.size() && i < kMostNamed; ++i) {
+    ids += " " + made.outside[i];
+  }
+  if (made.outside.size() > kMostNamed) ids += " ...";
+  std::fprintf(stderr,
+               "%s: %zu of %zu lanelets lie outside the map and say observation_known=0:%s\n",
+               lanes.c_str(), made.outside.size(), made.lanelet_count, ids.c_str());
+}
+
+IfExists if_exists(const ExportAnswersFlags& flags) {
+  return flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+}
+
+Result<void> export_lanelet2(const std::string& map_file, const ExportAnswersFlags& flags) {
+  if (flags.lanes.empty()) {
+    return Error{ErrorCode::kBadArgument,
+                 "--format lanelet2 needs the lanes that it annotates: --lanes lanelet2_map.osm",
+                 map_file, ""};
+  }
+  SIGHTLINE_ASSIGN(const CompiledMap map, read_map(map_file));
+  SIGHTLINE_ASSIGN(const World world, named_world(flags.world, map.world));
+  SIGHTLINE_ASSIGN(const MapReader reader, open_for_its_own(map_file));
+  SIGHTLINE_ASSIGN(const std::string text, read_text_file(flags.lanes));
+  Result<Lanelet2Export> made = to_lanelet2(map, reader, world, text, {flags.area_limit_m});
+  if (!made) {
+    Error error = made.error();
+    if (error.file.empty()) error.file = flags.lanes;
+    return error;
+  }
+  SIGHTLINE_TRY(write_file_atomically(flags.output, made->text, if_exists(flags)));
+  print_outside(flags.lanes, *made);
+  std::fprintf(stderr, "%s: %zu lanelets, %zu degenerate areas\n", flags.output.c_str(),
+               made->lanelet_count, made->area_count);
+  return {};
+}
+
+Result<void> export_cells(const std::string& map_file, const ExportAnswersFlags& flags) {
+  SIGHTLINE_ASSIGN(const MapReader reader, open_for_its_own(map_file));
+  SIGHTLINE_ASSIGN(const Table cells, answers_by_cell(reader, flags.cell_m));
+  return write_file_atomically(flags.output, format_table(cells, TableFormat::kCsv),
+                               if_exists(flags));
+}
+
+}  // namespace
+
+const std::string_view kLanelet2Details =
+    "\n\nlanelet2 leaves every byte of the lanes' file as it was and adds, to each lanelet and for "
+    "each limit (010 is 0.10 m): observation_range_010 (m; the longest that a place of it asks "
+    "for), "
+    "_p95 (enough at 95 % of its places), _least, _unmet (share of places where no range is good "
+    "enough); observation_look_010 (the dearest look that a place asks for), _unmet; "
+    "observation_known (share of places with an answer); observation_localizer. Where no site is "
+    "near "
+    "it says unknown. Where the limit --area-limit is unmet the lane becomes an area of type "
+    "degenerate_area and subtype feature_poor_road, which Autoware's environment adaptor reads.";
+
+void add_answers_flags(Verb& verb, ExportAnswersFlags& flags) {
+  verb.flags.push_back({.names = "--lanes",
+                        .value = "FILE",
+                        .help = "Of lanelet2: the Lanelet2 map (.osm) that is annotated",
+                        .target = &flags.lanes});
+  verb.flags.push_back(
+      {.names = "--area-limit",
+       .value = "METRES",
+       .help = "Of lanelet2: the limit of the map whose unmet stretches become areas; without it "
+               "the widest",
+       .target = &flags.area_limit_m,
+       .minimum = 0.001});
+  verb.flags.push_back({.names = "--cell",
+                        .value = "METRES",
+                        .help = "Of cells: the edge of a cell",
+                        .target = &flags.cell_m,
+                        .minimum = 0.5,
+                        .maximum = 100.0});
+}
+
+bool asks_the_reader(std::string_view format) { return format == "lanelet2" || format == "cells"; }
+
+Result<void> export_answers(std::string_view format, const std::string& map_file,
+                            const ExportAnswersFlags& flags) {
+  return format == "cells" ? export_cells(map_file, flags) : export_lanelet2(map_file, flags);
+}
+
+}  // namespace sightline

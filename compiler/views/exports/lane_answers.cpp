@@ -1,0 +1,132 @@
+#include "compiler/views/exports/lane_answers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace sightline {
+namespace {
+
+constexpr double kStep_m = 1.0;
+
+bool is_known(std::uint32_t flags) { return (flags & (kAnswerFar | kAnswerUnknownLocalizer)) == 0; }
+
+std::size_t rank_of(const MapLook& look, std::span<const MapLook> cheapest_first) {
+  for (std::size_t i = 0; i < cheapest_first.size(); ++i) {
+    if (look_of(cheapest_first[i]) == look_of(look)) return i;
+  }
+  return cheapest_first.size();
+}
+
+// The dearer of two: the one that comes later in the map's order, or of two ranges the longer one.
+bool is_dearer(const MapLook& a, const MapLook& b, std::span<const MapLook> cheapest_first) {
+  const std::size_t rank_a = rank_of(a, cheapest_first);
+  const std::size_t rank_b = rank_of(b, cheapest_first);
+  return rank_a != rank_b ? rank_a > rank_b : a.range_m > b.range_m;
+}
+
+}  // namespace
+
+double nearest_rank(const std::vector<double>& ascending, double share) {
+  const auto rank =
+      static_cast<std::size_t>(std::ceil(share * static_cast<double>(ascending.size())));
+  return ascending[std::clamp<std::size_t>(rank, 1, ascending.size()) - 1];
+}
+
+Look look_of(const MapLook& look) {
+  return {.range_m = look.range_m,
+          .return_count = look.return_count,
+          .even_beyond_m = look.even_beyond_m,
+          .point_count = look.point_count,
+          .is_by_normals = look.is_by_normals,
+          .mode = look.settles ? LookMode::kSettle : LookMode::kSearch};
+}
+
+LaneAsker::LaneAsker(const MapReader& map, double sensor_height_m,
+                     std::vector<Eigen::Vector3d> sites_m)
+    : map_(&map), sensor_height_m_(sensor_height_m), sites_m_(std::move(sites_m)) {
+  std::vector<Eigen::Vector3d> flat_m = sites_m_;
+  for (Eigen::Vector3d& site_m : flat_m) site_m.z() = 0.0;
+  in_plane_ = PointGrid(flat_m);
+}
+
+Result<LaneAsker> LaneAsker::of(const MapReader& map, double sensor_height_m) {
+  SIGHTLINE_ASSIGN(const std::vector<MapSite> sites, map.sites(0));
+  std::vector<Eigen::Vector3d> sites_m;
+  for (const MapSite& site : sites) sites_m.emplace_back(site.position_world_m.data());
+  return LaneAsker(map, sensor_height_m, std::move(sites_m));
+}
+
+std::array<double, 3> LaneAsker::sensor_world_m(const Eigen::Vector3d& road_world_m) const {
+  const Eigen::Vector3d& p_m = road_world_m;
+  if (!std::isnan(p_m.z())) return {p_m.x(), p_m.y(), p_m.z() + sensor_height_m_};
+  const std::optional<NearPoint> site =
+      in_plane_.nearest({p_m.x(), p_m.y(), 0.0}, map_->info().reach_m);
+  return {p_m.x(), p_m.y(), site ? sites_m_[site->index].z() : 0.0};
+}
+
+double LaneAsker::distance_m(const Eigen::Vector3d& p_world_m) const {
+  constexpr double kAnywhere_m = std::numeric_limits<double>::infinity();
+  const std::optional<NearPoint> site =
+      in_plane_.nearest({p_world_m.x(), p_world_m.y(), 0.0}, kAnywhere_m);
+  return site ? site->distance_m : kAnywhere_m;
+}
+
+Result<LaneLimit> LaneAsker::ask(const std::vector<Eigen::Vector3d>& road_m,
+                                 std::size_t limit) const {
+  const MapInfo& info = map_->info();
+  LaneLimit along;
+  std::optional<MapLook> dearest;
+  std::size_t range_unmet = 0;
+  std::size_t look_unmet = 0;
+  bool was_unmet = false;
+  const auto steps = static_cast<double>(road_m.size() - 1);
+  for (std::size_t i = 0; i < road_m.size(); ++i) {
+    const std::array<double, 3> p_m = sensor_world_m(road_m[i]);
+    const double limit_m = info.limits_m[limit];
+    SIGHTLINE_ASSIGN(const RangeAnswer range, map_->observation_range(p_m, limit_m));
+    SIGHTLINE_ASSIGN(const LookAnswer look, map_->look(p_m, limit_m));
+    const bool is_answered = is_known(range.flags);
+    const bool is_range_unmet = is_answered && (range.flags & kAnswerUnmet) != 0;
+    const bool is_look_unmet = is_answered && (look.flags & kAnswerUnmet) != 0;
+    const bool is_unmet = is_range_unmet && is_look_unmet;
+    if (is_answered) {
+      along.ranges_m.push_back(range.range_m);
+      range_unmet += is_range_unmet ? 1 : 0;
+      look_unmet += is_look_unmet ? 1 : 0;
+      if (!dearest || is_dearer(look.look, *dearest, info.looks)) dearest = look.look;
+    }
+    // A place stands for half a step before and behind it.
+    const auto at = static_cast<double>(i);
+    const double to = std::min(1.0, (at + 0.5) / steps);
+    if (is_unmet && was_unmet) along.unmet.back().to = to;
+    if (is_unmet && !was_unmet) along.unmet.push_back({std::max(0.0, (at - 0.5) / steps), to});
+    was_unmet = is_unmet;
+  }
+  if (!dearest) return along;
+  std::ranges::sort(along.ranges_m);
+  const auto count = static_cast<double>(along.ranges_m.size());
+  along.unmet_share = static_cast<double>(range_unmet) / count;
+  along.look_unmet_share = static_cast<double>(look_unmet) / count;
+  along.look = look_of(*dearest);
+  return along;
+}
+
+Result<LaneAnswers> LaneAsker::ask(const Lanelet& lanelet) const {
+  const auto steps = static_cast<std::size_t>(std::ceil(lanelet.length_m / kStep_m));
+  const std::vector<Eigen::Vector3d> road_m =
+      middle_of(LineByShare(lanelet.left.points_m), LineByShare(lanelet.right.points_m),
+                std::max<std::size_t>(1, steps));
+  LaneAnswers answers;
+  for (std::size_t limit = 0; limit < map_->info().limits_m.size(); ++limit) {
+    SIGHTLINE_ASSIGN(LaneLimit along, ask(road_m, limit));
+    answers.limits.push_back(std::move(along));
+  }
+  if (answers.limits.empty()) return answers;
+  answers.known_share = static_cast<double>(answers.limits.front().ranges_m.size()) /
+                        static_cast<double>(road_m.size());
+  return answers;
+}
+
+}  // namespace sightline

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "formats/geodesy.h"
+#include "formats/map/compiled_map.h"
+#include "formats/reader/reader.h"
+
+namespace sightline {
+
+// A Lanelet2 map with what a compiled map answers along its lanes; all else is as it was, byte for
+// byte. What an earlier export added is replaced. For each limit, 010 for 0.10 m, a lanelet's tags:
+//
+//   observation_range_010        metres: the longest that a place of the lanelet asks for, which is
+//                                enough at all of them; "unknown" where no place has an answer
+//   observation_range_010_p95    enough at 95 % of its places
+//   observation_range_010_least  the shortest
+//   observation_range_010_unmet  share of its places where no range is good enough
+//   observation_look_010         the dearest look that one of its places asks for, in words
+//   observation_look_010_unmet   share of its places where no look is good enough
+//   observation_known            share of its places that have an answer: shares above are of these
+//   observation_localizer        whose errors these answers are for
+//
+// Places are a metre apart along the line halfway between the sides. Where neither a range nor a
+// look is within the area's limit, the stretch between both sides becomes a polygon as Autoware's
+// environment adaptor reads one: a way of area=yes, type=degenerate_area,
+// subtype=feature_poor_road.
+struct Lanelet2Options {
+  double area_limit_m = 0.0;  // a limit of the map; 0: its widest
+};
+
+struct Lanelet2Export {
+  std::string text;
+  std::vector<std::string> outside;  // the ids of lanelets without any answer
+  std::size_t lanelet_count = 0;
+  std::size_t area_count = 0;
+};
+
+// `reader` has the same map open, for the localizer whose errors it holds. Places of the file are
+// latitudes and longitudes where the world is known; else local_x and local_y, which count from the
+// world's origin or from where exported clouds do, whichever is nearer to the map.
+// Errors: those of read_lanelets(); missing-field (no lanelet), no-overlap (no place has an answer:
+// says how far away they are), bad-argument (the map has no such limit).
+Result<Lanelet2Export> to_lanelet2(const CompiledMap& map, const MapReader& reader,
+                                   const World& world, const std::string& text,
+                                   const Lanelet2Options& options);
+
+// "010" of 0.10 m, "0125" of 0.125 m: the decimals of a limit, two at least, without the point.
+std::string limit_suffix(double limit_m);
+
+}  // namespace sightline

@@ -1,0 +1,68 @@
+#include "compiler/views/exports/cells.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "compiler/views/exports/lane_answers.h"
+#include "formats/map/map_writer.h"
+#include "tests/formats/map/random_map.h"
+
+namespace sightline {
+namespace {
+
+double number(const Table& table, std::size_t row, const std::string& column) {
+  const auto at = std::ranges::find(table.columns, column) - table.columns.begin();
+  const Cell& cell = table.rows[row][static_cast<std::size_t>(at)];
+  if (const auto* whole = std::get_if<std::int64_t>(&cell)) return static_cast<double>(*whole);
+  return std::get<double>(cell);
+}
+
+TEST(Cells, EachIsWhatTheReaderAnswersAtItsCentreAndNoneIsMissing) {
+  const CompiledMap map = random_map({.seed = 2, .site_count = 12, .extent_m = 20.0});
+  const std::vector<std::byte> bytes = encode_map(map);
+  const MapReader of_nobody = *MapReader::open(bytes, "");
+  const MapReader reader = *MapReader::open(bytes, of_nobody.info().localizer);
+  const double cell_m = 2.5;
+  const Result<Table> table = answers_by_cell(reader, cell_m);
+  ASSERT_TRUE(table);
+  const Eigen::Vector3d& origin_m = map.sites.frame.origin_world_m;
+  // Every cell of the place, in the order of the rows.
+  std::size_t row = 0;
+  for (double x_m = origin_m.x() - 50.0 + cell_m / 2.0; x_m < origin_m.x() + 50.0; x_m += cell_m) {
+    for (double y_m = origin_m.y() - 52.0; y_m < origin_m.y() + 50.0; y_m += 0.25) {
+      if (std::abs(std::remainder(y_m - cell_m / 2.0, cell_m)) > 1e-9) continue;
+      double nearest_m = map.reach_m;
+      double z_m = 0.0;
+      for (const Site& site : map.sites.sites) {
+        const Eigen::Vector3d site_m = site.p_map_m + origin_m;
+        const double distance_m = std::hypot(site_m.x() - x_m, site_m.y() - y_m);
+        if (distance_m > nearest_m) continue;
+        nearest_m = distance_m;
+        z_m = site_m.z();
+      }
+      const RangeAnswer range = *reader.observation_range({x_m, y_m, z_m}, 0.25);
+      if ((range.flags & kAnswerFar) != 0) continue;
+      const LookAnswer look = *reader.look({x_m, y_m, z_m}, 0.25);
+      ASSERT_LT(row, table->rows.size());
+      EXPECT_EQ(number(*table, row, "x_m"), x_m);
+      EXPECT_EQ(number(*table, row, "y_m"), y_m);
+      EXPECT_EQ(number(*table, row, "z_m"), z_m);
+      EXPECT_EQ(number(*table, row, "site"), range.site);
+      EXPECT_EQ(number(*table, row, "range_m_within_0.25_m"), range.range_m);
+      EXPECT_EQ(number(*table, row, "p_within_0.25_m"), range.probability);
+      EXPECT_EQ(number(*table, row, "unmet_within_0.25_m"), range.flags & kAnswerUnmet ? 1 : 0);
+      EXPECT_EQ(number(*table, row, "look_p_within_0.25_m"), look.probability);
+      const std::vector<Cell>& cells = table->rows[row++];
+      EXPECT_EQ(std::count(cells.begin(), cells.end(), Cell(to_text(look_of(look.look)))) > 0,
+                true);
+    }
+  }
+  EXPECT_EQ(row, table->rows.size());
+  EXPECT_GT(row, 100U);
+  for (const std::vector<Cell>& cells : table->rows) EXPECT_EQ(cells.size(), table->columns.size());
+}
+
+}  // namespace
+}  // namespace sightline
