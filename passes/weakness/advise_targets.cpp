@@ -12,8 +12,8 @@
 namespace sightline {
 namespace {
 
-constexpr double kLevel = 0.9;            // height of the normal of ground at least
-constexpr double kBelowSensor_m = 0.5;    // ground is lower than the sensor by this at least
+constexpr double kLevel = 0.9;          // height of the normal of ground at least
+constexpr double kBelowSensor_m = 0.5;  // ground is lower than the sensor by this at least
 
 bool is_ground(const Nd& nd) {
   return dimension_class(nd) == 2 && std::abs(nd.eigenvectors(2, 2)) > kLevel;
@@ -47,13 +47,11 @@ std::optional<Place> place_beside(const AdviceOptions& options, const StretchSce
                                   std::size_t site, double beside_m) {
   const Site& at = scene.sites.sites[site];
   const Eigen::Vector3d left = at.T_map_vehicle.linear().col(1);
-  const Eigen::Vector2d place_m =
-      at.p_map_m.head<2>() + beside_m * left.head<2>().normalized();
+  const Eigen::Vector2d place_m = at.p_map_m.head<2>() + beside_m * left.head<2>().normalized();
   if (distance_to_route_m(scene.sites, place_m) < options.nearest_m - 0.1) return std::nullopt;
   const std::optional<double> ground_m = ground_height_m(scene.nds, place_m, at.p_map_m);
   if (!ground_m) return std::nullopt;
-  const SinCos facing =
-      portable_sin_cos(scene.loose_heading_deg * std::numbers::pi / 180.0);
+  const SinCos facing = portable_sin_cos(scene.loose_heading_deg * std::numbers::pi / 180.0);
   Place place;
   place.target.foot_map_m = {place_m.x(), place_m.y(), *ground_m};
   place.target.facing = {facing.cos, facing.sin};
@@ -151,6 +149,7 @@ bool is_taken(const NearNds& nds, const Target& target, double clear_m) {
 
 std::vector<TargetAdvice> advise_targets(const PassContext& ctx, const AdviceOptions& options,
                                          const StretchScene& scene) {
+  if (options.most == 0) return {};
   const std::vector<Place> places = places_of(options, scene);
   std::vector<TargetAdvice> judged = parallel_map<TargetAdvice>(
       places.size(), ctx.threads, [&](std::size_t i) { return judge(scene, places[i]); });

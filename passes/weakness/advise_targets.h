@@ -10,7 +10,7 @@ namespace sightline {
 
 struct AdviceOptions {
   TargetSize size;
-  double nearest_m = 4.0;    // from the driven line to a place: the map holds no lanes
+  double nearest_m = 4.0;  // from the driven line to a place: the map holds no lanes
   double farthest_m = 12.0;
   double along_step_m = 2.0;  // of the grid of places
   double across_step_m = 2.0;
@@ -24,19 +24,19 @@ struct TargetAdvice {
   Target target;
   double beside_m = 0.0;  // from the driven line, left of it positive
   std::size_t nearest_site = 0;
-  std::size_t return_count = 0;   // of one scan at the site that sees most of it
-  double std_before_m = 0.0;      // along the loose direction, mean over the judged sites
+  std::size_t return_count = 0;  // of one scan at the site that sees most of it
+  double std_before_m = 0.0;     // along the loose direction, mean over the judged sites
   double std_after_m = 0.0;
-  double gain = 0.0;              // 1 - std_after_m / std_before_m
-  double gain_at_worst = 0.0;     // the same of the worst site alone
+  double gain = 0.0;           // 1 - std_after_m / std_before_m
+  double gain_at_worst = 0.0;  // the same of the worst site alone
 };
 
 // What is known of a stretch.
 struct StretchScene {
   const NearNds& nds;
   const Sites& sites;
-  const std::vector<SiteView>& views;   // of the judged sites, the worst one first
-  const std::vector<double>& weights;   // for each view: scans of the map that it stands for
+  const std::vector<SiteView>& views;  // of the judged sites, the worst one first
+  const std::vector<double>& weights;  // for each view: scans of the map that it stands for
   const std::vector<Eigen::Vector3d>& directions;
   ViewOptions view;
   std::size_t first_site = 0;

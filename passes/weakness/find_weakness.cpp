@@ -84,10 +84,10 @@ Result<ExplainedStretch> explain(PassContext& ctx, const WeaknessOptions& option
   explained.cause = cause_of(explained.sights, explained.rival_score, view_options.range_m);
   const std::vector<double> weights =
       scans_of_views(stretch, options.advice, map.sites.spacing_m, views.size());
-  explained.advice = advise_targets(ctx, options.advice,
-                                    {nds, map.sites, views, weights, directions, view_options,
-                                     stretch.first_site, stretch.last_site,
-                                     explained.loose.heading_deg});
+  explained.advice =
+      advise_targets(ctx, options.advice,
+                     {nds, map.sites, views, weights, directions, view_options, stretch.first_site,
+                      stretch.last_site, explained.loose.heading_deg});
   return explained;
 }
 
@@ -111,6 +111,13 @@ Result<Weakness> find_weakness(PassContext& ctx, const WeaknessOptions& options,
                                const CompiledMap& map) {
   if (map.sites.sites.empty()) {
     return Error{ErrorCode::kBadArgument, "the map has no sites", "", ""};
+  }
+  if (options.advice.farthest_m < options.advice.nearest_m) {
+    return Error{ErrorCode::kBadArgument,
+                 "found places up to " + format_double(options.advice.farthest_m) +
+                     " m from the driven line, expected at least the nearest, " +
+                     format_double(options.advice.nearest_m) + " m",
+                 "", ""};
   }
   SIGHTLINE_ASSIGN(const std::size_t limit, limit_of(map, options.stretches.limit_m));
   const std::vector<BestLook> best = best_looks(map, limit);

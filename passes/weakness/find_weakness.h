@@ -15,8 +15,8 @@ namespace sightline {
 struct WeaknessOptions {
   WeakStretchOptions stretches;
   AdviceOptions advice;
-  std::size_t most = 10;           // stretches that are explained: the worst
-  std::size_t judged_sites = 5;    // of a stretch, for advice: the worst and others, evenly
+  std::size_t most = 10;         // stretches that are explained: the worst
+  std::size_t judged_sites = 5;  // of a stretch, for advice: the worst and others, evenly
 };
 
 // The horizontal direction of a site's pose that the match holds least.
@@ -41,16 +41,17 @@ struct ExplainedStretch {
 struct Weakness {
   double limit_m = 0.0;
   WeaknessOptions options;
-  double route_m = 0.0;      // sites times their spacing
-  double weak_m = 0.0;       // the same of sites in weak stretches
-  double unmet_m = 0.0;      // of unmet sites
+  double route_m = 0.0;  // sites times their spacing
+  double weak_m = 0.0;   // the same of sites in weak stretches
+  double unmet_m = 0.0;  // of unmet sites
   std::size_t stretch_count = 0;
   std::vector<ExplainedStretch> stretches;  // the worst of them, the worst first
   std::size_t thinnest_site = 0;            // of the least margin, weak or not
   BestLook thinnest;
 };
 
-// Errors: bad-argument (no limit of the map, or a map without sites).
+// Errors: bad-argument (no limit of the map, no place between nearest and farthest, or a map
+// without sites).
 Result<Weakness> find_weakness(PassContext& ctx, const WeaknessOptions& options,
                                const CompiledMap& map);
 

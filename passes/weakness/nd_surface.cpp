@@ -34,8 +34,8 @@ std::uint64_t solid_squares(const Nd& nd, const SurfacePatch& patch) {
     for (int column = 0; column < kPatchSquares; ++column) {
       if (has_gaps && (row + column) % 2 == 1) continue;
       const Eigen::Vector3d from_centre_m =
-          half_square_m * ((2 * column + 1 - kPatchSquares) * along +
-                           (2 * row + 1 - kPatchSquares) * across);
+          half_square_m *
+          ((2 * column + 1 - kPatchSquares) * along + (2 * row + 1 - kPatchSquares) * across);
       if (!is_solid(nd, from_centre_m, half_square_m)) continue;
       solid |= std::uint64_t{1} << (kPatchSquares * row + column);
     }

@@ -78,16 +78,16 @@ Result<std::vector<SiteView>> views_from(PassContext& ctx, const ViewOptions& op
   }
   const RayFan fan{directions, options.near_m, options.range_m};
   const Surface surface = surface_of_nds(map_of(nds, sites.frame));
-  SIGHTLINE_TRY(cast_at_sites(
-      ctx, surface, seen_from, fan, [&](std::size_t i, std::span<const double> distance_m) {
-        SiteView& view = views[i];
-        view.distance_m.assign(distance_m.begin(), distance_m.end());
-        view.voxels = voxels_of(directions, distance_m, options.leaf_m);
-        for (const auto& [key, voxel] : view.voxels) {
-          const CellKey cell = cell_of(voxel, view.p_map_m, nds.cell_m);
-          add_voxel(voxel, nds.information_at(cell), 1.0, view.information);
-        }
-      }));
+  SIGHTLINE_TRY(cast_at_sites(ctx, surface, seen_from, fan,
+                              [&](std::size_t i, std::span<const double> distance_m) {
+                                SiteView& view = views[i];
+                                view.distance_m.assign(distance_m.begin(), distance_m.end());
+                                view.voxels = voxels_of(directions, distance_m, options.leaf_m);
+                                for (const auto& [key, voxel] : view.voxels) {
+                                  const CellKey cell = cell_of(voxel, view.p_map_m, nds.cell_m);
+                                  add_voxel(voxel, nds.information_at(cell), 1.0, view.information);
+                                }
+                              }));
   return views;
 }
 

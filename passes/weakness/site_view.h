@@ -38,8 +38,8 @@ struct ScanVoxel {
 struct SiteView {
   std::size_t site = 0;
   Eigen::Vector3d p_map_m = Eigen::Vector3d::Zero();
-  std::vector<double> distance_m;         // of each beam direction; +inf: it meets nothing
-  std::map<CellKey, ScanVoxel> voxels;    // of the scan thinned on the localizer's voxel grid
+  std::vector<double> distance_m;           // of each beam direction; +inf: it meets nothing
+  std::map<CellKey, ScanVoxel> voxels;      // of the scan thinned on the localizer's voxel grid
   Matrix6d information = Matrix6d::Zero();  // of the voxels' centroids
 };
 

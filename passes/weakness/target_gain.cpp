@@ -10,10 +10,10 @@
 namespace sightline {
 namespace {
 
-constexpr double kLeastPoints = 10.0;         // of a valid ND ("NDT map" in definitions.md)
-constexpr double kLeastVariance_m2 = 1e-6;    // likewise
-constexpr double kSmallestSine = 0.0104719;   // seen at 0.6 degrees or more, as any patch
-constexpr double kNearest_m = 0.5;            // of a hit
+constexpr double kLeastPoints = 10.0;        // of a valid ND ("NDT map" in definitions.md)
+constexpr double kLeastVariance_m2 = 1e-6;   // likewise
+constexpr double kSmallestSine = 0.0104719;  // seen at 0.6 degrees or more, as any patch
+constexpr double kNearest_m = 0.5;           // of a hit
 
 using Moments = std::map<CellKey, CellMoments>;
 

@@ -17,9 +17,9 @@ constexpr std::size_t kFew = 20;
 constexpr double kOneSided = 0.95;
 // A rival this good is within what traffic and other parked cars take from a score.
 constexpr double kRival = 0.85;
-constexpr double kFarShare = 0.5;   // of the range
-constexpr double kHolds = 0.866;    // cosine of 30 degrees
-constexpr double kUpright = 0.5;    // sine of 30 degrees: height of the normal
+constexpr double kFarShare = 0.5;  // of the range
+constexpr double kHolds = 0.866;   // cosine of 30 degrees
+constexpr double kUpright = 0.5;   // sine of 30 degrees: height of the normal
 
 // Numbers of the NDs in which the scan has samples.
 std::set<std::uint32_t> nds_in_sight(const SiteView& view, const NearNds& nds) {

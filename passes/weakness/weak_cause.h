@@ -23,7 +23,7 @@ std::string_view name_of(WeakCause cause);  // "empty", "one-sided", "repeated",
 // One holds a direction where its normal is within 30 degrees of it.
 struct UprightSights {
   std::size_t count = 0;
-  std::size_t holding_count = 0;          // of them, those that hold the loose direction
+  std::size_t holding_count = 0;            // of them, those that hold the loose direction
   std::optional<double> nearest_holding_m;  // of these, from the sensor to the mean; nothing: none
   double one_sidedness = 0.0;  // 1 - least over largest eigenvalue of the summed n n^T, horizontal
                                // part, of them all; 1: all face one way; 0 where there are none

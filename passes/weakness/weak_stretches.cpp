@@ -56,8 +56,8 @@ Result<std::size_t> limit_of(const CompiledMap& map, double limit_m) {
     known += (i == 0 ? "" : ", ") + format_double(map.ranges.promises[i].limit_m);
   }
   return Error{ErrorCode::kBadArgument,
-               "found the limit " + format_double(limit_m) + " m, expected one of the map's: " +
-                   known + " m",
+               "found the limit " + format_double(limit_m) +
+                   " m, expected one of the map's: " + known + " m",
                "", ""};
 }
 
@@ -91,9 +91,8 @@ std::vector<WeakStretch> weak_stretches(const Sites& sites, const std::vector<Be
       found.push_back(begin_at(sites, best, site));
     }
   }
-  std::ranges::stable_sort(found, [](const WeakStretch& a, const WeakStretch& b) {
-    return is_worse(a.worst, b.worst);
-  });
+  std::ranges::stable_sort(
+      found, [](const WeakStretch& a, const WeakStretch& b) { return is_worse(a.worst, b.worst); });
   return found;
 }
 

@@ -40,7 +40,8 @@ std::vector<LabelledPoint> points_at(const Town& town, std::size_t scan) {
 }
 
 // How many points lie on the plane of the board, within its edges.
-std::size_t count_on(const Board& board, double ground_m, const std::vector<LabelledPoint>& points) {
+std::size_t count_on(const Board& board, double ground_m,
+                     const std::vector<LabelledPoint>& points) {
   const Eigen::Vector2d normal = direction(board.pose.yaw_rad);
   return static_cast<std::size_t>(std::ranges::count_if(points, [&](const LabelledPoint& point) {
     const Eigen::Vector3d p_m = point.position_m.cast<double>();
@@ -63,8 +64,7 @@ TEST(TownBoard, IsSeenWhereItWasPutAndChangesNothingElse) {
   const std::size_t after = count_on(board, ground_m, points_at(*town, 12));
   // About 9 m away, 64 beams: some 80 returns on each square metre at least.
   EXPECT_GT(after, before + 100);
-  EXPECT_EQ(town->permanent.triangles.size() - bare->permanent.triangles.size(),
-            12u + 8u * 3u);
+  EXPECT_EQ(town->permanent.triangles.size() - bare->permanent.triangles.size(), 12u + 8u * 3u);
   EXPECT_EQ(standing_mesh(*town, 1).triangles.size() - standing_mesh(*bare, 1).triangles.size(),
             town->permanent.triangles.size() - bare->permanent.triangles.size());
 }

@@ -68,7 +68,8 @@ Verb weak_verb() {
   verb.summary = "Find where a map is weak, in which direction, why, and what would help";
   verb.details =
       "Of the map alone, also of one without drives. A site is unmet where no range and no look is "
-      "good enough, thin where the best of them is foretold an error that leaves less than --margin "
+      "good enough, thin where the best of them is foretold an error that leaves less than "
+      "--margin "
       "of the limit. Weak sites of a run no more than 5 m apart are one stretch; the worst come "
       "first.\n\nOf each stretch: the direction that the match holds least, the cause in a word "
       "(empty: few upright surfaces in sight; one-sided: all of them face one way; repeated: it "
@@ -80,7 +81,8 @@ Verb weak_verb() {
       "and clear of what stands there, and may be in another lane.";
   verb.examples = {
       "sightline weak town.slmap",
-      "sightline weak town.slmap --margin 0.7 --board-width 2       # more stretches, a larger board",
+      "sightline weak town.slmap --margin 0.7 --board-width 2       # more stretches, a larger "
+      "board",
       "sightline weak town.slmap --format geojson -o weak.geojson # stretches and places for QGIS",
       "sightline weak town.slmap --format csv                     # a row for each stretch"};
   verb.positionals = {map_positional(flags->map, "The map")};

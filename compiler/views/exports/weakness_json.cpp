@@ -59,8 +59,7 @@ Json stretch_json(const ExplainedStretch& one) {
           {"loose_is_of_map", one.loose.is_of_map}};
 }
 
-Result<Json> position_of(const Sites& sites, const World& world,
-                          const Eigen::Vector3d& p_map_m) {
+Result<Json> position_of(const Sites& sites, const World& world, const Eigen::Vector3d& p_map_m) {
   SIGHTLINE_ASSIGN(const GeoPosition position,
                    geo_position(world, p_map_m + sites.frame.origin_world_m));
   return Json(position);
@@ -86,20 +85,21 @@ Result<Json> line_of(const WeakStretch& stretch, const Sites& sites, const World
 
 std::string to_json(const Weakness& weakness, const Sites& sites) {
   const TargetSize& size = weakness.options.advice.size;
-  Json json = {{"format", "sightline-weak"},
-               {"version", 1},
-               {"limit_m", weakness.limit_m},
-               {"least_margin", weakness.options.stretches.least_margin},
-               {"join_m", weakness.options.stretches.join_m},
-               {"target", {{"width_m", size.width_m}, {"height_m", size.height_m},
-                           {"bottom_m", size.bottom_m}}},
-               {"route_m", weakness.route_m},
-               {"weak_m", weakness.weak_m},
-               {"unmet_m", weakness.unmet_m},
-               {"stretch_count", weakness.stretch_count},
-               {"thinnest_site", weakness.thinnest_site},
-               {"thinnest_margin", weakness.thinnest.margin},
-               {"stretches", Json::array()}};
+  Json json = {
+      {"format", "sightline-weak"},
+      {"version", 1},
+      {"limit_m", weakness.limit_m},
+      {"least_margin", weakness.options.stretches.least_margin},
+      {"join_m", weakness.options.stretches.join_m},
+      {"target",
+       {{"width_m", size.width_m}, {"height_m", size.height_m}, {"bottom_m", size.bottom_m}}},
+      {"route_m", weakness.route_m},
+      {"weak_m", weakness.weak_m},
+      {"unmet_m", weakness.unmet_m},
+      {"stretch_count", weakness.stretch_count},
+      {"thinnest_site", weakness.thinnest_site},
+      {"thinnest_margin", weakness.thinnest.margin},
+      {"stretches", Json::array()}};
   for (const ExplainedStretch& one : weakness.stretches) {
     Json stretch = stretch_json(one);
     stretch["worst_world_m"] = position_json(sites, sites.sites[one.stretch.worst_site].p_map_m);

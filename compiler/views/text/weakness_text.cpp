@@ -96,9 +96,9 @@ std::string summary_sentence(const Weakness& weakness) {
 std::string cause_sentence(const ExplainedStretch& one) {
   const UprightSights& sights = one.sights;
   const double range_m = one.stretch.worst.look.range_m;
-  std::string text = formatted("%zu of %zu upright surfaces seen within %g m hold it %s",
-                               sights.holding_count, sights.count, range_m,
-                               std::string(name_of_way(one.loose.off_road_deg)).c_str());
+  std::string text =
+      formatted("%zu of %zu upright surfaces seen within %g m hold it %s", sights.holding_count,
+                sights.count, range_m, std::string(name_of_way(one.loose.off_road_deg)).c_str());
   if (sights.nearest_holding_m) {
     text += formatted(", the nearest %.0f m away", *sights.nearest_holding_m);
   }
@@ -108,9 +108,10 @@ std::string cause_sentence(const ExplainedStretch& one) {
     case WeakCause::kOneSided:
       return text + "; nearly all face one way.";
     case WeakCause::kRepeated:
-      return text + formatted("; half a metre or more further it looks nearly the same (%.2f of "
-                              "the score).",
-                              one.rival_score.value_or(1.0));
+      return text + formatted(
+                        "; half a metre or more further it looks nearly the same (%.2f of "
+                        "the score).",
+                        one.rival_score.value_or(1.0));
     case WeakCause::kDistant:
       return text + "; what holds it is far.";
     case WeakCause::kUnclear:
@@ -122,7 +123,9 @@ std::string cause_sentence(const ExplainedStretch& one) {
 std::string to_text(const Weakness& weakness, const Sites& sites) {
   std::string text = summary_sentence(weakness);
   if (weakness.stretches.empty()) return text;
-  text += "\n  #  run   from m     to m   site   x world    y world  err cm      P   left%  loose            state\n";
+  text +=
+      "\n  #  run   from m     to m   site   x world    y world  err cm      P   left%  loose      "
+      "      state\n";
   for (std::size_t i = 0; i < weakness.stretches.size(); ++i) {
     text += stretch_line(weakness.stretches[i], sites, i + 1);
   }
@@ -136,13 +139,32 @@ std::string to_text(const Weakness& weakness, const Sites& sites) {
 Table table_of(const Weakness& weakness, const Sites& sites) {
   Table table;
   table.name = "weak";
-  table.columns = {"run",        "from_m",      "to_m",        "first_site",
-                   "last_site",  "unmet_sites", "worst_site",  "x_m",
-                   "y_m",        "z_m",         "error_m",     "probability",
-                   "margin",     "look",        "cause",       "loose_heading_deg",
-                   "off_road_deg", "loose_std_m", "strong_std_m", "yaw_std_rad",
-                   "target_x_m", "target_y_m",  "target_ground_z_m", "target_facing_deg",
-                   "target_gain", "target_gain_at_worst"};
+  table.columns = {"run",
+                   "from_m",
+                   "to_m",
+                   "first_site",
+                   "last_site",
+                   "unmet_sites",
+                   "worst_site",
+                   "x_m",
+                   "y_m",
+                   "z_m",
+                   "error_m",
+                   "probability",
+                   "margin",
+                   "look",
+                   "cause",
+                   "loose_heading_deg",
+                   "off_road_deg",
+                   "loose_std_m",
+                   "strong_std_m",
+                   "yaw_std_rad",
+                   "target_x_m",
+                   "target_y_m",
+                   "target_ground_z_m",
+                   "target_facing_deg",
+                   "target_gain",
+                   "target_gain_at_worst"};
   table.facts = {{"limit_m", weakness.limit_m},
                  {"least_margin", weakness.options.stretches.least_margin},
                  {"route_m", weakness.route_m},
