@@ -84,7 +84,8 @@ std::vector<WeakStretch> weak_stretches(const Sites& sites, const std::vector<Be
     if (!best[site].is_unmet && best[site].margin >= options.least_margin) continue;
     const Site& at = sites.sites[site];
     const bool continues = !found.empty() && found.back().run == at.run &&
-                           at.s_m - found.back().to_m <= options.join_m;
+                           at.s_m - found.back().to_m <= options.join_m &&
+                           at.s_m - found.back().from_m <= options.longest_m;
     if (continues) {
       add_site(sites, best, site, found.back());
     } else {

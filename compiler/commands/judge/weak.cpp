@@ -70,7 +70,7 @@ Verb weak_verb() {
       "Of the map alone, also of one without drives. A site is unmet where no range and no look is "
       "good enough, thin where the best of them is foretold an error that leaves less than "
       "--margin "
-      "of the limit. Weak sites of a run no more than 5 m apart are one stretch; the worst come "
+      "of the limit. Weak sites of a run that are near are one stretch; the worst come "
       "first.\n\nOf each stretch: the direction that the match holds least, the cause in a word "
       "(empty: few upright surfaces in sight; one-sided: all of them face one way; repeated: it "
       "looks the same half a metre further; distant: what holds it is far; unclear), and the "
@@ -99,6 +99,18 @@ Verb weak_verb() {
        .target = &flags->options.stretches.least_margin,
        .minimum = 0.0,
        .maximum = 1.0},
+      {.names = "--join",
+       .value = "METRES",
+       .help = "Weak sites of a run no farther apart are one stretch",
+       .target = &flags->options.stretches.join_m,
+       .minimum = 0.0,
+       .maximum = 1000.0},
+      {.names = "--longest",
+       .value = "METRES",
+       .help = "A longer stretch is told in pieces of at most this length",
+       .target = &flags->options.stretches.longest_m,
+       .minimum = 0.0,
+       .maximum = 100000.0},
       {.names = "--most",
        .value = "COUNT",
        .help = "Stretches to explain, the worst ones",

@@ -91,6 +91,7 @@ std::string to_json(const Weakness& weakness, const Sites& sites) {
       {"limit_m", weakness.limit_m},
       {"least_margin", weakness.options.stretches.least_margin},
       {"join_m", weakness.options.stretches.join_m},
+      {"longest_m", weakness.options.stretches.longest_m},
       {"target",
        {{"width_m", size.width_m}, {"height_m", size.height_m}, {"bottom_m", size.bottom_m}}},
       {"route_m", weakness.route_m},

@@ -117,8 +117,8 @@ TEST(TargetGain, OfABoardThatNothingSeesIsNone) {
   EXPECT_TRUE(hits_of(hidden, scene.views.front(), scene.directions, 50.0).empty());
   Target far = board(scene);
   EXPECT_TRUE(hits_of(far, scene.views.front(), scene.directions, 5.0).empty());
-  const Matrix6d found = information_with_target(scene.views.front(), {},
-                                                 {scene.nds, {}, scene.directions, 1.0});
+  const Matrix6d found =
+      information_with_target(scene.views.front(), {}, {scene.nds, {}, scene.directions, 1.0});
   EXPECT_EQ(found, scene.views.front().information);
 }
 

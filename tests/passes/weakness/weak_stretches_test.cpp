@@ -50,6 +50,17 @@ TEST(WeakStretches, TakesNoSiteAtExactlyTheMargin) {
   EXPECT_EQ(weak_stretches(two_runs(), margins(0.4999), {}).size(), 2U);
 }
 
+TEST(WeakStretches, LongerThanAllowedAreToldInPieces) {
+  WeakStretchOptions options;
+  options.longest_m = 9.0;
+  const std::vector<WeakStretch> found = weak_stretches(two_runs(), margins(0.1), options);
+  ASSERT_EQ(found.size(), 4U);  // sites 0 to 9, 10 to 19, 20 to 29, and run 1
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_EQ(found[i].first_site, 10 * i);
+    EXPECT_EQ(found[i].last_site, 10 * i + 9);
+  }
+}
+
 TEST(WeakStretches, OfALargerMarginCoverNoLess) {
   Random random(7);
   for (int round = 0; round < 50; ++round) {

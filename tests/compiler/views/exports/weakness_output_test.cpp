@@ -21,7 +21,7 @@ Sites street() {
   for (int i = 0; i < 5; ++i) {
     Site site;
     site.s_m = i;
-    site.p_map_m = {10.0, i, 1.8};
+    site.p_map_m = {10.0, static_cast<double>(i), 1.8};
     sites.sites.push_back(site);
   }
   return sites;
