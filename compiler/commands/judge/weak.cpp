@@ -2,7 +2,6 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console.h"
-#include "compiler/cli/file_kind.h"
 #include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/views/exports/weakness_json.h"
@@ -99,18 +98,16 @@ Verb weak_verb() {
        .target = &flags->options.stretches.least_margin,
        .minimum = 0.0,
        .maximum = 1.0},
-      {.names = "--join",
+      {.names = "--join-m",
        .value = "METRES",
        .help = "Weak sites of a run no farther apart are one stretch",
        .target = &flags->options.stretches.join_m,
-       .minimum = 0.0,
-       .maximum = 1000.0},
-      {.names = "--longest",
+       .minimum = 0.0},
+      {.names = "--longest-m",
        .value = "METRES",
        .help = "A longer stretch is told in pieces of at most this length",
        .target = &flags->options.stretches.longest_m,
-       .minimum = 0.0,
-       .maximum = 100000.0},
+       .minimum = 0.001},
       {.names = "--most",
        .value = "COUNT",
        .help = "Stretches to explain, the worst ones",
@@ -156,10 +153,11 @@ Verb weak_verb() {
       force_flag(flags->is_forced),
       world_flag(flags->world),
       {.names = "--threads",
-       .value = "COUNT",
-       .help = "Threads to use; 0: all there are. The output is the same",
+       .value = "N",
+       .help = "Threads to use; 0 takes all there are",
        .target = &flags->threads,
-       .minimum = 0}};
+       .minimum = 0,
+       .maximum = 1024}};
   verb.run = [flags] { return exit_status_of(weak(*flags)); };
   return verb;
 }
