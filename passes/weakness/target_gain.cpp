@@ -15,6 +15,10 @@ constexpr double kLeastVariance_m2 = 1e-6;   // likewise
 constexpr double kSmallestSine = 0.0104719;  // seen at 0.6 degrees or more, as any patch
 constexpr double kNearest_m = 0.5;           // of a hit
 
+// Of a board's points in a map: noise of ranges and errors of poses, 2 cm each, as simulated scans
+// have them ("Annotating a finished map" in definitions.md).
+constexpr double kPointVariance_m2 = 2.0 * 0.02 * 0.02;
+
 using Moments = std::map<CellKey, CellMoments>;
 
 void add_hits(const WeightedHits& seen, const std::vector<Eigen::Vector3d>& directions,
@@ -26,7 +30,8 @@ void add_hits(const WeightedHits& seen, const std::vector<Eigen::Vector3d>& dire
     CellMoments& cell = moments[key];
     cell.count += seen.weight;
     cell.sum_m += seen.weight * from_centre_m;
-    cell.products_m2 += seen.weight * from_centre_m * from_centre_m.transpose();
+    cell.products_m2 += seen.weight * (from_centre_m * from_centre_m.transpose() +
+                                       kPointVariance_m2 * Eigen::Matrix3d::Identity());
   }
 }
 

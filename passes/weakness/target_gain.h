@@ -38,8 +38,8 @@ std::vector<TargetHit> hits_of(const Target& target, const SiteView& view,
                                const std::vector<Eigen::Vector3d>& directions, double range_m);
 
 // The information of NDs that would be others with the target in the map, by cell: their points and
-// those of `hits`, each of which stands for `weight` scans from about there that made the map. A
-// cell is in the list where it would have a valid ND.
+// those of `hits`, each of which stands for `weight` scans from about there that made the map, 2.8
+// cm off on each axis as a map's points are. A cell is in the list where it would have a valid ND.
 using ChangedNds = std::map<CellKey, Eigen::Matrix3d>;
 struct WeightedHits {
   const SiteView& view;

@@ -1,34 +1,55 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "formats/map/compiled_map.h"
 #include "passes/map/build_ndt.h"
 #include "passes/rays/cast_scans.h"
 #include "passes/weakness/site_view.h"
-#include "tests/support/toy_world.h"
 
-// A straight street between bare walls, which nothing holds along it.
+// A straight street along x between bare walls, which nothing holds along it. The sensor drives at
+// z = 0, y = 0; ground and walls share no cell.
 
 namespace sightline {
 
-inline constexpr int kCorridorLength_m = 80;
-inline constexpr int kCorridorHalfWidth_m = 8;
+inline constexpr double kCorridorLength_m = 80.0;
+inline constexpr double kCorridorWall_m = 8.1;  // the walls, at y = -8.1 and 8.1
+inline constexpr double kCorridorTop_m = 4.0;
+inline constexpr double kCorridorGround_m = -1.9;
+inline constexpr double kCorridorEnd_m = 78.1;  // of a wall across the street
 
-// The walls at y = 1 and 2 kCorridorHalfWidth_m + 2, sites every 10 m in the middle, from x = 20.5.
-// `crosswall_at` > 0: a wall across the end of the street, from x = 78.
-inline ToyWorld corridor(bool has_end_wall = false) {
-  const auto length = static_cast<std::size_t>(kCorridorLength_m);
-  std::string open(length, '.');
-  if (has_end_wall) open.replace(length - 2, 2, "##");
-  std::string driven = open;
-  for (std::size_t x = 20; x <= 60; x += 10) driven[x] = '@';
-  std::string text = std::string(length, '#') + "\n";
-  for (int y = 0; y < 2 * kCorridorHalfWidth_m + 1; ++y) {
-    text += (y == kCorridorHalfWidth_m ? driven : open) + "\n";
+// A lattice of 0.1 m, without noise.
+inline NdtMap corridor_map(bool has_end_wall) {
+  constexpr double kStep_m = 0.1;
+  std::vector<Eigen::Vector3d> points_m;
+  for (double x_m = 0.05; x_m < kCorridorLength_m; x_m += kStep_m) {
+    for (double y_m = -7.95; y_m < 8.0; y_m += kStep_m) {
+      points_m.emplace_back(x_m, y_m, kCorridorGround_m);
+    }
+    for (double z_m = -1.95; z_m < kCorridorTop_m; z_m += kStep_m) {
+      points_m.emplace_back(x_m, kCorridorWall_m, z_m);
+      points_m.emplace_back(x_m, -kCorridorWall_m, z_m);
+    }
   }
-  return draw_world(text + std::string(length, '#') + "\n");
+  for (double y_m = -7.95; has_end_wall && y_m < 8.0; y_m += kStep_m) {
+    for (double z_m = 0.05; z_m < kCorridorTop_m; z_m += kStep_m) {
+      points_m.emplace_back(kCorridorEnd_m, y_m, z_m);
+    }
+  }
+  return ndt_from_points(points_m, MapFrame(), BuildNdtOptions(), 1);
+}
+
+// At x = 20, 30, .. 60.
+inline Sites corridor_sites() {
+  Sites sites;
+  for (int i = 0; i < 5; ++i) {
+    Site site;
+    site.s_m = 10.0 * i;
+    site.p_map_m.x() = 20.0 + 10.0 * i;
+    site.T_map_vehicle.translation() = site.p_map_m;
+    sites.sites.push_back(site);
+  }
+  return sites;
 }
 
 inline SensorProfile corridor_sensor() {
@@ -38,28 +59,20 @@ inline SensorProfile corridor_sensor() {
   return sensor;
 }
 
-inline NdtMap nds_of(const ToyWorld& world) {
-  PassContext ctx;
-  const Result<NdtMap> map = build_ndt(ctx, {}, world.points);
-  SIGHTLINE_CHECK(map.has_value());
-  return *map;
-}
-
 // What the passes of this folder take, of the site in the middle.
 struct CorridorScene {
-  explicit CorridorScene(bool has_end_wall = false)
-      : world(corridor(has_end_wall)), map(nds_of(world)) {
+  explicit CorridorScene(bool has_end_wall = false) : map(corridor_map(has_end_wall)) {
     const Result<std::vector<SiteView>> seen =
-        views_from(ctx, options, nds, world.sites, {2}, directions);
+        views_from(ctx, options, nds, sites, {2}, directions);
     SIGHTLINE_CHECK(seen.has_value());
     views = *seen;
   }
-  ToyWorld world;
   NdtMap map;
+  Sites sites = corridor_sites();
   ViewOptions options;
   PassContext ctx;
   std::vector<Eigen::Vector3d> directions = beam_directions(corridor_sensor());
-  NearNds nds = nds_near(map, positions_m(world.sites), 60.0);
+  NearNds nds = nds_near(map, positions_m(sites), 60.0);
   std::vector<SiteView> views;
 };
 

@@ -8,12 +8,11 @@ namespace sightline {
 namespace {
 
 // The corridor as a map of two ranges and one limit, 0.1 m: the sites 1 to 3 are weak, 2 is unmet.
-CompiledMap corridor_map() {
-  const ToyWorld world = corridor();
+CompiledMap weak_corridor() {
   CompiledMap map;
-  map.ndt = nds_of(world);
-  map.sites = world.sites;
-  map.sites.spacing_m = 1.0;
+  map.ndt = corridor_map(false);
+  map.sites = corridor_sites();
+  map.sites.spacing_m = 10.0;
   map.sensor = corridor_sensor();
   map.ranges.looks = map.predicted.looks = every_return_at({20.0, 50.0});
   map.ranges.promises.resize(1);
@@ -31,13 +30,19 @@ CompiledMap corridor_map() {
   return map;
 }
 
+WeaknessOptions joined() {
+  WeaknessOptions options;
+  options.stretches.join_m = 10.0;
+  return options;
+}
+
 Result<Weakness> find(const CompiledMap& map, const WeaknessOptions& options) {
   PassContext ctx;
   return find_weakness(ctx, options, map);
 }
 
 TEST(FindWeakness, TellsWhereWhichWayWhyAndWhatWouldHelp) {
-  const Result<Weakness> found = find(corridor_map(), {});
+  const Result<Weakness> found = find(weak_corridor(), joined());
   ASSERT_TRUE(found.has_value());
   EXPECT_EQ(found->limit_m, 0.1);
   ASSERT_EQ(found->stretches.size(), 1U);
@@ -48,8 +53,8 @@ TEST(FindWeakness, TellsWhereWhichWayWhyAndWhatWouldHelp) {
   EXPECT_EQ(one.stretch.unmet_count, 1U);
   EXPECT_DOUBLE_EQ(one.stretch.worst.look.range_m, 50.0);
   EXPECT_NEAR(one.stretch.worst.margin, 0.3, 1e-12);
-  EXPECT_EQ(found->weak_m, 3.0);
-  EXPECT_EQ(found->unmet_m, 1.0);
+  EXPECT_EQ(found->weak_m, 30.0);
+  EXPECT_EQ(found->unmet_m, 10.0);
   EXPECT_LT(one.loose.off_road_deg, 10.0);
   EXPECT_FALSE(one.loose.is_of_map);
   EXPECT_GT(one.loose.std_m, 2.0 * one.loose.strong_std_m);
@@ -59,14 +64,14 @@ TEST(FindWeakness, TellsWhereWhichWayWhyAndWhatWouldHelp) {
 }
 
 TEST(FindWeakness, TakesTheLooseDirectionFromTheMapsOwnFactors) {
-  CompiledMap map = corridor_map();
+  CompiledMap map = weak_corridor();
   map.factors.looks = every_return_at({20.0, 50.0});
   map.factors.factors = {"crlb_heading", "crlb_max", "crlb_min", "crlb_yaw", "rival_score"};
   map.factors.site_count = map.ranges.site_count;
   for (std::uint32_t i = 0; i < map.factors.site_count; ++i) {
     map.factors.values.insert(map.factors.values.end(), {0, 0, 0, 0, 0, 80, .4, .1, .01, .7});
   }
-  const Result<Weakness> found = find(map, {});
+  const Result<Weakness> found = find(map, joined());
   ASSERT_TRUE(found.has_value());
   const ExplainedStretch& one = found->stretches.front();
   EXPECT_TRUE(one.loose.is_of_map);
@@ -77,7 +82,7 @@ TEST(FindWeakness, TakesTheLooseDirectionFromTheMapsOwnFactors) {
 }
 
 TEST(FindWeakness, OfAMapThatHoldsSaysWhereItIsThinnest) {
-  CompiledMap map = corridor_map();
+  CompiledMap map = weak_corridor();
   map.ranges.flags.assign(map.ranges.flags.size(), 0);
   WeaknessOptions options;
   options.stretches.least_margin = 0.25;
@@ -91,10 +96,10 @@ TEST(FindWeakness, OfAMapThatHoldsSaysWhereItIsThinnest) {
 TEST(FindWeakness, RefusesWhatMakesNoSense) {
   WeaknessOptions other_limit;
   other_limit.stretches.limit_m = 0.2;
-  EXPECT_EQ(find(corridor_map(), other_limit).error().code, ErrorCode::kBadArgument);
+  EXPECT_EQ(find(weak_corridor(), other_limit).error().code, ErrorCode::kBadArgument);
   WeaknessOptions nowhere;
   nowhere.advice.farthest_m = 3.0;
-  EXPECT_EQ(find(corridor_map(), nowhere).error().code, ErrorCode::kBadArgument);
+  EXPECT_EQ(find(weak_corridor(), nowhere).error().code, ErrorCode::kBadArgument);
   EXPECT_EQ(find(CompiledMap(), {}).error().code, ErrorCode::kBadArgument);
 }
 

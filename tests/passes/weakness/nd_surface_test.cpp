@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "tests/passes/weakness/corridor.h"
 
@@ -39,14 +40,12 @@ TEST(NdSurface, OfAPoleIsNarrowAndOfLeavesHalfOpen) {
   EXPECT_EQ(std::popcount(leaves.patches[0].solid), 32);
 }
 
-// The lattice's own walls and ground, by arithmetic: how far each beam should go.
+// The street's walls and ground, by arithmetic: how far each beam should go.
 double expected_m(const Eigen::Vector3d& p_m, const Eigen::Vector3d& direction) {
-  const double left_m = 2.0 * kCorridorHalfWidth_m + 2.0;
-  const double across_m = direction.y() > 0.0 ? left_m - p_m.y() : 1.0 - p_m.y();
-  const double to_wall_m = across_m / direction.y();
+  const double to_wall_m = (kCorridorWall_m - std::abs(p_m.y())) / std::abs(direction.y());
   const double height_m = p_m.z() + to_wall_m * direction.z();
-  if (direction.z() < 0.0 && height_m < 0.0) return -p_m.z() / direction.z();
-  return height_m > 4.0 ? std::numeric_limits<double>::infinity() : to_wall_m;
+  if (height_m < kCorridorGround_m) return (kCorridorGround_m - p_m.z()) / direction.z();
+  return height_m > kCorridorTop_m ? std::numeric_limits<double>::infinity() : to_wall_m;
 }
 
 TEST(NdSurface, LetsRaysGoAsFarAsTheStreetDoes) {

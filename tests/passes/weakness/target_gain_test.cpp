@@ -15,7 +15,7 @@ namespace {
 // Faces along the street, 8 m ahead of the middle site and 4 m beside it.
 Target board(const CorridorScene& scene) {
   Target target;
-  target.foot_map_m = scene.views.front().p_map_m + Eigen::Vector3d(8.0, 4.0, -1.8);
+  target.foot_map_m = scene.views.front().p_map_m + Eigen::Vector3d(8.0, 4.0, -1.9);
   target.size = {1.5, 2.0, 0.5};
   return target;
 }
@@ -82,6 +82,7 @@ TEST(TargetGain, IsThatOfEverythingDoneAnew) {
     const Eigen::Vector3d at_m = view.p_map_m + hit.distance_m * scene.directions[hit.beam];
     const CellKey key = cell_key(at_m, 2.0);
     for (int scan = 0; scan < 3; ++scan) cells[key].add(at_m - cell_centre_m(key, 2.0));
+    cells[key].products_m2 += 3.0 * 0.0008 * Eigen::Matrix3d::Identity();
   }
   NdtMap map = scene.map;
   std::size_t merged = 0;

@@ -46,17 +46,17 @@ TEST(UprightSights, OfACorridorFaceOneWay) {
   EXPECT_EQ(sights.holding_count, 0U);
   EXPECT_FALSE(sights.nearest_holding_m);
   EXPECT_GT(sights.one_sidedness, 0.99);
-  // Across the street every one holds; the nearest wall is 8.5 m away.
+  // Across the street every one holds; the walls are 8.1 m away.
   const UprightSights across = upright_sights(scene.views.front(), scene.nds, 90.0);
   EXPECT_EQ(across.holding_count, across.count);
-  EXPECT_NEAR(*across.nearest_holding_m, 8.5, 0.6);
+  EXPECT_NEAR(*across.nearest_holding_m, 8.2, 0.6);
 }
 
 TEST(UprightSights, SeeTheWallThatEndsTheStreet) {
   const CorridorScene scene(true);
   const UprightSights sights = upright_sights(scene.views.front(), scene.nds, 0.0);
   EXPECT_GT(sights.holding_count, 5U);
-  EXPECT_NEAR(*sights.nearest_holding_m, 37.5, 0.6);  // from x = 40.5 to the wall at 78
+  EXPECT_NEAR(*sights.nearest_holding_m, 38.1, 0.6);  // from x = 40
 }
 
 }  // namespace

@@ -37,8 +37,8 @@ Section weak_section(const Weakness& weakness, const Sites& sites) {
   if (weakness.stretches.empty()) return {"weak", "Where it is weak", html};
   html += stretches_table(weakness, sites);
   for (const ExplainedStretch& one : weakness.stretches) {
-    html += paragraph("Site " + std::to_string(one.stretch.worst_site) + ": " +
-                      cause_sentence(one));
+    html +=
+        paragraph("Site " + std::to_string(one.stretch.worst_site) + ": " + cause_sentence(one));
   }
   return {"weak", "Where it is weak", html};
 }
