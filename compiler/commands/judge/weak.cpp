@@ -80,10 +80,10 @@ Verb weak_verb() {
       "and clear of what stands there, and may be in another lane.";
   verb.examples = {
       "sightline weak town.slmap",
-      "sightline weak town.slmap --margin 0.7 --board-width 2       # more stretches, a larger "
-      "board",
-      "sightline weak town.slmap --format geojson -o weak.geojson # stretches and places for QGIS",
-      "sightline weak town.slmap --format csv                     # a row for each stretch"};
+      "sightline weak town.slmap --margin 0.7 --board-width 2        # more stretches, larger "
+      "boards",
+      "sightline weak town.slmap --format geojson -o weak.geojson    # lines and points for QGIS",
+      "sightline weak town.slmap --format csv                        # a row for each stretch"};
   verb.positionals = {map_positional(flags->map, "The map")};
   verb.flags = {
       {.names = "--limit",
