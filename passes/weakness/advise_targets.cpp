@@ -100,16 +100,24 @@ TargetAdvice judge(const StretchScene& scene, const Place& place) {
     const SiteView& view = scene.views[i];
     const double before_m = std_along_m(crlb(view.information), scene.loose_heading_deg);
     const Crlb after = crlb(information_with_target(view, hits[i], with_target));
-    const double after_m = std_along_m(after, scene.loose_heading_deg);
-    advice.std_before_m += before_m / count;
-    advice.std_after_m += after_m / count;
-    if (i == 0) advice.gain_at_worst = 1.0 - after_m / before_m;
+    const double with_m =
+        std_with_more_m(scene.std_m[i], before_m, std_along_m(after, scene.loose_heading_deg));
+    advice.std_before_m += scene.std_m[i] / count;
+    advice.std_after_m += with_m / count;
+    if (i == 0) advice.gain_at_worst = 1.0 - with_m / scene.std_m[i];
   }
   advice.gain = 1.0 - advice.std_after_m / advice.std_before_m;
   return advice;
 }
 
 }  // namespace
+
+double std_with_more_m(double std_m, double before_m, double after_m) {
+  const double more = 1.0 / (after_m * after_m) - 1.0 / (before_m * before_m);
+  const double information = 1.0 / (std_m * std_m) + more;
+  // A board that hides more than it shows takes away at most all that there was.
+  return 1.0 / std::sqrt(std::max(information, 0.01 / (std_m * std_m)));
+}
 
 std::optional<double> ground_height_m(const NearNds& nds, const Eigen::Vector2d& place_m,
                                       const Eigen::Vector3d& p_map_m) {

@@ -36,6 +36,10 @@ struct StretchScene {
   const NearNds& nds;
   const Sites& sites;
   const std::vector<SiteView>& views;  // of the judged sites, the worst one first
+  // For each view: the standard deviation along the loose direction without a board, m, as far as
+  // the map's own factors tell it; that of the view itself, cast on NDs, sees gaps in walls as
+  // closed.
+  const std::vector<double>& std_m;
   const std::vector<double>& weights;  // for each view: scans of the map that it stands for
   const std::vector<Eigen::Vector3d>& directions;
   ViewOptions view;
@@ -52,6 +56,10 @@ std::optional<double> ground_height_m(const NearNds& nds, const Eigen::Vector2d&
 // True where something stands less than clear_m from the place, between the ground and the upper
 // edge of the board.
 bool is_taken(const NearNds& nds, const Target& target, double clear_m);
+
+// Standard deviation with what `after` knows more than `before`, on top of `std_m`: information
+// adds up.
+double std_with_more_m(double std_m, double before_m, double after_m);
 
 // The best places, by gain over the judged sites; of equal ones the nearer to the stretch's start.
 // Boards face along the loose direction, which is what they are to hold. Only what is better than

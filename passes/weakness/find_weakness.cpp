@@ -33,34 +33,59 @@ std::vector<double> scans_of_views(const WeakStretch& stretch, const AdviceOptio
   return std::vector<double>(count, route_m / spacing_m / static_cast<double>(count));
 }
 
-// The value of a factor at a site, by the range of `look`; nothing where the map does not hold it.
-std::optional<double> factor_at(const FactorTable& factors, std::size_t site, double range_m,
+// The value of a factor at a site, by that look; nothing where the map does not hold it.
+std::optional<double> factor_at(const FactorTable& factors, std::size_t site, const Look& look,
                                 std::string_view name) {
   const auto column = std::ranges::find(factors.factors, name);
-  const auto look = std::ranges::find(factors.looks, range_m, &Look::range_m);
-  if (column == factors.factors.end() || look == factors.looks.end()) return std::nullopt;
-  return factors.at(site, static_cast<std::size_t>(look - factors.looks.begin()),
-                    static_cast<std::size_t>(column - factors.factors.begin()));
+  const auto row = std::ranges::find(factors.looks, look);
+  if (column != factors.factors.end() && row != factors.looks.end()) {
+    return factors.at(site, static_cast<std::size_t>(row - factors.looks.begin()),
+                      static_cast<std::size_t>(column - factors.factors.begin()));
+  }
+  for (const FactorTable& samples : factors.of_samples) {
+    const std::optional<double> value = factor_at(samples, site, look, name);
+    if (value) return value;
+  }
+  return std::nullopt;
+}
+
+// What the map's own factors tell of a site, by that look; nothing where it holds none.
+std::optional<Crlb> stored_bound(const CompiledMap& map, std::size_t site, const Look& look) {
+  const auto stored = [&](std::string_view name) {
+    return factor_at(map.factors, site, look, name);
+  };
+  const std::optional<double> max_m = stored("crlb_max");
+  const std::optional<double> min_m = stored("crlb_min");
+  const std::optional<double> heading_deg = stored("crlb_heading");
+  const std::optional<double> yaw_rad = stored("crlb_yaw");
+  if (!max_m || !min_m || !heading_deg || !yaw_rad) return std::nullopt;
+  return Crlb{*max_m, *min_m, *heading_deg, *yaw_rad};
 }
 
 LooseDirection loose_direction(const CompiledMap& map, const WeakStretch& stretch,
                                const SiteView& view) {
-  const auto stored = [&](std::string_view name) {
-    return factor_at(map.factors, stretch.worst_site, stretch.worst.look.range_m, name);
-  };
-  Crlb bound = crlb(view.information);
+  const std::optional<Crlb> stored = stored_bound(map, stretch.worst_site, stretch.worst.look);
+  const Crlb bound = stored.value_or(crlb(view.information));
   LooseDirection loose;
-  if (const std::optional<double> heading_deg = stored("crlb_heading")) {
-    bound = {stored("crlb_max").value_or(bound.max_m), stored("crlb_min").value_or(bound.min_m),
-             *heading_deg, stored("crlb_yaw").value_or(bound.yaw_rad)};
-    loose.is_of_map = true;
-  }
+  loose.is_of_map = stored.has_value();
   loose.heading_deg = bound.heading_deg;
   loose.off_road_deg = off_road_deg(map.sites.sites[stretch.worst_site], bound.heading_deg);
   loose.std_m = bound.max_m;
   loose.strong_std_m = bound.min_m;
   loose.yaw_rad = bound.yaw_rad;
   return loose;
+}
+
+// Along the loose direction of the stretch, at each judged site.
+std::vector<double> loose_std_m(const CompiledMap& map, const ExplainedStretch& explained,
+                                const std::vector<SiteView>& views) {
+  std::vector<double> std_m;
+  for (const SiteView& view : views) {
+    const Crlb bound =
+        stored_bound(map, view.site, explained.stretch.worst.look).value_or(crlb(view.information));
+    std_m.push_back(std_along_m(bound, explained.loose.heading_deg));
+  }
+  return std_m;
 }
 
 Result<ExplainedStretch> explain(PassContext& ctx, const WeaknessOptions& options,
@@ -80,7 +105,7 @@ Result<ExplainedStretch> explain(PassContext& ctx, const WeaknessOptions& option
   explained.loose = loose_direction(map, stretch, views.front());
   explained.sights = upright_sights(views.front(), nds, explained.loose.heading_deg);
   explained.rival_score =
-      factor_at(map.factors, stretch.worst_site, view_options.range_m, "rival_score");
+      factor_at(map.factors, stretch.worst_site, stretch.worst.look, "rival_score");
   explained.cause = cause_of(explained.sights, explained.rival_score, view_options.range_m);
   const std::vector<double> weights =
       scans_of_views(stretch, options.advice, map.sites.spacing_m, views.size());

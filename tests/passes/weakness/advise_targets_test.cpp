@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "passes/factors/virtual/crlb.h"
 #include "tests/passes/weakness/corridor.h"
 
 namespace sightline {
@@ -14,9 +15,10 @@ std::vector<TargetAdvice> advice_of(const CorridorScene& scene, const AdviceOpti
   PassContext ctx;
   ctx.threads = threads;
   const std::vector<double> weights = {30.0};
-  return advise_targets(
-      ctx, options,
-      {scene.nds, scene.sites, scene.views, weights, scene.directions, scene.options, 1, 3, 0.0});
+  const std::vector<double> std_m = {std_along_m(crlb(scene.views[0].information), 0.0)};
+  return advise_targets(ctx, options,
+                        {scene.nds, scene.sites, scene.views, std_m, weights, scene.directions,
+                         scene.options, 1, 3, 0.0});
 }
 
 double from_wall_m(const Eigen::Vector3d& p_m) { return kCorridorWall_m - std::abs(p_m.y()); }
@@ -68,6 +70,14 @@ TEST(AdviseTargets, IsTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(one[i].target.foot_map_m, three[i].target.foot_map_m);
     EXPECT_EQ(one[i].gain, three[i].gain);
   }
+}
+
+TEST(AdviseTargets, AddsInformationToWhatTheMapsFactorsTell) {
+  // 1 / 0.3^2 - 1 / 0.5^2 more, on 1 / 0.6^2.
+  EXPECT_NEAR(std_with_more_m(0.6, 0.5, 0.3), 1.0 / std::sqrt(9.8888888889), 1e-9);
+  EXPECT_NEAR(std_with_more_m(0.5, 0.5, 0.3), 0.3, 1e-12);
+  EXPECT_EQ(std_with_more_m(0.5, 0.3, 0.3), 0.5);
+  EXPECT_NEAR(std_with_more_m(1.0, 0.1, 0.5), 10.0, 1e-12);  // never below nothing
 }
 
 TEST(GroundHeight, IsKnownWhereGroundIs) {

@@ -79,6 +79,8 @@ TEST(FindWeakness, TakesTheLooseDirectionFromTheMapsOwnFactors) {
   EXPECT_NEAR(one.loose.off_road_deg, 80.0, 1e-9);
   EXPECT_EQ(one.loose.std_m, 0.4);
   EXPECT_EQ(one.rival_score, 0.7);
+  ASSERT_FALSE(one.advice.empty());
+  EXPECT_NEAR(one.advice.front().std_before_m, 0.4, 1e-12);
 }
 
 TEST(FindWeakness, OfAMapThatHoldsSaysWhereItIsThinnest) {
