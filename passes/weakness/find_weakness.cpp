@@ -109,10 +109,18 @@ Result<ExplainedStretch> explain(PassContext& ctx, const WeaknessOptions& option
   explained.cause = cause_of(explained.sights, explained.rival_score, view_options.range_m);
   const std::vector<double> weights =
       scans_of_views(stretch, options.advice, map.sites.spacing_m, views.size());
-  explained.advice =
-      advise_targets(ctx, options.advice,
-                     {nds, map.sites, views, weights, directions, view_options, stretch.first_site,
-                      stretch.last_site, explained.loose.heading_deg});
+  const std::vector<double> std_m = loose_std_m(map, explained, views);
+  const StretchScene scene{nds,
+                           map.sites,
+                           views,
+                           std_m,
+                           weights,
+                           directions,
+                           view_options,
+                           stretch.first_site,
+                           stretch.last_site,
+                           explained.loose.heading_deg};
+  explained.advice = advise_targets(ctx, options.advice, scene);
   return explained;
 }
 
