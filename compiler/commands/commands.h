@@ -20,6 +20,7 @@ Verb report_verb();
 Verb verify_verb();
 Verb diff_verb();
 Verb gate_verb();
+Verb weak_verb();
 Verb delta_verb();
 Verb apply_verb();
 Verb strip_verb();

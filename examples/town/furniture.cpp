@@ -174,6 +174,17 @@ void add_pedestrian(TownMesh& mesh, const Pose2d& pose, double ground_m, std::ui
             Label::kPedestrian);
 }
 
+void add_board(TownMesh& mesh, const Board& board, double ground_m) {
+  constexpr double kThicknessM = 0.03;
+  const Eigen::Vector2d& at_m = board.pose.position_m;
+  const double bottom_m = ground_m + board.bottom_m;
+  add_prism(mesh, {at_m, 0.04, ground_m + kBuriedM, bottom_m, 8}, Label::kPole);
+  add_box(mesh,
+          {at_m, board.pose.yaw_rad + 0.5 * std::numbers::pi, board.width_m, kThicknessM, bottom_m,
+           bottom_m + board.height_m},
+          Label::kPole);
+}
+
 void add_furniture(TownMesh& mesh, std::uint64_t seed, const TownPlan& plan) {
   for (std::size_t i = 0; i < plan.streets.size(); ++i) {
     Random random(mix(mix(seed, 0x6675726eULL), i));

@@ -32,6 +32,16 @@ void add_vehicle(TownMesh& mesh, const Pose2d& pose, double ground_m, std::uint6
                  Label label);
 void add_pedestrian(TownMesh& mesh, const Pose2d& pose, double ground_m, std::uint64_t seed);
 
+// A flat board on a pole, both faces bare: what somebody puts up where a street has too little to
+// localize by. It stands on the ground at the pose's position and faces along its yaw.
+struct Board {
+  Pose2d pose;
+  double width_m = 1.0;
+  double height_m = 2.0;
+  double bottom_m = 0.5;  // lower edge above the ground
+};
+void add_board(TownMesh& mesh, const Board& board, double ground_m);
+
 // Cars along kerbs, half of the room taken. No two seeds park alike, not even in marked places:
 // those would tell a matcher where it is.
 std::vector<Pose2d> parked_cars(std::uint64_t seed, const TownPlan& plan);

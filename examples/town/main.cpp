@@ -30,6 +30,26 @@ sightline::town::TownChange change_of(const ChangeFlags& flags) {
   return change;
 }
 
+// Numbers in threes, x and y of the world and degrees from +x; and the size of them all.
+struct BoardFlags {
+  std::vector<double> places;
+  std::vector<double> size_m = {1.0, 2.0};
+};
+
+std::vector<sightline::town::Board> boards_of(const BoardFlags& flags,
+                                              const Eigen::Vector2d& origin_world_m) {
+  std::vector<sightline::town::Board> boards;
+  for (std::size_t i = 0; i + 2 < flags.places.size(); i += 3) {
+    sightline::town::Board board;
+    board.pose.position_m = Eigen::Vector2d(flags.places[i], flags.places[i + 1]) - origin_world_m;
+    board.pose.yaw_rad = sightline::town::to_radians(flags.places[i + 2]);
+    board.width_m = flags.size_m[0];
+    board.height_m = flags.size_m[1];
+    boards.push_back(board);
+  }
+  return boards;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -38,6 +58,7 @@ int main(int argc, char** argv) {
   std::vector<double> origin_m = {0.0, 0.0};
   ChangeFlags change;
   std::vector<double> part_numbers;
+  BoardFlags boards;
   CLI::App app("Makes a town from a seed, drives through it, and writes what a LiDAR records.");
   app.add_option("--seed", options.town.seed, "makes the town")->capture_default_str();
   app.add_option("--length-m", options.town.length_m, "length of the route, m")
@@ -81,6 +102,15 @@ int main(int argc, char** argv) {
   app.add_option("--change-noise", change.noise_factor, "how many times as much noise that is")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 100.0));
+  app.add_option("--board", boards.places,
+                 "a flat board on a pole at world coordinates X,Y that faces DEGREES from +x; may "
+                 "stand several times")
+      ->type_name("X,Y,DEGREES")
+      ->delimiter(',');
+  app.add_option("--board-size", boards.size_m, "width and height of each, m")
+      ->delimiter(',')
+      ->expected(2)
+      ->capture_default_str();
   app.add_flag("--force", options.replaces, "replace an earlier town");
   app.add_option("--threads", options.threads, "0: all there are")->capture_default_str();
   try {
@@ -89,12 +119,18 @@ int main(int argc, char** argv) {
     const int status = app.exit(error);
     return status == 0 ? 0 : exit_status(ErrorCode::kBadArgument);
   }
+  if (boards.places.size() % 3 != 0) {
+    std::fprintf(stderr, "--board: found %zu numbers, expected three for each board\n",
+                 boards.places.size());
+    return exit_status(ErrorCode::kBadArgument);
+  }
   options.town.change = change_of(change);
   for (std::size_t i = 0; i + 2 < part_numbers.size(); i += 3) {
     options.parts.push_back(
         {static_cast<int>(part_numbers[i]), part_numbers[i + 1], part_numbers[i + 2]});
   }
   options.origin_world_m = Eigen::Vector2d(origin_m[0], origin_m[1]);
+  options.town.boards = boards_of(boards, options.origin_world_m);
   const Result<void> written = town::write_town(options);
   if (!written) {
     std::fprintf(stderr, "%s\n", to_string(written.error()).c_str());

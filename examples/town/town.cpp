@@ -51,6 +51,23 @@ void add_parked_cars(TownMesh& mesh, const Town& town, std::uint64_t drive) {
   }
 }
 
+Result<void> check_boards(const std::vector<Board>& boards) {
+  constexpr double kLargestM = 20.0;
+  for (const Board& board : boards) {
+    const bool is_placed = board.pose.position_m.cwiseAbs().maxCoeff() <= kLongestM &&
+                           std::isfinite(board.pose.yaw_rad);
+    const auto has_size = [&](double size_m) { return size_m > 0.0 && size_m <= kLargestM; };
+    if (is_placed && has_size(board.width_m) && has_size(board.height_m)) continue;
+    return Error{ErrorCode::kBadArgument,
+                 "a board of " + std::to_string(board.width_m) + " x " +
+                     std::to_string(board.height_m) +
+                     " m was asked for; expected up to 20 x 20 m, within 20000 m of the start",
+                 {},
+                 {}};
+  }
+  return {};
+}
+
 }  // namespace
 
 TownMesh standing_mesh(const Town& town, std::uint64_t drive) {
@@ -78,6 +95,7 @@ Result<Town> make_town(const TownOptions& options) {
                  {},
                  {}};
   }
+  SIGHTLINE_TRY(check_boards(options.boards));
   Town town;
   town.options = options;
   const std::uint64_t seed = options.seed;
@@ -95,6 +113,9 @@ Result<Town> make_town(const TownOptions& options) {
                  rebuilt.contains(b) ? mix(front, kChangeKey) : front);
   }
   add_furniture(town.permanent, seed, town.plan);
+  for (const Board& board : options.boards) {
+    add_board(town.permanent, board, ground_height_m(seed, board.pose.position_m));
+  }
   return town;
 }
 

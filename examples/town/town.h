@@ -17,16 +17,17 @@ namespace sightline::town {
 
 struct TownOptions {
   std::uint64_t seed = 1;
-  double length_m = 600.0;  // of the driven line, 20 to 20000
-  bool is_round = false;    // the line closes around a block; at least 200 m then
-  TownChange change = {};   // what happened to a stretch of it meanwhile
+  double length_m = 600.0;         // of the driven line, 20 to 20000
+  bool is_round = false;           // the line closes around a block; at least 200 m then
+  TownChange change = {};          // what happened to a stretch of it meanwhile
+  std::vector<Board> boards = {};  // that were put up, in town coordinates
 };
 
 // What is true of the town whoever drives through it.
 struct Town {
   TownOptions options;
   TownPlan plan;
-  TownMesh permanent;  // ground, pavements, buildings, trees, poles
+  TownMesh permanent;  // ground, pavements, buildings, trees, poles, boards
   std::vector<Building> buildings;
 };
 

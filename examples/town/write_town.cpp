@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -113,6 +114,13 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
     json["change"] = {{"from_m", change.from_m},         {"to_m", change.to_m},
                       {"rebuilds", change.rebuilds},     {"removes_wall", change.removes_wall},
                       {"added_cars", change.added_cars}, {"noise_factor", change.noise_factor}};
+  }
+  for (const Board& board : options.town.boards) {
+    json["boards"].push_back({{"x_m", board.pose.position_m.x() + options.origin_world_m.x()},
+                              {"y_m", board.pose.position_m.y() + options.origin_world_m.y()},
+                              {"facing_deg", board.pose.yaw_rad * 180.0 / std::numbers::pi},
+                              {"width_m", board.width_m},
+                              {"height_m", board.height_m}});
   }
   json["streets"] = nlohmann::ordered_json::array();
   for (const Street& street : town.plan.streets) {

@@ -1,6 +1,10 @@
 #include "formats/annotation/sites.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include "formats/base/portable_math.h"
 
 namespace sightline {
 namespace {
@@ -34,6 +38,18 @@ std::vector<Eigen::Vector3d> positions_m(const Sites& sites) {
   std::vector<Eigen::Vector3d> found_m;
   for (const Site& site : sites.sites) found_m.push_back(site.p_map_m);
   return found_m;
+}
+
+double off_road_deg(const Site& site, double heading_deg) {
+  const Eigen::Vector3d ahead = site.T_map_vehicle.linear().col(0);
+  const double road_deg = portable_atan2(ahead.y(), ahead.x()) * 180.0 / std::numbers::pi;
+  const double turned_deg = std::fmod(std::abs(heading_deg - road_deg), 180.0);
+  return std::min(turned_deg, 180.0 - turned_deg);
+}
+
+std::string_view name_of_way(double off_road_deg) {
+  if (off_road_deg < 30.0) return "along the road";
+  return off_road_deg > 60.0 ? "across the road" : "aslant";
 }
 
 Result<void> validate(const Sites& sites) {

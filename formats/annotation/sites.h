@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "formats/artifact.h"
@@ -30,6 +31,12 @@ struct ArtifactTraits<Sites> {
 
 // The sensor's origin at each site, in the map frame.
 std::vector<Eigen::Vector3d> positions_m(const Sites& sites);
+
+// Degrees between a line of this heading (from map +x, either way along it) and the way the vehicle
+// points at the site, in the plane: 0 to 90.
+double off_road_deg(const Site& site, double heading_deg);
+// "along the road" below 30 degrees, "across the road" above 60, "aslant" between.
+std::string_view name_of_way(double off_road_deg);
 
 Result<void> validate(const Sites& sites);
 Table dump(const Sites& sites);

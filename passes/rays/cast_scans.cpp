@@ -12,21 +12,6 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
-// Beam by beam, so that the rays of a packet are neighbours.
-std::vector<Eigen::Vector3d> directions_of(const SensorProfile& sensor) {
-  const auto azimuth_count = static_cast<int>(std::lround(360.0 / sensor.azimuth_step_deg));
-  std::vector<Eigen::Vector3d> directions;
-  directions.reserve(sensor.beam_elevations_deg.size() * static_cast<std::size_t>(azimuth_count));
-  for (const double elevation_deg : sensor.beam_elevations_deg) {
-    const double elevation_rad = elevation_deg * kRadPerDeg;
-    for (int i = 0; i < azimuth_count; ++i) {
-      const double azimuth_rad = i * sensor.azimuth_step_deg * kRadPerDeg;
-      directions.push_back(direction_of(azimuth_rad, elevation_rad));
-    }
-  }
-  return directions;
-}
-
 std::vector<Eigen::Vector3d> subsampled_hits(const std::vector<Eigen::Vector3d>& directions,
                                              std::span<const double> distance_m, double leaf_m) {
   std::vector<Eigen::Vector3d> hits_m;
@@ -50,6 +35,20 @@ VirtualScans join(const std::vector<std::vector<Eigen::Vector3d>>& scan_of_site,
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor) {
+  const auto azimuth_count = static_cast<int>(std::lround(360.0 / sensor.azimuth_step_deg));
+  std::vector<Eigen::Vector3d> directions;
+  directions.reserve(sensor.beam_elevations_deg.size() * static_cast<std::size_t>(azimuth_count));
+  for (const double elevation_deg : sensor.beam_elevations_deg) {
+    const double elevation_rad = elevation_deg * kRadPerDeg;
+    for (int i = 0; i < azimuth_count; ++i) {
+      const double azimuth_rad = i * sensor.azimuth_step_deg * kRadPerDeg;
+      directions.push_back(direction_of(azimuth_rad, elevation_rad));
+    }
+  }
+  return directions;
+}
+
 std::vector<OptionField> option_fields(CastScansOptions& options) {
   return {
       number("near_m", options.near_m, "nothing nearer is hit, m", 0.0, 100.0),
@@ -65,7 +64,7 @@ Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& option
     return Error{ErrorCode::kBadValue, "longest_range_m must be beyond near_m", "",
                  "pass cast-scans"};
   }
-  const RayFan fan{directions_of(sensor), options.near_m, options.longest_range_m};
+  const RayFan fan{beam_directions(sensor), options.near_m, options.longest_range_m};
   std::vector<std::vector<Eigen::Vector3d>> scan_of_site(sites.sites.size());
   const Result<void> cast = cast_at_sites(
       ctx, surface, sites, fan, [&](std::size_t site, std::span<const double> distance_m) {

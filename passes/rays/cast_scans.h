@@ -17,6 +17,10 @@ struct CastScansOptions {
 };
 std::vector<OptionField> option_fields(CastScansOptions& options);
 
+// Where the beams of a level sensor point at each azimuth step, the first along map +x; unit
+// length, beam by beam, so that neighbours in the list are neighbours in the world.
+std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor);
+
 // What the localizing sensor would measure at every site: each of its beams at each azimuth step,
 // the first along map +x, cast level from p on the surface and subsampled on the localizer's voxel
 // grid. Definition: schemas/definitions.md, "virtual scan".

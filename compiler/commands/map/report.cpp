@@ -109,6 +109,7 @@ struct Loaded {
   std::string provenance;
   std::optional<MapDiff> diff;
   std::optional<GateResult> gate;
+  Weakness weakness;
 };
 
 Result<Loaded> load(const ReportFlags& flags) {
@@ -119,6 +120,12 @@ Result<Loaded> load(const ReportFlags& flags) {
   if (!flags.against.empty()) {
     SIGHTLINE_ASSIGN(loaded.diff, diff_maps(flags.against, flags.map_file(), {}));
   }
+  constexpr std::size_t kStretches = 5;  // `sightline weak` tells them all
+  WeaknessOptions options;
+  options.most = kStretches;
+  PassContext ctx;
+  ctx.threads = flags.run.threads;
+  SIGHTLINE_ASSIGN(loaded.weakness, find_weakness(ctx, options, loaded.map));
   if (!flags.gate.empty()) {
     SIGHTLINE_ASSIGN(loaded.gate, read_gate_result(flags.gate));
   }
@@ -133,6 +140,7 @@ ReportSources sources_of(const ReportFlags& flags, const Loaded& loaded) {
   sources.provenance = loaded.provenance;
   sources.diff = loaded.diff ? &*loaded.diff : nullptr;
   sources.old_map_file = std::filesystem::path(flags.against).filename();
+  sources.weakness = &loaded.weakness;
   sources.gate = loaded.gate ? &*loaded.gate : nullptr;
   return sources;
 }

@@ -1,8 +1,8 @@
 #include "compiler/views/exports/geojson.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "compiler/views/exports/geo_position.h"
 #include "compiler/views/exports/site_properties.h"
 
 namespace sightline {
@@ -10,17 +10,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Nine decimals of a degree are a tenth of a millimetre.
-double rounded_deg(double value) { return std::round(value * 1e9) / 1e9; }
-
 Result<Json> position_of(const CompiledMap& map, const World& world, const Site& site) {
   const Eigen::Vector3d p_world_m = site.p_map_m + map.sites.frame.origin_world_m;
-  if (world.kind == WorldKind::kLocal) {
-    return Json::array({p_world_m.x(), p_world_m.y(), p_world_m.z()});
-  }
-  SIGHTLINE_ASSIGN(const Geodetic point, to_geodetic(world, p_world_m));
-  return Json::array(
-      {rounded_deg(point.longitude_deg), rounded_deg(point.latitude_deg), point.altitude_m});
+  SIGHTLINE_ASSIGN(const GeoPosition position, geo_position(world, p_world_m));
+  return Json(position);
 }
 
 Json feature(const char* type, const Json& coordinates, const Json& properties) {

@@ -47,6 +47,7 @@ Result<std::vector<Section>> sections_of(const ReportSources& sources) {
     all.push_back(ideal_section(*sources.evaluation, map.sites));
     all.push_back(choice_section(*sources.evaluation, map.sites));
   }
+  if (sources.weakness) all.push_back(weak_section(*sources.weakness, map.sites));
   if (sources.tracks) all.push_back(tracks_section(*sources.tracks));
   all.push_back(trust_section(sources));
   if (sources.measured && has_virtual_points(map)) {

@@ -12,6 +12,7 @@
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/surface.h"
 #include "formats/surroundings/surface_points.h"
+#include "passes/weakness/find_weakness.h"
 
 namespace sightline {
 
@@ -32,6 +33,7 @@ struct ReportSources {
   const MapDiff* diff = nullptr;  // from an older map to this one
   std::string old_map_file;       // of the older map, as the user named it; empty: no diff
   const GateResult* gate = nullptr;
+  const Weakness* weakness = nullptr;  // of the tightest limit
 };
 
 }  // namespace sightline

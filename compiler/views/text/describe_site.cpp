@@ -5,11 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "formats/annotation/range_rule.h"
-#include "formats/base/portable_math.h"
 
 namespace sightline {
 namespace {
@@ -190,26 +188,15 @@ std::string describe_factors(const CompiledMap& map, const RouteFactors& route, 
   return text;
 }
 
-// Lines without sign: the angle between them, 0 to 90 degrees.
-double between_lines_deg(double a_deg, double b_deg) {
-  const double turned_deg = std::fmod(std::abs(a_deg - b_deg), 180.0);
-  return std::min(turned_deg, 180.0 - turned_deg);
-}
-
 std::string describe_weakness(const CompiledMap& map, std::size_t site, std::size_t range) {
   const std::optional<std::size_t> heading = column_of(map.factors, "crlb_heading");
   const std::optional<std::size_t> weak = column_of(map.factors, "crlb_max");
   const std::optional<std::size_t> strong = column_of(map.factors, "crlb_min");
   if (!heading || !weak || !strong) return "";
-  const Eigen::Vector3d ahead = map.sites.sites[site].T_map_vehicle.linear().col(0);
-  const double road_deg = portable_atan2(ahead.y(), ahead.x()) * 180.0 / std::numbers::pi;
   const double heading_deg = map.factors.at(site, range, *heading);
-  const double off_deg = between_lines_deg(heading_deg, road_deg);
-  const char* way = off_deg < 30.0   ? "along the road"
-                    : off_deg > 60.0 ? "across the road"
-                                     : "aslant";
-  return formatted("  weakest %s: %.0f degrees from map +x, %.0f off the road; ", way, heading_deg,
-                   off_deg) +
+  const double off_deg = off_road_deg(map.sites.sites[site], heading_deg);
+  return formatted("  weakest %s: %.0f degrees from map +x, %.0f off the road; ",
+                   name_of_way(off_deg).data(), heading_deg, off_deg) +
          formatted("%.1f times the strongest direction's uncertainty\n",
                    map.factors.at(site, range, *weak) / map.factors.at(site, range, *strong));
 }

@@ -58,4 +58,10 @@ Crlb crlb(const Matrix6d& information) {
   return bound;
 }
 
+double std_along_m(const Crlb& bound, double heading_deg) {
+  const double turned_rad = (heading_deg - bound.heading_deg) * std::numbers::pi / 180.0;
+  const SinCos turned = portable_sin_cos(turned_rad);
+  return portable_hypot(bound.max_m * turned.cos, bound.min_m * turned.sin);
+}
+
 }  // namespace sightline

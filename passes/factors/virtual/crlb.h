@@ -15,4 +15,7 @@ struct Crlb {
 };
 Crlb crlb(const Matrix6d& information);
 
+// Along a horizontal line of this heading, degrees from map +x, m: between min_m and max_m.
+double std_along_m(const Crlb& bound, double heading_deg);
+
 }  // namespace sightline

@@ -31,18 +31,8 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& r) {
   return matrix;
 }
 
-// J^T A J with J = [I, -[r]x], block by block.
-void add_sample(const Eigen::Vector3d& r_m, const Eigen::Matrix3d& A, Matrix6d& pose) {
-  const Eigen::Matrix3d cross = cross_matrix(r_m);
-  const Eigen::Matrix3d A_cross = A * cross;
-  pose.topLeftCorner<3, 3>() += A;
-  pose.topRightCorner<3, 3>() -= A_cross;
-  pose.bottomLeftCorner<3, 3>() -= A_cross.transpose();
-  pose.bottomRightCorner<3, 3>() += cross.transpose() * A_cross;
-}
-
-void add_sample(const Eigen::Vector3d& p_map_m, const Eigen::Vector3d& r_m, const NdtMap& map,
-                const MatchGrid& grid, ScanInformation& information) {
+void add_point(const Eigen::Vector3d& p_map_m, const Eigen::Vector3d& r_m, const NdtMap& map,
+               const MatchGrid& grid, ScanInformation& information) {
   ++information.point_count;
   const std::int32_t index = nd_of_cell(grid, cell_key(p_map_m + r_m, grid.cell_m));
   if (index == MatchGrid::kNone) {
@@ -58,6 +48,17 @@ void add_sample(const Eigen::Vector3d& p_map_m, const Eigen::Vector3d& r_m, cons
 
 }  // namespace
 
+// Block by block.
+void add_sample(const Eigen::Vector3d& r_m, const Eigen::Matrix3d& information_per_m2,
+                Matrix6d& pose) {
+  const Eigen::Matrix3d cross = cross_matrix(r_m);
+  const Eigen::Matrix3d A_cross = information_per_m2 * cross;
+  pose.topLeftCorner<3, 3>() += information_per_m2;
+  pose.topRightCorner<3, 3>() -= A_cross;
+  pose.bottomLeftCorner<3, 3>() -= A_cross.transpose();
+  pose.bottomRightCorner<3, 3>() += cross.transpose() * A_cross;
+}
+
 std::vector<ScanInformation> scan_information(const Eigen::Vector3d& p_map_m,
                                               std::span<const Eigen::Vector3d> points_m,
                                               const NdtMap& map, const MatchGrid& grid,
@@ -68,7 +69,7 @@ std::vector<ScanInformation> scan_information(const Eigen::Vector3d& p_map_m,
   std::size_t next = 0;
   for (const double range_m : ranges_m) {
     for (; next < samples.size() && samples[next].distance_m <= range_m; ++next) {
-      add_sample(p_map_m, points_m[samples[next].index], map, grid, sum);
+      add_point(p_map_m, points_m[samples[next].index], map, grid, sum);
     }
     by_range.push_back(sum);
   }

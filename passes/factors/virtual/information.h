@@ -22,6 +22,11 @@ struct ScanInformation {
   std::size_t unmatched_count = 0;  // of them, in no valid ND
 };
 
+// Adds what one sample r from p tells, by the information (inverse covariance) of its ND: J^T A J
+// with J = [I, -[r]x] (schemas/definitions.md, "Factors from a virtual scan").
+void add_sample(const Eigen::Vector3d& r_m, const Eigen::Matrix3d& information_per_m2,
+                Matrix6d& pose);
+
 // One for each range, nearer samples first. `points_m` are relative to p_map_m; `grid` was made
 // from `map`.
 std::vector<ScanInformation> scan_information(const Eigen::Vector3d& p_map_m,

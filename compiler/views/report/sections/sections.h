@@ -21,6 +21,8 @@ Section choice_section(const Evaluation& evaluation, const Sites& sites);
 Section tracks_section(const DriveTracks& tracks);
 Section trust_section(const ReportSources& sources);
 Section factors_section(const FactorReport& factors, const CompiledMap& map);
+// Where `weak` was asked.
+Section weak_section(const Weakness& weakness, const Sites& sites);
 Section making_section(const ReportSources& sources);
 // Errors: malformed-text where the provenance is not JSON.
 Result<Section> passes_section(const ReportSources& sources);

@@ -42,6 +42,29 @@ TEST(Report, TablesSayWhatTheEvaluationSays) {
   }
 }
 
+TEST(Report, TellsWhereTheMapIsWeakWhereThatWasAsked) {
+  const MadeSources made = made_sources(2);
+  ReportSources sources = made.sources();
+  EXPECT_THAT(*report_html(sources), Not(HasSubstr("Where it is weak")));
+  ExplainedStretch one;
+  one.stretch.worst_site = 7;
+  one.stretch.worst = {every_return(50.0), 0.07, 0.75, 0.3, false};
+  one.sights = {132, 4, 31.0, 0.9};
+  one.cause = WeakCause::kDistant;
+  one.advice.resize(1);
+  one.advice[0].gain = 0.25;
+  Weakness weakness;
+  weakness.limit_m = 0.1;
+  weakness.stretch_count = 1;
+  weakness.stretches = {one};
+  sources.weakness = &weakness;
+  const std::string html = *report_html(sources);
+  EXPECT_THAT(html, HasSubstr("Where it is weak"));
+  EXPECT_THAT(html, HasSubstr("distant"));
+  EXPECT_THAT(html, HasSubstr("Site 7: 4 of 132 upright surfaces seen within 50 m"));
+  EXPECT_THAT(html, HasSubstr("25.0 % less"));
+}
+
 TEST(Report, EqualSourcesGiveEqualBytes) {
   EXPECT_EQ(*report_html(made_sources(3).sources()), *report_html(made_sources(3).sources()));
 }

@@ -1,0 +1,205 @@
+#include "compiler/views/text/weakness_text.h"
+
+#include <array>
+#include <cctype>
+#include <cstdio>
+#include <numbers>
+
+#include "formats/base/portable_math.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+template <class... T>
+std::string formatted(const char* format, T... values) {
+  std::array<char, 300> line{};
+  std::snprintf(line.data(), line.size(), format, values...);
+  return line.data();
+}
+
+Eigen::Vector3d world_m(const Sites& sites, const Eigen::Vector3d& p_map_m) {
+  return p_map_m + sites.frame.origin_world_m;
+}
+
+std::string stretch_line(const ExplainedStretch& one, const Sites& sites, std::size_t number) {
+  const WeakStretch& stretch = one.stretch;
+  const Eigen::Vector3d p_m = world_m(sites, sites.sites[stretch.worst_site].p_map_m);
+  return formatted("%3zu  %3u  %7.0f  %7.0f  %5zu  %9.1f  %9.1f  %6.1f  %5.3f  %5.0f  %-15s  %s\n",
+                   number, stretch.run, stretch.from_m, stretch.to_m, stretch.worst_site, p_m.x(),
+                   p_m.y(), 100.0 * stretch.worst.error_m, stretch.worst.probability,
+                   100.0 * stretch.worst.margin,
+                   std::string(name_of_way(one.loose.off_road_deg)).c_str(),
+                   stretch.unmet_count > 0 ? "unmet" : "thin");
+}
+
+std::string advice_line(const TargetAdvice& advice, const Sites& sites) {
+  const Eigen::Vector3d p_m = world_m(sites, advice.target.foot_map_m);
+  return formatted(
+      "       %5.1f %% less: at (%.1f, %.1f), ground %.1f, facing %.0f degrees; %.1f m %s of site "
+      "%zu; %zu returns a scan\n",
+      100.0 * advice.gain, p_m.x(), p_m.y(), p_m.z(), facing_deg(advice.target),
+      std::abs(advice.beside_m), advice.beside_m > 0.0 ? "left" : "right", advice.nearest_site,
+      advice.return_count);
+}
+
+std::string explanation(const ExplainedStretch& one, const Weakness& weakness, const Sites& sites,
+                        std::size_t number) {
+  std::string text = formatted("%3zu  %s: ", number, std::string(name_of(one.cause)).c_str()) +
+                     cause_sentence(one) + "\n";
+  text += formatted(
+      "     loose %s (%.0f degrees from map +x): %.1f times the strongest direction; yaw %.3f "
+      "degrees\n",
+      std::string(name_of_way(one.loose.off_road_deg)).c_str(), one.loose.heading_deg,
+      one.loose.std_m / one.loose.strong_std_m, one.loose.yaw_rad * kDegPerRad);
+  const TargetSize& size = weakness.options.advice.size;
+  if (one.advice.empty()) {
+    return text + formatted("     no place found for a board of %g x %g m that would help\n",
+                            size.width_m, size.height_m);
+  }
+  text += formatted("     a board of %g x %g m, its loose standard deviation as simulated:\n",
+                    size.width_m, size.height_m);
+  for (const TargetAdvice& advice : one.advice) text += advice_line(advice, sites);
+  return text;
+}
+
+// Of a missing advice: empty cells.
+void append_advice(const ExplainedStretch& one, const Sites& sites, std::vector<Cell>& row) {
+  if (one.advice.empty()) {
+    row.insert(row.end(), 6, Cell(std::string()));
+    return;
+  }
+  const TargetAdvice& best = one.advice.front();
+  const Eigen::Vector3d p_m = world_m(sites, best.target.foot_map_m);
+  for (const double value :
+       {p_m.x(), p_m.y(), p_m.z(), facing_deg(best.target), best.gain, best.gain_at_worst}) {
+    row.emplace_back(value);
+  }
+}
+
+}  // namespace
+
+std::string summary_sentence(const Weakness& weakness) {
+  const double limit_m = weakness.limit_m;
+  std::string text = formatted(
+      "limit %g m: %zu weak stretches, %.0f of %.0f m of route (%.0f m unmet: no look is good "
+      "enough)\n",
+      limit_m, weakness.stretch_count, weakness.weak_m, weakness.route_m, weakness.unmet_m);
+  return text + formatted(
+                    "thin: the best look's foretold error leaves less than %.0f %% of the limit; "
+                    "thinnest: site %zu, %.0f %%\n",
+                    100.0 * weakness.options.stretches.least_margin, weakness.thinnest_site,
+                    100.0 * weakness.thinnest.margin);
+}
+
+std::string cause_sentence(const ExplainedStretch& one) {
+  const UprightSights& sights = one.sights;
+  const double range_m = one.stretch.worst.look.range_m;
+  std::string text =
+      formatted("%zu of %zu upright surfaces seen within %g m hold it %s", sights.holding_count,
+                sights.count, range_m, std::string(name_of_way(one.loose.off_road_deg)).c_str());
+  if (sights.nearest_holding_m) {
+    text += formatted(", the nearest %.0f m away", *sights.nearest_holding_m);
+  }
+  switch (one.cause) {
+    case WeakCause::kEmpty:
+      return text + "; there is little else to see.";
+    case WeakCause::kOneSided:
+      return text + "; nearly all face one way.";
+    case WeakCause::kRepeated:
+      return text + formatted(
+                        "; half a metre or more further it looks nearly the same (%.2f of "
+                        "the score).",
+                        one.rival_score.value_or(1.0));
+    case WeakCause::kDistant:
+      return text + "; what holds it is far.";
+    case WeakCause::kUnclear:
+      return text + "; the geometry alone does not explain it: traffic, change or noise may.";
+  }
+  SIGHTLINE_CHECK(false);
+}
+
+std::string to_text(const Weakness& weakness, const Sites& sites) {
+  std::string text = summary_sentence(weakness);
+  if (weakness.stretches.empty()) return text;
+  text +=
+      "\n  #  run   from m     to m   site   x world    y world  err cm      P   left%  loose      "
+      "      state\n";
+  for (std::size_t i = 0; i < weakness.stretches.size(); ++i) {
+    text += stretch_line(weakness.stretches[i], sites, i + 1);
+  }
+  text += "\n";
+  for (std::size_t i = 0; i < weakness.stretches.size(); ++i) {
+    text += explanation(weakness.stretches[i], weakness, sites, i + 1);
+  }
+  return text;
+}
+
+Table table_of(const Weakness& weakness, const Sites& sites) {
+  Table table;
+  table.name = "weak";
+  table.columns = {"run",
+                   "from_m",
+                   "to_m",
+                   "first_site",
+                   "last_site",
+                   "unmet_sites",
+                   "worst_site",
+                   "x_m",
+                   "y_m",
+                   "z_m",
+                   "error_m",
+                   "probability",
+                   "margin",
+                   "look",
+                   "cause",
+                   "loose_heading_deg",
+                   "off_road_deg",
+                   "loose_std_m",
+                   "strong_std_m",
+                   "yaw_std_rad",
+                   "target_x_m",
+                   "target_y_m",
+                   "target_ground_z_m",
+                   "target_facing_deg",
+                   "target_gain",
+                   "target_gain_at_worst"};
+  table.facts = {{"limit_m", weakness.limit_m},
+                 {"least_margin", weakness.options.stretches.least_margin},
+                 {"route_m", weakness.route_m},
+                 {"weak_m", weakness.weak_m},
+                 {"unmet_m", weakness.unmet_m},
+                 {"stretch_count", static_cast<std::int64_t>(weakness.stretch_count)},
+                 {"positions_are", std::string("world coordinates, m")}};
+  for (const ExplainedStretch& one : weakness.stretches) {
+    const WeakStretch& stretch = one.stretch;
+    const Eigen::Vector3d p_m = world_m(sites, sites.sites[stretch.worst_site].p_map_m);
+    const auto number = [](std::size_t value) { return Cell(static_cast<std::int64_t>(value)); };
+    std::vector<Cell> row = {number(stretch.run),
+                             stretch.from_m,
+                             stretch.to_m,
+                             number(stretch.first_site),
+                             number(stretch.last_site),
+                             number(stretch.unmet_count),
+                             number(stretch.worst_site),
+                             p_m.x(),
+                             p_m.y(),
+                             p_m.z(),
+                             stretch.worst.error_m,
+                             stretch.worst.probability,
+                             stretch.worst.margin,
+                             to_text(stretch.worst.look),
+                             std::string(name_of(one.cause)),
+                             one.loose.heading_deg,
+                             one.loose.off_road_deg,
+                             one.loose.std_m,
+                             one.loose.strong_std_m,
+                             one.loose.yaw_rad};
+    append_advice(one, sites, row);
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+}  // namespace sightline

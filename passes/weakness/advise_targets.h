@@ -1,0 +1,70 @@
+#pragma once
+
+#include <vector>
+
+#include "passes/weakness/target_gain.h"
+
+// Where a board beside the road would help most.
+
+namespace sightline {
+
+struct AdviceOptions {
+  TargetSize size;
+  double nearest_m = 4.0;  // from the driven line to a place: the map holds no lanes
+  double farthest_m = 12.0;
+  double along_step_m = 2.0;  // of the grid of places
+  double across_step_m = 2.0;
+  double beyond_m = 12.0;  // places lie up to so far before and behind the stretch
+  double clear_m = 0.7;    // between the board and anything that stands there
+  double apart_m = 4.0;    // between two places that are named
+  std::size_t most = 3;    // places that are named
+};
+
+struct TargetAdvice {
+  Target target;
+  double beside_m = 0.0;  // from the driven line, left of it positive
+  std::size_t nearest_site = 0;
+  std::size_t return_count = 0;  // of one scan at the site that sees most of it
+  double std_before_m = 0.0;     // along the loose direction, mean over the judged sites
+  double std_after_m = 0.0;
+  double gain = 0.0;           // 1 - std_after_m / std_before_m
+  double gain_at_worst = 0.0;  // the same of the worst site alone
+};
+
+// What is known of a stretch.
+struct StretchScene {
+  const NearNds& nds;
+  const Sites& sites;
+  const std::vector<SiteView>& views;  // of the judged sites, the worst one first
+  // For each view: the standard deviation along the loose direction without a board, m, as far as
+  // the map's own factors tell it; that of the view itself, cast on NDs, sees gaps in walls as
+  // closed.
+  const std::vector<double>& std_m;
+  const std::vector<double>& weights;  // for each view: scans of the map that it stands for
+  const std::vector<Eigen::Vector3d>& directions;
+  ViewOptions view;
+  std::size_t first_site = 0;
+  std::size_t last_site = 0;
+  double loose_heading_deg = 0.0;  // from map +x
+};
+
+// The ground below a place of the map, from the lowest level ND of its column of cells that is
+// below the sensor at `p_map_m`; nothing where there is none.
+std::optional<double> ground_height_m(const NearNds& nds, const Eigen::Vector2d& place_m,
+                                      const Eigen::Vector3d& p_map_m);
+
+// True where something stands less than clear_m from the place, between the ground and the upper
+// edge of the board.
+bool is_taken(const NearNds& nds, const Target& target, double clear_m);
+
+// Standard deviation with what `after` knows more than `before`, on top of `std_m`: information
+// adds up.
+double std_with_more_m(double std_m, double before_m, double after_m);
+
+// The best places, by gain over the judged sites; of equal ones the nearer to the stretch's start.
+// Boards face along the loose direction, which is what they are to hold. Only what is better than
+// nothing is named.
+std::vector<TargetAdvice> advise_targets(const PassContext& ctx, const AdviceOptions& options,
+                                         const StretchScene& scene);
+
+}  // namespace sightline

@@ -1,0 +1,109 @@
+#include "passes/weakness/find_weakness.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/passes/weakness/corridor.h"
+
+namespace sightline {
+namespace {
+
+// The corridor as a map of two ranges and one limit, 0.1 m: the sites 1 to 3 are weak, 2 is unmet.
+CompiledMap weak_corridor() {
+  CompiledMap map;
+  map.ndt = corridor_map(false);
+  map.sites = corridor_sites();
+  map.sites.spacing_m = 10.0;
+  map.sensor = corridor_sensor();
+  map.ranges.looks = map.predicted.looks = every_return_at({20.0, 50.0});
+  map.ranges.promises.resize(1);
+  map.ranges.promises[0].limit_m = 0.1;
+  map.predicted.limits_m = {0.1};
+  const std::size_t count = map.sites.sites.size();
+  map.ranges.site_count = map.predicted.site_count = static_cast<std::uint32_t>(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool is_weak = i >= 1 && i <= 3;
+    map.predicted.mean_m.insert(map.predicted.mean_m.end(), {0.09, is_weak ? 0.07 : 0.02});
+    map.predicted.within_probability.insert(map.predicted.within_probability.end(), {0.6, 0.9});
+    map.ranges.range_index.push_back(1);
+    map.ranges.flags.push_back(i == 2 ? kUnmet : 0);
+  }
+  return map;
+}
+
+WeaknessOptions joined() {
+  WeaknessOptions options;
+  options.stretches.join_m = 10.0;
+  return options;
+}
+
+Result<Weakness> find(const CompiledMap& map, const WeaknessOptions& options) {
+  PassContext ctx;
+  return find_weakness(ctx, options, map);
+}
+
+TEST(FindWeakness, TellsWhereWhichWayWhyAndWhatWouldHelp) {
+  const Result<Weakness> found = find(weak_corridor(), joined());
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->limit_m, 0.1);
+  ASSERT_EQ(found->stretches.size(), 1U);
+  const ExplainedStretch& one = found->stretches.front();
+  EXPECT_EQ(one.stretch.first_site, 1U);
+  EXPECT_EQ(one.stretch.last_site, 3U);
+  EXPECT_EQ(one.stretch.worst_site, 2U);
+  EXPECT_EQ(one.stretch.unmet_count, 1U);
+  EXPECT_DOUBLE_EQ(one.stretch.worst.look.range_m, 50.0);
+  EXPECT_NEAR(one.stretch.worst.margin, 0.3, 1e-12);
+  EXPECT_EQ(found->weak_m, 30.0);
+  EXPECT_EQ(found->unmet_m, 10.0);
+  EXPECT_LT(one.loose.off_road_deg, 10.0);
+  EXPECT_FALSE(one.loose.is_of_map);
+  EXPECT_GT(one.loose.std_m, 2.0 * one.loose.strong_std_m);
+  EXPECT_EQ(one.cause, WeakCause::kOneSided);
+  ASSERT_FALSE(one.advice.empty());
+  EXPECT_GT(one.advice.front().gain, 0.02);
+}
+
+TEST(FindWeakness, TakesTheLooseDirectionFromTheMapsOwnFactors) {
+  CompiledMap map = weak_corridor();
+  map.factors.looks = every_return_at({20.0, 50.0});
+  map.factors.factors = {"crlb_heading", "crlb_max", "crlb_min", "crlb_yaw", "rival_score"};
+  map.factors.site_count = map.ranges.site_count;
+  for (std::uint32_t i = 0; i < map.factors.site_count; ++i) {
+    map.factors.values.insert(map.factors.values.end(), {0, 0, 0, 0, 0, 80, .4, .1, .01, .7});
+  }
+  const Result<Weakness> found = find(map, joined());
+  ASSERT_TRUE(found.has_value());
+  const ExplainedStretch& one = found->stretches.front();
+  EXPECT_TRUE(one.loose.is_of_map);
+  EXPECT_EQ(one.loose.heading_deg, 80.0);
+  EXPECT_NEAR(one.loose.off_road_deg, 80.0, 1e-9);
+  EXPECT_EQ(one.loose.std_m, 0.4);
+  EXPECT_EQ(one.rival_score, 0.7);
+  ASSERT_FALSE(one.advice.empty());
+  EXPECT_NEAR(one.advice.front().std_before_m, 0.4, 1e-12);
+}
+
+TEST(FindWeakness, OfAMapThatHoldsSaysWhereItIsThinnest) {
+  CompiledMap map = weak_corridor();
+  map.ranges.flags.assign(map.ranges.flags.size(), 0);
+  WeaknessOptions options;
+  options.stretches.least_margin = 0.25;
+  const Result<Weakness> found = find(map, options);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_TRUE(found->stretches.empty());
+  EXPECT_EQ(found->thinnest_site, 1U);
+  EXPECT_NEAR(found->thinnest.margin, 0.3, 1e-12);
+}
+
+TEST(FindWeakness, RefusesWhatMakesNoSense) {
+  WeaknessOptions other_limit;
+  other_limit.stretches.limit_m = 0.2;
+  EXPECT_EQ(find(weak_corridor(), other_limit).error().code, ErrorCode::kBadArgument);
+  WeaknessOptions nowhere;
+  nowhere.advice.farthest_m = 3.0;
+  EXPECT_EQ(find(weak_corridor(), nowhere).error().code, ErrorCode::kBadArgument);
+  EXPECT_EQ(find(CompiledMap(), {}).error().code, ErrorCode::kBadArgument);
+}
+
+}  // namespace
+}  // namespace sightline
