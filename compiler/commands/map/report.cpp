@@ -109,8 +109,16 @@ struct Loaded {
   std::string provenance;
   std::optional<MapDiff> diff;
   std::optional<GateResult> gate;
-  Weakness weakness;
+  std::optional<Weakness> weakness;  // none of a map without sites
 };
+
+Result<Weakness> weakness_of(const ReportFlags& flags, const CompiledMap& map) {
+  WeaknessOptions options;
+  options.most = 5;  // `sightline weak` tells them all
+  PassContext ctx;
+  ctx.threads = flags.run.threads;
+  return find_weakness(ctx, options, map);
+}
 
 Result<Loaded> load(const ReportFlags& flags) {
   Loaded loaded;
@@ -120,12 +128,9 @@ Result<Loaded> load(const ReportFlags& flags) {
   if (!flags.against.empty()) {
     SIGHTLINE_ASSIGN(loaded.diff, diff_maps(flags.against, flags.map_file(), {}));
   }
-  constexpr std::size_t kStretches = 5;  // `sightline weak` tells them all
-  WeaknessOptions options;
-  options.most = kStretches;
-  PassContext ctx;
-  ctx.threads = flags.run.threads;
-  SIGHTLINE_ASSIGN(loaded.weakness, find_weakness(ctx, options, loaded.map));
+  if (!loaded.map.sites.sites.empty() && !loaded.map.ranges.promises.empty()) {
+    SIGHTLINE_ASSIGN(loaded.weakness, weakness_of(flags, loaded.map));
+  }
   if (!flags.gate.empty()) {
     SIGHTLINE_ASSIGN(loaded.gate, read_gate_result(flags.gate));
   }
@@ -140,7 +145,7 @@ ReportSources sources_of(const ReportFlags& flags, const Loaded& loaded) {
   sources.provenance = loaded.provenance;
   sources.diff = loaded.diff ? &*loaded.diff : nullptr;
   sources.old_map_file = std::filesystem::path(flags.against).filename();
-  sources.weakness = &loaded.weakness;
+  sources.weakness = loaded.weakness ? &*loaded.weakness : nullptr;
   sources.gate = loaded.gate ? &*loaded.gate : nullptr;
   return sources;
 }

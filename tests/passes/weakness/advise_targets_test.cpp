@@ -48,6 +48,19 @@ TEST(AdviseTargets, NamesPlacesBesideTheRoadOnTheGroundAndOffWalls) {
   }
 }
 
+TEST(AdviseTargets, NamesPlacesThatAreApart) {
+  const CorridorScene scene;
+  AdviceOptions wide;
+  wide.apart_m = 15.0;
+  const std::vector<TargetAdvice> found = advice_of(scene, wide);
+  ASSERT_GT(found.size(), 1U);
+  for (std::size_t i = 1; i < found.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      EXPECT_GE((found[i].target.foot_map_m - found[k].target.foot_map_m).norm(), 15.0);
+    }
+  }
+}
+
 TEST(AdviseTargets, GainsLessWhereAWallAcrossTheStreetHoldsItAnyway) {
   const double bare = advice_of(CorridorScene(false), {}).front().gain;
   const double held = advice_of(CorridorScene(true), {}).front().gain;
@@ -78,6 +91,18 @@ TEST(AdviseTargets, AddsInformationToWhatTheMapsFactorsTell) {
   EXPECT_NEAR(std_with_more_m(0.5, 0.5, 0.3), 0.3, 1e-12);
   EXPECT_EQ(std_with_more_m(0.5, 0.3, 0.3), 0.5);
   EXPECT_NEAR(std_with_more_m(1.0, 0.1, 0.5), 10.0, 1e-12);  // never below nothing
+}
+
+TEST(IsTaken, WhereAWallIsNearAndNotByTheGround) {
+  const CorridorScene scene;
+  Target target;
+  target.foot_map_m = {40.0, 6.0, kCorridorGround_m};
+  EXPECT_FALSE(is_taken(scene.nds, target, 0.7));  // 2.1 m, of which the board has half a metre
+  EXPECT_TRUE(is_taken(scene.nds, target, 1.8));
+  target.foot_map_m.y() = 7.5;
+  EXPECT_TRUE(is_taken(scene.nds, target, 0.7));
+  target.foot_map_m.z() = 10.0;  // above the wall
+  EXPECT_FALSE(is_taken(scene.nds, target, 0.7));
 }
 
 TEST(GroundHeight, IsKnownWhereGroundIs) {

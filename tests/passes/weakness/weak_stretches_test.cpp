@@ -28,7 +28,7 @@ std::vector<BestLook> margins(double margin) {
 
 TEST(WeakStretches, JoinsWeakSitesOfARunThatAreNearAndPutsTheWorstFirst) {
   std::vector<BestLook> best = margins(0.8);
-  for (const std::size_t site : {4, 5, 10, 29, 30}) best[site].margin = 0.3;
+  for (const std::size_t site : {4U, 5U, 10U, 29U, 30U}) best[site].margin = 0.3;
   best[5].margin = 0.2;
   best[30].margin = 0.6;
   best[30].is_unmet = true;
