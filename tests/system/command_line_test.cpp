@@ -179,5 +179,12 @@ TEST(ManPage, IsSetWithoutWarningsAndTellsOfEveryVerbAndFailure) {
   }
 }
 
+TEST(CommandLine, ExportAlongLanesAsksForTheLanes) {
+  const ProgramResult run =
+      run_sightline("export no_such.slmap --format lanelet2 -o no_such_folder/lanes.osm");
+  EXPECT_EQ(run.status, 64);
+  EXPECT_THAT(run.err, HasSubstr("--lanes lanelet2_map.osm"));
+}
+
 }  // namespace
 }  // namespace sightline
