@@ -39,8 +39,8 @@ struct Lanelet {
   bool is_both_ways = false;
   LaneletSide left;
   LaneletSide right;
-  // Both sides where two lanelets are one behind the other need not be of one length: a place of
-  // the lanelet is a share of both. This is the longer one, m.
+  // A place of a lanelet is a share of both sides, which need not be of one length: this is that of
+  // the longer one, m.
   double length_m = 0.0;
 };
 
