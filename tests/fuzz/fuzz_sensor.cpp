@@ -5,6 +5,7 @@
 
 #include "formats/base/check.h"
 #include "formats/foreign/text/geodetic_parsers.h"
+#include "formats/foreign/text/geodetic_track.h"
 #include "formats/foreign/text/kitti_calibration.h"
 #include "formats/foreign/text/nuscenes_poses.h"
 #include "formats/foreign/text/sensor_file.h"
