@@ -78,7 +78,7 @@ Verb diff_verb() {
                  .minimum = 0.0},
                 {.names = "--join-m",
                  .value = "METRES",
-                 .help = "Changes along the route no farther apart count as one stretch",
+                 .help = "No farther apart along the route, changes count as one stretch",
                  .target = &flags->options.join_m,
                  .minimum = 0.0},
                 {.names = "--longest-m",

@@ -100,7 +100,7 @@ Verb weak_verb() {
        .maximum = 1.0},
       {.names = "--join-m",
        .value = "METRES",
-       .help = "Weak sites of a run no farther apart are one stretch",
+       .help = "No farther apart along the route, weak sites are one stretch",
        .target = &flags->options.stretches.join_m,
        .minimum = 0.0},
       {.names = "--longest-m",
