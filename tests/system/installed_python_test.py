@@ -6,9 +6,12 @@ The last four are about where the scan was taken.
 """
 
 import array
+import ctypes
 import math
+import os
 import struct
 import subprocess
+import tempfile
 import sys
 import unittest
 
@@ -20,6 +23,7 @@ if WITHOUT_NUMPY:
     sys.modules["numpy"] = None  # an import fails, as where it is not installed
 
 import sightline  # noqa: E402
+from sightline import _interface as interface  # noqa: E402
 import sightline_map  # noqa: E402
 
 try:
@@ -35,6 +39,25 @@ def scan_rows():
     return memoryview(body).cast("f", (count, 4))
 
 
+class Interface(unittest.TestCase):
+    def test_structures_are_as_long_as_those_of_c(self):
+        structures = {"range": sightline.Range, "look": sightline.Look, "look_plan": sightline.LookPlan,
+                      "site": sightline.Site, "info": interface.MapInfo, "promise": interface.Promise,
+                      "localizer_options": interface.LocalizerOptions, "points": interface.Points,
+                      "match": sightline.Match, "nd": interface.Nd, "localizer_info": interface.LocalizerInfo}
+        lines = [f'printf("%zu\\n", sizeof(sightline_{name}));' for name in structures]
+        program = ("#include \"formats/reader/sightline_reader.h\"\n#include \"passes/vehicle/sightline_localizer.h\"\n#include <stdio.h>\n"
+                   "int main(void) {\n" + "\n".join(lines) + "\nreturn 0;\n}\n")
+        flags = subprocess.run(["pkg-config", "--cflags", "sightline-reader", "sightline-localizer"], check=True,
+                               capture_output=True, text=True).stdout.split()
+        with tempfile.TemporaryDirectory() as folder:
+            built = os.path.join(folder, "sizes")
+            subprocess.run(["cc", "-xc", "-", *flags, "-o", built], input=program, text=True, check=True)
+            sizes = subprocess.run([built], check=True, capture_output=True, text=True).stdout.split()
+        for (name, structure), size in zip(structures.items(), sizes, strict=True):
+            self.assertEqual(ctypes.sizeof(structure), int(size), name)
+
+
 class Map(unittest.TestCase):
     def setUp(self):
         self.map = sightline.Map(MAP)
@@ -48,6 +71,8 @@ class Map(unittest.TestCase):
         self.assertEqual(self.map.localizer, "searching")
         self.assertTrue(self.map.is_for_caller)
         self.assertTrue(self.map.promise(0).statement)
+        self.assertEqual(self.map.world, "local")
+        self.assertEqual(self.map.export_origin_world_m, (0.0, 0.0, 0.0))
 
     def test_answers_alike_at_and_beside_every_site(self):
         for limit, limit_m in enumerate(self.map.limits_m):

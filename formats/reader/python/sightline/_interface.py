@@ -41,7 +41,8 @@ class MapInfo(Structure):
                 ("origin_world_m", c_double * 3), ("reach_m", c_double), ("ranges_m", POINTER(c_double)),
                 ("limits_m", POINTER(c_double)), ("range_count", c_size_t), ("limit_count", c_size_t),
                 ("site_count", c_uint32), ("localizer", c_char_p), ("localizer_version", c_uint32),
-                ("localizer_parameters", c_char_p), ("is_for_caller", c_int)]
+                ("localizer_parameters", c_char_p), ("is_for_caller", c_int), ("world", c_char_p),
+                ("export_origin_world_m", c_double * 3)]
 
 
 class Promise(Structure):

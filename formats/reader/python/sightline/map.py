@@ -32,6 +32,8 @@ class Map:
         self.localizer_version = info.localizer_version
         self.localizer_parameters = info.localizer_parameters.decode()
         self.is_for_caller = bool(info.is_for_caller)
+        self.world = info.world.decode()
+        self.export_origin_world_m = tuple(info.export_origin_world_m)
 
     def __enter__(self):
         return self
