@@ -9,6 +9,14 @@ function(sightline_shared_library target name)
   target_link_options(${target} PRIVATE
     -Wl,--version-script=${PROJECT_SOURCE_DIR}/compiler/package/c_interface.map
     -Wl,--as-needed -Wl,--gc-sections $<$<NOT:$<BOOL:${SIGHTLINE_SANITIZER}>>:-Wl,-z,defs>)
+  # Also in a program of C, whose linker does not think of C++ itself.
+  if(SIGHTLINE_SANITIZER STREQUAL "address")
+    target_link_options(${target} INTERFACE $<BUILD_INTERFACE:-fsanitize=address,undefined>
+      $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:Clang>:-fsanitize-link-c++-runtime>>)
+    target_link_libraries(${target} INTERFACE $<BUILD_INTERFACE:stdc++>)
+  elseif(SIGHTLINE_SANITIZER)
+    target_link_options(${target} INTERFACE $<BUILD_INTERFACE:-fsanitize=${SIGHTLINE_SANITIZER}>)
+  endif()
 endfunction()
 
 # Installs the library, and what programs are built with, for find_package(sightline). A set of targets of its own: where
