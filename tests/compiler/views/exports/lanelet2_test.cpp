@@ -258,7 +258,7 @@ void expect_tags(const OpenMap& open, const Lane& lane, double limit_m, const Ta
 TEST(Lanelet2, TagsAreWhatTheReaderAnswersAlongTheLane) {
   Random random(7);
   std::size_t known = 0;
-  for (const std::uint64_t seed : {1, 2, 5}) {
+  for (const std::uint64_t seed : {1U, 2U, 5U}) {
     const OpenMap open(seed);
     const std::vector<Lane> lanes = random_lanes(random, open.map, 20);
     const Read read(exported(open, document(lanes)).text);
@@ -332,7 +332,7 @@ TEST(Lanelet2, AllElseStaysAsItWas) {
 TEST(Lanelet2, StretchesThatAreUnmetBecomeAreasOfTheLanesWidth) {
   Random random(11);
   std::size_t inside = 0;
-  for (const std::uint64_t seed : {1, 2, 4}) {
+  for (const std::uint64_t seed : {1U, 2U, 4U}) {
     const OpenMap open(seed);
     const std::vector<Lane> lanes = random_lanes(random, open.map, 8);
     const std::string text = document(lanes);

@@ -63,7 +63,7 @@ void expect_tree_of_dlib(const Problem& problem, const TreeOptions& options, std
 }
 
 TEST(GrowTree, GivesTheTreeOfDlibBitForBit) {
-  for (const std::size_t rows : {1, 2, 5, 6, 7, 41, 300, 5000}) {
+  for (const std::size_t rows : {1U, 2U, 5U, 6U, 7U, 41U, 300U, 5000U}) {
     for (const int value_count : {1, 3, 40, 1'000'000}) {
       const auto seed = static_cast<std::uint32_t>(rows) + static_cast<std::uint32_t>(value_count);
       SCOPED_TRACE(std::to_string(rows) + " rows, values " + std::to_string(value_count));
