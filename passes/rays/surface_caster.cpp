@@ -151,7 +151,7 @@ void set_origin(const Eigen::Vector3f& origin_m, Packet& packet) {
 struct ExactCast : EmbreeContext {
   std::span<const ExactPatch> patches;
   Eigen::Vector3d p_m;
-  const Eigen::Vector3d* directions = nullptr;  // of the packet's rays
+  std::span<const Eigen::Vector3d> directions;  // of the packet's rays
   double near_m = 0.0;
   double far_m = 0.0;
   double margin_m = 0.0;
@@ -174,6 +174,8 @@ void decide_in_double(const RTCFilterFunctionNArguments* call) {
     if (index != seen_index) seen.emplace(cast.patches[index], cast.p_m);
     seen_index = index;
     const std::size_t lane = RTCRayN_id(call->ray, count, i);
+    // Embree 3.12 asks about rays beyond the last one too, which its caller has masked out.
+    if (lane >= cast.directions.size()) continue;
     const double distance_m = seen->distance_m(cast.directions[lane]);
     if (!(distance_m >= cast.near_m && distance_m <= cast.far_m)) continue;
     if (!(distance_m < cast.distance_m[lane])) continue;
@@ -250,11 +252,11 @@ class BlockCaster {
     for (std::size_t first = 0; first < distance_m.size(); first += kPacket) {
       Packet packet = packets[first / kPacket];
       set_origin(origin_m, packet);
-      exact.directions = fan_.directions.data() + first;
+      const std::size_t count = std::min(kPacket, distance_m.size() - first);
+      exact.directions = std::span(fan_.directions).subspan(first, count);
       exact.distance_m.fill(kInfinity);
       // Neighbours: a third faster.
       intersect_8(packet.valid.data(), scene_.get(), exact, EmbreeRays::kNeighbours, packet.rays);
-      const std::size_t count = std::min(kPacket, distance_m.size() - first);
       std::copy_n(exact.distance_m.begin(), count,
                   distance_m.begin() + static_cast<std::ptrdiff_t>(first));
     }
