@@ -147,16 +147,12 @@ double raised_threshold(const CalibratePlanOptions& options, const LookPlan& pla
 }
 
 std::vector<OptionField> option_fields(CalibratePlanOptions& options) {
-  std::vector<OptionField> fields = {
-      number("doubted_share", options.doubted_share,
-             "while tracking: share of good first looks that may be doubted", 0.0, 1.0),
-      shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m",
-                    0.1, 1000.0))};
-  // Which scans are matched is measure-error's to say.
-  for (OptionField& field : option_fields(options.matching)) {
-    fields.push_back(shared(std::move(field)));
-  }
-  return fields;
+  return with_matching(
+      {number("doubted_share", options.doubted_share,
+              "while tracking: share of good first looks that may be doubted", 0.0, 1.0),
+       shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m",
+                     0.1, 1000.0))},
+      options.matching);
 }
 
 Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptions& options,

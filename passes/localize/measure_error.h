@@ -34,6 +34,9 @@ struct MeasureErrorOptions {
   bool is_mapping_drive = false;  // its poses made the map, and are its reference wherever from
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);
+// Of a pass that matches scans as measure-error does: `own` and, shared, those of its matching,
+// which are measure-error's to say.
+std::vector<OptionField> with_matching(std::vector<OptionField> own, MeasureErrorOptions& matching);
 
 // 12 starts at every site; of pcl-ndt, whose matches take hundreds of times as long, 3 at every
 // tenth.

@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "passes/localize/measure_error.h"
 #include "passes/pass/scan_selection.h"
 
@@ -46,6 +48,12 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
               "matches first on cells so many times as long as the map's; 1 does not", 1, 16),
       shared(flag("is_mapping_drive", options.is_mapping_drive,
                   "the drive's poses made the map and are its reference"))};
+}
+
+std::vector<OptionField> with_matching(std::vector<OptionField> own,
+                                       MeasureErrorOptions& matching) {
+  for (OptionField& field : option_fields(matching)) own.push_back(shared(std::move(field)));
+  return own;
 }
 
 }  // namespace sightline

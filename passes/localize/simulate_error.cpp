@@ -156,18 +156,15 @@ void measure_into(const ReferencedScan& scan, std::size_t site, SiteLocalizer& l
 }  // namespace
 
 std::vector<OptionField> option_fields(SimulateErrorOptions& options) {
-  std::vector<OptionField> fields = {
-      number("range_noise_m", options.range_noise_m,
-             "noise of a simulated return along its ray, standard deviation, m", 0.0, 1.0),
-      number("hidden_deg", options.hidden_deg,
-             "azimuth that traffic hides from a simulated scan, degrees", 0.0, 360.0),
-      number("missing_share", options.missing_share, "returns that fail to come", 0.0, 0.99),
-      number("relief_m", options.relief_m,
-             "by which the surface of another day differs, standard deviation, m", 0.0, 1.0)};
-  for (OptionField& field : option_fields(options.matching)) {
-    fields.push_back(shared(std::move(field)));
-  }
-  return fields;
+  return with_matching(
+      {number("range_noise_m", options.range_noise_m,
+              "noise of a simulated return along its ray, standard deviation, m", 0.0, 1.0),
+       number("hidden_deg", options.hidden_deg,
+              "azimuth that traffic hides from a simulated scan, degrees", 0.0, 360.0),
+       number("missing_share", options.missing_share, "returns that fail to come", 0.0, 0.99),
+       number("relief_m", options.relief_m,
+              "by which the surface of another day differs, standard deviation, m", 0.0, 1.0)},
+      options.matching);
 }
 
 Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,

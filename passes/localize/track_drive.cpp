@@ -213,16 +213,12 @@ DriveTracks to_tracks(const Setup& setup, const Trajectory& in_map,
 }  // namespace
 
 std::vector<OptionField> option_fields(TrackDriveOptions& options) {
-  std::vector<OptionField> fields = {
-      number("lost_beyond_m", options.lost_beyond_m,
-             "continuous localization: an error above this ends a track, m", 0.01, 100.0),
-      shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m",
-                    0.1, 1000.0))};
-  // How scans are matched is measure-error's to say.
-  for (OptionField& field : option_fields(options.matching)) {
-    fields.push_back(shared(std::move(field)));
-  }
-  return fields;
+  return with_matching(
+      {number("lost_beyond_m", options.lost_beyond_m,
+              "continuous localization: an error above this ends a track, m", 0.01, 100.0),
+       shared(number("reach_m", options.reach_m, "a site farther away than this says nothing, m",
+                     0.1, 1000.0))},
+      options.matching);
 }
 
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wanted,

@@ -88,11 +88,12 @@ class TileCarver {
         reach_(reach_of_tile(options, tile)),
         origins_(origins_of(scans)),
         hit_voxels_(scans.size()) {
+    bool has_several = false;
     for (const PlacedScan& scan : scans) {
       last_part_ = std::max(last_part_, scan.part);
-      if (scan.part != scans.front().part && !of_drives_) of_drives_.emplace(0);
+      has_several = has_several || scan.part != scans.front().part;
     }
-    if (of_drives_) of_drives_.emplace(last_part_ + 1);
+    if (has_several) of_drives_.emplace(last_part_ + 1);
   }
 
   Result<void> look() {

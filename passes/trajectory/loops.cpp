@@ -69,14 +69,15 @@ std::vector<Candidate> candidates(const Odometry& odometry) {
   return found;
 }
 
-// The points of the earlier visit, in the map frame as odometry has it.
+// The points of the earlier visit, in the map frame as odometry has it. Of its piece alone: the
+// later one may begin right behind it, and no scan confirms itself.
 Result<std::vector<Eigen::Vector3d>> visit_points_m(const Drive& drive, const Odometry& odometry,
                                                     std::size_t around) {
   std::vector<Eigen::Vector3d> points_m;
   double next_m = odometry.driven_m[around] - kVisitReach_m;
   for (std::size_t k = 0; k < odometry.T_map_lidar.size(); ++k) {
     if (odometry.driven_m[k] > odometry.driven_m[around] + kVisitReach_m) break;
-    if (odometry.driven_m[k] < next_m) continue;
+    if (odometry.driven_m[k] < next_m || odometry.piece[k] != odometry.piece[around]) continue;
     next_m = odometry.driven_m[k] + kVisitStep_m;
     SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
     for (const Eigen::Vector3d& point_m : scan.to_map_m) {

@@ -97,11 +97,14 @@ Result<Trajectory> checked_trajectory(PassContext& ctx, const EstimateTrajectory
   const std::vector<std::optional<Pose>> given = given_poses(drive);
   SIGHTLINE_ASSIGN(const std::vector<PartApart> apart, find_parts_apart(drive, given));
   if (!apart.empty()) {
-    return Error{
-        ErrorCode::kMismatchedInputs,
-        parts_text(apart, drive) + "; estimate-trajectory.mode=auto joins them by what they see",
-        drive.scans[apart.front().worst].source,
-        "scan " + std::to_string(drive.scans[apart.front().worst].recording_index)};
+    if (options.bad_poses == BadPoses::kRepair) {
+      return refined_trajectory(ctx, options, drive, solve);
+    }
+    return Error{ErrorCode::kMismatchedInputs,
+                 parts_text(apart, drive) +
+                     "; estimate-trajectory.bad_poses=repair joins them by what they see",
+                 drive.scans[apart.front().worst].source,
+                 "scan " + std::to_string(drive.scans[apart.front().worst].recording_index)};
   }
   SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(ctx, options.local_map_m, drive, given));
   SIGHTLINE_ASSIGN(const GivenVerdict verdict,

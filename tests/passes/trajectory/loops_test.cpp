@@ -1,0 +1,46 @@
+#include "passes/trajectory/loops.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/box_world.h"
+
+namespace sightline {
+namespace {
+
+// A drive of two pieces through one street; the second begins where the first ended, and odometry
+// has all of it half a metre off.
+TEST(Loops, BetweenPiecesAreConfirmedByTheEarlierOneAlone) {
+  constexpr std::size_t kCount = 12;
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < kCount; ++i) poses.push_back(pose_at(static_cast<double>(i), 0, 0));
+  for (std::size_t i = 0; i < kCount; ++i) {
+    poses.push_back(pose_at(static_cast<double>(kCount - i), 0.3, 0));
+  }
+  const TestDrive test = drive_through(random_street(4), poses, 0.5);
+  const Pose& T_vehicle_lidar = test.drive.sensor.T_vehicle_lidar;
+  const Eigen::Vector3d off_m(0.4, 0.3, 0.0);
+  Odometry odometry;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const bool is_later = i >= kCount;
+    Pose T_map_lidar = test.truth.poses[i].T_map_vehicle * T_vehicle_lidar;
+    if (is_later) T_map_lidar.translation() += off_m;
+    odometry.T_map_lidar.push_back(T_map_lidar);
+    odometry.driven_m.push_back(static_cast<double>(is_later ? i - 1 : i));
+    odometry.piece.push_back(is_later ? 1 : 0);
+  }
+  PassContext ctx;
+  const Result<std::vector<GraphEdge>> loops = find_loops(ctx, test.drive, odometry);
+  ASSERT_TRUE(loops.has_value()) << to_string(loops.error());
+  ASSERT_FALSE(loops->empty());
+  for (const GraphEdge& edge : *loops) {
+    EXPECT_LT(edge.from, kCount);
+    EXPECT_GE(edge.to, kCount);
+    const Pose T_true = (test.truth.poses[edge.from].T_map_vehicle * T_vehicle_lidar).inverse() *
+                        test.truth.poses[edge.to].T_map_vehicle * T_vehicle_lidar;
+    EXPECT_LT((edge.T_from_to.translation() - T_true.translation()).norm(), 0.1)
+        << "scan " << edge.to;
+  }
+}
+
+}  // namespace
+}  // namespace sightline
