@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "passes/emit/emit_map.h"
-#include "passes/factors/compute_factors.h"
+#include "passes/factors/factors_of_sites.h"
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/ingest_map.h"
 #include "passes/ingest/join_drives.h"
@@ -20,8 +20,8 @@
 #include "passes/map/build_surface.h"
 #include "passes/map/choose_route_sites.h"
 #include "passes/map/choose_sites.h"
-#include "passes/map/measure_sharpness.h"
 #include "passes/map/remove_moving.h"
+#include "passes/map/sharpness/measure_sharpness.h"
 #include "passes/model/choose_ranges.h"
 #include "passes/model/judge/evaluate_ranges.h"
 #include "passes/model/predict_error.h"
@@ -153,6 +153,17 @@ LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> n
   return localized;
 }
 
+// The map's factors, and what sites see of it, for those who look at that.
+Wire<FactorTable> add_factors(Wire<SensorProfile> localizing_sensor, CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
+  plan.run(kCastScans, compile.surface, compile.sites, localizing_sensor);
+  const FactorsOfSitesOptions seeing{plan.options(kComputeFactors).ranges_m,
+                                     plan.options(kCastRays), plan.options(kCastScans)};
+  return plan.run_as("", kComputeFactors, seeing, compile.ndt, compile.surface, compile.sites,
+                     localizing_sensor);
+}
+
 // The map: NDs, surface, sites and the paper's factors.
 Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mapping,
                           Wire<SensorProfile> localizing_sensor, CompilePlan& compile) {
@@ -170,10 +181,7 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   compile.sharpness = plan.run(
       kMeasureSharpness, is_one_sensor ? compile.undistorted : compile.drive, compile.trajectory);
   compile.sites = plan.run_as("", kChooseSites, route, compile.drive, compile.trajectory);
-  compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
-  const Wire<VirtualScans> virtual_scans =
-      plan.run(kCastScans, compile.surface, compile.sites, localizing_sensor);
-  return plan.run(kComputeFactors, compile.ndt, compile.sites, compile.depth, virtual_scans);
+  return add_factors(localizing_sensor, compile);
 }
 
 // The scans that made the map, localized in it: they have the poses that they made it with. As
@@ -252,11 +260,7 @@ void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
   compile.surface = plan.run(kBuildSurface, compile.points);
   compile.sites =
       plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
-  compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
-  const Wire<VirtualScans> virtual_scans =
-      plan.run(kCastScans, compile.surface, compile.sites, compile.localizing_sensor);
-  const Wire<FactorTable> map_factors =
-      plan.run(kComputeFactors, compile.ndt, compile.sites, compile.depth, virtual_scans);
+  const Wire<FactorTable> map_factors = add_factors(compile.localizing_sensor, compile);
   SimulateErrorOptions simulating = plan.options(kSimulateError);
   simulating.matching = measuring_options(config, plan);
   // Evidence and a factor, as of the scans that make a map: at every site, by this program's own.
@@ -345,6 +349,13 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
                   compile.sites, compile.predicted, compile.ranges, compile.measured, compile.model,
                   compile.factors, compile.look_plan, compile.sharpness, compile.trajectory);
   return compile;
+}
+
+std::vector<AnyWire> told_of(const CompilePlan& compile) {
+  std::vector<AnyWire> told = {compile.map, compile.measured, compile.ranges, compile.factors,
+                               compile.evaluation};
+  if (compile.sharpness.is_connected()) told.push_back(compile.sharpness);
+  return told;
 }
 
 Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, CompilePlan& compile) {

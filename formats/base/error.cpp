@@ -69,6 +69,7 @@ const std::vector<ErrorCodeInfo>& all_error_codes() {
       {kLongerThanReleased, "longer-than-released"},
       {kGateFailed, "gate-failed"},
       {kInterrupted, "interrupted"},
+      {kWorkMissing, "work-missing"},
       {kCannotOpen, "cannot-open"},
       {kCannotRead, "cannot-read"},
       {kCannotWrite, "cannot-write"},

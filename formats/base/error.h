@@ -91,6 +91,7 @@ enum class ErrorCode : int {
   kGateFailed = 6001,
   // 7xxx incomplete: stopped before the end; what was done is kept.
   kInterrupted = 7001,
+  kWorkMissing = 7002,
   // 8xxx system: the machine said no.
   kCannotOpen = 8001,
   kCannotRead = 8002,
