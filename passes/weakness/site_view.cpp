@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "passes/rays/surface_caster.h"
-#include "passes/weakness/nd_surface.h"
+#include "passes/map/surface/nd_surface.h"
 
 namespace sightline {
 namespace {
