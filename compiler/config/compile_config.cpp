@@ -57,8 +57,9 @@ std::vector<OptionField> option_fields(MapOptions& options) {
                                  field.name.starts_with("lidar_");
     if (!tells_of_sensor) continue;
     if (field.name == "sensor") {
-      field.help = "the LiDAR that will localize, as under mapping; empty: that of a compiled map, "
-                   "else generic-16";
+      field.help =
+          "the LiDAR that will localize, as under mapping; empty: that of a compiled map, "
+          "else generic-16";
     }
     fields.push_back(std::move(field));
   }

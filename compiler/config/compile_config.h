@@ -48,7 +48,7 @@ struct MapOptions {
   // Points: file, folder, or Autoware's map folder. Or a compiled map (.slmap), to be annotated
   // anew. Empty: a drive makes the map.
   std::string points;
-  std::string name;    // empty: the last part of `points`
+  std::string name;  // empty: the last part of `points`
   // Of it the sensor alone, where no localization drive has one; no name: that of the compiled map,
   // else the usual one.
   RecordingOptions localizing;

@@ -20,10 +20,10 @@
 #include "passes/map/build_nd_surface.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
-#include "passes/map/choose_field_sites.h"
-#include "passes/map/choose_route_sites.h"
 #include "passes/map/choose_sites.h"
 #include "passes/map/measure_sharpness.h"
+#include "passes/map/places/choose_field_sites.h"
+#include "passes/map/places/choose_route_sites.h"
 #include "passes/map/remove_moving.h"
 #include "passes/model/choose_ranges.h"
 #include "passes/model/judge/evaluate_ranges.h"
@@ -443,8 +443,9 @@ std::vector<ConfigSection> published_sections(CompileConfig& config) {
   complete.later_mapping.resize(1);
   complete.later_mapping.front().scans = "any";
   std::vector<ConfigSection> sections = drive_sections(config);
-  for (const Plan& plan : {compile_plan(complete).plan, compile_plan(finished).plan,
-                           compile_plan(everywhere).plan, evaluate_plan(complete, CompiledMap{}).plan}) {
+  for (const Plan& plan :
+       {compile_plan(complete).plan, compile_plan(finished).plan, compile_plan(everywhere).plan,
+        evaluate_plan(complete, CompiledMap{}).plan}) {
     for (ConfigSection& pass : sections_of(plan)) {
       if (std::ranges::find(sections, pass.name, &ConfigSection::name) != sections.end()) continue;
       sections.push_back(std::move(pass));

@@ -76,7 +76,7 @@ struct CompilePlan {
   // Made.
   Wire<Drive> drive;  // of the first sensor
   Wire<Trajectory> trajectory;
-  Wire<Drive> undistorted;  // of all sensors
+  Wire<Drive> undistorted;     // of all sensors
   Wire<SurfacePoints> points;  // not connected where a compiled map is annotated anew
   Wire<NdtMap> ndt;
   Wire<Surface> surface;

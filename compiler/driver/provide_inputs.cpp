@@ -83,10 +83,12 @@ Result<SensorProfile> localizing_sensor(const MapOptions& options, const Compile
   SIGHTLINE_ASSIGN(const SensorProfile said, sensor_of(localizing));
   SIGHTLINE_ASSIGN(const SensorProfile usual, sensor_of(RecordingOptions{}));
   if (to_bytes(said) == to_bytes(usual)) return earlier->sensor;
-  return Error{ErrorCode::kBadValue,
-               "map.sensor: found its height, beams or mounting without its name; name it, or leave "
-               "all to the earlier map (" + earlier->sensor.name + ")",
-               "", ""};
+  return Error{
+      ErrorCode::kBadValue,
+      "map.sensor: found its height, beams or mounting without its name; name it, or leave "
+      "all to the earlier map (" +
+          earlier->sensor.name + ")",
+      "", ""};
 }
 
 // A map keeps its world: what else is named has to be the same.
@@ -109,8 +111,7 @@ Result<void> provide_compiled(const FinishedMapInput& input, ArtifactSet& artifa
   if (is_placed) {
     SIGHTLINE_TRY(check_world("route.world", input.route_options.world, map, file));
   }
-  SIGHTLINE_TRY(
-      provide_route(input, is_placed ? map.world : input.route_options.world, artifacts));
+  SIGHTLINE_TRY(provide_route(input, is_placed ? map.world : input.route_options.world, artifacts));
   SIGHTLINE_ASSIGN(SensorProfile sensor, localizing_sensor(input.options, &map));
   artifacts.provide(input.sensor, std::move(sensor));
   artifacts.provide(input.compiled, std::move(map), summary.root_digest);

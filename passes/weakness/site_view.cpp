@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "passes/rays/surface_caster.h"
 #include "passes/map/surface/nd_surface.h"
+#include "passes/rays/surface_caster.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "passes/map/free_ground.h"
+#include "passes/map/places/free_ground.h"
 
 #include <algorithm>
 #include <array>

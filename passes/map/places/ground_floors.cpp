@@ -1,4 +1,4 @@
-#include "passes/map/ground_floors.h"
+#include "passes/map/places/ground_floors.h"
 
 #include <algorithm>
 #include <bit>
@@ -63,8 +63,8 @@ GroundFloors::GroundFloors(const Surface& surface) {
   const bool is_wide = surface.cell_m > kColumn_m;
   for (const SurfacePatch& patch : surface.patches) {
     if (patch.normal.z() < kSteepestGround || std::popcount(patch.solid) < kLeastSquares) continue;
-    const std::vector<CellKey> columns = is_wide ? columns_under(patch)
-                                                 : std::vector{column_of(patch.centre_m)};
+    const std::vector<CellKey> columns =
+        is_wide ? columns_under(patch) : std::vector{column_of(patch.centre_m)};
     for (const CellKey& column : columns) {
       const auto [number, is_new] = columns_.insert(column);
       columns_.values()[number].push_back({patch.centre_m.z(), patch.centre_m.head<2>(),

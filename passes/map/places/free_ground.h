@@ -8,7 +8,7 @@
 
 #include "formats/grid/flat_cell_map.h"
 #include "formats/surroundings/surface.h"
-#include "passes/map/ground_floors.h"
+#include "passes/map/places/ground_floors.h"
 
 namespace sightline {
 

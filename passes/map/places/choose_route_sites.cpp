@@ -1,4 +1,4 @@
-#include "passes/map/choose_route_sites.h"
+#include "passes/map/places/choose_route_sites.h"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 #include <string>
 
 #include "formats/grid/point_grid.h"
-#include "passes/map/ground_floors.h"
-#include "passes/map/level_site.h"
+#include "passes/map/places/ground_floors.h"
+#include "passes/map/places/level_site.h"
 
 namespace sightline {
 namespace {

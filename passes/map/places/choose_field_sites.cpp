@@ -1,17 +1,15 @@
-#include "passes/map/choose_field_sites.h"
+#include "passes/map/places/choose_field_sites.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <optional>
 
 #include "formats/base/parallel.h"
-#include "formats/base/portable_math.h"
-#include "passes/map/free_ground.h"
-#include "passes/map/level_site.h"
+#include "passes/map/places/free_ground.h"
+#include "passes/map/places/free_heading.h"
+#include "passes/map/places/level_site.h"
 
 namespace sightline {
 namespace {
@@ -26,9 +24,6 @@ constexpr double kMostGround_m2 = 2e7;
 constexpr double kNear_m = 10.0;
 // The sensor sits on the roof.
 constexpr double kAboveSensor_m = 0.2;
-// Ways that a vehicle may look, of half a turn, and how far free ground is looked for along them.
-constexpr int kWays = 16;
-constexpr double kLookAlong_m = 20.0;
 // What a place takes from here to the map, on average over sensors of 16 and 64 beams: seconds of
 // one core, and memory (tests/bench/README.md, "The field").
 constexpr double kCpuOfPlace_s = 0.05;
@@ -111,7 +106,8 @@ Result<std::uint32_t> wanted_stretch(const ChooseFieldSitesOptions& options, con
   }
   if (!options.from.empty()) {
     SIGHTLINE_ASSIGN(const std::vector<double> from, numbers_of("from", options.from, 2));
-    const Eigen::Vector2d from_m = Eigen::Vector2d(from[0], from[1]) - frame.origin_world_m.head<2>();
+    const Eigen::Vector2d from_m =
+        Eigen::Vector2d(from[0], from[1]) - frame.origin_world_m.head<2>();
     SIGHTLINE_ASSIGN(const std::uint32_t place, nearest_place(free, from_m));
     return free.stretch_of(place);
   }
@@ -133,43 +129,6 @@ Result<Eigen::AlignedBox2d> wanted_box(const ChooseFieldSitesOptions& options,
   return Error{ErrorCode::kBadValue,
                "within: found '" + options.within + "', expected the lower corner first", "",
                kPlace};
-}
-
-// How far free ground goes on that way, in steps of the raster.
-int steps_ahead(const FreeGround& free, std::uint32_t place, const Eigen::Vector2d& way, int most) {
-  const GroundPlace begin = free.places()[place];
-  for (int step = 1; step <= most; ++step) {
-    const std::int32_t x = begin.x + static_cast<std::int32_t>(std::lround(step * way.x()));
-    const std::int32_t y = begin.y + static_cast<std::int32_t>(std::lround(step * way.y()));
-    place = free.next(free.places()[place], x, y);
-    if (place == FreeGround::kNone) return step - 1;
-  }
-  return most;
-}
-
-std::array<Eigen::Vector2d, kWays> ways() {
-  std::array<Eigen::Vector2d, kWays> all;
-  for (int i = 0; i < kWays; ++i) {
-    const SinCos turned = portable_sin_cos(i * std::numbers::pi / kWays);
-    all[static_cast<std::size_t>(i)] = {turned.cos, turned.sin};
-  }
-  return all;
-}
-
-// The first of the ways along which most is free.
-Eigen::Vector2d heading_at(const FreeGround& free, std::uint32_t place) {
-  static const std::array<Eigen::Vector2d, kWays> kAll = ways();
-  const auto most = static_cast<int>(kLookAlong_m / free.step_m());
-  int longest = -1;
-  Eigen::Vector2d heading = kAll.front();
-  for (const Eigen::Vector2d& way : kAll) {
-    const int length =
-        steps_ahead(free, place, way, most) + steps_ahead(free, place, -way, most);
-    if (length <= longest) continue;
-    longest = length;
-    heading = way;
-  }
-  return heading;
 }
 
 // Places that are wanted, row by row of the grid, ascending by (y, x, ground).
@@ -200,8 +159,8 @@ std::vector<std::vector<std::uint32_t>> runs_of(const FreeGround& free, const Gr
       const GroundPlace& last = free.places()[run.back()];
       return last.x == place.x - grid.steps && free.goes_on(last, place);
     };
-    const auto run = std::find_if(runs.begin() + static_cast<std::ptrdiff_t>(first_of_row),
-                                  runs.end(), goes_on);
+    const auto run =
+        std::find_if(runs.begin() + static_cast<std::ptrdiff_t>(first_of_row), runs.end(), goes_on);
     if (run == runs.end()) {
       runs.push_back({i});
     } else {
@@ -257,7 +216,7 @@ Sites sites_of(const PassContext& ctx, const FreeGround& free,
     const GroundPlace& place = free.places()[places[i]];
     const Eigen::Vector3d vehicle_m(place.x * free.step_m(), place.y * free.step_m(),
                                     place.ground_m + vehicle_above_ground_m(sensor));
-    sites.sites[i] = level_site(0, 0.0, vehicle_m, heading_at(free, places[i]), sensor);
+    sites.sites[i] = level_site(0, 0.0, vehicle_m, free_heading(free, places[i]), sensor);
   });
   std::size_t site = 0;
   for (std::uint32_t run = 0; run < runs.size(); ++run) {
@@ -272,25 +231,25 @@ Sites sites_of(const PassContext& ctx, const FreeGround& free,
 }  // namespace
 
 std::vector<OptionField> option_fields(ChooseFieldSitesOptions& options) {
-  return {number("spacing_m", options.spacing_m, "from one place to the next, m", 0.5, 50.0),
-          number("width_m", options.width_m, "room that a vehicle takes on the ground, m", 0.5,
-                 10.0),
-          number("height_m", options.height_m,
-                 "and above it, m; at least 0.2 m more than the sensor's height", 0.5, 10.0),
-          text("from", options.from,
-               "places that a vehicle reaches from here, \"x, y\" in the map's own coordinates; "
-               "empty: the largest stretch of ground"),
-          text("within", options.within,
-               "a part of the map, \"x0, y0, x1, y1\" in its own coordinates; empty: all of it"),
-          integer("most_places", options.most_places, "more are refused", 1, 100'000'000)};
+  return {
+      number("spacing_m", options.spacing_m, "from one place to the next, m", 0.5, 50.0),
+      number("width_m", options.width_m, "room that a vehicle takes on the ground, m", 0.5, 10.0),
+      number("height_m", options.height_m,
+             "and above it, m; at least 0.2 m more than the sensor's height", 0.5, 10.0),
+      text("from", options.from,
+           "places that a vehicle reaches from here, \"x, y\" in the map's own coordinates; "
+           "empty: the largest stretch of ground"),
+      text("within", options.within,
+           "a part of the map, \"x0, y0, x1, y1\" in its own coordinates; empty: all of it"),
+      integer("most_places", options.most_places, "more are refused", 1, 100'000'000)};
 }
 
 Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions& options,
                                  const Surface& surface, const SensorProfile& sensor) {
   SIGHTLINE_ASSIGN(const Eigen::AlignedBox2d box_m, wanted_box(options, surface.frame));
   const GroundFloors floors(surface);
-  const double ground_m2 = static_cast<double>(floors.columns().size()) *
-                           GroundFloors::kColumn_m * GroundFloors::kColumn_m;
+  const double ground_m2 = static_cast<double>(floors.columns().size()) * GroundFloors::kColumn_m *
+                           GroundFloors::kColumn_m;
   if (ground_m2 > kMostGround_m2) {
     return too_many(static_cast<std::size_t>(ground_m2 / (options.spacing_m * options.spacing_m)),
                     options);
@@ -312,8 +271,7 @@ Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions
     return too_many(rows.size(), options);
   }
   warn_of_places(ctx, options, free, stretch, rows.size());
-  Sites sites =
-      sites_of(ctx, free, runs_of(free, grid, rows), options.spacing_m, sensor);
+  Sites sites = sites_of(ctx, free, runs_of(free, grid, rows), options.spacing_m, sensor);
   sites.frame = surface.frame;
   return sites;
 }
