@@ -41,8 +41,7 @@ Eigen::Vector2d free_heading(const FreeGround& free, std::uint32_t place) {
   int longest = -1;
   Eigen::Vector2d heading = kAll.front();
   for (const Eigen::Vector2d& way : kAll) {
-    const int length =
-        steps_ahead(free, place, way, most) + steps_ahead(free, place, -way, most);
+    const int length = steps_ahead(free, place, way, most) + steps_ahead(free, place, -way, most);
     if (length <= longest) continue;
     longest = length;
     heading = way;
