@@ -27,9 +27,9 @@ std::string in_town(const std::string& name) { return (compiled_town() / name).s
 // The street's map, in its zone.
 const std::string& utm_map() {
   static const std::string kMap = [] {
-    const ProgramResult run = run_sightline("compile " + config_file() + " -q -o " +
-                                            in_town("utm.slmap") +
-                                            " --set annotation.world=utm:32N");
+    const ProgramResult run =
+        run_sightline("compile " + config_file() + " -q -o " + in_town("utm.slmap") +
+                      " --set annotation.world=utm:32N");
     EXPECT_EQ(run.status, 0) << run.err;
     return in_town("utm.slmap");
   }();
@@ -48,9 +48,8 @@ CompiledMap read(const fs::path& file) {
 
 TEST(AnnotateAnew, KeepsNdsFrameAndWorldAndTakesTheSensorThatIsNamed) {
   const fs::path output = fresh_folder() / "anew.slmap";
-  const ProgramResult run =
-      annotate(utm_map(), "--route " + in_town("drive_1/poses.tum") +
-                              " --sensor generic-32 -o " + output.string());
+  const ProgramResult run = annotate(utm_map(), "--route " + in_town("drive_1/poses.tum") +
+                                                    " --sensor generic-32 -o " + output.string());
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("holds no surface"));
   const CompiledMap before = read(utm_map());
@@ -89,8 +88,8 @@ TEST(AnnotateAnew, TakesTheMapsOwnSensorAndFindsItsGround) {
 TEST(AnnotateAnew, EverywhereIsTheSameFromAFileAndForAnyNumberOfThreads) {
   const fs::path folder = fresh_folder();
   const CompiledMap before = read(utm_map());
-  const ProgramResult run = annotate(
-      utm_map(), "--route everywhere --no-cache -o " + (folder / "field.slmap").string());
+  const ProgramResult run =
+      annotate(utm_map(), "--route everywhere --no-cache -o " + (folder / "field.slmap").string());
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("everywhere: "));
   EXPECT_THAT(run.err, HasSubstr("that a vehicle reaches"));
@@ -98,12 +97,11 @@ TEST(AnnotateAnew, EverywhereIsTheSameFromAFileAndForAnyNumberOfThreads) {
   EXPECT_TRUE(to_bytes(before.ndt) == to_bytes(field.ndt));
   EXPECT_EQ(field.sites.spacing_m, 2.0);
   EXPECT_GT(field.sites.sites.size(), 100U);
-  ASSERT_TRUE(write_file_atomically(folder / "field.yaml",
-                                    "map: " + utm_map() + "\nroute: everywhere\n",
-                                    IfExists::kReplace));
+  ASSERT_TRUE(write_file_atomically(
+      folder / "field.yaml", "map: " + utm_map() + "\nroute: everywhere\n", IfExists::kReplace));
   const ProgramResult again =
-      run_sightline("compile " + (folder / "field.yaml").string() +
-                    " --no-cache --threads 1 -o " + (folder / "again.slmap").string() + kFew);
+      run_sightline("compile " + (folder / "field.yaml").string() + " --no-cache --threads 1 -o " +
+                    (folder / "again.slmap").string() + kFew);
   ASSERT_EQ(again.status, 0) << again.err;
   EXPECT_TRUE(*read_file(folder / "field.slmap") == *read_file(folder / "again.slmap"));
 }

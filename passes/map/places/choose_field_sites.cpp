@@ -26,8 +26,8 @@ constexpr double kNear_m = 10.0;
 constexpr double kAboveSensor_m = 0.2;
 // What a place takes from here to the map, on average over sensors of 16 and 64 beams: seconds of
 // one core, and memory (tests/bench/README.md, "The field").
-constexpr double kCpuOfPlace_s = 0.05;
-constexpr double kMemoryOfPlace_mib = 0.1;
+constexpr double kCpuOfPlace_s = 0.07;
+constexpr double kMemoryOfPlace_mib = 0.18;
 
 // Numbers between commas. Error: bad-value.
 Result<std::vector<double>> numbers_of(const std::string& name, const std::string& text,

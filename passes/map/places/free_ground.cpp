@@ -8,8 +8,8 @@
 #include "formats/base/portable_math.h"
 
 // First every floor of the raster is a place. Then what stands between a floor and the vehicle's
-// roof takes those away that it stands on, and with them all whose vehicle would touch it. What is
-// left falls into stretches.
+// roof takes those away that it stands on, and with them all whose vehicle would touch it, and so
+// does ground that is far from any that was seen. What is left falls into stretches.
 
 namespace sightline {
 namespace {
@@ -19,6 +19,8 @@ constexpr double kMostStep_m = 0.15;
 constexpr double kMostSlope = 0.3;
 // What is lower a wheel goes over, or it is the ground itself.
 constexpr double kOver_m = 0.3;
+// Along ground that nobody saw.
+constexpr double kUnseen_m = 3.0;
 
 // Columns that may have a floor: those with a level patch and their neighbours, ascending.
 std::vector<CellKey> columns_near(const GroundFloors& floors) {
@@ -103,7 +105,7 @@ FreeGround::FreeGround(const Surface& surface, const GroundFloors& floors, doubl
     : step_m_(step_m), places_(all_floors(floors, step_m, threads)) {
   index();
   keep_free(obstructed(surface, room.height_m), room.width_m, threads);
-  index();
+  keep_near_seen(floors);
   find_stretches();
 }
 
@@ -118,6 +120,18 @@ void FreeGround::index() {
 bool FreeGround::goes_on(const GroundPlace& from, const GroundPlace& to) const {
   const double way_m = step_m_ * portable_hypot(to.x - from.x, to.y - from.y);
   return std::abs(to.ground_m - from.ground_m) <= kMostStep_m + kMostSlope * way_m;
+}
+
+// Calls use(place) for each that the ground goes on to, a step along x or y.
+template <class Use>
+void FreeGround::visit_around(std::uint32_t place, const Use& use) const {
+  constexpr std::array<std::array<std::int32_t, 2>, 4> kAround = {
+      {{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
+  const GroundPlace& at = places_[place];
+  for (const auto& [dx, dy] : kAround) {
+    const std::uint32_t to = next(at, at.x + dx, at.y + dy);
+    if (to != kNone) use(to);
+  }
 }
 
 std::uint32_t FreeGround::next(const GroundPlace& from, std::int32_t x, std::int32_t y) const {
@@ -165,16 +179,43 @@ void FreeGround::keep_free(const std::vector<std::uint8_t>& is_obstructed, doubl
       return at != kNone && is_obstructed[at] == 0;
     });
   });
+  keep(is_free);
+}
+
+void FreeGround::keep(const std::vector<std::uint8_t>& is_kept) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (is_free[i] != 0) places_[kept++] = places_[i];
+    if (is_kept[i] != 0) places_[kept++] = places_[i];
   }
   places_.resize(kept);
+  index();
+}
+
+// What was told from ground beside it goes on behind walls too: there is no way far along it.
+void FreeGround::keep_near_seen(const GroundFloors& floors) {
+  std::vector<std::uint8_t> is_near(places_.size(), 0);
+  std::vector<std::uint32_t> reached;
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    const GroundPlace& place = places_[i];
+    if (!floors.is_seen({place.x * step_m_, place.y * step_m_}, place.ground_m)) continue;
+    is_near[i] = 1;
+    reached.push_back(i);
+  }
+  for (auto steps = static_cast<int>(kUnseen_m / step_m_); steps > 0; --steps) {
+    std::vector<std::uint32_t> further;
+    for (const std::uint32_t i : reached) {
+      visit_around(i, [&](std::uint32_t to) {
+        if (is_near[to] != 0) return;
+        is_near[to] = 1;
+        further.push_back(to);
+      });
+    }
+    reached = std::move(further);
+  }
+  keep(is_near);
 }
 
 void FreeGround::find_stretches() {
-  constexpr std::array<std::array<std::int32_t, 2>, 4> kAround = {
-      {{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
   stretches_.assign(places_.size(), kNone);
   std::vector<std::uint32_t> open;
   for (std::uint32_t first = 0; first < places_.size(); ++first) {
@@ -184,15 +225,14 @@ void FreeGround::find_stretches() {
     stretches_[first] = stretch;
     open = {first};
     while (!open.empty()) {
-      const GroundPlace at = places_[open.back()];
+      const std::uint32_t at = open.back();
       open.pop_back();
       ++stretch_sizes_.back();
-      for (const auto& [dx, dy] : kAround) {
-        const std::uint32_t to = next(at, at.x + dx, at.y + dy);
-        if (to == kNone || stretches_[to] != kNone) continue;
+      visit_around(at, [&](std::uint32_t to) {
+        if (stretches_[to] != kNone) return;
         stretches_[to] = stretch;
         open.push_back(to);
-      }
+      });
     }
   }
 }

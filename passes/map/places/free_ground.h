@@ -52,8 +52,12 @@ class FreeGround {
 
  private:
   void index();
+  template <class Use>
+  void visit_around(std::uint32_t place, const Use& use) const;
   [[nodiscard]] std::vector<std::uint8_t> obstructed(const Surface& surface, double height_m) const;
   void keep_free(const std::vector<std::uint8_t>& is_obstructed, double width_m, int threads);
+  void keep_near_seen(const GroundFloors& floors);
+  void keep(const std::vector<std::uint8_t>& is_kept);
   void find_stretches();
 
   double step_m_ = 0.5;

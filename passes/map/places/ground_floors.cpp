@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstddef>
+
+#include "passes/map/surface/ground_gaps.h"
 
 namespace sightline {
 namespace {
@@ -67,11 +70,19 @@ GroundFloors::GroundFloors(const Surface& surface) {
         is_wide ? columns_under(patch) : std::vector{column_of(patch.centre_m)};
     for (const CellKey& column : columns) {
       const auto [number, is_new] = columns_.insert(column);
-      columns_.values()[number].push_back({patch.centre_m.z(), patch.centre_m.head<2>(),
-                                           -patch.normal.x() / patch.normal.z(),
-                                           -patch.normal.y() / patch.normal.z()});
+      columns_.values()[number].push_back(
+          {patch.centre_m.z(), patch.centre_m.head<2>(), -patch.normal.x() / patch.normal.z(),
+           -patch.normal.y() / patch.normal.z(), !is_ground_between(patch, surface)});
     }
   }
+}
+
+bool GroundFloors::is_seen(const Eigen::Vector2d& place_map_m, double height_m) const {
+  const std::vector<Level>* levels =
+      columns_.find(column_of({place_map_m.x(), place_map_m.y(), 0.0}));
+  return levels != nullptr && std::ranges::any_of(*levels, [&](const Level& level) {
+           return level.is_seen && std::abs(level.height_m - height_m) <= kStep_m;
+         });
 }
 
 std::vector<double> GroundFloors::at(const Eigen::Vector2d& place_map_m) const {

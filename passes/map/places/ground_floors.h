@@ -23,6 +23,10 @@ class GroundFloors {
   // no ground was seen.
   [[nodiscard]] std::vector<double> at(const Eigen::Vector2d& place_map_m) const;
 
+  // True where level ground of about that height was seen in the column of a place, not only told
+  // from ground beside it (ground_gaps.h).
+  [[nodiscard]] bool is_seen(const Eigen::Vector2d& place_map_m, double height_m) const;
+
   // Columns that have a level patch, in no promised order, each once. Elsewhere there is a floor
   // within a column of them at most.
   [[nodiscard]] std::span<const CellKey> columns() const { return columns_.keys(); }
@@ -32,6 +36,7 @@ class GroundFloors {
     double height_m = 0.0;
     Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
     double slope_x = 0.0, slope_y = 0.0;  // of the patch's plane
+    bool is_seen = true;
   };
   FlatCellMap<std::vector<Level>> columns_;  // keys with z = 0
 };

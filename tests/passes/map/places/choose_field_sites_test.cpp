@@ -165,6 +165,35 @@ TEST(ChooseFieldSites, AVehiclePassesUnderWhatIsHigherThanItAndOverKerbsAlone) {
   }
 }
 
+// Ground that nobody saw is laid around all that was seen (ground_gaps.h), behind walls too.
+TEST(ChooseFieldSites, NobodyDrivesFarOverGroundThatWasNotSeen) {
+  Surface surface = street();
+  for (double x_m = 0.5; x_m < 80.0; x_m += 1.0) {
+    for (double y_m = -4.5; y_m < 15.0; y_m += 1.0) {
+      if (x_m < 50.0 && y_m < 5.0) continue;
+      SurfacePatch patch;
+      patch.centre_m = {x_m, y_m, 0.1};
+      patch.key = cell_key(patch.centre_m, 0.5);
+      patch.half_side_m = surface.cell_m;
+      surface.patches.push_back(patch);
+    }
+  }
+  // Along the street, as far as it was seen.
+  for (double x_m = 0.25; x_m < 50.0; x_m += 0.5) {
+    add_wall(x_m, 5.0, 1.0, surface);
+    surface.patches.back().normal = Eigen::Vector3d::UnitY();
+  }
+  const std::set<std::pair<double, double>> places = places_of(chosen(surface));
+  EXPECT_TRUE(places.contains({51.0, 1.0}));
+  for (const auto& [x_m, y_m] : places) {
+    EXPECT_LE(x_m, 52.6);
+    EXPECT_LE(y_m, 7.0);
+    if (x_m < 49.0) {
+      EXPECT_LE(y_m, 3.0) << x_m;
+    }
+  }
+}
+
 // A bridge without a ramp is a floor that nobody reaches; with one it is driven on.
 TEST(ChooseFieldSites, AFloorAboveIsReachedOverARampAlone) {
   Surface bridge = street();
