@@ -87,6 +87,13 @@ std::set<std::pair<double, double>> places_of(const Chosen& made) {
     const Eigen::Vector3d at_m = site.T_map_vehicle.translation();
     EXPECT_TRUE(places.emplace(at_m.x(), at_m.y()).second) << "a place has one site";
   }
+  const std::vector<Site>& sites = made.sites->sites;
+  for (std::size_t i = 1; i < sites.size(); ++i) {
+    if (sites[i].run != sites[i - 1].run) continue;
+    const Eigen::Vector3d step_m =
+        sites[i].T_map_vehicle.translation() - sites[i - 1].T_map_vehicle.translation();
+    EXPECT_EQ(step_m.head<2>(), Eigen::Vector2d(2.0, 0.0)) << "a run has no gap";
+  }
   return places;
 }
 
@@ -162,6 +169,20 @@ TEST(ChooseFieldSites, AVehiclePassesUnderWhatIsHigherThanItAndOverKerbsAlone) {
     } else {
       for (const auto& [x_m, y_m] : places) EXPECT_GT(x_m, 24.9) << height_m;
     }
+  }
+}
+
+TEST(ChooseFieldSites, AStepThatNoWheelTakesDividesTheStreet) {
+  for (const auto& [rise_m, is_one] :
+       std::vector<std::pair<double, bool>>{{0.25, true}, {1.0, false}}) {
+    Surface surface = street();
+    for (SurfacePatch& patch : surface.patches) {
+      if (patch.centre_m.x() > 20.0) patch.centre_m.z() += rise_m;
+    }
+    const std::set<std::pair<double, double>> places = places_of(chosen(surface));
+    EXPECT_EQ(places.contains({5.0, 1.0}), is_one);
+    EXPECT_EQ(places.contains({19.0, 1.0}), is_one);
+    EXPECT_TRUE(places.contains({25.0, 1.0}));
   }
 }
 
