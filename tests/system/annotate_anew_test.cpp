@@ -106,6 +106,18 @@ TEST(AnnotateAnew, EverywhereIsTheSameFromAFileAndForAnyNumberOfThreads) {
   EXPECT_TRUE(*read_file(folder / "field.slmap") == *read_file(folder / "again.slmap"));
 }
 
+// Before the places are known nobody knows more; what tells them takes seconds.
+TEST(AnnotateAnew, SaysBeforehandWhatAPlaceTakesAndHowManyThereAre) {
+  const ProgramResult dry =
+      run_sightline("annotate " + utm_map() + " --route everywhere --dry-run");
+  EXPECT_EQ(dry.status, 0) << dry.err;
+  EXPECT_THAT(dry.out, HasSubstr("of one core for each place"));
+  const ProgramResult counted =
+      annotate(utm_map(), "--route everywhere --no-cache --stop-after choose-field-sites");
+  EXPECT_EQ(counted.status, 0) << counted.err;
+  EXPECT_THAT(counted.err, HasSubstr("minutes of one core"));
+}
+
 TEST(AnnotateAnew, RefusesWhatItCannotDo) {
   const std::string route = " --route " + in_town("mapping/poses.tum");
   const std::string output = (fresh_folder() / "anew.slmap").string();
