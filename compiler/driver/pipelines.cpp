@@ -6,6 +6,7 @@
 #include "passes/emit/emit_map.h"
 #include "passes/factors/factors_of_sites.h"
 #include "passes/ingest/ingest.h"
+#include "passes/ingest/ingest_compiled_map.h"
 #include "passes/ingest/ingest_map.h"
 #include "passes/ingest/join_drives.h"
 #include "passes/ingest/join_sensors.h"
@@ -16,10 +17,12 @@
 #include "passes/localize/simulate_error.h"
 #include "passes/localize/site_localizer.h"
 #include "passes/localize/track_drive.h"
+#include "passes/map/build_nd_surface.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
-#include "passes/map/choose_route_sites.h"
 #include "passes/map/choose_sites.h"
+#include "passes/map/places/choose_field_sites.h"
+#include "passes/map/places/choose_route_sites.h"
 #include "passes/map/remove_moving.h"
 #include "passes/map/sharpness/measure_sharpness.h"
 #include "passes/model/choose_ranges.h"
@@ -238,6 +241,34 @@ void add_choice(const CompileConfig& config, CompilePlan& compile) {
                                 compile.factors, compile.measured);
 }
 
+// NDs and surface of a finished map.
+void add_surroundings(CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  FinishedMapInput& finished = compile.finished;
+  if (finished.options.is_compiled()) {
+    finished.compiled = plan.input<CompiledMap>("map/compiled-map");
+    compile.ndt = plan.run(kIngestCompiledMap, finished.compiled);
+    compile.surface = plan.run(kBuildNdSurface, compile.ndt);
+    return;
+  }
+  finished.points = plan.input<PointMap>("map/point-map");
+  compile.points = plan.run(kIngestMap, finished.points);
+  // All points are taken for what stood still; nobody knows from where they were seen.
+  compile.ndt = plan.run(kBuildNdt, compile.points);
+  compile.surface = plan.run(kBuildSurface, compile.points);
+}
+
+// The places of a finished map that are annotated.
+Wire<Sites> add_places(CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  FinishedMapInput& finished = compile.finished;
+  if (finished.route_options.is_everywhere()) {
+    return plan.run(kChooseFieldSites, compile.surface, compile.localizing_sensor);
+  }
+  finished.route = plan.input<Route>("route");
+  return plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
+}
+
 // NDs and surface of a finished map, the places along its route, and what simulated scans tell of
 // them.
 void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
@@ -245,8 +276,7 @@ void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
   FinishedMapInput& finished = compile.finished;
   finished.options = config.map;
   finished.route_options = config.route;
-  finished.points = plan.input<PointMap>("map/point-map");
-  finished.route = plan.input<Route>("route");
+  finished.world = config.annotation.world;
   finished.sensor = plan.input<SensorProfile>("map/sensor");
   if (!config.localization.scans.empty()) {
     compile.recordings.push_back(add_recording(plan, "localization", config.localization));
@@ -254,12 +284,8 @@ void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
   } else {
     compile.localizing_sensor = finished.sensor;
   }
-  compile.points = plan.run(kIngestMap, finished.points);
-  // All points are taken for what stood still; nobody knows from where they were seen.
-  compile.ndt = plan.run(kBuildNdt, compile.points);
-  compile.surface = plan.run(kBuildSurface, compile.points);
-  compile.sites =
-      plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
+  add_surroundings(compile);
+  compile.sites = add_places(compile);
   const Wire<FactorTable> map_factors = add_factors(compile.localizing_sensor, compile);
   SimulateErrorOptions simulating = plan.options(kSimulateError);
   simulating.matching = measuring_options(config, plan);
@@ -288,9 +314,13 @@ CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
   }
   // From here on places that a drive passed have been measured; the others stay simulated.
   add_choice(config, compile);
-  compile.map = plan.run(kEmitAnnotatedMap, compile.ndt, compile.sites, compile.predicted,
-                         compile.ranges, compile.measured, compile.model, compile.factors,
-                         compile.localizing_sensor, compile.cards);
+  compile.map = compile.finished.compiled.is_connected()
+                    ? plan.run(kEmitMapAnew, compile.ndt, compile.sites, compile.predicted,
+                               compile.ranges, compile.measured, compile.model, compile.factors,
+                               compile.localizing_sensor, compile.cards, compile.finished.compiled)
+                    : plan.run(kEmitAnnotatedMap, compile.ndt, compile.sites, compile.predicted,
+                               compile.ranges, compile.measured, compile.model, compile.factors,
+                               compile.localizing_sensor, compile.cards);
   return compile;
 }
 
@@ -418,12 +448,15 @@ std::vector<ConfigSection> published_sections(CompileConfig& config) {
   complete.localization.scans = "any";
   CompileConfig finished = complete;
   finished.map.points = "any";
+  CompileConfig everywhere = finished;
+  everywhere.route.file = RouteOptions::kEverywhere;
   complete.other_sensors.front().scans = "any";
   complete.later_mapping.resize(1);
   complete.later_mapping.front().scans = "any";
   std::vector<ConfigSection> sections = drive_sections(config);
-  for (const Plan& plan : {compile_plan(complete).plan, compile_plan(finished).plan,
-                           evaluate_plan(complete, CompiledMap{}).plan}) {
+  for (const Plan& plan :
+       {compile_plan(complete).plan, compile_plan(finished).plan, compile_plan(everywhere).plan,
+        evaluate_plan(complete, CompiledMap{}).plan}) {
     for (ConfigSection& pass : sections_of(plan)) {
       if (std::ranges::find(sections, pass.name, &ConfigSection::name) != sections.end()) continue;
       sections.push_back(std::move(pass));

@@ -22,8 +22,8 @@ struct Scheduled {
   [[nodiscard]] bool runs() const { return is_needed && !is_stored; }
 };
 
-// The steps that what is `wanted` depends on, in running order, up to options.stop_after; what is to
-// be printed or stopped after is wanted too. Keys are known without running anything.
+// The steps that what is `wanted` depends on, in running order, up to options.stop_after; what is
+// to be printed or stopped after is wanted too. Keys are known without running anything.
 std::vector<Scheduled> schedule(const Plan& plan, const std::vector<AnyWire>& wanted,
                                 const RunOptions& options, const ArtifactSet& artifacts,
                                 const ArtifactCache& cache);

@@ -32,7 +32,9 @@ std::string slurm_script(const EngineJob& job) {
       "# lost node left undone the next stage does first, so that no task has to end well.\n"
       "# usage: bash THIS_SCRIPT [options of sbatch, such as --partition=maps --mem=2G]\n"
       "set -euo pipefail\n"
-      "mkdir -p " + logs + "\n"
+      "mkdir -p " +
+      logs +
+      "\n"
       "submit() { sbatch --parsable --requeue --open-mode=append \"$@\"; }\n";
   std::string before;
   std::string finished;  // commands that finish the stages before
@@ -106,9 +108,9 @@ std::string snakemake_script(const EngineJob& job) {
     const std::string done =
         python_text((job.plan / "done" / (name + "-")).string()) + " \"{share}\"";
     rules += "\nrule " + name + ":\n" + (before.empty() ? "" : "    input: " + before + "\n") +
-             "    output: touch(" + done + ")\n    shell: " +
-             python_text(work_command(job, stage) + " --share ") + " \"{wildcards.share}/" +
-             count + " --threads 1\"\n";
+             "    output: touch(" + done +
+             ")\n    shell: " + python_text(work_command(job, stage) + " --share ") +
+             " \"{wildcards.share}/" + count + " --threads 1\"\n";
     finished += work_command(job, stage) + " && ";
     before = "expand(" + done + ", share=range(1, " + count + " + 1))";
   }

@@ -48,14 +48,10 @@ std::filesystem::path plan_file_in(const std::filesystem::path& plan) { return p
 std::filesystem::path store_in(const std::filesystem::path& plan) { return plan / "store"; }
 
 std::string to_json(const PlanFile& plan) {
-  Json json = {{"sightline_plan", kVersion},
-               {"program", "sightline " + program_version()},
-               {"folder", plan.folder.string()},
-               {"configuration", plan.configuration.string()},
-               {"overrides", plan.overrides},
-               {"model", plan.model.string()},
-               {"values", plan.values},
-               {"recordings", Json::array()}};
+  Json json = {{"sightline_plan", kVersion},     {"program", "sightline " + program_version()},
+               {"folder", plan.folder.string()}, {"configuration", plan.configuration.string()},
+               {"overrides", plan.overrides},    {"model", plan.model.string()},
+               {"values", plan.values},          {"recordings", Json::array()}};
   for (const PlannedRecording& recording : plan.recordings) {
     json["recordings"].push_back({{"role", recording.role}, {"digest", recording.digest}});
   }

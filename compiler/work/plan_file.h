@@ -14,8 +14,8 @@ struct PlannedRecording {
   friend bool operator==(const PlannedRecording&, const PlannedRecording&) = default;
 };
 
-// What a plan folder says of the compile that it is for: `plan.json` in it (schemas/plan.schema.json).
-// Finished work lies beside it, in `store`.
+// What a plan folder says of the compile that it is for: `plan.json` in it
+// (schemas/plan.schema.json). Finished work lies beside it, in `store`.
 struct PlanFile {
   std::filesystem::path folder;         // in which `sightline plan` was called: paths begin here
   std::filesystem::path configuration;  // absolute

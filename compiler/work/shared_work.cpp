@@ -18,8 +18,9 @@ std::string digest_of(const CompileConfig& config) {
 
 Error changed(const std::string& what, const std::filesystem::path& plan) {
   return {ErrorCode::kMismatchedInputs,
-          what + " changed since the plan was made; make it anew (what is finished and still right "
-                 "is found again)",
+          what +
+              " changed since the plan was made; make it anew (what is finished and still right "
+              "is found again)",
           plan_file_in(plan).string(), ""};
 }
 
@@ -76,8 +77,7 @@ Result<SharedWork> open_work(const std::filesystem::path& plan) {
 std::vector<AnyWire> outputs_of(const CompilePlan& compile, Stage stage) {
   const Plan& plan = compile.plan;
   std::vector<AnyWire> outputs;
-  for (const std::size_t index :
-       steps_for(plan, told_of(compile), [](AnyWire) { return false; })) {
+  for (const std::size_t index : steps_for(plan, told_of(compile), [](AnyWire) { return false; })) {
     const PassStep& step = plan.steps()[index];
     if (can_be_kept(plan, step) && stage_of(step) == stage) outputs.push_back({step.output});
   }
@@ -85,10 +85,10 @@ std::vector<AnyWire> outputs_of(const CompilePlan& compile, Stage stage) {
 }
 
 std::vector<AnyWire> share_of(const std::vector<AnyWire>& outputs, const WorkShare& share) {
-  const auto begin = outputs.begin() +
-                     static_cast<std::ptrdiff_t>(outputs.size() * share.number / share.of);
-  const auto end = outputs.begin() +
-                   static_cast<std::ptrdiff_t>(outputs.size() * (share.number + 1) / share.of);
+  const auto begin =
+      outputs.begin() + static_cast<std::ptrdiff_t>(outputs.size() * share.number / share.of);
+  const auto end =
+      outputs.begin() + static_cast<std::ptrdiff_t>(outputs.size() * (share.number + 1) / share.of);
   return {begin, end};
 }
 
@@ -107,8 +107,7 @@ std::vector<StepState> states_of(const SharedWork& work) {
   options.cache_directory = work.store;
   const ArtifactCache cache = ArtifactCache::to_look_at(work.store);
   std::vector<StepState> states;
-  for (const PlannedRun& run :
-       planned_runs(plan, told_of(work.compile), options, work.artifacts)) {
+  for (const PlannedRun& run : planned_runs(plan, told_of(work.compile), options, work.artifacts)) {
     if (!run.is_kept) continue;
     const auto step = std::ranges::find(plan.steps(), run.name, &PassStep::name);
     StepState state{stage_of(*step), run.name, cache.has(run.name, run.key)};

@@ -9,13 +9,12 @@
 namespace sightline {
 namespace {
 
-constexpr std::array<std::pair<Stage, std::string_view>, 6> kNames = {
-    {{Stage::kDrives, "drives"},
-     {Stage::kGraph, "graph"},
-     {Stage::kTiles, "tiles"},
-     {Stage::kSites, "sites"},
-     {Stage::kLearn, "learn"},
-     {Stage::kLink, "link"}}};
+constexpr std::array<std::pair<Stage, std::string_view>, 6> kNames = {{{Stage::kDrives, "drives"},
+                                                                       {Stage::kGraph, "graph"},
+                                                                       {Stage::kTiles, "tiles"},
+                                                                       {Stage::kSites, "sites"},
+                                                                       {Stage::kLearn, "learn"},
+                                                                       {Stage::kLink, "link"}}};
 
 // By pass. A pass that runs for a drive beside the one that makes the map has a label.
 struct PassStage {
@@ -27,6 +26,7 @@ struct PassStage {
 constexpr std::array kStages = {
     PassStage{"ingest", Stage::kDrives, Stage::kDrives},
     PassStage{"ingest-map", Stage::kDrives, Stage::kDrives},
+    PassStage{"ingest-compiled-map", Stage::kDrives, Stage::kDrives},
     PassStage{"join-drives", Stage::kGraph, Stage::kGraph},
     PassStage{"join-sensors", Stage::kGraph, Stage::kGraph},
     PassStage{"estimate-trajectory", Stage::kGraph, Stage::kDrives},
@@ -38,6 +38,8 @@ constexpr std::array kStages = {
     PassStage{"measure-sharpness", Stage::kTiles, Stage::kTiles},
     PassStage{"choose-sites", Stage::kTiles, Stage::kTiles},
     PassStage{"choose-route-sites", Stage::kTiles, Stage::kTiles},
+    PassStage{"build-nd-surface", Stage::kTiles, Stage::kTiles},
+    PassStage{"choose-field-sites", Stage::kTiles, Stage::kTiles},
     PassStage{"align-drive", Stage::kTiles, Stage::kTiles},
     PassStage{"cast-rays", Stage::kSites, Stage::kSites},
     PassStage{"cast-scans", Stage::kSites, Stage::kSites},
@@ -71,8 +73,8 @@ bool is_shared(Stage stage) {
 
 Stage stage_of(const PassStep& step) {
   const std::size_t colon = step.name.find(':');
-  const auto found = std::ranges::find(kStages, std::string_view(step.name).substr(0, colon),
-                                       &PassStage::pass);
+  const auto found =
+      std::ranges::find(kStages, std::string_view(step.name).substr(0, colon), &PassStage::pass);
   SIGHTLINE_CHECK(found != kStages.end());
   return colon == std::string::npos ? found->stage : found->with_label;
 }

@@ -41,6 +41,7 @@ const std::vector<ErrorCodeInfo>& all_error_codes() {
       {kUnlikeProfile, "unlike-profile"},
       {kNoGround, "no-ground"},
       {kTwoFloors, "two-floors"},
+      {kTooManyPlaces, "too-many-places"},
       {kFutureVersion, "future-version"},
       {kUnknownRequiredFeature, "unknown-required-feature"},
       {kOldVersion, "old-version"},

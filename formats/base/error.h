@@ -58,6 +58,7 @@ enum class ErrorCode : int {
   kUnlikeProfile = 2025,
   kNoGround = 2026,
   kTwoFloors = 2027,
+  kTooManyPlaces = 2028,
   // 3xxx version: written by a program that this one does not understand.
   kFutureVersion = 3001,
   kUnknownRequiredFeature = 3002,

@@ -16,7 +16,7 @@ namespace sightline {
 
 struct FactorsOfSitesOptions {
   std::vector<double> ranges_m = default_ranges_m();
-  CastRaysOptions rays;   // those of cast-rays
+  CastRaysOptions rays;    // those of cast-rays
   CastScansOptions scans;  // those of cast-scans
 };
 std::vector<OptionField> option_fields(FactorsOfSitesOptions& options);

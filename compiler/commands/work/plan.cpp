@@ -40,9 +40,9 @@ std::string cost_text(const SharedWork& work) {
   options.threads = 1;
   options.seed = static_cast<std::uint64_t>(work.config.annotation.seed);
   options.cache_directory = work.store;
-  return to_text(expected_cost(work.compile.plan, told_of(work.compile), options, work.config,
-                               work.artifacts),
-                 work.store);
+  return to_text(
+      expected_cost(work.compile.plan, told_of(work.compile), options, work.config, work.artifacts),
+      work.store);
 }
 
 std::string next_steps(const PlanFlags& flags) {
@@ -57,8 +57,8 @@ std::string next_steps(const PlanFlags& flags) {
 }
 
 Result<void> plan(const PlanFlags& flags) {
-  SIGHTLINE_ASSIGN(const NewPlan made, new_plan(flags.output, flags.configuration, flags.overrides,
-                                                flags.model));
+  SIGHTLINE_ASSIGN(const NewPlan made,
+                   new_plan(flags.output, flags.configuration, flags.overrides, flags.model));
   SIGHTLINE_TRY(write_plan(flags, made.file));
   if (flags.engine.empty()) {
     print_text(cost_text(made.work) + next_steps(flags));

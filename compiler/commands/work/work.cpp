@@ -86,33 +86,34 @@ Verb work_verb() {
                    "1"};
   verb.positionals = {
       {.name = "PLAN", .help = "The folder that `sightline plan` wrote", .target = &flags->plan}};
-  verb.flags = {{.names = "--stage",
-                 .value = "STAGE",
-                 .help = "What to work on",
-                 .target = &flags->stage,
-                 .choices = names_of_stages(),
-                 .is_required = true},
-                {.names = "--share",
-                 .value = "K/N",
-                 .help = "Take the K-th of N shares first; else all of it is one share",
-                 .target = share_setter(*flags)},
-                {.names = "--threads",
-                 .value = "N",
-                 .help = "Threads to use; 0 takes all there are",
-                 .target = &flags->run.threads,
-                 .minimum = 0,
-                 .maximum = 1024},
-                {.names = "--time-passes",
-                 .help = "Print time and peak memory of each pass on stderr",
-                 .target = &flags->run.time_passes},
-                {.names = "--json-progress",
-                 .value = "N",
-                 .help = "Report progress as one JSON object a line, on stderr instead of the lines "
-                         "for people, or on file descriptor N",
-                 .target = &flags->run.json_progress,
-                 .minimum = 1,
-                 .bare_value = "2"},
-                quiet_flag(flags->run.is_quiet)};
+  verb.flags = {
+      {.names = "--stage",
+       .value = "STAGE",
+       .help = "What to work on",
+       .target = &flags->stage,
+       .choices = names_of_stages(),
+       .is_required = true},
+      {.names = "--share",
+       .value = "K/N",
+       .help = "Take the K-th of N shares first; else all of it is one share",
+       .target = share_setter(*flags)},
+      {.names = "--threads",
+       .value = "N",
+       .help = "Threads to use; 0 takes all there are",
+       .target = &flags->run.threads,
+       .minimum = 0,
+       .maximum = 1024},
+      {.names = "--time-passes",
+       .help = "Print time and peak memory of each pass on stderr",
+       .target = &flags->run.time_passes},
+      {.names = "--json-progress",
+       .value = "N",
+       .help = "Report progress as one JSON object a line, on stderr instead of the lines "
+               "for people, or on file descriptor N",
+       .target = &flags->run.json_progress,
+       .minimum = 1,
+       .bare_value = "2"},
+      quiet_flag(flags->run.is_quiet)};
   verb.run = [flags] { return exit_status_of(work(*flags)); };
   return verb;
 }

@@ -92,7 +92,8 @@ void sum_entropy(const std::vector<Eigen::Vector3d>& points_m, const IsOwn& is_o
   sums.entropy_nat = ordered_sum(entropies_nat);
 }
 
-void sum_planes(const std::vector<Eigen::Vector3d>& own_m, double cell_m, int threads, SharpnessSums& sums) {
+void sum_planes(const std::vector<Eigen::Vector3d>& own_m, double cell_m, int threads,
+                SharpnessSums& sums) {
   BuildNdtOptions options;
   options.cell_m = cell_m;
   options.tile_m = 32.0 * cell_m;
@@ -107,7 +108,7 @@ void sum_planes(const std::vector<Eigen::Vector3d>& own_m, double cell_m, int th
 }  // namespace
 
 SharpnessSums sharpness_sums(const std::vector<Eigen::Vector3d>& points_m, const IsOwn& is_own,
-                    const MeasureSharpnessOptions& options, int threads) {
+                             const MeasureSharpnessOptions& options, int threads) {
   SharpnessSums sums;
   sum_entropy(points_m, is_own, options.radius_m, threads, sums);
   std::vector<Eigen::Vector3d> own_m;

@@ -28,7 +28,7 @@ struct SharpnessSums {
 
 // Of points that are laid already.
 SharpnessSums sharpness_sums(const std::vector<Eigen::Vector3d>& points_m, const IsOwn& is_own,
-                    const MeasureSharpnessOptions& options, int threads);
+                             const MeasureSharpnessOptions& options, int threads);
 SharpnessFigures figures_of(const std::vector<SharpnessSums>& all);
 
 // Of all points; their order decides nothing but last bits, threads nothing.

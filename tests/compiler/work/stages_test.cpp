@@ -25,7 +25,10 @@ std::vector<CompileConfig> all_kinds() {
   finished.map.points = "map";
   CompileConfig finished_and_driven = finished;
   finished_and_driven.localization.scans = "drive";
-  return {split, two, wide, imported, finished, finished_and_driven};
+  CompileConfig field = finished;
+  field.map.points = "map.slmap";
+  field.route.file = "everywhere";
+  return {split, two, wide, imported, finished, finished_and_driven, field};
 }
 
 // Else a process would wait for what comes after it.
