@@ -87,15 +87,24 @@ std::string make_script(const EngineJob& job) {
          for_make(link_command(job)) + "\n" + rules;
 }
 
-// A string of Python; braces are doubled where Snakemake would take them for wildcards.
+// A string of Python.
 std::string python_text(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
-    if (c == '{' || c == '}') quoted += c;
     if (c == '"' || c == '\\') quoted += '\\';
     quoted += c;
   }
   return quoted + "\"";
+}
+
+// A command in a rule of Snakemake, where braces alone are wildcards.
+std::string rule_text(const std::string& command) {
+  std::string text;
+  for (const char c : command) {
+    if (c == '{' || c == '}') text += c;
+    text += c;
+  }
+  return python_text(text);
 }
 
 std::string snakemake_script(const EngineJob& job) {
@@ -105,19 +114,19 @@ std::string snakemake_script(const EngineJob& job) {
   for (const Stage stage : kWorkStages) {
     const std::string name(stage_name(stage));
     const std::string count = std::to_string(shares_of(job, stage));
-    const std::string done =
-        python_text((job.plan / "done" / (name + "-")).string()) + " \"{share}\"";
+    const std::string done = python_text("done/" + name + "-{share}");
     rules += "\nrule " + name + ":\n" + (before.empty() ? "" : "    input: " + before + "\n") +
              "    output: touch(" + done +
-             ")\n    shell: " + python_text(work_command(job, stage) + " --share ") +
+             ")\n    shell: " + rule_text(work_command(job, stage) + " --share ") +
              " \"{wildcards.share}/" + count + " --threads 1\"\n";
     finished += work_command(job, stage) + " && ";
     before = "expand(" + done + ", share=range(1, " + count + " + 1))";
   }
   return "# The work of one plan for Snakemake 7 and later: snakemake -s THIS_FILE --cores SHARES\n"
          "# Before it links it finishes what the shares left undone.\n"
-         "rule link:\n    input: " +
-         before + "\n    shell: " + python_text(finished + link_command(job)) + "\n" + rules;
+         "workdir: " +
+         python_text(job.plan.string()) + "\nrule link:\n    input: " + before +
+         "\n    shell: " + rule_text(finished + link_command(job)) + "\n" + rules;
 }
 
 }  // namespace

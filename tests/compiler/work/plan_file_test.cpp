@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "formats/base/atomic_file.h"
+#include "tests/support/json_schema.h"
 #include "tests/support/scratch_folder.h"
 
 namespace sightline {
@@ -14,8 +17,8 @@ PlanFile some_plan() {
   plan.configuration = "/maps/city \"1\".yaml";
   plan.overrides = {"train-model.trees=20", "annotation.seed=7"};
   plan.model = "/maps/city.slmodel";
-  plan.values = "00ff";
-  plan.recordings = {{"mapping", "aa"}, {"localization", "bb"}};
+  plan.values = std::string(64, '0');
+  plan.recordings = {{"mapping", std::string(64, 'a')}, {"localization", std::string(64, 'b')}};
   return plan;
 }
 
@@ -49,6 +52,16 @@ TEST_F(PlanFileTest, IsReadBackAsItWasWritten) {
   EXPECT_EQ(read_back->recordings, plan.recordings);
 }
 
+TEST_F(PlanFileTest, KeepsToItsSchema) {
+  using Json = nlohmann::json;
+  const Json schema =
+      Json::parse(*read_text_file(std::string(SIGHTLINE_ROOT) + "/schemas/plan.schema.json"));
+  Json plan = Json::parse(to_json(some_plan()));
+  EXPECT_EQ(schema_faults(schema, plan), "");
+  plan["values"] = "short";
+  EXPECT_NE(schema_faults(schema, plan), "");
+}
+
 TEST_F(PlanFileTest, IsRefusedWhereItIsNone) {
   EXPECT_EQ(read_plan_file(folder_).error().code, ErrorCode::kFileNotFound);
   EXPECT_EQ(failure(""), ErrorCode::kMalformedText);
@@ -58,9 +71,9 @@ TEST_F(PlanFileTest, IsRefusedWhereItIsNone) {
   EXPECT_EQ(failure("{\"sightline_plan\": \"1\"}"), ErrorCode::kFutureVersion);
   EXPECT_EQ(failure("{\"sightline_plan\": 1}"), ErrorCode::kMissingKey);
   std::string text = to_json(some_plan());
-  const std::size_t digest = text.find("\"aa\"");
+  const std::size_t digest = text.find("\"aaaa");
   ASSERT_NE(digest, std::string::npos);
-  EXPECT_EQ(failure(text.replace(digest, 4, "17")), ErrorCode::kMissingKey);
+  EXPECT_EQ(failure(text.replace(digest, 66, "17")), ErrorCode::kMissingKey);
 }
 
 }  // namespace
