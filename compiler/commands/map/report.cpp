@@ -84,7 +84,7 @@ Result<Made<EvaluatePlan>> judge(const ReportFlags& flags, const CompileConfig& 
   Made<EvaluatePlan> judged{evaluate_plan(config, map), {}};
   const EvaluatePlan& plan = judged.plan;
   provide_map(map, plan, judged.artifacts);
-  std::vector<AnyWire> wanted = {plan.evaluation};
+  std::vector<AnyWire> wanted = {plan.evaluation, plan.measured};
   if (config.evaluation.scans.empty()) {
     judged.artifacts.share(plan.measured, compiled.artifacts, compiled.plan.measured);
   } else {

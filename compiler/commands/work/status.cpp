@@ -11,7 +11,7 @@ namespace {
 
 struct StatusFlags {
   std::string plan;
-  bool is_json = false;
+  std::string format = "text";
 };
 
 std::string state_text(const StepState& state) {
@@ -43,7 +43,7 @@ std::string to_json(const std::vector<StepState>& states) {
 Result<void> status(const StatusFlags& flags) {
   SIGHTLINE_ASSIGN(const SharedWork work, open_work(flags.plan));
   const std::vector<StepState> states = states_of(work);
-  if (flags.is_json) {
+  if (flags.format == "json") {
     print_data(to_json(states));
   } else {
     print_text(to_text(states));
@@ -61,11 +61,14 @@ Verb status_verb() {
   verb.details =
       "One line a step. Parts are counted from when a process has begun the step, and are told of "
       "steps that are not finished.";
-  verb.examples = {"sightline status plan/", "sightline status plan/ --json"};
+  verb.examples = {"sightline status plan/", "sightline status plan/ --format json"};
   verb.positionals = {
       {.name = "PLAN", .help = "The folder that `sightline plan` wrote", .target = &flags->plan}};
-  verb.flags = {
-      {.names = "--json", .help = "As a JSON array, one object a step", .target = &flags->is_json}};
+  verb.flags = {{.names = "--format",
+                 .value = "FORMAT",
+                 .help = "Form of the output; json: an array, one object a step",
+                 .target = &flags->format,
+                 .choices = {"text", "json"}}};
   verb.run = [flags] { return exit_status_of(status(*flags)); };
   return verb;
 }

@@ -81,9 +81,7 @@ Verb work_verb() {
       "stand together. learn: one unit. A stage whose predecessor is not finished ends with exit "
       "status 75 and the list of what is missing.";
   verb.examples = {"sightline work plan/ --stage sites --share 7/64",
-                   "sightline work plan/ --stage graph",
-                   "seq 8 | parallel -j8 sightline work plan/ --stage tiles --share {}/8 --threads "
-                   "1"};
+                   "sightline work plan/ --stage graph"};
   verb.positionals = {
       {.name = "PLAN", .help = "The folder that `sightline plan` wrote", .target = &flags->plan}};
   verb.flags = {

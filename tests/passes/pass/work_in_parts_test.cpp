@@ -68,7 +68,7 @@ class Squares {
 };
 
 TEST(WorkInParts, MakesEveryPartOnce) {
-  for (const std::size_t count : {0, 1, 7, 100}) {
+  for (const std::size_t count : std::vector<std::size_t>{0, 1, 7, 100}) {
     Squares squares(count);
     ASSERT_TRUE(squares.run({}, 3));
     squares.expect_squares();
@@ -88,7 +88,7 @@ TEST(WorkInParts, BeginsWithItsShareAndGoesOnBackwards) {
 }
 
 TEST(WorkInParts, SharesHaveEachPartOnce) {
-  for (const std::size_t count : {0, 1, 5, 64, 65}) {
+  for (const std::size_t count : std::vector<std::size_t>{0, 1, 5, 64, 65}) {
     std::vector<int> begun(count);
     for (std::size_t number = 0; number < 7; ++number) {
       Squares squares(count);
