@@ -124,8 +124,13 @@ RunOptions run_options(const RunFlags& flags, const CompileConfig& config) {
 Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,
                                           const RunFlags& flags, const CompileConfig& config,
                                           ArtifactSet& artifacts) {
+  return run_steps(plan, wanted, flags, run_options(flags, config), config, artifacts);
+}
+
+Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,
+                                          const RunFlags& flags, const RunOptions& options,
+                                          const CompileConfig& config, ArtifactSet& artifacts) {
   SIGHTLINE_TRY(choose_kernel(flags.kernel));
-  const RunOptions options = run_options(flags, config);
   std::vector<double> expected_s;
   for (const ExpectedStep& step : expected_cost(plan, wanted, options, config, artifacts).steps) {
     expected_s.push_back(step.wall_s);

@@ -40,5 +40,9 @@ RunOptions run_options(const RunFlags& flags, const CompileConfig& config);
 Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,
                                           const RunFlags& flags, const CompileConfig& config,
                                           ArtifactSet& artifacts);
+// The same with options of the caller's own.
+Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<AnyWire>& wanted,
+                                          const RunFlags& flags, const RunOptions& options,
+                                          const CompileConfig& config, ArtifactSet& artifacts);
 
 }  // namespace sightline

@@ -34,6 +34,8 @@ Program sightline_program() {
       "schemas/error_codes.md lists every failure with its remedy.";
   add_group(program, "Make a map",
             {init_verb(), compile_verb(), annotate_verb(), train_verb(), cache_verb()});
+  add_group(program, "Make a map on many machines",
+            {plan_verb(), work_verb(), link_verb(), status_verb()});
   add_group(program, "Look at it",
             {inspect_verb(), weak_verb(), dump_verb(), export_verb(), report_verb()});
   add_group(program, "Judge it", {verify_verb(), evaluate_verb(), diff_verb(), gate_verb()});

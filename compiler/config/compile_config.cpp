@@ -47,14 +47,21 @@ ConfigSection mapping_section(CompileConfig& config) {
 std::vector<OptionField> option_fields(MapOptions& options) {
   std::vector<OptionField> fields = {
       text("points", options.points,
-           "a finished map in place of the mapping drive: .pcd, .ply or .las, a folder of them, or "
-           "Autoware's with pointcloud_map_metadata.yaml; empty: the drive makes the map"),
+           "a finished map in place of the mapping drive: .pcd, .ply or .las, a folder of them, "
+           "Autoware's with pointcloud_map_metadata.yaml, or a compiled map (.slmap) to annotate "
+           "anew; empty: the drive makes the map"),
       text("name", options.name, "name of the map; empty: the last part of points")};
   for (OptionField& field : option_fields(options.localizing)) {
     const bool tells_of_sensor = field.name == "sensor" || field.name == "rings" ||
                                  field.name == "height_m" || field.name.ends_with("_beam_deg") ||
                                  field.name.starts_with("lidar_");
-    if (tells_of_sensor) fields.push_back(std::move(field));
+    if (!tells_of_sensor) continue;
+    if (field.name == "sensor") {
+      field.help =
+          "the LiDAR that will localize, as under mapping; empty: that of a compiled map, "
+          "else generic-16";
+    }
+    fields.push_back(std::move(field));
   }
   return fields;
 }
@@ -62,10 +69,11 @@ std::vector<OptionField> option_fields(MapOptions& options) {
 std::vector<OptionField> option_fields(RouteOptions& options) {
   return {text("file", options.file,
                "where a finished map is annotated: Lanelet2 (.osm), .geojson, .csv of x, y and z, "
-               "or a trajectory (.tum)"),
+               "a trajectory (.tum), or everywhere that a vehicle reaches (everywhere; section "
+               "choose-field-sites)"),
           text("world", options.world,
                "how the map lies on Earth, for lanes in latitude and longitude: local, utm:32N or "
-               "enu:LATITUDE,LONGITUDE,ALTITUDE")};
+               "enu:LATITUDE,LONGITUDE,ALTITUDE; local: as a compiled map says")};
 }
 
 // Before hours of work.
@@ -246,9 +254,14 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
       {"annotation", "What is annotated, and what all passes share",
        option_fields(config.annotation)},
       mapping_section(config),
-      {"map", "A finished map, annotated along `route`, in place of `mapping`",
-       option_fields(config.map)},
-      {"route", "Where a finished map is annotated", option_fields(config.route)}};
+      {.name = "map",
+       .help = "A finished map, annotated along `route`, in place of `mapping`; or its file alone",
+       .fields = option_fields(config.map),
+       .word = "points"},
+      {.name = "route",
+       .help = "Where a finished map is annotated; or the file alone, or `everywhere`",
+       .fields = option_fields(config.route),
+       .word = "file"}};
   for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
     all.push_back(sensor_section(i, config.other_sensors[i]));
   }
@@ -280,6 +293,7 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   for (RecordingOptions& later : config.later_mapping) resolve(file.parent_path(), later);
   for (std::string* path : {&config.outside.file, &config.outside.evaluation_file,
                             &config.map.points, &config.route.file}) {
+    if (path == &config.route.file && config.route.is_everywhere()) continue;
     if (!path->empty()) *path = (file.parent_path() / *path).lexically_normal().string();
   }
   for (const std::string& assignment : overrides) {

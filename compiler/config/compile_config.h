@@ -43,17 +43,29 @@ struct OutsideErrorsOptions {
 };
 std::vector<OptionField> option_fields(OutsideErrorsOptions& options);
 
-// A finished point cloud map in place of a mapping drive.
+// A finished map in place of a mapping drive.
 struct MapOptions {
-  std::string points;  // file, folder, or Autoware's map folder; empty: a drive makes the map
-  std::string name;    // empty: the last part of `points`
-  RecordingOptions localizing;  // of it the sensor alone, where no localization drive has one
+  // Points: file, folder, or Autoware's map folder. Or a compiled map (.slmap), to be annotated
+  // anew. Empty: a drive makes the map.
+  std::string points;
+  std::string name;  // empty: the last part of `points`
+  // Of it the sensor alone, where no localization drive has one; no name: that of the compiled map,
+  // else the usual one.
+  RecordingOptions localizing;
+
+  MapOptions() { localizing.sensor.clear(); }
+  [[nodiscard]] bool is_compiled() const { return points.ends_with(".slmap"); }
 };
 
 // Where that map is annotated.
 struct RouteOptions {
-  std::string file;             // lanes, lines or a trajectory (formats/foreign/lanes/read_route.h)
-  std::string world = "local";  // how the map lies on Earth, for lanes in latitude and longitude
+  // Lanes, lines or a trajectory (formats/foreign/lanes/read_route.h), or kEverywhere.
+  std::string file;
+  // How the map lies on Earth, for lanes in latitude and longitude; local: as a compiled map says.
+  std::string world = "local";
+
+  static constexpr const char* kEverywhere = "everywhere";
+  [[nodiscard]] bool is_everywhere() const { return file == kEverywhere; }
 };
 
 // One YAML file: everything a compile and its evaluation depend on.

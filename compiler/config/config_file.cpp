@@ -42,6 +42,9 @@ Json one_or_several(Json one) {
 
 Result<void> read_section(const YamlNode& node, ConfigSection& section) {
   const std::string where = "section '" + section.name + "'";
+  if (!section.word.empty() && node.kind == YamlNode::Kind::kScalar) {
+    return set_field(node, *std::ranges::find(section.fields, section.word, &OptionField::name));
+  }
   if (!section.one_more || node.kind != YamlNode::Kind::kList) {
     return set_fields(node, where, section.fields);
   }
@@ -139,6 +142,7 @@ std::string to_json_schema(const std::vector<ConfigSection>& sections) {
                 {"additionalProperties", false},
                 {"properties", Json::parse(properties_schema(section.fields))}};
     if (section.one_more) one = one_or_several(std::move(one));
+    if (!section.word.empty()) one["type"].push_back("string");
     root["properties"][section.name] = std::move(one);
   }
   return root.dump(2) + "\n";

@@ -26,6 +26,8 @@ struct ConfigSection {
   // Where the section may be a list of such maps: the fields of one more of them. `fields` are
   // those of the first.
   std::function<std::vector<OptionField>()> one_more = {};
+  // The key that a section of one word stands for: `route: lanes.osm`. Empty: it has to be a map.
+  std::string word = {};
 };
 
 // The sections of the passes in a plan, with their defaults.

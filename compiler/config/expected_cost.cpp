@@ -38,6 +38,12 @@ constexpr double kEstimation_s = 1.8;  // a million points
 // What threads wait for each other.
 constexpr double kUseOfThreads = 0.85;
 
+// Of a finished map, for each place: one core, and memory.
+constexpr const char* kOfPlaces =
+    "time    about 0.07 s of one core for each place, memory about 0.18 MiB: a place every metre "
+    "of "
+    "a route;\n        how many everywhere, --stop-after choose-field-sites tells\n";
+
 constexpr double kLeast_mib = 120.0;  // program and libraries
 constexpr double kScan_mib = 0.7;     // of the mapping drive: its site
 constexpr double kMillionPoints_mib = 8.0;
@@ -216,6 +222,7 @@ std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache
                                                     : "-"});
   }
   text += aligned(grid, FirstColumn::kLeft);
+  if (cost.drives.empty()) return text + kOfPlaces;
   text += "time    about " + time_text(wall_s) + " on " + std::to_string(cost.threads) +
           " threads, " + time_text(0.4 * wall_s) + " to " + time_text(2.5 * wall_s) + "\n";
   text += room_line("memory  ", cost.memory_mib, free_memory_mib());

@@ -39,7 +39,7 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
                            const ArtifactSet& artifacts);
 
 // For people, beside what this machine has: memory that is free, and room in the folder of the
-// cache (empty: none is kept).
+// cache (empty: none is kept). Without a drive, in a finished map, what a place takes.
 std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache_directory);
 
 }  // namespace sightline

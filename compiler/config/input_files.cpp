@@ -53,7 +53,7 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
   if (config.has_map()) {
     SIGHTLINE_ASSIGN(const std::vector<fs::path> pieces, list_point_map(config.map.points));
     inputs.files.insert(inputs.files.end(), pieces.begin(), pieces.end());
-    inputs.files.emplace_back(config.route.file);
+    if (!config.route.is_everywhere()) inputs.files.emplace_back(config.route.file);
     if (pieces.size() > 1) inputs.folders.push_back(pieces.front().parent_path());
   }
   if (config.imports_errors()) inputs.files.emplace_back(config.outside.file);

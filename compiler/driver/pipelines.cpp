@@ -4,8 +4,9 @@
 #include <utility>
 
 #include "passes/emit/emit_map.h"
-#include "passes/factors/compute_factors.h"
+#include "passes/factors/factors_of_sites.h"
 #include "passes/ingest/ingest.h"
+#include "passes/ingest/ingest_compiled_map.h"
 #include "passes/ingest/ingest_map.h"
 #include "passes/ingest/join_drives.h"
 #include "passes/ingest/join_sensors.h"
@@ -16,12 +17,14 @@
 #include "passes/localize/simulate_error.h"
 #include "passes/localize/site_localizer.h"
 #include "passes/localize/track_drive.h"
+#include "passes/map/build_nd_surface.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
-#include "passes/map/choose_route_sites.h"
 #include "passes/map/choose_sites.h"
-#include "passes/map/measure_sharpness.h"
+#include "passes/map/places/choose_field_sites.h"
+#include "passes/map/places/choose_route_sites.h"
 #include "passes/map/remove_moving.h"
+#include "passes/map/sharpness/measure_sharpness.h"
 #include "passes/model/choose_ranges.h"
 #include "passes/model/judge/evaluate_ranges.h"
 #include "passes/model/predict_error.h"
@@ -153,6 +156,17 @@ LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> n
   return localized;
 }
 
+// The map's factors, and what sites see of it, for those who look at that.
+Wire<FactorTable> add_factors(Wire<SensorProfile> localizing_sensor, CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
+  plan.run(kCastScans, compile.surface, compile.sites, localizing_sensor);
+  const FactorsOfSitesOptions seeing{plan.options(kComputeFactors).ranges_m,
+                                     plan.options(kCastRays), plan.options(kCastScans)};
+  return plan.run_as("", kComputeFactors, seeing, compile.ndt, compile.surface, compile.sites,
+                     localizing_sensor);
+}
+
 // The map: NDs, surface, sites and the paper's factors.
 Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mapping,
                           Wire<SensorProfile> localizing_sensor, CompilePlan& compile) {
@@ -170,10 +184,7 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   compile.sharpness = plan.run(
       kMeasureSharpness, is_one_sensor ? compile.undistorted : compile.drive, compile.trajectory);
   compile.sites = plan.run_as("", kChooseSites, route, compile.drive, compile.trajectory);
-  compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
-  const Wire<VirtualScans> virtual_scans =
-      plan.run(kCastScans, compile.surface, compile.sites, localizing_sensor);
-  return plan.run(kComputeFactors, compile.ndt, compile.sites, compile.depth, virtual_scans);
+  return add_factors(localizing_sensor, compile);
 }
 
 // The scans that made the map, localized in it: they have the poses that they made it with. As
@@ -230,6 +241,34 @@ void add_choice(const CompileConfig& config, CompilePlan& compile) {
                                 compile.factors, compile.measured);
 }
 
+// NDs and surface of a finished map.
+void add_surroundings(CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  FinishedMapInput& finished = compile.finished;
+  if (finished.options.is_compiled()) {
+    finished.compiled = plan.input<CompiledMap>("map/compiled-map");
+    compile.ndt = plan.run(kIngestCompiledMap, finished.compiled);
+    compile.surface = plan.run(kBuildNdSurface, compile.ndt);
+    return;
+  }
+  finished.points = plan.input<PointMap>("map/point-map");
+  compile.points = plan.run(kIngestMap, finished.points);
+  // All points are taken for what stood still; nobody knows from where they were seen.
+  compile.ndt = plan.run(kBuildNdt, compile.points);
+  compile.surface = plan.run(kBuildSurface, compile.points);
+}
+
+// The places of a finished map that are annotated.
+Wire<Sites> add_places(CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  FinishedMapInput& finished = compile.finished;
+  if (finished.route_options.is_everywhere()) {
+    return plan.run(kChooseFieldSites, compile.surface, compile.localizing_sensor);
+  }
+  finished.route = plan.input<Route>("route");
+  return plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
+}
+
 // NDs and surface of a finished map, the places along its route, and what simulated scans tell of
 // them.
 void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
@@ -237,8 +276,7 @@ void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
   FinishedMapInput& finished = compile.finished;
   finished.options = config.map;
   finished.route_options = config.route;
-  finished.points = plan.input<PointMap>("map/point-map");
-  finished.route = plan.input<Route>("route");
+  finished.world = config.annotation.world;
   finished.sensor = plan.input<SensorProfile>("map/sensor");
   if (!config.localization.scans.empty()) {
     compile.recordings.push_back(add_recording(plan, "localization", config.localization));
@@ -246,17 +284,9 @@ void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
   } else {
     compile.localizing_sensor = finished.sensor;
   }
-  compile.points = plan.run(kIngestMap, finished.points);
-  // All points are taken for what stood still; nobody knows from where they were seen.
-  compile.ndt = plan.run(kBuildNdt, compile.points);
-  compile.surface = plan.run(kBuildSurface, compile.points);
-  compile.sites =
-      plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
-  compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
-  const Wire<VirtualScans> virtual_scans =
-      plan.run(kCastScans, compile.surface, compile.sites, compile.localizing_sensor);
-  const Wire<FactorTable> map_factors =
-      plan.run(kComputeFactors, compile.ndt, compile.sites, compile.depth, virtual_scans);
+  add_surroundings(compile);
+  compile.sites = add_places(compile);
+  const Wire<FactorTable> map_factors = add_factors(compile.localizing_sensor, compile);
   SimulateErrorOptions simulating = plan.options(kSimulateError);
   simulating.matching = measuring_options(config, plan);
   // Evidence and a factor, as of the scans that make a map: at every site, by this program's own.
@@ -284,9 +314,13 @@ CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
   }
   // From here on places that a drive passed have been measured; the others stay simulated.
   add_choice(config, compile);
-  compile.map = plan.run(kEmitAnnotatedMap, compile.ndt, compile.sites, compile.predicted,
-                         compile.ranges, compile.measured, compile.model, compile.factors,
-                         compile.localizing_sensor, compile.cards);
+  compile.map = compile.finished.compiled.is_connected()
+                    ? plan.run(kEmitMapAnew, compile.ndt, compile.sites, compile.predicted,
+                               compile.ranges, compile.measured, compile.model, compile.factors,
+                               compile.localizing_sensor, compile.cards, compile.finished.compiled)
+                    : plan.run(kEmitAnnotatedMap, compile.ndt, compile.sites, compile.predicted,
+                               compile.ranges, compile.measured, compile.model, compile.factors,
+                               compile.localizing_sensor, compile.cards);
   return compile;
 }
 
@@ -345,6 +379,13 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
                   compile.sites, compile.predicted, compile.ranges, compile.measured, compile.model,
                   compile.factors, compile.look_plan, compile.sharpness, compile.trajectory);
   return compile;
+}
+
+std::vector<AnyWire> told_of(const CompilePlan& compile) {
+  std::vector<AnyWire> told = {compile.map, compile.measured, compile.ranges, compile.factors,
+                               compile.evaluation};
+  if (compile.sharpness.is_connected()) told.push_back(compile.sharpness);
+  return told;
 }
 
 Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, CompilePlan& compile) {
@@ -407,12 +448,15 @@ std::vector<ConfigSection> published_sections(CompileConfig& config) {
   complete.localization.scans = "any";
   CompileConfig finished = complete;
   finished.map.points = "any";
+  CompileConfig everywhere = finished;
+  everywhere.route.file = RouteOptions::kEverywhere;
   complete.other_sensors.front().scans = "any";
   complete.later_mapping.resize(1);
   complete.later_mapping.front().scans = "any";
   std::vector<ConfigSection> sections = drive_sections(config);
-  for (const Plan& plan : {compile_plan(complete).plan, compile_plan(finished).plan,
-                           evaluate_plan(complete, CompiledMap{}).plan}) {
+  for (const Plan& plan :
+       {compile_plan(complete).plan, compile_plan(finished).plan, compile_plan(everywhere).plan,
+        evaluate_plan(complete, CompiledMap{}).plan}) {
     for (ConfigSection& pass : sections_of(plan)) {
       if (std::ranges::find(sections, pass.name, &ConfigSection::name) != sections.end()) continue;
       sections.push_back(std::move(pass));

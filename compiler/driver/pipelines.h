@@ -43,12 +43,15 @@ struct OutsideInput {
   Wire<OutsideErrors> errors;
 };
 
-// A finished map that a plan takes from outside in place of a mapping drive.
+// A finished map that a plan takes from outside in place of a mapping drive: its points, or one
+// that was compiled before.
 struct FinishedMapInput {
   MapOptions options;
   RouteOptions route_options;
-  Wire<PointMap> points;  // not connected: a drive makes the map
-  Wire<Route> route;
+  std::string world;           // that the map is said to lie in
+  Wire<PointMap> points;       // not connected: a drive makes the map, or it was compiled before
+  Wire<CompiledMap> compiled;  // not connected: it is made of points
+  Wire<Route> route;           // not connected: everywhere
   Wire<SensorProfile> sensor;  // that will localize, where no localization drive tells
 };
 
@@ -73,8 +76,8 @@ struct CompilePlan {
   // Made.
   Wire<Drive> drive;  // of the first sensor
   Wire<Trajectory> trajectory;
-  Wire<Drive> undistorted;  // of all sensors
-  Wire<SurfacePoints> points;
+  Wire<Drive> undistorted;     // of all sensors
+  Wire<SurfacePoints> points;  // not connected where a compiled map is annotated anew
   Wire<NdtMap> ndt;
   Wire<Surface> surface;
   Wire<Sites> sites;
@@ -92,6 +95,9 @@ struct CompilePlan {
   Wire<CompiledMap> map;
 };
 CompilePlan compile_plan(const CompileConfig& config, ModelSource model = ModelSource::kTrained);
+
+// The map, and what a compile tells of it.
+std::vector<AnyWire> told_of(const CompilePlan& compile);
 
 // Adds the steps that measure the evaluation drive on the map of the plan.
 Wire<MeasuredError> measure_evaluation_drive(const CompileConfig& config, CompilePlan& compile);

@@ -62,15 +62,70 @@ Result<void> provide_outside(const std::vector<OutsideInput>& inputs, ArtifactSe
   return {};
 }
 
+Result<void> provide_route(const FinishedMapInput& input, const std::string& world_name,
+                           ArtifactSet& artifacts) {
+  if (!input.route.is_connected()) return {};
+  SIGHTLINE_ASSIGN(const World world, parse_world(world_name));
+  SIGHTLINE_ASSIGN(Route route, read_route(input.route_options.file, world));
+  artifacts.provide(input.route, std::move(route));
+  return {};
+}
+
+// Where nothing is said of a sensor, that of an earlier map.
+Result<SensorProfile> localizing_sensor(const MapOptions& options, const CompiledMap* earlier) {
+  RecordingOptions localizing = options.localizing;
+  if (!localizing.sensor.empty()) return sensor_of(localizing);
+  if (earlier == nullptr) {
+    localizing.sensor = RecordingOptions{}.sensor;
+    return sensor_of(localizing);
+  }
+  localizing.sensor = RecordingOptions{}.sensor;
+  SIGHTLINE_ASSIGN(const SensorProfile said, sensor_of(localizing));
+  SIGHTLINE_ASSIGN(const SensorProfile usual, sensor_of(RecordingOptions{}));
+  if (to_bytes(said) == to_bytes(usual)) return earlier->sensor;
+  return Error{
+      ErrorCode::kBadValue,
+      "map.sensor: found its height, beams or mounting without its name; name it, or leave "
+      "all to the earlier map (" +
+          earlier->sensor.name + ")",
+      "", ""};
+}
+
+// A map keeps its world: what else is named has to be the same.
+Result<void> check_world(const std::string& key, const std::string& named,
+                         const CompiledMap& earlier, const std::string& file) {
+  if (named == kLocalWorld || named == earlier.world) return {};
+  return Error{ErrorCode::kBadValue,
+               key + ": found " + named + ", and the map that is annotated anew lies in " +
+                   earlier.world + ", which stays",
+               file, ""};
+}
+
+// A map that was compiled before. Errors: those of read_map; bad-value.
+Result<void> provide_compiled(const FinishedMapInput& input, ArtifactSet& artifacts) {
+  const std::string& file = input.options.points;
+  SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(file));
+  SIGHTLINE_ASSIGN(CompiledMap map, read_map(file));
+  SIGHTLINE_TRY(check_world("annotation.world", input.world, map, file));
+  const bool is_placed = map.world != kLocalWorld;
+  if (is_placed) {
+    SIGHTLINE_TRY(check_world("route.world", input.route_options.world, map, file));
+  }
+  SIGHTLINE_TRY(provide_route(input, is_placed ? map.world : input.route_options.world, artifacts));
+  SIGHTLINE_ASSIGN(SensorProfile sensor, localizing_sensor(input.options, &map));
+  artifacts.provide(input.sensor, std::move(sensor));
+  artifacts.provide(input.compiled, std::move(map), summary.root_digest);
+  return {};
+}
+
 // A finished map, its route, and the sensor that will localize in it.
 Result<void> provide_finished(const CompilePlan& compile, ArtifactSet& artifacts) {
   const FinishedMapInput& input = compile.finished;
+  if (input.compiled.is_connected()) return provide_compiled(input, artifacts);
   if (!input.points.is_connected()) return {};
   // The route first: it is read in no time.
-  SIGHTLINE_ASSIGN(const World world, parse_world(input.route_options.world));
-  SIGHTLINE_ASSIGN(Route route, read_route(input.route_options.file, world));
-  artifacts.provide(input.route, std::move(route));
-  SIGHTLINE_ASSIGN(SensorProfile sensor, sensor_of(input.options.localizing));
+  SIGHTLINE_TRY(provide_route(input, input.route_options.world, artifacts));
+  SIGHTLINE_ASSIGN(SensorProfile sensor, localizing_sensor(input.options, /*earlier=*/nullptr));
   artifacts.provide(input.sensor, std::move(sensor));
   SIGHTLINE_ASSIGN(PointMap map, open_point_map(input.options.points, /*threads=*/0));
   if (!input.options.name.empty()) map.name = input.options.name;
@@ -114,6 +169,13 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
   if (finished.is_connected() && artifacts.has(finished)) {
     const PointMap& map = artifacts.get(finished);
     recordings.cards.push_back({"map", map.name, map.digest});
+  }
+  const Wire<CompiledMap> compiled = compile.finished.compiled;
+  if (compiled.is_connected() && artifacts.has(compiled)) {
+    const MapOptions& options = compile.finished.options;
+    const std::string file = std::filesystem::path(options.points).filename().string();
+    recordings.cards.push_back(
+        {"map", options.name.empty() ? file : options.name, artifacts.entry(compiled).key});
   }
   for (const RecordingInput& input : compile.recordings) {
     if (!artifacts.has(input.recording)) continue;

@@ -48,6 +48,7 @@ class ArtifactSet {
     SIGHTLINE_CHECK(found != entries_.end());
     return found->second;
   }
+  void remove(AnyWire wire) { entries_.erase(wire.index); }
   void put(AnyWire wire, Entry entry) { entries_[wire.index] = std::move(entry); }
 
  private:

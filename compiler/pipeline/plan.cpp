@@ -30,6 +30,11 @@ AnyWire Plan::find(std::string_view name) const {
   return {};
 }
 
+bool can_be_kept(const Plan& plan, const PassStep& step) {
+  const ArtifactType& type = *plan.artifact({step.output}).type;
+  return type.read && (!type.refers_outside || step.reattach);
+}
+
 std::vector<std::size_t> steps_for(const Plan& plan, const std::vector<AnyWire>& wanted,
                                    const std::function<bool(AnyWire)>& is_there) {
   std::set<std::size_t> needed;

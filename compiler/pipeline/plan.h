@@ -128,6 +128,10 @@ class Plan {
   std::vector<PassSection> sections_;
 };
 
+// Whether the output of a step can be loaded again once it was written: what lies outside an
+// artifact has to come back from the inputs of its step.
+bool can_be_kept(const Plan& plan, const PassStep& step);
+
 // Indices of the steps that make `wanted` where the artifacts for which `is_there` holds are there
 // already, in running order. Nothing wanted: all that is not there.
 std::vector<std::size_t> steps_for(const Plan& plan, const std::vector<AnyWire>& wanted,

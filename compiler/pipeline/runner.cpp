@@ -5,10 +5,14 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <set>
+#include <utility>
 
+#include "compiler/pipeline/schedule.h"
 #include "compiler/store/cache.h"
 
 namespace sightline {
@@ -40,63 +44,6 @@ double peak_memory_mib() {
   return 0.0;
 }
 
-// All that decides a step's output, as lines that a person can compare.
-std::string key_record(const Plan& plan, const PassStep& step, const RunOptions& options,
-                       const ArtifactSet& artifacts) {
-  const ArtifactType& output = *plan.artifact({step.output}).type;
-  std::string record = "pass version = " + std::to_string(step.version) + "\n";
-  record += "encoding version of " + std::string(output.name) + " = " +
-            std::to_string(output.version) + "\n";
-  record += "seed = " + std::to_string(options.seed) + "\n";
-  for (const auto& [name, value] : step.options) record += "option " + name + " = " + value + "\n";
-  for (const std::size_t input : step.inputs) {
-    record += "input " + plan.artifact({input}).name + " = " +
-              to_hex(artifacts.entry({input}).key) + "\n";
-  }
-  return record;
-}
-
-Digest key_of(const PassStep& step, const std::string& record) {
-  DigestBuilder builder;
-  builder.add(std::string_view(step.name));
-  builder.add(std::string_view(record));
-  return builder.finish();
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::size_t begin = 0;
-  while (begin < text.size()) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    lines.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return lines;
-}
-
-// Why a step must run: the first lines in which its record differs from that of the last run.
-std::string reason_to_run(const std::string& before, const std::string& now) {
-  if (before.empty()) return "never ran here";
-  const std::vector<std::string> old_lines = lines_of(before);
-  std::string reason;
-  for (const std::string& line : lines_of(now)) {
-    if (std::ranges::find(old_lines, line) != old_lines.end()) continue;
-    const std::string name = line.substr(0, line.find(" = "));
-    const auto was = std::ranges::find_if(
-        old_lines, [&](const std::string& old_line) { return old_line.starts_with(name + " = "); });
-    if (!reason.empty()) reason += "; ";
-    if (name.starts_with("input ")) {
-      reason += name + " changed";
-    } else if (was == old_lines.end()) {
-      reason += "new: " + line;
-    } else {
-      reason +=
-          name + " was " + was->substr(name.size() + 3) + ", is " + line.substr(name.size() + 3);
-    }
-  }
-  return reason.empty() ? "its result is not in the cache any more" : reason;
-}
-
 Error named(Error error, const std::string& pass) {
   if (error.place.empty())
     error.place = "pass " + pass;
@@ -108,30 +55,43 @@ Error named(Error error, const std::string& pass) {
 class Runner {
  public:
   Runner(const Plan& plan, const RunOptions& options, const RunObserver& observer,
-         ArtifactSet& artifacts)
+         ArtifactSet& artifacts, std::vector<Scheduled> list, ArtifactCache cache)
       : plan_(plan),
         options_(options),
         observer_(observer),
         artifacts_(artifacts),
-        cache_(options.cache_directory) {}
+        list_(std::move(list)),
+        cache_(std::move(cache)) {}
 
-  Result<StepReport> run(const PassStep& step) {
+  [[nodiscard]] const std::vector<Scheduled>& list() const { return list_; }
+  [[nodiscard]] const PassStep& step_of(const Scheduled& scheduled) const {
+    return plan_.steps()[scheduled.step];
+  }
+
+  // Error: work-missing.
+  [[nodiscard]] Result<void> check_may_run() const {
+    std::string missing;
+    for (const Scheduled& scheduled : list_) {
+      const std::string& name = step_of(scheduled).name;
+      if (scheduled.runs() && !may_run(scheduled)) missing += (missing.empty() ? "" : ", ") + name;
+    }
+    if (missing.empty()) return {};
+    return work_missing(missing);
+  }
+
+  Result<StepReport> run(const Scheduled& scheduled) {
     StepReport report;
-    report.name = step.name;
+    report.name = step_of(scheduled).name;
     const Stamp begin{.cpu_s = process_cpu_s()};
     reset_peak_memory();
-    const std::string record = key_record(plan_, step, options_, artifacts_);
-    const Digest key = key_of(step, record);
-    std::shared_ptr<const void> output = from_cache(step, key, report);
-    report.from_cache = output != nullptr;
-    report.reason = output ? "unchanged" : reason_to_run(cache_.last_record(step.name), record);
-    if (!output) {
-      Result<std::shared_ptr<const void>> made = make(step, key, report);
-      if (!made) return named(made.error(), step.name);
-      output = *made;
+    if (scheduled.is_needed) {
+      SIGHTLINE_TRY(obtain(scheduled, report));
+    } else {
+      report.from_cache = true;
+      report.reason = scheduled.is_stored ? "unchanged" : "not needed";
+      repeat_warnings(scheduled, report);
     }
-    SIGHTLINE_TRY(cache_.store_record(step.name, record));
-    artifacts_.put({step.output}, {&output_type(step), output, key});
+    let_go(scheduled);
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin.wall;
     report.wall_s = wall.count();
     report.cpu_s = process_cpu_s() - begin.cpu_s;
@@ -140,8 +100,68 @@ class Runner {
   }
 
  private:
+  // A step without an output in the cache has to be there to be of use.
+  [[nodiscard]] bool may_run(const Scheduled& scheduled) const {
+    return !scheduled.is_kept || !options_.may_run || options_.may_run(step_of(scheduled).name);
+  }
+
+  static Error work_missing(const std::string& names) {
+    return {ErrorCode::kWorkMissing, "not finished yet: " + names, "", ""};
+  }
+
   [[nodiscard]] const ArtifactType& output_type(const PassStep& step) const {
     return *plan_.artifact({step.output}).type;
+  }
+
+  // Loads the output of a step or makes it.
+  Result<void> obtain(const Scheduled& scheduled, StepReport& report) {
+    const PassStep& step = step_of(scheduled);
+    std::shared_ptr<const void> output;
+    if (scheduled.is_kept) {
+      SIGHTLINE_ASSIGN(output, from_cache(scheduled, report));
+    }
+    report.from_cache = output != nullptr;
+    if (output) {
+      report.reason = "unchanged";
+      repeat_warnings(scheduled, report);
+    } else {
+      report.reason = reason_to_run(cache_.last_record(step.name), scheduled.key.record);
+      if (!may_run(scheduled)) return work_missing(step.name);
+      SIGHTLINE_TRY(obtain_inputs(step));
+      Result<std::shared_ptr<const void>> made = make(scheduled, report);
+      if (!made) return named(made.error(), step.name);
+      output = *made;
+    }
+    SIGHTLINE_TRY(cache_.store_record(step.name, scheduled.key.record));
+    artifacts_.put({step.output}, {&output_type(step), output, scheduled.key.key});
+    return {};
+  }
+
+  // Inputs are there, unless an object of the cache turned out to be damaged.
+  Result<void> obtain_inputs(const PassStep& step) {
+    for (const std::size_t input : step.inputs) {
+      if (artifacts_.has({input})) continue;
+      const auto maker = std::ranges::find_if(
+          list_, [&](const Scheduled& scheduled) { return step_of(scheduled).output == input; });
+      SIGHTLINE_CHECK(maker != list_.end());
+      StepReport report;
+      SIGHTLINE_TRY(obtain(*maker, report));
+    }
+    return {};
+  }
+
+  // What no later step takes and nobody wants.
+  void let_go(const Scheduled& done) {
+    for (const Scheduled& scheduled : list_) {
+      if (scheduled.step > done.step) break;
+      if (scheduled.is_wanted) continue;
+      const std::size_t output = step_of(scheduled).output;
+      const bool is_taken = std::ranges::any_of(list_, [&](const Scheduled& later) {
+        return later.step > done.step && later.is_needed &&
+               std::ranges::find(step_of(later).inputs, output) != step_of(later).inputs.end();
+      });
+      if (!is_taken) artifacts_.remove({output});
+    }
   }
 
   std::vector<std::shared_ptr<const void>> inputs_of(const PassStep& step) const {
@@ -150,53 +170,69 @@ class Runner {
     return inputs;
   }
 
-  std::shared_ptr<const void> from_cache(const PassStep& step, const Digest& key,
-                                         StepReport& report) const {
-    if (!output_type(step).read) return nullptr;
-    const Result<ArtifactCache::Content> found = cache_.load(step.name, key);
-    if (!found) return refuse(step, report, found.error());
-    if (!*found) return nullptr;
+  // Nothing where there is no such object or it is of no use.
+  Result<std::shared_ptr<const void>> from_cache(const Scheduled& scheduled, StepReport& report) {
+    const PassStep& step = step_of(scheduled);
+    const auto refuse = [&](const Error& error) -> std::shared_ptr<const void> {
+      note(step, report, "a cache file is not used, its content is made anew: " + to_string(error));
+      return nullptr;
+    };
+    const Result<ArtifactCache::Content> found = cache_.load(step.name, scheduled.key.key);
+    if (!found) return refuse(found.error());
+    if (!*found) return std::shared_ptr<const void>();
     Result<std::shared_ptr<const void>> artifact = output_type(step).read(**found);
-    if (!artifact) return refuse(step, report, artifact.error());
-    if (step.reattach) return step.reattach(*artifact, inputs_of(step));
-    return *artifact;
+    if (!artifact) return refuse(artifact.error());
+    if (!step.reattach) return *artifact;
+    SIGHTLINE_TRY(obtain_inputs(step));
+    return step.reattach(*artifact, inputs_of(step));
   }
 
-  std::shared_ptr<const void> refuse(const PassStep& step, StepReport& report,
-                                     const Error& error) const {
-    note(step, report, "a cache file is not used, its content is made anew: " + to_string(error));
-    return nullptr;
-  }
-
-  Result<std::shared_ptr<const void>> make(const PassStep& step, const Digest& key,
-                                           StepReport& report) const {
+  Result<std::shared_ptr<const void>> make(const Scheduled& scheduled, StepReport& report) const {
+    const PassStep& step = step_of(scheduled);
+    const Digest& key = scheduled.key.key;
     const std::vector<std::shared_ptr<const void>> inputs = inputs_of(step);
     PassContext ctx;
     ctx.threads = options_.threads;
     ctx.seed = options_.seed;
+    ctx.share = options_.share;
     ctx.progress_sink = observer_.progress;
     std::mutex mutex;
     ctx.saved_part = [&](std::size_t part) -> ArtifactCache::Content {
       Result<ArtifactCache::Content> found = cache_.load_part(step.name, key, part);
       if (found) return std::move(*found);
       const std::lock_guard<std::mutex> lock(mutex);
-      refuse(step, report, found.error());
+      note(step, report,
+           "a cache file is not used, its content is made anew: " + to_string(found.error()));
       return std::nullopt;
     };
     ctx.part_sink = [&](std::size_t part, std::span<const std::byte> bytes) {
       cache_.store_part(step.name, key, part, bytes);
     };
+    ctx.part_count_sink = [&](std::size_t count) {
+      cache_.store_part_count(step.name, key, count);
+    };
+    std::vector<std::string> said;
     ctx.warning_sink = [&](const std::string& message) {
       const std::lock_guard<std::mutex> lock(mutex);
+      said.push_back(message);
       note(step, report, message);
     };
     SIGHTLINE_ASSIGN(std::shared_ptr<const void> output, step.run(ctx, inputs));
     SIGHTLINE_TRY(output_type(step).check(output.get()));
-    if (cache_.is_enabled() && output_type(step).write) {
+    if (cache_.is_enabled() && scheduled.is_kept) {
+      SIGHTLINE_TRY(cache_.store_warnings(step.name, key, said));
       SIGHTLINE_TRY(cache_.store(step.name, key, output_type(step).write(output.get())));
-      cache_.remove_parts(step.name, key);
+      if (!options_.keeps_parts) cache_.remove_parts(step.name, key);
     }
     return output;
+  }
+
+  void repeat_warnings(const Scheduled& scheduled, StepReport& report) const {
+    if (!scheduled.is_kept) return;
+    const PassStep& step = step_of(scheduled);
+    for (const std::string& message : cache_.load_warnings(step.name, scheduled.key.key)) {
+      note(step, report, message);
+    }
   }
 
   void note(const PassStep& step, StepReport& report, const std::string& message) const {
@@ -208,6 +244,7 @@ class Runner {
   const RunOptions& options_;
   const RunObserver& observer_;
   ArtifactSet& artifacts_;
+  std::vector<Scheduled> list_;
   ArtifactCache cache_;
 };
 
@@ -230,14 +267,15 @@ Result<void> check_names(const Plan& plan, const RunOptions& options) {
 
 // A plan that is run without what it takes from outside is our own mistake: found before hours of
 // work, not after them.
-void check_inputs(const Plan& plan, const std::vector<std::size_t>& steps,
+void check_inputs(const Plan& plan, const std::vector<Scheduled>& list,
                   const ArtifactSet& artifacts) {
   std::set<std::size_t> made;
-  for (const std::size_t index : steps) {
-    for (const std::size_t input : plan.steps()[index].inputs) {
+  for (const Scheduled& scheduled : list) {
+    const PassStep& step = plan.steps()[scheduled.step];
+    for (const std::size_t input : step.inputs) {
       SIGHTLINE_CHECK(made.contains(input) || artifacts.has({input}));
     }
-    made.insert(plan.steps()[index].output);
+    made.insert(step.output);
   }
 }
 
@@ -254,37 +292,22 @@ void print_if_asked(const Plan& plan, const PassStep& step, const RunOptions& op
 
 }  // namespace
 
-std::vector<PlannedRun> planned_runs(const Plan& plan, const std::vector<AnyWire>& wanted,
-                                     const RunOptions& options, const ArtifactSet& artifacts) {
-  ArtifactSet known = artifacts;  // with the keys of what is not made yet
-  const ArtifactCache cache = ArtifactCache::to_look_at(options.cache_directory);
-  std::vector<PlannedRun> runs;
-  for (const std::size_t index :
-       steps_for(plan, wanted, [&](AnyWire wire) { return artifacts.has(wire); })) {
-    const PassStep& step = plan.steps()[index];
-    const Digest key = key_of(step, key_record(plan, step, options, known));
-    const ArtifactType* type = plan.artifact({step.output}).type;
-    known.put({step.output}, {type, nullptr, key});
-    runs.push_back({step.name, type->read && cache.has(step.name, key)});
-    if (step.name == options.stop_after) break;
-  }
-  return runs;
-}
-
 Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
                       const RunOptions& options, const RunObserver& observer,
                       ArtifactSet& artifacts, std::vector<StepReport>& reports) {
   SIGHTLINE_TRY(check_names(plan, options));
-  const std::vector<std::size_t> steps =
-      steps_for(plan, wanted, [&](AnyWire wire) { return artifacts.has(wire); });
-  check_inputs(plan, steps, artifacts);
-  Runner runner(plan, options, observer, artifacts);
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const PassStep& step = plan.steps()[steps[i]];
-    if (observer.started) observer.started(i, steps.size(), step.name);
+  ArtifactCache cache(options.cache_directory);
+  std::vector<Scheduled> list = schedule(plan, wanted, options, artifacts, cache);
+  check_inputs(plan, list, artifacts);
+  Runner runner(plan, options, observer, artifacts, std::move(list), std::move(cache));
+  SIGHTLINE_TRY(runner.check_may_run());
+  for (std::size_t i = 0; i < runner.list().size(); ++i) {
+    const Scheduled& scheduled = runner.list()[i];
+    const PassStep& step = runner.step_of(scheduled);
+    if (observer.started) observer.started(i, runner.list().size(), step.name);
     Result<StepReport> report = Error{ErrorCode::kOutOfMemory, "not enough memory", "", ""};
     try {
-      report = runner.run(step);
+      report = runner.run(scheduled);
     } catch (const std::bad_alloc&) {
       return named(report.error(), step.name);
     }
@@ -292,7 +315,6 @@ Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
     reports.push_back(*report);
     if (observer.finished) observer.finished(*report);
     print_if_asked(plan, step, options, observer, artifacts);
-    if (step.name == options.stop_after) break;
   }
   return {};
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compiler/pipeline/artifact_set.h"
+#include "passes/pass/pass_context.h"
 
 namespace sightline {
 
@@ -36,25 +37,35 @@ struct RunOptions {
   std::filesystem::path cache_directory;  // empty: nothing is kept
   std::vector<std::string> print_after;   // names of steps
   std::string stop_after;                 // name of a step; empty: to the end
+  // Where several processes share the work: what this one takes first, and that parts stay, since
+  // others may still ask for them.
+  WorkShare share;
+  bool keeps_parts = false;
+  // Whether a step may run; what may not has to be in the cache. Empty: all may.
+  std::function<bool(const std::string& step)> may_run;
 };
 
 // What run_plan() would do with one step.
 struct PlannedRun {
   std::string name;
-  bool is_in_cache = false;
+  bool is_in_cache = false;  // or not needed, since what it is needed for is
+  bool is_kept = false;      // its output can be kept at all
+  Digest key{};
 };
 
 // The steps that run_plan() would take, in their order; nothing runs and nothing is written.
 std::vector<PlannedRun> planned_runs(const Plan& plan, const std::vector<AnyWire>& wanted,
                                      const RunOptions& options, const ArtifactSet& artifacts);
 
-// Runs those steps of the plan that make `wanted` (nothing wanted: all) and whose output is not in
-// `artifacts` already, in their order: a step is loaded from the cache when pass, version, options,
-// seed and the keys of its inputs are those of an earlier run, else it runs, its output is
-// validated and stored. Inputs of the plan that these steps take must be in `artifacts`, to which
-// is added what was made; `reports` are appended to. The first failure ends the run; its Error
-// names the pass in `place` unless the pass named a place itself. Errors: unknown-pass (print_after
-// or stop_after), what passes and the cache return.
+// Makes what is `wanted` (nothing: the output of every step) and is not in `artifacts` already, in
+// the order of the plan: a step is loaded from the cache when pass, version, options, seed and the
+// keys of its inputs are those of an earlier run; where it is, what was needed for it alone is not
+// even loaded. Else the step runs, its output is validated and stored. Inputs of the plan must be
+// in `artifacts`, to which is added what is wanted; what is not is let go after its last use.
+// `reports` are appended to, one for each step that `wanted` depends on, with the warnings of the
+// run that made it. The first failure ends the run; its Error names the pass in `place` unless the
+// pass named a place itself. Errors: unknown-pass (print_after or stop_after), work-missing (steps
+// that may not run and are not in the cache), what passes and the cache return.
 Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
                       const RunOptions& options, const RunObserver& observer,
                       ArtifactSet& artifacts, std::vector<StepReport>& reports);

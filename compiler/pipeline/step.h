@@ -19,13 +19,9 @@
 
 namespace sightline {
 
-// An artifact that can be kept in the cache. A Drive cannot: its scans lie outside it, which its
-// traits say (kRefersOutside).
+// An artifact that can be written down.
 template <class X>
-concept Encodable = !requires {
-  ArtifactTraits<X>::kRefersOutside;
-}
-&&requires(const X& artifact, ByteWriter& writer, ByteReader& reader, X& out) {
+concept Encodable = requires(const X& artifact, ByteWriter& writer, ByteReader& reader, X& out) {
   encode(artifact, writer);
   decode(reader, out);
 };
@@ -39,6 +35,8 @@ struct ArtifactType {
   // Empty where the artifact is not Encodable.
   std::function<std::vector<std::byte>(const void*)> write;
   std::function<Result<std::shared_ptr<const void>>(std::span<const std::byte>)> read;
+  // Part of it lies outside: the scans of a drive. Only a step that gives it back may be loaded.
+  bool refers_outside = false;
 };
 
 template <class X>
@@ -49,6 +47,7 @@ const ArtifactType& artifact_type() {
     type.version = ArtifactTraits<X>::kVersion;
     type.check = [](const void* x) { return validate(*static_cast<const X*>(x)); };
     type.print = [](const void* x) { return dump(*static_cast<const X*>(x)); };
+    type.refers_outside = requires { ArtifactTraits<X>::kRefersOutside; };
     if constexpr (Encodable<X>) {
       type.write = [](const void* x) { return to_bytes(*static_cast<const X*>(x)); };
       type.read = [](std::span<const std::byte> bytes) -> Result<std::shared_ptr<const void>> {

@@ -3,12 +3,15 @@
 #include <algorithm>
 
 #include "formats/base/atomic_file.h"
+#include "formats/base/bytes.h"
 #include "formats/base/temporary_name.h"
 
 namespace sightline {
 namespace {
 
 constexpr std::string_view kPart = " part ";
+constexpr std::string_view kPartCount = "count";
+constexpr std::string_view kWarnings = " warnings";
 constexpr std::size_t kLargestRecord = 1 << 20;  // bytes; a pass has some dozens of options
 
 // A pass may be named "ingest:localization", a file had better not.
@@ -55,6 +58,10 @@ Result<void> store_object(const std::filesystem::path& file, const ObjectName& n
 }  // namespace
 
 std::filesystem::path place_of(const ObjectName& name) {
+  if (name.kind.ends_with(kWarnings)) {
+    const std::string pass = name.kind.substr(0, name.kind.size() - kWarnings.size());
+    return stem_of(pass, name.key) + ".slw";
+  }
   const std::size_t part = name.kind.rfind(kPart);
   if (part == std::string::npos) return stem_of(name.kind, name.key) + ".sla";
   return std::filesystem::path(stem_of(name.kind.substr(0, part), name.key) + ".parts") /
@@ -113,6 +120,55 @@ void ArtifactCache::store_part(const std::string& pass, const Digest& key, std::
 void ArtifactCache::remove_parts(const std::string& pass, const Digest& key) const {
   std::error_code failure;
   if (is_enabled()) std::filesystem::remove_all(parts_of(pass, key), failure);
+}
+
+void ArtifactCache::store_part_count(const std::string& pass, const Digest& key,
+                                     std::size_t count) const {
+  if (!is_enabled()) return;
+  const ObjectName name{pass + std::string(kPart) + std::string(kPartCount), key};
+  ByteWriter writer;
+  writer.put<std::uint64_t>(count);
+  (void)store_object(directory_ / place_of(name), name, writer.bytes());
+}
+
+std::optional<ArtifactCache::PartCount> ArtifactCache::part_count(const std::string& pass,
+                                                                  const Digest& key) const {
+  const ObjectName name{pass + std::string(kPart) + std::string(kPartCount), key};
+  const Result<Content> content = load_object(directory_ / place_of(name), name);
+  if (!content || !*content) return std::nullopt;
+  ByteReader reader(**content);
+  PartCount count;
+  count.all = static_cast<std::size_t>(reader.get<std::uint64_t>());
+  if (!reader.at_end()) return std::nullopt;
+  std::error_code failure;
+  std::filesystem::directory_iterator entry(parts_of(pass, key), failure);
+  for (; !failure && entry != std::filesystem::directory_iterator(); entry.increment(failure)) {
+    const std::string file = entry->path().filename().string();
+    if (std::ranges::all_of(file, [](char c) { return c >= '0' && c <= '9'; })) ++count.there;
+  }
+  return count;
+}
+
+Result<void> ArtifactCache::store_warnings(const std::string& pass, const Digest& key,
+                                           const std::vector<std::string>& warnings) const {
+  if (!is_enabled() || warnings.empty()) return {};
+  const ObjectName name{pass + std::string(kWarnings), key};
+  ByteWriter writer;
+  writer.put<std::uint64_t>(warnings.size());
+  for (const std::string& warning : warnings) writer.put_string(warning);
+  return store_object(directory_ / place_of(name), name, writer.bytes());
+}
+
+std::vector<std::string> ArtifactCache::load_warnings(const std::string& pass,
+                                                      const Digest& key) const {
+  if (!is_enabled()) return {};
+  const ObjectName name{pass + std::string(kWarnings), key};
+  const Result<Content> content = load_object(directory_ / place_of(name), name);
+  if (!content || !*content) return {};
+  ByteReader reader(**content);
+  std::vector<std::string> warnings(reader.get_count(sizeof(std::uint64_t)));
+  for (std::string& warning : warnings) reader.get_string(warning);
+  return reader.at_end() ? warnings : std::vector<std::string>{};
 }
 
 std::string ArtifactCache::last_record(const std::string& pass) const {

@@ -41,6 +41,20 @@ class ArtifactCache {
   void store_part(const std::string& pass, const Digest& key, std::size_t part,
                   std::span<const std::byte> content) const;
   void remove_parts(const std::string& pass, const Digest& key) const;
+  // Into how many parts a pass falls, as it said when it began; and how many of them are there.
+  void store_part_count(const std::string& pass, const Digest& key, std::size_t count) const;
+  struct PartCount {
+    std::size_t there = 0;
+    std::size_t all = 0;
+  };
+  [[nodiscard]] std::optional<PartCount> part_count(const std::string& pass,
+                                                    const Digest& key) const;
+
+  // What a pass had to say when it made an artifact; nothing where there is none or it is damaged.
+  [[nodiscard]] Result<void> store_warnings(const std::string& pass, const Digest& key,
+                                            const std::vector<std::string>& warnings) const;
+  [[nodiscard]] std::vector<std::string> load_warnings(const std::string& pass,
+                                                       const Digest& key) const;
 
   // Lines "name = value" that made the last key of this pass; empty where it never ran.
   [[nodiscard]] std::string last_record(const std::string& pass) const;

@@ -45,8 +45,10 @@ bool is_named_as(const fs::path& path, std::string_view ending) {
          is_hexadecimal(std::string_view(stem).substr(stem.size() - kDigits));
 }
 
-bool is_number(const fs::path& name) {
-  return std::ranges::all_of(name.string(), [](char c) { return c >= '0' && c <= '9'; });
+// A part of what is not finished, or how many there are.
+bool is_part(const fs::path& name) {
+  return name == "count" ||
+         std::ranges::all_of(name.string(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
 class Look {
@@ -62,7 +64,8 @@ class Look {
       if (is_folder && is_named_as(path, ".parts")) {
         SIGHTLINE_TRY(look_at_parts(path));
       } else if (entry.is_regular_file(failure) && !entry.is_symlink(failure)) {
-        look_at_file(entry, is_named_as(path, ".sla"), /*is_finished=*/false);
+        look_at_file(entry, is_named_as(path, ".sla") || is_named_as(path, ".slw"),
+                     /*is_finished=*/false);
       }
     }
     return std::move(contents_);
@@ -75,7 +78,7 @@ class Look {
     SIGHTLINE_ASSIGN(const Entries entries, entries_of(parts));
     for (const fs::directory_entry& entry : entries) {
       if (!entry.is_regular_file(failure) || entry.is_symlink(failure)) continue;
-      look_at_file(entry, is_number(entry.path().filename()), is_finished);
+      look_at_file(entry, is_part(entry.path().filename()), is_finished);
     }
     return {};
   }

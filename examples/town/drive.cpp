@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "examples/town/sensor.h"
@@ -18,6 +19,12 @@ constexpr std::uint64_t kPoseKey = 0x706f7365ULL;
 constexpr std::uint64_t kRayKey = 0x72617973ULL;
 constexpr std::uint64_t kLookKey = 0x6c6f6f6bULL;
 constexpr std::uint64_t kMissingKey = 0x6d697373ULL;
+
+// Arc length of the driven line at a scan.
+double driven_line_m(const DriveOptions& options, std::size_t index) {
+  const double way_m = static_cast<double>(index) * options.spacing_m;
+  return options.is_back ? options.from_m + options.length_m - way_m : options.from_m + way_m;
+}
 
 // A car on its four wheels: what the ground does to its height, roll and pitch.
 Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
@@ -64,6 +71,23 @@ std::vector<double> looks_rad(std::uint64_t seed, double look_about_rad, std::si
   return looks;
 }
 
+// To the left of the line at an arc length: the next lane, reached within kChange_m of where there
+// is none.
+double lateral_at_m(const Town& town, const DriveOptions& options, double s_m) {
+  if (!options.is_in_next_lane) return options.lateral_m;
+  constexpr double kChange_m = 20.0;
+  double nearest_m = kChange_m;
+  for (double off_m = 0.0; off_m < kChange_m; off_m += 0.5) {
+    const double ends_m = town.options.length_m;
+    const bool is_narrow = !has_next_lane(town, std::max(0.0, s_m - off_m)) ||
+                           !has_next_lane(town, std::min(ends_m, s_m + off_m));
+    if (!is_narrow) continue;
+    nearest_m = off_m;
+    break;
+  }
+  return options.lateral_m + kNextLane_m * nearest_m / kChange_m;
+}
+
 std::vector<Pose> follow_line(const Town& town, const DriveOptions& options) {
   std::vector<Pose> poses;
   const auto count =
@@ -71,12 +95,13 @@ std::vector<Pose> follow_line(const Town& town, const DriveOptions& options) {
   const std::vector<double> looks =
       looks_rad(mix(town.options.seed, options.drive), options.look_about_rad, count);
   for (std::size_t i = 0; i < count; ++i) {
-    const LinePoint point =
-        town.plan.line.at(options.from_m + static_cast<double>(i) * options.spacing_m);
+    const double s_m = driven_line_m(options, i);
+    const LinePoint point = town.plan.line.at(s_m);
     const Eigen::Vector2d left = left_of(direction(point.heading_rad));
-    poses.push_back(
-        stand_on_ground(town.options.seed, {point.position_m + options.lateral_m * left,
-                                            point.heading_rad + options.yaw_rad + looks[i]}));
+    const double turned_rad = options.is_back ? std::numbers::pi : 0.0;
+    poses.push_back(stand_on_ground(town.options.seed,
+                                    {point.position_m + lateral_at_m(town, options, s_m) * left,
+                                     point.heading_rad + turned_rad + options.yaw_rad + looks[i]}));
   }
   return poses;
 }
@@ -180,6 +205,10 @@ Result<DriveSimulator> DriveSimulator::make(const Town& town, const DriveOptions
   drive.poses_ = follow_line(town, options);
   const double duration_s = 1e-9 * static_cast<double>(drive.stamp_ns(drive.poses_.size()));
   drive.movers_ = draw_traffic(town, options.drive, duration_s, options.traffic);
+  if (options.is_in_next_lane) {
+    std::erase_if(drive.movers_,
+                  [](const Mover& mover) { return mover.role == Mover::Role::kOncoming; });
+  }
   drive.standing_ = std::make_unique<TownCaster>(standing_mesh(town, options.drive));
   return drive;
 }
@@ -188,9 +217,7 @@ std::int64_t DriveSimulator::stamp_ns(std::size_t index) const {
   return static_cast<std::int64_t>(index) * options_.scan_period_ns;
 }
 
-double DriveSimulator::driven_m(std::size_t index) const {
-  return options_.from_m + static_cast<double>(index) * options_.spacing_m;
-}
+double DriveSimulator::driven_m(std::size_t index) const { return driven_line_m(options_, index); }
 
 std::vector<Pose> DriveSimulator::disturbed_poses() const {
   // Slow and white deviations on each axis; together 2.1 cm and 0.04 degrees.

@@ -24,7 +24,11 @@ struct DriveOptions {
   double length_m = 600.0;  // from there on; at most to the town's end, twice that around a block
   double spacing_m = 1.0;   // between scans
   double lateral_m = 0.0;   // to the left of the driven line
-  double yaw_rad = 0.0;     // how far the vehicle points to the left of it
+  // In the oncoming lane where the street has one, else on the line: from one to the other within
+  // 20 m. No oncoming cars then.
+  bool is_in_next_lane = false;
+  bool is_back = false;  // from the end to the beginning, facing there
+  double yaw_rad = 0.0;  // how far the vehicle points to the left of it
   double range_sigma_m = 0.02;
   std::int64_t scan_period_ns = 100'000'000;
   // Now and then turns this far between two scans, to one side or the other, and later back: as

@@ -85,6 +85,11 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->expected(3)
       ->take_all();
+  app.add_option("--next-lane", options.in_next_lane,
+                 "drives that keep to the oncoming lane, where a street has one")
+      ->delimiter(',');
+  app.add_option("--back", options.back, "drives from the end of the route to its beginning")
+      ->delimiter(',');
   app.add_option("--origin-m", origin_m, "world coordinates x,y of the route's start, m")
       ->delimiter(',')
       ->expected(2);

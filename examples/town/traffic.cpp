@@ -11,7 +11,6 @@ namespace sightline::town {
 namespace {
 
 constexpr double kSeenM = 110.0;      // what is farther along the line cannot be seen
-constexpr double kLaneM = 3.5;        // from our lane's middle to the oncoming one's
 constexpr double kNarrowKerbM = 4.5;  // a kerb nearer than this leaves no room for oncoming cars
 
 // How far the drive goes, how long it takes, and how dense the traffic is.
@@ -48,7 +47,7 @@ void draw_oncoming(std::vector<Mover>& movers, const Outing& outing, Random& ran
     mover.start_m = s;
     // All alike, or they would drive through each other.
     mover.speed_m_s = -10.0;
-    mover.lateral_m = kLaneM;
+    mover.lateral_m = kNextLane_m;
     mover.seed = random.next();
     movers.push_back(mover);
   }
@@ -86,7 +85,7 @@ std::optional<Pose2d> place_companion(const Town& town, const Mover& mover, doub
 std::optional<Pose2d> place_oncoming(const Town& town, const Mover& mover, const Moment& moment) {
   const double s_m = mover.start_m + mover.speed_m_s * moment.time_s;
   if (std::abs(s_m - moment.driven_m) > kSeenM) return std::nullopt;
-  if (town.plan.street_at(s_m).kerb_left_m < kNarrowKerbM + 1.0) return std::nullopt;
+  if (!has_next_lane(town, s_m)) return std::nullopt;
   return beside(town, s_m, mover.lateral_m, true);
 }
 
@@ -103,6 +102,10 @@ std::optional<Pose2d> place_pedestrian(const Town& town, const Mover& mover, con
 }
 
 }  // namespace
+
+bool has_next_lane(const Town& town, double s_m) {
+  return town.plan.street_at(s_m).kerb_left_m >= kNarrowKerbM + 1.0;
+}
 
 std::vector<Mover> draw_traffic(const Town& town, std::uint64_t drive, double duration_s,
                                 double times) {

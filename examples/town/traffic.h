@@ -25,6 +25,11 @@ struct Mover {
 std::vector<Mover> draw_traffic(const Town& town, std::uint64_t drive, double duration_s,
                                 double times = 1.0);
 
+// From our lane's middle to the oncoming one's.
+inline constexpr double kNextLane_m = 3.5;
+// True where the street that is driven at an arc length has room for oncoming cars.
+bool has_next_lane(const Town& town, double s_m);
+
 // Where the drive itself is at that moment.
 struct Moment {
   double time_s = 0.0;

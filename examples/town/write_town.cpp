@@ -1,5 +1,6 @@
 #include "examples/town/write_town.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -78,6 +79,11 @@ Result<void> write_drive(const WriteTownOptions& options, const Town& town, int 
     drive_options.from_m = part.from_m;
     drive_options.length_m = part.to_m - part.from_m;
   }
+  const auto is_among = [&](const std::vector<int>& drives) {
+    return std::ranges::find(drives, number) != drives.end();
+  };
+  drive_options.is_in_next_lane = is_among(options.in_next_lane);
+  drive_options.is_back = is_among(options.back);
   drive_options.traffic = options.traffic;
   drive_options.missing_share = options.missing_share;
   if (options.is_by_hand) drive_options = carried_by_hand(drive_options);
@@ -110,6 +116,8 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
     json["parts"].push_back(
         {{"drive", drive_name(part.drive)}, {"from_m", part.from_m}, {"to_m", part.to_m}});
   }
+  if (!options.in_next_lane.empty()) json["in_next_lane"] = options.in_next_lane;
+  if (!options.back.empty()) json["back"] = options.back;
   if (const TownChange& change = options.town.change; change.is_any()) {
     json["change"] = {{"from_m", change.from_m},         {"to_m", change.to_m},
                       {"rebuilds", change.rebuilds},     {"removes_wall", change.removes_wall},

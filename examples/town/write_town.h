@@ -26,6 +26,8 @@ struct WriteTownOptions {
   double traffic = 1.0;     // of every drive, as in DriveOptions
   double missing_share = 0.0;
   std::vector<PartialDrive> parts;  // drives that are not here cover the route
+  std::vector<int> in_next_lane;    // drives in the oncoming lane
+  std::vector<int> back;            // drives from the end to the beginning
   Eigen::Vector2d origin_world_m = Eigen::Vector2d::Zero();  // where the driven line begins
   bool replaces = false;                                     // an earlier town in the same place
   int threads = 0;                                           // 0: all there are

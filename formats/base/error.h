@@ -58,6 +58,7 @@ enum class ErrorCode : int {
   kUnlikeProfile = 2025,
   kNoGround = 2026,
   kTwoFloors = 2027,
+  kTooManyPlaces = 2028,
   // 3xxx version: written by a program that this one does not understand.
   kFutureVersion = 3001,
   kUnknownRequiredFeature = 3002,
@@ -91,6 +92,7 @@ enum class ErrorCode : int {
   kGateFailed = 6001,
   // 7xxx incomplete: stopped before the end; what was done is kept.
   kInterrupted = 7001,
+  kWorkMissing = 7002,
   // 8xxx system: the machine said no.
   kCannotOpen = 8001,
   kCannotRead = 8002,

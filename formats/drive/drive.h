@@ -76,7 +76,7 @@ template <>
 struct ArtifactTraits<Drive> {
   static constexpr std::string_view kName = "drive";
   static constexpr std::uint32_t kVersion = 3;
-  static constexpr bool kRefersOutside = true;  // the store: the runner does not cache drives
+  static constexpr bool kRefersOutside = true;  // the store
 };
 
 // Which scans of a recording a pass uses, by recording_index.

@@ -7,7 +7,7 @@
 
 namespace sightline {
 
-// How sharp scans laid on each other are ("Sharpness" in schemas/definitions.md, v1). Smaller is
+// How sharp scans laid on each other are ("Sharpness" in schemas/definitions.md, v2). Smaller is
 // sharper; figures of two drives do not compare, those of two trajectories of one drive do.
 struct SharpnessFigures {
   double mean_entropy_nat = 0.0;  // of the normal distributions of points around points

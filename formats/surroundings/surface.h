@@ -36,6 +36,25 @@ inline int square_at(double along, double across) {
 // Level where the patch is steep; on ground the sides run along the map's axes.
 Eigen::Vector3d side_of(const SurfacePatch& patch);
 
+// Calls use(middle in the map frame) for each solid square of the patch, cut into parts x parts.
+template <class Use>
+void visit_solid_squares(const SurfacePatch& patch, int parts, const Use& use) {
+  const Eigen::Vector3d along = side_of(patch);
+  const Eigen::Vector3d across = patch.normal.cross(along);
+  const int count = parts * kPatchSquares;
+  const double half_part_m = patch.half_side_m / count;
+  for (int row = 0; row < count; ++row) {
+    for (int column = 0; column < count; ++column) {
+      const int square = kPatchSquares * (row / parts) + column / parts;
+      if ((patch.solid >> square & 1U) == 0) continue;
+      const Eigen::Vector3d middle_m =
+          patch.centre_m +
+          half_part_m * ((2 * column + 1 - count) * along + (2 * row + 1 - count) * across);
+      use(middle_m);
+    }
+  }
+}
+
 // What rays can hit: patches on the cells of a grid finer than the NDT map's.
 struct Surface {
   MapFrame frame;

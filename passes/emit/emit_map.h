@@ -80,4 +80,13 @@ Result<CompiledMap> emit_annotated_map(PassContext& ctx, const EmitMapOptions& w
                                        const RecordingCards& recordings);
 inline constexpr Pass kEmitAnnotatedMap = variant_of(kEmitMap, &emit_annotated_map);
 
+// The same of a compiled map that was annotated anew: its world stays.
+Result<CompiledMap> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const NdtMap& ndt,
+                                  const Sites& sites, const PredictedError& predicted,
+                                  const RangeTable& ranges, const MeasuredError& measured,
+                                  const ErrorModel& model, const FactorTable& factors,
+                                  const SensorProfile& sensor, const RecordingCards& recordings,
+                                  const CompiledMap& earlier);
+inline constexpr Pass kEmitMapAnew = variant_of(kEmitMap, &emit_map_anew);
+
 }  // namespace sightline

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 
 #include "formats/base/parallel.h"
 #include "passes/factors/group_nds.h"
@@ -36,15 +35,6 @@ constexpr std::array<std::string_view, kFactorCount> kFactorNames = {
     "score_entropy", "crlb_max", "crlb_min",        "crlb_heading",   "crlb_yaw",
     "hz_lmin",       "flat_050", "virtual_points",  "virtual_error",  "rival_score"};
 
-// What all sites share.
-struct World {
-  const NdtMap& map;
-  const MatchGrid grid;
-  const Localizer localizer;
-  const TileIndex index;
-  const std::vector<double>& ranges_m;
-};
-
 // What one site sees.
 struct View {
   const Site& site;
@@ -52,7 +42,7 @@ struct View {
   std::span<const Eigen::Vector3d> virtual_points_m;
 };
 
-VirtualMatch match_virtual_scan(const World& world, const View& view, double range_m,
+VirtualMatch match_virtual_scan(const FactorWorld& world, const View& view, double range_m,
                                 double loose_heading_deg) {
   const std::vector<Eigen::Vector3d> points_m = crop(view.virtual_points_m, range_m);
   return virtual_match(world.localizer, {view.site.p_map_m, view.site.T_map_vehicle.linear(),
@@ -60,7 +50,7 @@ VirtualMatch match_virtual_scan(const World& world, const View& view, double ran
 }
 
 // Fills [range][factor] of one site; returns how many virtual points lie in no valid ND.
-std::size_t compute_site(const World& world, const GroupNds& group, const View& view,
+std::size_t compute_site(const FactorWorld& world, const GroupNds& group, const View& view,
                          std::span<double> values) {
   const Vicinity vicinity = vicinity_of(view.site.p_map_m, group.nds, group.all, world.ranges_m);
   const std::vector<double> counts = feature_count(vicinity);
@@ -133,55 +123,45 @@ Result<void> check_ranges(const std::vector<double>& ranges_m) {
                "pass compute-factors"};
 }
 
-void warn_of_unmatched(const PassContext& ctx, std::span<const std::size_t> unmatched,
-                       std::size_t point_count) {
-  std::size_t total = 0;
-  for (const std::size_t count : unmatched) total += count;
-  if (total == 0) return;
-  ctx.warn(std::to_string(total) + " of " + std::to_string(point_count) +
-           " virtual points lie in no valid ND and tell nothing of the pose");
-}
-
 }  // namespace
 
-std::vector<OptionField> option_fields(ComputeFactorsOptions& options) {
-  return {shared(numbers("ranges_m", options.ranges_m, "observation ranges, m", 1.0, 1000.0))};
+Result<FactorWorld> make_factor_world(const NdtMap& map, const std::vector<double>& ranges_m) {
+  SIGHTLINE_TRY(check_ranges(ranges_m));
+  return FactorWorld{map, make_match_grid(map),
+                     make_localizer(map, localizer_options(LocalizerKind::kSearching)),
+                     tile_index(map), ranges_m};
 }
 
-Result<FactorTable> compute_factors(PassContext& ctx, const ComputeFactorsOptions& options,
-                                    const NdtMap& map, const Sites& sites, const DepthImages& depth,
+Result<SeenFactors> compute_factors(const PassContext& ctx, const FactorWorld& world,
+                                    const Sites& sites, const DepthImages& depth,
                                     const VirtualScans& scans) {
-  SIGHTLINE_TRY(check_ranges(options.ranges_m));
-  const double longest_m = options.ranges_m.back();
-  SIGHTLINE_TRY(check_inputs(map, sites, depth, scans, longest_m));
-  FactorTable table;
-  table.looks = every_return_at(options.ranges_m);
+  const double longest_m = world.ranges_m.back();
+  SIGHTLINE_TRY(check_inputs(world.map, sites, depth, scans, longest_m));
+  SeenFactors seen;
+  FactorTable& table = seen.table;
+  table.looks = every_return_at(world.ranges_m);
   table.factors.assign(kFactorNames.begin(), kFactorNames.end());
   table.site_count = depth.site_count;
   const std::size_t site_count = sites.sites.size();
   const SiteShape shape = table.shape();
   table.values.resize(shape.size(site_count));
-  const World world{map, make_match_grid(map),
-                    make_localizer(map, localizer_options(LocalizerKind::kSearching)),
-                    tile_index(map), options.ranges_m};
   std::vector<std::size_t> unmatched(site_count);
-  std::atomic<std::size_t> done = 0;
   // Groups one after another, so that one group's grids at a time are in memory.
   for (std::size_t begin = 0; begin < site_count; begin += kSitesPerGroup) {
     const std::size_t size = std::min(kSitesPerGroup, site_count - begin);
     const std::span<const Site> members = std::span(sites.sites).subspan(begin, size);
     const GroupNds group =
-        gather_nds(map, world.index, world.grid, {members, longest_m}, ctx.threads);
+        gather_nds(world.map, world.index, world.grid, {members, longest_m}, ctx.threads);
     parallel_for(size, ctx.threads, [&](std::size_t i) {
       const std::size_t site = begin + i;
       const View view{members[i], depth.image_of(site), scans.points_of(site)};
       unmatched[site] = compute_site(
           world, group, view, std::span(table.values).subspan(shape.size(site), shape.size(1)));
-      ctx.progress(++done, site_count);
     });
   }
-  warn_of_unmatched(ctx, unmatched, scans.points_m.size());
-  return table;
+  seen.point_count = scans.points_m.size();
+  for (const std::size_t count : unmatched) seen.unmatched_count += count;
+  return seen;
 }
 
 }  // namespace sightline

@@ -260,4 +260,8 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
   return with_store(std::move(drive), recorded_scan_store(recording));
 }
 
+void reattach(Drive& drive, const Recording& recording) {
+  drive.store = recorded_scan_store(recording);
+}
+
 }  // namespace sightline

@@ -1,17 +1,15 @@
 #include "passes/localize/measure_error.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 
-#include "formats/base/parallel.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
 #include "passes/localize/measure_site.h"
+#include "passes/localize/measured_parts.h"
 #include "passes/localize/site_localizer.h"
 #include "passes/pass/scan_selection.h"
 
@@ -33,13 +31,11 @@ Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, cons
   return {};
 }
 
-// Consecutive sites that are kept together when a run is interrupted: a second or two of work.
 constexpr std::size_t kSitesInPart = 16;
 
 // Of consecutive sites.
 Result<SiteRows> measure_part(const SiteMeasuring& measuring,
-                              std::span<const std::optional<std::size_t>> scans,
-                              const std::function<void()>& site_done) {
+                              std::span<const std::optional<std::size_t>> scans) {
   SiteRows rows;
   const std::unique_ptr<SiteLocalizer> localizer = make_site_localizer(measuring.localizer);
   for (const std::optional<std::size_t>& scan : scans) {
@@ -49,78 +45,33 @@ Result<SiteRows> measure_part(const SiteMeasuring& measuring,
       rows.rows.resize(rows.rows.size() + measuring.looks.size());
       rows.samples.resize(rows.samples.size() + measuring.samples.size());
     }
-    site_done();
   }
   return rows;
 }
 
-// Some sites of it as an artifact of its own, without rows.
-MeasuredError part_of(const MeasuredError& all, std::size_t first_site, std::size_t last_site) {
-  MeasuredError part = all;
-  part.rows.clear();
-  part.scan_of_site.assign(all.scan_of_site.begin() + static_cast<std::ptrdiff_t>(first_site),
-                           all.scan_of_site.begin() + static_cast<std::ptrdiff_t>(last_site));
-  for (MeasuredError& samples : part.of_samples) {
-    samples.rows.clear();
-    samples.scan_of_site = part.scan_of_site;
+// Consecutive sites, a second or two of work.
+std::vector<std::vector<std::size_t>> parts_of(std::size_t site_count) {
+  std::vector<std::vector<std::size_t>> parts;
+  for (std::size_t site = 0; site < site_count; ++site) {
+    if (site % kSitesInPart == 0) parts.emplace_back();
+    parts.back().push_back(site);
   }
-  return part;
+  return parts;
 }
 
-// Whether the rows are those that an interrupted run left; false where it did not or they are
-// damaged.
-bool take_saved(const PassContext& ctx, std::size_t number, MeasuredError& part) {
-  const std::optional<std::vector<std::byte>> bytes = ctx.load_part(number);
-  if (!bytes) return false;
-  Result<MeasuredError> saved = from_bytes<MeasuredError>(*bytes);
-  if (!saved || saved->scan_of_site != part.scan_of_site ||
-      saved->of_samples.size() != part.of_samples.size()) {
-    return false;
-  }
-  part = std::move(*saved);
-  return true;
-}
-
-void put_part(const MeasuredError& part, std::size_t first_site, MeasuredError& measured) {
-  std::copy(part.rows.begin(), part.rows.end(),
-            measured.rows.begin() + static_cast<std::ptrdiff_t>(part.shape().size(first_site)));
-  for (std::size_t i = 0; i < part.of_samples.size(); ++i) {
-    put_part(part.of_samples[i], first_site, measured.of_samples[i]);
-  }
-}
-
-// Fills rows of every site that has a scan, part by part; the first failure in the order of sites
-// is returned.
-Result<void> measure_sites(PassContext& ctx, const SiteMeasuring& measuring,
+// Fills rows of every site that has a scan; the first failure in the order of sites is returned.
+Result<void> measure_sites(const PassContext& ctx, const SiteMeasuring& measuring,
                            const std::vector<std::optional<std::size_t>>& scans,
                            MeasuredError& measured) {
-  const std::size_t part_count = (scans.size() + kSitesInPart - 1) / kSitesInPart;
-  std::vector<std::optional<Error>> failures(part_count);
-  std::atomic<std::size_t> done = 0;
-  const auto site_done = [&] { ctx.progress(++done, scans.size()); };
-  parallel_for(part_count, ctx.threads, [&](std::size_t number) {
-    const std::size_t first = number * kSitesInPart;
-    const std::size_t last = std::min(first + kSitesInPart, scans.size());
-    MeasuredError part = part_of(measured, first, last);
-    if (take_saved(ctx, number, part)) {
-      for (std::size_t site = first; site < last; ++site) site_done();
-    } else {
-      Result<SiteRows> rows =
-          measure_part(measuring, std::span(scans).subspan(first, last - first), site_done);
-      if (!rows) {
-        failures[number] = rows.error();
-        return;
-      }
-      part.rows = std::move(rows->rows);
-      for (MeasuredError& samples : part.of_samples) samples.rows = std::move(rows->samples);
-      ctx.save_part(number, to_bytes(part));
-    }
-    put_part(part, first, measured);
-  });
-  for (const std::optional<Error>& failure : failures) {
-    if (failure) return *failure;
-  }
-  return {};
+  const auto fill = [&](std::size_t part, MeasuredError& empty) -> Result<void> {
+    SIGHTLINE_ASSIGN(SiteRows rows,
+                     measure_part(measuring, std::span(scans).subspan(part * kSitesInPart,
+                                                                      empty.scan_of_site.size())));
+    empty.rows = std::move(rows.rows);
+    for (MeasuredError& samples : empty.of_samples) samples.rows = std::move(rows.samples);
+    return {};
+  };
+  return fill_in_parts(ctx, parts_of(scans.size()), fill, ctx.threads, measured);
 }
 
 // Position of each site's nearest selected scan within the radius, the first on a tie.

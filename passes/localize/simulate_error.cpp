@@ -10,6 +10,7 @@
 #include "formats/base/random.h"
 #include "formats/rotation.h"
 #include "passes/localize/measure_site.h"
+#include "passes/localize/measured_parts.h"
 #include "passes/rays/surface_caster.h"
 
 // Every factor of a virtual scan but this one sees the very surface that the map was made of. What
@@ -141,6 +142,12 @@ MeasuredError empty_result(const MeasureErrorOptions& matching, const NdtMap& ma
   return simulated;
 }
 
+std::vector<std::vector<std::size_t>> sites_of(const std::vector<SiteBlock>& blocks) {
+  std::vector<std::vector<std::size_t>> sites;
+  for (const SiteBlock& block : blocks) sites.push_back(block.sites);
+  return sites;
+}
+
 // Of one site and its table of looks.
 void measure_into(const ReferencedScan& scan, std::size_t site, SiteLocalizer& localizer,
                   MeasuredError& simulated) {
@@ -183,16 +190,22 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
       of_samples};
   const ScanMaker maker(options, sensor, directions_of(sensor));
   const RayFan fan{maker.directions(), sensor.min_range_m, reach_m(matching, sensor)};
+  const Surface driven = another_day(surface, options.relief_m, ctx.seed);
+  const SiteCaster caster(driven, sites, fan.far_m);
   MeasuredError simulated = empty_result(matching, map, sites.sites.size());
-  SIGHTLINE_TRY(cast_at_sites(ctx, another_day(surface, options.relief_m, ctx.seed), sites, fan,
-                              [&](std::size_t site, std::span<const double> distance_m) {
-                                const Site& at = sites.sites[site];
-                                const Scan scan =
-                                    maker.scan(at, distance_m, mix(mix(ctx.seed, kScanSeed), site));
-                                const std::unique_ptr<SiteLocalizer> localizer =
-                                    make_site_localizer(inputs);
-                                measure_into({scan, at.T_map_vehicle}, site, *localizer, simulated);
-                              }));
+  // Blocks one after another, so that one scene at a time is in memory; sites side by side.
+  const auto fill = [&](std::size_t part, MeasuredError& rows) -> Result<void> {
+    const SiteBlock& block = caster.blocks()[part];
+    caster.cast(block, fan, ctx.threads, [&](std::size_t i, std::span<const double> distance_m) {
+      const std::size_t site = block.sites[i];
+      const Site& at = sites.sites[site];
+      const Scan scan = maker.scan(at, distance_m, mix(mix(ctx.seed, kScanSeed), site));
+      const std::unique_ptr<SiteLocalizer> localizer = make_site_localizer(inputs);
+      measure_into({scan, at.T_map_vehicle}, i, *localizer, rows);
+    });
+    return {};
+  };
+  SIGHTLINE_TRY(fill_in_parts(ctx, sites_of(caster.blocks()), fill, /*threads=*/1, simulated));
   return simulated;
 }
 

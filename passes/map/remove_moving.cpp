@@ -1,11 +1,13 @@
 #include "passes/map/remove_moving.h"
 
 #include <algorithm>
+#include <optional>
+#include <span>
 
-#include "formats/base/parallel.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "passes/map/tile_carver.h"
 #include "passes/pass/scan_selection.h"
+#include "passes/pass/work_in_parts.h"
 
 namespace sightline {
 namespace {
@@ -39,46 +41,104 @@ Result<ReturnCounts> count_returns(const ScanStore& store, const PlacedScan& pla
   return counts;
 }
 
-Result<void> count_all_returns(PassContext& ctx, const Drive& drive, SurfacePoints& points) {
-  std::vector<Result<ReturnCounts>> counts(points.scans.size(), ReturnCounts{});
-  parallel_for(counts.size(), ctx.threads,
-               [&](std::size_t i) { counts[i] = count_returns(*drive.store, points.scans[i]); });
-  for (const Result<ReturnCounts>& count : counts) {
-    if (!count) return count.error();
-    points.standing_count += count->in_range;
-    points.out_of_range_count += count->out_of_range;
+// Of consecutive scans.
+Result<ReturnCounts> count_returns(const ScanStore& store, std::span<const PlacedScan> scans) {
+  ReturnCounts sum;
+  for (const PlacedScan& scan : scans) {
+    SIGHTLINE_ASSIGN(const ReturnCounts counts, count_returns(store, scan));
+    sum.in_range += counts.in_range;
+    sum.out_of_range += counts.out_of_range;
   }
-  if (points.standing_count > 0) return {};
-  return Error{ErrorCode::kEmptyMap,
-               "none of " + std::to_string(points.out_of_range_count) +
-                   " returns is within the sensor's range of " +
-                   format_double(drive.sensor.min_range_m) + " to " +
-                   format_double(drive.sensor.max_range_m) + " m",
-               "", "pass remove-moving"};
+  return sum;
 }
 
-Result<void> find_moving(PassContext& ctx, const RemoveMovingOptions& options,
-                         SurfacePoints& points) {
-  CarveOptions carve;
-  carve.voxel_m = options.voxel_m;
-  carve.carve_range_m = options.carve_range_m;
-  const std::vector<TileKey> tiles = tiles_to_look_at(carve, points.scans);
-  const PointGrid origins = origins_of(points.scans);
-  std::vector<Result<TileFindings>> found(tiles.size(), TileFindings{});
-  parallel_for(tiles.size(), ctx.threads, [&](std::size_t i) {
-    const std::vector<PlacedScan> scans = scans_of_tile(carve, points.scans, origins, tiles[i]);
-    found[i] = find_moving_in_tile(carve, *points.store, scans, tiles[i]);
-    ctx.progress(i + 1, tiles.size());
-  });
-  for (const Result<TileFindings>& tile : found) {
-    if (!tile) return tile.error();
-    points.moved_voxels.insert(points.moved_voxels.end(), tile->moved_voxels.begin(),
-                               tile->moved_voxels.end());
-    points.moving_count += tile->moving_count;
+// What one part of the work finds.
+struct Findings {
+  ReturnCounts counts;
+  TileFindings tile;
+};
+
+std::vector<std::byte> to_bytes(const Findings& findings) {
+  ByteWriter writer;
+  writer.put(findings.counts.in_range);
+  writer.put(findings.counts.out_of_range);
+  writer.put(findings.tile.moving_count);
+  writer.put_array(findings.tile.moved_voxels);
+  return writer.take();
+}
+
+std::optional<Findings> findings_of(std::span<const std::byte> bytes) {
+  ByteReader reader(bytes);
+  Findings findings;
+  reader.get(findings.counts.in_range);
+  reader.get(findings.counts.out_of_range);
+  reader.get(findings.tile.moving_count);
+  reader.get_array(findings.tile.moved_voxels);
+  return reader.at_end() ? std::optional(std::move(findings)) : std::nullopt;
+}
+
+// The parts of the work: scans to count, a block after another, then tiles to look into.
+class Search {
+ public:
+  Search(const RemoveMovingOptions& options, const SurfacePoints& points)
+      : points_(points), origins_(origins_of(points.scans)) {
+    carve_.voxel_m = options.voxel_m;
+    carve_.carve_range_m = options.carve_range_m;
+    if (options.enabled) tiles_ = tiles_to_look_at(carve_, points.scans);
+    block_count_ = (points.scans.size() + kScansInBlock - 1) / kScansInBlock;
+  }
+
+  [[nodiscard]] std::size_t part_count() const { return block_count_ + tiles_.size(); }
+
+  [[nodiscard]] Result<Findings> look(std::size_t part) const {
+    Findings findings;
+    if (part < block_count_) {
+      const std::size_t first = part * kScansInBlock;
+      const std::size_t count = std::min(kScansInBlock, points_.scans.size() - first);
+      SIGHTLINE_ASSIGN(
+          findings.counts,
+          count_returns(*points_.store, std::span(points_.scans).subspan(first, count)));
+      return findings;
+    }
+    const TileKey& tile = tiles_[part - block_count_];
+    const std::vector<PlacedScan> scans = scans_of_tile(carve_, points_.scans, origins_, tile);
+    SIGHTLINE_ASSIGN(findings.tile, find_moving_in_tile(carve_, *points_.store, scans, tile));
+    return findings;
+  }
+
+ private:
+  static constexpr std::size_t kScansInBlock = 256;
+  const SurfacePoints& points_;
+  const PointGrid origins_;
+  CarveOptions carve_;
+  std::vector<TileKey> tiles_;
+  std::size_t block_count_ = 0;
+};
+
+Result<void> search(const PassContext& ctx, const RemoveMovingOptions& options,
+                    SurfacePoints& points) {
+  const Search search(options, points);
+  std::vector<Findings> found(search.part_count());
+  PartedWork work;
+  work.count = found.size();
+  work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+    SIGHTLINE_ASSIGN(const Findings findings, search.look(part));
+    return to_bytes(findings);
+  };
+  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
+    std::optional<Findings> findings = findings_of(bytes);
+    if (findings) found[part] = *std::move(findings);
+    return findings.has_value();
+  };
+  SIGHTLINE_TRY(work_in_parts(ctx, work, ctx.threads));
+  for (const Findings& part : found) {
+    points.standing_count += part.counts.in_range;
+    points.out_of_range_count += part.counts.out_of_range;
+    points.moved_voxels.insert(points.moved_voxels.end(), part.tile.moved_voxels.begin(),
+                               part.tile.moved_voxels.end());
+    points.moving_count += part.tile.moving_count;
   }
   std::ranges::sort(points.moved_voxels);
-  points.standing_count -= points.moving_count;
-  points.voxel_m = options.voxel_m;
   return {};
 }
 
@@ -103,10 +163,17 @@ Result<SurfacePoints> remove_moving(PassContext& ctx, const RemoveMovingOptions&
   points.frame = trajectory.frame;
   points.scans = std::move(scans);
   points.store = drive.store;
-  SIGHTLINE_TRY(count_all_returns(ctx, drive, points));
-  if (options.enabled) {
-    SIGHTLINE_TRY(find_moving(ctx, options, points));
+  SIGHTLINE_TRY(search(ctx, options, points));
+  if (points.standing_count == 0) {
+    return Error{ErrorCode::kEmptyMap,
+                 "none of " + std::to_string(points.out_of_range_count) +
+                     " returns is within the sensor's range of " +
+                     format_double(drive.sensor.min_range_m) + " to " +
+                     format_double(drive.sensor.max_range_m) + " m",
+                 "", "pass remove-moving"};
   }
+  points.standing_count -= points.moving_count;
+  if (options.enabled) points.voxel_m = options.voxel_m;
   return points;
 }
 

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "formats/rotation.h"
-#include "passes/rays/surface_caster.h"
 
 namespace sightline {
 namespace {
@@ -38,6 +37,18 @@ std::vector<Eigen::Vector3d> directions_of(const DepthImages& images) {
     }
   }
   return directions;
+}
+
+RayFan fan_of(const CastRaysOptions& options, const DepthImages& images) {
+  return {directions_of(images), options.near_m, options.longest_range_m};
+}
+
+TakeDistances take_into(DepthImages& images) {
+  return [&images](std::size_t site, std::span<const double> distance_m) {
+    std::transform(distance_m.begin(), distance_m.end(),
+                   images.distance_m.begin() + static_cast<long>(site * distance_m.size()),
+                   [](double distance) { return static_cast<float>(distance); });
+  };
 }
 
 Error at_pass(Error error) {
@@ -78,14 +89,17 @@ Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
                               const Surface& surface, const Sites& sites) {
   SIGHTLINE_TRY(check_options(options));
   DepthImages images = empty_images(options, sites.sites.size());
-  const RayFan fan{directions_of(images), options.near_m, options.longest_range_m};
-  const Result<void> cast = cast_at_sites(
-      ctx, surface, sites, fan, [&](std::size_t site, std::span<const double> distance_m) {
-        std::transform(distance_m.begin(), distance_m.end(),
-                       images.distance_m.begin() + static_cast<long>(site * distance_m.size()),
-                       [](double distance) { return static_cast<float>(distance); });
-      });
+  const Result<void> cast =
+      cast_at_sites(ctx, surface, sites, fan_of(options, images), take_into(images));
   if (!cast) return at_pass(cast.error());
+  return images;
+}
+
+Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const SiteCaster& caster,
+                                       const SiteBlock& block, int threads) {
+  SIGHTLINE_TRY(check_options(options));
+  DepthImages images = empty_images(options, block.sites.size());
+  caster.cast(block, fan_of(options, images), threads, take_into(images));
   return images;
 }
 

@@ -6,6 +6,7 @@
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/surface.h"
 #include "passes/pass/pass.h"
+#include "passes/rays/surface_caster.h"
 
 namespace sightline {
 
@@ -26,6 +27,9 @@ std::vector<OptionField> option_fields(CastRaysOptions& options);
 // elevations beyond the poles).
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
                               const Surface& surface, const Sites& sites);
+// The same from the sites of one block. The caster reaches as far as the options.
+Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const SiteCaster& caster,
+                                       const SiteBlock& block, int threads);
 inline constexpr Pass kCastRays{"cast-rays", 3, "depth", "Depth images", &cast_rays};
 
 }  // namespace sightline

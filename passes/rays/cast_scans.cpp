@@ -5,7 +5,6 @@
 
 #include "formats/rotation.h"
 #include "passes/matching/scan_preparation.h"
-#include "passes/rays/surface_caster.h"
 
 namespace sightline {
 namespace {
@@ -21,8 +20,29 @@ std::vector<Eigen::Vector3d> subsampled_hits(const std::vector<Eigen::Vector3d>&
   return voxel_subsample(hits_m, leaf_m);
 }
 
-VirtualScans join(const std::vector<std::vector<Eigen::Vector3d>>& scan_of_site,
-                  const CastScansOptions& options) {
+using ScanOfSite = std::vector<std::vector<Eigen::Vector3d>>;
+
+TakeDistances take_into(const RayFan& fan, double leaf_m, ScanOfSite& scan_of_site) {
+  return [&fan, leaf_m, &scan_of_site](std::size_t site, std::span<const double> distance_m) {
+    scan_of_site[site] = subsampled_hits(fan.directions, distance_m, leaf_m);
+  };
+}
+
+RayFan fan_of(const CastScansOptions& options, const SensorProfile& sensor) {
+  return {beam_directions(sensor), options.near_m, options.longest_range_m};
+}
+
+Error at_pass(Error error) {
+  error.place = "pass cast-scans";
+  return error;
+}
+
+Result<void> check_options(const CastScansOptions& options) {
+  if (options.longest_range_m > options.near_m) return {};
+  return at_pass({ErrorCode::kBadValue, "longest_range_m must be beyond near_m", "", ""});
+}
+
+VirtualScans join(const ScanOfSite& scan_of_site, const CastScansOptions& options) {
   VirtualScans scans;
   scans.longest_range_m = options.longest_range_m;
   scans.leaf_m = options.leaf_m;
@@ -60,21 +80,22 @@ std::vector<OptionField> option_fields(CastScansOptions& options) {
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
                                 const Surface& surface, const Sites& sites,
                                 const SensorProfile& sensor) {
-  if (options.longest_range_m <= options.near_m) {
-    return Error{ErrorCode::kBadValue, "longest_range_m must be beyond near_m", "",
-                 "pass cast-scans"};
-  }
-  const RayFan fan{beam_directions(sensor), options.near_m, options.longest_range_m};
-  std::vector<std::vector<Eigen::Vector3d>> scan_of_site(sites.sites.size());
-  const Result<void> cast = cast_at_sites(
-      ctx, surface, sites, fan, [&](std::size_t site, std::span<const double> distance_m) {
-        scan_of_site[site] = subsampled_hits(fan.directions, distance_m, options.leaf_m);
-      });
-  if (!cast) {
-    Error error = cast.error();
-    error.place = "pass cast-scans";
-    return error;
-  }
+  SIGHTLINE_TRY(check_options(options));
+  const RayFan fan = fan_of(options, sensor);
+  ScanOfSite scan_of_site(sites.sites.size());
+  const Result<void> cast =
+      cast_at_sites(ctx, surface, sites, fan, take_into(fan, options.leaf_m, scan_of_site));
+  if (!cast) return at_pass(cast.error());
+  return join(scan_of_site, options);
+}
+
+Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const SiteCaster& caster,
+                                         const SiteBlock& block, const SensorProfile& sensor,
+                                         int threads) {
+  SIGHTLINE_TRY(check_options(options));
+  const RayFan fan = fan_of(options, sensor);
+  ScanOfSite scan_of_site(block.sites.size());
+  caster.cast(block, fan, threads, take_into(fan, options.leaf_m, scan_of_site));
   return join(scan_of_site, options);
 }
 

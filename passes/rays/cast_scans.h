@@ -7,6 +7,7 @@
 #include "formats/surroundings/surface.h"
 #include "formats/surroundings/virtual_scans.h"
 #include "passes/pass/pass.h"
+#include "passes/rays/surface_caster.h"
 
 namespace sightline {
 
@@ -28,6 +29,10 @@ std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor);
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
                                 const Surface& surface, const Sites& sites,
                                 const SensorProfile& sensor);
+// The same from the sites of one block. The caster reaches as far as the options.
+Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const SiteCaster& caster,
+                                         const SiteBlock& block, const SensorProfile& sensor,
+                                         int threads);
 inline constexpr Pass kCastScans{"cast-scans", 3, "virtual-scans", "Virtual scans", &cast_scans};
 
 }  // namespace sightline

@@ -273,20 +273,39 @@ class BlockCaster {
 
 void replace_caster_isa(CasterIsa isa) { chosen_isa = isa; }
 
+struct SiteCaster::Scenes {
+  Device device = make_device();
+};
+
+SiteCaster::SiteCaster(const Surface& surface, const Sites& sites, double reach_m)
+    : surface_(surface),
+      sites_(sites),
+      blocks_(blocks_of_sites(sites, surface, reach_m)),
+      scenes_(std::make_unique<Scenes>()) {}
+
+SiteCaster::SiteCaster(SiteCaster&&) noexcept = default;
+SiteCaster::~SiteCaster() = default;
+
+void SiteCaster::cast(const SiteBlock& block, const RayFan& fan, int threads,
+                      const TakeDistances& take) const {
+  const std::vector<Packet> packets = packets_of(fan);
+  const BlockCaster caster(scenes_->device.get(), surface_, block, fan);
+  parallel_for(block.sites.size(), threads, [&](std::size_t i) {
+    std::vector<double> distance_m(fan.directions.size());
+    caster.cast(sites_.sites[block.sites[i]].p_map_m, packets, distance_m);
+    take(i, distance_m);
+  });
+}
+
 Result<void> cast_at_sites(PassContext& ctx, const Surface& surface, const Sites& sites,
                            const RayFan& fan, const TakeDistances& take) {
   if (surface.frame != sites.frame) {
     return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "", ""};
   }
-  const std::vector<Packet> packets = packets_of(fan);
-  const Device device = make_device();
+  const SiteCaster caster(surface, sites, fan.far_m);
   std::atomic<std::size_t> done = 0;
-  // Blocks one after another, so that one scene at a time is in memory; sites side by side.
-  for (const SiteBlock& block : blocks_of_sites(sites, surface, fan.far_m)) {
-    const BlockCaster caster(device.get(), surface, block, fan);
-    parallel_for(block.sites.size(), ctx.threads, [&](std::size_t i) {
-      std::vector<double> distance_m(fan.directions.size());
-      caster.cast(sites.sites[block.sites[i]].p_map_m, packets, distance_m);
+  for (const SiteBlock& block : caster.blocks()) {
+    caster.cast(block, fan, ctx.threads, [&](std::size_t i, std::span<const double> distance_m) {
       take(block.sites[i], distance_m);
       ctx.progress(++done, sites.sites.size());
     });

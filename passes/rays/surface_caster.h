@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "formats/annotation/sites.h"
 #include "formats/surroundings/surface.h"
 #include "passes/pass/pass_context.h"
+#include "passes/rays/site_blocks.h"
 
 // Where rays meet a surface. The home of Embree: nothing else in passes/ knows it.
 
@@ -22,15 +24,37 @@ struct RayFan {
 };
 
 // distance_m[i] belongs to directions[i]: to the first hit between near_m and far_m, +inf where
-// there is none.
+// there is none. Sites are named by their position in what was cast from.
 using TakeDistances = std::function<void(std::size_t site, std::span<const double> distance_m)>;
 
-// Casts one fan from the p of every site and hands over the distances, site by site; sites of one
-// block of the plane side by side on ctx.threads threads, so `take` may write only what is that
-// site's. Both faces of a patch count, seen at 0.6 degrees or more from its plane. What is hit and
-// how far off is decided in double, so that distances are the same on every processor. Reports
-// progress. One scene at a time is in memory. Error: mismatched-inputs where surface and sites lie
-// in different frames.
+// Casts fans on a surface from sites. Both faces of a patch count, seen at 0.6 degrees or more from
+// its plane. What is hit and how far off is decided in double, so that distances are the same on
+// every processor. Keeps references to the surface and the sites. Safe from several threads.
+class SiteCaster {
+ public:
+  // For fans that end at reach_m or before. Surface and sites lie in one frame.
+  SiteCaster(const Surface& surface, const Sites& sites, double reach_m);
+  SiteCaster(SiteCaster&&) noexcept;
+  ~SiteCaster();
+
+  [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return blocks_; }
+
+  // Casts one fan from the p of every site of a block and hands over the distances; sites side by
+  // side on `threads` threads, so `take` may write only what is that site's. One scene is in memory
+  // meanwhile.
+  void cast(const SiteBlock& block, const RayFan& fan, int threads,
+            const TakeDistances& take) const;
+
+ private:
+  struct Scenes;
+  const Surface& surface_;
+  const Sites& sites_;
+  std::vector<SiteBlock> blocks_;
+  std::unique_ptr<Scenes> scenes_;
+};
+
+// Casts one fan from every site, block after block. Reports progress. Error: mismatched-inputs
+// where surface and sites lie in different frames.
 Result<void> cast_at_sites(PassContext& ctx, const Surface& surface, const Sites& sites,
                            const RayFan& fan, const TakeDistances& take);
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "passes/map/surface/nd_surface.h"
 #include "passes/rays/surface_caster.h"
-#include "passes/weakness/nd_surface.h"
 
 namespace sightline {
 namespace {

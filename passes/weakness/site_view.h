@@ -12,7 +12,7 @@
 
 // What a sensor sees from sites of a map of which nothing but the NDs is known, and what that tells
 // of its pose: the virtual scan and the information of schemas/definitions.md ("Factors from a
-// virtual scan"), cast on the patches of nd_surface.h.
+// virtual scan"), cast on the patches of passes/map/surface/nd_surface.h.
 
 namespace sightline {
 

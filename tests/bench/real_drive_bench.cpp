@@ -10,7 +10,7 @@
 #include "formats/foreign/recording/open_recording.h"
 #include "passes/ingest/ingest.h"
 #include "passes/map/build_ndt.h"
-#include "passes/map/measure_sharpness.h"
+#include "passes/map/sharpness/measure_sharpness.h"
 #include "passes/matching/matcher.h"
 #include "passes/matching/scan_preparation.h"
 #include "passes/trajectory/estimate_trajectory.h"

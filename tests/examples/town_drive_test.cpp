@@ -48,6 +48,36 @@ TEST_F(TownDrive, AScanIsTheSameWhateverWasAskedForBefore) {
   EXPECT_TRUE(same_points(one[4], drive.scan(4)));
 }
 
+TEST_F(TownDrive, MayComeBackAndKeepToTheNextLaneWhereThereIsOne) {
+  DriveOptions options = usual_drive(town_->options, 0, *town_sensor(16));
+  options.is_back = true;
+  options.is_in_next_lane = true;
+  const DriveSimulator drive = simulator(options);
+  ASSERT_EQ(drive.scan_count(), 201U);
+  EXPECT_EQ(drive.driven_m(0), 200.0);
+  double before_m = 0.0;
+  double most_m = 0.0;
+  for (std::size_t i = 0; i < drive.scan_count(); ++i) {
+    const LinePoint point = town_->plan.line.at(200.0 - static_cast<double>(i));
+    const Pose& pose = drive.T_town_vehicle()[i];
+    const Eigen::Vector2d ahead(std::cos(point.heading_rad), std::sin(point.heading_rad));
+    const Eigen::Vector2d off_m = pose.translation().head<2>() - point.position_m;
+    const double lateral_m = ahead.x() * off_m.y() - ahead.y() * off_m.x();
+    EXPECT_NEAR(off_m.dot(ahead), 0.0, 1e-9);
+    EXPECT_LT(pose.linear().col(0).head<2>().dot(ahead), -0.9);
+    EXPECT_TRUE(lateral_m > -1e-9 && lateral_m < kNextLane_m + 1e-9) << lateral_m;
+    if (!has_next_lane(*town_, drive.driven_m(i))) {
+      EXPECT_NEAR(lateral_m, 0.0, 1e-9) << i;
+    }
+    if (i > 0) {
+      EXPECT_LT(std::abs(lateral_m - before_m), 0.4) << i;
+    }
+    before_m = lateral_m;
+    most_m = std::max(most_m, lateral_m);
+  }
+  EXPECT_NEAR(most_m, kNextLane_m, 1e-9);
+}
+
 TEST_F(TownDrive, RangeNoiseIsCentredAndAsWideAsAskedFor) {
   for (const std::uint64_t number : {0ULL, 1ULL, 2ULL}) {
     const DriveOptions options = options_of(number, 2.0);

@@ -100,7 +100,9 @@ Result<void> evaluate(const EvaluateFlags& flags) {
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drive(plan, cache_directory(flags.run), artifacts));
   provide_map(map, plan, artifacts);
-  SIGHTLINE_TRY(run_steps(plan.plan, {}, flags.run, config, artifacts));
+  std::vector<AnyWire> wanted = {plan.measured, plan.evaluation};
+  if (plan.tracks.is_connected()) wanted.push_back(plan.tracks);
+  SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, artifacts));
   const AnyWire last = plan.tracks.is_connected() ? plan.tracks.any() : plan.evaluation.any();
   if (!artifacts.has(last)) return {};  // --stop-after
   SIGHTLINE_ASSIGN(const std::vector<Table> all, report(map, plan, artifacts));

@@ -17,6 +17,14 @@ struct AnnotateFlags {
   std::string world = "local";
 };
 
+Result<void> check(const AnnotateFlags& flags) {
+  if (!flags.sensor.empty() || flags.map.ends_with(".slmap")) return {};
+  return Error{
+      ErrorCode::kBadArgument,
+      "--sensor is required: which LiDAR will localize (an earlier map, .slmap, says itself)", "",
+      ""};
+}
+
 // The configuration that the flags stand for.
 std::vector<std::string> overrides_of(const AnnotateFlags& flags) {
   std::vector<std::string> overrides = {"map.points=" + flags.map, "map.sensor=" + flags.sensor,
@@ -27,6 +35,7 @@ std::vector<std::string> overrides_of(const AnnotateFlags& flags) {
 }
 
 Result<void> annotate(const AnnotateFlags& flags) {
+  SIGHTLINE_TRY(check(flags));
   SIGHTLINE_ASSIGN(const CompileConfig config, compile_config_of(overrides_of(flags)));
   CompileFlags compile = flags.compile;
   // There is no configuration beside which finished artifacts could lie.
@@ -43,7 +52,7 @@ Verb annotate_verb() {
   const auto flags = std::make_shared<AnnotateFlags>();
   Verb verb;
   verb.name = "annotate";
-  verb.summary = "Annotate a finished point cloud map along a route, without any drive";
+  verb.summary = "Annotate a finished map along a route or everywhere, without any drive";
   verb.details =
       "The same as `sightline compile` with a configuration of the sections map and route. NDs and "
       "the surface come from the points of the map. What nobody measured is simulated: scans of "
@@ -55,28 +64,38 @@ Verb annotate_verb() {
       "(`sightline evaluate`) before a vehicle relies on it. A promise is made by a model alone "
       "that was trained on finished maps with drives through them.\n\n"
       "Drives that come later are named with --set localization.scans=...: where they passed, the "
-      "map then goes by what they measured.";
+      "map then goes by what they measured.\n\n"
+      "--route everywhere takes every place of a grid of 2 m that a vehicle can reach on the "
+      "ground "
+      "of the map, walls and what hangs low avoided: by geometry alone, lawns and car parks "
+      "included, whatever is allowed there (options: section choose-field-sites).\n\n"
+      "A map that was compiled before (.slmap) is annotated anew, for another sensor, route or "
+      "model: its NDs stay as they are, and so do frame and world. It holds no surface, so that "
+      "rays are cast on its NDs, which is rougher; where its points are at hand, take them.";
   verb.examples = {
       "sightline annotate autoware_map/ --route lanelet2_map.osm --sensor vlp-16 -o city.slmap",
       "sightline annotate city.las --route lanes.geojson --world utm:32N --sensor hdl-64e \\\n"
       "      --model towns.slmodel -o city.slmap",
       "sightline annotate map.pcd --route drive.tum --sensor os1-64 -o city.slmap \\\n"
-      "      --set map.height_m=2.1"};
+      "      --set map.height_m=2.1",
+      "sightline annotate map.pcd --route everywhere --sensor vlp-16 -o field.slmap \\\n"
+      "      --set choose-field-sites.within=0,-50,200,50",
+      "sightline annotate city.slmap --route lanes.geojson --sensor os1-64 -o city64.slmap"};
   verb.positionals = {{.name = "MAP",
-                       .help = "The finished map: .pcd, .ply or .las, a folder of them, or "
-                               "Autoware's map folder",
+                       .help = "The finished map: .pcd, .ply or .las, a folder of them, Autoware's "
+                               "map folder, or a compiled map (.slmap) to annotate anew",
                        .target = &flags->map}};
   verb.flags = {{.names = "--route",
                  .value = "FILE",
-                 .help = "Where to annotate it: Lanelet2 (.osm), .geojson, .csv of x, y and z, or "
-                         "a trajectory (.tum)",
+                 .help = "Where to annotate it: Lanelet2 (.osm), .geojson, .csv of x, y and z, a "
+                         "trajectory (.tum), or everywhere",
                  .target = &flags->route,
                  .is_required = true},
                 {.names = "--sensor",
                  .value = "NAME",
-                 .help = "The LiDAR that will localize; a wrong name lists all",
-                 .target = &flags->sensor,
-                 .is_required = true},
+                 .help = "The LiDAR that will localize; a wrong name lists all. Without: that of "
+                         "the earlier map (.slmap)",
+                 .target = &flags->sensor},
                 world_flag(flags->world)};
   add_compile_flags(verb, flags->compile);
   add_flags_of_every_run(verb, flags->compile.run);

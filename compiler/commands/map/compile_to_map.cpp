@@ -29,12 +29,11 @@ Result<void> check_outputs(const CompileFlags& flags) {
   return try_output(flags.output, if_exists);
 }
 
-Result<void> write_outputs(const CompileFlags& flags, const CompiledMap& map,
+Result<void> write_outputs(const std::string& output, IfExists if_exists, const CompiledMap& map,
                            const std::string& provenance) {
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
-  SIGHTLINE_TRY(write_file_atomically(flags.output, encode_map(map), if_exists));
+  SIGHTLINE_TRY(write_file_atomically(output, encode_map(map), if_exists));
   // A stale provenance beside a new map would be worse than replacing one.
-  return write_file_atomically(flags.output + ".provenance.json", provenance, IfExists::kReplace);
+  return write_file_atomically(output + ".provenance.json", provenance, IfExists::kReplace);
 }
 
 // What the compile found, as text.
@@ -113,17 +112,29 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   }
   if (flags.is_dry) {
     const RunOptions options = run_options(flags.run, config);
-    print_text(to_text(expected_cost(compile.plan, {}, options, config, artifacts),
+    print_text(to_text(expected_cost(compile.plan, told_of(compile), options, config, artifacts),
                        options.cache_directory));
     return {};
   }
   SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
-                   run_steps(compile.plan, {}, flags.run, config, artifacts));
+                   run_steps(compile.plan, told_of(compile), flags.run, config, artifacts));
   if (!artifacts.has(compile.map)) return {};  // --stop-after
+  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   const Result<void> written =
-      write_outputs(flags, artifacts.get(compile.map),
-                    provenance_json(config, command_line(), artifacts.get(compile.cards), reports));
+      write_compiled(flags.output, if_exists, config, compile, artifacts, reports);
   if (!written || flags.run.is_quiet) return written;
+  return print_summary(compile, artifacts);
+}
+
+Result<void> write_compiled(const std::string& output, IfExists if_exists,
+                            const CompileConfig& config, const CompilePlan& compile,
+                            const ArtifactSet& artifacts, const std::vector<StepReport>& reports) {
+  const std::string provenance =
+      provenance_json(config, command_line(), artifacts.get(compile.cards), reports);
+  return write_outputs(output, if_exists, artifacts.get(compile.map), provenance);
+}
+
+Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifacts) {
   SIGHTLINE_ASSIGN(const std::string summary, summary_text(compile, artifacts));
   print_text(summary);
   return {};

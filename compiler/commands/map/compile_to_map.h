@@ -1,12 +1,16 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "compiler/cli/run_flags.h"
 #include "compiler/config/compile_config.h"
+#include "compiler/driver/pipelines.h"
+#include "compiler/pipeline/runner.h"
+#include "formats/base/atomic_file.h"
 #include "formats/base/result.h"
 
-// What verbs that make a map share: compile and annotate.
+// What verbs that make a map share: compile, annotate and link.
 
 namespace sightline {
 
@@ -25,5 +29,12 @@ void add_compile_flags(Verb& verb, CompileFlags& flags);
 
 // Makes the map of a configuration, writes it with its provenance and prints what it found.
 Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& config);
+
+// Writes the map that was made, and its provenance beside it.
+Result<void> write_compiled(const std::string& output, IfExists if_exists,
+                            const CompileConfig& config, const CompilePlan& compile,
+                            const ArtifactSet& artifacts, const std::vector<StepReport>& reports);
+// Prints what the compile found; what told_of() names is in `artifacts`.
+Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifacts);
 
 }  // namespace sightline

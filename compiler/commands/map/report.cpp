@@ -44,7 +44,8 @@ Result<Made<CompilePlan>> made_on_the_way(const ReportFlags& flags, const Compil
   Made<CompilePlan> made{compile_plan(config, ModelSource::kGiven), {}};
   const CompilePlan& plan = made.plan;
   SIGHTLINE_TRY(provide_drives(plan, cache_directory(flags.run), made.artifacts));
-  std::vector<AnyWire> wanted = {plan.points, plan.ndt, plan.surface, plan.sites, plan.depth};
+  std::vector<AnyWire> wanted = {plan.ndt, plan.surface, plan.sites, plan.depth};
+  if (plan.points.is_connected()) wanted.push_back(plan.points);
   if (plan.trajectory.is_connected()) wanted.push_back(plan.trajectory);
   if (config.evaluation.scans.empty()) wanted.push_back(plan.measured);
   SIGHTLINE_TRY(run_steps(plan.plan, wanted, flags.run, config, made.artifacts));
@@ -172,7 +173,9 @@ Result<void> write_page_with_drives(const ReportFlags& flags, const Loaded& load
   if (made.plan.trajectory.is_connected()) {
     sources.trajectory = &made.artifacts.get(made.plan.trajectory);
   }
-  sources.points = &made.artifacts.get(made.plan.points);
+  if (made.plan.points.is_connected()) {
+    sources.points = &made.artifacts.get(made.plan.points);
+  }
   sources.surface = &made.artifacts.get(made.plan.surface);
   sources.depth = &made.artifacts.get(made.plan.depth);
   return write_page(flags, sources);

@@ -14,4 +14,9 @@ namespace sightline {
 // where ground lies on one side alone, as at the foot of a wall. Not where ground was seen.
 std::vector<SurfacePatch> ground_between(std::span<const SurfacePatch> patches, double cell_m);
 
+// True of such a patch of a surface: no other is exactly two cells wide.
+inline bool is_ground_between(const SurfacePatch& patch, const Surface& surface) {
+  return patch.half_side_m == surface.cell_m;
+}
+
 }  // namespace sightline

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "formats/base/parallel.h"
-#include "passes/map/measure_sharpness.h"
+#include "passes/map/sharpness/measure_sharpness.h"
 #include "passes/trajectory/given/beside_scans.h"
 
 namespace sightline {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "passes/map/measure_sharpness.h"
+#include "passes/map/sharpness/measure_sharpness.h"
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/undistorted.h"
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/atomic_file.h"
-#include "passes/factors/compute_factors.h"
+#include "passes/factors/factors_of_sites.h"
 #include "passes/localize/measure_error.h"
 #include "passes/map/build_ndt.h"
 #include "passes/model/train_model.h"
@@ -109,6 +109,27 @@ TEST(CompileConfig, TakesAListOfDrivesThatMakeTheMap) {
   }));
   EXPECT_TRUE(is_valid(json_of(YAML::Load("mapping: [{scans: a}, {scans: b}]"))));
   EXPECT_FALSE(is_valid(json_of(YAML::Load("mapping: [{scans: a}, {scan: b}]"))));
+}
+
+TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {
+  const Result<CompileConfig> config = load("map: city.slmap\nroute: everywhere\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_TRUE(config->map.points.ends_with("compile_config_test/city.slmap"));
+  EXPECT_TRUE(config->map.is_compiled());
+  EXPECT_EQ(config->route.file, "everywhere");
+  const CompilePlan compile = compile_plan(*config);
+  std::vector<std::string> passes;
+  for (const PassStep& step : compile.plan.steps()) passes.push_back(step.name);
+  EXPECT_EQ(
+      std::vector(passes.begin(), passes.begin() + 3),
+      (std::vector<std::string>{"ingest-compiled-map", "build-nd-surface", "choose-field-sites"}));
+  EXPECT_FALSE(compile.points.is_connected());
+  const Result<CompileConfig> lanes = load("map: tiles\nroute: lanes.osm\n");
+  ASSERT_TRUE(lanes.has_value()) << to_string(lanes.error());
+  EXPECT_TRUE(lanes->route.file.ends_with("compile_config_test/lanes.osm"));
+  EXPECT_TRUE(is_valid(json_of(YAML::Load("{map: city.slmap, route: everywhere}"))));
+  EXPECT_FALSE(is_valid(json_of(YAML::Load("{mapping: scans}"))));
+  EXPECT_FALSE(load("mapping: scans\n").has_value());
 }
 
 TEST(CompileConfig, NamesTheDriveOfAListThatIsWrong) {

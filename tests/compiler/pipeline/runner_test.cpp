@@ -66,7 +66,8 @@ class Runner : public ::testing::Test {
   void TearDown() override { std::filesystem::remove_all(options_.cache_directory); }
 
   // source -> scale -> scaled; source, scaled -> add -> sum
-  Result<void> run(int factor, std::int64_t source = 3, bool wants_all = true) {
+  enum class Wants { kAll, kScaled, kSum };
+  Result<void> run(int factor, std::int64_t source = 3, Wants wants = Wants::kAll) {
     Plan plan;
     const Wire<Number> source_wire = plan.input<Number>("source");
     scaled_ = plan.run_as("", kScale, ScaleOptions{factor}, source_wire);
@@ -75,8 +76,21 @@ class Runner : public ::testing::Test {
     artifacts_.provide(source_wire, Number{source}, sha256(std::to_string(source)));
     reports_.clear();
     std::vector<AnyWire> wanted;
-    if (!wants_all) wanted = {scaled_};
+    if (wants == Wants::kScaled) wanted = {scaled_};
+    if (wants == Wants::kSum) wanted = {sum_};
     return run_plan(plan, wanted, options_, observer_, artifacts_, reports_);
+  }
+
+  // Objects of a pass in the cache.
+  [[nodiscard]] std::vector<std::filesystem::path> objects_of(const std::string& pass) const {
+    std::vector<std::filesystem::path> objects;
+    for (const auto& entry : std::filesystem::directory_iterator(options_.cache_directory)) {
+      const std::filesystem::path& path = entry.path();
+      if (path.extension() == ".sla" && path.filename().string().starts_with(pass + "-")) {
+        objects.push_back(path);
+      }
+    }
+    return objects;
   }
 
   Wire<Number> scaled_;
@@ -195,10 +209,70 @@ TEST_F(Runner, StopsAndPrintsWhereItIsAsked) {
 }
 
 TEST_F(Runner, RunsOnlyWhatTheWantedArtifactNeeds) {
-  ASSERT_TRUE(run(2, 3, /*wants_all=*/false));
+  ASSERT_TRUE(run(2, 3, Wants::kScaled));
   EXPECT_TRUE(artifacts_.has(scaled_));
   EXPECT_FALSE(artifacts_.has(sum_));
   EXPECT_EQ(g_calls, 1);
+}
+
+TEST_F(Runner, LoadsNothingThatIsNotNeeded) {
+  ASSERT_TRUE(run(2));
+  for (const std::filesystem::path& object : objects_of("scale")) std::filesystem::remove(object);
+  ASSERT_TRUE(run(2, 3, Wants::kSum));
+  EXPECT_EQ(g_calls, 2) << "the sum is there, so nobody asks for what it was made of";
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
+  ASSERT_EQ(reports_.size(), 2U);
+  EXPECT_TRUE(reports_[0].from_cache);
+  EXPECT_EQ(reports_[0].reason, "not needed");
+}
+
+TEST_F(Runner, MakesWhatADamagedObjectWasMadeOf) {
+  ASSERT_TRUE(run(2));
+  for (const std::filesystem::path& object : objects_of("scale")) std::filesystem::remove(object);
+  for (const std::filesystem::path& object : objects_of("add")) {
+    std::filesystem::resize_file(object, std::filesystem::file_size(object) - 1);
+  }
+  ASSERT_TRUE(run(2, 3, Wants::kSum));
+  EXPECT_EQ(g_calls, 4);
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
+}
+
+TEST_F(Runner, LetsGoWhatNobodyWants) {
+  for (const bool has_cache : {true, false}) {
+    if (!has_cache) options_.cache_directory.clear();
+    ASSERT_TRUE(run(2, 3, Wants::kSum));
+    EXPECT_TRUE(artifacts_.has(sum_));
+    EXPECT_FALSE(artifacts_.has(scaled_));
+  }
+  options_.cache_directory = scratch_folder();
+}
+
+TEST_F(Runner, RepeatsTheWarningsOfWhatItFindsInTheCache) {
+  ASSERT_TRUE(run(2));
+  for (const Wants wants : {Wants::kAll, Wants::kSum}) {
+    std::vector<std::string> heard;
+    observer_.warning = [&](const std::string& pass, const std::string& message) {
+      heard.push_back(pass + ": " + message);
+    };
+    ASSERT_TRUE(run(2, 3, wants));
+    EXPECT_EQ(g_calls, 2);
+    EXPECT_EQ(heard, std::vector<std::string>{"scale: scaled once"});
+    EXPECT_EQ(reports_.at(0).warnings, std::vector<std::string>{"scaled once"});
+  }
+}
+
+TEST_F(Runner, NamesWhatIsMissingOfWhatMayNotRun) {
+  options_.may_run = [](const std::string& step) { return step == "add"; };
+  const Result<void> refused = run(2, 3, Wants::kSum);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kWorkMissing);
+  EXPECT_EQ(refused.error().message, "not finished yet: scale");
+  EXPECT_EQ(g_calls, 0);
+  options_.may_run = nullptr;
+  ASSERT_TRUE(run(2, 3, Wants::kScaled));
+  options_.may_run = [](const std::string& step) { return step == "add"; };
+  ASSERT_TRUE(run(2, 3, Wants::kSum));
+  EXPECT_EQ(g_calls, 2);
 }
 
 TEST_F(Runner, RefusesThePassThatDoesNotExistBeforeAnythingRuns) {

@@ -29,6 +29,25 @@ TEST(Surface, LaysSidesLevelOnWallsAndAlongTheAxesOnGround) {
   EXPECT_NEAR(std::abs(side_of(ground).y()), 1.0, 1e-15);
 }
 
+TEST(Surface, VisitsTheMiddlesOfSolidSquaresAlone) {
+  SurfacePatch patch{{0, 0, 0}, {1.0, 2.0, 3.0}, {0.0, 0.6, 0.8}, 0.4, 0x80f000000000a501};
+  const Eigen::Vector3d along = side_of(patch);
+  const Eigen::Vector3d across = patch.normal.cross(along);
+  for (const int parts : {1, 3}) {
+    int count = 0;
+    Eigen::Vector3d first_m = Eigen::Vector3d::Zero();
+    visit_solid_squares(patch, parts, [&](const Eigen::Vector3d& middle_m) {
+      const Eigen::Vector3d off_m = middle_m - patch.centre_m;
+      EXPECT_NEAR(off_m.dot(patch.normal), 0.0, 1e-12);
+      const int square = square_at(off_m.dot(along) / 0.4, off_m.dot(across) / 0.4);
+      EXPECT_TRUE((patch.solid >> square & 1U) != 0) << square;
+      if (count++ == 0) first_m = off_m;
+    });
+    EXPECT_EQ(count, 10 * parts * parts);
+    EXPECT_NEAR(first_m.dot(along), -0.4 + 0.05 / parts, 1e-12);
+  }
+}
+
 TEST(Surface, SurvivesDisk) { expect_survives_disk(two_patches()); }
 
 TEST(Surface, RefusesANormalThatIsNotOfUnitLength) {

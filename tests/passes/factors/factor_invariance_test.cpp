@@ -5,11 +5,9 @@
 #include <map>
 #include <numbers>
 
-#include "passes/factors/compute_factors.h"
+#include "passes/factors/factors_of_sites.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
-#include "passes/rays/cast_rays.h"
-#include "passes/rays/cast_scans.h"
 #include "tests/support/toy_world.h"
 
 // The same world laid elsewhere: cells, leaves, sectors and rays cut it differently, and no factor
@@ -53,9 +51,7 @@ FactorTable factors_of(const ToyWorld& world) {
   sensor.azimuth_step_deg = 0.4;
   const Result<NdtMap> map = build_ndt(ctx, {}, world.points);
   const Result<Surface> surface = build_surface(ctx, {}, world.points);
-  const Result<DepthImages> depth = cast_rays(ctx, {}, *surface, world.sites);
-  const Result<VirtualScans> scans = cast_scans(ctx, {}, *surface, world.sites, sensor);
-  const Result<FactorTable> table = compute_factors(ctx, {}, *map, world.sites, *depth, *scans);
+  const Result<FactorTable> table = factors_of_sites(ctx, {}, *map, *surface, world.sites, sensor);
   EXPECT_TRUE(table.has_value());
   return *table;
 }

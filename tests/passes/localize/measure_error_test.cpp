@@ -220,7 +220,7 @@ TEST(MeasureError, CountsSitesWithoutAScan) {
   EXPECT_EQ(measured->row(2, 1).point_count, 0u);
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("1 of 9 sites"), std::string::npos);
-  EXPECT_EQ(last_done, 9u);
+  EXPECT_EQ(last_done, 1u) << "nine sites are one part of the work";
 }
 
 TEST(MeasureError, UsesOnlyTheSelectedScans) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "formats/grid/flat_cell_map.h"
@@ -8,9 +9,12 @@
 namespace sightline {
 
 // The heights at which a vehicle could stand over places of the plane, told from the level patches
-// of a surface. Keeps no reference to it.
+// of a surface. Where the surface's own cells are wider than a column, a patch counts in each
+// column that the middle of a solid square of it lies in. Keeps no reference to the surface.
 class GroundFloors {
  public:
+  static constexpr double kColumn_m = 1.0;  // edge of the columns that patches are sorted into
+
   explicit GroundFloors(const Surface& surface);
 
   // Heights over a place of the map, ascending. The lowest level that more than a third of the
@@ -19,11 +23,20 @@ class GroundFloors {
   // no ground was seen.
   [[nodiscard]] std::vector<double> at(const Eigen::Vector2d& place_map_m) const;
 
+  // True where level ground of about that height was seen in the column of a place, not only told
+  // from ground beside it (ground_gaps.h).
+  [[nodiscard]] bool is_seen(const Eigen::Vector2d& place_map_m, double height_m) const;
+
+  // Columns that have a level patch, in no promised order, each once. Elsewhere there is a floor
+  // within a column of them at most.
+  [[nodiscard]] std::span<const CellKey> columns() const { return columns_.keys(); }
+
  private:
   struct Level {
     double height_m = 0.0;
     Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
     double slope_x = 0.0, slope_y = 0.0;  // of the patch's plane
+    bool is_seen = true;
   };
   FlatCellMap<std::vector<Level>> columns_;  // keys with z = 0
 };

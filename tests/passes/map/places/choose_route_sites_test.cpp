@@ -1,11 +1,11 @@
-#include "passes/map/choose_route_sites.h"
+#include "passes/map/places/choose_route_sites.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "formats/base/random.h"
-#include "passes/map/ground_floors.h"
+#include "passes/map/places/ground_floors.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "passes/map/measure_sharpness.h"
+#include "passes/map/sharpness/measure_sharpness.h"
 
 #include <gtest/gtest.h>
 

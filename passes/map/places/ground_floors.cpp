@@ -1,13 +1,16 @@
-#include "passes/map/ground_floors.h"
+#include "passes/map/places/ground_floors.h"
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstddef>
+
+#include "passes/map/surface/ground_gaps.h"
 
 namespace sightline {
 namespace {
 
-constexpr double kColumn_m = 1.0;
+constexpr double kColumn_m = GroundFloors::kColumn_m;
 constexpr int kColumnsAround = 1;  // the square of 3 m is the column of a place and its neighbours
 constexpr double kSteepestGround = 0.9;    // height of its normal: 25 degrees
 constexpr int kLeastSquares = 8;           // a patch with fewer solid ones is a shard
@@ -42,22 +45,49 @@ Cluster cluster_from(const std::vector<Seen>& seen, std::size_t first) {
   return cluster;
 }
 
+CellKey column_of(const Eigen::Vector3d& place_m) {
+  return cell_key({place_m.x(), place_m.y(), 0.0}, kColumn_m);
+}
+
+// Those that the middle of a solid square lies in, ascending.
+std::vector<CellKey> columns_under(const SurfacePatch& patch) {
+  std::vector<CellKey> columns;
+  visit_solid_squares(patch, /*parts=*/1, [&](const Eigen::Vector3d& middle_m) {
+    columns.push_back(column_of(middle_m));
+  });
+  std::ranges::sort(columns);
+  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  return columns;
+}
+
 }  // namespace
 
 GroundFloors::GroundFloors(const Surface& surface) {
+  const bool is_wide = surface.cell_m > kColumn_m;
   for (const SurfacePatch& patch : surface.patches) {
     if (patch.normal.z() < kSteepestGround || std::popcount(patch.solid) < kLeastSquares) continue;
-    const Eigen::Vector3d at_m(patch.centre_m.x(), patch.centre_m.y(), 0.0);
-    const auto [number, is_new] = columns_.insert(cell_key(at_m, kColumn_m));
-    columns_.values()[number].push_back({patch.centre_m.z(), patch.centre_m.head<2>(),
-                                         -patch.normal.x() / patch.normal.z(),
-                                         -patch.normal.y() / patch.normal.z()});
+    const std::vector<CellKey> columns =
+        is_wide ? columns_under(patch) : std::vector{column_of(patch.centre_m)};
+    for (const CellKey& column : columns) {
+      const auto [number, is_new] = columns_.insert(column);
+      columns_.values()[number].push_back(
+          {patch.centre_m.z(), patch.centre_m.head<2>(), -patch.normal.x() / patch.normal.z(),
+           -patch.normal.y() / patch.normal.z(), !is_ground_between(patch, surface)});
+    }
   }
+}
+
+bool GroundFloors::is_seen(const Eigen::Vector2d& place_map_m, double height_m) const {
+  const std::vector<Level>* levels =
+      columns_.find(column_of({place_map_m.x(), place_map_m.y(), 0.0}));
+  return levels != nullptr && std::ranges::any_of(*levels, [&](const Level& level) {
+           return level.is_seen && std::abs(level.height_m - height_m) <= kStep_m;
+         });
 }
 
 std::vector<double> GroundFloors::at(const Eigen::Vector2d& place_map_m) const {
   std::vector<Seen> seen;
-  const CellKey middle = cell_key({place_map_m.x(), place_map_m.y(), 0.0}, kColumn_m);
+  const CellKey middle = column_of({place_map_m.x(), place_map_m.y(), 0.0});
   std::size_t column = 0;
   for (int dx = -kColumnsAround; dx <= kColumnsAround; ++dx) {
     for (int dy = -kColumnsAround; dy <= kColumnsAround; ++dy, ++column) {

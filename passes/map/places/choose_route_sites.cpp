@@ -1,4 +1,4 @@
-#include "passes/map/choose_route_sites.h"
+#include "passes/map/places/choose_route_sites.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,8 @@
 #include <string>
 
 #include "formats/grid/point_grid.h"
-#include "passes/map/ground_floors.h"
+#include "passes/map/places/ground_floors.h"
+#include "passes/map/places/level_site.h"
 
 namespace sightline {
 namespace {
@@ -159,16 +160,6 @@ std::vector<Place> laid_places(const Way& way, double spacing_m, const Ground& g
   return places;
 }
 
-// Level on the ground, along the line.
-Pose pose_at(const Place& place, double vehicle_m) {
-  Pose T_map_vehicle = Pose::Identity();
-  T_map_vehicle.linear().col(0) << place.heading.x(), place.heading.y(), 0.0;
-  T_map_vehicle.linear().col(1) << -place.heading.y(), place.heading.x(), 0.0;
-  T_map_vehicle.translation() << place.at_map_m.x(), place.at_map_m.y(),
-      *place.ground_m + vehicle_m;
-  return T_map_vehicle;
-}
-
 // What became of all places, and the first of each fate.
 struct Tally {
   std::array<std::size_t, kFateCount> counts{};
@@ -198,9 +189,10 @@ void append_sites(const std::vector<Place>& places, const Ground& ground,
       first = i + 1;
       continue;
     }
-    const Pose T_map_vehicle = pose_at(places[i], ground.vehicle_m);
-    sites.sites.push_back({run, static_cast<double>(i - first) * sites.spacing_m, T_map_vehicle,
-                           (T_map_vehicle * sensor.T_vehicle_lidar).translation()});
+    const double s_m = static_cast<double>(i - first) * sites.spacing_m;
+    const Eigen::Vector3d vehicle_m(places[i].at_map_m.x(), places[i].at_map_m.y(),
+                                    *places[i].ground_m + ground.vehicle_m);
+    sites.sites.push_back(level_site(run, s_m, vehicle_m, places[i].heading, sensor));
   }
 }
 
@@ -265,7 +257,7 @@ Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions
     level_m.emplace_back(patch.centre_m.x(), patch.centre_m.y(), 0.0);
   }
   const PointGrid patches(level_m, kOffMap_m);
-  const Ground ground{floors, patches, sensor.height_m - sensor.T_vehicle_lidar.translation().z()};
+  const Ground ground{floors, patches, vehicle_above_ground_m(sensor)};
   Sites sites;
   sites.frame = surface.frame;
   sites.spacing_m = options.spacing_m;

@@ -1,4 +1,4 @@
-#include "passes/weakness/nd_surface.h"
+#include "passes/map/surface/nd_surface.h"
 
 #include <algorithm>
 #include <cmath>

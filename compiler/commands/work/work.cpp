@@ -1,0 +1,121 @@
+#include <charconv>
+#include <memory>
+
+#include "compiler/cli/common_flags.h"
+#include "compiler/cli/console.h"
+#include "compiler/cli/run_flags.h"
+#include "compiler/commands/commands.h"
+#include "compiler/work/shared_work.h"
+
+namespace sightline {
+namespace {
+
+struct WorkFlags {
+  std::string plan;
+  std::string stage;
+  WorkShare share;
+  RunFlags run;
+};
+
+// "7/64": the seventh of 64.
+Result<WorkShare> parse_share(const std::string& text) {
+  const Error wrong{ErrorCode::kBadArgument,
+                    "found '" + text + "', expected K/N with 1 <= K <= N, such as 7/64", "", ""};
+  const std::size_t slash = text.find('/');
+  if (slash == std::string::npos) return wrong;
+  const auto number_in = [](std::string_view digits) -> std::size_t {
+    std::size_t number = 0;
+    const auto [end, failure] = std::from_chars(digits.begin(), digits.end(), number);
+    return failure == std::errc() && end == digits.end() ? number : 0;
+  };
+  const std::size_t number = number_in(std::string_view(text).substr(0, slash));
+  const std::size_t of = number_in(std::string_view(text).substr(slash + 1));
+  if (number == 0 || number > of || of > 1000000) return wrong;
+  return WorkShare{number - 1, of};
+}
+
+Setter share_setter(WorkFlags& flags) {
+  return [&flags](const std::string& text) -> Result<void> {
+    SIGHTLINE_ASSIGN(flags.share, parse_share(text));
+    return {};
+  };
+}
+
+Result<void> work(const WorkFlags& flags) {
+  SIGHTLINE_ASSIGN(SharedWork work, open_work(flags.plan));
+  const Stage stage = *stage_named(flags.stage);
+  const Plan& plan = work.compile.plan;
+  RunOptions options = run_options(flags.run, work.config);
+  options.cache_directory = work.store;
+  options.keeps_parts = true;
+  options.share = flags.share;
+  options.may_run = may_run_in(plan, stage);
+  const std::vector<AnyWire> outputs = outputs_of(work.compile, stage);
+  const std::vector<AnyWire> own = share_of(outputs, flags.share);
+  for (const std::vector<AnyWire>& wanted : {own, outputs}) {
+    if (wanted.empty()) continue;
+    SIGHTLINE_TRY(run_steps(plan, wanted, flags.run, options, work.config, work.artifacts));
+  }
+  return {};
+}
+
+std::vector<std::string> names_of_stages() {
+  std::vector<std::string> names;
+  for (const Stage stage : kWorkStages) names.emplace_back(stage_name(stage));
+  return names;
+}
+
+}  // namespace
+
+Verb work_verb() {
+  const auto flags = std::make_shared<WorkFlags>();
+  Verb verb;
+  verb.name = "work";
+  verb.summary = "Do a share of one stage of a plan";
+  verb.details =
+      "Makes what is missing of the stage: first what falls to this share, then what others have "
+      "not made yet, so that one process alone does all of it. Any number may be at work on the "
+      "same stage, on the same share too, and be killed at any moment: finished parts are whole "
+      "files in the store of the plan, and what is made twice has the same bytes.\n\n"
+      "drives: one unit a recording. graph: one unit. tiles: parts of 128 m. sites: places that "
+      "stand together. learn: one unit. A stage whose predecessor is not finished ends with exit "
+      "status 75 and the list of what is missing.";
+  verb.examples = {"sightline work plan/ --stage sites --share 7/64",
+                   "sightline work plan/ --stage graph",
+                   "seq 8 | parallel -j8 sightline work plan/ --stage tiles --share {}/8 --threads "
+                   "1"};
+  verb.positionals = {
+      {.name = "PLAN", .help = "The folder that `sightline plan` wrote", .target = &flags->plan}};
+  verb.flags = {
+      {.names = "--stage",
+       .value = "STAGE",
+       .help = "What to work on",
+       .target = &flags->stage,
+       .choices = names_of_stages(),
+       .is_required = true},
+      {.names = "--share",
+       .value = "K/N",
+       .help = "Take the K-th of N shares first; else all of it is one share",
+       .target = share_setter(*flags)},
+      {.names = "--threads",
+       .value = "N",
+       .help = "Threads to use; 0 takes all there are",
+       .target = &flags->run.threads,
+       .minimum = 0,
+       .maximum = 1024},
+      {.names = "--time-passes",
+       .help = "Print time and peak memory of each pass on stderr",
+       .target = &flags->run.time_passes},
+      {.names = "--json-progress",
+       .value = "N",
+       .help = "Report progress as one JSON object a line, on stderr instead of the lines "
+               "for people, or on file descriptor N",
+       .target = &flags->run.json_progress,
+       .minimum = 1,
+       .bare_value = "2"},
+      quiet_flag(flags->run.is_quiet)};
+  verb.run = [flags] { return exit_status_of(work(*flags)); };
+  return verb;
+}
+
+}  // namespace sightline

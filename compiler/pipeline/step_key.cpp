@@ -1,0 +1,66 @@
+#include "compiler/pipeline/step_key.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace sightline {
+namespace {
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    lines.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
+}  // namespace
+
+StepKey step_key(const Plan& plan, const PassStep& step, std::uint64_t seed,
+                 const std::function<Digest(std::size_t artifact)>& key_of_input) {
+  const ArtifactType& output = *plan.artifact({step.output}).type;
+  StepKey key;
+  key.record = "pass version = " + std::to_string(step.version) + "\n";
+  key.record += "encoding version of " + std::string(output.name) + " = " +
+                std::to_string(output.version) + "\n";
+  key.record += "seed = " + std::to_string(seed) + "\n";
+  for (const auto& [name, value] : step.options) {
+    key.record += "option " + name + " = " + value + "\n";
+  }
+  for (const std::size_t input : step.inputs) {
+    key.record +=
+        "input " + plan.artifact({input}).name + " = " + to_hex(key_of_input(input)) + "\n";
+  }
+  DigestBuilder builder;
+  builder.add(std::string_view(step.name));
+  builder.add(std::string_view(key.record));
+  key.key = builder.finish();
+  return key;
+}
+
+std::string reason_to_run(const std::string& before, const std::string& now) {
+  if (before.empty()) return "never ran here";
+  const std::vector<std::string> old_lines = lines_of(before);
+  std::string reason;
+  for (const std::string& line : lines_of(now)) {
+    if (std::ranges::find(old_lines, line) != old_lines.end()) continue;
+    const std::string name = line.substr(0, line.find(" = "));
+    const auto was = std::ranges::find_if(
+        old_lines, [&](const std::string& old_line) { return old_line.starts_with(name + " = "); });
+    if (!reason.empty()) reason += "; ";
+    if (name.starts_with("input ")) {
+      reason += name + " changed";
+    } else if (was == old_lines.end()) {
+      reason += "new: " + line;
+    } else {
+      reason +=
+          name + " was " + was->substr(name.size() + 3) + ", is " + line.substr(name.size() + 3);
+    }
+  }
+  return reason.empty() ? "its result is not in the cache any more" : reason;
+}
+
+}  // namespace sightline

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "compiler/config/compile_config.h"
+#include "compiler/driver/pipelines.h"
+#include "compiler/pipeline/runner.h"
+#include "compiler/work/plan_file.h"
+#include "compiler/work/stages.h"
+
+// A compile that several processes, on any number of machines, do together: each opens the plan,
+// does a share of a stage and leaves what it made in the store of the plan. There are no locks, and
+// nobody needs to know of the others: what is made twice has the same bytes.
+
+namespace sightline {
+
+struct SharedWork {
+  CompileConfig config;
+  CompilePlan compile;
+  ArtifactSet artifacts;        // what the compile takes from outside
+  std::filesystem::path store;  // absolute
+};
+
+// What a compile of this configuration is, for a plan folder. `folder` is that in which paths of
+// `overrides` begin. Errors: those of load_compile_config and provide_drives, of read_model.
+struct NewPlan {
+  PlanFile file;
+  SharedWork work;
+};
+Result<NewPlan> new_plan(const std::filesystem::path& plan,
+                         const std::filesystem::path& configuration,
+                         const std::vector<std::string>& overrides,
+                         const std::filesystem::path& model);
+
+// Opens a plan folder; the process goes to the folder in which the plan was made. Errors: those of
+// read_plan_file and new_plan; mismatched-inputs (the configuration, the model or a recording is
+// not what it was when the plan was made).
+Result<SharedWork> open_work(const std::filesystem::path& plan);
+
+// What the steps of a stage make that can be kept, in running order.
+std::vector<AnyWire> outputs_of(const CompilePlan& compile, Stage stage);
+
+// Of them: those that the process of this share makes first.
+std::vector<AnyWire> share_of(const std::vector<AnyWire>& outputs, const WorkShare& share);
+
+// Which steps a process at work on a stage may run. Refers to the plan.
+std::function<bool(const std::string& step)> may_run_in(const Plan& plan, Stage stage);
+
+// How far the steps of a plan are.
+struct StepState {
+  Stage stage = Stage::kDrives;
+  std::string step;
+  bool is_done = false;
+  std::size_t parts_there = 0;
+  std::size_t parts = 0;  // 0: not begun, or it has none
+};
+std::vector<StepState> states_of(const SharedWork& work);
+
+}  // namespace sightline

@@ -1,0 +1,156 @@
+#include "passes/factors/factors_of_sites.h"
+
+#include <algorithm>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "passes/factors/compute_factors.h"
+#include "passes/pass/work_in_parts.h"
+
+namespace sightline {
+namespace {
+
+// Prefixed, since both kinds of rays have a length.
+void append_shared(const std::string& prefix, std::vector<OptionField> fields,
+                   std::vector<OptionField>& all) {
+  for (OptionField& field : fields) {
+    field.name = prefix + field.name;
+    all.push_back(shared(std::move(field)));
+  }
+}
+
+Sites sites_of(const SiteBlock& block, const Sites& all) {
+  Sites sites;
+  sites.frame = all.frame;
+  sites.spacing_m = all.spacing_m;
+  for (const std::size_t site : block.sites) sites.sites.push_back(all.sites[site]);
+  return sites;
+}
+
+// What one block of sites comes to.
+struct BlockRows {
+  std::uint64_t point_count = 0;
+  std::uint64_t unmatched_count = 0;
+  std::vector<double> values;  // [site][range][factor]
+};
+
+std::vector<std::byte> to_bytes(const BlockRows& rows) {
+  ByteWriter writer;
+  writer.put(rows.point_count);
+  writer.put(rows.unmatched_count);
+  writer.put_array(rows.values);
+  return writer.take();
+}
+
+bool from_bytes(std::span<const std::byte> bytes, BlockRows& rows) {
+  ByteReader reader(bytes);
+  reader.get(rows.point_count);
+  reader.get(rows.unmatched_count);
+  reader.get_array(rows.values);
+  return reader.at_end();
+}
+
+// Sees and judges the sites of one block after another.
+class BlockFactors {
+ public:
+  BlockFactors(const FactorsOfSitesOptions& options, const FactorWorld& world,
+               const Surface& surface, const Sites& sites, const SensorProfile& sensor)
+      : options_(options),
+        world_(world),
+        sites_(sites),
+        sensor_(sensor),
+        caster_(surface, sites,
+                std::max(options.rays.longest_range_m, options.scans.longest_range_m)) {}
+
+  [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return caster_.blocks(); }
+
+  [[nodiscard]] Result<SeenFactors> see(const PassContext& ctx, const SiteBlock& block) const {
+    SIGHTLINE_ASSIGN(const DepthImages depth,
+                     cast_rays_in_block(options_.rays, caster_, block, ctx.threads));
+    SIGHTLINE_ASSIGN(const VirtualScans scans,
+                     cast_scans_in_block(options_.scans, caster_, block, sensor_, ctx.threads));
+    return compute_factors(ctx, world_, sites_of(block, sites_), depth, scans);
+  }
+
+ private:
+  const FactorsOfSitesOptions& options_;
+  const FactorWorld& world_;
+  const Sites& sites_;
+  const SensorProfile& sensor_;
+  SiteCaster caster_;
+};
+
+// No sites: what a table of any sites says of its columns. Error: mismatched-inputs.
+Result<FactorTable> table_without_sites(const PassContext& ctx,
+                                        const FactorsOfSitesOptions& options,
+                                        const FactorWorld& world, const Sites& sites) {
+  Sites none;
+  none.frame = sites.frame;
+  DepthImages depth;
+  depth.longest_range_m = options.rays.longest_range_m;
+  VirtualScans scans;
+  scans.longest_range_m = options.scans.longest_range_m;
+  SIGHTLINE_ASSIGN(SeenFactors seen, compute_factors(ctx, world, none, depth, scans));
+  return std::move(seen.table);
+}
+
+void warn_of_unmatched(const PassContext& ctx, const BlockRows& sum) {
+  if (sum.unmatched_count == 0) return;
+  ctx.warn(std::to_string(sum.unmatched_count) + " of " + std::to_string(sum.point_count) +
+           " virtual points lie in no valid ND and tell nothing of the pose");
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(FactorsOfSitesOptions& options) {
+  std::vector<OptionField> fields = {
+      shared(numbers("ranges_m", options.ranges_m, "observation ranges, m", 1.0, 1000.0))};
+  append_shared("rays_", option_fields(options.rays), fields);
+  append_shared("scans_", option_fields(options.scans), fields);
+  return fields;
+}
+
+Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptions& options,
+                                     const NdtMap& map, const Surface& surface, const Sites& sites,
+                                     const SensorProfile& sensor) {
+  if (surface.frame != sites.frame) {
+    return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
+                 "pass compute-factors"};
+  }
+  SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(map, options.ranges_m));
+  SIGHTLINE_ASSIGN(FactorTable table, table_without_sites(ctx, options, world, sites));
+  table.site_count = static_cast<std::uint32_t>(sites.sites.size());
+  const SiteShape shape = table.shape();
+  table.values.resize(shape.size(sites.sites.size()));
+  const BlockFactors factors(options, world, surface, sites, sensor);
+  std::vector<BlockRows> rows_of_block(factors.blocks().size());
+  PartedWork work;
+  work.count = factors.blocks().size();
+  work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+    SIGHTLINE_ASSIGN(SeenFactors seen, factors.see(ctx, factors.blocks()[part]));
+    return to_bytes({seen.point_count, seen.unmatched_count, std::move(seen.table.values)});
+  };
+  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
+    BlockRows& rows = rows_of_block[part];
+    return from_bytes(bytes, rows) &&
+           rows.values.size() == shape.size(factors.blocks()[part].sites.size());
+  };
+  // Blocks one after another, their sites side by side: one block's views at a time are in memory.
+  SIGHTLINE_TRY(work_in_parts(ctx, work, /*threads=*/1));
+  BlockRows sum;
+  for (std::size_t part = 0; part < rows_of_block.size(); ++part) {
+    const BlockRows& rows = rows_of_block[part];
+    const std::vector<std::size_t>& members = factors.blocks()[part].sites;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      std::copy_n(rows.values.begin() + static_cast<std::ptrdiff_t>(shape.size(i)), shape.size(1),
+                  table.values.begin() + static_cast<std::ptrdiff_t>(shape.size(members[i])));
+    }
+    sum.point_count += rows.point_count;
+    sum.unmatched_count += rows.unmatched_count;
+  }
+  warn_of_unmatched(ctx, sum);
+  return table;
+}
+
+}  // namespace sightline

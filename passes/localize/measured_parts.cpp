@@ -1,0 +1,74 @@
+#include "passes/localize/measured_parts.h"
+
+#include <algorithm>
+#include <span>
+
+#include "passes/pass/work_in_parts.h"
+
+namespace sightline {
+namespace {
+
+// The same without rows and sites.
+MeasuredError head_of(MeasuredError measured) {
+  measured.rows.clear();
+  measured.scan_of_site.clear();
+  for (MeasuredError& samples : measured.of_samples) samples = head_of(std::move(samples));
+  return measured;
+}
+
+// Some sites as an artifact of its own, with rows of zeros.
+MeasuredError empty_part(const MeasuredError& head, const std::vector<std::int64_t>& scan_of_site,
+                         const std::vector<std::size_t>& sites) {
+  MeasuredError part = head;
+  for (const std::size_t site : sites) part.scan_of_site.push_back(scan_of_site[site]);
+  part.rows.resize(part.shape().size(sites.size()));
+  for (MeasuredError& samples : part.of_samples) {
+    samples = empty_part(samples, scan_of_site, sites);
+  }
+  return part;
+}
+
+bool is_like(const MeasuredError& part, const MeasuredError& empty) {
+  return part.scan_of_site == empty.scan_of_site && part.looks == empty.looks &&
+         part.rows.size() == empty.rows.size() &&
+         std::ranges::equal(part.of_samples, empty.of_samples, is_like);
+}
+
+void put(const MeasuredError& part, const std::vector<std::size_t>& sites,
+         MeasuredError& measured) {
+  const SiteShape shape = part.shape();
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    std::copy_n(part.rows.begin() + static_cast<std::ptrdiff_t>(shape.size(i)), shape.size(1),
+                measured.rows.begin() + static_cast<std::ptrdiff_t>(shape.size(sites[i])));
+  }
+  for (std::size_t i = 0; i < part.of_samples.size(); ++i) {
+    put(part.of_samples[i], sites, measured.of_samples[i]);
+  }
+}
+
+}  // namespace
+
+Result<void> fill_in_parts(const PassContext& ctx,
+                           const std::vector<std::vector<std::size_t>>& sites_of_part,
+                           const FillPart& fill, int threads, MeasuredError& measured) {
+  const MeasuredError head = head_of(measured);
+  const auto empty = [&](std::size_t part) {
+    return empty_part(head, measured.scan_of_site, sites_of_part[part]);
+  };
+  PartedWork work;
+  work.count = sites_of_part.size();
+  work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+    MeasuredError rows = empty(part);
+    SIGHTLINE_TRY(fill(part, rows));
+    return to_bytes(rows);
+  };
+  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
+    const Result<MeasuredError> rows = from_bytes<MeasuredError>(bytes);
+    if (!rows || !is_like(*rows, empty(part))) return false;
+    put(*rows, sites_of_part[part], measured);
+    return true;
+  };
+  return work_in_parts(ctx, work, threads);
+}
+
+}  // namespace sightline

@@ -1,0 +1,24 @@
+#include "passes/map/build_nd_surface.h"
+
+#include <string>
+
+#include "passes/map/surface/nd_surface.h"
+
+namespace sightline {
+
+Result<Surface> build_nd_surface(PassContext& ctx, const NoOptions& /*options*/,
+                                 const NdtMap& map) {
+  Surface surface = surface_of_nds(map);
+  if (surface.patches.empty()) {
+    return Error{ErrorCode::kEmptyMap, "the map has no valid cell that rays could hit", "",
+                 "pass build-nd-surface"};
+  }
+  ctx.warn("a map file holds no surface: rays are cast on the flat patches of its " +
+           std::to_string(map.nds.size()) +
+           " NDs, which are rougher than its points were: occupancy_ratio, virtual scans and "
+           "simulated errors are those of such patches. Annotate the points themselves where they "
+           "are still there");
+  return surface;
+}
+
+}  // namespace sightline

@@ -1,0 +1,279 @@
+#include "passes/map/places/choose_field_sites.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "formats/base/parallel.h"
+#include "passes/map/places/free_ground.h"
+#include "passes/map/places/free_heading.h"
+#include "passes/map/places/level_site.h"
+
+namespace sightline {
+namespace {
+
+constexpr const char* kPlace = "pass choose-field-sites";
+
+// The raster that tells what is free is finer than the grid, and half a metre at most.
+constexpr double kFinest_m = 0.5;
+// What a map of more ground would take to look at: a raster of 10 GiB.
+constexpr double kMostGround_m2 = 2e7;
+// From the place that a user names to free ground.
+constexpr double kNear_m = 10.0;
+// The sensor sits on the roof.
+constexpr double kAboveSensor_m = 0.2;
+// What a place takes from here to the map, on average over sensors of 16 and 64 beams: seconds of
+// one core, and memory (tests/bench/README.md, "The field").
+constexpr double kCpuOfPlace_s = 0.07;
+constexpr double kMemoryOfPlace_mib = 0.18;
+
+// Numbers between commas. Error: bad-value.
+Result<std::vector<double>> numbers_of(const std::string& name, const std::string& text,
+                                       std::size_t count) {
+  std::vector<double> values;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (at != end) {
+    if (*at == ' ' || *at == ',') {
+      ++at;
+      continue;
+    }
+    double value = 0.0;
+    const std::from_chars_result read = std::from_chars(at, end, value);
+    if (read.ec != std::errc() || !std::isfinite(value)) break;
+    values.push_back(value);
+    at = read.ptr;
+  }
+  if (at == end && values.size() == count) return values;
+  return Error{ErrorCode::kBadValue,
+               name + ": found '" + text + "', expected " + std::to_string(count) +
+                   " numbers with commas between",
+               "", kPlace};
+}
+
+struct Grid {
+  int steps = 4;  // of the raster, from one place of the grid to the next; even
+  double step_m = 0.5;
+
+  // The middle of a square of the grid.
+  [[nodiscard]] bool has(std::int32_t step) const {
+    return step - floor_divide(step, steps) * steps == steps / 2;
+  }
+};
+
+Grid grid_of(double spacing_m) {
+  Grid grid;
+  grid.steps = 2 * static_cast<int>(std::ceil(0.5 * spacing_m / kFinest_m));
+  grid.step_m = spacing_m / grid.steps;
+  return grid;
+}
+
+std::string metres(double length_m) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g m", length_m);
+  return text;
+}
+
+// The free place nearest to (x, y) in the map frame. Error: no-ground.
+Result<std::uint32_t> nearest_place(const FreeGround& free, const Eigen::Vector2d& from_map_m) {
+  std::optional<std::uint32_t> best;
+  double best_m = kNear_m;
+  for (std::uint32_t i = 0; i < free.places().size(); ++i) {
+    const GroundPlace& place = free.places()[i];
+    const Eigen::Vector2d off_m =
+        Eigen::Vector2d(place.x * free.step_m(), place.y * free.step_m()) - from_map_m;
+    if (off_m.norm() >= best_m) continue;
+    best = i;
+    best_m = off_m.norm();
+  }
+  if (best) return *best;
+  return Error{ErrorCode::kNoGround,
+               "choose-field-sites.from: a vehicle can stand nowhere within " + metres(kNear_m) +
+                   " of it: is it in the map's own coordinates?",
+               "", kPlace};
+}
+
+// Errors: bad-value, no-ground.
+Result<std::uint32_t> wanted_stretch(const ChooseFieldSitesOptions& options, const MapFrame& frame,
+                                     const FreeGround& free) {
+  if (free.places().empty()) {
+    return Error{ErrorCode::kNoGround,
+                 "nowhere on the map is ground with room for a vehicle of " +
+                     metres(options.width_m) + " by " + metres(options.height_m),
+                 "", kPlace};
+  }
+  if (!options.from.empty()) {
+    SIGHTLINE_ASSIGN(const std::vector<double> from, numbers_of("from", options.from, 2));
+    const Eigen::Vector2d from_m =
+        Eigen::Vector2d(from[0], from[1]) - frame.origin_world_m.head<2>();
+    SIGHTLINE_ASSIGN(const std::uint32_t place, nearest_place(free, from_m));
+    return free.stretch_of(place);
+  }
+  const std::span<const std::size_t> sizes = free.stretch_sizes();
+  return static_cast<std::uint32_t>(std::ranges::max_element(sizes) - sizes.begin());
+}
+
+// In the map frame; everything where nothing is named. Error: bad-value.
+Result<Eigen::AlignedBox2d> wanted_box(const ChooseFieldSitesOptions& options,
+                                       const MapFrame& frame) {
+  constexpr double kFar_m = 1e12;
+  const Eigen::Vector2d far_m(kFar_m, kFar_m);
+  if (options.within.empty()) return Eigen::AlignedBox2d(-far_m, far_m);
+  SIGHTLINE_ASSIGN(const std::vector<double> box, numbers_of("within", options.within, 4));
+  const Eigen::Vector2d origin_m = frame.origin_world_m.head<2>();
+  const Eigen::AlignedBox2d box_m(Eigen::Vector2d(box[0], box[1]) - origin_m,
+                                  Eigen::Vector2d(box[2], box[3]) - origin_m);
+  if (!box_m.isEmpty()) return box_m;
+  return Error{ErrorCode::kBadValue,
+               "within: found '" + options.within + "', expected the lower corner first", "",
+               kPlace};
+}
+
+// Places that are wanted, row by row of the grid, ascending by (y, x, ground).
+std::vector<std::uint32_t> rows_of(const FreeGround& free, const Grid& grid, std::uint32_t stretch,
+                                   const Eigen::AlignedBox2d& box_m) {
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t i = 0; i < free.places().size(); ++i) {
+    const GroundPlace& place = free.places()[i];
+    if (free.stretch_of(i) != stretch || !grid.has(place.x) || !grid.has(place.y)) continue;
+    if (box_m.contains(Eigen::Vector2d(place.x * grid.step_m, place.y * grid.step_m))) {
+      chosen.push_back(i);
+    }
+  }
+  std::ranges::stable_sort(chosen, {}, [&](std::uint32_t i) { return free.places()[i].y; });
+  return chosen;
+}
+
+// Rows without a gap, of places one after the other.
+std::vector<std::vector<std::uint32_t>> runs_of(const FreeGround& free, const Grid& grid,
+                                                const std::vector<std::uint32_t>& rows) {
+  std::vector<std::vector<std::uint32_t>> runs;
+  std::size_t first_of_row = 0;
+  for (const std::uint32_t i : rows) {
+    const GroundPlace& place = free.places()[i];
+    const bool is_new_row = runs.empty() || free.places()[runs.back().back()].y != place.y;
+    if (is_new_row) first_of_row = runs.size();
+    const auto goes_on = [&](const std::vector<std::uint32_t>& run) {
+      const GroundPlace& last = free.places()[run.back()];
+      return last.x == place.x - grid.steps && free.goes_on(last, place);
+    };
+    const auto run =
+        std::find_if(runs.begin() + static_cast<std::ptrdiff_t>(first_of_row), runs.end(), goes_on);
+    if (run == runs.end()) {
+      runs.push_back({i});
+    } else {
+      run->push_back(i);
+    }
+  }
+  return runs;
+}
+
+Error too_many(std::size_t count, const ChooseFieldSitesOptions& options) {
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "found %zu places, %s apart, and at most %d were asked for "
+                "(choose-field-sites.most_places): they would take about %.1f GiB of memory and "
+                "%.1f hours of one core; choose a part of the map (within), a wider spacing_m, or "
+                "raise it",
+                count, metres(options.spacing_m).c_str(), options.most_places,
+                static_cast<double>(count) * kMemoryOfPlace_mib / 1024.0,
+                static_cast<double>(count) * kCpuOfPlace_s / 3600.0);
+  return {ErrorCode::kTooManyPlaces, text, "", kPlace};
+}
+
+void warn_of_places(const PassContext& ctx, const ChooseFieldSitesOptions& options,
+                    const FreeGround& free, std::uint32_t stretch, std::size_t count) {
+  const double square_m2 = free.step_m() * free.step_m();
+  std::size_t apart = 0;
+  for (const std::size_t size : free.stretch_sizes()) apart += size;
+  apart -= free.stretch_sizes()[stretch];
+  const auto places = static_cast<double>(count);
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "everywhere: %zu places, %s apart, on %.0f m^2 that a vehicle reaches; ground of "
+                "%.0f m^2 in %zu other stretches is apart and was left out. They take about %.0f "
+                "minutes of one core and %.1f GiB of memory",
+                count, metres(options.spacing_m).c_str(),
+                static_cast<double>(free.stretch_sizes()[stretch]) * square_m2,
+                static_cast<double>(apart) * square_m2, free.stretch_sizes().size() - 1,
+                std::ceil(places * kCpuOfPlace_s / 60.0), places * kMemoryOfPlace_mib / 1024.0);
+  ctx.warn(text);
+}
+
+Sites sites_of(const PassContext& ctx, const FreeGround& free,
+               const std::vector<std::vector<std::uint32_t>>& runs, double spacing_m,
+               const SensorProfile& sensor) {
+  std::vector<std::uint32_t> places;
+  Sites sites;
+  sites.spacing_m = spacing_m;
+  for (const std::vector<std::uint32_t>& run : runs) {
+    places.insert(places.end(), run.begin(), run.end());
+  }
+  sites.sites.resize(places.size());
+  parallel_for(places.size(), ctx.threads, [&](std::size_t i) {
+    const GroundPlace& place = free.places()[places[i]];
+    const Eigen::Vector3d vehicle_m(place.x * free.step_m(), place.y * free.step_m(),
+                                    place.ground_m + vehicle_above_ground_m(sensor));
+    sites.sites[i] = level_site(0, 0.0, vehicle_m, free_heading(free, places[i]), sensor);
+  });
+  std::size_t site = 0;
+  for (std::uint32_t run = 0; run < runs.size(); ++run) {
+    for (std::size_t i = 0; i < runs[run].size(); ++i, ++site) {
+      sites.sites[site].run = run;
+      sites.sites[site].s_m = static_cast<double>(i) * spacing_m;
+    }
+  }
+  return sites;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(ChooseFieldSitesOptions& options) {
+  return {
+      number("spacing_m", options.spacing_m, "from one place to the next, m", 0.5, 50.0),
+      number("width_m", options.width_m, "room that a vehicle takes on the ground, m", 0.5, 10.0),
+      number("height_m", options.height_m,
+             "and above it, m; at least 0.2 m more than the sensor's height", 0.5, 10.0),
+      text("from", options.from,
+           "places that a vehicle reaches from here, \"x, y\" in the map's own coordinates; "
+           "empty: the largest stretch of ground"),
+      text("within", options.within,
+           "a part of the map, \"x0, y0, x1, y1\" in its own coordinates; empty: all of it"),
+      integer("most_places", options.most_places, "more are refused", 1, 100'000'000)};
+}
+
+Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions& options,
+                                 const Surface& surface, const SensorProfile& sensor) {
+  SIGHTLINE_ASSIGN(const Eigen::AlignedBox2d box_m, wanted_box(options, surface.frame));
+  const GroundFloors floors(surface);
+  const double ground_m2 = static_cast<double>(floors.columns().size()) * GroundFloors::kColumn_m *
+                           GroundFloors::kColumn_m;
+  if (ground_m2 > kMostGround_m2) {
+    return too_many(static_cast<std::size_t>(ground_m2 / (options.spacing_m * options.spacing_m)),
+                    options);
+  }
+  const Grid grid = grid_of(options.spacing_m);
+  const VehicleRoom room{options.width_m,
+                         std::max(options.height_m, sensor.height_m + kAboveSensor_m)};
+  const FreeGround free(surface, floors, grid.step_m, room, ctx.threads);
+  SIGHTLINE_ASSIGN(const std::uint32_t stretch, wanted_stretch(options, surface.frame, free));
+  const std::vector<std::uint32_t> rows = rows_of(free, grid, stretch, box_m);
+  if (rows.empty()) {
+    return Error{ErrorCode::kNoGround,
+                 "no place of the grid of " + metres(options.spacing_m) +
+                     " is on ground that a vehicle reaches" +
+                     (options.within.empty() ? "" : " in " + options.within),
+                 "", kPlace};
+  }
+  if (rows.size() > static_cast<std::size_t>(options.most_places)) {
+    return too_many(rows.size(), options);
+  }
+  warn_of_places(ctx, options, free, stretch, rows.size());
+  Sites sites = sites_of(ctx, free, runs_of(free, grid, rows), options.spacing_m, sensor);
+  sites.frame = surface.frame;
+  return sites;
+}
+
+}  // namespace sightline

@@ -1,0 +1,196 @@
+#include "passes/map/sharpness/measure_sharpness.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "formats/drive/trajectory_of_drive.h"
+#include "formats/grid/cell_key.h"
+#include "passes/matching/scan_preparation.h"
+#include "passes/pass/work_in_parts.h"
+
+namespace sightline {
+namespace {
+
+// Points of a scan are thinned to one in a voxel, or near rings would outvote all else.
+constexpr double kLeaf_m = 0.15;
+
+// A scan that takes part, and where its vehicle was.
+struct LaidScan {
+  std::size_t index = 0;  // of the drive
+  Pose T_laid_vehicle = Pose::Identity();
+};
+
+// One scan in so much of the way. Positions in the drive.
+std::vector<std::size_t> take_scans(double scan_step_m, const Trajectory& trajectory) {
+  std::vector<std::size_t> taken;
+  for (std::size_t k = 0; k < trajectory.poses.size(); ++k) {
+    const Eigen::Vector3d at_m = trajectory.poses[k].T_map_vehicle.translation();
+    if (!taken.empty()) {
+      const Pose& last = trajectory.poses[taken.back()].T_map_vehicle;
+      if ((at_m - last.translation()).norm() < scan_step_m) continue;
+    }
+    taken.push_back(k);
+  }
+  return taken;
+}
+
+// The points of a drive as one set of poses lays them, tile by tile: a tile needs the scans that
+// reach it and its rim, and nothing else is in memory.
+class Laying {
+ public:
+  Laying(const MeasureSharpnessOptions& options, const Drive& drive, std::vector<LaidScan> scans)
+      : options_(options),
+        drive_(drive),
+        scans_(std::move(scans)),
+        tile_m_(options.cell_m * std::ceil(kLeastTile_m / options.cell_m)) {
+    std::set<TileKey> tiles;
+    for (const LaidScan& scan : scans_) {
+      visit_tiles(scan, [&](const TileKey& tile) { tiles.insert(tile); });
+    }
+    tiles_.assign(tiles.begin(), tiles.end());
+    for (std::size_t i = 0; i < scans_.size(); ++i) {
+      visit_tiles(scans_[i], [&](const TileKey& tile) { scans_of_tile_[tile].push_back(i); });
+    }
+  }
+
+  [[nodiscard]] std::size_t tile_count() const { return tiles_.size(); }
+
+  // Error: what reading a scan says.
+  [[nodiscard]] Result<SharpnessSums> sums_of_tile(std::size_t number) const {
+    const TileKey& tile = tiles_[number];
+    std::vector<Eigen::Vector3d> around_m;
+    for (const std::size_t i : scans_of_tile_.at(tile)) {
+      SIGHTLINE_TRY(append_near(scans_[i], tile, around_m));
+    }
+    const IsOwn is_own = [&](const Eigen::Vector3d& point_m) {
+      return tile_key(point_m, tile_m_) == tile;
+    };
+    return sharpness_sums(around_m, is_own, options_, /*threads=*/1);
+  }
+
+ private:
+  static constexpr double kLeastTile_m = 64.0;
+
+  // Of the vehicle's place, as far as returns and the neighbours of points reach.
+  [[nodiscard]] double reach_m() const {
+    const double mounting_m = drive_.sensor.T_vehicle_lidar.translation().norm();
+    return options_.reach_m + mounting_m + options_.radius_m;
+  }
+
+  template <class Visit>
+  void visit_tiles(const LaidScan& scan, const Visit& visit) const {
+    const Eigen::Vector3d at_m = scan.T_laid_vehicle.translation();
+    const TileKey low = tile_key(at_m.array() - reach_m(), tile_m_);
+    const TileKey high = tile_key(at_m.array() + reach_m(), tile_m_);
+    for (std::int32_t x = low.x; x <= high.x; ++x) {
+      for (std::int32_t y = low.y; y <= high.y; ++y) visit(TileKey{x, y});
+    }
+  }
+
+  // The points of a scan in a tile and its rim.
+  [[nodiscard]] Result<void> append_near(const LaidScan& laid, const TileKey& tile,
+                                         std::vector<Eigen::Vector3d>& points_m) const {
+    SIGHTLINE_ASSIGN(const Scan scan, drive_.store->read(laid.index));
+    const SensorProfile& sensor = drive_.sensor_of(drive_.scans[laid.index]);
+    std::vector<Eigen::Vector3d> near_m;
+    for (const Eigen::Vector3d& point_m : crop(scan.points_m, options_.reach_m)) {
+      if (point_m.norm() >= sensor.min_range_m) near_m.push_back(point_m);
+    }
+    const Pose T_laid_lidar = laid.T_laid_vehicle * sensor.T_vehicle_lidar;
+    const double low_x = tile.x * tile_m_ - options_.radius_m;
+    const double low_y = tile.y * tile_m_ - options_.radius_m;
+    const double edge_m = tile_m_ + 2.0 * options_.radius_m;
+    for (const Eigen::Vector3d& point_m : voxel_subsample(near_m, kLeaf_m)) {
+      const Eigen::Vector3d at_m = T_laid_lidar * point_m;
+      const bool is_near = at_m.x() >= low_x && at_m.x() <= low_x + edge_m && at_m.y() >= low_y &&
+                           at_m.y() <= low_y + edge_m;
+      if (is_near) points_m.push_back(at_m);
+    }
+    return {};
+  }
+
+  const MeasureSharpnessOptions& options_;
+  const Drive& drive_;
+  std::vector<LaidScan> scans_;
+  double tile_m_;
+  std::vector<TileKey> tiles_;                                 // ascending
+  std::map<TileKey, std::vector<std::size_t>> scans_of_tile_;  // positions in scans_, ascending
+};
+
+// Figures of layings, each tile of each a part of the work. Error: what reading a scan says.
+Result<std::vector<SharpnessFigures>> measure_layings(const PassContext& ctx,
+                                                      const std::vector<Laying>& layings) {
+  std::vector<std::vector<SharpnessSums>> sums;
+  std::vector<std::pair<std::size_t, std::size_t>> tile_of_part;  // laying, tile
+  for (std::size_t i = 0; i < layings.size(); ++i) {
+    sums.emplace_back(layings[i].tile_count());
+    for (std::size_t tile = 0; tile < sums[i].size(); ++tile) tile_of_part.emplace_back(i, tile);
+  }
+  PartedWork work;
+  work.count = tile_of_part.size();
+  work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+    const auto [laying, tile] = tile_of_part[part];
+    SIGHTLINE_ASSIGN(const SharpnessSums found, layings[laying].sums_of_tile(tile));
+    ByteWriter writer;
+    writer.put(found.entropy_nat);
+    writer.put(found.entropy_points);
+    writer.put(found.plane_variance_m2);
+    writer.put(found.plane_points);
+    return writer.take();
+  };
+  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
+    const auto [laying, tile] = tile_of_part[part];
+    ByteReader reader(bytes);
+    SharpnessSums& found = sums[laying][tile];
+    reader.get(found.entropy_nat);
+    reader.get(found.entropy_points);
+    reader.get(found.plane_variance_m2);
+    reader.get(found.plane_points);
+    return reader.at_end();
+  };
+  SIGHTLINE_TRY(work_in_parts(ctx, work, ctx.threads));
+  std::vector<SharpnessFigures> figures;
+  for (const std::vector<SharpnessSums>& of_tiles : sums) figures.push_back(figures_of(of_tiles));
+  return figures;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(MeasureSharpnessOptions& options) {
+  return {number("radius_m", options.radius_m, "around a point, for entropy, m", 0.1, 5.0),
+          number("cell_m", options.cell_m, "of the NDs whose thickness is judged, m", 0.25, 10.0),
+          number("scan_step_m", options.scan_step_m,
+                 "of the way between the scans that are laid on each other, m", 0.1, 100.0),
+          number("reach_m", options.reach_m, "returns farther from the sensor take no part, m", 5.0,
+                 300.0)};
+}
+
+Result<Sharpness> measure_sharpness(PassContext& ctx, const MeasureSharpnessOptions& options,
+                                    const Drive& drive, const Trajectory& trajectory) {
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
+  std::vector<LaidScan> by_map;
+  std::vector<LaidScan> by_given;
+  for (const std::size_t k : take_scans(options.scan_step_m, trajectory)) {
+    by_map.push_back({k, trajectory.poses[k].T_map_vehicle});
+    if (const std::optional<Pose>& T_world_vehicle = drive.scans[k].T_world_vehicle) {
+      by_given.push_back({k, rebase(*T_world_vehicle, MapFrame{}, drive.frame)});
+    }
+  }
+  const bool is_given = trajectory.source == PoseSource::kGiven;
+  const bool has_given = !is_given && !by_given.empty() && by_given.size() == by_map.size();
+  std::vector<Laying> layings;
+  layings.emplace_back(options, drive, std::move(by_map));
+  if (has_given) layings.emplace_back(options, drive, std::move(by_given));
+  SIGHTLINE_ASSIGN(const std::vector<SharpnessFigures> figures, measure_layings(ctx, layings));
+  Sharpness sharpness;
+  sharpness.of_map = figures.front();
+  if (is_given || has_given) sharpness.of_given = figures.back();
+  return sharpness;
+}
+
+}  // namespace sightline

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "formats/base/result.h"
+#include "passes/pass/pass_context.h"
+
+namespace sightline {
+
+// Work of a pass that falls into parts, each of which depends on the pass, its options and its
+// inputs alone.
+struct PartedWork {
+  std::size_t count = 0;  // of parts
+  // The bytes of one part; called side by side, in no order.
+  std::function<Result<std::vector<std::byte>>(std::size_t part)> make;
+  // Puts a part where it belongs, and says whether the bytes are such a part: what lies in a store
+  // may be anything. Called side by side, once for each part that is taken.
+  std::function<bool(std::size_t part, std::span<const std::byte> bytes)> take;
+};
+
+// Takes every part: as it was saved, else it is made and saved. Parts go through bytes either way,
+// so that the result does not depend on who made them. Those of ctx.share come first, then the
+// others from the one before it backwards: processes of different shares meet, and one alone does
+// all. `threads` work side by side (0: all there are). Of several failures the one of the lowest
+// part is returned.
+Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int threads);
+
+}  // namespace sightline

@@ -1,0 +1,103 @@
+#include "passes/factors/factors_of_sites.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "passes/factors/compute_factors.h"
+#include "passes/map/build_ndt.h"
+#include "passes/map/build_surface.h"
+#include "tests/support/toy_world.h"
+
+namespace sightline {
+namespace {
+
+struct Place {
+  NdtMap map;
+  Surface surface;
+  Sites sites;
+  SensorProfile sensor;
+};
+
+// A street of 150 m: sites in three squares of 64 m, whose order along the street is not that of
+// the squares.
+Place street() {
+  std::string row_of_walls;
+  std::string row_of_ground;
+  for (int i = 0; i < 150; ++i) {
+    row_of_walls += i % 11 < 8 ? '#' : '.';
+    row_of_ground += i % 9 == 4 ? '@' : '.';
+  }
+  const ToyWorld world = draw_world("\n" + row_of_walls + "\n" + row_of_ground + "\n" +
+                                    row_of_ground + "\n" + row_of_walls + "\n");
+  PassContext ctx;
+  Place place;
+  place.map = *build_ndt(ctx, {}, world.points);
+  place.surface = *build_surface(ctx, {}, world.points);
+  place.sites = world.sites;
+  std::reverse(place.sites.sites.begin(), place.sites.sites.end());
+  for (std::size_t i = 0; i < place.sites.sites.size(); ++i) {
+    place.sites.sites[i].s_m = static_cast<double>(i);
+  }
+  for (int beam = 0; beam < 16; ++beam) {
+    place.sensor.beam_elevations_deg.push_back(-15.0 + 2.0 * beam);
+  }
+  place.sensor.azimuth_step_deg = 1.0;
+  return place;
+}
+
+FactorTable factors_of(PassContext& ctx, const Place& place) {
+  const Result<FactorTable> table =
+      factors_of_sites(ctx, {}, place.map, place.surface, place.sites, place.sensor);
+  EXPECT_TRUE(table.has_value()) << to_string(table.error());
+  return *table;
+}
+
+// Depth images and virtual scans of all sites at once, as nobody else makes them any more.
+TEST(FactorsOfSites, AreThoseOfDepthImagesAndVirtualScansOfTheWholeMap) {
+  const Place place = street();
+  PassContext ctx;
+  const DepthImages depth = *cast_rays(ctx, {}, place.surface, place.sites);
+  const VirtualScans scans = *cast_scans(ctx, {}, place.surface, place.sites, place.sensor);
+  const FactorWorld world = *make_factor_world(place.map, default_ranges_m());
+  const SeenFactors expected = *compute_factors(ctx, world, place.sites, depth, scans);
+  ASSERT_GT(expected.unmatched_count, 0U);
+  std::vector<std::string> warnings;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  EXPECT_EQ(to_bytes(factors_of(ctx, place)), to_bytes(expected.table));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(warnings[0], std::to_string(expected.unmatched_count) + " of " +
+                             std::to_string(expected.point_count) +
+                             " virtual points lie in no valid ND and tell nothing of the pose");
+}
+
+TEST(FactorsOfSites, AreTheSameForAnyThreadsAndShares) {
+  const Place place = street();
+  PassContext alone;
+  const std::vector<std::byte> expected = to_bytes(factors_of(alone, place));
+  std::map<std::size_t, std::vector<std::byte>> parts;
+  PassContext ctx;
+  ctx.threads = 3;
+  ctx.share = {1, 2};
+  ctx.part_sink = [&](std::size_t part, std::span<const std::byte> bytes) {
+    parts[part].assign(bytes.begin(), bytes.end());
+  };
+  EXPECT_EQ(to_bytes(factors_of(ctx, place)), expected);
+  EXPECT_EQ(parts.size(), 3U) << "one for each square";
+  ctx.saved_part = [&](std::size_t part) { return std::optional(parts.at(part)); };
+  ctx.part_sink = [](std::size_t, std::span<const std::byte>) { FAIL() << "made anew"; };
+  EXPECT_EQ(to_bytes(factors_of(ctx, place)), expected);
+}
+
+TEST(FactorsOfSites, RefuseASurfaceOfAnotherFrame) {
+  Place place = street();
+  place.surface.frame.origin_world_m.x() += 64.0;
+  PassContext ctx;
+  const Result<FactorTable> table =
+      factors_of_sites(ctx, {}, place.map, place.surface, place.sites, place.sensor);
+  ASSERT_FALSE(table.has_value());
+  EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
+}
+
+}  // namespace
+}  // namespace sightline

@@ -1,0 +1,62 @@
+#include "passes/map/build_nd_surface.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "passes/map/places/ground_floors.h"
+
+namespace sightline {
+namespace {
+
+// Cells of 2 m of a level street, each as even points would leave it.
+NdtMap level_street() {
+  NdtMap map;
+  for (std::int32_t x = 0; x < 10; ++x) {
+    for (std::int32_t y = 0; y < 3; ++y) {
+      Nd nd;
+      nd.key = {x, y, 0};
+      nd.point_count = 100;
+      nd.mean_m = {2.0 * x + 1.0, 2.0 * y + 1.0, 0.3};
+      nd.covariance_m2 = Eigen::Vector3d(4.0 / 12.0, 4.0 / 12.0, 1e-4).asDiagonal();
+      decompose(nd);
+      map.nds.push_back(nd);
+    }
+  }
+  return map;
+}
+
+TEST(BuildNdSurface, IsAPatchForEachNdAndSaysThatItIsRougher) {
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const Result<Surface> surface = build_nd_surface(ctx, {}, level_street());
+  ASSERT_TRUE(surface.has_value());
+  EXPECT_TRUE(validate(*surface).has_value());
+  EXPECT_EQ(surface->patches.size(), 30U);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("holds no surface"), std::string::npos);
+}
+
+TEST(BuildNdSurface, HasGroundThatAVehicleStandsOn) {
+  PassContext ctx;
+  const Result<Surface> surface = build_nd_surface(ctx, {}, level_street());
+  ASSERT_TRUE(surface.has_value());
+  const GroundFloors floors(*surface);
+  for (double x_m = 0.1; x_m < 20.0; x_m += 0.7) {
+    ASSERT_EQ(floors.at({x_m, 3.0}).size(), 1U) << x_m;
+    EXPECT_NEAR(floors.at({x_m, 3.0}).front(), 0.3, 1e-12);
+  }
+  EXPECT_TRUE(floors.at({10.0, 8.0}).empty());
+}
+
+TEST(BuildNdSurface, RefusesAMapWithoutNds) {
+  PassContext ctx;
+  const Result<Surface> surface = build_nd_surface(ctx, {}, NdtMap{});
+  ASSERT_FALSE(surface.has_value());
+  EXPECT_EQ(surface.error().code, ErrorCode::kEmptyMap);
+}
+
+}  // namespace
+}  // namespace sightline

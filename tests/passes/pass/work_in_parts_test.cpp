@@ -1,0 +1,123 @@
+#include "passes/pass/work_in_parts.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <mutex>
+#include <optional>
+
+#include "formats/base/bytes.h"
+
+namespace sightline {
+namespace {
+
+// The squares of 0, 1, 2, ..., each a part.
+class Squares {
+ public:
+  explicit Squares(std::size_t count) : squares_(count) {
+    ctx_.saved_part = [this](std::size_t part) -> std::optional<std::vector<std::byte>> {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const auto found = store_.find(part);
+      return found == store_.end() ? std::nullopt : std::optional(found->second);
+    };
+    ctx_.part_sink = [this](std::size_t part, std::span<const std::byte> bytes) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      store_[part].assign(bytes.begin(), bytes.end());
+    };
+    ctx_.part_count_sink = [this](std::size_t told) { told_ = told; };
+  }
+
+  // Fails at `broken`, none where it is negative.
+  Result<void> run(WorkShare share = {}, int threads = 1, int broken = -1) {
+    made_.clear();
+    ctx_.share = share;
+    PartedWork work;
+    work.count = squares_.size();
+    work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      made_.push_back(part);
+      if (static_cast<int>(part) >= broken && broken >= 0) {
+        return Error{ErrorCode::kNoOverlap, "part " + std::to_string(part), "", ""};
+      }
+      ByteWriter writer;
+      writer.put<std::uint64_t>(part * part);
+      return writer.take();
+    };
+    work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
+      ByteReader reader(bytes);
+      squares_[part] = reader.get<std::uint64_t>();
+      return reader.at_end();
+    };
+    return work_in_parts(ctx_, work, threads);
+  }
+
+  void expect_squares() const {
+    for (std::size_t i = 0; i < squares_.size(); ++i) EXPECT_EQ(squares_[i], i * i);
+  }
+  [[nodiscard]] const std::vector<std::size_t>& made() const { return made_; }
+  [[nodiscard]] std::size_t told() const { return told_; }
+  std::map<std::size_t, std::vector<std::byte>>& store() { return store_; }
+
+ private:
+  PassContext ctx_;
+  std::mutex mutex_;
+  std::map<std::size_t, std::vector<std::byte>> store_;
+  std::vector<std::uint64_t> squares_;
+  std::vector<std::size_t> made_;
+  std::size_t told_ = 0;
+};
+
+TEST(WorkInParts, MakesEveryPartOnce) {
+  for (const std::size_t count : {0, 1, 7, 100}) {
+    Squares squares(count);
+    ASSERT_TRUE(squares.run({}, 3));
+    squares.expect_squares();
+    EXPECT_EQ(squares.made().size(), count);
+    EXPECT_EQ(squares.told(), count);
+    ASSERT_TRUE(squares.run());
+    EXPECT_TRUE(squares.made().empty()) << "what is there is taken";
+    squares.expect_squares();
+  }
+}
+
+TEST(WorkInParts, BeginsWithItsShareAndGoesOnBackwards) {
+  Squares squares(7);
+  ASSERT_TRUE(squares.run({1, 3}));
+  EXPECT_EQ(squares.made(), (std::vector<std::size_t>{2, 3, 1, 0, 6, 5, 4}));
+  squares.expect_squares();
+}
+
+TEST(WorkInParts, SharesHaveEachPartOnce) {
+  for (const std::size_t count : {0, 1, 5, 64, 65}) {
+    std::vector<int> begun(count);
+    for (std::size_t number = 0; number < 7; ++number) {
+      Squares squares(count);
+      ASSERT_TRUE(squares.run({number, 7}));
+      const std::size_t own = count * (number + 1) / 7 - count * number / 7;
+      for (std::size_t i = 0; i < own; ++i) ++begun[squares.made()[i]];
+    }
+    EXPECT_EQ(begun, std::vector<int>(count, 1));
+  }
+}
+
+TEST(WorkInParts, MakesADamagedPartAnew) {
+  Squares squares(5);
+  ASSERT_TRUE(squares.run());
+  squares.store()[3].pop_back();
+  ASSERT_TRUE(squares.run());
+  EXPECT_EQ(squares.made(), std::vector<std::size_t>{3});
+  squares.expect_squares();
+}
+
+TEST(WorkInParts, ReturnsTheFailureOfTheLowestPartAndKeepsTheRest) {
+  for (const int threads : {1, 4}) {
+    Squares squares(20);
+    const Result<void> failed = squares.run({2, 3}, threads, 11);
+    ASSERT_FALSE(failed);
+    EXPECT_EQ(failed.error().message, "part 11");
+    EXPECT_EQ(squares.store().size(), 11U);
+  }
+}
+
+}  // namespace
+}  // namespace sightline
