@@ -9,6 +9,7 @@
 #include "passes/factors/compute_factors.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
+#include "passes/pass/default_looks.h"
 #include "passes/rays/cast_rays.h"
 #include "passes/rays/cast_scans.h"
 
