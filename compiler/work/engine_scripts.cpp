@@ -45,7 +45,8 @@ std::string slurm_script(const EngineJob& job) {
             " --output=" + logs + "/" + name + "-%a.log" +
             (before.empty() ? "" : " --dependency=afterany:$" + before) + " <<'TASK'\n" +
             "#!/bin/bash\nset -e\n" + finished + "exec " + work_command(job, stage) +
-            " --share \"$SLURM_ARRAY_TASK_ID/" + count + "\"\nTASK\n)\n";
+            " --share \"$SLURM_ARRAY_TASK_ID/" + count +
+            "\" --threads \"${SLURM_CPUS_PER_TASK:-1}\"\nTASK\n)\n";
     finished += work_command(job, stage) + "\n";
     before = name;
   }

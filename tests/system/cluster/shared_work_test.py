@@ -254,7 +254,7 @@ class Order(SharedWork):
             if stage:
                 shared.work(stage)
                 finished.add(stage)
-            steps = json.loads(self.town.sightline("status", shared.plan, "--json").stdout)
+            steps = json.loads(self.town.sightline("status", shared.plan, "--format", "json").stdout)
             self.assertEqual({step["stage"] for step in steps}, set(STAGES))
             for step in steps:
                 self.assertEqual(step["is_done"], step["stage"] in finished, step)
