@@ -8,6 +8,7 @@
 #include <set>
 #include <thread>
 
+#include "compiler/pipeline/schedule.h"
 #include "formats/foreign/recording/recording.h"
 #include "formats/text/text_grid.h"
 

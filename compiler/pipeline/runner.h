@@ -1,13 +1,11 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "compiler/pipeline/artifact_set.h"
-#include "passes/pass/pass_context.h"
+#include "compiler/pipeline/run_options.h"
 
 namespace sightline {
 
@@ -30,32 +28,6 @@ struct RunObserver {
   std::function<void(const StepReport&)> finished;
   std::function<void(const std::string& pass, const Table&)> printed;  // --print-after
 };
-
-struct RunOptions {
-  int threads = 0;  // 0 = all there are
-  std::uint64_t seed = 1;
-  std::filesystem::path cache_directory;  // empty: nothing is kept
-  std::vector<std::string> print_after;   // names of steps
-  std::string stop_after;                 // name of a step; empty: to the end
-  // Where several processes share the work: what this one takes first, and that parts stay, since
-  // others may still ask for them.
-  WorkShare share;
-  bool keeps_parts = false;
-  // Whether a step may run; what may not has to be in the cache. Empty: all may.
-  std::function<bool(const std::string& step)> may_run;
-};
-
-// What run_plan() would do with one step.
-struct PlannedRun {
-  std::string name;
-  bool is_in_cache = false;  // or not needed, since what it is needed for is
-  bool is_kept = false;      // its output can be kept at all
-  Digest key{};
-};
-
-// The steps that run_plan() would take, in their order; nothing runs and nothing is written.
-std::vector<PlannedRun> planned_runs(const Plan& plan, const std::vector<AnyWire>& wanted,
-                                     const RunOptions& options, const ArtifactSet& artifacts);
 
 // Makes what is `wanted` (nothing: the output of every step) and is not in `artifacts` already, in
 // the order of the plan: a step is loaded from the cache when pass, version, options, seed and the

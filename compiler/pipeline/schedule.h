@@ -1,11 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "compiler/pipeline/artifact_set.h"
 #include "compiler/pipeline/plan.h"
-#include "compiler/pipeline/runner.h"
+#include "compiler/pipeline/run_options.h"
 #include "compiler/pipeline/step_key.h"
 #include "compiler/store/cache.h"
 
@@ -27,5 +28,17 @@ struct Scheduled {
 std::vector<Scheduled> schedule(const Plan& plan, const std::vector<AnyWire>& wanted,
                                 const RunOptions& options, const ArtifactSet& artifacts,
                                 const ArtifactCache& cache);
+
+// What run_plan() would do with one step.
+struct PlannedRun {
+  std::string name;
+  bool is_in_cache = false;  // or not needed, since what it is needed for is
+  bool is_kept = false;      // its output can be kept at all
+  Digest key{};
+};
+
+// The steps that run_plan() would take, in their order; nothing runs and nothing is written.
+std::vector<PlannedRun> planned_runs(const Plan& plan, const std::vector<AnyWire>& wanted,
+                                     const RunOptions& options, const ArtifactSet& artifacts);
 
 }  // namespace sightline

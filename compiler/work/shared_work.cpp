@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "compiler/pipeline/schedule.h"
 #include "compiler/store/cache.h"
 
 namespace sightline {
