@@ -22,6 +22,32 @@ Flag quiet_flag(bool& is_quiet) {
           .target = &is_quiet};
 }
 
+Flag threads_flag(int& threads) {
+  return {.names = "--threads",
+          .value = "N",
+          .help = "Threads to use; 0 takes all there are",
+          .target = &threads,
+          .minimum = 0,
+          .maximum = 1024};
+}
+
+Flag time_passes_flag(bool& time_passes) {
+  return {.names = "--time-passes",
+          .help = "Print time and peak memory of each pass on stderr",
+          .target = &time_passes};
+}
+
+Flag json_progress_flag(int& descriptor) {
+  return {.names = "--json-progress",
+          .value = "N",
+          .help =
+              "Report progress as one JSON object a line, on stderr instead of the lines for "
+              "people, or on file descriptor N",
+          .target = &descriptor,
+          .minimum = 1,
+          .bare_value = "2"};
+}
+
 Flag world_flag(std::string& world) {
   return {.names = "--world",
           .value = "WORLD",

@@ -18,6 +18,15 @@ Flag force_flag(bool& is_forced);
 // -q,--quiet
 Flag quiet_flag(bool& is_quiet);
 
+// --threads N
+Flag threads_flag(int& threads);
+
+// --time-passes
+Flag time_passes_flag(bool& time_passes);
+
+// --json-progress[=N]
+Flag json_progress_flag(int& descriptor);
+
 // --world WORLD
 Flag world_flag(std::string& world);
 

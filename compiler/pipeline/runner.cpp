@@ -219,8 +219,8 @@ class Runner {
     };
     SIGHTLINE_ASSIGN(std::shared_ptr<const void> output, step.run(ctx, inputs));
     SIGHTLINE_TRY(output_type(step).check(output.get()));
+    SIGHTLINE_TRY(cache_.store_warnings(step.name, key, said));
     if (cache_.is_enabled() && scheduled.is_kept) {
-      SIGHTLINE_TRY(cache_.store_warnings(step.name, key, said));
       SIGHTLINE_TRY(cache_.store(step.name, key, output_type(step).write(output.get())));
       if (!options_.keeps_parts) cache_.remove_parts(step.name, key);
     }
@@ -228,7 +228,6 @@ class Runner {
   }
 
   void repeat_warnings(const Scheduled& scheduled, StepReport& report) const {
-    if (!scheduled.is_kept) return;
     const PassStep& step = step_of(scheduled);
     for (const std::string& message : cache_.load_warnings(step.name, scheduled.key.key)) {
       note(step, report, message);

@@ -25,6 +25,7 @@ std::string link_command(const EngineJob& job) {
 int shares_of(const EngineJob& job, Stage stage) { return is_shared(stage) ? job.shares : 1; }
 
 std::string slurm_script(const EngineJob& job) {
+  const std::string threads = " --threads \"${SLURM_CPUS_PER_TASK:-1}\"";
   const std::string logs = quoted((job.plan / "log").string());
   std::string text =
       "#!/bin/bash\n"
@@ -45,9 +46,8 @@ std::string slurm_script(const EngineJob& job) {
             " --output=" + logs + "/" + name + "-%a.log" +
             (before.empty() ? "" : " --dependency=afterany:$" + before) + " <<'TASK'\n" +
             "#!/bin/bash\nset -e\n" + finished + "exec " + work_command(job, stage) +
-            " --share \"$SLURM_ARRAY_TASK_ID/" + count +
-            "\" --threads \"${SLURM_CPUS_PER_TASK:-1}\"\nTASK\n)\n";
-    finished += work_command(job, stage) + "\n";
+            " --share \"$SLURM_ARRAY_TASK_ID/" + count + "\"" + threads + "\nTASK\n)\n";
+    finished += work_command(job, stage) + threads + "\n";
     before = name;
   }
   text += "link=$(submit \"$@\" --job-name=sightline-link --output=" + logs +
@@ -63,12 +63,6 @@ std::string make_script(const EngineJob& job) {
     }
     return text;
   };
-  std::string text =
-      "# The work of one plan for GNU make: make -f THIS_FILE -j SHARES\n"
-      "# Run it again after an interruption; what is finished is found.\n"
-      ".DELETE_ON_ERROR:\n"
-      ".PHONY: link\n"
-      "link:\n";
   std::string rules;
   std::string before;
   for (const Stage stage : kWorkStages) {
@@ -84,8 +78,12 @@ std::string make_script(const EngineJob& job) {
     }
     before = stamps;
   }
-  return text.substr(0, text.size() - std::string("link:\n").size()) + "link:" + before + "\n\t" +
-         for_make(link_command(job)) + "\n" + rules;
+  return "# The work of one plan for GNU make: make -f THIS_FILE -j SHARES\n"
+         "# Run it again after an interruption; what is finished is found.\n"
+         ".DELETE_ON_ERROR:\n"
+         ".PHONY: link\n"
+         "link:" +
+         before + "\n\t" + for_make(link_command(job)) + "\n" + rules;
 }
 
 // A string of Python.

@@ -93,22 +93,25 @@ std::vector<AnyWire> share_of(const std::vector<AnyWire>& outputs, const WorkSha
   return {begin, end};
 }
 
-std::function<bool(const std::string& step)> may_run_in(const Plan& plan, Stage stage) {
-  return [&plan, stage](const std::string& name) {
+RunOptions options_in(const SharedWork& work, Stage stage) {
+  RunOptions options;
+  options.seed = static_cast<std::uint64_t>(work.config.annotation.seed);
+  options.cache_directory = work.store;
+  options.keeps_parts = true;
+  options.may_run = [&plan = work.compile.plan, stage](const std::string& name) {
     return std::ranges::any_of(plan.steps(), [&](const PassStep& step) {
       return step.name == name && stage_of(step) == stage;
     });
   };
+  return options;
 }
 
 std::vector<StepState> states_of(const SharedWork& work) {
   const Plan& plan = work.compile.plan;
-  RunOptions options;
-  options.seed = static_cast<std::uint64_t>(work.config.annotation.seed);
-  options.cache_directory = work.store;
   const ArtifactCache cache = ArtifactCache::to_look_at(work.store);
   std::vector<StepState> states;
-  for (const PlannedRun& run : planned_runs(plan, told_of(work.compile), options, work.artifacts)) {
+  for (const PlannedRun& run :
+       planned_runs(plan, told_of(work.compile), options_in(work, Stage::kLink), work.artifacts)) {
     if (!run.is_kept) continue;
     const auto step = std::ranges::find(plan.steps(), run.name, &PassStep::name);
     StepState state{stage_of(*step), run.name, cache.has(run.name, run.key)};

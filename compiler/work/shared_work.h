@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -46,8 +45,9 @@ std::vector<AnyWire> outputs_of(const CompilePlan& compile, Stage stage);
 // Of them: those that the process of this share makes first.
 std::vector<AnyWire> share_of(const std::vector<AnyWire>& outputs, const WorkShare& share);
 
-// Which steps a process at work on a stage may run. Refers to the plan.
-std::function<bool(const std::string& step)> may_run_in(const Plan& plan, Stage stage);
+// How a process runs steps of a stage: in the store of the plan, and no steps of other stages.
+// Refers to the work.
+RunOptions options_in(const SharedWork& work, Stage stage);
 
 // How far the steps of a plan are.
 struct StepState {

@@ -152,12 +152,7 @@ Verb weak_verb() {
       output_flag(flags->output, "Write to this file instead of stdout"),
       force_flag(flags->is_forced),
       world_flag(flags->world),
-      {.names = "--threads",
-       .value = "N",
-       .help = "Threads to use; 0 takes all there are",
-       .target = &flags->threads,
-       .minimum = 0,
-       .maximum = 1024}};
+      threads_flag(flags->threads)};
   verb.run = [flags] { return exit_status_of(weak(*flags)); };
   return verb;
 }

@@ -23,10 +23,8 @@ Result<void> link(const LinkFlags& flags) {
   const std::string output = std::filesystem::absolute(flags.output).string();
   SIGHTLINE_ASSIGN(SharedWork work, open_work(flags.plan));
   const Plan& plan = work.compile.plan;
-  RunOptions options = run_options(flags.run, work.config);
-  options.cache_directory = work.store;
-  options.keeps_parts = true;
-  options.may_run = may_run_in(plan, Stage::kLink);
+  RunOptions options = options_in(work, Stage::kLink);
+  options.threads = flags.run.threads;
   SIGHTLINE_ASSIGN(
       const std::vector<StepReport> reports,
       run_steps(plan, told_of(work.compile), flags.run, options, work.config, work.artifacts));
@@ -50,15 +48,9 @@ Verb link_verb() {
       {.name = "PLAN", .help = "The folder that `sightline plan` wrote", .target = &flags->plan}};
   verb.flags = {required_output_flag(flags->output, "The map to write (.slmap)"),
                 force_flag(flags->is_forced),
-                {.names = "--threads",
-                 .value = "N",
-                 .help = "Threads to use; 0 takes all there are",
-                 .target = &flags->run.threads,
-                 .minimum = 0,
-                 .maximum = 1024},
-                {.names = "--time-passes",
-                 .help = "Print time and peak memory of each pass on stderr",
-                 .target = &flags->run.time_passes},
+                threads_flag(flags->run.threads),
+                time_passes_flag(flags->run.time_passes),
+                json_progress_flag(flags->run.json_progress),
                 quiet_flag(flags->run.is_quiet)};
   verb.run = [flags] { return exit_status_of(link(*flags)); };
   return verb;

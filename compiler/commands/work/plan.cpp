@@ -3,7 +3,6 @@
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/console.h"
-#include "compiler/cli/file_kind.h"
 #include "compiler/commands/commands.h"
 #include "compiler/config/expected_cost.h"
 #include "compiler/work/engine_scripts.h"
@@ -36,10 +35,8 @@ Result<void> write_plan(const PlanFlags& flags, const PlanFile& file) {
 
 // Of all stages together, on one thread.
 std::string cost_text(const SharedWork& work) {
-  RunOptions options;
+  RunOptions options = options_in(work, Stage::kLink);
   options.threads = 1;
-  options.seed = static_cast<std::uint64_t>(work.config.annotation.seed);
-  options.cache_directory = work.store;
   return to_text(
       expected_cost(work.compile.plan, told_of(work.compile), options, work.config, work.artifacts),
       work.store);

@@ -45,11 +45,9 @@ Result<void> work(const WorkFlags& flags) {
   SIGHTLINE_ASSIGN(SharedWork work, open_work(flags.plan));
   const Stage stage = *stage_named(flags.stage);
   const Plan& plan = work.compile.plan;
-  RunOptions options = run_options(flags.run, work.config);
-  options.cache_directory = work.store;
-  options.keeps_parts = true;
+  RunOptions options = options_in(work, stage);
+  options.threads = flags.run.threads;
   options.share = flags.share;
-  options.may_run = may_run_in(plan, stage);
   const std::vector<AnyWire> outputs = outputs_of(work.compile, stage);
   const std::vector<AnyWire> own = share_of(outputs, flags.share);
   for (const std::vector<AnyWire>& wanted : {own, outputs}) {
@@ -84,34 +82,20 @@ Verb work_verb() {
                    "sightline work plan/ --stage graph"};
   verb.positionals = {
       {.name = "PLAN", .help = "The folder that `sightline plan` wrote", .target = &flags->plan}};
-  verb.flags = {
-      {.names = "--stage",
-       .value = "STAGE",
-       .help = "What to work on",
-       .target = &flags->stage,
-       .choices = names_of_stages(),
-       .is_required = true},
-      {.names = "--share",
-       .value = "K/N",
-       .help = "Take the K-th of N shares first; else all of it is one share",
-       .target = share_setter(*flags)},
-      {.names = "--threads",
-       .value = "N",
-       .help = "Threads to use; 0 takes all there are",
-       .target = &flags->run.threads,
-       .minimum = 0,
-       .maximum = 1024},
-      {.names = "--time-passes",
-       .help = "Print time and peak memory of each pass on stderr",
-       .target = &flags->run.time_passes},
-      {.names = "--json-progress",
-       .value = "N",
-       .help = "Report progress as one JSON object a line, on stderr instead of the lines "
-               "for people, or on file descriptor N",
-       .target = &flags->run.json_progress,
-       .minimum = 1,
-       .bare_value = "2"},
-      quiet_flag(flags->run.is_quiet)};
+  verb.flags = {{.names = "--stage",
+                 .value = "STAGE",
+                 .help = "What to work on",
+                 .target = &flags->stage,
+                 .choices = names_of_stages(),
+                 .is_required = true},
+                {.names = "--share",
+                 .value = "K/N",
+                 .help = "Take the K-th of N shares first; else all of it is one share",
+                 .target = share_setter(*flags)},
+                threads_flag(flags->run.threads),
+                time_passes_flag(flags->run.time_passes),
+                json_progress_flag(flags->run.json_progress),
+                quiet_flag(flags->run.is_quiet)};
   verb.run = [flags] { return exit_status_of(work(*flags)); };
   return verb;
 }

@@ -28,6 +28,21 @@ Table dump(const Number& number) { return {"number", {"value"}, {{number.value}}
 void encode(const Number& number, ByteWriter& writer) { writer.put(number.value); }
 void decode(ByteReader& reader, Number& number) { reader.get(number.value); }
 
+// One whose content lies outside: no step that makes it gives it back, so it is never loaded.
+struct Handle {
+  std::int64_t value = 0;
+};
+template <>
+struct ArtifactTraits<Handle> {
+  static constexpr std::string_view kName = "handle";
+  static constexpr std::uint32_t kVersion = 1;
+  static constexpr bool kRefersOutside = true;
+};
+Result<void> validate(const Handle& /*handle*/) { return {}; }
+Table dump(const Handle& handle) { return {"handle", {"value"}, {{handle.value}}, {}}; }
+void encode(const Handle& handle, ByteWriter& writer) { writer.put(handle.value); }
+void decode(ByteReader& reader, Handle& handle) { reader.get(handle.value); }
+
 struct ScaleOptions {
   int factor = 2;
 };
@@ -54,6 +69,21 @@ Result<Number> add(PassContext& /*ctx*/, const ScaleOptions& /*options*/, const 
 
 constexpr Pass kScale{"scale", 1, "scaled", "A number times another", &scale};
 constexpr Pass kAdd{"add", 1, "sum", "The sum of two numbers", &add};
+
+Result<Handle> open_handle(PassContext& ctx, const NoOptions& /*options*/, const Number& a) {
+  ++g_calls;
+  ctx.warn("half of it is left out");
+  return Handle{a.value};
+}
+
+Result<Number> read_handle(PassContext& /*ctx*/, const NoOptions& /*options*/,
+                           const Handle& handle) {
+  ++g_calls;
+  return Number{handle.value};
+}
+
+constexpr Pass kOpen{"open", 1, "handle", "A number that lies outside", &open_handle};
+constexpr Pass kRead{"read", 1, "read", "The number of a handle", &read_handle};
 
 class Runner : public ::testing::Test {
  protected:
@@ -258,6 +288,25 @@ TEST_F(Runner, RepeatsTheWarningsOfWhatItFindsInTheCache) {
     EXPECT_EQ(g_calls, 2);
     EXPECT_EQ(heard, std::vector<std::string>{"scale: scaled once"});
     EXPECT_EQ(reports_.at(0).warnings, std::vector<std::string>{"scaled once"});
+  }
+}
+
+// What a drive that is left out costs is said each time, though nobody opens the drive again.
+TEST_F(Runner, RepeatsTheWarningsOfWhatIsNeverKeptAndNotNeeded) {
+  for (int run = 0; run < 2; ++run) {
+    Plan plan;
+    const Wire<Number> source = plan.input<Number>("source");
+    const Wire<Number> read = plan.run(kRead, plan.run(kOpen, source));
+    ArtifactSet artifacts;
+    artifacts.provide(source, Number{3});
+    std::vector<std::string> heard;
+    observer_.warning = [&](const std::string& pass, const std::string& message) {
+      heard.push_back(pass + ": " + message);
+    };
+    ASSERT_TRUE(run_plan(plan, {read}, options_, observer_, artifacts, reports_));
+    EXPECT_EQ(artifacts.get(read).value, 3);
+    EXPECT_EQ(g_calls, 2) << "the second run finds what was read";
+    EXPECT_EQ(heard, std::vector<std::string>{"open: half of it is left out"});
   }
 }
 
