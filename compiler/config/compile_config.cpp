@@ -86,6 +86,11 @@ Result<void> check_map(const CompileConfig& config, const std::filesystem::path&
                "mapping.scans and map.points are named: either a drive makes the map, or it is "
                "finished");
   }
+  if (!config.base_poses.empty()) {
+    return bad(ErrorCode::kBadValue,
+               "base.poses and map.points are named: a finished map has no drives that could keep "
+               "their poses");
+  }
   if (config.route.file.empty()) {
     return bad(ErrorCode::kMissingKey, "route.file: a finished map is annotated along a route");
   }
@@ -254,6 +259,12 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
       {"annotation", "What is annotated, and what all passes share",
        option_fields(config.annotation)},
       mapping_section(config),
+      {.name = "base",
+       .help = "What was shipped, for a map with more drives; or the file alone",
+       .fields = {text("poses", config.base_poses,
+                       "poses that were written beside an earlier map (.slposes): its drives, "
+                       "named first under mapping, keep them; empty: poses are found anew")},
+       .word = "poses"},
       {.name = "map",
        .help = "A finished map, annotated along `route`, in place of `mapping`; or its file alone",
        .fields = option_fields(config.map),
@@ -292,7 +303,7 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   for (RecordingOptions& sensor : config.other_sensors) resolve(file.parent_path(), sensor);
   for (RecordingOptions& later : config.later_mapping) resolve(file.parent_path(), later);
   for (std::string* path : {&config.outside.file, &config.outside.evaluation_file,
-                            &config.map.points, &config.route.file}) {
+                            &config.map.points, &config.route.file, &config.base_poses}) {
     if (path == &config.route.file && config.route.is_everywhere()) continue;
     if (!path->empty()) *path = (file.parent_path() / *path).lexically_normal().string();
   }

@@ -75,6 +75,9 @@ struct CompileConfig {
   // More drives that make the map, in the order of their days; a deque, since sections point into
   // it. What such a drive does not say of itself is as in the first.
   std::deque<RecordingOptions> later_mapping;
+  // Where the scans of these drives were in a map that was shipped (.slposes): they stay there.
+  // Empty: all poses are found anew.
+  std::string base_poses;
   // What else on the vehicle scanned during the mapping drive; no scans: there is none.
   std::array<RecordingOptions, 3> other_sensors;
   MapOptions map;                 // with `route`, in place of the mapping drive

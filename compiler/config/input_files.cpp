@@ -56,6 +56,7 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
     if (!config.route.is_everywhere()) inputs.files.emplace_back(config.route.file);
     if (pieces.size() > 1) inputs.folders.push_back(pieces.front().parent_path());
   }
+  if (!config.base_poses.empty()) inputs.files.emplace_back(config.base_poses);
   if (config.imports_errors()) inputs.files.emplace_back(config.outside.file);
   sort_once(inputs.files);
   sort_once(inputs.folders);

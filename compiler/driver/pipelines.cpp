@@ -34,6 +34,7 @@
 #include "passes/trajectory/align_drive.h"
 #include "passes/trajectory/complete_trajectory.h"
 #include "passes/trajectory/estimate_trajectory.h"
+#include "passes/trajectory/released/extend_released.h"
 #include "passes/trajectory/undistort_scans.h"
 
 namespace sightline {
@@ -134,6 +135,21 @@ Wire<Drive> with_later_drives(const CompileConfig& config, Wire<Drive> drive,
     drive = plan.run_as(role, kJoinDrives, {}, drive, later);
   }
   return drive;
+}
+
+// Where the mapping drives were; beside an earlier map, where that left them.
+void add_trajectory(const CompileConfig& config, CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  compile.base_file = config.base_poses;
+  if (compile.base_file.empty()) {
+    compile.trajectory = plan.run(kEstimateTrajectory, compile.drive);
+  } else {
+    compile.base = plan.input<ReleasedPoses>("base/released-poses");
+    compile.trajectory = plan.run_as("", kExtendReleased, plan.options(kEstimateTrajectory),
+                                     compile.drive, compile.base);
+  }
+  if (config.later_mapping.empty() && compile.base_file.empty()) return;
+  compile.released = plan.run(kReleasePoses, compile.drive, compile.trajectory);
 }
 
 // The steps of a drive that is localized in a map.
@@ -339,7 +355,7 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   compile.drive = plan.run(kIngest, first.recording);
   // From here on points are finite, times rise, and a frame near the drive is chosen.
   compile.drive = with_later_drives(config, compile.drive, compile);
-  compile.trajectory = plan.run(kEstimateTrajectory, compile.drive);
+  add_trajectory(config, compile);
   const MappingDrive mapping =
       with_other_sensors(config, {compile.drive, compile.trajectory}, compile);
   // From here on every mapping scan, of any sensor, has a pose in the map frame.
@@ -385,6 +401,7 @@ std::vector<AnyWire> told_of(const CompilePlan& compile) {
   std::vector<AnyWire> told = {compile.map, compile.measured, compile.ranges, compile.factors,
                                compile.evaluation};
   if (compile.sharpness.is_connected()) told.push_back(compile.sharpness);
+  if (compile.released.is_connected()) told.push_back(compile.released);
   return told;
 }
 

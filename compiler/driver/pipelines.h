@@ -10,6 +10,7 @@
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/driven_places.h"
 #include "formats/drive/outside_errors.h"
+#include "formats/drive/released_poses.h"
 #include "formats/drive/route.h"
 #include "formats/evaluation/evaluation.h"
 #include "formats/foreign/maps/point_map.h"
@@ -73,11 +74,14 @@ struct CompilePlan {
   FinishedMapInput finished;
   Wire<RecordingCards> cards;
   Wire<ErrorModel> given_model;  // connected where the model is given
+  std::string base_file;
+  Wire<ReleasedPoses> base;  // connected where an earlier map's poses stay
   // Made.
   Wire<Drive> drive;  // of the first sensor
   Wire<Trajectory> trajectory;
-  Wire<Drive> undistorted;     // of all sensors
-  Wire<SurfacePoints> points;  // not connected where a compiled map is annotated anew
+  Wire<ReleasedPoses> released;  // for the next map; not connected where there is one drive
+  Wire<Drive> undistorted;       // of all sensors
+  Wire<SurfacePoints> points;    // not connected where a compiled map is annotated anew
   Wire<NdtMap> ndt;
   Wire<Surface> surface;
   Wire<Sites> sites;

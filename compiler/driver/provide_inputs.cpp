@@ -134,6 +134,16 @@ Result<void> provide_finished(const CompilePlan& compile, ArtifactSet& artifacts
   return {};
 }
 
+// Poses of an earlier map.
+Result<void> provide_base(const CompilePlan& compile, ArtifactSet& artifacts) {
+  if (!compile.base.is_connected()) return {};
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(compile.base_file));
+  Result<ReleasedPoses> released = from_bytes<ReleasedPoses>(bytes);
+  if (!released) return in_file(released.error(), compile.base_file);
+  artifacts.provide(compile.base, std::move(*released));
+  return {};
+}
+
 }  // namespace
 
 Result<void> provide_drive(const EvaluatePlan& evaluate,
@@ -147,6 +157,7 @@ Result<void> provide_drives(const CompilePlan& compile,
   // The files that are read in no time come first: a mistake in them is told at once.
   SIGHTLINE_TRY(provide_outside(compile.outside, artifacts));
   SIGHTLINE_TRY(provide_finished(compile, artifacts));
+  SIGHTLINE_TRY(provide_base(compile, artifacts));
   const CachedDigests digests(cache_directory);
   for (const RecordingInput& input : compile.recordings) {
     SIGHTLINE_TRY(provide_recording(input, digests, artifacts));
@@ -176,6 +187,11 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
     const std::string file = std::filesystem::path(options.points).filename().string();
     recordings.cards.push_back(
         {"map", options.name.empty() ? file : options.name, artifacts.entry(compiled).key});
+  }
+  if (compile.base.is_connected() && artifacts.has(compile.base)) {
+    recordings.cards.push_back({"base",
+                                std::filesystem::path(compile.base_file).filename().string(),
+                                artifacts.entry(compile.base).key});
   }
   for (const RecordingInput& input : compile.recordings) {
     if (!artifacts.has(input.recording)) continue;

@@ -30,6 +30,7 @@ constexpr std::array kStages = {
     PassStage{"join-drives", Stage::kGraph, Stage::kGraph},
     PassStage{"join-sensors", Stage::kGraph, Stage::kGraph},
     PassStage{"estimate-trajectory", Stage::kGraph, Stage::kDrives},
+    PassStage{"release-poses", Stage::kGraph, Stage::kGraph},
     PassStage{"complete-trajectory", Stage::kGraph, Stage::kGraph},
     PassStage{"undistort-scans", Stage::kTiles, Stage::kTiles},
     PassStage{"remove-moving", Stage::kTiles, Stage::kTiles},

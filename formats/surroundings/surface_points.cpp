@@ -38,6 +38,21 @@ void decode(ByteReader& reader, PlacedScan& scan) {
 
 }  // namespace
 
+std::optional<Digest> content_of_scans(const ScanStore& store, std::span<const PlacedScan> scans,
+                                       ByteWriter before) {
+  before.put<std::uint8_t>(store.has_origins() ? 1 : 0);
+  for (const PlacedScan& scan : scans) {
+    const std::optional<Digest> identity = store.identity(scan.index);
+    if (!identity) return std::nullopt;
+    before.put_array(std::span<const std::uint8_t>(*identity));
+    encode(scan.T_map_lidar, before);
+    before.put(scan.min_range_m);
+    before.put(scan.max_range_m);
+    before.put(scan.part);
+  }
+  return sha256(before.bytes());
+}
+
 Result<void> validate(const SurfacePoints& points) {
   if (!points.frame.origin_world_m.allFinite() || !std::isfinite(points.voxel_m) ||
       points.voxel_m < 0.0) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "passes/factors/compute_factors.h"
+#include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
 
 namespace sightline {
@@ -61,7 +62,9 @@ class BlockFactors {
         sites_(sites),
         sensor_(sensor),
         caster_(surface, sites,
-                std::max(options.rays.longest_range_m, options.scans.longest_range_m)) {}
+                std::max(options.rays.longest_range_m, options.scans.longest_range_m)),
+        nd_digests_(digests_of(world.map)),
+        patch_digests_(digests_of(surface)) {}
 
   [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return caster_.blocks(); }
 
@@ -73,12 +76,36 @@ class BlockFactors {
     return compute_factors(ctx, world_, sites_of(block, sites_), depth, scans);
   }
 
+  // Of the sites, the sensor and all that they may see or be matched to.
+  [[nodiscard]] Digest content(const SiteBlock& block) const {
+    ByteWriter writer;
+    encode(sensor_, writer);
+    std::vector<Eigen::Vector3d> places_m;
+    for (const Site& site : sites_of(block, sites_).sites) {
+      encode(site.T_map_vehicle, writer);
+      for (const double coordinate_m : site.p_map_m) writer.put(coordinate_m);
+      places_m.push_back(site.p_map_m);
+    }
+    const double cast_m = std::max(options_.rays.longest_range_m, options_.scans.longest_range_m);
+    const double matched_m = world_.ranges_m.back() + kFarthestFound_m + kBesideNds_m;
+    DigestBuilder builder;
+    builder.add(writer.bytes());
+    builder.add(patch_digests_.within(box_around(places_m, cast_m + kBesidePatches_m)));
+    builder.add(nd_digests_.within(box_around(places_m, matched_m)));
+    return builder.finish();
+  }
+
  private:
+  // Half a patch, and more than cells around a point, its noise and the start.
+  static constexpr double kBesidePatches_m = 8.0;
+  static constexpr double kBesideNds_m = 16.0;
   const FactorsOfSitesOptions& options_;
   const FactorWorld& world_;
   const Sites& sites_;
   const SensorProfile& sensor_;
   SiteCaster caster_;
+  TileDigests nd_digests_;
+  TileDigests patch_digests_;
 };
 
 // No sites: what a table of any sites says of its columns. Error: mismatched-inputs.
@@ -127,6 +154,7 @@ Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptio
   std::vector<BlockRows> rows_of_block(factors.blocks().size());
   PartedWork work;
   work.count = factors.blocks().size();
+  work.content = [&](std::size_t part) { return factors.content(factors.blocks()[part]); };
   work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(SeenFactors seen, factors.see(ctx, factors.blocks()[part]));
     return to_bytes({seen.point_count, seen.unmatched_count, std::move(seen.table.values)});

@@ -12,6 +12,7 @@
 #include "passes/localize/measured_parts.h"
 #include "passes/localize/site_localizer.h"
 #include "passes/pass/scan_selection.h"
+#include "passes/pass/tile_digests.h"
 
 namespace sightline {
 namespace {
@@ -59,6 +60,52 @@ std::vector<std::vector<std::size_t>> parts_of(std::size_t site_count) {
   return parts;
 }
 
+// What decides the rows of some sites: their scans, and the NDs that these may be matched to.
+class PartContents {
+ public:
+  PartContents(const SiteMeasuring& measuring, const std::vector<std::optional<std::size_t>>& scans)
+      : measuring_(measuring), scans_(scans), nds_(digests_of(measuring.localizer.map)) {
+    for (const std::vector<Look>& looks : {measuring.looks, measuring.samples}) {
+      for (const Look& look : looks) longest_m_ = std::max(longest_m_, look.range_m);
+    }
+    if (measuring.reference == ErrorReference::kFullRangeMatch) {
+      longest_m_ = std::max(longest_m_, measuring.drive.sensor.max_range_m) + kFarthestFound_m;
+    }
+  }
+
+  // Nothing where a scan is not known without reading it, or how far PCL's matcher goes.
+  [[nodiscard]] std::optional<Digest> of(const std::vector<std::size_t>& sites) const {
+    if (measuring_.localizer.choice.kind == LocalizerKind::kPclNdt) return std::nullopt;
+    ByteWriter writer;
+    encode(measuring_.drive.sensor, writer);
+    std::vector<Eigen::Vector3d> places_m;
+    for (const std::size_t site : sites) {
+      if (!scans_[site]) continue;
+      const std::optional<Digest> scan = measuring_.drive.store->identity(*scans_[site]);
+      if (!scan) return std::nullopt;
+      const Pose& T_map_vehicle = measuring_.trajectory.poses[*scans_[site]].T_map_vehicle;
+      writer.put(measuring_.drive.scans[*scans_[site]].recording_index);  // its seed
+      writer.put_array(std::span<const std::uint8_t>(*scan));
+      encode(T_map_vehicle, writer);
+      places_m.push_back(T_map_vehicle.translation());
+    }
+    DigestBuilder builder;
+    builder.add(writer.bytes());
+    if (!places_m.empty()) {
+      builder.add(nds_.within(box_around(places_m, longest_m_ + kFarthestFound_m + kBeside_m)));
+    }
+    return builder.finish();
+  }
+
+ private:
+  // More than the cells around a point, the start and the mounting.
+  static constexpr double kBeside_m = 16.0;
+  const SiteMeasuring& measuring_;
+  const std::vector<std::optional<std::size_t>>& scans_;
+  TileDigests nds_;
+  double longest_m_ = 0.0;
+};
+
 // Fills rows of every site that has a scan; the first failure in the order of sites is returned.
 Result<void> measure_sites(const PassContext& ctx, const SiteMeasuring& measuring,
                            const std::vector<std::optional<std::size_t>>& scans,
@@ -71,7 +118,10 @@ Result<void> measure_sites(const PassContext& ctx, const SiteMeasuring& measurin
     for (MeasuredError& samples : empty.of_samples) samples.rows = std::move(rows.samples);
     return {};
   };
-  return fill_in_parts(ctx, parts_of(scans.size()), fill, ctx.threads, measured);
+  const PartContents contents(measuring, scans);
+  const std::vector<std::vector<std::size_t>> parts = parts_of(scans.size());
+  const auto content = [&](std::size_t part) { return contents.of(parts[part]); };
+  return fill_in_parts(ctx, {parts, fill, content}, ctx.threads, measured);
 }
 
 // Position of each site's nearest selected scan within the radius, the first on a tie.

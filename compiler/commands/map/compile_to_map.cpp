@@ -29,6 +29,10 @@ Result<void> check_outputs(const CompileFlags& flags) {
   return try_output(flags.output, if_exists);
 }
 
+std::filesystem::path poses_beside(const std::string& map) {
+  return std::filesystem::path(map).replace_extension(".slposes");
+}
+
 Result<void> write_outputs(const std::string& output, IfExists if_exists, const CompiledMap& map,
                            const std::string& provenance) {
   SIGHTLINE_TRY(write_file_atomically(output, encode_map(map), if_exists));
@@ -104,6 +108,8 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   const bool is_given = !flags.model.empty();
   const CompilePlan compile =
       compile_plan(config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
+  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  SIGHTLINE_TRY(try_poses_output(flags.output, if_exists, compile));
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
   if (is_given) {
@@ -119,11 +125,16 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
                    run_steps(compile.plan, told_of(compile), flags.run, config, artifacts));
   if (!artifacts.has(compile.map)) return {};  // --stop-after
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   const Result<void> written =
       write_compiled(flags.output, if_exists, config, compile, artifacts, reports);
   if (!written || flags.run.is_quiet) return written;
   return print_summary(compile, artifacts);
+}
+
+Result<void> try_poses_output(const std::string& output, IfExists if_exists,
+                              const CompilePlan& compile) {
+  if (output.empty() || !compile.released.is_connected()) return {};
+  return try_output(poses_beside(output).string(), if_exists);
 }
 
 Result<void> write_compiled(const std::string& output, IfExists if_exists,
@@ -131,7 +142,10 @@ Result<void> write_compiled(const std::string& output, IfExists if_exists,
                             const ArtifactSet& artifacts, const std::vector<StepReport>& reports) {
   const std::string provenance =
       provenance_json(config, command_line(), artifacts.get(compile.cards), reports);
-  return write_outputs(output, if_exists, artifacts.get(compile.map), provenance);
+  SIGHTLINE_TRY(write_outputs(output, if_exists, artifacts.get(compile.map), provenance));
+  if (!compile.released.is_connected()) return {};
+  return write_file_atomically(poses_beside(output), to_bytes(artifacts.get(compile.released)),
+                               if_exists);
 }
 
 Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifacts) {
