@@ -118,11 +118,13 @@ std::int64_t HesaiLidar::time_ns(std::span<const std::byte> bytes) const {
   const auto part = [&](std::size_t i, int least, int most) {
     return std::clamp(byte_at(bytes, date + i), least, most);
   };
+  // Firmwares count the years from 2000 or from 1900, which a year of this century tells.
+  const int year = byte_at(bytes, date);
+  const int first_year = year >= 100 ? 1900 : model_.first_year;
   // A clock that was not set may have no month and no day.
-  const std::chrono::sys_days day(
-      std::chrono::year(model_.first_year + byte_at(bytes, date)) /
-      std::chrono::month(static_cast<unsigned>(part(1, 1, 12))) /
-      std::chrono::day(static_cast<unsigned>(part(2, 1, 31))));
+  const std::chrono::sys_days day(std::chrono::year(first_year + year) /
+                                  std::chrono::month(static_cast<unsigned>(part(1, 1, 12))) /
+                                  std::chrono::day(static_cast<unsigned>(part(2, 1, 31))));
   const std::int64_t seconds = std::int64_t{86'400} * day.time_since_epoch().count() +
                                3600 * part(3, 0, 23) + 60 * part(4, 0, 59) + part(5, 0, 60);
   const auto us = read_at<std::uint32_t>(bytes, model_.tail_begin() + model_.us_at);
@@ -156,8 +158,8 @@ void HesaiLidar::append_block(std::span<const std::byte> bytes, std::size_t bloc
       continue;
     }
     const HesaiAngles& angles = angles_[channel];
-    const double azimuth_deg = 0.01 * azimuth_cdeg(bytes, block) + angles.azimuth_deg +
-                               turn * firings_us_[channel];
+    const double azimuth_deg =
+        0.01 * azimuth_cdeg(bytes, block) + angles.azimuth_deg + turn * firings_us_[channel];
     const Eigen::Vector3d direction =
         direction_of(kRadPerDeg * (90.0 - azimuth_deg), kRadPerDeg * angles.elevation_deg);
     if (add_point(cloud, tick_m * ticks * direction, static_cast<float>(byte_at(bytes, at + 2)))) {
@@ -210,7 +212,8 @@ Error another_model(std::span<const std::byte> packet) {
   return {ErrorCode::kUnsupportedFormat,
           "found packets of another model of Hesai (" + std::to_string(byte_at(packet, 2)) + "." +
               std::to_string(byte_at(packet, 3)) + ", " + std::to_string(packet.size()) +
-              " bytes), expected Pandar64, PandarXT-32 or PandarXT-16; replay the capture to Hesai's ROS driver "
+              " bytes), expected Pandar64, PandarXT-32 or PandarXT-16; replay the capture to "
+              "Hesai's ROS driver "
               "and record its points in a bag, or export the scans as PCD with PandarView",
           "", ""};
 }
@@ -230,10 +233,11 @@ Result<std::unique_ptr<const RotatingLidar>> hesai_lidar(std::span<const std::by
   std::vector<HesaiAngles> angles = hesai_nominal_angles(*model);
   std::vector<std::string> warnings;
   if (correction.empty()) {
-    warnings.push_back("no angle correction file lies beside the capture: the nominal angles of a " +
-                       std::string(model->name) +
-                       " are assumed, which a unit's own miss by degrees; save its file (CSV) from "
-                       "the sensor's web page");
+    warnings.push_back(
+        "no angle correction file lies beside the capture: the nominal angles of a " +
+        std::string(model->name) +
+        " are assumed, which a unit's own miss by degrees; save its file (CSV) from "
+        "the sensor's web page");
   } else {
     SIGHTLINE_ASSIGN(const std::string text, read_short_text(correction, kLargestCorrection));
     SIGHTLINE_ASSIGN(angles, angles_of(*model, text, correction.string()));

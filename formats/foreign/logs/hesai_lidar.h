@@ -9,10 +9,11 @@
 #include "formats/base/result.h"
 #include "formats/foreign/logs/rotating_lidar.h"
 
-// Data packets of Hesai's Pandar64, PandarXT-32 and PandarXT-16 as their User Manuals describe them: a header,
-// blocks of an azimuth and the returns of all channels, a tail with mode and UTC time. Axes as
-// Hesai's drivers have them: y along azimuth 0, x right, z up, from the sensor's origin. A channel
-// looks a little beside the head's azimuth: its unit's angle correction file says how far.
+// Data packets of Hesai's Pandar64, PandarXT-32 and PandarXT-16 as their User Manuals describe
+// them: a header, blocks of an azimuth and the returns of all channels, a tail with mode and UTC
+// time. Axes as Hesai's drivers have them: y along azimuth 0, x right, z up, from the sensor's
+// origin. A channel looks a little beside the head's azimuth: its unit's angle correction file says
+// how far.
 
 namespace sightline {
 

@@ -43,9 +43,8 @@ const HesaiModel* hesai_model_of(std::span<const std::byte> packet) {
                        packet[3] == std::byte{model.bytes_2_and_3[1]};
     // Sensors of one protocol differ by their number of channels.
     const bool has_protocol = model.header_size == 12;
-    const bool are_channels =
-        !has_protocol || (packet[6] == std::byte(model.channels) &&
-                          packet[7] == std::byte(model.blocks));
+    const bool are_channels = !has_protocol || (packet[6] == std::byte(model.channels) &&
+                                                packet[7] == std::byte(model.blocks));
     if (is_it && are_channels) return &model;
   }
   return nullptr;

@@ -18,7 +18,7 @@ struct HesaiAngles {
 
 struct HesaiModel {
   std::string_view name;
-  std::string_view profile;  // of formats/drive/sensor_profile.h
+  std::string_view profile;       // of formats/drive/sensor_profile.h
   std::uint8_t bytes_2_and_3[2];  // behind EE FF: channels and blocks, or the version
   std::size_t header_size = 0;
   std::size_t unit_at = 0;  // in the header: of a tick of distance, mm

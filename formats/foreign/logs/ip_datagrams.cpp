@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kIpHeader = 20;
 constexpr std::size_t kUdpHeader = 8;
-constexpr std::size_t kUnit = 8;             // fragments begin at multiples of it
+constexpr std::size_t kUnit = 8;               // fragments begin at multiples of it
 constexpr std::size_t kMostBytes = 1U << 16U;  // of a datagram: its length has 16 bits
 // Those of a few sensors that send at once; a lost fragment's datagram leaves when others come.
 constexpr std::size_t kMostOpen = 8;
@@ -40,8 +40,7 @@ IpDatagrams::Open& IpDatagrams::open_of(std::span<const std::byte> ip, std::uint
   key.push_back(ip[5]);
   const auto found = std::ranges::find(open_, key, &Open::key);
   if (found != open_.end()) return *found;
-  std::erase_if(open_,
-                [&](const Open& open) { return open.serial + kLongestWait < next_serial_; });
+  std::erase_if(open_, [&](const Open& open) { return open.serial + kLongestWait < next_serial_; });
   if (open_.size() == kMostOpen) open_.erase(open_.begin());
   open_.push_back({std::move(key), {}, {}, false, offset, next_serial_++});
   return open_.back();

@@ -43,8 +43,8 @@ bool is_ouster(std::span<const std::byte> datagram) {
   const std::size_t column = (datagram.size() - 2 * header) / kColumns;
   const auto number = [&](std::size_t i) {
     const std::size_t at = header + i * column + 8;
-    return std::to_integer<unsigned>(datagram[at]) |
-           std::to_integer<unsigned>(datagram[at + 1]) << 8U;
+    return std::to_integer<unsigned>(datagram[at]) | std::to_integer<unsigned>(datagram[at + 1])
+                                                         << 8U;
   };
   return number(1) == number(0) + 1 && number(2) == number(0) + 2;
 }

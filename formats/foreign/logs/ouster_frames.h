@@ -13,7 +13,7 @@ namespace sightline {
 
 // Where one frame of an Ouster sensor lies in a pcap.
 struct OusterFrame {
-  std::uint64_t offset = 0;      // of the record of its first packet, bytes
+  std::uint64_t offset = 0;  // of the record of its first packet, bytes
   std::uint16_t frame_id = 0;
   std::size_t packet_count = 0;  // none of them twice
   std::int64_t stamp_ns = 0;     // of its earliest column, of the sensor's clock as it is

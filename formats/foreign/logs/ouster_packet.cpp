@@ -85,8 +85,7 @@ OusterPackets::OusterPackets(OusterMetadata metadata, OusterLayout layout)
   const std::size_t pixels = metadata_.altitudes_deg.size() * layout_.pixel_size;
   column_size_ = layout_.is_legacy ? kLegacyColumnHeader + pixels + kLegacyColumnFooter
                                    : kColumnHeader + pixels;
-  size_ = metadata_.columns_per_packet * column_size_ +
-          (layout_.is_legacy ? 0 : kHeader + kFooter);
+  size_ = metadata_.columns_per_packet * column_size_ + (layout_.is_legacy ? 0 : kHeader + kFooter);
   // A window may go through column 0.
   const std::size_t columns = metadata_.columns_per_frame;
   const std::size_t step = metadata_.columns_per_packet;
@@ -162,8 +161,8 @@ void OusterPackets::append_column(std::span<const std::byte> packet, std::size_t
   const double radius_m = kMillimetre_m * *metadata_.beam_radius_mm;
   const double height_m = kMillimetre_m * metadata_.beam_height_mm;
   const double lead_m = height_m == 0.0 ? radius_m : std::hypot(radius_m, height_m);
-  const Eigen::Vector3d origin_m(radius_m * std::cos(encoder_rad),
-                                 radius_m * std::sin(encoder_rad), height_m);
+  const Eigen::Vector3d origin_m(radius_m * std::cos(encoder_rad), radius_m * std::sin(encoder_rad),
+                                 height_m);
   const std::size_t first_pixel_at =
       column_at(column) + (layout_.is_legacy ? kLegacyColumnHeader : kColumnHeader);
   for (std::size_t beam = 0; beam < metadata_.altitudes_deg.size(); ++beam) {

@@ -81,8 +81,8 @@ Result<std::shared_ptr<const ScanContainer>> open_ouster_pcap(
   Result<OusterPackets> packets = OusterPackets::of(sensor);
   if (!packets) return of_file(packets.error(), metadata);
   SIGHTLINE_ASSIGN(OusterFrameIndex index, find_ouster_frames(path, *packets));
-  return std::shared_ptr<const ScanContainer>(std::make_shared<OusterPcap>(
-      path, metadata, std::move(*packets), std::move(index)));
+  return std::shared_ptr<const ScanContainer>(
+      std::make_shared<OusterPcap>(path, metadata, std::move(*packets), std::move(index)));
 }
 
 }  // namespace sightline

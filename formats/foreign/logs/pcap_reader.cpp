@@ -107,10 +107,11 @@ Result<void> PcapReader::open_classic() {
 
 Result<void> PcapReader::check_link_type(std::uint32_t link_type) const {
   if (link_size(link_type)) return {};
-  return error(ErrorCode::kUnsupportedFormat,
-               "found link type " + std::to_string(link_type) +
-                   ", expected Ethernet (1), Linux cooked (113 or 276), loopback (0) or raw IP (101 "
-                   "or 228)");
+  return error(
+      ErrorCode::kUnsupportedFormat,
+      "found link type " + std::to_string(link_type) +
+          ", expected Ethernet (1), Linux cooked (113 or 276), loopback (0) or raw IP (101 "
+          "or 228)");
 }
 
 // The head of the section and the interfaces behind it, up to the first packet.

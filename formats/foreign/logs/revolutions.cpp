@@ -39,8 +39,8 @@ class RevolutionFinder {
   RevolutionIndex index_;
   const RotatingLidar& lidar_;
   PacketClock clock_;
-  std::optional<Revolution> open_;  // the one that goes on
-  ByteWriter bytes_;                // its packets
+  std::optional<Revolution> open_;   // the one that goes on
+  ByteWriter bytes_;                 // its packets
   std::int64_t open_offset_ns_ = 0;  // of its first block, behind its first packet's time
   std::optional<unsigned> azimuth_before_cdeg_;
   std::optional<std::int64_t> time_before_ns_;
@@ -159,7 +159,8 @@ Result<RevolutionIndex> RevolutionFinder::finish() {
   if (index_.revolutions.empty()) {
     return error(ErrorCode::kDriveTooShort,
                  "no whole revolution of a " + lidar_.maker() + " sensor among " +
-                     std::to_string(data_packets_) + " data packets and " + std::to_string(other_packets_) + " others",
+                     std::to_string(data_packets_) + " data packets and " +
+                     std::to_string(other_packets_) + " others",
                  0);
   }
   warn();

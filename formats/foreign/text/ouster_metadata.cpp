@@ -101,7 +101,8 @@ void read_columns(Reader& reader, OusterMetadata& metadata) {
   if (const std::optional<std::string> mode = reader.text("lidar_mode");
       mode && metadata.columns_per_frame == 0) {  // "1024x10"
     const std::optional<double> columns = to_number<double>(mode->substr(0, mode->find('x')));
-    if (columns) metadata.columns_per_frame = reader.checked_count("lidar_mode", *columns, 1, kMostColumns);
+    if (columns)
+      metadata.columns_per_frame = reader.checked_count("lidar_mode", *columns, 1, kMostColumns);
   }
   if (metadata.columns_per_frame == 0) return;
   metadata.last_column = metadata.columns_per_frame - 1;

@@ -6,9 +6,9 @@
 
 #include "formats/base/atomic_file.h"
 #include "formats/foreign/clouds/cloud_parsers.h"
-#include "formats/foreign/text/ouster_metadata.h"
 #include "formats/foreign/text/beam_table.h"
 #include "formats/foreign/text/lower_extension.h"
+#include "formats/foreign/text/ouster_metadata.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {
