@@ -81,7 +81,8 @@ class HesaiLidar : public RotatingLidar {
     return returns_of_mode(byte_at(bytes, model_.tail_begin() + model_.mode_at));
   }
   [[nodiscard]] double block_us(std::span<const std::byte> bytes, std::size_t block) const {
-    const std::size_t before_last = (model_.blocks - 1 - block) / returns(bytes);
+    const std::size_t before_last =
+        (model_.blocks - 1 - block) / std::max<std::size_t>(1, returns(bytes));
     return model_.last_block_us - model_.block_us * static_cast<double>(before_last);
   }
   [[nodiscard]] double turn_deg_per_us(std::span<const std::byte> bytes, std::size_t block) const;

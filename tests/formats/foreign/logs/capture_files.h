@@ -21,7 +21,8 @@ inline std::filesystem::path capture_file(const std::string& name) {
 
 // From a point to the nearest wall of the box.
 inline double to_wall_m(const Eigen::Vector3d& p_m) {
-  constexpr std::array<std::array<double, 2>, 3> kBox_m = {{{-7.0, 11.0}, {-5.0, 8.5}, {-2.0, 6.0}}};
+  constexpr std::array<std::array<double, 2>, 3> kBox_m = {
+      {{-7.0, 11.0}, {-5.0, 8.5}, {-2.0, 6.0}}};
   double least_m = 1e9;
   for (int axis = 0; axis < 3; ++axis) {
     for (const double wall_m : kBox_m.at(static_cast<std::size_t>(axis))) {
