@@ -176,7 +176,8 @@ Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& op
     return Error{ErrorCode::kBadValue, "topic is for bags, found " + options.scans, "", ""};
   }
   SIGHTLINE_ASSIGN(std::shared_ptr<const ScanContainer> container,
-                   open_scan_container(options.scans, options.topic));
+                   open_scan_container(options.scans, options.topic,
+                                       is_sensor_file(options.sensor) ? options.sensor : ""));
   recording.container = std::move(container);
   recording.warnings = recording.container->warnings();
   return std::vector<std::filesystem::path>(recording.container->scans().size(), options.scans);
