@@ -52,4 +52,12 @@ Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& w
                                     const RecordingCards& recordings);
 inline constexpr Pass kTrainModelHere = variant_of(kTrainModel, &train_model_here);
 
+// The same of several drives through that place: each is a label in its turn, so that what it
+// promises is about the next drive.
+Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptions& wanted,
+                                         const Sites& sites, const FactorTable& factors,
+                                         const MeasuredDrives& measured,
+                                         const RecordingCards& recordings);
+inline constexpr Pass kTrainModelOfDrives = variant_of(kTrainModel, &train_model_of_drives);
+
 }  // namespace sightline
