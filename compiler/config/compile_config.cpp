@@ -52,7 +52,8 @@ ConfigSection mapping_section(CompileConfig& config) {
 ConfigSection localization_section(CompileConfig& config) {
   return drives_section("localization",
                         "A second drive that is matched against the map to measure error; or a "
-                        "list of drives, each measured by itself, with what differs from the first",
+                        "list of drives, each measured by itself: the first has to come near the "
+                        "map, the others say what differs from it",
                         config.localization, config.later_localization);
 }
 

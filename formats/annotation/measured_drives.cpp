@@ -11,11 +11,11 @@ Error invalid(const MeasuredError& drive, const std::string& message) {
 
 Result<void> validate_beside(const MeasuredError& first, const MeasuredError& drive) {
   SIGHTLINE_TRY(validate(drive));
-  const bool is_of_one_map =
-      drive.scan_of_site.size() == first.scan_of_site.size() && drive.looks == first.looks &&
-      drive.of_samples.size() == first.of_samples.size() &&
-      (first.of_samples.empty() ||
-       drive.of_samples.front().looks == first.of_samples.front().looks);
+  const bool is_of_one_map = drive.scan_of_site.size() == first.scan_of_site.size() &&
+                             drive.looks == first.looks &&
+                             drive.of_samples.size() == first.of_samples.size() &&
+                             (first.of_samples.empty() ||
+                              drive.of_samples.front().looks == first.of_samples.front().looks);
   if (!is_of_one_map) return invalid(drive, "its sites or looks are not those of the first drive");
   if (drive.matching.localizer == first.matching.localizer) return {};
   return invalid(drive, "it was localized by " + to_text(drive.matching.localizer) +
@@ -59,8 +59,8 @@ Table dump(const MeasuredDrives& measured) {
   table.facts.emplace_back("named_count", std::int64_t{measured.named_count});
   for (std::size_t i = 0; i < measured.drives.size(); ++i) {
     const MeasuredError& drive = measured.drives[i];
-    const auto count = std::ranges::count_if(drive.scan_of_site,
-                                             [](std::int64_t scan) { return scan >= 0; });
+    const auto count =
+        std::ranges::count_if(drive.scan_of_site, [](std::int64_t scan) { return scan >= 0; });
     table.rows.push_back({std::int64_t{measured.numbers[i]}, drive.drive,
                           static_cast<std::int64_t>(drive.scan_of_site.size()),
                           static_cast<std::int64_t>(count)});

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/annotation/error_model.h"
+#include "formats/annotation/measured_drives.h"
 #include "formats/base/result.h"
 #include "formats/drive/driven_places.h"
 #include "passes/model/forest/training_set.h"

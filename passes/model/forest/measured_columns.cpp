@@ -20,7 +20,8 @@ constexpr double kNotMeasured = -1.0;
 
 // Of the drive with this number, from 0 on.
 std::string name_of(const MeasuredColumn& column, std::size_t drive) {
-  return drive == 0 ? column.name : std::string(column.name) + "[" + std::to_string(drive + 1) + "]";
+  return drive == 0 ? column.name
+                    : std::string(column.name) + "[" + std::to_string(drive + 1) + "]";
 }
 
 std::optional<std::size_t> column_of(const FactorTable& factors, const std::string& name) {
