@@ -47,6 +47,7 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
   std::vector<const RecordingOptions*> recordings = {&config.mapping, &config.localization};
   for (const RecordingOptions& sensor : config.other_sensors) recordings.push_back(&sensor);
   for (const RecordingOptions& later : config.later_mapping) recordings.push_back(&later);
+  for (const RecordingOptions& later : config.later_localization) recordings.push_back(&later);
   for (const RecordingOptions* recording : recordings) {
     SIGHTLINE_TRY(add_recording(*recording, inputs));
   }

@@ -13,6 +13,7 @@
 #include "passes/localize/add_mapping_error.h"
 #include "passes/localize/calibrate_plan.h"
 #include "passes/localize/import_errors.h"
+#include "passes/localize/join_errors.h"
 #include "passes/localize/measure_error.h"
 #include "passes/localize/simulate_error.h"
 #include "passes/localize/site_localizer.h"
@@ -25,6 +26,7 @@
 #include "passes/map/places/choose_route_sites.h"
 #include "passes/map/remove_moving.h"
 #include "passes/map/sharpness/measure_sharpness.h"
+#include "passes/model/add_history.h"
 #include "passes/model/choose_ranges.h"
 #include "passes/model/judge/evaluate_ranges.h"
 #include "passes/model/predict_error.h"
@@ -32,6 +34,7 @@
 #include "passes/rays/cast_rays.h"
 #include "passes/rays/cast_scans.h"
 #include "passes/trajectory/align_drive.h"
+#include "passes/trajectory/align_later_drive.h"
 #include "passes/trajectory/complete_trajectory.h"
 #include "passes/trajectory/estimate_trajectory.h"
 #include "passes/trajectory/released/extend_released.h"
@@ -152,9 +155,10 @@ void add_trajectory(const CompileConfig& config, CompilePlan& compile) {
   compile.released = plan.run(kReleasePoses, compile.drive, compile.trajectory);
 }
 
-// The steps of a drive that is localized in a map.
+// The steps of a drive that is localized in a map. `aligning`: kAlignDrive, or that of a drive that
+// may be elsewhere.
 LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> ndt,
-                         Wire<Sites> sites) {
+                         Wire<Sites> sites, decltype(kAlignDrive) aligning = kAlignDrive) {
   const std::string& role = input.role;
   // What a second drive knows of itself, however the first one's poses came about.
   EstimateTrajectoryOptions own_poses = plan.options(kEstimateTrajectory);
@@ -167,9 +171,34 @@ LocalizedDrive add_drive(Plan& plan, const RecordingInput& input, Wire<NdtMap> n
   localized.undistorted =
       plan.run_as(role, kUndistortScans, plan.options(kUndistortScans), localized.drive, own);
   // From here on the drive is expressed in the frame of the map.
-  localized.trajectory = plan.run_as(role, kAlignDrive, plan.options(kAlignDrive),
+  localized.trajectory = plan.run_as(role, aligning, plan.options(kAlignDrive),
                                      localized.undistorted, own, ndt, sites);
   return localized;
+}
+
+// The errors of the localization drive; where there are several, those of each by itself, joined.
+// From here on `measured` speaks for all of them.
+void add_localization_errors(const CompileConfig& config, const LocalizedDrive& first,
+                             const OnMap& on, CompilePlan& compile) {
+  Plan& plan = on.plan;
+  compile.measured = add_errors(config, "", first, on, compile.outside);
+  for (std::size_t i = 0; i < config.later_localization.size(); ++i) {
+    const std::string role = later_localization_role(i);
+    compile.recordings.push_back(add_recording(plan, role, config.later_localization[i]));
+    const LocalizedDrive later =
+        add_drive(plan, compile.recordings.back(), on.ndt, on.sites, kAlignLaterDrive);
+    const Wire<MeasuredError> errors =
+        plan.run_as(role, kMeasureLaterDrive, on.measuring, later.undistorted, later.trajectory,
+                    on.ndt, on.sites);
+    Wire<MeasuredDrives>& joined = compile.measured_drives;
+    joined =
+        i == 0
+            ? plan.run_as(role, kJoinErrors, {}, first.drive, later.drive, compile.measured, errors)
+            : plan.run_as(role, kJoinMoreErrors, {}, first.drive, later.drive, joined, errors);
+  }
+  if (compile.measured_drives.is_connected()) {
+    compile.measured = plan.run(kPoolErrors, compile.measured_drives);
+  }
 }
 
 // The map's factors, and what sites see of it, for those who look at that.
@@ -235,19 +264,39 @@ Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDriv
                   localizing_sensor);
 }
 
-// The model that annotates the map, and what it says of each site.
-void add_choice(const CompileConfig& config, CompilePlan& compile) {
+// The model that annotates the map.
+Wire<ErrorModel> add_model(CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  if (compile.given_model.is_connected()) return compile.given_model;
+  if (compile.measured_drives.is_connected()) {
+    return plan.run(kTrainModelOfDrives, compile.sites, compile.factors, compile.measured_drives,
+                    compile.cards);
+  }
+  return plan.run(kTrainModelHere, compile.sites, compile.factors, compile.measured, compile.cards);
+}
+
+// What it says of each site, told what one drive measured here, or several.
+Wire<PredictedError> add_prediction_with_history(CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  if (compile.measured_drives.is_connected()) {
+    return plan.run(kPredictErrorWithDrives, compile.model, compile.sites, compile.factors,
+                    compile.measured_drives, compile.cards);
+  }
+  return plan.run(kPredictErrorWithHistory, compile.model, compile.sites, compile.factors,
+                  compile.measured, compile.cards);
+}
+
+// The model that annotates the map, and what it says of each site. Returns the factors as the map
+// keeps them.
+Wire<FactorTable> add_choice(const CompileConfig& config, CompilePlan& compile) {
   Plan& plan = compile.plan;
   const bool is_given = compile.given_model.is_connected();
-  compile.model = is_given ? compile.given_model
-                           : plan.run(kTrainModelHere, compile.sites, compile.factors,
-                                      compile.measured, compile.cards);
+  compile.model = add_model(compile);
   // What was simulated is no history.
   const bool is_measured = compile.measured != compile.simulated;
   const bool has_history =
       is_given && is_measured && config.passes.options(kPredictError).history == HistoryUse::kAuto;
-  compile.predicted = has_history ? plan.run(kPredictErrorWithHistory, compile.model, compile.sites,
-                                             compile.factors, compile.measured, compile.cards)
+  compile.predicted = has_history ? add_prediction_with_history(compile)
                                   : plan.run(kPredictError, compile.model, compile.sites,
                                              compile.factors, compile.cards);
   // From here on every site's prediction comes from trees that never saw its place.
@@ -255,6 +304,10 @@ void add_choice(const CompileConfig& config, CompilePlan& compile) {
       plan.run(kChooseRanges, compile.sites, compile.predicted, compile.model, compile.factors);
   compile.evaluation = plan.run(kEvaluateRanges, compile.sites, compile.predicted, compile.ranges,
                                 compile.factors, compile.measured);
+  const bool is_of_several = has_history && compile.measured_drives.is_connected();
+  return is_of_several
+             ? plan.run(kAddHistory, compile.factors, compile.measured_drives, compile.predicted)
+             : compile.factors;
 }
 
 // NDs and surface of a finished map.
@@ -324,18 +377,18 @@ CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
   if (!config.localization.scans.empty()) {
     const LocalizedDrive localized =
         add_drive(plan, compile.recordings.back(), compile.ndt, compile.sites);
-    compile.measured = add_errors(
-        config, "", localized, {plan, compile.ndt, compile.sites, measuring_options(config, plan)},
-        compile.outside);
+    add_localization_errors(config, localized,
+                            {plan, compile.ndt, compile.sites, measuring_options(config, plan)},
+                            compile);
   }
   // From here on places that a drive passed have been measured; the others stay simulated.
-  add_choice(config, compile);
+  const Wire<FactorTable> factors = add_choice(config, compile);
   compile.map = compile.finished.compiled.is_connected()
                     ? plan.run(kEmitMapAnew, compile.ndt, compile.sites, compile.predicted,
-                               compile.ranges, compile.measured, compile.model, compile.factors,
+                               compile.ranges, compile.measured, compile.model, factors,
                                compile.localizing_sensor, compile.cards, compile.finished.compiled)
                     : plan.run(kEmitAnnotatedMap, compile.ndt, compile.sites, compile.predicted,
-                               compile.ranges, compile.measured, compile.model, compile.factors,
+                               compile.ranges, compile.measured, compile.model, factors,
                                compile.localizing_sensor, compile.cards);
   return compile;
 }
@@ -380,9 +433,9 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   }
   MeasureErrorOptions measuring = measuring_options(config, plan);
   measuring.scans = scan_shares(config).localization;
-  compile.measured = add_errors(config, "", localized,
-                                {plan, compile.ndt, compile.sites, measuring}, compile.outside);
-  add_choice(config, compile);
+  add_localization_errors(config, localized, {plan, compile.ndt, compile.sites, measuring},
+                          compile);
+  const Wire<FactorTable> factors = add_choice(config, compile);
   CalibratePlanOptions tracking = plan.options(kCalibratePlan);
   tracking.matching = measuring;
   tracking.reach_m = plan.options(kEmitMap).reach_m;
@@ -393,7 +446,7 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   compile.map =
       plan.run_as("", kEmitMap, emitting, compile.drive, localized.drive, compile.ndt,
                   compile.sites, compile.predicted, compile.ranges, compile.measured, compile.model,
-                  compile.factors, compile.look_plan, compile.sharpness, compile.trajectory);
+                  factors, compile.look_plan, compile.sharpness, compile.trajectory);
   return compile;
 }
 

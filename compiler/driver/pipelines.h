@@ -7,6 +7,7 @@
 #include "compiler/config/compile_config.h"
 #include "compiler/pipeline/artifact_set.h"
 #include "formats/annotation/calibrated_plan.h"
+#include "formats/annotation/measured_drives.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/driven_places.h"
 #include "formats/drive/outside_errors.h"
@@ -89,8 +90,10 @@ struct CompilePlan {
   Wire<FactorTable> factors;
   Wire<SensorProfile> localizing_sensor;  // of a finished map
   Wire<MeasuredError> simulated;          // in a finished map
-  Wire<MeasuredError> measured;  // of the localization drive; in a finished map without: simulated
-  Wire<ErrorModel> model;        // given or trained
+  // Of the localization drive, of several each in turn; in a finished map without: simulated.
+  Wire<MeasuredError> measured;
+  Wire<MeasuredDrives> measured_drives;  // of several localization drives; else not connected
+  Wire<ErrorModel> model;                // given or trained
   Wire<PredictedError> predicted;
   Wire<RangeTable> ranges;
   Wire<CalibratedPlan> look_plan;
@@ -149,7 +152,8 @@ Result<CompileConfig> compile_config_of(const std::vector<std::string>& override
 // Opens the recordings of a plan, or its finished map and route, and provides them, their sensors
 // and cards, and reads the files of import-errors. Digests of scan files are kept in the cache,
 // where there is one (not empty). Errors: those of open_recording, open_point_map, read_route and
-// read_outside_errors.
+// read_outside_errors;
+// bad-value where one recording is two localization drives.
 Result<void> provide_drives(const CompilePlan& compile,
                             const std::filesystem::path& cache_directory, ArtifactSet& artifacts);
 Result<void> provide_drive(const EvaluatePlan& evaluate,

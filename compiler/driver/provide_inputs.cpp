@@ -1,4 +1,6 @@
 #include <filesystem>
+#include <map>
+#include <string>
 #include <utility>
 
 #include "compiler/driver/pipelines.h"
@@ -47,6 +49,22 @@ Result<void> provide_recording(const RecordingInput& input, const CachedDigests&
   const Digest digest = recording->digest;
   artifacts.provide(input.sensor, recording->sensor);
   artifacts.provide(input.recording, std::move(*recording), digest);
+  return {};
+}
+
+// One drive told twice is no second witness.
+Result<void> check_localization_drives(const CompilePlan& compile, const ArtifactSet& artifacts) {
+  std::map<Digest, std::string> role_of;
+  for (const RecordingInput& input : compile.recordings) {
+    if (!input.role.starts_with("localization")) continue;
+    const Recording& recording = artifacts.get(input.recording);
+    const auto [other, is_new] = role_of.try_emplace(recording.digest, input.role);
+    if (is_new) continue;
+    return Error{ErrorCode::kBadValue,
+                 input.role + ": found the recording of " + other->second +
+                     ", expected another drive: one drive told twice is no second witness",
+                 input.options.scans, ""};
+  }
   return {};
 }
 
@@ -162,6 +180,7 @@ Result<void> provide_drives(const CompilePlan& compile,
   for (const RecordingInput& input : compile.recordings) {
     SIGHTLINE_TRY(provide_recording(input, digests, artifacts));
   }
+  SIGHTLINE_TRY(check_localization_drives(compile, artifacts));
   artifacts.provide(compile.cards, recording_cards(compile, artifacts));
   return {};
 }

@@ -146,16 +146,20 @@ std::vector<std::optional<std::size_t>> nearest_scans(const MeasureErrorOptions&
   return scans;
 }
 
-// Where each site has its scan. Error: no-overlap.
+// Whether a drive has to come near the sites.
+enum class Presence { kRequired, kOptional };
+
+// Where each site has its scan. Error: no-overlap, where the drive has to be there.
 Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx,
                                                                const MeasureErrorOptions& options,
                                                                const SiteMeasuring& measuring,
-                                                               const Sites& sites) {
+                                                               const Sites& sites,
+                                                               Presence presence) {
   const std::vector<std::optional<std::size_t>> scans = nearest_scans(options, measuring, sites);
   const auto without =
       static_cast<std::size_t>(std::count(scans.begin(), scans.end(), std::nullopt));
   const std::string radius = format_double(options.site_radius_m);
-  if (without == scans.size()) {
+  if (without == scans.size() && presence == Presence::kRequired) {
     return Error{ErrorCode::kNoOverlap,
                  "none of " + std::to_string(scans.size()) + " sites has a scan of drive '" +
                      measuring.drive.name + "' within " + radius + " m",
@@ -218,9 +222,19 @@ ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory
   return is_known ? options.reference : ErrorReference::kFullRangeMatch;
 }
 
-Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& wanted,
-                                    const Drive& localization_drive, const Trajectory& trajectory,
-                                    const NdtMap& map, const Sites& sites) {
+namespace {
+
+// A drive, and the map in which it is localized.
+struct DriveInMap {
+  const Drive& drive;
+  const Trajectory& trajectory;
+  const NdtMap& map;
+  const Sites& sites;
+};
+
+Result<MeasuredError> measure(PassContext& ctx, const MeasureErrorOptions& wanted,
+                              const DriveInMap& in, Presence presence) {
+  const auto& [localization_drive, trajectory, map, sites] = in;
   SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, map, sites));
   MeasureErrorOptions options = wanted;
   options.reference = reference_of(wanted, trajectory);
@@ -254,11 +268,25 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
                                 samples,
                                 ctx.seed};
   SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,
-                   scans_of_sites(ctx, options, measuring, sites));
+                   scans_of_sites(ctx, options, measuring, sites, presence));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
   MeasuredError measured = empty_result(measuring, matching_card(options, map), scans);
   SIGHTLINE_TRY(measure_sites(ctx, measuring, scans, measured));
   return measured;
+}
+
+}  // namespace
+
+Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
+                                    const Drive& localization_drive, const Trajectory& trajectory,
+                                    const NdtMap& map, const Sites& sites) {
+  return measure(ctx, options, {localization_drive, trajectory, map, sites}, Presence::kRequired);
+}
+
+Result<MeasuredError> measure_later_drive(PassContext& ctx, const MeasureErrorOptions& options,
+                                          const Drive& drive, const Trajectory& trajectory,
+                                          const NdtMap& map, const Sites& sites) {
+  return measure(ctx, options, {drive, trajectory, map, sites}, Presence::kOptional);
 }
 
 }  // namespace sightline

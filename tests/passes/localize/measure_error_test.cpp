@@ -460,6 +460,18 @@ void expect_refused(const World& world, ErrorCode code) {
   EXPECT_EQ(measured.error().code, code) << to_string(measured.error());
 }
 
+TEST(MeasureError, OfALaterDriveThatIsNowhereNearIsEmpty) {
+  World world = make_world();
+  for (TrajectoryPose& pose : world.trajectory.poses) pose.T_map_vehicle.translation().x() += 500.0;
+  PassContext ctx;
+  const Result<MeasuredError> measured =
+      measure_later_drive(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites);
+  ASSERT_TRUE(measured.has_value()) << to_string(measured.error());
+  ASSERT_TRUE(validate(*measured).has_value());
+  EXPECT_EQ(measured->scan_of_site,
+            std::vector<std::int64_t>(world.sites.sites.size(), std::int64_t{-1}));
+}
+
 TEST(MeasureError, RefusesADriveThatIsNowhereNear) {
   World world = make_world();
   for (TrajectoryPose& pose : world.trajectory.poses) pose.T_map_vehicle.translation().x() += 500.0;
