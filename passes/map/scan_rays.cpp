@@ -25,6 +25,11 @@ double turn_of(const Eigen::Vector3d& p) {
   return p.x() < 0.0 ? 2.0 - p.y() / sum : 3.0 + p.x() / sum;
 }
 
+// A float that is no less.
+float at_least(double range_m) {
+  return std::nextafter(static_cast<float>(range_m), std::numeric_limits<float>::infinity());
+}
+
 int row_of(double sine) { return std::clamp(static_cast<int>((sine + 1.0) / kRow), 0, kRows - 1); }
 
 struct BinRange {
@@ -61,25 +66,30 @@ BinRange rows_around(const Eigen::Vector3d& at_m, double distance_m, double from
 
 }  // namespace
 
-ScanRays::ScanRays(std::span<const Eigen::Vector3d> points_lidar_m)
-    : rays_(points_lidar_m.size()),
-      begin_(kRows * kColumns + 1, 0),
-      longest_m_(kRows * kColumns, 0.0) {
-  std::vector<std::uint32_t> bins;
-  bins.reserve(points_lidar_m.size());
+void ScanRays::take(std::span<const Eigen::Vector3d> points_lidar_m) {
+  rays_.resize(points_lidar_m.size());
+  begin_.assign(kRows * kColumns + 2, 0);
+  longest_m_.assign(kRows * kColumns, 0.0F);
+  longest_of_row_m_.assign(kRows, 0.0F);
+  bins_.clear();
   for (const Eigen::Vector3d& point_m : points_lidar_m) {
     const double range_m = point_m.norm();
     const int column = std::min(static_cast<int>(turn_of(point_m) / kColumn), kColumns - 1);
     const double sine = range_m > 0.0 ? point_m.z() / range_m : 0.0;
-    bins.push_back(static_cast<std::uint32_t>(row_of(sine) * kColumns + column));
-    ++begin_[bins.back() + 1];
-    longest_m_[bins.back()] = std::max(longest_m_[bins.back()], range_m);
+    const int row = row_of(sine);
+    bins_.push_back(static_cast<std::uint32_t>(row * kColumns + column));
+    ++begin_[bins_.back() + 2];
+    const float no_less_m = at_least(range_m);
+    float& longest_m = longest_m_[bins_.back()];
+    longest_m = std::max(longest_m, no_less_m);
+    float& of_row_m = longest_of_row_m_[static_cast<std::size_t>(row)];
+    of_row_m = std::max(of_row_m, no_less_m);
   }
+  // A bin's begin stands one further on until its rays have moved it there.
   for (std::size_t bin = 1; bin < begin_.size(); ++bin) begin_[bin] += begin_[bin - 1];
-  std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-  for (std::size_t i = 0; i < bins.size(); ++i) {
+  for (std::size_t i = 0; i < bins_.size(); ++i) {
     const double range_m = points_lidar_m[i].norm();
-    rays_[next[bins[i]]++] = {points_lidar_m[i] / range_m, range_m};
+    rays_[begin_[bins_[i] + 1]++] = {points_lidar_m[i] / range_m, range_m};
   }
 }
 
@@ -105,12 +115,20 @@ bool ScanRays::pass_through(const RayQuery& query) const {
     return false;
   }
   const double from_axis_m = query.at_m.head<2>().norm();
-  const BinRange columns = columns_around(query.at_m, from_axis_m, query.touch_m);
   const BinRange rows = rows_around(query.at_m, distance_m, from_axis_m, query.touch_m);
   // A ray that passes within touch_m is this far along when it does, or farther.
   const double along_m =
       std::sqrt(distance_m * distance_m - query.touch_m * query.touch_m) * (1.0 - kSlack);
-  for (int row = rows.first; row < rows.first + rows.count; ++row) {
+  const auto is_long = [&](int row) {
+    return longest_of_row_m_[static_cast<std::size_t>(row)] >= along_m + kEndMargin_m;
+  };
+  int first_row = rows.first;
+  const int end_row = rows.first + rows.count;
+  while (first_row < end_row && !is_long(first_row)) ++first_row;
+  if (first_row == end_row) return false;
+  const BinRange columns = columns_around(query.at_m, from_axis_m, query.touch_m);
+  for (int row = first_row; row < end_row; ++row) {
+    if (!is_long(row)) continue;
     for (int step = 0; step < columns.count; ++step) {
       const int column = (columns.first + step + kColumns) % kColumns;
       const std::size_t bin =

@@ -20,10 +20,15 @@ struct RayQuery {
 };
 
 // The rays of one scan, from the sensor's origin to its returns, found by direction. What the
-// sensor's beams do not cover, or lost, is covered by no ray and says nothing.
+// sensor's beams do not cover, or lost, is covered by no ray and says nothing. Takes one scan after
+// another and keeps its memory.
 class ScanRays {
  public:
-  explicit ScanRays(std::span<const Eigen::Vector3d> points_lidar_m);
+  ScanRays() = default;
+  explicit ScanRays(std::span<const Eigen::Vector3d> points_lidar_m) { take(points_lidar_m); }
+
+  // The rays to these returns in place of those before.
+  void take(std::span<const Eigen::Vector3d> points_lidar_m);
 
   // Whether some ray comes within touch_m of a point and ends more than kEndMargin_m beyond it.
   [[nodiscard]] bool pass_through(const RayQuery& query) const;
@@ -41,7 +46,10 @@ class ScanRays {
 
   std::vector<Ray> rays_;             // by bin, in the scan's order within one
   std::vector<std::uint32_t> begin_;  // of each bin in rays_, and the end of the last
-  std::vector<double> longest_m_;     // of the rays of each bin
+  // At least the longest of the rays of each bin, and of each row of bins.
+  std::vector<float> longest_m_;
+  std::vector<float> longest_of_row_m_;
+  std::vector<std::uint32_t> bins_;  // of the returns
 };
 
 }  // namespace sightline
