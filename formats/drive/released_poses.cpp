@@ -11,7 +11,8 @@ Result<ReleasedPoses> release(const Drive& drive, const Trajectory& trajectory) 
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     const std::optional<Digest> scan = drive.store->identity(i);
     if (!scan) {
-      return Error{ErrorCode::kInvalidArtifact, "a scan has no name by which it could be known again", "",
+      return Error{ErrorCode::kInvalidArtifact,
+                   "a scan has no name by which it could be known again", "",
                    "scan " + std::to_string(i)};
     }
     released.scans.push_back(*scan);

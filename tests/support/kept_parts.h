@@ -39,7 +39,7 @@ class KeptParts {
 
   void forget() { parts_.clear(); }
 
-  [[nodiscard]] std::size_t count() const { return names_.size(); }                 // of the last run
+  [[nodiscard]] std::size_t count() const { return names_.size(); }          // of the last run
   [[nodiscard]] const std::set<std::size_t>& made() const { return made_; }  // by it
 
  private:

@@ -64,8 +64,7 @@ Drive parts_from(const Drive& drive, std::size_t first) {
 }
 
 Trajectory released_trajectory(const Drive& drive, const ReleasedPoses& released,
-                               const std::vector<const TrajectoryPose*>& poses,
-                               std::size_t count) {
+                               const std::vector<const TrajectoryPose*>& poses, std::size_t count) {
   Trajectory trajectory = rebase(released.trajectory, drive.frame);
   const TrajectoryPose* first = released.trajectory.poses.data();
   std::vector<TrajectoryPose> told;
@@ -88,8 +87,8 @@ Trajectory released_trajectory(const Drive& drive, const ReleasedPoses& released
 
 // What is known of all scans, as the odometry of one drive.
 struct Followed {
-  Odometry odometry;                   // its pieces are runs of scans of one known piece
-  std::vector<std::uint32_t> of_run;   // the known piece of each
+  Odometry odometry;                  // its pieces are runs of scans of one known piece
+  std::vector<std::uint32_t> of_run;  // the known piece of each
   std::uint32_t released_runs = 0;
   std::size_t first = 0;  // of the scans that are not released
 };
@@ -179,9 +178,8 @@ PoseGraph graph_of_later(const Followed& all, const JoinedPieces& joined,
         graph.loops.push_back(edge);
         continue;
       }
-      graph.priors.push_back({edge.to - first,
-                              all.odometry.T_map_lidar[edge.from] * edge.T_from_to, edge.sigma_m,
-                              edge.sigma_rad});
+      graph.priors.push_back({edge.to - first, all.odometry.T_map_lidar[edge.from] * edge.T_from_to,
+                              edge.sigma_m, edge.sigma_rad});
       is_held[joined.piece[edge.to]] = true;
     }
   }
@@ -203,8 +201,7 @@ Matrix6d turned(const Matrix6d& covariance, const Pose& T_new_old) {
 }
 
 Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                            const Drive& drive, const Trajectory& released,
-                            const Trajectory& own) {
+                            const Drive& drive, const Trajectory& released, const Trajectory& own) {
   Followed all = followed(drive, released, own);
   const Drive seen = straight(drive, released, own);
   SIGHTLINE_ASSIGN(const JoinedPieces joined,

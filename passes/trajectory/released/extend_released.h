@@ -15,8 +15,8 @@ namespace sightline {
 // do not move. Pieces that meet nothing are laid apart (join_pieces). Covariances of the other
 // drives are those of their own trajectories: how far off their first pose.
 //
-// Errors: mismatched-inputs (no drive is released, or a part of one; place: the drive), bad-value (a
-// released drive is named behind one that is not), and those of estimate_trajectory.
+// Errors: mismatched-inputs (no drive is released, or a part of one; place: the drive), bad-value
+// (a released drive is named behind one that is not), and those of estimate_trajectory.
 Result<Trajectory> extend_released(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                    const Drive& drive, const ReleasedPoses& released);
 inline constexpr Pass kExtendReleased{"estimate-trajectory", 1, "trajectory",

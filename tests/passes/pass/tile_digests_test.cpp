@@ -16,8 +16,8 @@ std::vector<Thing> things(std::uint64_t seed, int count) {
   Random random(seed);
   std::vector<Thing> list;
   for (int i = 0; i < count; ++i) {
-    list.push_back({{random.uniform(-90.0, 90.0), random.uniform(-90.0, 90.0), 0.0},
-                    random.uniform()});
+    list.push_back(
+        {{random.uniform(-90.0, 90.0), random.uniform(-90.0, 90.0), 0.0}, random.uniform()});
   }
   return list;
 }

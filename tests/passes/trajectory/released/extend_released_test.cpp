@@ -88,13 +88,12 @@ void expect_kept(const Trajectory& found, const ReleasedPoses& released) {
 
 // Seen from the first scan.
 double largest_error_m(const Trajectory& found, const Trajectory& truth) {
-  const Pose T_truth_found =
-      truth.poses[0].T_map_vehicle * found.poses[0].T_map_vehicle.inverse();
+  const Pose T_truth_found = truth.poses[0].T_map_vehicle * found.poses[0].T_map_vehicle.inverse();
   double largest_m = 0.0;
   for (std::size_t i = 0; i < found.poses.size(); ++i) {
     const Pose laid = T_truth_found * found.poses[i].T_map_vehicle;
-    largest_m = std::max(
-        largest_m, (laid.translation() - truth.poses[i].T_map_vehicle.translation()).norm());
+    largest_m = std::max(largest_m,
+                         (laid.translation() - truth.poses[i].T_map_vehicle.translation()).norm());
   }
   return largest_m;
 }
