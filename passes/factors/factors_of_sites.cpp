@@ -1,10 +1,12 @@
 #include "passes/factors/factors_of_sites.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <span>
 #include <string>
 #include <utility>
 
+#include "formats/surroundings/nearby_nds.h"
 #include "passes/factors/compute_factors.h"
 #include "passes/pass/work_in_parts.h"
 
@@ -54,10 +56,10 @@ bool from_bytes(std::span<const std::byte> bytes, BlockRows& rows) {
 // Sees and judges the sites of one block after another.
 class BlockFactors {
  public:
-  BlockFactors(const FactorsOfSitesOptions& options, const FactorWorld& world,
-               const Surface& surface, const Sites& sites, const SensorProfile& sensor)
+  BlockFactors(const FactorsOfSitesOptions& options, const NdtMap& map, const Surface& surface,
+               const Sites& sites, const SensorProfile& sensor)
       : options_(options),
-        world_(world),
+        map_(map),
         sites_(sites),
         sensor_(sensor),
         caster_(surface, sites,
@@ -70,12 +72,31 @@ class BlockFactors {
                      cast_rays_in_block(options_.rays, caster_, block, ctx.threads));
     SIGHTLINE_ASSIGN(const VirtualScans scans,
                      cast_scans_in_block(options_.scans, caster_, block, sensor_, ctx.threads));
-    return compute_factors(ctx, world_, sites_of(block, sites_), depth, scans);
+    const Sites sites = sites_of(block, sites_);
+    // What a localizer needs of a whole street would be twenty times its NDs.
+    const NdtMap near = nds_over(map_, reach_of_m(sites));
+    SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(near, options_.ranges_m));
+    return compute_factors(ctx, world, sites, depth, scans);
   }
 
  private:
+  // The plane on whose NDs the factors of sites depend.
+  [[nodiscard]] Eigen::AlignedBox2d reach_of_m(const Sites& sites) const {
+    // Of a localizer that goes astray: 0.2 m a step, 35 steps a level, three levels, twice.
+    constexpr double kMostStray_m = 48.0;
+    const double longest_m = std::max(options_.ranges_m.back(), options_.scans.longest_range_m);
+    const Eigen::Vector2d reach_m =
+        Eigen::Vector2d::Constant(longest_m + kMostStray_m + 4.0 * map_.cell_m);
+    Eigen::AlignedBox2d box_m;
+    for (const Site& site : sites.sites) {
+      box_m.extend(site.p_map_m.head<2>() - reach_m);
+      box_m.extend(site.p_map_m.head<2>() + reach_m);
+    }
+    return box_m;
+  }
+
   const FactorsOfSitesOptions& options_;
-  const FactorWorld& world_;
+  const NdtMap& map_;
   const Sites& sites_;
   const SensorProfile& sensor_;
   SiteCaster caster_;
@@ -83,8 +104,10 @@ class BlockFactors {
 
 // No sites: what a table of any sites says of its columns. Error: mismatched-inputs.
 Result<FactorTable> table_without_sites(const PassContext& ctx,
-                                        const FactorsOfSitesOptions& options,
-                                        const FactorWorld& world, const Sites& sites) {
+                                        const FactorsOfSitesOptions& options, const NdtMap& map,
+                                        const Sites& sites) {
+  const NdtMap nowhere = nds_over(map, Eigen::AlignedBox2d());
+  SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(nowhere, options.ranges_m));
   Sites none;
   none.frame = sites.frame;
   DepthImages depth;
@@ -118,12 +141,11 @@ Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptio
     return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
                  "pass compute-factors"};
   }
-  SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(map, options.ranges_m));
-  SIGHTLINE_ASSIGN(FactorTable table, table_without_sites(ctx, options, world, sites));
+  SIGHTLINE_ASSIGN(FactorTable table, table_without_sites(ctx, options, map, sites));
   table.site_count = static_cast<std::uint32_t>(sites.sites.size());
   const SiteShape shape = table.shape();
   table.values.resize(shape.size(sites.sites.size()));
-  const BlockFactors factors(options, world, surface, sites, sensor);
+  const BlockFactors factors(options, map, surface, sites, sensor);
   std::vector<BlockRows> rows_of_block(factors.blocks().size());
   PartedWork work;
   work.count = factors.blocks().size();
