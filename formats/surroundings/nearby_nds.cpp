@@ -15,10 +15,12 @@ NdtMap nds_over(const NdtMap& map, const Eigen::AlignedBox2d& box_m) {
   const auto tile = [&](const Nd& nd) { return tile_of(nd.key, map.cell_m, map.tile_m); };
   auto nd = map.nds.begin();
   for (std::int32_t x = low.x; x <= high.x; ++x) {
-    nd = std::partition_point(nd, map.nds.end(),
-                              [&](const Nd& other) { return tile(other) < TileKey{x, low.y}; });
-    const auto end = std::partition_point(
-        nd, map.nds.end(), [&](const Nd& other) { return tile(other) <= TileKey{x, high.y}; });
+    nd = std::partition_point(nd, map.nds.end(), [&](const Nd& other) {
+      return tile(other) < TileKey{x, low.y};
+    });
+    const auto end = std::partition_point(nd, map.nds.end(), [&](const Nd& other) {
+      return tile(other) <= TileKey{x, high.y};
+    });
     near.nds.insert(near.nds.end(), nd, end);
     nd = end;
   }

@@ -9,19 +9,18 @@ namespace sightline {
 namespace {
 
 constexpr double kArea_m = 64.0;  // edge
-// A start is off by a metre or so, a step by 0.2 m at most, and each of up to three levels takes 35.
-// What is left is for the vehicle's extent and the neighbours of cells.
+// A start is off by a metre or so, a step by 0.2 m at most, and each of up to three levels
+// takes 35. What is left is for the vehicle's extent and the neighbours of cells.
 constexpr double kMostStray_m = 48.0;
 
 }  // namespace
 
 AreaLocalizer AreaLocalizers::make(const TileKey& area) const {
   const Eigen::Vector2d low_m(area.x * kArea_m, area.y * kArea_m);
-  const Eigen::Vector2d reach_m =
-      Eigen::Vector2d::Constant(options_.longest_m + kMostStray_m +
-                                2.0 * options_.coarse_cells * map_.cell_m);
-  const NdtMap near = nds_over(
-      map_, {low_m - reach_m, low_m + Eigen::Vector2d::Constant(kArea_m) + reach_m});
+  const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(
+      options_.longest_m + kMostStray_m + 2.0 * options_.coarse_cells * map_.cell_m);
+  const NdtMap near =
+      nds_over(map_, {low_m - reach_m, low_m + Eigen::Vector2d::Constant(kArea_m) + reach_m});
   AreaLocalizer made;
   made.own = make_localizer(near, localizer_options(options_.kind, options_.coarse_cells));
   made.of_samples = made.own.is_annealed

@@ -33,9 +33,8 @@ Eigen::AlignedBox2d followed_m(const PlacedScan& scan, const ScanExtent& extent)
 // The parts of which a return or a ray may be over the cells, ascending.
 std::vector<std::size_t> parts_seeing(const SurfacePoints& points, const CellTiles& tiles,
                                       const CellBox& cells, double cell_m) {
-  const Eigen::AlignedBox2d cells_m(
-      Eigen::Vector2d(cells.low.x - 1, cells.low.y - 1) * cell_m,
-      Eigen::Vector2d(cells.high.x + 2, cells.high.y + 2) * cell_m);
+  const Eigen::AlignedBox2d cells_m(Eigen::Vector2d(cells.low.x - 1, cells.low.y - 1) * cell_m,
+                                    Eigen::Vector2d(cells.high.x + 2, cells.high.y + 2) * cell_m);
   std::vector<std::size_t> parts = tiles.parts_over(cells);
   for (std::size_t part = 0; part < tiles.extents().size(); ++part) {
     const ScanExtent& extent = tiles.extents()[part];
@@ -100,8 +99,8 @@ Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTi
   SurfaceTile made;
   NdtMap map;
   {
-    SIGHTLINE_ASSIGN(const NdtCells cells, cells_over(reader, tiles.parts_over(around), around,
-                                                      options.cell_m, threads));
+    SIGHTLINE_ASSIGN(const NdtCells cells,
+                     cells_over(reader, tiles.parts_over(around), around, options.cell_m, threads));
     // Cells of two points take part in longer ones.
     map = map_of_cells(std::span(&cells, 1), {options.cell_m, options.tile_m, 2}, threads);
     made.cells = tally_of(cells, map, box);
@@ -116,9 +115,8 @@ Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTi
   made.patches = solid_patches(candidates, grid, evidence, options.returns_per_ray);
   std::erase_if(made.patches, [&](const SurfacePatch& patch) { return !box.holds(patch.key); });
   const Surface order{{}, options.cell_m, options.tile_m, {}};
-  std::ranges::sort(made.patches, {}, [&](const SurfacePatch& patch) {
-    return order_of(patch, order);
-  });
+  std::ranges::sort(made.patches, {},
+                    [&](const SurfacePatch& patch) { return order_of(patch, order); });
   return made;
 }
 

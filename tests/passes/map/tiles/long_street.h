@@ -55,8 +55,7 @@ inline SurfacePoints long_street(std::uint64_t seed) {
     }
     Pose T_map_lidar = Pose::Identity();
     T_map_lidar.translation() = from_m;
-    points.scans.push_back(
-        {static_cast<std::uint32_t>(scans.size()), T_map_lidar, 1.0, 80.0, 0});
+    points.scans.push_back({static_cast<std::uint32_t>(scans.size()), T_map_lidar, 1.0, 80.0, 0});
     scans.push_back(std::move(scan));
   }
   points.voxel_m = 0.5;

@@ -37,8 +37,7 @@ Surface whole_surface(const SurfacePoints& points, const BuildSurfaceOptions& op
   double returns = 0.0;
   double rays = 0.0;
   for (std::size_t part = 0; part < points.scans.size(); ++part) {
-    const SeenScan scan{*reader.standing(part), true,
-                        points.scans[part].T_map_lidar.translation()};
+    const SeenScan scan{*reader.standing(part), true, points.scans[part].T_map_lidar.translation()};
     evidence.add(std::span(&scan, 1), 1);
     const CountedSights counted = counted_sights(scan.points_m.size());
     returns += static_cast<double>(counted.returns);
@@ -152,8 +151,7 @@ TEST(SurfacePointReader, ReadsSomePartsAsTheWholeDoes) {
 TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
   SurfacePoints points = street();
   points.points_m = {{0.0, 0.0, 0.0}, {0.0, 1e12, 0.0}};
-  const std::string expected =
-      "surface point " + std::to_string(standing_m(street()).size() + 1);
+  const std::string expected = "surface point " + std::to_string(standing_m(street()).size() + 1);
   PassContext ctx;
   const Result<NdtMap> map = build_ndt(ctx, {}, points);
   ASSERT_FALSE(map.has_value());
