@@ -8,9 +8,10 @@
 namespace sightline {
 namespace {
 
-// Sensors see about as far: smaller ones would open each scan more often.
-constexpr double kLeastTile_m = 128.0;
-constexpr std::int32_t kBlocks = 4;  // along the edge of a tile
+// Sensors see 100 m around: smaller ones would open each scan more often, larger ones take more
+// memory (a street of 16 beams about 0.4 MiB for each of its metres in the tile).
+constexpr double kLeastTile_m = 256.0;
+constexpr std::int32_t kBlocks = 8;  // along the edge of a tile
 
 TileKey divided(const TileKey& key, std::int32_t divisor) {
   return {floor_divide(key.x, divisor), floor_divide(key.y, divisor)};

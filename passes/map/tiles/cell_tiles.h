@@ -25,7 +25,7 @@ struct CellBox {
 };
 CellBox with_halo(const CellBox& box, std::int32_t halo_cells);
 
-// Of tiles with edges of at least 128 m, whose blocks are a multiple of `step_cells` cells.
+// Of tiles with edges of at least 256 m, whose blocks are a multiple of `step_cells` cells.
 BlockGrid blocks_of_tiles(double cell_m, std::int32_t step_cells = 1);
 
 // The square tiles over which something stands.

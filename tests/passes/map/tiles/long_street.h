@@ -19,7 +19,7 @@
 namespace sightline {
 
 // A bumpy road along x with walls that have gaps, seen every few metres: over the edges of tiles of
-// 128 m at y = 0 and x = -128, 0 and 128. Some voxels have moved.
+// 256 m at y = 0 and x = -256, 0 and 256. Some voxels have moved.
 inline double range_in_street_m(const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction) {
   double range_m = std::numeric_limits<double>::infinity();
   const auto meet = [&](double at_m) {
@@ -41,7 +41,7 @@ inline SurfacePoints long_street(std::uint64_t seed) {
   Random random(seed);
   SurfacePoints points;
   std::vector<Scan> scans;
-  for (double x_m = -160.0; x_m < 180.0; x_m += 9.0) {
+  for (double x_m = -200.0; x_m < 220.0; x_m += 11.0) {
     const Eigen::Vector3d from_m(x_m, random.uniform(-2.0, 2.0), 0.0);
     Scan scan;
     for (int i = 0; i < kRays; ++i) {
