@@ -11,16 +11,22 @@ constexpr std::array<char, 4> kMagic = {'S', 'L', 'A', '\x1a'};
 
 }  // namespace
 
+// Within the payload's own memory, as far as it suffices: an artifact may be a large part of what
+// there is.
 std::vector<std::byte> seal(std::string_view name, std::uint32_t version,
                             std::vector<std::byte> payload) {
-  ByteWriter writer;
-  writer.append(kMagic.data(), kMagic.size());
-  writer.put(version);
-  writer.put_string(name);
-  writer.put_array(std::span<const std::byte>(payload));
-  const std::uint64_t checksum = xxh3(writer.bytes());
-  writer.put(checksum);
-  return writer.take();
+  ByteWriter head;
+  head.append(kMagic.data(), kMagic.size());
+  head.put(version);
+  head.put_string(name);
+  head.put<std::uint64_t>(payload.size());
+  std::vector<std::byte> sealed = std::move(payload);
+  sealed.reserve(sealed.size() + head.bytes().size() + sizeof(std::uint64_t));
+  sealed.insert(sealed.begin(), head.bytes().begin(), head.bytes().end());
+  const std::uint64_t checksum = xxh3(sealed);
+  const auto* const tail = reinterpret_cast<const std::byte*>(&checksum);
+  sealed.insert(sealed.end(), tail, tail + sizeof checksum);
+  return sealed;
 }
 
 Result<std::vector<std::byte>> unseal(std::span<const std::byte> sealed, std::string_view name,

@@ -17,8 +17,7 @@ MappingDrive with_other_sensors(const CompileConfig& config, const MappingDrive&
                                 CompilePlan& compile);
 
 // Joins the other drives that make the map to the first.
-Wire<Drive> with_later_drives(const CompileConfig& config, Wire<Drive> drive,
-                              CompilePlan& compile);
+Wire<Drive> with_later_drives(const CompileConfig& config, Wire<Drive> drive, CompilePlan& compile);
 
 // Where the mapping drives were; beside an earlier map, where that left them.
 void add_trajectory(const CompileConfig& config, CompilePlan& compile);

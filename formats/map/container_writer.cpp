@@ -239,6 +239,25 @@ Result<Digest> ContainerWriter::finish() {
   return state.header.root_digest;
 }
 
+namespace {
+
+Result<void> add_tile(const TileParts& tile, ContainerWriter& writer) {
+  std::vector<Packed> layers;
+  for (const BlockParts& layer : tile.layers) layers.push_back(packed(layer));
+  std::vector<PackedBlock> blocks;
+  for (const Packed& layer : layers) blocks.push_back(layer.block);
+  return writer.add_tile(tile.key, blocks);
+}
+
+void finish(const std::vector<BlockParts>& sections, ContainerWriter& writer) {
+  for (const BlockParts& section : sections) {
+    SIGHTLINE_CHECK(writer.add_section(packed(section).block));
+  }
+  SIGHTLINE_CHECK(writer.finish());
+}
+
+}  // namespace
+
 ContainerWriter::Write write_to(std::vector<std::byte>& file) {
   return [&file](std::uint64_t offset, std::span<const std::byte> bytes) {
     if (file.size() < offset + bytes.size()) file.resize(offset + bytes.size());
@@ -247,20 +266,21 @@ ContainerWriter::Write write_to(std::vector<std::byte>& file) {
   };
 }
 
+std::vector<std::byte> assemble(const ContainerParts& others, std::size_t tile_count,
+                                const std::function<TileParts(std::size_t)>& make_tile) {
+  SIGHTLINE_CHECK(others.tiles.empty());
+  std::vector<std::byte> file;
+  ContainerWriter writer(write_to(file), others.manifest, others.features);
+  for (std::size_t i = 0; i < tile_count; ++i) SIGHTLINE_CHECK(add_tile(make_tile(i), writer));
+  finish(others.sections, writer);
+  return file;
+}
+
 std::vector<std::byte> assemble(const ContainerParts& parts) {
   std::vector<std::byte> file;
   ContainerWriter writer(write_to(file), parts.manifest, parts.features);
-  for (const TileParts& tile : parts.tiles) {
-    std::vector<Packed> layers;
-    for (const BlockParts& layer : tile.layers) layers.push_back(packed(layer));
-    std::vector<PackedBlock> blocks;
-    for (const Packed& layer : layers) blocks.push_back(layer.block);
-    SIGHTLINE_CHECK(writer.add_tile(tile.key, blocks));
-  }
-  for (const BlockParts& section : parts.sections) {
-    SIGHTLINE_CHECK(writer.add_section(packed(section).block));
-  }
-  SIGHTLINE_CHECK(writer.finish());
+  for (const TileParts& tile : parts.tiles) SIGHTLINE_CHECK(add_tile(tile, writer));
+  finish(parts.sections, writer);
   return file;
 }
 

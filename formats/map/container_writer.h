@@ -76,5 +76,9 @@ struct ContainerParts {
 
 // The whole file in memory. The same parts give the same bytes.
 std::vector<std::byte> assemble(const ContainerParts& parts);
+// The same of tiles that are made when their turn comes: one is in memory at a time. `others` has
+// none.
+std::vector<std::byte> assemble(const ContainerParts& others, std::size_t tile_count,
+                                const std::function<TileParts(std::size_t)>& make_tile);
 
 }  // namespace sightline

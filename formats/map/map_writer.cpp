@@ -46,14 +46,12 @@ TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
   return tile;
 }
 
-}  // namespace
-
-ContainerParts parts_of(const CompiledMap& map) {
+// All but the tiles.
+ContainerParts parts_without_tiles(const CompiledMap& map) {
   const Result<void> valid = validate(map);
   SIGHTLINE_CHECK(valid);
   ContainerParts parts;
   parts.manifest = encode_manifest(map);
-  for (const TileRows& rows : tiles_of(map)) parts.tiles.push_back(tile_parts(map, rows));
   if (!map.model.bytes.empty()) {
     // The manifest names its digest, so it need not be required: a vehicle can do without it.
     parts.sections.push_back(
@@ -66,6 +64,19 @@ ContainerParts parts_of(const CompiledMap& map) {
   return parts;
 }
 
-std::vector<std::byte> encode_map(const CompiledMap& map) { return assemble(parts_of(map)); }
+}  // namespace
+
+ContainerParts parts_of(const CompiledMap& map) {
+  ContainerParts parts = parts_without_tiles(map);
+  for (const TileRows& rows : tiles_of(map)) parts.tiles.push_back(tile_parts(map, rows));
+  return parts;
+}
+
+// Of a long street all tiles at once would be as large as the map in memory once more.
+std::vector<std::byte> encode_map(const CompiledMap& map) {
+  const std::vector<TileRows> tiles = tiles_of(map);
+  return assemble(parts_without_tiles(map), tiles.size(),
+                  [&](std::size_t i) { return tile_parts(map, tiles[i]); });
+}
 
 }  // namespace sightline

@@ -36,6 +36,22 @@ void decode(ByteReader& reader, PlacedScan& scan) {
   reader.get(scan.part);
 }
 
+// The plane that the rays of these parts reach.
+Eigen::AlignedBox2d reach_of_m(const SurfacePoints& points, std::span<const std::size_t> parts) {
+  constexpr double kSlack_m = 0.01;  // more than rounding moves
+  Eigen::AlignedBox2d reach_m;
+  for (const std::size_t part : parts) {
+    if (part >= points.scans.size()) continue;  // lies in memory: nothing of it moved
+    const PlacedScan& scan = points.scans[part];
+    const Eigen::Vector2d origin_m = scan.T_map_lidar.translation().head<2>();
+    const Eigen::Vector2d range_m =
+        Eigen::Vector2d::Constant(scan.max_range_m + points.voxel_m + kSlack_m);
+    reach_m.extend(origin_m - range_m);
+    reach_m.extend(origin_m + range_m);
+  }
+  return reach_m;
+}
+
 }  // namespace
 
 std::optional<Digest> content_of_scans(const ScanStore& store, std::span<const PlacedScan> scans,
@@ -51,6 +67,25 @@ std::optional<Digest> content_of_scans(const ScanStore& store, std::span<const P
     before.put(scan.part);
   }
   return sha256(before.bytes());
+}
+
+std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts) {
+  const Eigen::AlignedBox2d reach_m = reach_of_m(points, parts);
+  if (points.moved_voxels.empty() || reach_m.isEmpty()) return {};
+  const auto is_near = [&](const CellKey& key) {
+    return reach_m.contains(cell_centre_m(key, points.voxel_m).head<2>());
+  };
+  // Ascending by x.
+  const auto begin = std::ranges::partition_point(points.moved_voxels, [&](const CellKey& key) {
+    return cell_centre_m(key.x, points.voxel_m) < reach_m.min().x();
+  });
+  std::vector<CellKey> near;
+  for (auto key = begin; key != points.moved_voxels.end(); ++key) {
+    if (cell_centre_m(key->x, points.voxel_m) > reach_m.max().x()) break;
+    if (is_near(*key)) near.push_back(*key);
+  }
+  return near;
 }
 
 Result<void> validate(const SurfacePoints& points) {
@@ -147,6 +182,13 @@ void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& /*tra
 SurfacePointReader::SurfacePointReader(const SurfacePoints& points) : points_(points) {
   SIGHTLINE_CHECK(points.scans.empty() || points.store != nullptr);
   for (const CellKey& key : points.moved_voxels) moved_.add(key);
+}
+
+SurfacePointReader::SurfacePointReader(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts)
+    : points_(points) {
+  SIGHTLINE_CHECK(points.scans.empty() || points.store != nullptr);
+  for (const CellKey& key : moved_voxels_near(points, parts)) moved_.add(key);
 }
 
 std::size_t SurfacePointReader::part_count() const {

@@ -64,10 +64,17 @@ void decode(ByteReader& reader, SurfacePoints& points);
 // After decode: gives the points back the scans that they are read from.
 void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& trajectory);
 
+// The voxels that moved where rays of these parts (of SurfacePointReader) may end, ascending; maybe
+// some around.
+std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts);
+
 // Reads surface points part by part. Keeps a reference to them.
 class SurfacePointReader {
  public:
   explicit SurfacePointReader(const SurfacePoints& points);
+  // One that is asked for these parts alone: it remembers no voxel that their rays do not reach.
+  SurfacePointReader(const SurfacePoints& points, std::span<const std::size_t> parts);
 
   // The scans and, last, what lies in memory if anything does.
   [[nodiscard]] std::size_t part_count() const;

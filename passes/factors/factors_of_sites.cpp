@@ -1,10 +1,12 @@
 #include "passes/factors/factors_of_sites.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <span>
 #include <string>
 #include <utility>
 
+#include "formats/surroundings/nearby_nds.h"
 #include "passes/factors/compute_factors.h"
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
@@ -55,15 +57,15 @@ bool from_bytes(std::span<const std::byte> bytes, BlockRows& rows) {
 // Sees and judges the sites of one block after another.
 class BlockFactors {
  public:
-  BlockFactors(const FactorsOfSitesOptions& options, const FactorWorld& world,
-               const Surface& surface, const Sites& sites, const SensorProfile& sensor)
+  BlockFactors(const FactorsOfSitesOptions& options, const NdtMap& map, const Surface& surface,
+               const Sites& sites, const SensorProfile& sensor)
       : options_(options),
-        world_(world),
+        map_(map),
         sites_(sites),
         sensor_(sensor),
         caster_(surface, sites,
                 std::max(options.rays.longest_range_m, options.scans.longest_range_m)),
-        nd_digests_(digests_of(world.map)),
+        nd_digests_(digests_of(map)),
         patch_digests_(digests_of(surface)) {}
 
   [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return caster_.blocks(); }
@@ -73,7 +75,11 @@ class BlockFactors {
                      cast_rays_in_block(options_.rays, caster_, block, ctx.threads));
     SIGHTLINE_ASSIGN(const VirtualScans scans,
                      cast_scans_in_block(options_.scans, caster_, block, sensor_, ctx.threads));
-    return compute_factors(ctx, world_, sites_of(block, sites_), depth, scans);
+    const Sites sites = sites_of(block, sites_);
+    // What a localizer needs of a whole street would be twenty times its NDs.
+    const NdtMap near = nds_over(map_, reach_of_m(sites));
+    SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(near, options_.ranges_m));
+    return compute_factors(ctx, world, sites, depth, scans);
   }
 
   // Of the sites, the sensor and all that they may see or be matched to.
@@ -81,26 +87,38 @@ class BlockFactors {
     ByteWriter writer;
     encode(sensor_, writer);
     std::vector<Eigen::Vector3d> places_m;
-    for (const Site& site : sites_of(block, sites_).sites) {
+    const Sites sites = sites_of(block, sites_);
+    for (const Site& site : sites.sites) {
       encode(site.T_map_vehicle, writer);
       for (const double coordinate_m : site.p_map_m) writer.put(coordinate_m);
       places_m.push_back(site.p_map_m);
     }
     const double cast_m = std::max(options_.rays.longest_range_m, options_.scans.longest_range_m);
-    const double matched_m = world_.ranges_m.back() + kFarthestFound_m + kBesideNds_m;
     DigestBuilder builder;
     builder.add(writer.bytes());
     builder.add(patch_digests_.within(box_around(places_m, cast_m + kBesidePatches_m)));
-    builder.add(nd_digests_.within(box_around(places_m, matched_m)));
+    builder.add(nd_digests_.within(reach_of_m(sites)));
     return builder.finish();
   }
 
  private:
-  // Half a patch, and more than cells around a point, its noise and the start.
-  static constexpr double kBesidePatches_m = 8.0;
-  static constexpr double kBesideNds_m = 16.0;
+  static constexpr double kBesidePatches_m = 8.0;  // more than half a patch
+
+  // The plane on whose NDs the factors of sites depend.
+  [[nodiscard]] Eigen::AlignedBox2d reach_of_m(const Sites& sites) const {
+    const double longest_m = std::max(options_.ranges_m.back(), options_.scans.longest_range_m);
+    const Eigen::Vector2d reach_m =
+        Eigen::Vector2d::Constant(longest_m + kFarthestFound_m + 4.0 * map_.cell_m);
+    Eigen::AlignedBox2d box_m;
+    for (const Site& site : sites.sites) {
+      box_m.extend(site.p_map_m.head<2>() - reach_m);
+      box_m.extend(site.p_map_m.head<2>() + reach_m);
+    }
+    return box_m;
+  }
+
   const FactorsOfSitesOptions& options_;
-  const FactorWorld& world_;
+  const NdtMap& map_;
   const Sites& sites_;
   const SensorProfile& sensor_;
   SiteCaster caster_;
@@ -110,8 +128,10 @@ class BlockFactors {
 
 // No sites: what a table of any sites says of its columns. Error: mismatched-inputs.
 Result<FactorTable> table_without_sites(const PassContext& ctx,
-                                        const FactorsOfSitesOptions& options,
-                                        const FactorWorld& world, const Sites& sites) {
+                                        const FactorsOfSitesOptions& options, const NdtMap& map,
+                                        const Sites& sites) {
+  const NdtMap nowhere = nds_over(map, Eigen::AlignedBox2d());
+  SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(nowhere, options.ranges_m));
   Sites none;
   none.frame = sites.frame;
   DepthImages depth;
@@ -145,12 +165,11 @@ Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptio
     return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
                  "pass compute-factors"};
   }
-  SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(map, options.ranges_m));
-  SIGHTLINE_ASSIGN(FactorTable table, table_without_sites(ctx, options, world, sites));
+  SIGHTLINE_ASSIGN(FactorTable table, table_without_sites(ctx, options, map, sites));
   table.site_count = static_cast<std::uint32_t>(sites.sites.size());
   const SiteShape shape = table.shape();
   table.values.resize(shape.size(sites.sites.size()));
-  const BlockFactors factors(options, world, surface, sites, sensor);
+  const BlockFactors factors(options, map, surface, sites, sensor);
   std::vector<BlockRows> rows_of_block(factors.blocks().size());
   PartedWork work;
   work.count = factors.blocks().size();

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
 #include "formats/base/parallel.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
+#include "passes/localize/area_localizers.h"
 #include "passes/matching/foretold_pose.h"
 #include "passes/matching/look_plan.h"
 #include "passes/pass/default_looks.h"
@@ -26,7 +28,7 @@ struct Setup {
   const Trajectory& in_map;
   const PointGrid& places;
   const RangeTable& looks;
-  const Localizer& localizer;
+  AreaLocalizers& localizers;
   std::vector<std::size_t> scans;  // indices into the drive, in time order
 };
 
@@ -70,8 +72,10 @@ Result<std::optional<FirstLook>> look_first(const Setup& setup, const LookPlan& 
   if (!plan) return std::optional<FirstLook>();
   const std::size_t scan = setup.scans[position];
   SIGHTLINE_ASSIGN(const Scan points, setup.drive.store->read(scan));
-  const PlannedMatch found = localize_in_looks({setup.localizer, setup.drive.sensor, *plan}, points,
-                                               {*T_map_foretold, true}, memory);
+  const std::shared_ptr<const AreaLocalizer> area =
+      setup.localizers.at(T_map_foretold->translation());
+  const PlannedMatch found = localize_in_looks({area->of_samples, setup.drive.sensor, *plan},
+                                               points, {*T_map_foretold, true}, memory);
   if (!std::isfinite(found.doubt)) return std::optional<FirstLook>();
   const Pose& T_map_reference = setup.in_map.poses[scan].T_map_vehicle;
   return std::optional<FirstLook>(FirstLook{
@@ -165,9 +169,10 @@ Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptio
   calibrated.plan = usual_plan();
   const Trajectory in_map = rebase(trajectory, map.frame);
   const PointGrid places(positions_m(sites));
-  const Localizer localizer =
-      make_localizer(map, options_for_samples(options.matching.coarse_cells));
-  Setup setup{options, drive, in_map, places, ranges.of_samples.front(), localizer, {}};
+  AreaLocalizers localizers(
+      map, {LocalizerKind::kSearching, options.matching.coarse_cells, drive.sensor.max_range_m,
+            static_cast<std::size_t>(std::max(ctx.threads, 1)) + 1});
+  Setup setup{options, drive, in_map, places, ranges.of_samples.front(), localizers, {}};
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (is_selected(drive.scans[i], options.matching.scans)) setup.scans.push_back(i);
   }

@@ -8,11 +8,12 @@
 
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
+#include "passes/localize/area_localizers.h"
+#include "passes/localize/match_contents.h"
 #include "passes/localize/measure_site.h"
 #include "passes/localize/measured_parts.h"
 #include "passes/localize/site_localizer.h"
 #include "passes/pass/scan_selection.h"
-#include "passes/pass/tile_digests.h"
 
 namespace sightline {
 namespace {
@@ -34,13 +35,50 @@ Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, cons
 
 constexpr std::size_t kSitesInPart = 16;
 
+// Makes localizers of places.
+class Localizing {
+ public:
+  Localizing(const LocalizerChoice& choice, const SensorProfile& sensor, const NdtMap& map,
+             const AreaLocalizers::Options& areas)
+      : choice_(choice), sensor_(sensor), map_(map), areas_(map, areas) {}
+
+  // Of the area of a place; PCL's takes its own part of the map.
+  [[nodiscard]] std::shared_ptr<const AreaLocalizer> area_at(const Eigen::Vector3d& p_map_m) {
+    const bool is_own = choice_.kind != LocalizerKind::kPclNdt;
+    return is_own ? areas_.at(p_map_m) : nowhere_;
+  }
+
+  [[nodiscard]] LocalizerKind kind() const { return choice_.kind; }
+  [[nodiscard]] const NdtMap& map() const { return map_; }
+
+  // Refers to the area.
+  [[nodiscard]] std::unique_ptr<SiteLocalizer> localizer_in(const AreaLocalizer& area) const {
+    return make_site_localizer({choice_, sensor_, map_, area.own, area.of_samples});
+  }
+
+ private:
+  LocalizerChoice choice_;
+  const SensorProfile& sensor_;
+  const NdtMap& map_;
+  AreaLocalizers areas_;
+  std::shared_ptr<const AreaLocalizer> nowhere_ = std::make_shared<const AreaLocalizer>();
+};
+
 // Of consecutive sites.
-Result<SiteRows> measure_part(const SiteMeasuring& measuring,
+Result<SiteRows> measure_part(const SiteMeasuring& measuring, Localizing& localizing,
                               std::span<const std::optional<std::size_t>> scans) {
   SiteRows rows;
-  const std::unique_ptr<SiteLocalizer> localizer = make_site_localizer(measuring.localizer);
+  std::shared_ptr<const AreaLocalizer> area;
+  std::unique_ptr<SiteLocalizer> localizer;
   for (const std::optional<std::size_t>& scan : scans) {
     if (scan) {
+      const Pose& T_map_vehicle = measuring.trajectory.poses[*scan].T_map_vehicle;
+      const std::shared_ptr<const AreaLocalizer> here =
+          localizing.area_at(T_map_vehicle.translation());
+      if (here != area) {
+        localizer = localizing.localizer_in(*here);
+        area = here;
+      }
       SIGHTLINE_TRY(measure_site(measuring, *localizer, *scan, rows));
     } else {
       rows.rows.resize(rows.rows.size() + measuring.looks.size());
@@ -60,67 +98,38 @@ std::vector<std::vector<std::size_t>> parts_of(std::size_t site_count) {
   return parts;
 }
 
-// What decides the rows of some sites: their scans, and the NDs that these may be matched to.
-class PartContents {
- public:
-  PartContents(const SiteMeasuring& measuring, const std::vector<std::optional<std::size_t>>& scans)
-      : measuring_(measuring), scans_(scans), nds_(digests_of(measuring.localizer.map)) {
-    for (const std::vector<Look>& looks : {measuring.looks, measuring.samples}) {
-      for (const Look& look : looks) longest_m_ = std::max(longest_m_, look.range_m);
-    }
-    if (measuring.reference == ErrorReference::kFullRangeMatch) {
-      longest_m_ = std::max(longest_m_, measuring.drive.sensor.max_range_m) + kFarthestFound_m;
-    }
-  }
-
-  // Nothing where a scan is not known without reading it, or how far PCL's matcher goes.
-  [[nodiscard]] std::optional<Digest> of(const std::vector<std::size_t>& sites) const {
-    if (measuring_.localizer.choice.kind == LocalizerKind::kPclNdt) return std::nullopt;
-    ByteWriter writer;
-    encode(measuring_.drive.sensor, writer);
-    std::vector<Eigen::Vector3d> places_m;
-    for (const std::size_t site : sites) {
-      if (!scans_[site]) continue;
-      const std::optional<Digest> scan = measuring_.drive.store->identity(*scans_[site]);
-      if (!scan) return std::nullopt;
-      const Pose& T_map_vehicle = measuring_.trajectory.poses[*scans_[site]].T_map_vehicle;
-      writer.put(measuring_.drive.scans[*scans_[site]].recording_index);  // its seed
-      writer.put_array(std::span<const std::uint8_t>(*scan));
-      encode(T_map_vehicle, writer);
-      places_m.push_back(T_map_vehicle.translation());
-    }
-    DigestBuilder builder;
-    builder.add(writer.bytes());
-    if (!places_m.empty()) {
-      builder.add(nds_.within(box_around(places_m, longest_m_ + kFarthestFound_m + kBeside_m)));
-    }
-    return builder.finish();
-  }
-
- private:
-  // More than the cells around a point, the start and the mounting.
-  static constexpr double kBeside_m = 16.0;
-  const SiteMeasuring& measuring_;
-  const std::vector<std::optional<std::size_t>>& scans_;
-  TileDigests nds_;
-  double longest_m_ = 0.0;
-};
+// From the sensor to the farthest point that is ever matched.
+double longest_match_m(const SiteMeasuring& measuring) {
+  const double sensor_m = measuring.drive.sensor.max_range_m;
+  if (measuring.reference == ErrorReference::kFullRangeMatch) return sensor_m;
+  double longest_m = 0.0;
+  for (const Look& look : measuring.looks) longest_m = std::max(longest_m, look.range_m);
+  for (const Look& look : measuring.samples) longest_m = std::max(longest_m, look.range_m);
+  return std::min(longest_m, sensor_m);
+}
 
 // Fills rows of every site that has a scan; the first failure in the order of sites is returned.
 Result<void> measure_sites(const PassContext& ctx, const SiteMeasuring& measuring,
+                           Localizing& localizing,
                            const std::vector<std::optional<std::size_t>>& scans,
                            MeasuredError& measured) {
   const auto fill = [&](std::size_t part, MeasuredError& empty) -> Result<void> {
-    SIGHTLINE_ASSIGN(SiteRows rows,
-                     measure_part(measuring, std::span(scans).subspan(part * kSitesInPart,
-                                                                      empty.scan_of_site.size())));
+    SIGHTLINE_ASSIGN(
+        SiteRows rows,
+        measure_part(measuring, localizing,
+                     std::span(scans).subspan(part * kSitesInPart, empty.scan_of_site.size())));
     empty.rows = std::move(rows.rows);
     for (MeasuredError& samples : empty.of_samples) samples.rows = std::move(rows.samples);
     return {};
   };
-  const PartContents contents(measuring, scans);
   const std::vector<std::vector<std::size_t>> parts = parts_of(scans.size());
-  const auto content = [&](std::size_t part) { return contents.of(parts[part]); };
+  const MatchContents contents(measuring.drive, measuring.trajectory, localizing.map(),
+                               longest_match_m(measuring));
+  const auto content = [&](std::size_t part) -> std::optional<Digest> {
+    // How far PCL's matcher goes is not known.
+    if (localizing.kind() == LocalizerKind::kPclNdt) return std::nullopt;
+    return contents.of(std::span(scans).subspan(part * kSitesInPart, parts[part].size()));
+  };
   return fill_in_parts(ctx, {parts, fill, content}, ctx.threads, measured);
 }
 
@@ -246,23 +255,10 @@ Result<MeasuredError> measure(PassContext& ctx, const MeasureErrorOptions& wante
   const Trajectory in_map = rebase(trajectory, map.frame);
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;
   const std::vector<Look> samples = is_own ? options.looks : std::vector<Look>{};
-  const Localizer own =
-      is_own ? make_localizer(map, localizer_options(options.localizer, options.coarse_cells))
-             : Localizer{};
-  const Localizer of_samples = samples.empty()
-                                   ? Localizer{}
-                                   : make_localizer(map, options_for_samples(options.coarse_cells));
-  const SiteLocalizerInputs localizer{
-      {options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
-      localization_drive.sensor,
-      map,
-      own,
-      of_samples};
   const std::vector<InitialOffset> offsets = initial_offsets(starts_of(options));
   const SiteMeasuring measuring{options.reference,
                                 localization_drive,
                                 in_map,
-                                localizer,
                                 offsets,
                                 every_return_at(options.ranges_m),
                                 samples,
@@ -271,7 +267,12 @@ Result<MeasuredError> measure(PassContext& ctx, const MeasureErrorOptions& wante
                    scans_of_sites(ctx, options, measuring, sites, presence));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
   MeasuredError measured = empty_result(measuring, matching_card(options, map), scans);
-  SIGHTLINE_TRY(measure_sites(ctx, measuring, scans, measured));
+  Localizing localizing(
+      {options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
+      localization_drive.sensor, map,
+      {options.localizer, options.coarse_cells, longest_match_m(measuring),
+       static_cast<std::size_t>(std::max(ctx.threads, 1)) + 1});
+  SIGHTLINE_TRY(measure_sites(ctx, measuring, localizing, scans, measured));
   return measured;
 }
 

@@ -18,7 +18,6 @@ struct SiteMeasuring {
   ErrorReference reference = ErrorReference::kKnownPose;
   const Drive& drive;
   const Trajectory& trajectory;  // in the map's frame
-  const SiteLocalizerInputs& localizer;
   const std::vector<InitialOffset>& offsets;
   std::vector<Look> looks;    // of every return
   std::vector<Look> samples;  // looks that take a sample

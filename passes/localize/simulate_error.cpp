@@ -9,6 +9,7 @@
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
 #include "formats/rotation.h"
+#include "passes/localize/area_localizers.h"
 #include "passes/localize/measure_site.h"
 #include "passes/localize/measured_parts.h"
 #include "passes/pass/tile_digests.h"
@@ -183,17 +184,11 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
                                      const SensorProfile& sensor) {
   SIGHTLINE_TRY(check_inputs(options, surface, map, sites));
   const MeasureErrorOptions& matching = options.matching;
-  const Localizer own =
-      make_localizer(map, localizer_options(matching.localizer, matching.coarse_cells));
-  const Localizer of_samples = make_localizer(map, options_for_samples(matching.coarse_cells));
-  const SiteLocalizerInputs inputs{
-      {matching.localizer, matching.coarse_cells, matching.leaf_m, matching.every_return},
-      sensor,
-      map,
-      own,
-      of_samples};
+  const LocalizerChoice choice{matching.localizer, matching.coarse_cells, matching.leaf_m,
+                               matching.every_return};
   const ScanMaker maker(options, sensor, directions_of(sensor));
   const RayFan fan{maker.directions(), sensor.min_range_m, reach_m(matching, sensor)};
+  AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, fan.far_m, 2});
   const Surface driven = another_day(surface, options.relief_m, ctx.seed);
   const SiteCaster caster(driven, sites, fan.far_m);
   MeasuredError simulated = empty_result(matching, map, sites.sites.size());
@@ -204,7 +199,10 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
       const std::size_t site = block.sites[i];
       const Site& at = sites.sites[site];
       const Scan scan = maker.scan(at, distance_m, mix(mix(ctx.seed, kScanSeed), site));
-      const std::unique_ptr<SiteLocalizer> localizer = make_site_localizer(inputs);
+      const std::shared_ptr<const AreaLocalizer> area =
+          localizers.at(at.T_map_vehicle.translation());
+      const std::unique_ptr<SiteLocalizer> localizer =
+          make_site_localizer({choice, sensor, map, area->own, area->of_samples});
       measure_into({scan, at.T_map_vehicle}, i, *localizer, rows);
     });
     return {};

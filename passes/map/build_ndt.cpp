@@ -8,17 +8,20 @@
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
 #include "passes/map/build_ndt_cells.h"
+#include "passes/map/tiles/cell_tiles.h"
+#include "passes/map/tiles/scan_extents.h"
+#include "passes/map/tiles/tile_cells.h"
+#include "passes/pass/work_in_parts.h"
 
 // How a cell gets the same bits for any number of threads: each cell belongs to one part of the
 // map, and a part adds its points in the order of the input. Points pass through in windows of
 // chunks: first every chunk finds its runs of points in one cell and hands them to parts, then
 // every part adds its runs, chunk after chunk. Nothing that a window needs outlives it, so memory
-// grows with the cells and not with the points.
+// grows with the cells and not with the points. A recording goes tile by tile instead, each with
+// the scans that reach it in their order, and memory grows with neither.
 
 namespace sightline {
 namespace {
-
-constexpr double kLeastExtent_m2 = 1e-6;  // largest eigenvalue of a valid cell
 
 bool is_outside(double x_m, double reach_m) { return !(std::abs(x_m) < reach_m); }
 
@@ -120,106 +123,79 @@ bool add_points(std::span<const Eigen::Vector3d> points_m, double cell_m, int th
   return true;
 }
 
-// A cell of enough points, and its place in the order of NDs.
-struct FullCell {
-  TileKey tile;
-  CellKey key;
-  const CellSums* sums = nullptr;
-};
+NdtGrid grid_of(const BuildNdtOptions& options) {
+  return {options.cell_m, options.tile_m,
+          static_cast<std::uint64_t>(std::max(options.min_points, 0))};
+}
 
-// Ascending by tile and key; refers to the parts. Counts the others.
-std::vector<FullCell> full_cells(const std::vector<NdtCells>& parts, const BuildNdtOptions& options,
-                                 std::uint64_t& sparse_count) {
-  // A covariance needs two points whatever the option says.
-  const auto least_count = static_cast<std::uint64_t>(std::max(options.min_points, 2));
-  std::vector<FullCell> cells;
-  for (const NdtCells& part : parts) {
-    for (std::size_t i = 0; i < part.keys().size(); ++i) {
-      if (part.sums()[i].count < least_count) {
-        ++sparse_count;
-        continue;
-      }
-      const CellKey& key = part.keys()[i];
-      cells.push_back({tile_of(key, options.cell_m, options.tile_m), key, &part.sums()[i]});
-    }
+Error outside_grid(std::size_t point) {
+  return {ErrorCode::kInvalidArtifact,
+          "surface point " + std::to_string(point) +
+              " is not finite or lies more than 2^30 cells from the origin",
+          "", "pass build-ndt"};
+}
+
+// Error: invalid-artifact.
+Result<NdtMap> map_of_points(PassContext& ctx, const BuildNdtOptions& options,
+                             std::span<const Eigen::Vector3d> points_m) {
+  std::vector<NdtCells> parts;
+  if (!add_points(points_m, options.cell_m, ctx.threads, parts)) {
+    return outside_grid(first_outside(points_m, options.cell_m));
   }
-  std::sort(cells.begin(), cells.end(), [](const FullCell& a, const FullCell& b) {
-    return a.tile != b.tile ? a.tile < b.tile : a.key < b.key;
-  });
-  return cells;
+  NdtMap map = map_of_cells(parts, grid_of(options), ctx.threads);
+  map.point_count = points_m.size();
+  return map;
 }
 
-std::vector<Nd> nds_of(const std::vector<FullCell>& cells, double cell_m, int threads) {
-  constexpr std::size_t kBatch = 256;
-  std::vector<Nd> nds(cells.size());
-  parallel_for((cells.size() + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
-    const std::size_t end = std::min(cells.size(), (batch + 1) * kBatch);
-    for (std::size_t i = batch * kBatch; i < end; ++i) {
-      nds[i] = nd_of(cells[i].key, *cells[i].sums, cell_m);
-    }
-  });
-  return nds;
-}
-
-// The map of `point_count` points that were added.
-NdtMap map_of(const std::vector<NdtCells>& parts, std::uint64_t point_count,
-              const BuildNdtOptions& options, int threads) {
+// Moves the NDs of tiles into one map.
+NdtMap joined(const BuildNdtOptions& options, std::vector<NdtMap> tiles) {
   NdtMap map;
   map.cell_m = options.cell_m;
   map.tile_m = options.tile_m;
-  map.point_count = point_count;
-  map.nds = nds_of(full_cells(parts, options, map.sparse_cell_count), options.cell_m, threads);
-  map.degenerate_cell_count =
-      std::erase_if(map.nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
+  std::size_t count = 0;
+  for (const NdtMap& tile : tiles) count += tile.nds.size();
+  map.nds.reserve(count);
+  for (NdtMap& tile : tiles) {
+    map.sparse_cell_count += tile.sparse_cell_count;
+    map.degenerate_cell_count += tile.degenerate_cell_count;
+    map.nds.insert(map.nds.end(), tile.nds.begin(), tile.nds.end());
+    std::vector<Nd>().swap(tile.nds);
+  }
+  std::ranges::sort(map.nds, [&](const Nd& a, const Nd& b) {
+    const TileKey of_a = tile_of(a.key, map.cell_m, map.tile_m);
+    const TileKey of_b = tile_of(b.key, map.cell_m, map.tile_m);
+    return of_a != of_b ? of_a < of_b : a.key < b.key;
+  });
   return map;
 }
 
-// The points of parts [first, end) of the drive, in their order. Errors: what reading says.
-Result<std::vector<Eigen::Vector3d>> read_scans(const SurfacePointReader& reader, std::size_t first,
-                                                std::size_t end, int threads) {
-  using Points = Result<std::vector<Eigen::Vector3d>>;
-  std::vector<Points> scans(end - first, Points(std::vector<Eigen::Vector3d>()));
-  parallel_for(scans.size(), threads,
-               [&](std::size_t i) { scans[i] = reader.standing(first + i); });
-  std::vector<Eigen::Vector3d> points_m;
-  for (const Points& scan : scans) {
-    if (!scan) return scan.error();
-    points_m.insert(points_m.end(), scan->begin(), scan->end());
-  }
-  return points_m;
-}
-
-// A few scans in memory at a time. Errors: what reading says, invalid-artifact.
-Result<NdtMap> map_of_scans(PassContext& ctx, const BuildNdtOptions& options,
+// Tile by tile. Errors: what reading says, invalid-artifact.
+Result<NdtMap> map_of_scans(const PassContext& ctx, const BuildNdtOptions& options,
                             const SurfacePoints& points) {
-  constexpr std::size_t kScansAtOnce = 16;
-  const SurfacePointReader reader(points);
-  std::vector<NdtCells> parts;
-  std::uint64_t count = 0;
-  for (std::size_t first = 0; first < reader.part_count(); first += kScansAtOnce) {
-    const std::size_t end = std::min(first + kScansAtOnce, reader.part_count());
-    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> scans_m,
-                     read_scans(reader, first, end, ctx.threads));
-    if (!add_points(scans_m, options.cell_m, ctx.threads, parts)) {
-      const std::uint64_t outside = count + first_outside(scans_m, options.cell_m);
-      return Error{ErrorCode::kInvalidArtifact,
-                   "surface point " + std::to_string(outside) +
-                       " is not finite or lies more than 2^30 cells from the origin",
-                   "", "pass build-ndt"};
-    }
-    count += scans_m.size();
-    ctx.progress(end, reader.part_count());
-  }
-  NdtMap map = map_of(parts, count, options, ctx.threads);
-  map.frame = points.frame;
+  const BlockGrid blocks = blocks_of_tiles(options.cell_m);
+  SIGHTLINE_ASSIGN(std::vector<ScanExtent> extents,
+                   measure_extents(ctx, points, blocks, "build-ndt"));
+  const CellTiles tiles(std::move(extents), blocks);
+  std::vector<NdtMap> maps(tiles.size());
+  PartedWork work;
+  work.count = tiles.size();
+  const int threads = threads_each(ctx.threads, work.count);
+  work.make = [&](std::size_t tile) -> Result<std::vector<std::byte>> {
+    const CellBox box = tiles.box(tile);
+    const std::vector<std::size_t> parts = tiles.parts_over(box);
+    const SurfacePointReader reader(points, parts);
+    SIGHTLINE_ASSIGN(const NdtCells cells, cells_over(reader, parts, box, options.cell_m, threads));
+    return to_bytes(map_of_cells(std::span(&cells, 1), grid_of(options), threads));
+  };
+  work.take = [&](std::size_t tile, std::span<const std::byte> bytes) {
+    Result<NdtMap> map = from_bytes<NdtMap>(bytes);
+    if (map) maps[tile] = *std::move(map);
+    return map.has_value();
+  };
+  SIGHTLINE_TRY(work_in_parts(after_extents(ctx, points), work, ctx.threads));
+  NdtMap map = joined(options, std::move(maps));
+  for (const ScanExtent& extent : tiles.extents()) map.point_count += extent.standing_count;
   return map;
-}
-
-void warn_of_invalid_cells(const PassContext& ctx, const NdtMap& map, int min_points) {
-  if (map.sparse_cell_count + map.degenerate_cell_count == 0) return;
-  ctx.warn(std::to_string(map.sparse_cell_count) + " cells have fewer than " +
-           std::to_string(min_points) + " points and " + std::to_string(map.degenerate_cell_count) +
-           " no extent; " + std::to_string(map.nds.size()) + " cells are valid");
 }
 
 }  // namespace
@@ -237,7 +213,8 @@ NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame
   std::vector<NdtCells> parts;
   const bool is_inside = add_points(points_m, options.cell_m, threads, parts);
   SIGHTLINE_CHECK(is_inside);
-  NdtMap map = map_of(parts, points_m.size(), options, threads);
+  NdtMap map = map_of_cells(parts, grid_of(options), threads);
+  map.point_count = points_m.size();
   map.frame = frame;
   return map;
 }
@@ -250,7 +227,9 @@ Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                      ", expected a multiple of cell_m " + std::to_string(options.cell_m),
                  "", "pass build-ndt"};
   }
-  SIGHTLINE_ASSIGN(NdtMap map, map_of_scans(ctx, options, points));
+  SIGHTLINE_ASSIGN(NdtMap map, points.scans.empty() ? map_of_points(ctx, options, points.points_m)
+                                                    : map_of_scans(ctx, options, points));
+  map.frame = points.frame;
   if (map.nds.empty()) {
     return Error{ErrorCode::kEmptyMap,
                  "none of " + std::to_string(map.sparse_cell_count + map.degenerate_cell_count) +
@@ -258,7 +237,8 @@ Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                      " points and an extent: is the drive too short or the cell too small?",
                  "", "pass build-ndt"};
   }
-  warn_of_invalid_cells(ctx, map, options.min_points);
+  warn_of_invalid_cells(ctx, {map.sparse_cell_count, map.degenerate_cell_count, map.nds.size()},
+                        options.min_points);
   return map;
 }
 

@@ -1,11 +1,16 @@
 #include "passes/map/build_ndt_cells.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+
+#include "formats/base/parallel.h"
 
 namespace sightline {
 namespace {
 
+constexpr double kLeastExtent_m2 = 1e-6;  // largest eigenvalue of a valid cell
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The computed mean may round onto a face of its cell.
@@ -15,6 +20,47 @@ double inside_cell(double mean_m, std::int32_t key, double cell_m) {
   while (floor_to_int(mean_m / cell_m) > key) mean_m = std::nextafter(mean_m, -kInfinity);
   while (floor_to_int(mean_m / cell_m) < key) mean_m = std::nextafter(mean_m, kInfinity);
   return mean_m;
+}
+
+// A cell of enough points, and its place in the order of NDs.
+struct FullCell {
+  TileKey tile;
+  CellKey key;
+  const CellSums* sums = nullptr;
+};
+
+// Ascending by tile and key; refers to the parts. Counts the others.
+std::vector<FullCell> full_cells(std::span<const NdtCells> parts, const NdtGrid& grid,
+                                 std::uint64_t& sparse_count) {
+  // A covariance needs two points whatever the option says.
+  const auto least_count = std::max<std::uint64_t>(grid.min_points, 2);
+  std::vector<FullCell> cells;
+  for (const NdtCells& part : parts) {
+    for (std::size_t i = 0; i < part.keys().size(); ++i) {
+      if (part.sums()[i].count < least_count) {
+        ++sparse_count;
+        continue;
+      }
+      const CellKey& key = part.keys()[i];
+      cells.push_back({tile_of(key, grid.cell_m, grid.tile_m), key, &part.sums()[i]});
+    }
+  }
+  std::sort(cells.begin(), cells.end(), [](const FullCell& a, const FullCell& b) {
+    return a.tile != b.tile ? a.tile < b.tile : a.key < b.key;
+  });
+  return cells;
+}
+
+std::vector<Nd> nds_of(const std::vector<FullCell>& cells, double cell_m, int threads) {
+  constexpr std::size_t kBatch = 256;
+  std::vector<Nd> nds(cells.size());
+  parallel_for((cells.size() + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
+    const std::size_t end = std::min(cells.size(), (batch + 1) * kBatch);
+    for (std::size_t i = batch * kBatch; i < end; ++i) {
+      nds[i] = nd_of(cells[i].key, *cells[i].sums, cell_m);
+    }
+  });
+  return nds;
 }
 
 }  // namespace
@@ -40,6 +86,23 @@ void add_runs(std::span<const Eigen::Vector3d> points_m, std::span<const CellRun
   cells.add(runs, [&](CellSums& sums, const CellRun& run) {
     sums.add(points_m.subspan(run.begin, run.count), cell_centre_m(run.key, cell_m));
   });
+}
+
+NdtMap map_of_cells(std::span<const NdtCells> parts, const NdtGrid& grid, int threads) {
+  NdtMap map;
+  map.cell_m = grid.cell_m;
+  map.tile_m = grid.tile_m;
+  map.nds = nds_of(full_cells(parts, grid, map.sparse_cell_count), grid.cell_m, threads);
+  map.degenerate_cell_count =
+      std::erase_if(map.nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
+  return map;
+}
+
+void warn_of_invalid_cells(const PassContext& ctx, const CellTally& tally, int min_points) {
+  if (tally.sparse + tally.degenerate == 0) return;
+  ctx.warn(std::to_string(tally.sparse) + " cells have fewer than " + std::to_string(min_points) +
+           " points and " + std::to_string(tally.degenerate) + " no extent; " +
+           std::to_string(tally.valid) + " cells are valid");
 }
 
 Nd nd_of(const CellKey& key, const CellSums& sums, double cell_m) {

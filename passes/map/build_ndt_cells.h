@@ -6,6 +6,7 @@
 
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
+#include "passes/pass/pass_context.h"
 
 // The cells of a map, or of a part of it, while points are added to them; part of build-ndt.
 
@@ -31,6 +32,33 @@ using NdtCells = CellTable<CellSums>;
 // Adds the points of each run, in the order of runs. `begin` of a run counts from the first point.
 void add_runs(std::span<const Eigen::Vector3d> points_m, std::span<const CellRun> runs,
               double cell_m, NdtCells& cells);
+
+// How cells become NDs, and how these are ordered.
+struct NdtGrid {
+  double cell_m = 2.0;
+  double tile_m = 64.0;
+  std::uint64_t min_points = 10;
+};
+
+// The map of all cells of the parts, without frame and count of points. The same for any number of
+// threads (0: all there are), and for cells in any order.
+NdtMap map_of_cells(std::span<const NdtCells> parts, const NdtGrid& grid, int threads);
+
+// What became of the cells that hold points.
+struct CellTally {
+  std::uint64_t sparse = 0;      // too few points
+  std::uint64_t degenerate = 0;  // no extent
+  std::uint64_t valid = 0;
+
+  CellTally& operator+=(const CellTally& other) {
+    sparse += other.sparse;
+    degenerate += other.degenerate;
+    valid += other.valid;
+    return *this;
+  }
+};
+// Says so where not all are valid.
+void warn_of_invalid_cells(const PassContext& ctx, const CellTally& tally, int min_points);
 
 // The ND of a cell of at least two points: covariance divided by n - 1, mean kept inside the cell.
 Nd nd_of(const CellKey& key, const CellSums& sums, double cell_m);

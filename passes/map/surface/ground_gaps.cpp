@@ -48,7 +48,7 @@ CellKey beside(const CellKey& key, const std::array<int, 2>& step, int count) {
 Columns ground_columns(std::span<const SurfacePatch> patches, double column_m) {
   Columns columns;
   for (const SurfacePatch& patch : patches) {
-    if (patch.normal.z() < kSteepestGround || std::popcount(patch.solid) < kLeastSquares) continue;
+    if (!is_ground(patch)) continue;
     CellKey key = cell_key(patch.centre_m, column_m);
     key.z = 0;
     const Eigen::Vector3d middle_m = cell_centre_m(key, column_m);
@@ -114,6 +114,10 @@ void extend(const Columns& columns, std::size_t from, const std::array<int, 2>& 
 }
 
 }  // namespace
+
+bool is_ground(const SurfacePatch& patch) {
+  return patch.normal.z() >= kSteepestGround && std::popcount(patch.solid) >= kLeastSquares;
+}
 
 std::vector<SurfacePatch> ground_between(std::span<const SurfacePatch> patches, double cell_m) {
   // Each pair of ends is met once.

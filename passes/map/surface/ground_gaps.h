@@ -12,7 +12,11 @@ namespace sightline {
 // what was seen on one side to what was seen on the other, in the direction in which that is
 // nearest, where both are at heights that one street may have; level for five columns of two cells
 // where ground lies on one side alone, as at the foot of a wall. Not where ground was seen.
+// Patches that are not is_ground() do not count.
 std::vector<SurfacePatch> ground_between(std::span<const SurfacePatch> patches, double cell_m);
+
+// Whether a patch is level, and no shard of something else.
+bool is_ground(const SurfacePatch& patch);
 
 // True of such a patch of a surface: no other is exactly two cells wide.
 inline bool is_ground_between(const SurfacePatch& patch, const Surface& surface) {

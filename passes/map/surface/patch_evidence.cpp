@@ -18,7 +18,6 @@ constexpr double kLeastBeyond_m = 0.4;  // along the ray
 // Sine of the angle to the plane (10 degrees). Seen more edge-on, the place where a ray crosses is
 // off by more than a square wherever the plane is off by two centimetres.
 constexpr double kLeastSlope = 0.17;
-constexpr double kLongestPass_m = 60.0;
 // A return farther from a plane, as a share of the patch's half side, is no part of it.
 constexpr double kMostOffPlane = 0.3;
 // Of a scan.
@@ -52,6 +51,7 @@ class ScanSights {
 
   void add_return(const Eigen::Vector3d& point_m) {
     const CellKey cell = cell_key(point_m, grid_.cell_m());
+    if (!grid_.is_among(cell)) return;
     for (const std::uint32_t patch : grid_.patches_at(cell)) {
       const PatchPlane& plane = grid_.plane(patch);
       const double off_m = plane.normal.dot(point_m - plane.centre_m);
@@ -63,8 +63,6 @@ class ScanSights {
   void follow_ray(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m);
 
   std::vector<Sight> sights;
-  std::size_t returns = 0;
-  std::size_t rays = 0;
 
  private:
   struct Ray {
@@ -99,7 +97,10 @@ void ScanSights::follow_ray(const Eigen::Vector3d& from_m, const Eigen::Vector3d
   const double cell_m = grid_.cell_m();
   const double range_m = (to_m - from_m).norm();
   const Ray ray{from_m, (to_m - from_m) / range_m, range_m};
-  const double last_m = std::min(range_m - kLeastBeyond_m, kLongestPass_m);
+  // From the sensor on, so that its cells are the same whatever part of the street the grid holds.
+  const PatchGrid::Stretch stretch = grid_.stretch_of(from_m, ray.direction);
+  const double last_m = std::min({range_m - kLeastBeyond_m, kLongestPass_m, stretch.leave_m});
+  if (!(stretch.enter_m < last_m)) return;
   const CellKey first = cell_key(from_m, cell_m);
   std::array<std::int32_t, 3> at = {first.x, first.y, first.z};
   std::array<std::int32_t, 3> step{};
@@ -116,12 +117,14 @@ void ScanSights::follow_ray(const Eigen::Vector3d& from_m, const Eigen::Vector3d
   CellKey block = PatchGrid::block_of(first);
   std::uint64_t held = grid_.held_cells(block);
   for (double entered_m = 0.0; entered_m < last_m;) {
-    const CellKey cell{at[0], at[1], at[2]};
-    if (PatchGrid::block_of(cell) != block) {
-      block = PatchGrid::block_of(cell);
-      held = grid_.held_cells(block);
+    if (entered_m >= stretch.enter_m) {
+      const CellKey cell{at[0], at[1], at[2]};
+      if (PatchGrid::block_of(cell) != block) {
+        block = PatchGrid::block_of(cell);
+        held = grid_.held_cells(block);
+      }
+      if ((held & PatchGrid::bit_of(cell)) != 0) look_into(cell, ray);
     }
-    if ((held & PatchGrid::bit_of(cell)) != 0) look_into(cell, ray);
     int axis = 0;
     entered_m = next_m.minCoeff(&axis);
     next_m[axis] += step_m[axis];
@@ -134,12 +137,10 @@ ScanSights sights_of(const SeenScan& scan, const PatchGrid& grid) {
   const std::size_t count = scan.points_m.size();
   for (const std::size_t i : spread_evenly(count, scan.has_origin ? kReturnsCounted : count)) {
     seen.add_return(scan.points_m[i]);
-    ++seen.returns;
   }
   if (!scan.has_origin) return seen;
   for (const std::size_t i : spread_evenly(count, kRaysFollowed)) {
     seen.follow_ray(scan.origin_m, scan.points_m[i]);
-    ++seen.rays;
   }
   return seen;
 }
@@ -151,12 +152,8 @@ void PatchEvidence::add(std::span<const SeenScan> scans, int threads) {
   parallel_for(scans.size(), threads, [&](std::size_t i) {
     ScanSights of_scan = sights_of(scans[i], grid_);
     seen[i].sights = std::move(of_scan.sights);
-    seen[i].returns = of_scan.returns;
-    seen[i].rays = of_scan.rays;
   });
   for (std::size_t i = 0; i < scans.size(); ++i) {
-    if (scans[i].has_origin) counted_returns_ += seen[i].returns;
-    followed_rays_ += seen[i].rays;
     for (const Sight& sight : seen[i].sights) {
       SquareCounts& counts = counts_[sight.patch];
       std::uint8_t& counter =
@@ -166,9 +163,9 @@ void PatchEvidence::add(std::span<const SeenScan> scans, int threads) {
   }
 }
 
-double PatchEvidence::returns_per_ray() const {
-  if (followed_rays_ == 0) return 1.0;
-  return static_cast<double>(counted_returns_) / static_cast<double>(followed_rays_);
+CountedSights counted_sights(std::uint64_t return_count) {
+  return {spread_evenly(return_count, kReturnsCounted).size(),
+          spread_evenly(return_count, kRaysFollowed).size()};
 }
 
 }  // namespace sightline

@@ -35,14 +35,20 @@ class PatchEvidence {
 
   // In the order of patches.
   [[nodiscard]] std::span<const SquareCounts> counts() const { return counts_; }
-  // Returns that were counted for each ray that was followed.
-  [[nodiscard]] double returns_per_ray() const;
 
  private:
   const PatchGrid& grid_;
   std::vector<SquareCounts> counts_;
-  std::uint64_t counted_returns_ = 0;  // of scans with an origin
-  std::uint64_t followed_rays_ = 0;
 };
+
+// How many returns of a scan with an origin are counted, and how many of its rays are followed.
+struct CountedSights {
+  std::uint64_t returns = 0;
+  std::uint64_t rays = 0;
+};
+CountedSights counted_sights(std::uint64_t return_count);
+
+// How far a ray of a scan is followed at most, m.
+inline constexpr double kLongestPass_m = 60.0;
 
 }  // namespace sightline

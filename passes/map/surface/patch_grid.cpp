@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace sightline {
@@ -66,10 +67,33 @@ PatchGrid::PatchGrid(std::span<const SurfacePatch> patches, double cell_m) : cel
     reaching_.push_back(patch);
   }
   for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
+  if (!cells_.empty()) low_ = high_ = cells_.keys().front();
   for (const CellKey& key : cells_.keys()) {
+    low_ = {std::min(low_.x, key.x), std::min(low_.y, key.y), std::min(low_.z, key.z)};
+    high_ = {std::max(high_.x, key.x), std::max(high_.y, key.y), std::max(high_.z, key.z)};
     const std::uint32_t block = blocks_.insert(block_of(key)).number;
     blocks_.values()[block] |= bit_of(key);
   }
+}
+
+// A cell wider on all sides, which is more than rounding moves.
+PatchGrid::Stretch PatchGrid::stretch_of(const Eigen::Vector3d& from_m,
+                                         const Eigen::Vector3d& direction) const {
+  if (cells_.empty()) return {};
+  const Eigen::Vector3d low_m = cell_m_ * Eigen::Vector3d(low_.x - 1, low_.y - 1, low_.z - 1);
+  const Eigen::Vector3d high_m = cell_m_ * Eigen::Vector3d(high_.x + 2, high_.y + 2, high_.z + 2);
+  Stretch stretch{0.0, std::numeric_limits<double>::infinity()};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction[axis] == 0.0) {
+      if (from_m[axis] < low_m[axis] || from_m[axis] > high_m[axis]) return {};
+      continue;
+    }
+    const double to_low_m = (low_m[axis] - from_m[axis]) / direction[axis];
+    const double to_high_m = (high_m[axis] - from_m[axis]) / direction[axis];
+    stretch.enter_m = std::max(stretch.enter_m, std::min(to_low_m, to_high_m));
+    stretch.leave_m = std::min(stretch.leave_m, std::max(to_low_m, to_high_m));
+  }
+  return stretch;
 }
 
 std::span<const std::uint32_t> PatchGrid::patches_at(const CellKey& cell) const {

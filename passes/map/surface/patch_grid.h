@@ -34,6 +34,20 @@ class PatchGrid {
   // Ascending; none for most cells.
   [[nodiscard]] std::span<const std::uint32_t> patches_at(const CellKey& cell) const;
 
+  // A stretch of a ray outside of which it meets no cell that holds a patch; no stretch where
+  // enter_m > leave_m.
+  struct Stretch {
+    double enter_m = 0.0;
+    double leave_m = -1.0;
+  };
+  [[nodiscard]] Stretch stretch_of(const Eigen::Vector3d& from_m,
+                                   const Eigen::Vector3d& direction) const;
+  // False for cells that lie beyond all that hold patches.
+  [[nodiscard]] bool is_among(const CellKey& cell) const {
+    return cell.x >= low_.x && cell.x <= high_.x && cell.y >= low_.y && cell.y <= high_.y &&
+           cell.z >= low_.z && cell.z <= high_.z;
+  }
+
   static CellKey block_of(const CellKey& cell) { return {cell.x >> 2, cell.y >> 2, cell.z >> 2}; }
   // The bits of the cells of a block that hold patches.
   [[nodiscard]] std::uint64_t held_cells(const CellKey& block) const;
@@ -43,6 +57,7 @@ class PatchGrid {
 
  private:
   double cell_m_;
+  CellKey low_{0, 0, 0}, high_{-1, -1, -1};  // of the cells that hold patches, both included
   std::vector<PatchPlane> planes_;
   FlatCellMap<std::uint64_t> blocks_;
   FlatCellMap<char> cells_;

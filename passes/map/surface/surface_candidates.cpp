@@ -105,8 +105,8 @@ std::vector<SurfaceCandidate> surface_candidates(const NdtMap& cells, std::uint3
 }
 
 std::vector<SurfacePatch> solid_patches(const std::vector<SurfaceCandidate>& candidates,
-                                        const PatchGrid& grid, const PatchEvidence& evidence) {
-  const double returns_per_ray = evidence.returns_per_ray();
+                                        const PatchGrid& grid, const PatchEvidence& evidence,
+                                        double returns_per_ray) {
   std::vector<SurfacePatch> patches;
   patches.reserve(candidates.size());
   std::size_t shorter_count = 0;  // candidates of shorter cells: what covers depends on no order
@@ -128,6 +128,19 @@ std::vector<SurfacePatch> solid_patches(const std::vector<SurfaceCandidate>& can
   }
   std::erase_if(patches, [](const SurfacePatch& patch) { return patch.solid == 0; });
   return patches;
+}
+
+CandidateOrder candidate_order_of(const SurfacePatch& patch, const Surface& surface) {
+  const bool is_fine = patch.half_side_m < kCoarseHalfSidePerCell * surface.cell_m;
+  const int factor = is_fine ? 1
+                             : static_cast<int>(std::lround(
+                                   patch.half_side_m / (kCoarseHalfSidePerCell * surface.cell_m)));
+  const CellKey key{floor_divide(patch.key.x, factor), floor_divide(patch.key.y, factor),
+                    floor_divide(patch.key.z, factor)};
+  const double cell_m = factor * surface.cell_m;
+  double tile_m = surface.tile_m;  // as coarse_map() has it
+  while (!is_tiling(cell_m, tile_m)) tile_m += surface.tile_m;
+  return {factor, tile_of(key, cell_m, tile_m), key};
 }
 
 }  // namespace sightline

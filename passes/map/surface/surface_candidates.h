@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/surface.h"
 #include "passes/map/surface/patch_evidence.h"
 
 namespace sightline {
@@ -20,8 +22,19 @@ struct SurfaceCandidate {
 std::vector<SurfaceCandidate> surface_candidates(const NdtMap& cells, std::uint32_t min_points);
 
 // The candidates with the squares that stop rays; none where no square does. `grid` and `evidence`
-// are those of the candidates' patches.
+// are those of the candidates' patches; `returns_per_ray` were counted of all scans.
 std::vector<SurfacePatch> solid_patches(const std::vector<SurfaceCandidate>& candidates,
-                                        const PatchGrid& grid, const PatchEvidence& evidence);
+                                        const PatchGrid& grid, const PatchEvidence& evidence,
+                                        double returns_per_ray);
+
+// So many of the shortest cells around a cell decide what its patch and those of longer cells there
+// are; a multiple of the longest.
+inline constexpr std::int32_t kReachOfCandidates_cells = 32;
+// The longest cell, in the shortest.
+inline constexpr std::int32_t kLongestCell_cells = 8;
+
+// The order in which surface_candidates() gives them: by factor, tile and key of their cell.
+using CandidateOrder = std::tuple<int, TileKey, CellKey>;
+CandidateOrder candidate_order_of(const SurfacePatch& patch, const Surface& surface);
 
 }  // namespace sightline

@@ -1,0 +1,45 @@
+#include "passes/localize/area_localizers.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "formats/surroundings/nearby_nds.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kArea_m = 64.0;  // edge
+// A match may start where another one ended; and a start is off by a metre or so. What is left is
+// for the vehicle's extent.
+constexpr double kMostStray_m = 2.0 * kFarthestFound_m + 4.0;
+
+}  // namespace
+
+AreaLocalizer AreaLocalizers::make(const TileKey& area) const {
+  const Eigen::Vector2d low_m(area.x * kArea_m, area.y * kArea_m);
+  const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(
+      options_.longest_m + kMostStray_m + 2.0 * options_.coarse_cells * map_.cell_m);
+  const NdtMap near =
+      nds_over(map_, {low_m - reach_m, low_m + Eigen::Vector2d::Constant(kArea_m) + reach_m});
+  AreaLocalizer made;
+  made.own = make_localizer(near, localizer_options(options_.kind, options_.coarse_cells));
+  made.of_samples = made.own.is_annealed
+                        ? localizer_for_samples(made.own)
+                        : make_localizer(near, options_for_samples(options_.coarse_cells));
+  return made;
+}
+
+std::shared_ptr<const AreaLocalizer> AreaLocalizers::at(const Eigen::Vector3d& p_map_m) {
+  const TileKey area = tile_key(p_map_m, kArea_m);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = std::ranges::find(ready_, area, [](const auto& one) { return one.first; });
+  if (found != ready_.end()) {
+    ready_.splice(ready_.begin(), ready_, found);
+  } else {
+    if (ready_.size() >= options_.most) ready_.pop_back();
+    ready_.emplace_front(area, std::make_shared<const AreaLocalizer>(make(area)));
+  }
+  return ready_.front().second;
+}
+
+}  // namespace sightline

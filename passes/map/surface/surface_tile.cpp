@@ -1,0 +1,123 @@
+#include "passes/map/surface/surface_tile.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "formats/base/parallel.h"
+#include "passes/map/surface/patch_evidence.h"
+#include "passes/map/surface/surface_candidates.h"
+#include "passes/map/tiles/tile_cells.h"
+
+// A patch is what its own points, returns and rays make of it, but for the squares that patches of
+// shorter cells cover: so a tile is worked on with the cells around it, and their patches are left
+// to the tiles that they belong to.
+
+namespace sightline {
+namespace {
+
+bool has_origin(const SurfacePoints& points, std::size_t part) {
+  return part < points.scans.size() && points.store->has_origins();
+}
+
+// The plane over which rays of a scan are followed.
+Eigen::AlignedBox2d followed_m(const PlacedScan& scan, const ScanExtent& extent) {
+  const Eigen::Vector2d origin_m = scan.T_map_lidar.translation().head<2>();
+  const Eigen::Vector2d longest_m = Eigen::Vector2d::Constant(kLongestPass_m);
+  Eigen::AlignedBox2d points_m(extent.low_m, extent.high_m);
+  points_m.extend(origin_m);
+  return points_m.intersection(Eigen::AlignedBox2d(origin_m - longest_m, origin_m + longest_m));
+}
+
+// The parts of which a return or a ray may be over the cells, ascending.
+std::vector<std::size_t> parts_seeing(const SurfacePoints& points, const CellTiles& tiles,
+                                      const CellBox& cells, double cell_m) {
+  const Eigen::AlignedBox2d cells_m(Eigen::Vector2d(cells.low.x - 1, cells.low.y - 1) * cell_m,
+                                    Eigen::Vector2d(cells.high.x + 2, cells.high.y + 2) * cell_m);
+  std::vector<std::size_t> parts = tiles.parts_over(cells);
+  for (std::size_t part = 0; part < tiles.extents().size(); ++part) {
+    const ScanExtent& extent = tiles.extents()[part];
+    if (extent.standing_count == 0 || !has_origin(points, part)) continue;
+    if (cells_m.intersects(followed_m(points.scans[part], extent))) parts.push_back(part);
+  }
+  std::ranges::sort(parts);
+  parts.erase(std::ranges::unique(parts).begin(), parts.end());
+  return parts;
+}
+
+// A part of surface points as rays. Errors: what reading a scan says.
+Result<SeenScan> read_part(const SurfacePoints& points, const SurfacePointReader& reader,
+                           std::size_t part) {
+  SeenScan scan;
+  SIGHTLINE_ASSIGN(scan.points_m, reader.standing(part));
+  scan.has_origin = has_origin(points, part);
+  if (scan.has_origin) scan.origin_m = points.scans[part].T_map_lidar.translation();
+  return scan;
+}
+
+// Errors: what reading a scan says.
+Result<void> look_at_scans(const SurfacePoints& points, const SurfacePointReader& reader,
+                           std::span<const std::size_t> parts, int threads,
+                           PatchEvidence& evidence) {
+  const auto at_once = static_cast<std::size_t>(threads_each(threads, 1));
+  for (std::size_t first = 0; first < parts.size(); first += at_once) {
+    const std::size_t count = std::min(at_once, parts.size() - first);
+    std::vector<Result<SeenScan>> read(count, SeenScan{});
+    parallel_for(count, threads,
+                 [&](std::size_t i) { read[i] = read_part(points, reader, parts[first + i]); });
+    std::vector<SeenScan> scans;
+    for (Result<SeenScan>& scan : read) {
+      if (!scan) return scan.error();
+      scans.push_back(std::move(*scan));
+    }
+    evidence.add(scans, threads);
+  }
+  return {};
+}
+
+// What became of the cells of a box that hold points; `map` is made of them and others.
+CellTally tally_of(const NdtCells& cells, const NdtMap& map, const CellBox& box) {
+  CellTally tally;
+  for (std::size_t i = 0; i < cells.keys().size(); ++i) {
+    if (!box.holds(cells.keys()[i])) continue;
+    ++(cells.sums()[i].count < 2 ? tally.sparse : tally.degenerate);
+  }
+  for (const Nd& nd : map.nds) tally.valid += box.holds(nd.key) ? 1 : 0;
+  tally.degenerate -= tally.valid;
+  return tally;
+}
+
+}  // namespace
+
+Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTileOptions& options,
+                                    const CellTiles& tiles, std::size_t tile, int threads) {
+  const CellBox box = tiles.box(tile);
+  const CellBox around = with_halo(box, kReachOfCandidates_cells);
+  const std::vector<std::size_t> seeing = parts_seeing(points, tiles, around, options.cell_m);
+  const SurfacePointReader reader(points, seeing);
+  SurfaceTile made;
+  NdtMap map;
+  {
+    SIGHTLINE_ASSIGN(const NdtCells cells,
+                     cells_over(reader, tiles.parts_over(around), around, options.cell_m, threads));
+    // Cells of two points take part in longer ones.
+    map = map_of_cells(std::span(&cells, 1), {options.cell_m, options.tile_m, 2}, threads);
+    made.cells = tally_of(cells, map, box);
+  }
+  const std::vector<SurfaceCandidate> candidates =
+      surface_candidates(map, static_cast<std::uint32_t>(options.min_points));
+  map.nds = {};
+  for (const SurfaceCandidate& candidate : candidates) made.patches.push_back(candidate.patch);
+  const PatchGrid grid(made.patches, options.cell_m);
+  PatchEvidence evidence(grid, candidates.size());
+  SIGHTLINE_TRY(look_at_scans(points, reader, seeing, threads, evidence));
+  made.patches = solid_patches(candidates, grid, evidence, options.returns_per_ray);
+  std::erase_if(made.patches, [&](const SurfacePatch& patch) { return !box.holds(patch.key); });
+  const Surface order{{}, options.cell_m, options.tile_m, {}};
+  std::ranges::sort(made.patches, {},
+                    [&](const SurfacePatch& patch) { return order_of(patch, order); });
+  return made;
+}
+
+}  // namespace sightline

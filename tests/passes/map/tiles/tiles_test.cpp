@@ -1,0 +1,179 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+
+#include "passes/map/build_ndt.h"
+#include "passes/map/build_surface.h"
+#include "passes/map/surface/ground_gaps.h"
+#include "passes/map/surface/patch_evidence.h"
+#include "passes/map/surface/surface_candidates.h"
+#include "passes/map/tiles/cell_tiles.h"
+#include "passes/map/tiles/tile_cells.h"
+#include "tests/passes/map/tiles/long_street.h"
+
+// Passes that go tile by tile, beside the same on the whole street at once.
+
+namespace sightline {
+namespace {
+
+const SurfacePoints& street() {
+  static const SurfacePoints kStreet = long_street(1);
+  return kStreet;
+}
+
+// All scans at once, in memory.
+Surface whole_surface(const SurfacePoints& points, const BuildSurfaceOptions& options) {
+  const NdtMap cells =
+      ndt_from_points(standing_m(points), points.frame, {options.cell_m, options.tile_m, 2}, 1);
+  const std::vector<SurfaceCandidate> candidates =
+      surface_candidates(cells, static_cast<std::uint32_t>(options.min_points));
+  std::vector<SurfacePatch> patches;
+  for (const SurfaceCandidate& candidate : candidates) patches.push_back(candidate.patch);
+  const PatchGrid grid(patches, cells.cell_m);
+  PatchEvidence evidence(grid, patches.size());
+  const SurfacePointReader reader(points);
+  double returns = 0.0;
+  double rays = 0.0;
+  for (std::size_t part = 0; part < points.scans.size(); ++part) {
+    const SeenScan scan{*reader.standing(part), true, points.scans[part].T_map_lidar.translation()};
+    evidence.add(std::span(&scan, 1), 1);
+    const CountedSights counted = counted_sights(scan.points_m.size());
+    returns += static_cast<double>(counted.returns);
+    rays += static_cast<double>(counted.rays);
+  }
+  Surface surface{points.frame, options.cell_m, options.tile_m, {}};
+  surface.patches = solid_patches(candidates, grid, evidence, returns / rays);
+  const std::vector<SurfacePatch> between = ground_between(surface.patches, cells.cell_m);
+  surface.patches.insert(surface.patches.end(), between.begin(), between.end());
+  std::ranges::sort(surface.patches, {},
+                    [&](const SurfacePatch& patch) { return order_of(patch, surface); });
+  return surface;
+}
+
+TEST(TiledNdt, HasTheBytesOfTheWholeAtOnce) {
+  for (const BuildNdtOptions& options : {BuildNdtOptions{}, BuildNdtOptions{0.5, 10.0, 3}}) {
+    const std::vector<std::byte> whole =
+        to_bytes(ndt_from_points(standing_m(street()), street().frame, options, 1));
+    for (const int threads : {1, 3}) {
+      PassContext ctx;
+      ctx.threads = threads;
+      const Result<NdtMap> map = build_ndt(ctx, options, street());
+      ASSERT_TRUE(map.has_value());
+      EXPECT_TRUE(to_bytes(*map) == whole);
+    }
+  }
+}
+
+TEST(TiledSurface, HasTheBytesOfTheWholeAtOnce) {
+  const auto expect_same = [](const BuildSurfaceOptions& options, int threads) {
+    PassContext ctx;
+    ctx.threads = threads;
+    const Result<Surface> surface = build_surface(ctx, options, street());
+    ASSERT_TRUE(surface.has_value());
+    EXPECT_GT(surface->patches.size(), 5000U);
+    EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(street(), options)));
+  };
+  expect_same({}, 3);
+  expect_same({1.0, 64.0, 3}, 1);
+}
+
+TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
+  PassContext alone;
+  const BuildSurfaceOptions options{1.0, 64.0, 3};
+  const std::vector<std::byte> whole = to_bytes(*build_surface(alone, options, street()));
+  KeptParts kept;
+  PassContext second = kept.context(2, {1, 2});
+  EXPECT_TRUE(to_bytes(*build_surface(second, options, street())) == whole);
+  EXPECT_EQ(kept.parts.size(), kept.count);
+  EXPECT_GT(kept.count, 8U);
+  // Taken away, a part is made again.
+  kept.parts.erase(kept.count - 1);
+  kept.parts.erase(0);
+  PassContext first = kept.context(1, {0, 2});
+  EXPECT_TRUE(to_bytes(*build_surface(first, options, street())) == whole);
+  EXPECT_EQ(kept.parts.size(), kept.count);
+}
+
+TEST(TiledNdt, IsTheSameWhoeverMadeItsParts) {
+  PassContext alone;
+  const std::vector<std::byte> whole = to_bytes(*build_ndt(alone, {}, street()));
+  KeptParts kept;
+  for (const std::size_t number : {1U, 0U}) {
+    PassContext ctx = kept.context(1, {number, 2});
+    EXPECT_TRUE(to_bytes(*build_ndt(ctx, {}, street())) == whole);
+    EXPECT_EQ(kept.parts.size(), kept.count);
+    kept.parts.erase(kept.count / 2);
+  }
+}
+
+TEST(CellTiles, KnowsWhichScansHavePointsOverATile) {
+  const BlockGrid blocks = blocks_of_tiles(2.0);
+  PassContext ctx;
+  const Result<std::vector<ScanExtent>> extents =
+      measure_extents(ctx, street(), blocks, "build-ndt");
+  ASSERT_TRUE(extents.has_value());
+  const CellTiles tiles(*extents, blocks);
+  const SurfacePointReader reader(street());
+  std::uint64_t held = 0;
+  std::size_t opened = 0;
+  for (std::size_t tile = 0; tile < tiles.size(); ++tile) {
+    const std::vector<std::size_t> over = tiles.parts_over(tiles.box(tile));
+    EXPECT_TRUE(std::ranges::is_sorted(over));
+    EXPECT_FALSE(over.empty());
+    opened += over.size();
+    for (std::size_t part = 0; part < reader.part_count(); ++part) {
+      const std::vector<Eigen::Vector3d> points_m = *reader.standing(part);
+      const auto count = std::ranges::count_if(points_m, [&](const Eigen::Vector3d& point_m) {
+        return tiles.box(tile).holds(cell_key(point_m, 2.0));
+      });
+      held += static_cast<std::uint64_t>(count);
+      EXPECT_TRUE(count == 0 || std::ranges::binary_search(over, part));
+    }
+  }
+  EXPECT_EQ(held, standing_m(street()).size()) << "tiles hold each point once";
+  EXPECT_LT(opened, reader.part_count() * tiles.size());
+}
+
+TEST(SurfacePointReader, ReadsSomePartsAsTheWholeDoes) {
+  const SurfacePointReader whole(street());
+  const std::vector<std::size_t> parts = {3, 4, 30};
+  const SurfacePointReader some(street(), parts);
+  for (const std::size_t part : parts) {
+    EXPECT_EQ(*some.standing(part), *whole.standing(part));
+    EXPECT_EQ(*some.moving(part), *whole.moving(part));
+    EXPECT_FALSE(whole.moving(part)->empty());
+  }
+  EXPECT_LT(moved_voxels_near(street(), parts).size(), street().moved_voxels.size());
+}
+
+TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
+  SurfacePoints points = street();
+  points.points_m = {{0.0, 0.0, 0.0}, {0.0, 1e12, 0.0}};
+  const std::string expected = "surface point " + std::to_string(standing_m(street()).size() + 1);
+  PassContext ctx;
+  const Result<NdtMap> map = build_ndt(ctx, {}, points);
+  ASSERT_FALSE(map.has_value());
+  EXPECT_EQ(map.error().code, ErrorCode::kInvalidArtifact);
+  EXPECT_TRUE(map.error().message.starts_with(expected)) << map.error().message;
+  const Result<Surface> surface = build_surface(ctx, {}, points);
+  ASSERT_FALSE(surface.has_value());
+  EXPECT_EQ(surface.error().place, "pass build-surface");
+}
+
+TEST(MeasureExtents, SaysWhatReadingAScanSays) {
+  struct Unreadable : ScanStore {
+    Result<Scan> read(std::size_t) const override {
+      return Error{ErrorCode::kCannotRead, "gone", "", ""};
+    }
+  };
+  SurfacePoints points = street();
+  points.store = std::make_shared<Unreadable>();
+  PassContext ctx;
+  EXPECT_EQ(build_ndt(ctx, {}, points).error().code, ErrorCode::kCannotRead);
+  EXPECT_EQ(build_surface(ctx, {}, points).error().code, ErrorCode::kCannotRead);
+}
+
+}  // namespace
+}  // namespace sightline
