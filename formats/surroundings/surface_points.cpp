@@ -88,6 +88,19 @@ std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
   return near;
 }
 
+std::optional<Digest> content_of_parts(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts, ByteWriter before) {
+  std::vector<PlacedScan> scans;
+  for (const std::size_t part : parts) {
+    if (part >= points.scans.size()) return std::nullopt;  // lies in memory
+    scans.push_back(points.scans[part]);
+  }
+  before.put(points.voxel_m);
+  before.put_array(moved_voxels_near(points, parts));
+  if (scans.empty()) return sha256(before.bytes());
+  return content_of_scans(*points.store, scans, std::move(before));
+}
+
 Result<void> validate(const SurfacePoints& points) {
   if (!points.frame.origin_world_m.allFinite() || !std::isfinite(points.voxel_m) ||
       points.voxel_m < 0.0) {

@@ -69,6 +69,11 @@ void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& traje
 std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
                                        std::span<const std::size_t> parts);
 
+// Names what SurfacePointReader gives of these parts, after what `before` holds: scans, where they
+// lie, and what moved. Nothing where a part is not known without reading it.
+std::optional<Digest> content_of_parts(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts, ByteWriter before);
+
 // Reads surface points part by part. Keeps a reference to them.
 class SurfacePointReader {
  public:
