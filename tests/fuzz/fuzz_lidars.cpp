@@ -28,7 +28,8 @@ Opened open_hesai(const std::string& path, const std::string& beside) {
     if (!more) return Error{ErrorCode::kDriveTooShort, "no packet", path, ""};
     if (is_hesai_packet(packet.datagram)) break;
   }
-  SIGHTLINE_ASSIGN(std::unique_ptr<const RotatingLidar> lidar, hesai_lidar(packet.datagram, beside));
+  SIGHTLINE_ASSIGN(std::unique_ptr<const RotatingLidar> lidar,
+                   hesai_lidar(packet.datagram, beside));
   return open_rotating_pcap(path, std::move(lidar));
 }
 
@@ -68,9 +69,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const MemoryFile beside(rest.first(beside_size));
   const MemoryFile capture(rest.subspan(beside_size));
   const unsigned kind = data[0] % 3U;
-  const Opened opened = kind == 0   ? open_ouster_pcap(capture.path(), beside.path())
-                        : kind == 1 ? open_hesai(capture.path(), beside_size > 0 ? beside.path() : "")
-                                    : open_capture(capture.path(), "");
+  const Opened opened = kind == 0 ? open_ouster_pcap(capture.path(), beside.path())
+                        : kind == 1
+                            ? open_hesai(capture.path(), beside_size > 0 ? beside.path() : "")
+                            : open_capture(capture.path(), "");
   if (opened) {
     check(**opened);
   } else {

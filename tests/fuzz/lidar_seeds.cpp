@@ -97,7 +97,8 @@ std::string hesai(bool is_pandar64, char mode) {
       packet += std::string(10, '\0') + raw(us) + mode + '\0' + std::string("\x17\1\2\3\4\5", 6);
     } else {
       packet += std::string("\6\1\0\0\x10\x8\1\4\2\0", 10) + hesai_blocks(i, 8, 16, 4);
-      packet += std::string(10, '\0') + mode + std::string("\0\0\x7b\1\2\3\4\5", 8) + raw(us) + '\0';
+      packet +=
+          std::string(10, '\0') + mode + std::string("\0\0\x7b\1\2\3\4\5", 8) + raw(us) + '\0';
     }
     file += record(us, i, 0, udp(packet));
   }
