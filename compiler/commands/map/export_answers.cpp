@@ -100,12 +100,14 @@ void add_answers_flags(Verb& verb, ExportAnswersFlags& flags) {
                         .target = &flags.weak_margin,
                         .minimum = 0.0,
                         .maximum = 1.0});
-  verb.flags.push_back({.names = "--cell",
-                        .value = "METRES",
-                        .help = "Of cells: the edge of a cell",
-                        .target = &flags.cell_m,
-                        .minimum = 0.5,
-                        .maximum = 100.0});
+  verb.flags.push_back(
+      {.names = "--cell",
+       .value = "METRES",
+       .help = "Of lanelet2: the share of that limit that the best look must leave over; where "
+               "it leaves less, a met stretch becomes a weak area",
+       .target = &flags.cell_m,
+       .minimum = 0.5,
+       .maximum = 100.0});
 }
 
 bool asks_the_reader(std::string_view format) { return format == "lanelet2" || format == "cells"; }
