@@ -149,6 +149,12 @@ MeasuredError empty_result(const SiteMeasuring& measuring, const MatchingCard& m
   return measured;
 }
 
+// With the grids of the other where it has them: they are most of a localizer.
+Localizer for_samples(const MeasureErrorOptions& options, const NdtMap& map, const Localizer& own) {
+  return own.is_annealed ? localizer_for_samples(own)
+                         : make_localizer(map, options_for_samples(options.coarse_cells));
+}
+
 }  // namespace
 
 MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map) {
@@ -185,9 +191,7 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
   const Localizer own =
       is_own ? make_localizer(map, localizer_options(options.localizer, options.coarse_cells))
              : Localizer{};
-  const Localizer of_samples = samples.empty()
-                                   ? Localizer{}
-                                   : make_localizer(map, options_for_samples(options.coarse_cells));
+  const Localizer of_samples = samples.empty() ? Localizer{} : for_samples(options, map, own);
   const SiteLocalizerInputs localizer{
       {options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
       localization_drive.sensor,
