@@ -42,6 +42,8 @@ class ScanRays {
     Eigen::Vector3d direction;
     double range_m;
   };
+  // False where no ray's elevation is near enough to that of a point; often true all the same.
+  [[nodiscard]] bool may_pass(const RayQuery& query, double distance_m) const;
   [[nodiscard]] bool any_in_bin(std::size_t bin, const RayQuery& query) const;
 
   std::vector<Ray> rays_;             // by bin, in the scan's order within one
@@ -49,6 +51,9 @@ class ScanRays {
   // At least the longest of the rays of each bin, and of each row of bins.
   std::vector<float> longest_m_;
   std::vector<float> longest_of_row_m_;
+  // Of each narrow band of elevation the first from there on that holds a ray, or the number of
+  // bands.
+  std::vector<std::uint16_t> next_band_;
   std::vector<std::uint32_t> bins_;  // of the returns
 };
 

@@ -69,9 +69,12 @@ double rival_score(const Localizer& localizer, const VirtualPlace& place, ScanFo
   };
   const double here = score_at(0);
   if (!(here > 0.0)) return 1.0;
+  // First to one side, then to the other: from one step to the next few points change their cell.
   double best = 0.0;
-  for (int steps = kNearest; steps <= kFarthest; ++steps) {
-    best = std::max({best, score_at(steps), score_at(-steps)});
+  for (const int side : {1, -1}) {
+    for (int steps = kNearest; steps <= kFarthest; ++steps) {
+      best = std::max(best, score_at(side * steps));
+    }
   }
   return best / here;
 }
