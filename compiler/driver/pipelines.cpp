@@ -159,7 +159,7 @@ std::vector<AnyWire> told_of(const CompilePlan& compile) {
   std::vector<AnyWire> told = {compile.map, compile.measured, compile.ranges, compile.factors,
                                compile.evaluation};
   if (compile.sharpness.is_connected()) told.push_back(compile.sharpness);
-  if (compile.released.is_connected()) told.push_back(compile.released);
+  if (compile.ships_poses) told.push_back(compile.released);
   return told;
 }
 

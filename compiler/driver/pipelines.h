@@ -80,7 +80,8 @@ struct CompilePlan {
   // Made.
   Wire<Drive> drive;  // of the first sensor
   Wire<Trajectory> trajectory;
-  Wire<ReleasedPoses> released;  // for the next map; not connected where there is one drive
+  Wire<ReleasedPoses> released;  // for the next map
+  bool ships_poses = false;      // beside the map: it is of several drives
   Wire<Drive> undistorted;       // of all sensors
   Wire<SurfacePoints> points;    // not connected where a compiled map is annotated anew
   Wire<NdtMap> ndt;

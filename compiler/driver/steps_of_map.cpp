@@ -110,8 +110,8 @@ void add_trajectory(const CompileConfig& config, CompilePlan& compile) {
     compile.trajectory = plan.run_as("", kExtendReleased, plan.options(kEstimateTrajectory),
                                      compile.drive, compile.base);
   }
-  if (config.later_mapping.empty() && compile.base_file.empty()) return;
   compile.released = plan.run(kReleasePoses, compile.drive, compile.trajectory);
+  compile.ships_poses = !config.later_mapping.empty() || !compile.base_file.empty();
 }
 
 Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mapping,

@@ -51,6 +51,12 @@ Verb compile_verb() {
        .help = "Find the poses of all mapping drives anew, also where base names those of an "
                "earlier map (base.poses)",
        .target = resolve_setter(*flags)});
+  verb.flags.push_back({.names = "--poses",
+                        .value = "FILE",
+                        .help = "Also write where the scans of the mapping drive were (.slposes), "
+                                "for base of a map with more drives; of several drives they are "
+                                "written beside the map",
+                        .target = &flags->poses});
   add_run_flags(verb, flags->run);
   verb.run = [flags] { return exit_status_of(run_compile(*flags)); };
   return verb;

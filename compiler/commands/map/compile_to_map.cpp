@@ -26,6 +26,7 @@ Result<void> check_outputs(const CompileFlags& flags) {
   }
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   SIGHTLINE_TRY(try_output(flags.depfile, IfExists::kReplace));
+  SIGHTLINE_TRY(try_output(flags.poses, if_exists));
   return try_output(flags.output, if_exists);
 }
 
@@ -38,6 +39,11 @@ Result<void> write_outputs(const std::string& output, IfExists if_exists, const 
   SIGHTLINE_TRY(write_file_atomically(output, encode_map(map), if_exists));
   // A stale provenance beside a new map would be worse than replacing one.
   return write_file_atomically(output + ".provenance.json", provenance, IfExists::kReplace);
+}
+
+Result<void> write_poses(const std::filesystem::path& file, IfExists if_exists,
+                         const CompilePlan& compile, const ArtifactSet& artifacts) {
+  return write_file_atomically(file, to_bytes(artifacts.get(compile.released)), if_exists);
 }
 
 // What the compile found, as text.
@@ -122,9 +128,14 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
                        options.cache_directory));
     return {};
   }
+  std::vector<AnyWire> wanted = told_of(compile);
+  if (!flags.poses.empty()) wanted.push_back(compile.released);
   SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
-                   run_steps(compile.plan, told_of(compile), flags.run, config, artifacts));
+                   run_steps(compile.plan, wanted, flags.run, config, artifacts));
   if (!artifacts.has(compile.map)) return {};  // --stop-after
+  if (!flags.poses.empty()) {
+    SIGHTLINE_TRY(write_poses(flags.poses, if_exists, compile, artifacts));
+  }
   const Result<void> written =
       write_compiled(flags.output, if_exists, config, compile, artifacts, reports);
   if (!written || flags.run.is_quiet) return written;
@@ -133,7 +144,7 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
 
 Result<void> try_poses_output(const std::string& output, IfExists if_exists,
                               const CompilePlan& compile) {
-  if (output.empty() || !compile.released.is_connected()) return {};
+  if (output.empty() || !compile.ships_poses) return {};
   return try_output(poses_beside(output).string(), if_exists);
 }
 
@@ -143,9 +154,8 @@ Result<void> write_compiled(const std::string& output, IfExists if_exists,
   const std::string provenance =
       provenance_json(config, command_line(), artifacts.get(compile.cards), reports);
   SIGHTLINE_TRY(write_outputs(output, if_exists, artifacts.get(compile.map), provenance));
-  if (!compile.released.is_connected()) return {};
-  return write_file_atomically(poses_beside(output), to_bytes(artifacts.get(compile.released)),
-                               if_exists);
+  if (!compile.ships_poses) return {};
+  return write_poses(poses_beside(output), if_exists, compile, artifacts);
 }
 
 Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifacts) {

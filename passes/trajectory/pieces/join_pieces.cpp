@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "passes/trajectory/pieces/check_join.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
 namespace sightline {
@@ -85,12 +86,16 @@ class Joiner {
           agreeing(odometry_, look_for(ctx_, visit, odometry_, queries));
       if (agreed.empty()) continue;
       const auto best = std::ranges::max_element(agreed, {}, &Hypothesis::overlap);
+      const Pose T_earlier_later = best->T_map_lidar * odometry_.T_map_lidar[best->scan].inverse();
+      SIGHTLINE_ASSIGN(const bool fits,
+                       fits_all_along(drive_, odometry_, ranges_joined_to(earlier),
+                                      {ranges_[later], T_earlier_later, best->scan}));
+      if (!fits) continue;
       for (const Hypothesis& one : agreed) {
         edges_.push_back({middle, one.scan,
                           odometry_.T_map_lidar[middle].inverse() * one.T_map_lidar, kJoinSigma_m,
                           kJoinSigma_rad});
       }
-      const Pose T_earlier_later = best->T_map_lidar * odometry_.T_map_lidar[best->scan].inverse();
       if (stays(later)) {
         move(earlier, T_earlier_later.inverse());
         merge(later, earlier);
@@ -101,6 +106,14 @@ class Joiner {
       break;
     }
     return {};
+  }
+
+  [[nodiscard]] std::vector<ScanRange> ranges_joined_to(std::uint32_t piece) const {
+    std::vector<ScanRange> joined;
+    for (std::size_t other = 0; other < ranges_.size(); ++other) {
+      if (part_[other] == part_[piece]) joined.push_back(ranges_[other]);
+    }
+    return joined;
   }
 
   // Whether a piece is joined to one that is not moved.
