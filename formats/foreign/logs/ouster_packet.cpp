@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "formats/base/bytes.h"
+#include "formats/base/portable_math.h"
 #include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/rotation.h"
 
 namespace sightline {
 namespace {
@@ -160,18 +162,16 @@ void OusterPackets::append_column(std::span<const std::byte> packet, std::size_t
   const double encoder_rad = 2.0 * std::numbers::pi * (1.0 - turn);
   const double radius_m = kMillimetre_m * *metadata_.beam_radius_mm;
   const double height_m = kMillimetre_m * metadata_.beam_height_mm;
-  const double lead_m = height_m == 0.0 ? radius_m : std::hypot(radius_m, height_m);
-  const Eigen::Vector3d origin_m(radius_m * std::cos(encoder_rad), radius_m * std::sin(encoder_rad),
-                                 height_m);
+  const double lead_m = height_m == 0.0 ? radius_m : portable_hypot(radius_m, height_m);
+  const SinCos encoder = portable_sin_cos(encoder_rad);
+  const Eigen::Vector3d origin_m(radius_m * encoder.cos, radius_m * encoder.sin, height_m);
   const std::size_t first_pixel_at =
       column_at(column) + (layout_.is_legacy ? kLegacyColumnHeader : kColumnHeader);
   for (std::size_t beam = 0; beam < metadata_.altitudes_deg.size(); ++beam) {
     const std::size_t pixel_at = first_pixel_at + beam * layout_.pixel_size;
-    const double azimuth_rad = encoder_rad - kRadPerDeg * metadata_.azimuths_deg[beam];
-    const double altitude_rad = kRadPerDeg * metadata_.altitudes_deg[beam];
-    const Eigen::Vector3d direction(std::cos(azimuth_rad) * std::cos(altitude_rad),
-                                    std::sin(azimuth_rad) * std::cos(altitude_rad),
-                                    std::sin(altitude_rad));
+    const Eigen::Vector3d direction =
+        direction_of(encoder_rad - kRadPerDeg * metadata_.azimuths_deg[beam],
+                     kRadPerDeg * metadata_.altitudes_deg[beam]);
     std::uint32_t before = 0;
     for (const OusterLayout::Return& part : layout_.returns) {
       const std::uint32_t ticks = range_ticks(packet, pixel_at, part);

@@ -63,8 +63,7 @@ std::vector<std::uint32_t> asked_scans(const Odometry& odometry, const ScanRange
 Result<bool> fits(const Drive& drive, const Visit& visit, std::uint32_t scan,
                   const Pose& T_others_lidar, double reach_m) {
   SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive, scan));
-  const LocalMatch match =
-      search_locally(visit.grids, thinned.to_match_m, T_others_lidar, reach_m);
+  const LocalMatch match = search_locally(visit.grids, thinned.to_match_m, T_others_lidar, reach_m);
   const std::vector<Eigen::Vector3d> upright_m =
       upright_points(thinned.to_match_m, drive.sensor.T_vehicle_lidar.linear());
   const std::optional<double> overlap = visit.upright.overlap(upright_m, match.T_map_lidar);
