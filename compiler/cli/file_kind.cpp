@@ -17,6 +17,7 @@ constexpr std::string_view kMapBegins("\x89SLM\r\n\x1a\n", 8);
 constexpr std::string_view kDeltaBegins("\x89SLD\r\n\x1a\n", 8);
 constexpr std::string_view kArtifactBegins("SLA\x1a", 4);
 constexpr std::string_view kModelName = "error-model";
+constexpr std::string_view kPosesName = "released-poses";
 
 std::string first_bytes(const fs::path& path) {
   constexpr std::size_t kEnough = 512;
@@ -49,6 +50,9 @@ std::string description(FileKind kind, const std::string& path) {
     case FileKind::kModel:
       return "an error model: `sightline inspect " + path +
              "` says what it is, `sightline compile CONFIG --model " + path + "` uses it";
+    case FileKind::kPoses:
+      return "the poses of a map's drives: `base: " + path +
+             "` in a configuration of these drives and of more keeps them";
     case FileKind::kDelta:
       return "a delta between two maps: `sightline apply` brings a map up to date with it";
     case FileKind::kConfiguration:
@@ -91,8 +95,9 @@ std::optional<FileKind> kind_of_file(const fs::path& path) {
   if (bytes.starts_with(kMapBegins)) return FileKind::kMap;
   if (bytes.starts_with(kDeltaBegins)) return FileKind::kDelta;
   if (bytes.starts_with(kArtifactBegins)) {
-    if (bytes.find(kModelName) == std::string::npos) return std::nullopt;
-    return FileKind::kModel;
+    if (bytes.find(kModelName) != std::string::npos) return FileKind::kModel;
+    if (bytes.find(kPosesName) != std::string::npos) return FileKind::kPoses;
+    return std::nullopt;
   }
   if (holds_many_scans(path) || has_ending(path, {".pcd", ".ply", ".las", ".bin", ".npy", ".gz"})) {
     return FileKind::kRecording;

@@ -9,7 +9,7 @@
 namespace sightline {
 
 // What a path leads to, as far as its first bytes or its ending tell.
-enum class FileKind { kFolder, kMap, kModel, kDelta, kConfiguration, kRecording };
+enum class FileKind { kFolder, kMap, kModel, kPoses, kDelta, kConfiguration, kRecording };
 
 // Nothing: none of these, or it cannot be read.
 std::optional<FileKind> kind_of_file(const std::filesystem::path& path);

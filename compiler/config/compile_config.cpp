@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "compiler/gate/settings.h"
+#include "formats/annotation/measured_drives.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/geodesy.h"
@@ -28,19 +29,32 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
   return section;
 }
 
-// The drives that make the map: one, or a list. What tells drives of one vehicle apart is each
+// A section of one drive, or of a list of them. What tells drives of one vehicle apart is each
 // one's own, the rest is as in the first unless it is said.
-ConfigSection mapping_section(CompileConfig& config) {
-  ConfigSection section{"mapping",
-                        "The drive that makes the map; or a list of drives of one vehicle, in the "
-                        "order of their days, each with what differs from the first",
-                        option_fields(config.mapping)};
-  section.one_more = [&config] {
-    RecordingOptions& later = config.later_mapping.emplace_back(config.mapping);
+ConfigSection drives_section(const std::string& name, const std::string& help,
+                             RecordingOptions& first, std::deque<RecordingOptions>& more) {
+  ConfigSection section{name, help, option_fields(first)};
+  section.one_more = [&first, &more] {
+    RecordingOptions& later = more.emplace_back(first);
     for (std::string* own : {&later.name, &later.scans, &later.poses, &later.stamps}) own->clear();
     return option_fields(later);
   };
   return section;
+}
+
+ConfigSection mapping_section(CompileConfig& config) {
+  return drives_section("mapping",
+                        "The drive that makes the map; or a list of drives of one vehicle, in the "
+                        "order of their days, each with what differs from the first",
+                        config.mapping, config.later_mapping);
+}
+
+ConfigSection localization_section(CompileConfig& config) {
+  return drives_section("localization",
+                        "A second drive that is matched against the map to measure error; or a "
+                        "list of drives, each measured by itself: the first has to come near the "
+                        "map, the others say what differs from it",
+                        config.localization, config.later_localization);
 }
 
 // A finished map: the keys of a drive that tell of its sensor.
@@ -86,6 +100,11 @@ Result<void> check_map(const CompileConfig& config, const std::filesystem::path&
                "mapping.scans and map.points are named: either a drive makes the map, or it is "
                "finished");
   }
+  if (!config.base_poses.empty()) {
+    return bad(ErrorCode::kBadValue,
+               "base.poses and map.points are named: a finished map has no drives that could keep "
+               "their poses");
+  }
   if (config.route.file.empty()) {
     return bad(ErrorCode::kMissingKey, "route.file: a finished map is annotated along a route");
   }
@@ -124,6 +143,31 @@ void resolve(const std::filesystem::path& folder, RecordingOptions& recording) {
   }
 }
 
+// The drives of the list under `localization`.
+Result<void> check_localization(const CompileConfig& config, const std::filesystem::path& file) {
+  if (config.later_localization.empty()) return {};
+  std::map<std::string, std::string> role_of_scans;
+  for (std::size_t i = 0; i <= config.later_localization.size(); ++i) {
+    const RecordingOptions& drive = i == 0 ? config.localization : config.later_localization[i - 1];
+    const std::string role = localization_role(i);
+    if (drive.scans.empty()) {
+      return Error{ErrorCode::kMissingKey, role + ".scans: no folder of scans is named",
+                   file.string(), ""};
+    }
+    const auto [other, is_new] = role_of_scans.try_emplace(drive.scans, role);
+    if (is_new) continue;
+    return Error{ErrorCode::kBadValue,
+                 role + ".scans: found the recording of " + other->second +
+                     ", expected another drive: one drive told twice is no second witness",
+                 file.string(), ""};
+  }
+  if (!config.imports_errors()) return {};
+  return Error{ErrorCode::kBadValue,
+               "import-errors.file is of one localization drive, and " +
+                   std::to_string(1 + config.later_localization.size()) + " are named",
+               file.string(), ""};
+}
+
 Result<void> check(const CompileConfig& config, const std::filesystem::path& file) {
   if (config.has_map()) {
     SIGHTLINE_TRY(check_map(config, file));
@@ -139,6 +183,7 @@ Result<void> check(const CompileConfig& config, const std::filesystem::path& fil
     return Error{ErrorCode::kMissingKey,
                  later_mapping_role(i) + ".scans: no folder of scans is named", file.string(), ""};
   }
+  SIGHTLINE_TRY(check_localization(config, file));
   const Result<World> world = parse_world(config.annotation.world);
   if (!world) {
     return Error{ErrorCode::kBadValue, "annotation." + world.error().message, file.string(), ""};
@@ -249,11 +294,19 @@ std::string later_mapping_role(std::size_t index) {
   return "mapping[" + std::to_string(index + 2) + "]";
 }
 
+std::string later_localization_role(std::size_t index) { return localization_role(index + 1); }
+
 std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   std::vector<ConfigSection> all = {
       {"annotation", "What is annotated, and what all passes share",
        option_fields(config.annotation)},
       mapping_section(config),
+      {.name = "base",
+       .help = "What was shipped, for a map with more drives; or the file alone",
+       .fields = {text("poses", config.base_poses,
+                       "poses that were written beside an earlier map (.slposes): its drives, "
+                       "named first under mapping, keep them; empty: poses are found anew")},
+       .word = "poses"},
       {.name = "map",
        .help = "A finished map, annotated along `route`, in place of `mapping`; or its file alone",
        .fields = option_fields(config.map),
@@ -265,8 +318,7 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
   for (std::size_t i = 0; i < config.other_sensors.size(); ++i) {
     all.push_back(sensor_section(i, config.other_sensors[i]));
   }
-  all.push_back({"localization", "A second drive that is matched against the map to measure error",
-                 option_fields(config.localization)});
+  all.push_back(localization_section(config));
   all.push_back({"evaluation",
                  "An independent drive that judges the finished map (sightline evaluate)",
                  option_fields(config.evaluation)});
@@ -291,8 +343,9 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   }
   for (RecordingOptions& sensor : config.other_sensors) resolve(file.parent_path(), sensor);
   for (RecordingOptions& later : config.later_mapping) resolve(file.parent_path(), later);
+  for (RecordingOptions& later : config.later_localization) resolve(file.parent_path(), later);
   for (std::string* path : {&config.outside.file, &config.outside.evaluation_file,
-                            &config.map.points, &config.route.file}) {
+                            &config.map.points, &config.route.file, &config.base_poses}) {
     if (path == &config.route.file && config.route.is_everywhere()) continue;
     if (!path->empty()) *path = (file.parent_path() / *path).lexically_normal().string();
   }
@@ -303,6 +356,7 @@ Result<void> read_compile_config(const std::filesystem::path& file,
     recording->world = config.annotation.world;
   }
   for (RecordingOptions& later : config.later_mapping) later.world = config.annotation.world;
+  for (RecordingOptions& later : config.later_localization) later.world = config.annotation.world;
   config.passes = settings_of(sections);
   config.passes.shared = shared_values(config.annotation);
   SIGHTLINE_TRY(check(config, file));
@@ -323,6 +377,11 @@ std::vector<EffectiveValue> effective_values(CompileConfig config) {
   for (std::size_t i = 0; i < config.later_mapping.size(); ++i) {
     for (const OptionField& field : option_fields(config.later_mapping[i])) {
       values.push_back({later_mapping_role(i), field.name, to_text(field)});
+    }
+  }
+  for (std::size_t i = 0; i < config.later_localization.size(); ++i) {
+    for (const OptionField& field : option_fields(config.later_localization[i])) {
+      values.push_back({later_localization_role(i), field.name, to_text(field)});
     }
   }
   for (const auto& [section, fields] : config.passes.own) {

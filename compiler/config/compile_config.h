@@ -75,14 +75,19 @@ struct CompileConfig {
   // More drives that make the map, in the order of their days; a deque, since sections point into
   // it. What such a drive does not say of itself is as in the first.
   std::deque<RecordingOptions> later_mapping;
+  // Where the scans of these drives were in a map that was shipped (.slposes): they stay there.
+  // Empty: all poses are found anew.
+  std::string base_poses;
   // What else on the vehicle scanned during the mapping drive; no scans: there is none.
   std::array<RecordingOptions, 3> other_sensors;
   MapOptions map;                 // with `route`, in place of the mapping drive
   RouteOptions route;             // where `map` is annotated
   RecordingOptions localization;  // no scans: see AnnotationOptions::split
-  RecordingOptions evaluation;    // an independent drive, for `evaluate`
-  OutsideErrorsOptions outside;   // section import-errors
-  PassSettings passes;            // options of passes, with what they share
+  // More drives that are localized in the map, each by itself.
+  std::deque<RecordingOptions> later_localization;
+  RecordingOptions evaluation;   // an independent drive, for `evaluate`
+  OutsideErrorsOptions outside;  // section import-errors
+  PassSettings passes;           // options of passes, with what they share
 
   [[nodiscard]] bool has_map() const { return !map.points.empty(); }
   [[nodiscard]] bool is_split() const { return localization.scans.empty() && !has_map(); }
@@ -104,16 +109,20 @@ ConfigSection gate_section();
 // The localizer of import-errors. Error: bad-value.
 Result<LocalizerProfile> outside_localizer(const OutsideErrorsOptions& options);
 
+// "localization[2]" of the first of later_localization, and so on.
+std::string later_localization_role(std::size_t index);
+
 // Reads the file (empty: there is none) into `config` and `sections`, which are all that it may
 // name (the drives' sections point into `config`, those of passes hold their options), then the
 // overrides
 // ("section.key=value"). Paths become relative to the file's folder; options of passes become
 // `config.passes`. Errors: those of read_yaml and set_override, missing-key (no mapping drive
 // and no finished map, or such a map without a route),
-// bad-value (a mapping drive beside a finished map, or what such a map cannot do without a
-// localization drive: errors of pcl-ndt or from outside; a split beside a localization drive; a
-// localizer of import-errors without a good name, or parameters that are none; pcl-ndt in a program
-// without PCL).
+// bad-value (an empty list of drives, one that is named twice under `localization`, errors from
+// outside of several drives; a mapping drive beside a finished map, or what such a map cannot do
+// without a localization drive: errors of pcl-ndt or from outside; a split beside a localization
+// drive; a localizer of import-errors without a good name, or parameters that are none; pcl-ndt in
+// a program without PCL).
 Result<void> read_compile_config(const std::filesystem::path& file,
                                  const std::vector<std::string>& overrides,
                                  std::vector<ConfigSection> sections, CompileConfig& config);

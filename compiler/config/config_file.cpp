@@ -48,6 +48,11 @@ Result<void> read_section(const YamlNode& node, ConfigSection& section) {
   if (!section.one_more || node.kind != YamlNode::Kind::kList) {
     return set_fields(node, where, section.fields);
   }
+  if (node.values.empty()) {
+    return placed(
+        {ErrorCode::kBadValue, where + ": the list is empty, expected a drive or more", "", ""},
+        node);
+  }
   for (std::size_t i = 0; i < node.values.size(); ++i) {
     std::vector<OptionField> fields = i == 0 ? section.fields : section.one_more();
     SIGHTLINE_TRY(set_fields(node.values[i], where + ", drive " + std::to_string(i + 1), fields));

@@ -47,6 +47,7 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
   std::vector<const RecordingOptions*> recordings = {&config.mapping, &config.localization};
   for (const RecordingOptions& sensor : config.other_sensors) recordings.push_back(&sensor);
   for (const RecordingOptions& later : config.later_mapping) recordings.push_back(&later);
+  for (const RecordingOptions& later : config.later_localization) recordings.push_back(&later);
   for (const RecordingOptions* recording : recordings) {
     SIGHTLINE_TRY(add_recording(*recording, inputs));
   }
@@ -56,6 +57,7 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
     if (!config.route.is_everywhere()) inputs.files.emplace_back(config.route.file);
     if (pieces.size() > 1) inputs.folders.push_back(pieces.front().parent_path());
   }
+  if (!config.base_poses.empty()) inputs.files.emplace_back(config.base_poses);
   if (config.imports_errors()) inputs.files.emplace_back(config.outside.file);
   sort_once(inputs.files);
   sort_once(inputs.folders);

@@ -7,9 +7,11 @@
 #include "compiler/config/compile_config.h"
 #include "compiler/pipeline/artifact_set.h"
 #include "formats/annotation/calibrated_plan.h"
+#include "formats/annotation/measured_drives.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/driven_places.h"
 #include "formats/drive/outside_errors.h"
+#include "formats/drive/released_poses.h"
 #include "formats/drive/route.h"
 #include "formats/evaluation/evaluation.h"
 #include "formats/foreign/maps/point_map.h"
@@ -73,11 +75,15 @@ struct CompilePlan {
   FinishedMapInput finished;
   Wire<RecordingCards> cards;
   Wire<ErrorModel> given_model;  // connected where the model is given
+  std::string base_file;
+  Wire<ReleasedPoses> base;  // connected where an earlier map's poses stay
   // Made.
   Wire<Drive> drive;  // of the first sensor
   Wire<Trajectory> trajectory;
-  Wire<Drive> undistorted;     // of all sensors
-  Wire<SurfacePoints> points;  // not connected where a compiled map is annotated anew
+  Wire<ReleasedPoses> released;  // for the next map
+  bool ships_poses = false;      // beside the map: it is of several drives
+  Wire<Drive> undistorted;       // of all sensors
+  Wire<SurfacePoints> points;    // not connected where a compiled map is annotated anew
   Wire<NdtMap> ndt;
   Wire<Surface> surface;
   Wire<Sites> sites;
@@ -85,8 +91,10 @@ struct CompilePlan {
   Wire<FactorTable> factors;
   Wire<SensorProfile> localizing_sensor;  // of a finished map
   Wire<MeasuredError> simulated;          // in a finished map
-  Wire<MeasuredError> measured;  // of the localization drive; in a finished map without: simulated
-  Wire<ErrorModel> model;        // given or trained
+  // Of the localization drive, of several each in turn; in a finished map without: simulated.
+  Wire<MeasuredError> measured;
+  Wire<MeasuredDrives> measured_drives;  // of several localization drives; else not connected
+  Wire<ErrorModel> model;                // given or trained
   Wire<PredictedError> predicted;
   Wire<RangeTable> ranges;
   Wire<CalibratedPlan> look_plan;
@@ -145,7 +153,8 @@ Result<CompileConfig> compile_config_of(const std::vector<std::string>& override
 // Opens the recordings of a plan, or its finished map and route, and provides them, their sensors
 // and cards, and reads the files of import-errors. Digests of scan files are kept in the cache,
 // where there is one (not empty). Errors: those of open_recording, open_point_map, read_route and
-// read_outside_errors.
+// read_outside_errors;
+// bad-value where one recording is two localization drives.
 Result<void> provide_drives(const CompilePlan& compile,
                             const std::filesystem::path& cache_directory, ArtifactSet& artifacts);
 Result<void> provide_drive(const EvaluatePlan& evaluate,

@@ -1,4 +1,6 @@
 #include <filesystem>
+#include <map>
+#include <string>
 #include <utility>
 
 #include "compiler/driver/pipelines.h"
@@ -47,6 +49,22 @@ Result<void> provide_recording(const RecordingInput& input, const CachedDigests&
   const Digest digest = recording->digest;
   artifacts.provide(input.sensor, recording->sensor);
   artifacts.provide(input.recording, std::move(*recording), digest);
+  return {};
+}
+
+// One drive told twice is no second witness.
+Result<void> check_localization_drives(const CompilePlan& compile, const ArtifactSet& artifacts) {
+  std::map<Digest, std::string> role_of;
+  for (const RecordingInput& input : compile.recordings) {
+    if (!input.role.starts_with("localization")) continue;
+    const Recording& recording = artifacts.get(input.recording);
+    const auto [other, is_new] = role_of.try_emplace(recording.digest, input.role);
+    if (is_new) continue;
+    return Error{ErrorCode::kBadValue,
+                 input.role + ": found the recording of " + other->second +
+                     ", expected another drive: one drive told twice is no second witness",
+                 input.options.scans, ""};
+  }
   return {};
 }
 
@@ -134,6 +152,16 @@ Result<void> provide_finished(const CompilePlan& compile, ArtifactSet& artifacts
   return {};
 }
 
+// Poses of an earlier map.
+Result<void> provide_base(const CompilePlan& compile, ArtifactSet& artifacts) {
+  if (!compile.base.is_connected()) return {};
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(compile.base_file));
+  Result<ReleasedPoses> released = from_bytes<ReleasedPoses>(bytes);
+  if (!released) return in_file(released.error(), compile.base_file);
+  artifacts.provide(compile.base, std::move(*released));
+  return {};
+}
+
 }  // namespace
 
 Result<void> provide_drive(const EvaluatePlan& evaluate,
@@ -147,10 +175,12 @@ Result<void> provide_drives(const CompilePlan& compile,
   // The files that are read in no time come first: a mistake in them is told at once.
   SIGHTLINE_TRY(provide_outside(compile.outside, artifacts));
   SIGHTLINE_TRY(provide_finished(compile, artifacts));
+  SIGHTLINE_TRY(provide_base(compile, artifacts));
   const CachedDigests digests(cache_directory);
   for (const RecordingInput& input : compile.recordings) {
     SIGHTLINE_TRY(provide_recording(input, digests, artifacts));
   }
+  SIGHTLINE_TRY(check_localization_drives(compile, artifacts));
   artifacts.provide(compile.cards, recording_cards(compile, artifacts));
   return {};
 }
@@ -176,6 +206,11 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
     const std::string file = std::filesystem::path(options.points).filename().string();
     recordings.cards.push_back(
         {"map", options.name.empty() ? file : options.name, artifacts.entry(compiled).key});
+  }
+  if (compile.base.is_connected() && artifacts.has(compile.base)) {
+    recordings.cards.push_back({"base",
+                                std::filesystem::path(compile.base_file).filename().string(),
+                                artifacts.entry(compile.base).key});
   }
   for (const RecordingInput& input : compile.recordings) {
     if (!artifacts.has(input.recording)) continue;

@@ -9,6 +9,7 @@
 #include "compiler/init/look_at_drive.h"
 #include "compiler/init/yaml_text.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/text/sensor_file.h"
 #include "formats/grid/point_grid.h"
 
 namespace sightline {
@@ -114,8 +115,9 @@ Result<Drives> look_at_all(const fs::path& folder) {
 
 Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passed_over) {
   constexpr std::size_t kMost = 5;
-  std::string message = "no drive was found: a folder of " + scan_endings_text() +
-                        " files, a ROS bag (.bag, .db3, .mcap) or a pcap";
+  std::string message =
+      "no drive was found: a folder of " + scan_endings_text() +
+      " files, a ROS bag (.bag, .db3, .mcap) or a pcap of a Velodyne, Hesai or Ouster";
   for (std::size_t i = 0; i < std::min(kMost, passed_over.size()); ++i) {
     message += "; " + passed_over[i].path.string() + ": " + passed_over[i].reason;
   }
@@ -125,7 +127,10 @@ Error nothing_found(const fs::path& folder, const std::vector<PassedOver>& passe
   return {ErrorCode::kEmptyDirectory, message, folder.string(), ""};
 }
 
-bool is_path(const std::string& key) { return key == "poses" || key == "stamps"; }
+bool is_path(const GuessedKey& guess) {
+  return guess.key == "poses" || guess.key == "stamps" ||
+         (guess.key == "sensor" && is_sensor_file(guess.value));
+}
 
 std::string length_text(const FoundDrive& drive) {
   if (drive.positions_m.empty()) return "";
@@ -160,7 +165,7 @@ void write_drive(const FoundDrive& drive, const std::string& role, YamlText& yam
   for (const GuessedKey& guess : drive.keys) {
     if (!guess.reason.empty()) yaml.comment_once(guess.key + ": " + guess.reason + ".", "  ");
     yaml.line("  " + guess.key + ": " +
-              YamlText::scalar(is_path(guess.key) ? yaml.path(guess.value) : guess.value));
+              YamlText::scalar(is_path(guess) ? yaml.path(guess.value) : guess.value));
   }
 }
 
@@ -198,7 +203,7 @@ void write_shortness(const FoundDrive& mapping, YamlText& yaml) {
 std::string summary_of(const FoundDrive& drive, const std::string& role) {
   std::string sensor;
   for (const GuessedKey& guess : drive.keys) {
-    if (guess.key == "sensor") sensor = guess.value;
+    if (guess.key == "sensor") sensor = fs::path(guess.value).filename().string();
     if (guess.key == "rings") sensor = guess.value + " rings";
   }
   return role + ": " + drive.scans.string() + ", " + std::to_string(drive.scan_count) + " scans, " +

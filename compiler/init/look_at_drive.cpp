@@ -66,8 +66,12 @@ void add_columns(const std::vector<PointCloudFile>& samples, FoundDrive& drive) 
                         std::to_string(count) + " floats a point fit, and no header names them"});
 }
 
-void add_sensor(const SensorGuess& guess, FoundDrive& drive) {
-  if (!guess.profile.empty()) {
+void add_sensor(const SensorGuess& guess, const Recording& recording, FoundDrive& drive) {
+  const fs::path file = recording.container ? recording.container->sensor_file() : fs::path();
+  if (!file.empty()) {
+    drive.keys.push_back(
+        {"sensor", file.string(), "the metadata of the sensor that sent these packets"});
+  } else if (!guess.profile.empty()) {
     drive.keys.push_back({"sensor", guess.profile, guess.reason});
   } else {
     drive.keys.push_back({"rings", std::to_string(guess.rings), guess.reason});
@@ -287,7 +291,7 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
     drive.keys.push_back(
         {"rate_hz", "10", "nothing tells the times of the scans: ten a second are assumed"});
   }
-  add_sensor(sensor, drive);
+  add_sensor(sensor, recording, drive);
   return drive;
 }
 

@@ -16,10 +16,8 @@ struct RunOptions {
   std::filesystem::path cache_directory;  // empty: nothing is kept
   std::vector<std::string> print_after;   // names of steps
   std::string stop_after;                 // name of a step; empty: to the end
-  // Where several processes share the work: what this one takes first, and that parts stay, since
-  // others may still ask for them.
+  // Where several processes share the work: what this one takes first.
   WorkShare share;
-  bool keeps_parts = false;
   // Whether a step may run; what may not has to be in the cache. Empty: all may.
   std::function<bool(const std::string& step)> may_run;
 };

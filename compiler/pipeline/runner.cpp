@@ -189,7 +189,7 @@ class Runner {
 
   Result<std::shared_ptr<const void>> make(const Scheduled& scheduled, StepReport& report) const {
     const PassStep& step = step_of(scheduled);
-    const Digest& key = scheduled.key.key;
+    const StepKey& key = scheduled.key;
     const std::vector<std::shared_ptr<const void>> inputs = inputs_of(step);
     PassContext ctx;
     ctx.threads = options_.threads;
@@ -197,19 +197,21 @@ class Runner {
     ctx.share = options_.share;
     ctx.progress_sink = observer_.progress;
     std::mutex mutex;
-    ctx.saved_part = [&](std::size_t part) -> ArtifactCache::Content {
-      Result<ArtifactCache::Content> found = cache_.load_part(step.name, key, part);
+    ctx.saved_part = [&](const PartName& part) -> ArtifactCache::Content {
+      Result<ArtifactCache::Content> found = cache_.load_part(step.name, part_key(key, part));
       if (found) return std::move(*found);
       const std::lock_guard<std::mutex> lock(mutex);
       note(step, report,
            "a cache file is not used, its content is made anew: " + to_string(found.error()));
       return std::nullopt;
     };
-    ctx.part_sink = [&](std::size_t part, std::span<const std::byte> bytes) {
-      cache_.store_part(step.name, key, part, bytes);
+    ctx.part_sink = [&](const PartName& part, std::span<const std::byte> bytes) {
+      cache_.store_part(step.name, part_key(key, part), bytes);
     };
-    ctx.part_count_sink = [&](std::size_t count) {
-      cache_.store_part_count(step.name, key, count);
+    ctx.parts_sink = [&](std::span<const PartName> parts) {
+      std::vector<Digest> keys;
+      for (const PartName& part : parts) keys.push_back(part_key(key, part));
+      cache_.store_part_list(step.name, key.key, keys);
     };
     std::vector<std::string> said;
     ctx.warning_sink = [&](const std::string& message) {
@@ -219,10 +221,9 @@ class Runner {
     };
     SIGHTLINE_ASSIGN(std::shared_ptr<const void> output, step.run(ctx, inputs));
     SIGHTLINE_TRY(output_type(step).check(output.get()));
-    SIGHTLINE_TRY(cache_.store_warnings(step.name, key, said));
+    SIGHTLINE_TRY(cache_.store_warnings(step.name, key.key, said));
     if (cache_.is_enabled() && scheduled.is_kept) {
-      SIGHTLINE_TRY(cache_.store(step.name, key, output_type(step).write(output.get())));
-      if (!options_.keeps_parts) cache_.remove_parts(step.name, key);
+      SIGHTLINE_TRY(cache_.store(step.name, key.key, output_type(step).write(output.get())));
     }
     return output;
   }

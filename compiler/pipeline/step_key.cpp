@@ -30,6 +30,10 @@ StepKey step_key(const Plan& plan, const PassStep& step, std::uint64_t seed,
   for (const auto& [name, value] : step.options) {
     key.record += "option " + name + " = " + value + "\n";
   }
+  DigestBuilder way;
+  way.add(std::string_view(step.name).substr(0, step.name.find(':')));
+  way.add(std::string_view(key.record));
+  key.way = way.finish();
   for (const std::size_t input : step.inputs) {
     key.record +=
         "input " + plan.artifact({input}).name + " = " + to_hex(key_of_input(input)) + "\n";
@@ -39,6 +43,20 @@ StepKey step_key(const Plan& plan, const PassStep& step, std::uint64_t seed,
   builder.add(std::string_view(key.record));
   key.key = builder.finish();
   return key;
+}
+
+Digest part_key(const StepKey& step, const PartName& part) {
+  DigestBuilder builder;
+  if (part.content) {
+    builder.add("part of content");
+    builder.add(step.way);
+    builder.add(*part.content);
+  } else {
+    builder.add("part of number");
+    builder.add(step.key);
+    builder.add(std::to_string(part.number));
+  }
+  return builder.finish();
 }
 
 std::string reason_to_run(const std::string& before, const std::string& now) {

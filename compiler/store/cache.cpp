@@ -1,6 +1,7 @@
 #include "compiler/store/cache.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "formats/base/atomic_file.h"
 #include "formats/base/bytes.h"
@@ -9,9 +10,10 @@
 namespace sightline {
 namespace {
 
-constexpr std::string_view kPart = " part ";
-constexpr std::string_view kPartCount = "count";
+constexpr std::string_view kPart = " part";
+constexpr std::string_view kPartList = " part list";
 constexpr std::string_view kWarnings = " warnings";
+constexpr const char* kPartFolder = ".parts";
 constexpr std::size_t kLargestRecord = 1 << 20;  // bytes; a pass has some dozens of options
 
 // A pass may be named "ingest:localization", a file had better not.
@@ -25,8 +27,11 @@ std::string stem_of(const std::string& pass, const Digest& key) {
   return file_stem(pass) + "-" + to_hex(key).substr(0, 32);
 }
 
-ObjectName part_name(const std::string& pass, const Digest& key, std::size_t part) {
-  return {pass + std::string(kPart) + std::to_string(part), key};
+// Parts of "measure-error:own" and "measure-error" are the same work.
+std::string without_label(const std::string& pass) { return pass.substr(0, pass.find(':')); }
+
+ObjectName part_name(const std::string& pass, const Digest& part) {
+  return {without_label(pass) + std::string(kPart), part};
 }
 
 std::string text_of(const ObjectName& name) {
@@ -58,14 +63,14 @@ Result<void> store_object(const std::filesystem::path& file, const ObjectName& n
 }  // namespace
 
 std::filesystem::path place_of(const ObjectName& name) {
-  if (name.kind.ends_with(kWarnings)) {
-    const std::string pass = name.kind.substr(0, name.kind.size() - kWarnings.size());
-    return stem_of(pass, name.key) + ".slw";
-  }
-  const std::size_t part = name.kind.rfind(kPart);
-  if (part == std::string::npos) return stem_of(name.kind, name.key) + ".sla";
-  return std::filesystem::path(stem_of(name.kind.substr(0, part), name.key) + ".parts") /
-         name.kind.substr(part + kPart.size());
+  const auto pass_before = [&](std::string_view ending) {
+    return name.kind.substr(0, name.kind.size() - ending.size());
+  };
+  if (name.kind.ends_with(kWarnings)) return stem_of(pass_before(kWarnings), name.key) + ".slw";
+  if (name.kind.ends_with(kPartList)) return stem_of(pass_before(kPartList), name.key) + ".slp";
+  if (!name.kind.ends_with(kPart)) return stem_of(name.kind, name.key) + ".sla";
+  const std::string pass = pass_before(kPart);
+  return std::filesystem::path(file_stem(pass) + kPartFolder) / (stem_of(pass, name.key) + ".sla");
 }
 
 ArtifactCache::ArtifactCache(std::filesystem::path directory) : directory_(std::move(directory)) {
@@ -99,52 +104,42 @@ Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
   return store_object(file_of(pass, key), {pass, key}, content);
 }
 
-std::filesystem::path ArtifactCache::parts_of(const std::string& pass, const Digest& key) const {
-  return file_of(pass, key).replace_extension(".parts");
-}
-
-Result<ArtifactCache::Content> ArtifactCache::load_part(const std::string& pass, const Digest& key,
-                                                        std::size_t part) const {
+Result<ArtifactCache::Content> ArtifactCache::load_part(const std::string& pass,
+                                                        const Digest& part) const {
   if (!is_enabled()) return Content();
-  const ObjectName name = part_name(pass, key, part);
+  const ObjectName name = part_name(pass, part);
   return load_object(directory_ / place_of(name), name);
 }
 
-void ArtifactCache::store_part(const std::string& pass, const Digest& key, std::size_t part,
+void ArtifactCache::store_part(const std::string& pass, const Digest& part,
                                std::span<const std::byte> content) const {
   if (!is_enabled()) return;
-  const ObjectName name = part_name(pass, key, part);
+  const ObjectName name = part_name(pass, part);
   (void)store_object(directory_ / place_of(name), name, content);
 }
 
-void ArtifactCache::remove_parts(const std::string& pass, const Digest& key) const {
-  std::error_code failure;
-  if (is_enabled()) std::filesystem::remove_all(parts_of(pass, key), failure);
-}
-
-void ArtifactCache::store_part_count(const std::string& pass, const Digest& key,
-                                     std::size_t count) const {
+void ArtifactCache::store_part_list(const std::string& pass, const Digest& key,
+                                    std::span<const Digest> parts) const {
   if (!is_enabled()) return;
-  const ObjectName name{pass + std::string(kPart) + std::string(kPartCount), key};
-  ByteWriter writer;
-  writer.put<std::uint64_t>(count);
-  (void)store_object(directory_ / place_of(name), name, writer.bytes());
+  const ObjectName name{pass + std::string(kPartList), key};
+  (void)store_object(directory_ / place_of(name), name, std::as_bytes(parts));
 }
 
 std::optional<ArtifactCache::PartCount> ArtifactCache::part_count(const std::string& pass,
                                                                   const Digest& key) const {
-  const ObjectName name{pass + std::string(kPart) + std::string(kPartCount), key};
+  if (!is_enabled()) return std::nullopt;
+  const ObjectName name{pass + std::string(kPartList), key};
   const Result<Content> content = load_object(directory_ / place_of(name), name);
-  if (!content || !*content) return std::nullopt;
-  ByteReader reader(**content);
+  if (!content || !*content || (*content)->size() % sizeof(Digest) != 0) return std::nullopt;
+  std::vector<Digest> parts((*content)->size() / sizeof(Digest));
+  if (!parts.empty()) std::memcpy(parts.data(), (*content)->data(), (*content)->size());
   PartCount count;
-  count.all = static_cast<std::size_t>(reader.get<std::uint64_t>());
-  if (!reader.at_end()) return std::nullopt;
-  std::error_code failure;
-  std::filesystem::directory_iterator entry(parts_of(pass, key), failure);
-  for (; !failure && entry != std::filesystem::directory_iterator(); entry.increment(failure)) {
-    const std::string file = entry->path().filename().string();
-    if (std::ranges::all_of(file, [](char c) { return c >= '0' && c <= '9'; })) ++count.there;
+  count.all = parts.size();
+  for (const Digest& part : parts) {
+    std::error_code failure;
+    if (std::filesystem::exists(directory_ / place_of(part_name(pass, part)), failure)) {
+      ++count.there;
+    }
   }
   return count;
 }

@@ -14,9 +14,8 @@ namespace sightline {
 // Finished artifacts on disk, by the key of the pass that made them, and for each pass a record of
 // what its last key was made of, so that a rebuild can be explained. Files appear whole or not at
 // all, so a cache survives an interruption at any moment, and any number of processes may share
-// one: there are no locks, and nothing is deleted but parts that have become an artifact and what
-// processes left that are gone (formats/base/temporary_name.h). Each object says what it is, and
-// is refused under another name.
+// one: there are no locks, and nothing is deleted but what processes left that are gone
+// (formats/base/temporary_name.h). Each object says what it is, and is refused under another name.
 class ArtifactCache {
  public:
   // An empty directory name keeps nothing.
@@ -34,15 +33,16 @@ class ArtifactCache {
   [[nodiscard]] Result<void> store(const std::string& pass, const Digest& key,
                                    std::span<const std::byte> content) const;
 
-  // Parts of an artifact that is not finished yet, and their end: in a folder of the key's own. A
-  // part that cannot be kept is made again by the next run, so that is not told.
-  [[nodiscard]] Result<Content> load_part(const std::string& pass, const Digest& key,
-                                          std::size_t part) const;
-  void store_part(const std::string& pass, const Digest& key, std::size_t part,
+  // Parts of artifacts, each by a key of its own, since artifacts of two keys may have parts in
+  // common: in a folder of the pass. A part that cannot be kept is made again by the next run, so
+  // that is not told.
+  [[nodiscard]] Result<Content> load_part(const std::string& pass, const Digest& part) const;
+  void store_part(const std::string& pass, const Digest& part,
                   std::span<const std::byte> content) const;
-  void remove_parts(const std::string& pass, const Digest& key) const;
-  // Into how many parts a pass falls, as it said when it began; and how many of them are there.
-  void store_part_count(const std::string& pass, const Digest& key, std::size_t count) const;
+  // The keys of the parts of an artifact, as its pass told them when it began; and how many of them
+  // are there. Nothing where it did not begin.
+  void store_part_list(const std::string& pass, const Digest& key,
+                       std::span<const Digest> parts) const;
   struct PartCount {
     std::size_t there = 0;
     std::size_t all = 0;
@@ -63,7 +63,6 @@ class ArtifactCache {
   [[nodiscard]] bool is_enabled() const { return !directory_.empty(); }
 
  private:
-  [[nodiscard]] std::filesystem::path parts_of(const std::string& pass, const Digest& key) const;
   [[nodiscard]] std::filesystem::path file_of(const std::string& pass, const Digest& key) const;
   ArtifactCache() = default;
   std::filesystem::path directory_;

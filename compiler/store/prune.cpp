@@ -45,12 +45,6 @@ bool is_named_as(const fs::path& path, std::string_view ending) {
          is_hexadecimal(std::string_view(stem).substr(stem.size() - kDigits));
 }
 
-// A part of what is not finished, or how many there are.
-bool is_part(const fs::path& name) {
-  return name == "count" ||
-         std::ranges::all_of(name.string(), [](char c) { return c >= '0' && c <= '9'; });
-}
-
 class Look {
  public:
   explicit Look(fs::path folder) : folder_(std::move(folder)) {}
@@ -61,11 +55,10 @@ class Look {
       const fs::path& path = entry.path();
       std::error_code failure;
       const bool is_folder = entry.is_directory(failure) && !entry.is_symlink(failure);
-      if (is_folder && is_named_as(path, ".parts")) {
+      if (is_folder && path.extension() == ".parts") {
         SIGHTLINE_TRY(look_at_parts(path));
-      } else if (entry.is_regular_file(failure) && !entry.is_symlink(failure)) {
-        look_at_file(entry, is_named_as(path, ".sla") || is_named_as(path, ".slw"),
-                     /*is_finished=*/false);
+      } else {
+        look_at_entry(entry);
       }
     }
     return std::move(contents_);
@@ -73,26 +66,24 @@ class Look {
 
  private:
   Result<void> look_at_parts(const fs::path& parts) {
-    std::error_code failure;
-    const bool is_finished = fs::exists(fs::path(parts).replace_extension(".sla"), failure);
     SIGHTLINE_ASSIGN(const Entries entries, entries_of(parts));
-    for (const fs::directory_entry& entry : entries) {
-      if (!entry.is_regular_file(failure) || entry.is_symlink(failure)) continue;
-      look_at_file(entry, is_part(entry.path().filename()), is_finished);
-    }
+    for (const fs::directory_entry& entry : entries) look_at_entry(entry);
     return {};
   }
 
-  void look_at_file(const fs::directory_entry& entry, bool is_object, bool is_finished) {
-    const TemporaryOwner owner = owner_of(entry.path().filename().string());
+  void look_at_entry(const fs::directory_entry& entry) {
     std::error_code failure;
+    if (!entry.is_regular_file(failure) || entry.is_symlink(failure)) return;
+    const fs::path& path = entry.path();
+    const bool is_object =
+        is_named_as(path, ".sla") || is_named_as(path, ".slw") || is_named_as(path, ".slp");
+    const TemporaryOwner owner = owner_of(entry.path().filename().string());
     const std::uint64_t size = entry.file_size(failure);
     if (failure) return;  // gone meanwhile
     if (owner == TemporaryOwner::kAlive) {
       contents_.busy_count += 1;
-    } else if (owner != TemporaryOwner::kNone || (is_object && is_finished) ||
-               (is_object && !is_at_its_place(entry.path()))) {
-      contents_.useless.push_back(entry.path());
+    } else if (owner != TemporaryOwner::kNone || (is_object && !is_at_its_place(path))) {
+      contents_.useless.push_back(path);
       contents_.useless_bytes += size;
     } else if (is_object) {
       contents_.object_count += 1;

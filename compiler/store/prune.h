@@ -14,7 +14,7 @@ struct CacheContents {
   std::uint64_t object_bytes = 0;
   std::uint64_t busy_count = 0;  // unfinished files of processes that run here
   // Of no use to any run: unfinished files of processes that are gone, of other machines and of
-  // earlier boots; parts of what is finished; objects that are damaged or lie where others belong.
+  // earlier boots; objects that are damaged or lie where others belong.
   std::vector<std::filesystem::path> useless;
   std::uint64_t useless_bytes = 0;
 };

@@ -97,7 +97,6 @@ RunOptions options_in(const SharedWork& work, Stage stage) {
   RunOptions options;
   options.seed = static_cast<std::uint64_t>(work.config.annotation.seed);
   options.cache_directory = work.store;
-  options.keeps_parts = true;
   options.may_run = [&plan = work.compile.plan, stage](const std::string& name) {
     return std::ranges::any_of(plan.steps(), [&](const PassStep& step) {
       return step.name == name && stage_of(step) == stage;

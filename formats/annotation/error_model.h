@@ -95,7 +95,7 @@ struct StreetCard {
 
 // A site of a map that the model was trained on, as one drive found it. Its forest knows the place,
 // so what the model says here must come from trees that do not. A site comes once for each drive
-// that measured it, and once more for each other drive whose measurements it was told as history.
+// that measured it, and once more where it was told what other drives measured.
 struct TrainedSite {
   Eigen::Vector3d p_world_m = Eigen::Vector3d::Zero();  // sensor origin, world axes and origin
   std::uint32_t place = 0;                              // index into the card's places

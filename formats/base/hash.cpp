@@ -68,4 +68,13 @@ std::uint64_t xxh3(std::span<const std::byte> bytes) {
   return XXH3_64bits(bytes.data(), bytes.size());
 }
 
+Digest derived_digest(std::string_view kind, const Digest& source,
+                      std::span<const std::byte> values) {
+  DigestBuilder builder;
+  builder.add(kind);
+  builder.add(source);
+  builder.add(values);
+  return builder.finish();
+}
+
 }  // namespace sightline

@@ -46,4 +46,8 @@ class DigestBuilder {
   Sha256Stream stream_;
 };
 
+// Names what is made of something named `source` in a way that `kind` and `values` tell.
+Digest derived_digest(std::string_view kind, const Digest& source,
+                      std::span<const std::byte> values);
+
 }  // namespace sightline

@@ -15,6 +15,16 @@ class MemoryScanStore : public ScanStore {
     return scans_[index];
   }
 
+  [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
+    SIGHTLINE_CHECK(index < scans_.size());
+    const Scan& scan = scans_[index];
+    ByteWriter writer;
+    writer.put(scan.stamp_ns);
+    writer.append(scan.points_m.data(), scan.points_m.size() * sizeof(Eigen::Vector3d));
+    writer.put_array(scan.time_offset_ns);
+    return sha256(writer.bytes());
+  }
+
  private:
   std::vector<Scan> scans_;
 };

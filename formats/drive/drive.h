@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/base/hash.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/geometry.h"
 
@@ -27,6 +28,11 @@ class ScanStore {
   virtual ~ScanStore() = default;
   // The finite points of one scan, (0,0,0) left out. Safe from several threads.
   virtual Result<Scan> read(std::size_t index) const = 0;
+  // Names what read() gives: equal names, equal scans, in whatever drive they are. Nothing where
+  // that is not known without reading.
+  [[nodiscard]] virtual std::optional<Digest> identity(std::size_t /*index*/) const {
+    return std::nullopt;
+  }
   // Whether each scan was seen from the origin of its frame: a piece of a finished map was not, and
   // nothing is known of what lies between.
   [[nodiscard]] virtual bool has_origins() const { return true; }

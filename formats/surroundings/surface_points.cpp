@@ -54,6 +54,21 @@ Eigen::AlignedBox2d reach_of_m(const SurfacePoints& points, std::span<const std:
 
 }  // namespace
 
+std::optional<Digest> content_of_scans(const ScanStore& store, std::span<const PlacedScan> scans,
+                                       ByteWriter before) {
+  before.put<std::uint8_t>(store.has_origins() ? 1 : 0);
+  for (const PlacedScan& scan : scans) {
+    const std::optional<Digest> identity = store.identity(scan.index);
+    if (!identity) return std::nullopt;
+    before.put_array(std::span<const std::uint8_t>(*identity));
+    encode(scan.T_map_lidar, before);
+    before.put(scan.min_range_m);
+    before.put(scan.max_range_m);
+    before.put(scan.part);
+  }
+  return sha256(before.bytes());
+}
+
 std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
                                        std::span<const std::size_t> parts) {
   const Eigen::AlignedBox2d reach_m = reach_of_m(points, parts);
@@ -71,6 +86,19 @@ std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
     if (is_near(*key)) near.push_back(*key);
   }
   return near;
+}
+
+std::optional<Digest> content_of_parts(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts, ByteWriter before) {
+  std::vector<PlacedScan> scans;
+  for (const std::size_t part : parts) {
+    if (part >= points.scans.size()) return std::nullopt;  // lies in memory
+    scans.push_back(points.scans[part]);
+  }
+  before.put(points.voxel_m);
+  before.put_array(moved_voxels_near(points, parts));
+  if (scans.empty()) return sha256(before.bytes());
+  return content_of_scans(*points.store, scans, std::move(before));
 }
 
 Result<void> validate(const SurfacePoints& points) {

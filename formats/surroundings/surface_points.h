@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,6 +27,11 @@ inline bool is_within_range(const PlacedScan& scan, const Eigen::Vector3d& point
   const double range_m = point_lidar_m.norm();
   return range_m >= scan.min_range_m && range_m <= scan.max_range_m;
 }
+
+// Names what scans give that lie so, after what `before` holds. Nothing where a scan is not known
+// without reading it.
+std::optional<Digest> content_of_scans(const ScanStore& store, std::span<const PlacedScan> scans,
+                                       ByteWriter before);
 
 // What stood still: the returns of a mapping drive in the map frame, without what moved. They may
 // be more than memory holds, so a recording's are not here but read again scan by scan (see
@@ -62,6 +68,11 @@ void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& traje
 // some around.
 std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
                                        std::span<const std::size_t> parts);
+
+// Names what SurfacePointReader gives of these parts, after what `before` holds: scans, where they
+// lie, and what moved. Nothing where a part is not known without reading it.
+std::optional<Digest> content_of_parts(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts, ByteWriter before);
 
 // Reads surface points part by part. Keeps a reference to them.
 class SurfacePointReader {

@@ -4,7 +4,7 @@
 
 #include "formats/base/hash.h"
 #include "formats/base/version.h"
-#include "passes/model/forest/history.h"
+#include "passes/model/forest/measured_columns.h"
 
 namespace sightline {
 namespace {
@@ -95,7 +95,8 @@ MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   MeasurementCard card;
   card.mapping_drive = inputs.mapping.names_of_parts();
   card.mapping_scans = scan_selection_name(options.mapping_scans);
-  card.localization_drive = inputs.localization.name;
+  // Of several drives the names of all.
+  card.localization_drive = inputs.measured.drive;
   card.localization_scans = scan_selection_name(inputs.measured.matching.scans);
   card.reference = inputs.measured.reference;
   card.offsets = inputs.measured.offsets;
@@ -122,7 +123,8 @@ MeasuredError to_judge_by(const PassContext& ctx, const EmitMapInputs& inputs) {
 // With what the predictions were told besides.
 FactorTable factors_of(const EmitMapInputs& inputs) {
   const bool is_told = std::ranges::count(inputs.predicted.has_history, std::uint8_t{1}) > 0;
-  return is_told ? with_measured_columns(inputs.factors, inputs.measured) : inputs.factors;
+  if (!is_told || has_measured_columns(inputs.factors)) return inputs.factors;
+  return with_measured_columns(inputs.factors, inputs.measured);
 }
 
 }  // namespace

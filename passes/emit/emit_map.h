@@ -52,10 +52,10 @@ struct EmitMapInputs {
 // Joins what the passes before it made into the map that is written to a file (encode_map). The
 // map id names the mapping drive's content and frame, so that compiling the same recording again
 // gives another release of the same map. Where predictions were told of an earlier drive, what it
-// measured joins the factors (passes/model/forest/history.h, with_measured_columns). Warns of sites
-// that were not measured, and where the model foretells the errors of another localizer than the
-// one that was measured, whose coverage is then left out. Errors: mismatched-inputs (sites, frames,
-// ranges or limits differ), bad-value (version or id empty or not printable).
+// measured joins the factors (passes/model/forest/measured_columns.h), unless it did before. Warns
+// of sites that were not measured, and where the model foretells the errors of another localizer
+// than the one that was measured, whose coverage is then left out. Errors: mismatched-inputs
+// (sites, frames, ranges or limits differ), bad-value (version or id empty or not printable).
 Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
                              const EmitMapInputs& inputs);
 

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <optional>
 
 #include "passes/model/choose_ranges.h"
-#include "passes/model/forest/history.h"
+#include "passes/model/forest/measured_columns.h"
 #include "passes/model/predict_error.h"
 
 namespace sightline {
@@ -26,12 +25,11 @@ Result<PredictedError> predicted_again(PassContext& ctx, const CompiledMap& map,
                                        const ErrorModel& model) {
   PredictErrorOptions options;
   options.support_margin = map.predicted.support_margin;
-  std::optional<MeasuredError> told = measured_of_columns(map.factors);
+  MeasuredDrives told{measured_of_columns(map.factors), {}, 0};
   // Nothing else would have been told.
-  if (told) told->matching.localizer = model.card.localizer;
+  for (MeasuredError& drive : told.drives) drive.matching.localizer = model.card.localizer;
   // Which recordings made the map matters to a warning alone.
-  return told ? predict_error_with_history(ctx, options, model, map.sites, map.factors, *told, {})
-              : predict_error(ctx, options, model, map.sites, map.factors, {});
+  return predict_error_with_drives(ctx, options, model, map.sites, map.factors, told, {});
 }
 
 Result<void> compare_numbers(const PredictedError& stored, const PredictedError& again) {

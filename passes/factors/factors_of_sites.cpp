@@ -8,6 +8,7 @@
 
 #include "formats/surroundings/nearby_nds.h"
 #include "passes/factors/compute_factors.h"
+#include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
 
 namespace sightline {
@@ -63,7 +64,9 @@ class BlockFactors {
         sites_(sites),
         sensor_(sensor),
         caster_(surface, sites,
-                std::max(options.rays.longest_range_m, options.scans.longest_range_m)) {}
+                std::max(options.rays.longest_range_m, options.scans.longest_range_m)),
+        nd_digests_(digests_of(map)),
+        patch_digests_(digests_of(surface)) {}
 
   [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return caster_.blocks(); }
 
@@ -79,14 +82,33 @@ class BlockFactors {
     return compute_factors(ctx, world, sites, depth, scans);
   }
 
+  // Of the sites, the sensor and all that they may see or be matched to.
+  [[nodiscard]] Digest content(const SiteBlock& block) const {
+    ByteWriter writer;
+    encode(sensor_, writer);
+    std::vector<Eigen::Vector3d> places_m;
+    const Sites sites = sites_of(block, sites_);
+    for (const Site& site : sites.sites) {
+      encode(site.T_map_vehicle, writer);
+      for (const double coordinate_m : site.p_map_m) writer.put(coordinate_m);
+      places_m.push_back(site.p_map_m);
+    }
+    const double cast_m = std::max(options_.rays.longest_range_m, options_.scans.longest_range_m);
+    DigestBuilder builder;
+    builder.add(writer.bytes());
+    builder.add(patch_digests_.within(box_around(places_m, cast_m + kBesidePatches_m)));
+    builder.add(nd_digests_.within(reach_of_m(sites)));
+    return builder.finish();
+  }
+
  private:
+  static constexpr double kBesidePatches_m = 8.0;  // more than half a patch
+
   // The plane on whose NDs the factors of sites depend.
   [[nodiscard]] Eigen::AlignedBox2d reach_of_m(const Sites& sites) const {
-    // Of a localizer that goes astray: 0.2 m a step, 35 steps a level, three levels, twice.
-    constexpr double kMostStray_m = 48.0;
     const double longest_m = std::max(options_.ranges_m.back(), options_.scans.longest_range_m);
     const Eigen::Vector2d reach_m =
-        Eigen::Vector2d::Constant(longest_m + kMostStray_m + 4.0 * map_.cell_m);
+        Eigen::Vector2d::Constant(longest_m + kFarthestFound_m + 4.0 * map_.cell_m);
     Eigen::AlignedBox2d box_m;
     for (const Site& site : sites.sites) {
       box_m.extend(site.p_map_m.head<2>() - reach_m);
@@ -100,6 +122,8 @@ class BlockFactors {
   const Sites& sites_;
   const SensorProfile& sensor_;
   SiteCaster caster_;
+  TileDigests nd_digests_;
+  TileDigests patch_digests_;
 };
 
 // No sites: what a table of any sites says of its columns. Error: mismatched-inputs.
@@ -149,6 +173,7 @@ Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptio
   std::vector<BlockRows> rows_of_block(factors.blocks().size());
   PartedWork work;
   work.count = factors.blocks().size();
+  work.content = [&](std::size_t part) { return factors.content(factors.blocks()[part]); };
   work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(SeenFactors seen, factors.see(ctx, factors.blocks()[part]));
     return to_bytes({seen.point_count, seen.unmatched_count, std::move(seen.table.values)});

@@ -197,7 +197,9 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
       text("name", options.name, "name of the drive; empty: the folder's"),
       text("scans", options.scans,
            "folder with one file per scan (" + scan_endings_text() +
-               "); or a bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, folder), or a Velodyne pcap"),
+               "); or a bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap, folder), or a pcap of a "
+               "Velodyne, "
+               "Hesai or Ouster"),
       text("topic", options.topic,
            "of a bag's scans (PointCloud2, Livox CustomMsg, VelodyneScan); empty: its only one"),
       text("columns", options.columns,

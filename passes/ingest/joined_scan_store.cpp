@@ -19,6 +19,17 @@ class JoinedScanStore : public ScanStore {
     return scan;
   }
 
+  [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
+    SIGHTLINE_CHECK(index < origins_.size());
+    const ScanOrigin& origin = origins_[index];
+    const std::optional<Digest> within =
+        (origin.is_other ? other_ : first_)->identity(origin.index);
+    if (!within || origin.moved_ns == 0) return within;
+    ByteWriter writer;
+    writer.put(origin.moved_ns);
+    return derived_digest("moved in time", *within, writer.bytes());
+  }
+
  private:
   std::shared_ptr<const ScanStore> first_;
   std::shared_ptr<const ScanStore> other_;

@@ -9,9 +9,9 @@ namespace sightline {
 namespace {
 
 constexpr double kArea_m = 64.0;  // edge
-// A start is off by a metre or so, a step by 0.2 m at most, and each of up to three levels
-// takes 35. What is left is for the vehicle's extent and the neighbours of cells.
-constexpr double kMostStray_m = 48.0;
+// A match may start where another one ended; and a start is off by a metre or so. What is left is
+// for the vehicle's extent.
+constexpr double kMostStray_m = 2.0 * kFarthestFound_m + 4.0;
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
 #include "passes/localize/area_localizers.h"
+#include "passes/localize/match_contents.h"
 #include "passes/localize/measure_site.h"
 #include "passes/localize/measured_parts.h"
 #include "passes/localize/site_localizer.h"
@@ -46,6 +47,9 @@ class Localizing {
     const bool is_own = choice_.kind != LocalizerKind::kPclNdt;
     return is_own ? areas_.at(p_map_m) : nowhere_;
   }
+
+  [[nodiscard]] LocalizerKind kind() const { return choice_.kind; }
+  [[nodiscard]] const NdtMap& map() const { return map_; }
 
   // Refers to the area.
   [[nodiscard]] std::unique_ptr<SiteLocalizer> localizer_in(const AreaLocalizer& area) const {
@@ -94,6 +98,16 @@ std::vector<std::vector<std::size_t>> parts_of(std::size_t site_count) {
   return parts;
 }
 
+// From the sensor to the farthest point that is ever matched.
+double longest_match_m(const SiteMeasuring& measuring) {
+  const double sensor_m = measuring.drive.sensor.max_range_m;
+  if (measuring.reference == ErrorReference::kFullRangeMatch) return sensor_m;
+  double longest_m = 0.0;
+  for (const Look& look : measuring.looks) longest_m = std::max(longest_m, look.range_m);
+  for (const Look& look : measuring.samples) longest_m = std::max(longest_m, look.range_m);
+  return std::min(longest_m, sensor_m);
+}
+
 // Fills rows of every site that has a scan; the first failure in the order of sites is returned.
 Result<void> measure_sites(const PassContext& ctx, const SiteMeasuring& measuring,
                            Localizing& localizing,
@@ -108,7 +122,15 @@ Result<void> measure_sites(const PassContext& ctx, const SiteMeasuring& measurin
     for (MeasuredError& samples : empty.of_samples) samples.rows = std::move(rows.samples);
     return {};
   };
-  return fill_in_parts(ctx, parts_of(scans.size()), fill, ctx.threads, measured);
+  const std::vector<std::vector<std::size_t>> parts = parts_of(scans.size());
+  const MatchContents contents(measuring.drive, measuring.trajectory, localizing.map(),
+                               longest_match_m(measuring));
+  const auto content = [&](std::size_t part) -> std::optional<Digest> {
+    // How far PCL's matcher goes is not known.
+    if (localizing.kind() == LocalizerKind::kPclNdt) return std::nullopt;
+    return contents.of(std::span(scans).subspan(part * kSitesInPart, parts[part].size()));
+  };
+  return fill_in_parts(ctx, {parts, fill, content}, ctx.threads, measured);
 }
 
 // Position of each site's nearest selected scan within the radius, the first on a tie.
@@ -133,16 +155,20 @@ std::vector<std::optional<std::size_t>> nearest_scans(const MeasureErrorOptions&
   return scans;
 }
 
-// Where each site has its scan. Error: no-overlap.
+// Whether a drive has to come near the sites.
+enum class Presence { kRequired, kOptional };
+
+// Where each site has its scan. Error: no-overlap, where the drive has to be there.
 Result<std::vector<std::optional<std::size_t>>> scans_of_sites(PassContext& ctx,
                                                                const MeasureErrorOptions& options,
                                                                const SiteMeasuring& measuring,
-                                                               const Sites& sites) {
+                                                               const Sites& sites,
+                                                               Presence presence) {
   const std::vector<std::optional<std::size_t>> scans = nearest_scans(options, measuring, sites);
   const auto without =
       static_cast<std::size_t>(std::count(scans.begin(), scans.end(), std::nullopt));
   const std::string radius = format_double(options.site_radius_m);
-  if (without == scans.size()) {
+  if (without == scans.size() && presence == Presence::kRequired) {
     return Error{ErrorCode::kNoOverlap,
                  "none of " + std::to_string(scans.size()) + " sites has a scan of drive '" +
                      measuring.drive.name + "' within " + radius + " m",
@@ -186,16 +212,6 @@ MeasuredError empty_result(const SiteMeasuring& measuring, const MatchingCard& m
   return measured;
 }
 
-// From the sensor to the farthest point that is ever matched.
-double longest_match_m(const SiteMeasuring& measuring) {
-  const double sensor_m = measuring.drive.sensor.max_range_m;
-  if (measuring.reference == ErrorReference::kFullRangeMatch) return sensor_m;
-  double longest_m = 0.0;
-  for (const Look& look : measuring.looks) longest_m = std::max(longest_m, look.range_m);
-  for (const Look& look : measuring.samples) longest_m = std::max(longest_m, look.range_m);
-  return std::min(longest_m, sensor_m);
-}
-
 }  // namespace
 
 MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map) {
@@ -215,9 +231,19 @@ ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory
   return is_known ? options.reference : ErrorReference::kFullRangeMatch;
 }
 
-Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& wanted,
-                                    const Drive& localization_drive, const Trajectory& trajectory,
-                                    const NdtMap& map, const Sites& sites) {
+namespace {
+
+// A drive, and the map in which it is localized.
+struct DriveInMap {
+  const Drive& drive;
+  const Trajectory& trajectory;
+  const NdtMap& map;
+  const Sites& sites;
+};
+
+Result<MeasuredError> measure(PassContext& ctx, const MeasureErrorOptions& wanted,
+                              const DriveInMap& in, Presence presence) {
+  const auto& [localization_drive, trajectory, map, sites] = in;
   SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, map, sites));
   MeasureErrorOptions options = wanted;
   options.reference = reference_of(wanted, trajectory);
@@ -238,16 +264,30 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
                                 samples,
                                 ctx.seed};
   SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,
-                   scans_of_sites(ctx, options, measuring, sites));
+                   scans_of_sites(ctx, options, measuring, sites, presence));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
   MeasuredError measured = empty_result(measuring, matching_card(options, map), scans);
   Localizing localizing(
       {options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
       localization_drive.sensor, map,
       {options.localizer, options.coarse_cells, longest_match_m(measuring),
-       static_cast<std::size_t>(std::max(ctx.threads, 1)) + 1});
+       static_cast<std::size_t>(std::max(ctx.threads, 1))});
   SIGHTLINE_TRY(measure_sites(ctx, measuring, localizing, scans, measured));
   return measured;
+}
+
+}  // namespace
+
+Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
+                                    const Drive& localization_drive, const Trajectory& trajectory,
+                                    const NdtMap& map, const Sites& sites) {
+  return measure(ctx, options, {localization_drive, trajectory, map, sites}, Presence::kRequired);
+}
+
+Result<MeasuredError> measure_later_drive(PassContext& ctx, const MeasureErrorOptions& options,
+                                          const Drive& drive, const Trajectory& trajectory,
+                                          const NdtMap& map, const Sites& sites) {
+  return measure(ctx, options, {drive, trajectory, map, sites}, Presence::kOptional);
 }
 
 }  // namespace sightline

@@ -64,4 +64,11 @@ Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions&
 inline constexpr Pass kMeasureError{"measure-error", 10, "measured",
                                     "Localization error of a drive", &measure_error};
 
+// The same of one of several drives: one that comes near no site keeps rows of zeros everywhere,
+// with the same warning, in place of no-overlap.
+Result<MeasuredError> measure_later_drive(PassContext& ctx, const MeasureErrorOptions& options,
+                                          const Drive& drive, const Trajectory& trajectory,
+                                          const NdtMap& map, const Sites& sites);
+inline constexpr Pass kMeasureLaterDrive = variant_of(kMeasureError, &measure_later_drive);
+
 }  // namespace sightline

@@ -48,24 +48,28 @@ void put(const MeasuredError& part, const std::vector<std::size_t>& sites,
 
 }  // namespace
 
-Result<void> fill_in_parts(const PassContext& ctx,
-                           const std::vector<std::vector<std::size_t>>& sites_of_part,
-                           const FillPart& fill, int threads, MeasuredError& measured) {
+Result<void> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts, int threads,
+                           MeasuredError& measured) {
   const MeasuredError head = head_of(measured);
   const auto empty = [&](std::size_t part) {
-    return empty_part(head, measured.scan_of_site, sites_of_part[part]);
+    return empty_part(head, measured.scan_of_site, parts.sites[part]);
   };
   PartedWork work;
-  work.count = sites_of_part.size();
+  work.count = parts.sites.size();
+  work.content = [&](std::size_t part) -> std::optional<Digest> {
+    const std::optional<Digest> content = parts.content(part);
+    if (!content) return std::nullopt;
+    return derived_digest("measured", *content, to_bytes(empty(part)));
+  };
   work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
     MeasuredError rows = empty(part);
-    SIGHTLINE_TRY(fill(part, rows));
+    SIGHTLINE_TRY(parts.fill(part, rows));
     return to_bytes(rows);
   };
   work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
     const Result<MeasuredError> rows = from_bytes<MeasuredError>(bytes);
     if (!rows || !is_like(*rows, empty(part))) return false;
-    put(*rows, sites_of_part[part], measured);
+    put(*rows, parts.sites[part], measured);
     return true;
   };
   return work_in_parts(ctx, work, threads);

@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "formats/annotation/measured_error.h"
+#include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "passes/pass/pass_context.h"
 
@@ -13,10 +15,16 @@ namespace sightline {
 // Fills the rows of a part, which are zeros: those of its sites in their order.
 using FillPart = std::function<Result<void>(std::size_t part, MeasuredError& rows)>;
 
-// Fills the rows of `measured`, which are zeros, part by part (work_in_parts.h): part i is the
-// sites sites_of_part[i]. `threads` parts side by side. Error: of the lowest part that failed.
-Result<void> fill_in_parts(const PassContext& ctx,
-                           const std::vector<std::vector<std::size_t>>& sites_of_part,
-                           const FillPart& fill, int threads, MeasuredError& measured);
+// Sites by part, what fills them, and what decides that besides the empty rows (PartedWork).
+struct MeasuredParts {
+  std::vector<std::vector<std::size_t>> sites;
+  FillPart fill;
+  std::function<std::optional<Digest>(std::size_t part)> content;
+};
+
+// Fills the rows of `measured`, which are zeros, part by part (work_in_parts.h). `threads` parts
+// side by side. Error: of the lowest part that failed.
+Result<void> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts, int threads,
+                           MeasuredError& measured);
 
 }  // namespace sightline

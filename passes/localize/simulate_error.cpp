@@ -12,6 +12,7 @@
 #include "passes/localize/area_localizers.h"
 #include "passes/localize/measure_site.h"
 #include "passes/localize/measured_parts.h"
+#include "passes/pass/tile_digests.h"
 #include "passes/rays/surface_caster.h"
 
 // Every factor of a virtual scan but this one sees the very surface that the map was made of. What
@@ -25,6 +26,9 @@ namespace {
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr std::uint64_t kReliefSeed = 0x72656c696566ULL;
 constexpr std::uint64_t kScanSeed = 0x7363616eULL;
+
+// More than half a patch, the cells around a point, the noise, the start and the mounting.
+constexpr double kBeside_m = 16.0;
 
 constexpr const char* kDrive = "simulated";
 
@@ -184,7 +188,7 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
                                matching.every_return};
   const ScanMaker maker(options, sensor, directions_of(sensor));
   const RayFan fan{maker.directions(), sensor.min_range_m, reach_m(matching, sensor)};
-  AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, fan.far_m, 2});
+  AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, fan.far_m, 1});
   const Surface driven = another_day(surface, options.relief_m, ctx.seed);
   const SiteCaster caster(driven, sites, fan.far_m);
   MeasuredError simulated = empty_result(matching, map, sites.sites.size());
@@ -203,7 +207,26 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
     });
     return {};
   };
-  SIGHTLINE_TRY(fill_in_parts(ctx, sites_of(caster.blocks()), fill, /*threads=*/1, simulated));
+  const TileDigests patches = digests_of(driven);
+  const TileDigests nds = digests_of(map);
+  const auto content = [&](std::size_t part) -> std::optional<Digest> {
+    ByteWriter writer;
+    encode(sensor, writer);
+    std::vector<Eigen::Vector3d> places_m;
+    for (const std::size_t site : caster.blocks()[part].sites) {
+      writer.put<std::uint64_t>(site);  // its seed
+      encode(sites.sites[site].T_map_vehicle, writer);
+      for (const double coordinate_m : sites.sites[site].p_map_m) writer.put(coordinate_m);
+      places_m.push_back(sites.sites[site].p_map_m);
+    }
+    DigestBuilder builder;
+    builder.add(writer.bytes());
+    builder.add(patches.within(box_around(places_m, fan.far_m + kBeside_m)));
+    builder.add(nds.within(box_around(places_m, fan.far_m + kFarthestFound_m + kBeside_m)));
+    return builder.finish();
+  };
+  SIGHTLINE_TRY(
+      fill_in_parts(ctx, {sites_of(caster.blocks()), fill, content}, /*threads=*/1, simulated));
   return simulated;
 }
 

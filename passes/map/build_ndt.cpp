@@ -180,6 +180,12 @@ Result<NdtMap> map_of_scans(const PassContext& ctx, const BuildNdtOptions& optio
   PartedWork work;
   work.count = tiles.size();
   const int threads = threads_each(ctx.threads, work.count);
+  work.content = [&](std::size_t tile) {
+    const CellBox box = tiles.box(tile);
+    ByteWriter writer;
+    put(box, writer);
+    return content_of_parts(points, tiles.parts_over(box), std::move(writer));
+  };
   work.make = [&](std::size_t tile) -> Result<std::vector<std::byte>> {
     const CellBox box = tiles.box(tile);
     const std::vector<std::size_t> parts = tiles.parts_over(box);

@@ -1,6 +1,7 @@
 #include "passes/map/build_surface.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <utility>
@@ -44,7 +45,8 @@ std::optional<SurfaceTile> surface_tile_of(std::span<const std::byte> bytes) {
   return tile;
 }
 
-// Over all scans that tell where rays went.
+// Over all scans that tell where rays went; told in steps, so that one more drive seldom makes the
+// surface of a whole map another one.
 double returns_per_ray(const SurfacePoints& points, std::span<const ScanExtent> extents) {
   if (points.scans.empty() || !points.store->has_origins()) return 1.0;
   CountedSights all;
@@ -53,7 +55,10 @@ double returns_per_ray(const SurfacePoints& points, std::span<const ScanExtent> 
     all.returns += of_scan.returns;
     all.rays += of_scan.rays;
   }
-  return all.rays == 0 ? 1.0 : static_cast<double>(all.returns) / static_cast<double>(all.rays);
+  constexpr double kSteps = 16.0;
+  if (all.rays == 0) return 1.0;
+  return std::round(kSteps * static_cast<double>(all.returns) / static_cast<double>(all.rays)) /
+         kSteps;
 }
 
 // Errors: what reading a scan says, invalid-artifact.
@@ -70,6 +75,7 @@ Result<std::vector<SurfaceTile>> tiles_of(const PassContext& ctx,
   PartedWork work;
   work.count = tiles.size();
   const int threads = threads_each(ctx.threads, work.count);
+  work.content = [&](std::size_t tile) { return content_of_tile(points, of_tile, tiles, tile); };
   work.make = [&](std::size_t tile) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(const SurfaceTile found,
                      surface_of_tile(points, of_tile, tiles, tile, threads));

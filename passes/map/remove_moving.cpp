@@ -93,20 +93,38 @@ class Search {
   [[nodiscard]] Result<Findings> look(std::size_t part) const {
     Findings findings;
     if (part < block_count_) {
-      const std::size_t first = part * kScansInBlock;
-      const std::size_t count = std::min(kScansInBlock, points_.scans.size() - first);
-      SIGHTLINE_ASSIGN(
-          findings.counts,
-          count_returns(*points_.store, std::span(points_.scans).subspan(first, count)));
+      SIGHTLINE_ASSIGN(findings.counts, count_returns(*points_.store, block(part)));
       return findings;
     }
     const TileKey& tile = tiles_[part - block_count_];
-    const std::vector<PlacedScan> scans = scans_of_tile(carve_, points_.scans, origins_, tile);
-    SIGHTLINE_ASSIGN(findings.tile, find_moving_in_tile(carve_, *points_.store, scans, tile));
+    SIGHTLINE_ASSIGN(findings.tile,
+                     find_moving_in_tile(carve_, *points_.store, scans_of(tile), tile));
     return findings;
   }
 
+  // Of the scans that a part looks at.
+  [[nodiscard]] std::optional<Digest> content(std::size_t part) const {
+    ByteWriter writer;
+    if (part < block_count_) {
+      return content_of_scans(*points_.store, block(part), std::move(writer));
+    }
+    const TileKey& tile = tiles_[part - block_count_];
+    writer.put(tile.x);
+    writer.put(tile.y);
+    return content_of_scans(*points_.store, scans_of(tile), std::move(writer));
+  }
+
  private:
+  [[nodiscard]] std::span<const PlacedScan> block(std::size_t part) const {
+    const std::size_t first = part * kScansInBlock;
+    const std::size_t count = std::min(kScansInBlock, points_.scans.size() - first);
+    return std::span(points_.scans).subspan(first, count);
+  }
+
+  [[nodiscard]] std::vector<PlacedScan> scans_of(const TileKey& tile) const {
+    return scans_of_tile(carve_, points_.scans, origins_, tile);
+  }
+
   static constexpr std::size_t kScansInBlock = 256;
   const SurfacePoints& points_;
   const PointGrid origins_;
@@ -121,6 +139,7 @@ Result<void> search(const PassContext& ctx, const RemoveMovingOptions& options,
   std::vector<Findings> found(search.part_count());
   PartedWork work;
   work.count = found.size();
+  work.content = [&](std::size_t part) { return search.content(part); };
   work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(const Findings findings, search.look(part));
     return to_bytes(findings);

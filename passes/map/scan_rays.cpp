@@ -7,12 +7,16 @@
 // walking every ray through space asks every voxel on the way. Bins are bounded by numbers that
 // need no trigonometric function: rows by the sine of the elevation, columns by a turn that grows
 // with the azimuth, from 0 to 4, by half a unit to one a radian.
+//
+// Most queries meet no ray at all: they look between two beams. Bands of elevation, far narrower
+// than rows, tell so at once.
 
 namespace sightline {
 namespace {
 
 constexpr int kColumns = 1024;
 constexpr int kRows = 160;
+constexpr int kBands = 2000;
 constexpr double kColumn = 4.0 / kColumns;
 constexpr double kRow = 2.0 / kRows;
 // So that rounding moves no ray out of a cone that it touches.
@@ -25,7 +29,17 @@ double turn_of(const Eigen::Vector3d& p) {
   return p.x() < 0.0 ? 2.0 - p.y() / sum : 3.0 + p.x() / sum;
 }
 
+// A float that is no less.
+float at_least(double range_m) {
+  return std::nextafter(static_cast<float>(range_m), std::numeric_limits<float>::infinity());
+}
+
 int row_of(double sine) { return std::clamp(static_cast<int>((sine + 1.0) / kRow), 0, kRows - 1); }
+
+std::size_t band_of(double sine) {
+  const int band = static_cast<int>((sine + 1.0) * (0.5 * kBands));
+  return static_cast<std::size_t>(std::clamp(band, 0, kBands - 1));
+}
 
 struct BinRange {
   int first = 0;  // of columns it may be below 0: azimuth goes round
@@ -61,26 +75,46 @@ BinRange rows_around(const Eigen::Vector3d& at_m, double distance_m, double from
 
 }  // namespace
 
-ScanRays::ScanRays(std::span<const Eigen::Vector3d> points_lidar_m)
-    : rays_(points_lidar_m.size()),
-      begin_(kRows * kColumns + 1, 0),
-      longest_m_(kRows * kColumns, 0.0) {
-  std::vector<std::uint32_t> bins;
-  bins.reserve(points_lidar_m.size());
+void ScanRays::take(std::span<const Eigen::Vector3d> points_lidar_m) {
+  rays_.resize(points_lidar_m.size());
+  begin_.assign(kRows * kColumns + 2, 0);
+  longest_m_.assign(kRows * kColumns, 0.0F);
+  longest_of_row_m_.assign(kRows, 0.0F);
+  next_band_.assign(kBands + 1, kBands);
+  bins_.clear();
   for (const Eigen::Vector3d& point_m : points_lidar_m) {
     const double range_m = point_m.norm();
     const int column = std::min(static_cast<int>(turn_of(point_m) / kColumn), kColumns - 1);
     const double sine = range_m > 0.0 ? point_m.z() / range_m : 0.0;
-    bins.push_back(static_cast<std::uint32_t>(row_of(sine) * kColumns + column));
-    ++begin_[bins.back() + 1];
-    longest_m_[bins.back()] = std::max(longest_m_[bins.back()], range_m);
+    const int row = row_of(sine);
+    next_band_[band_of(sine)] = static_cast<std::uint16_t>(band_of(sine));
+    bins_.push_back(static_cast<std::uint32_t>(row * kColumns + column));
+    ++begin_[bins_.back() + 2];
+    const float no_less_m = at_least(range_m);
+    float& longest_m = longest_m_[bins_.back()];
+    longest_m = std::max(longest_m, no_less_m);
+    float& of_row_m = longest_of_row_m_[static_cast<std::size_t>(row)];
+    of_row_m = std::max(of_row_m, no_less_m);
   }
+  for (std::size_t band = kBands; band-- > 0;) {
+    if (next_band_[band] != band) next_band_[band] = next_band_[band + 1];
+  }
+  // A bin's begin stands one further on until its rays have moved it there.
   for (std::size_t bin = 1; bin < begin_.size(); ++bin) begin_[bin] += begin_[bin - 1];
-  std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-  for (std::size_t i = 0; i < bins.size(); ++i) {
+  for (std::size_t i = 0; i < bins_.size(); ++i) {
     const double range_m = points_lidar_m[i].norm();
-    rays_[next[bins[i]]++] = {points_lidar_m[i] / range_m, range_m};
+    rays_[begin_[bins_[i] + 1]++] = {points_lidar_m[i] / range_m, range_m};
   }
+}
+
+// Directions at most c apart differ in the sines of their elevations by no more than 2 sin(c / 2),
+// which is below 1.04 sin c where sin c is below a half.
+bool ScanRays::may_pass(const RayQuery& query, double distance_m) const {
+  const double sin_c = query.touch_m / distance_m;
+  if (!(sin_c < 0.5)) return true;
+  const double sine = query.at_m.z() / distance_m;
+  const double side = 1.04 * sin_c + kSlack;
+  return next_band_[band_of(sine - side)] <= band_of(sine + side);
 }
 
 bool ScanRays::any_in_bin(std::size_t bin, const RayQuery& query) const {
@@ -104,13 +138,22 @@ bool ScanRays::pass_through(const RayQuery& query) const {
     }
     return false;
   }
+  if (!may_pass(query, distance_m)) return false;
   const double from_axis_m = query.at_m.head<2>().norm();
-  const BinRange columns = columns_around(query.at_m, from_axis_m, query.touch_m);
   const BinRange rows = rows_around(query.at_m, distance_m, from_axis_m, query.touch_m);
   // A ray that passes within touch_m is this far along when it does, or farther.
   const double along_m =
       std::sqrt(distance_m * distance_m - query.touch_m * query.touch_m) * (1.0 - kSlack);
-  for (int row = rows.first; row < rows.first + rows.count; ++row) {
+  const auto is_long = [&](int row) {
+    return longest_of_row_m_[static_cast<std::size_t>(row)] >= along_m + kEndMargin_m;
+  };
+  int first_row = rows.first;
+  const int end_row = rows.first + rows.count;
+  while (first_row < end_row && !is_long(first_row)) ++first_row;
+  if (first_row == end_row) return false;
+  const BinRange columns = columns_around(query.at_m, from_axis_m, query.touch_m);
+  for (int row = first_row; row < end_row; ++row) {
+    if (!is_long(row)) continue;
     for (int step = 0; step < columns.count; ++step) {
       const int column = (columns.first + step + kColumns) % kColumns;
       const std::size_t bin =

@@ -20,10 +20,15 @@ struct RayQuery {
 };
 
 // The rays of one scan, from the sensor's origin to its returns, found by direction. What the
-// sensor's beams do not cover, or lost, is covered by no ray and says nothing.
+// sensor's beams do not cover, or lost, is covered by no ray and says nothing. Takes one scan after
+// another and keeps its memory.
 class ScanRays {
  public:
-  explicit ScanRays(std::span<const Eigen::Vector3d> points_lidar_m);
+  ScanRays() = default;
+  explicit ScanRays(std::span<const Eigen::Vector3d> points_lidar_m) { take(points_lidar_m); }
+
+  // The rays to these returns in place of those before.
+  void take(std::span<const Eigen::Vector3d> points_lidar_m);
 
   // Whether some ray comes within touch_m of a point and ends more than kEndMargin_m beyond it.
   [[nodiscard]] bool pass_through(const RayQuery& query) const;
@@ -37,11 +42,19 @@ class ScanRays {
     Eigen::Vector3d direction;
     double range_m;
   };
+  // False where no ray's elevation is near enough to that of a point; often true all the same.
+  [[nodiscard]] bool may_pass(const RayQuery& query, double distance_m) const;
   [[nodiscard]] bool any_in_bin(std::size_t bin, const RayQuery& query) const;
 
   std::vector<Ray> rays_;             // by bin, in the scan's order within one
   std::vector<std::uint32_t> begin_;  // of each bin in rays_, and the end of the last
-  std::vector<double> longest_m_;     // of the rays of each bin
+  // At least the longest of the rays of each bin, and of each row of bins.
+  std::vector<float> longest_m_;
+  std::vector<float> longest_of_row_m_;
+  // Of each narrow band of elevation the first from there on that holds a ray, or the number of
+  // bands.
+  std::vector<std::uint16_t> next_band_;
+  std::vector<std::uint32_t> bins_;  // of the returns
 };
 
 }  // namespace sightline

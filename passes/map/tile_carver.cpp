@@ -99,7 +99,6 @@ class TileCarver {
   Result<void> look() {
     SIGHTLINE_TRY(collect());
     mark_ground(seen_);
-    gather_neighbours();
     return carve();
   }
 
@@ -148,31 +147,39 @@ class TileCarver {
     hit_voxels_[k].push_back(v);
   }
 
-  // Lists that say which voxels touch one that stands above the ground.
-  void gather_neighbours() {
-    near_begin_.push_back(0);
-    for (std::size_t v = 0; v < seen_.size(); ++v) {
-      if (!seen_.values()[v].is_ground) {
-        const std::vector<std::uint32_t> found = neighbours(seen_, v, 1);
-        near_.insert(near_.end(), found.begin(), found.end());
+  // For each voxel that stands above the ground, those asked about that touch it.
+  void gather_neighbours(const std::vector<Column>& asked) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> touching;  // what stands, what is asked
+    for (const Column& column : asked) {
+      for (const AskedVoxel& voxel : column.voxels) {
+        for (const std::uint32_t near : neighbours(seen_, voxel.number, 1)) {
+          if (!seen_.values()[near].is_ground) touching.emplace_back(near, voxel.number);
+        }
       }
-      near_begin_.push_back(near_.size());
     }
+    near_begin_.assign(seen_.size() + 2, 0);
+    for (const auto& [standing, voxel] : touching) ++near_begin_[standing + 2];
+    std::partial_sum(near_begin_.begin(), near_begin_.end(), near_begin_.begin());
+    near_.resize(touching.size());
+    for (const auto& [standing, voxel] : touching) near_[near_begin_[standing + 1]++] = voxel;
   }
 
   Result<void> carve() {
     std::vector<Column> columns = columns_to_ask_about();
+    gather_neighbours(columns);
+    ScanRays rays;
+    std::vector<Eigen::Vector3d> returns_m;
     std::vector<std::uint32_t> spared_by(seen_.size(), kNoScan);
     for (std::uint32_t k = 0; k < scans_.size(); ++k) {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
       if (reach_.exteriorDistance(origin_m) > options_.carve_range_m) continue;
       SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
       spare_what_it_hit(k, spared_by);
-      std::vector<Eigen::Vector3d> returns_m;
+      returns_m.clear();
       for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
         if (is_within_range(scans_[k], point_lidar_m)) returns_m.push_back(point_lidar_m);
       }
-      const ScanRays rays(returns_m);
+      rays.take(returns_m);
       for (Column& column : columns) {
         if (column.box.exteriorDistance(origin_m) > options_.carve_range_m) continue;
         for (AskedVoxel& voxel : column.voxels) {

@@ -202,8 +202,7 @@ void fill_scan_for_match(std::span<const Eigen::Vector3d> points_m, std::size_t 
   for (std::vector<double>* axis : {&scan.x_m, &scan.y_m, &scan.z_m}) axis->assign(padded, 0.0);
   for (std::vector<double>* axis : {&scan.cell_x, &scan.cell_y, &scan.cell_z}) axis->resize(padded);
   scan.record.resize(padded);
-  forget_cells(scan);
-  scan.cells_digest = 0;
+  scan.cells_digest = 0;  // of no grid: the first evaluation forgets the cells
   scan.farthest_m = 0.0;
   for (std::size_t i = 0; i < points_m.size(); ++i) {
     scan.x_m[i] = scan.points_m[i].x();

@@ -151,26 +151,41 @@ void LookCutter::classify(const MatchGrid& grid, const Pose& T_map_lidar) {
   }
 }
 
-void LookCutter::keep_by_normals(const Localizer& localizer, const Pose& T_map_lidar,
-                                 std::size_t point_count) {
-  keep_spread(kCandidatesPerPoint * point_count);
+void LookCutter::take_by_normals(const Localizer& localizer, const Pose& T_map_lidar) {
   const MatchGrid& grid = *localizer.levels.back().grid;
   classify(grid, T_map_lidar);
   std::array<std::size_t, kBins> sizes{};
   for (std::size_t i = 0; i < count_; ++i) ++sizes[bins_[i]];
-  const std::array<std::size_t, kBins> quotas = turns_of(sizes, point_count);
+  const std::array<std::size_t, kBins> quotas = turns_of(sizes, most_);
   std::array<std::size_t, kBins> met{};
-  std::size_t kept = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     const std::size_t bin = bins_[i];
     const std::size_t number = met[bin]++;
     if ((number + 1) * quotas[bin] / sizes[bin] == number * quotas[bin] / sizes[bin]) continue;
-    points_m_[kept++] = points_m_[i];
+    taken_m_.push_back(points_m_[i]);
     for (const Localizer::Level& level : localizer.levels) {
       if (level.grid->cells_digest == grid.cells_digest) fetch(level.grid->records[cells_[i] + 1]);
     }
   }
-  count_ = kept;
+}
+
+void LookCutter::prepare(const Scan& scan, const Look& look) {
+  candidates(scan.points_m, look);
+  most_ = look.point_count > 0 ? look.point_count : count_;
+  is_by_normals_ = look.is_by_normals;
+  keep_spread(is_by_normals_ ? kCandidatesPerPoint * most_ : most_);
+}
+
+void LookCutter::finish(const Localizer& localizer, const SensorProfile& sensor,
+                        const Pose& T_map_start, ScanForMatch& cut) {
+  taken_m_.clear();
+  if (is_by_normals_) {
+    take_by_normals(localizer, T_map_start * sensor.T_vehicle_lidar);
+  } else {
+    taken_m_.assign(points_m_.begin(), points_m_.begin() + static_cast<std::ptrdiff_t>(count_));
+  }
+  for (Eigen::Vector3d& point_m : taken_m_) point_m = sensor.T_vehicle_lidar * point_m;
+  fill_scan_for_match(taken_m_, lead_stride(localizer, taken_m_.size()), cut);
 }
 
 void LookCutter::cut(const Localizer& localizer, const Scan& scan, const SensorProfile& sensor,
@@ -181,15 +196,8 @@ void LookCutter::cut(const Localizer& localizer, const Scan& scan, const SensorP
     fill_scan_for_match(points_m, lead_stride(localizer, points_m.size()), cut);
     return;
   }
-  candidates(scan.points_m, look);
-  const std::size_t most = look.point_count > 0 ? look.point_count : count_;
-  if (look.is_by_normals) {
-    keep_by_normals(localizer, T_map_start * sensor.T_vehicle_lidar, most);
-  } else {
-    keep_spread(most);
-  }
-  for (std::size_t i = 0; i < count_; ++i) points_m_[i] = sensor.T_vehicle_lidar * points_m_[i];
-  fill_scan_for_match(std::span(points_m_).first(count_), lead_stride(localizer, count_), cut);
+  prepare(scan, look);
+  finish(localizer, sensor, T_map_start, cut);
 }
 
 }  // namespace sightline

@@ -30,6 +30,11 @@ class LookCutter {
   void cut(const Localizer& localizer, const Scan& scan, const SensorProfile& sensor,
            const Look& look, const Pose& T_map_start, ScanForMatch& cut);
 
+  // The same in two steps, for a look that takes a sample: what no start changes, then the rest.
+  void prepare(const Scan& scan, const Look& look);
+  void finish(const Localizer& localizer, const SensorProfile& sensor, const Pose& T_map_start,
+              ScanForMatch& cut);
+
   // The same, the points alone, in the sensor's frame: of the returns number floor(n stride) those
   // within the range that chance keeps, the first of each voxel floor(x / leaf), in their order.
   // Valid until the next call. The look takes a sample.
@@ -40,13 +45,15 @@ class LookCutter {
   void keep_first_of_voxels();
   void keep_spread(std::size_t point_count);
   void classify(const MatchGrid& grid, const Pose& T_map_lidar);
-  void keep_by_normals(const Localizer& localizer, const Pose& T_map_lidar,
-                       std::size_t point_count);
+  void take_by_normals(const Localizer& localizer, const Pose& T_map_lidar);
 
   double leaf_m_;
   ScanCutter dense_;
   std::vector<Eigen::Vector3d> points_m_;  // the first count_
   std::size_t count_ = 0;
+  std::size_t most_ = 0;        // points that the look prepared for takes
+  bool is_by_normals_ = false;  // that look
+  std::vector<Eigen::Vector3d> taken_m_;
   std::vector<std::uint64_t> slots_;  // of voxels; 0: free
   std::vector<std::uint8_t> bins_;    // of points: their direction and distance
   std::vector<CellKey> keys_;         // of points: their cells of the map

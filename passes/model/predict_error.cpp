@@ -79,12 +79,19 @@ bool is_of_the_world(const Eigen::Vector3d& p_world_m) {
   return p_world_m.head<2>().cwiseAbs().maxCoeff() > kFarthestOwn_m;
 }
 
+// What the model was told of earlier drives.
+HistoryKind kind_for(const ErrorModel& model) {
+  std::vector<std::string> names;
+  for (const FeatureCard& feature : model.features) names.push_back(feature.name);
+  return history_kind_of(names);
+}
+
 // The rows that the model's forest expects. `told`: null where no earlier drive is known.
 Result<FeatureRows> features_for(const ErrorModel& model, const FactorTable& factors,
                                  const History* told) {
   Result<FeatureRows> rows = gather_features(factors, factors_of(model));
   if (!rows || !model.card.knows_history) return rows;
-  return with_history(*rows, told);
+  return with_history(*rows, kind_for(model), told);
 }
 
 PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
@@ -163,27 +170,36 @@ Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions
   return predicted;
 }
 
-// `history` is null, or measured at these sites and looks.
+// `history`: none, or measured at these sites and looks.
 Result<PredictedError> predict_from(const PassContext& ctx, const PredictErrorOptions& options,
                                     const ErrorModel& model, const Asked& asked,
-                                    const MeasuredError* history) {
+                                    const EarlierDrives& history) {
   SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.factors));
-  if (history == nullptr) return predict(ctx, options, model, asked, nullptr);
-  const History told = history_of(asked.sites, *history);
+  if (history.empty()) return predict(ctx, options, model, asked, nullptr);
+  const History told = history_of(asked.sites, history, kind_for(model));
   return predict(ctx, options, model, asked, &told);
+}
+
+// The same drives by the looks that take a sample; none unless all know them.
+EarlierDrives samples_of(const EarlierDrives& history) {
+  EarlierDrives samples;
+  for (const MeasuredError* drive : history) {
+    if (drive->of_samples.empty()) return {};
+    samples.push_back(&drive->of_samples.front());
+  }
+  return samples;
 }
 
 // Of the ranges, and of the looks that take a sample where model and map know them.
 Result<PredictedError> predict_both(const PassContext& ctx, const PredictErrorOptions& options,
                                     const ErrorModel& model, const Asked& asked,
-                                    const MeasuredError* history) {
+                                    const EarlierDrives& history) {
   SIGHTLINE_ASSIGN(PredictedError predicted, predict_from(ctx, options, model, asked, history));
   if (model.of_samples.empty() || asked.factors.of_samples.empty()) return predicted;
-  const bool is_told = history != nullptr && !history->of_samples.empty();
   SIGHTLINE_ASSIGN(PredictedError of_samples,
                    predict_from(ctx, options, model.of_samples.front(),
                                 {asked.sites, asked.factors.of_samples.front(), asked.recordings},
-                                is_told ? &history->of_samples.front() : nullptr));
+                                samples_of(history)));
   predicted.of_samples.push_back(std::move(of_samples));
   return predicted;
 }
@@ -204,8 +220,48 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options) {
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
                                      const FactorTable& factors, const RecordingCards& recordings) {
-  return predict_both(ctx, options, model, {sites, factors, recordings}, nullptr);
+  return predict_both(ctx, options, model, {sites, factors, recordings}, {});
 }
+
+namespace {
+
+// Where the model knows history, and these drives are of its localizer. `drives` is not empty.
+Result<PredictedError> predict_told(const PassContext& ctx, const PredictErrorOptions& options,
+                                    const ErrorModel& model, const Asked& asked,
+                                    const EarlierDrives& drives) {
+  std::string names;
+  for (const MeasuredError* drive : drives) {
+    names += (names.empty() ? "'" : ", '") + drive->drive + "'";
+  }
+  const bool are_several = drives.size() > 1;
+  const std::string who = (are_several ? "drives " : "drive ") + names;
+  const LocalizerProfile& localizer = drives.front()->matching.localizer;
+  if (!(localizer == model.card.localizer)) {
+    ctx.warn(who + (are_several ? " were" : " was") + " localized by " + to_text(localizer) +
+             ", the model foretells the errors of " + to_text(model.card.localizer) +
+             ": what was measured here is not told to it");
+    return predict_both(ctx, options, model, asked, {});
+  }
+  if (!model.card.knows_history) {
+    ctx.warn("the model was trained on places that were driven once: it cannot tell what " + who +
+             " measured here " + (are_several ? "are" : "is") + " worth, and does not use it");
+    return predict_both(ctx, options, model, asked, {});
+  }
+  ctx.warn("the errors of " + who + " are told to the model: figures judged on " +
+           (are_several ? "those drives" : "that drive") + " flatter");
+  return predict_both(ctx, options, model, asked, drives);
+}
+
+Result<void> check_history(const Asked& asked, const MeasuredError& history) {
+  if (history.scan_of_site.size() == asked.sites.sites.size() &&
+      history.looks == asked.factors.looks) {
+    return {};
+  }
+  return Error{ErrorCode::kMismatchedInputs,
+               "the earlier drive was measured at other sites or ranges", "", ""};
+}
+
+}  // namespace
 
 Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const PredictErrorOptions& options,
@@ -213,24 +269,25 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const FactorTable& factors,
                                                   const MeasuredError& history,
                                                   const RecordingCards& recordings) {
-  if (history.scan_of_site.size() != sites.sites.size() || history.looks != factors.looks) {
-    return Error{ErrorCode::kMismatchedInputs,
-                 "the earlier drive was measured at other sites or ranges", "", ""};
+  const Asked asked{sites, factors, recordings};
+  SIGHTLINE_TRY(check_history(asked, history));
+  return predict_told(ctx, options, model, asked, {&history});
+}
+
+Result<PredictedError> predict_error_with_drives(PassContext& ctx,
+                                                 const PredictErrorOptions& options,
+                                                 const ErrorModel& model, const Sites& sites,
+                                                 const FactorTable& factors,
+                                                 const MeasuredDrives& history,
+                                                 const RecordingCards& recordings) {
+  const Asked asked{sites, factors, recordings};
+  EarlierDrives drives;
+  for (const MeasuredError& drive : history.drives) {
+    SIGHTLINE_TRY(check_history(asked, drive));
+    drives.push_back(&drive);
   }
-  if (!(history.matching.localizer == model.card.localizer)) {
-    ctx.warn("drive '" + history.drive + "' was localized by " +
-             to_text(history.matching.localizer) + ", the model foretells the errors of " +
-             to_text(model.card.localizer) + ": what was measured here is not told to it");
-    return predict_both(ctx, options, model, {sites, factors, recordings}, nullptr);
-  }
-  if (!model.card.knows_history) {
-    ctx.warn("the model was trained on places that were driven once: it cannot tell what drive '" +
-             history.drive + "' measured here is worth, and does not use it");
-    return predict_both(ctx, options, model, {sites, factors, recordings}, nullptr);
-  }
-  ctx.warn("the errors of drive '" + history.drive +
-           "' are told to the model: figures judged on that drive flatter");
-  return predict_both(ctx, options, model, {sites, factors, recordings}, &history);
+  if (drives.empty()) return predict_both(ctx, options, model, asked, {});
+  return predict_told(ctx, options, model, asked, drives);
 }
 
 }  // namespace sightline

@@ -5,6 +5,7 @@
 
 #include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_drives.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/sites.h"
@@ -52,5 +53,15 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const RecordingCards& recordings);
 inline constexpr Pass kPredictErrorWithHistory =
     variant_of(kPredictError, &predict_error_with_history);
+
+// The same of several earlier drives; none is the same as no history.
+Result<PredictedError> predict_error_with_drives(PassContext& ctx,
+                                                 const PredictErrorOptions& options,
+                                                 const ErrorModel& model, const Sites& sites,
+                                                 const FactorTable& factors,
+                                                 const MeasuredDrives& history,
+                                                 const RecordingCards& recordings);
+inline constexpr Pass kPredictErrorWithDrives =
+    variant_of(kPredictError, &predict_error_with_drives);
 
 }  // namespace sightline

@@ -301,6 +301,21 @@ Result<ErrorModel> own_evidence_of_both(const std::vector<double>& limits_m, con
   return own;
 }
 
+// From one place; where that is too little, what its own scans say.
+Result<ErrorModel> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
+                              const DrivenPlace& place) {
+  Result<ErrorModel> model = train_both(ctx, wanted, {{place}});
+  const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||
+                                       model.error().code == ErrorCode::kNoTrainingRows);
+  if (!is_too_short) return model;
+  Result<ErrorModel> own = own_evidence_of_both(wanted.limits_m, place.sites, place.factors,
+                                                place.drives.front(), place.recordings);
+  if (!own) return model;
+  ctx.warn("there is too little to learn from (" + model.error().message +
+           "); the map takes what its own scans ask for everywhere, and promises nothing");
+  return own;
+}
+
 }  // namespace
 
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
@@ -311,17 +326,19 @@ Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& w
   if (measured.reference == ErrorReference::kSimulated) {
     return own_evidence_of_both(wanted.limits_m, sites, factors, measured, recordings);
   }
-  Result<ErrorModel> model =
-      train_both(ctx, wanted, {{{measured.drive, sites, factors, {measured}, recordings}}});
-  const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||
-                                       model.error().code == ErrorCode::kNoTrainingRows);
-  if (!is_too_short) return model;
-  Result<ErrorModel> own =
-      own_evidence_of_both(wanted.limits_m, sites, factors, measured, recordings);
-  if (!own) return model;
-  ctx.warn("there is too little to learn from (" + model.error().message +
-           "); the map takes what its own scans ask for everywhere, and promises nothing");
-  return own;
+  return learn_here(ctx, wanted, {measured.drive, sites, factors, {measured}, recordings});
+}
+
+Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptions& wanted,
+                                         const Sites& sites, const FactorTable& factors,
+                                         const MeasuredDrives& measured,
+                                         const RecordingCards& recordings) {
+  if (measured.drives.empty()) {
+    return Error{ErrorCode::kNoTrainingRows, "no localization drive comes near a site", "", ""};
+  }
+  return learn_here(ctx, wanted,
+                    {measured.drives.front().drive, sites, factors, measured.drives,
+                     without_left_out(recordings, measured)});
 }
 
 }  // namespace sightline

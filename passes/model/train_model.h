@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/annotation/error_model.h"
+#include "formats/annotation/measured_drives.h"
 #include "formats/base/result.h"
 #include "formats/drive/driven_places.h"
 #include "passes/model/forest/training_set.h"
@@ -51,5 +52,13 @@ Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& w
                                     const MeasuredError& measured,
                                     const RecordingCards& recordings);
 inline constexpr Pass kTrainModelHere = variant_of(kTrainModel, &train_model_here);
+
+// The same of several drives through that place: each is a label in its turn, so that what it
+// promises is about the next drive.
+Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptions& wanted,
+                                         const Sites& sites, const FactorTable& factors,
+                                         const MeasuredDrives& measured,
+                                         const RecordingCards& recordings);
+inline constexpr Pass kTrainModelOfDrives = variant_of(kTrainModel, &train_model_of_drives);
 
 }  // namespace sightline

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "formats/base/hash.h"
+
 namespace sightline {
 
 // Which parts of the work of a pass this process takes first, where several processes are at the
@@ -16,6 +18,14 @@ namespace sightline {
 struct WorkShare {
   std::size_t number = 0;  // below `of`
   std::size_t of = 1;
+};
+
+// A part of the work of a pass (work_in_parts.h).
+struct PartName {
+  std::size_t number = 0;
+  // Of all that decides its bytes besides the pass, its options and the seed; nothing: any of the
+  // pass's inputs may.
+  std::optional<Digest> content = std::nullopt;
 };
 
 // All that a pass may know besides its options and inputs: no files, no clock, no environment.
@@ -27,12 +37,13 @@ struct PassContext {
   std::function<void(std::size_t done, std::size_t total)> progress_sink;
   // One sentence: what was skipped or doubtful, with counts.
   std::function<void(const std::string& message)> warning_sink;
-  // Finished parts of a long pass (work_in_parts.h), so that an interrupted run goes on where it
-  // stopped and several processes may share the work. What was saved comes back to the same pass
-  // with the same options and inputs, if it was kept.
-  std::function<std::optional<std::vector<std::byte>>(std::size_t part)> saved_part;
-  std::function<void(std::size_t part, std::span<const std::byte> bytes)> part_sink;
-  std::function<void(std::size_t count)> part_count_sink;  // told once, before the first part
+  // Finished parts of a long pass, so that an interrupted run goes on where it stopped, several
+  // processes may share the work, and what a change does not reach is found again. What was saved
+  // comes back to the same pass with the same options and the same content, if it was kept.
+  std::function<std::optional<std::vector<std::byte>>(const PartName& part)> saved_part;
+  std::function<void(const PartName& part, std::span<const std::byte> bytes)> part_sink;
+  // All there are, told once, before the first.
+  std::function<void(std::span<const PartName> parts)> parts_sink;
   WorkShare share;
 
   void progress(std::size_t done, std::size_t total) const {

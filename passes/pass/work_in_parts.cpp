@@ -9,18 +9,23 @@
 namespace sightline {
 
 Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int threads) {
-  if (ctx.part_count_sink) ctx.part_count_sink(work.count);
+  std::vector<PartName> names(work.count);
+  parallel_for(work.count, threads, [&](std::size_t part) {
+    names[part].number = part;
+    if (work.content) names[part].content = work.content(part);
+  });
+  if (ctx.parts_sink) ctx.parts_sink(names);
   std::vector<std::optional<Error>> failures(work.count);
   std::atomic<std::size_t> done = 0;
   const auto take_part = [&](std::size_t part) {
-    const auto saved = ctx.saved_part ? ctx.saved_part(part) : std::nullopt;
+    const auto saved = ctx.saved_part ? ctx.saved_part(names[part]) : std::nullopt;
     if (!saved || !work.take(part, *saved)) {
       const Result<std::vector<std::byte>> made = work.make(part);
       if (!made) {
         failures[part] = made.error();
         return;
       }
-      if (ctx.part_sink) ctx.part_sink(part, *made);
+      if (ctx.part_sink) ctx.part_sink(names[part], *made);
       const bool is_taken = work.take(part, *made);
       SIGHTLINE_CHECK(is_taken);
     }

@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "passes/pass/pass_context.h"
 
@@ -14,6 +16,10 @@ namespace sightline {
 // inputs alone.
 struct PartedWork {
   std::size_t count = 0;  // of parts
+  // What decides a part's bytes besides the pass, its options and the seed, told without making it:
+  // a part of equal content has equal bytes, whatever else of the inputs is another. Called side by
+  // side. May be empty or give nothing: then any of the inputs may decide.
+  std::function<std::optional<Digest>(std::size_t part)> content = {};
   // The bytes of one part; called side by side, in no order.
   std::function<Result<std::vector<std::byte>>(std::size_t part)> make;
   // Puts a part where it belongs, and says whether the bytes are such a part: what lies in a store

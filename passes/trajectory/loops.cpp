@@ -39,9 +39,9 @@ double drift_m(const Odometry& odometry, const Candidate& c) {
 
 // The nearest earlier visit of where scan `later` was.
 std::optional<Candidate> candidate_of(const Odometry& odometry, const PointGrid& places,
-                                      std::size_t later) {
+                                      std::size_t later, std::size_t before) {
   const auto is_earlier_visit = [&](const NearPoint& point) {
-    return point.index < later &&
+    return point.index < std::min(later, before) &&
            (odometry.piece[later] != odometry.piece[point.index] ||
             odometry.driven_m[later] - odometry.driven_m[point.index] >= kShortestLoop_m) &&
            point.distance_m <= kSamePlace_m + drift_m(odometry, {point.index, later});
@@ -52,17 +52,18 @@ std::optional<Candidate> candidate_of(const Odometry& odometry, const PointGrid&
   return Candidate{nearest->index, later};
 }
 
-std::vector<Candidate> candidates(const Odometry& odometry) {
+std::vector<Candidate> candidates(const Odometry& odometry, const LoopSearch& search) {
   std::vector<Eigen::Vector3d> places_m;
   for (const Pose& T_map_lidar : odometry.T_map_lidar)
     places_m.push_back(T_map_lidar.translation());
   const PointGrid places(places_m);
   std::vector<Candidate> found;
   double next_m = 0.0;
-  for (std::size_t k = 0; k < odometry.T_map_lidar.size(); ++k) {
+  for (std::size_t k = search.from; k < odometry.T_map_lidar.size(); ++k) {
     if (odometry.driven_m[k] < next_m) continue;
     next_m = odometry.driven_m[k] + kCandidateStep_m;
-    if (const std::optional<Candidate> candidate = candidate_of(odometry, places, k)) {
+    if (const std::optional<Candidate> candidate =
+            candidate_of(odometry, places, k, search.before)) {
       found.push_back(*candidate);
     }
   }
@@ -111,8 +112,8 @@ Result<std::optional<GraphEdge>> confirm(const Drive& drive, const Odometry& odo
 }  // namespace
 
 Result<std::vector<GraphEdge>> find_loops(PassContext& ctx, const Drive& drive,
-                                          const Odometry& odometry) {
-  const std::vector<Candidate> list = candidates(odometry);
+                                          const Odometry& odometry, const LoopSearch& search) {
+  const std::vector<Candidate> list = candidates(odometry, search);
   std::vector<std::optional<GraphEdge>> edges(list.size());
   std::vector<std::optional<Error>> errors(list.size());
   parallel_for(list.size(), ctx.threads, [&](std::size_t i) {

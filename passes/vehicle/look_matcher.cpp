@@ -3,16 +3,23 @@
 namespace sightline {
 
 void LookMatcher::take(const Scan& scan, const Look& look) {
-  scan_ = &scan;
   look_ = look;
-  if (!takes_every_return(look)) return;
+  if (!takes_every_return(look)) {
+    cutter_.prepare(scan, look);
+    if (!look.is_by_normals) {
+      cutter_.finish(matching_.of_samples, matching_.sensor, Pose::Identity(), cut_);
+    }
+    return;
+  }
   cut_ = make_scan_for_match(matching_.own, near_cutter_, scan, matching_.sensor,
                              {look.range_m, matching_.leaf_m, matching_.takes_every_return});
 }
 
 MatchResult LookMatcher::match(const Pose& T_map_start) {
   if (takes_every_return(look_)) return localize(matching_.own, cut_, T_map_start);
-  cutter_.cut(matching_.of_samples, *scan_, matching_.sensor, look_, T_map_start, cut_);
+  if (look_.is_by_normals) {
+    cutter_.finish(matching_.of_samples, matching_.sensor, T_map_start, cut_);
+  }
   const MatchOptions options{.stop_step_m = kSampleStop_m};
   return look_.mode == LookMode::kSettle
              ? settle(matching_.of_samples, cut_, T_map_start, options)

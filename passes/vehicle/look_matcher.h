@@ -26,8 +26,8 @@ class LookMatcher {
   explicit LookMatcher(const LookMatching& matching)
       : matching_(matching), cutter_(matching.leaf_m) {}
 
-  // The scan to be matched next, which outlives that. What a look takes of it may depend on the
-  // start: then match() cuts it.
+  // The scan to be matched next, cut as far as no start changes it. What a look takes of it may
+  // depend on the start: then match() cuts the rest.
   void take(const Scan& scan, const Look& look);
 
   // Of the scan taken last; T_map_sensor is the vehicle's pose.
@@ -41,7 +41,6 @@ class LookMatcher {
   ScanCutter near_cutter_;
   LookCutter cutter_;
   ScanForMatch cut_;
-  const Scan* scan_ = nullptr;
   Look look_;
 };
 

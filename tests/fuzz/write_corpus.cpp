@@ -11,6 +11,7 @@
 #include "tests/formats/release/signed_records.h"
 #include "tests/fuzz/delta_base.h"
 #include "tests/fuzz/foreign_seeds.h"
+#include "tests/fuzz/lidar_seeds.h"
 #include "tests/fuzz/ros2_seeds.h"
 #include "tests/support/handmade_model.h"
 
@@ -172,6 +173,7 @@ int main(int argc, char** argv) {
   add_deltas(seeds);
   add_clouds(seeds);
   add_foreign_seeds(seeds);
+  add_lidar_seeds(seeds);
   add_ros2_seeds(seeds);
   for (const Seed& seed : seeds) {
     const std::string path = std::string(argv[1]) + "/" + seed.name;

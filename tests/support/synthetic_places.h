@@ -39,6 +39,24 @@ inline DrivenPlace place_driven_twice(std::uint64_t seed, const SyntheticOptions
           std::move(recordings)};
 }
 
+// The same, driven `drive_count` times: each later drive finds what the first found, but for noise
+// of its own.
+inline DrivenPlace place_driven_often(std::uint64_t seed, std::size_t drive_count,
+                                      const SyntheticOptions& options) {
+  DrivenPlace place = place_driven_twice(seed, options);
+  const MeasuredError first = place.drives.front();
+  for (std::size_t drive = 2; drive < drive_count; ++drive) {
+    MeasuredError& another = place.drives.emplace_back(first);
+    another.drive = "drive " + std::to_string(drive + 1);
+    Random random(mix(seed, 100 + drive));
+    for (ErrorRow& row : another.rows) row.mean_m *= std::exp(0.1 * random.normal());
+    place.recordings.cards.push_back({"localization[" + std::to_string(drive + 1) + "]",
+                                      another.drive,
+                                      sha256(another.drive + " of " + std::to_string(seed))});
+  }
+  return place;
+}
+
 inline DrivenPlaces places_driven_twice(std::size_t count, const SyntheticOptions& options) {
   DrivenPlaces places;
   for (std::size_t i = 0; i < count; ++i) {

@@ -13,6 +13,13 @@ Result<void> run_compile(const CompileFlags& flags) {
   return compile_to_map(flags, config);
 }
 
+Setter resolve_setter(CompileFlags& flags) {
+  return [&flags](const std::string& /*value*/) -> Result<void> {
+    flags.run.overrides.emplace_back("base.poses=");
+    return {};
+  };
+}
+
 }  // namespace
 
 Verb compile_verb() {
@@ -31,6 +38,7 @@ Verb compile_verb() {
       "sightline compile town.yaml -o town.slmap",
       "sightline compile street.yaml -o street.slmap --model city.slmodel --risk 0.1",
       "sightline compile city.yaml -o city.slmap --strict",
+      "sightline compile city.yaml -o city.slmap --resolve --force",
       "sightline compile town.yaml -o town.slmap --set measure-error.localizer=pcl-ndt",
       ("sightline compile town.yaml -o town.slmap --set import-errors.file=my_errors.csv \\\n"
        "      --set import-errors.localizer=my-ndt"),
@@ -38,6 +46,17 @@ Verb compile_verb() {
       "sightline compile town.yaml --stop-after build-ndt --print-after build-ndt",
       "sightline compile town.yaml -o town.slmap --force --depfile town.d --json-progress"};
   add_compile_flags(verb, *flags);
+  verb.flags.push_back(
+      {.names = "--resolve",
+       .help = "Find the poses of all mapping drives anew, also where base names those of an "
+               "earlier map (base.poses)",
+       .target = resolve_setter(*flags)});
+  verb.flags.push_back({.names = "--poses",
+                        .value = "FILE",
+                        .help = "Also write where the scans of the mapping drive were (.slposes), "
+                                "for base of a map with more drives; of several drives they are "
+                                "written beside the map",
+                        .target = &flags->poses});
   add_run_flags(verb, flags->run);
   verb.run = [flags] { return exit_status_of(run_compile(*flags)); };
   return verb;

@@ -26,7 +26,12 @@ Result<void> check_outputs(const CompileFlags& flags) {
   }
   const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
   SIGHTLINE_TRY(try_output(flags.depfile, IfExists::kReplace));
+  SIGHTLINE_TRY(try_output(flags.poses, if_exists));
   return try_output(flags.output, if_exists);
+}
+
+std::filesystem::path poses_beside(const std::string& map) {
+  return std::filesystem::path(map).replace_extension(".slposes");
 }
 
 Result<void> write_outputs(const std::string& output, IfExists if_exists, const CompiledMap& map,
@@ -34,6 +39,11 @@ Result<void> write_outputs(const std::string& output, IfExists if_exists, const 
   SIGHTLINE_TRY(write_file_atomically(output, encode_map(map), if_exists));
   // A stale provenance beside a new map would be worse than replacing one.
   return write_file_atomically(output + ".provenance.json", provenance, IfExists::kReplace);
+}
+
+Result<void> write_poses(const std::filesystem::path& file, IfExists if_exists,
+                         const CompilePlan& compile, const ArtifactSet& artifacts) {
+  return write_file_atomically(file, to_bytes(artifacts.get(compile.released)), if_exists);
 }
 
 // What the compile found, as text.
@@ -104,6 +114,8 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
   const bool is_given = !flags.model.empty();
   const CompilePlan compile =
       compile_plan(config, is_given ? ModelSource::kGiven : ModelSource::kTrained);
+  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  SIGHTLINE_TRY(try_poses_output(flags.output, if_exists, compile));
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
   if (is_given) {
@@ -116,14 +128,24 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
                        options.cache_directory));
     return {};
   }
+  std::vector<AnyWire> wanted = told_of(compile);
+  if (!flags.poses.empty()) wanted.push_back(compile.released);
   SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,
-                   run_steps(compile.plan, told_of(compile), flags.run, config, artifacts));
+                   run_steps(compile.plan, wanted, flags.run, config, artifacts));
   if (!artifacts.has(compile.map)) return {};  // --stop-after
-  const IfExists if_exists = flags.is_forced ? IfExists::kReplace : IfExists::kRefuse;
+  if (!flags.poses.empty()) {
+    SIGHTLINE_TRY(write_poses(flags.poses, if_exists, compile, artifacts));
+  }
   const Result<void> written =
       write_compiled(flags.output, if_exists, config, compile, artifacts, reports);
   if (!written || flags.run.is_quiet) return written;
   return print_summary(compile, artifacts);
+}
+
+Result<void> try_poses_output(const std::string& output, IfExists if_exists,
+                              const CompilePlan& compile) {
+  if (output.empty() || !compile.ships_poses) return {};
+  return try_output(poses_beside(output).string(), if_exists);
 }
 
 Result<void> write_compiled(const std::string& output, IfExists if_exists,
@@ -131,7 +153,9 @@ Result<void> write_compiled(const std::string& output, IfExists if_exists,
                             const ArtifactSet& artifacts, const std::vector<StepReport>& reports) {
   const std::string provenance =
       provenance_json(config, command_line(), artifacts.get(compile.cards), reports);
-  return write_outputs(output, if_exists, artifacts.get(compile.map), provenance);
+  SIGHTLINE_TRY(write_outputs(output, if_exists, artifacts.get(compile.map), provenance));
+  if (!compile.ships_poses) return {};
+  return write_poses(poses_beside(output), if_exists, compile, artifacts);
 }
 
 Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifacts) {

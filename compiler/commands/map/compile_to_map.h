@@ -19,21 +19,27 @@ struct CompileFlags {
   std::string output;
   std::string model;    // empty: trained on this compile's own drive
   std::string depfile;  // empty: none
+  std::string poses;    // of one drive, for the next map; empty: none
   bool lists_inputs = false;
   bool is_dry = false;  // tells what it would take
   bool is_forced = false;
 };
 
-// The flags of both: -o, --force, --model, --risk, --strict, --list-inputs, --dry-run, --depfile.
+// The flags of both: -o, --force, --model, --risk, --strict, --list-inputs, --dry-run,
+// --depfile.
 void add_compile_flags(Verb& verb, CompileFlags& flags);
 
 // Makes the map of a configuration, writes it with its provenance and prints what it found.
 Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& config);
 
-// Writes the map that was made, and its provenance beside it.
+// Writes the map that was made, and beside it its provenance and, of several drives, their poses
+// for the next map (.slposes).
 Result<void> write_compiled(const std::string& output, IfExists if_exists,
                             const CompileConfig& config, const CompilePlan& compile,
                             const ArtifactSet& artifacts, const std::vector<StepReport>& reports);
+// Whether the poses could be written there; before hours of work.
+Result<void> try_poses_output(const std::string& output, IfExists if_exists,
+                              const CompilePlan& compile);
 // Prints what the compile found; what told_of() names is in `artifacts`.
 Result<void> print_summary(const CompilePlan& compile, const ArtifactSet& artifacts);
 

@@ -44,7 +44,8 @@ Result<void> export_lanelet2(const std::string& map_file, const ExportAnswersFla
   SIGHTLINE_ASSIGN(const World world, named_world(flags.world, map.world));
   SIGHTLINE_ASSIGN(const MapReader reader, open_for_its_own(map_file));
   SIGHTLINE_ASSIGN(const std::string text, read_text_file(flags.lanes));
-  Result<Lanelet2Export> made = to_lanelet2(map, reader, world, text, {flags.area_limit_m});
+  Result<Lanelet2Export> made =
+      to_lanelet2(map, reader, world, text, {flags.area_limit_m, flags.weak_margin});
   if (!made) {
     Error error = made.error();
     if (error.file.empty()) error.file = flags.lanes;
@@ -52,8 +53,8 @@ Result<void> export_lanelet2(const std::string& map_file, const ExportAnswersFla
   }
   SIGHTLINE_TRY(write_file_atomically(flags.output, made->text, if_exists(flags)));
   print_outside(flags.lanes, *made);
-  std::fprintf(stderr, "%s: %zu lanelets, %zu degenerate areas\n", flags.output.c_str(),
-               made->lanelet_count, made->area_count);
+  std::fprintf(stderr, "%s: %zu lanelets, %zu degenerate areas and %zu weak ones\n",
+               flags.output.c_str(), made->lanelet_count, made->area_count, made->weak_area_count);
   return {};
 }
 
@@ -75,7 +76,9 @@ const std::string_view kLanelet2Details =
     "observation_known (share of places with an answer); observation_localizer. Where no site is "
     "near "
     "it says unknown. Where the limit --area-limit is unmet the lane becomes an area of type "
-    "degenerate_area and subtype feature_poor_road, which Autoware's environment adaptor reads.";
+    "degenerate_area and subtype feature_poor_road, which Autoware's environment adaptor reads; "
+    "where it is met and the map is weak, as `sightline weak` tells by that limit, the subtype is "
+    "feature_weak_road.";
 
 void add_answers_flags(Verb& verb, ExportAnswersFlags& flags) {
   verb.flags.push_back({.names = "--lanes",
@@ -89,12 +92,22 @@ void add_answers_flags(Verb& verb, ExportAnswersFlags& flags) {
                "the widest",
        .target = &flags.area_limit_m,
        .minimum = 0.001});
-  verb.flags.push_back({.names = "--cell",
-                        .value = "METRES",
-                        .help = "Of cells: the edge of a cell",
-                        .target = &flags.cell_m,
-                        .minimum = 0.5,
-                        .maximum = 100.0});
+  verb.flags.push_back({.names = "--weak-margin",
+                        .value = "SHARE",
+                        .help =
+                            "Of lanelet2: of that limit, which the best look must leave over, or "
+                            "the stretch becomes a weak area; 0: none but those beyond it",
+                        .target = &flags.weak_margin,
+                        .minimum = 0.0,
+                        .maximum = 1.0});
+  verb.flags.push_back(
+      {.names = "--cell",
+       .value = "METRES",
+       .help = "Of lanelet2: the share of that limit that the best look must leave over; where "
+               "it leaves less, a met stretch becomes a weak area",
+       .target = &flags.cell_m,
+       .minimum = 0.5,
+       .maximum = 100.0});
 }
 
 bool asks_the_reader(std::string_view format) { return format == "lanelet2" || format == "cells"; }

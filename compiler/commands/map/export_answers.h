@@ -5,6 +5,7 @@
 
 #include "compiler/cli/verb.h"
 #include "formats/base/result.h"
+#include "passes/weakness/weak_stretches.h"
 
 namespace sightline {
 
@@ -12,13 +13,14 @@ namespace sightline {
 struct ExportAnswersFlags {
   std::string output;
   bool is_forced = false;
-  std::string world;          // --world
-  std::string lanes;          // --lanes: a Lanelet2 map
-  double area_limit_m = 0.0;  // --area-limit; 0: the widest of the map
-  double cell_m = 2.0;        // --cell
+  std::string world;                                       // --world
+  std::string lanes;                                       // --lanes: a Lanelet2 map
+  double area_limit_m = 0.0;                               // --area-limit; 0: the widest of the map
+  double weak_margin = WeakStretchOptions().least_margin;  // --weak-margin
+  double cell_m = 2.0;                                     // --cell
 };
 
-// --lanes, --area-limit, --cell; `flags` outlives the verb.
+// --lanes, --area-limit, --weak-margin, --cell; `flags` outlives the verb.
 void add_answers_flags(Verb& verb, ExportAnswersFlags& flags);
 
 // A paragraph for the help of `export`.

@@ -59,11 +59,14 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig
   RunFlags run = flags.run;
   run.config_file = file;
   CompilePlan compile = compile_plan(config);
-  std::vector<Wire<MeasuredError>> drives = {compile.measured};
+  const bool are_several = compile.measured_drives.is_connected();
+  std::vector<Wire<MeasuredError>> drives;
+  if (!are_several) drives.push_back(compile.measured);
   if (flags.with_evaluation) drives.push_back(measure_evaluation_drive(config, compile));
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(run), artifacts));
   std::vector<AnyWire> wanted = {compile.sites, compile.factors};
+  if (are_several) wanted.emplace_back(compile.measured_drives);
   wanted.insert(wanted.end(), drives.begin(), drives.end());
   SIGHTLINE_TRY(run_steps(compile.plan, wanted, run, config, artifacts));
   MeasuredPlace measured;
@@ -72,6 +75,11 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig
                     artifacts.get(compile.factors),
                     {},
                     recording_cards(compile, artifacts)};
+  if (are_several) {
+    const MeasuredDrives& several = artifacts.get(compile.measured_drives);
+    measured.place.drives = several.drives;
+    measured.place.recordings = without_left_out(measured.place.recordings, several);
+  }
   for (const Wire<MeasuredError> drive : drives) {
     measured.place.drives.push_back(artifacts.get(drive));
   }
@@ -140,11 +148,12 @@ Verb train_verb() {
   verb.summary = "Train an error model on many drives, for maps made elsewhere";
   verb.details =
       "Each configuration is one place: its mapping drive makes the map, its localization drive is "
-      "measured in it. What a place was measured at is cached, so a further place costs its own "
-      "time alone. The model card on stdout is of places that the trees did not see.\n\n"
-      "With --with-evaluation the evaluation drive of each place is measured too, and the model "
-      "learns what one drive's measurements say of the next. Such a drive can judge no map that "
-      "this model annotates.\n\n"
+      "measured in it, or each of a list of them. What a place was measured at is cached, so a "
+      "further place or drive costs its own time alone. The model card on stdout is of places that "
+      "the trees did not see.\n\n"
+      "Of a place that was driven twice or more the model also learns what some drives' "
+      "measurements say of another. With --with-evaluation the evaluation drive of each place is "
+      "measured too. Such a drive can judge no map that this model annotates.\n\n"
       "A promise is about the next drive. It is earned on drives that the trees did not learn "
       "from: "
       "each of two places or more is judged by trees of the others, or, of one place driven twice, "

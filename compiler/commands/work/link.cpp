@@ -22,6 +22,7 @@ Result<void> link(const LinkFlags& flags) {
   SIGHTLINE_TRY(try_output(flags.output, if_exists));
   const std::string output = std::filesystem::absolute(flags.output).string();
   SIGHTLINE_ASSIGN(SharedWork work, open_work(flags.plan));
+  SIGHTLINE_TRY(try_poses_output(output, if_exists, work.compile));
   const Plan& plan = work.compile.plan;
   RunOptions options = options_in(work, Stage::kLink);
   options.threads = flags.run.threads;

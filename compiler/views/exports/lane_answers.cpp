@@ -26,6 +26,27 @@ bool is_dearer(const MapLook& a, const MapLook& b, std::span<const MapLook> chea
   return rank_a != rank_b ? rank_a > rank_b : a.range_m > b.range_m;
 }
 
+// Joins places that follow each other.
+class StretchMaker {
+ public:
+  explicit StretchMaker(std::size_t steps) : steps_(static_cast<double>(steps)) {}
+
+  // A place stands for half a step before and behind it.
+  void add(std::size_t place, bool belongs) {
+    const auto at = static_cast<double>(place);
+    const double to = std::min(1.0, (at + 0.5) / steps_);
+    if (belongs && did_belong_) stretches_.back().to = to;
+    if (belongs && !did_belong_) stretches_.push_back({std::max(0.0, (at - 0.5) / steps_), to});
+    did_belong_ = belongs;
+  }
+  std::vector<LaneStretch> take() { return std::move(stretches_); }
+
+ private:
+  double steps_;
+  bool did_belong_ = false;
+  std::vector<LaneStretch> stretches_;
+};
+
 }  // namespace
 
 double nearest_rank(const std::vector<double>& ascending, double share) {
@@ -43,19 +64,22 @@ Look look_of(const MapLook& look) {
           .mode = look.settles ? LookMode::kSettle : LookMode::kSearch};
 }
 
-LaneAsker::LaneAsker(const MapReader& map, double sensor_height_m,
+LaneAsker::LaneAsker(const MapReader& map, double sensor_height_m, WeakPlaces weak,
                      std::vector<Eigen::Vector3d> sites_m)
-    : map_(&map), sensor_height_m_(sensor_height_m), sites_m_(std::move(sites_m)) {
+    : map_(&map),
+      sensor_height_m_(sensor_height_m),
+      weak_(std::move(weak)),
+      sites_m_(std::move(sites_m)) {
   std::vector<Eigen::Vector3d> flat_m = sites_m_;
   for (Eigen::Vector3d& site_m : flat_m) site_m.z() = 0.0;
   in_plane_ = PointGrid(flat_m);
 }
 
-Result<LaneAsker> LaneAsker::of(const MapReader& map, double sensor_height_m) {
+Result<LaneAsker> LaneAsker::of(const MapReader& map, double sensor_height_m, WeakPlaces weak) {
   SIGHTLINE_ASSIGN(const std::vector<MapSite> sites, map.sites(0));
   std::vector<Eigen::Vector3d> sites_m;
   for (const MapSite& site : sites) sites_m.emplace_back(site.position_world_m.data());
-  return LaneAsker(map, sensor_height_m, std::move(sites_m));
+  return LaneAsker(map, sensor_height_m, std::move(weak), std::move(sites_m));
 }
 
 std::array<double, 3> LaneAsker::sensor_world_m(const Eigen::Vector3d& road_world_m) const {
@@ -80,8 +104,8 @@ Result<LaneLimit> LaneAsker::ask(const std::vector<Eigen::Vector3d>& road_m,
   std::optional<MapLook> dearest;
   std::size_t range_unmet = 0;
   std::size_t look_unmet = 0;
-  bool was_unmet = false;
-  const auto steps = static_cast<double>(road_m.size() - 1);
+  StretchMaker unmet(road_m.size() - 1);
+  StretchMaker weak(road_m.size() - 1);
   for (std::size_t i = 0; i < road_m.size(); ++i) {
     const std::array<double, 3> p_m = sensor_world_m(road_m[i]);
     const double limit_m = info.limits_m[limit];
@@ -97,13 +121,11 @@ Result<LaneLimit> LaneAsker::ask(const std::vector<Eigen::Vector3d>& road_m,
       look_unmet += is_look_unmet ? 1 : 0;
       if (!dearest || is_dearer(look.look, *dearest, info.looks)) dearest = look.look;
     }
-    // A place stands for half a step before and behind it.
-    const auto at = static_cast<double>(i);
-    const double to = std::min(1.0, (at + 0.5) / steps);
-    if (is_unmet && was_unmet) along.unmet.back().to = to;
-    if (is_unmet && !was_unmet) along.unmet.push_back({std::max(0.0, (at - 0.5) / steps), to});
-    was_unmet = is_unmet;
+    unmet.add(i, is_unmet);
+    weak.add(i, is_answered && !is_unmet && weak_.is_weak(Eigen::Vector3d(p_m.data())));
   }
+  along.unmet = unmet.take();
+  along.weak = weak.take();
   if (!dearest) return along;
   std::ranges::sort(along.ranges_m);
   const auto count = static_cast<double>(along.ranges_m.size());

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "compiler/views/exports/weak_places.h"
 #include "formats/drive/look.h"
 #include "formats/foreign/lanes/lanelet_map.h"
 #include "formats/grid/point_grid.h"
@@ -27,6 +28,7 @@ struct LaneLimit {
   Look look;                     // the dearest that one of them asks for
   double look_unmet_share = 0.0;
   std::vector<LaneStretch> unmet;  // where neither a range nor a look is; ascending
+  std::vector<LaneStretch> weak;   // where one is, and the map is weak all the same; ascending
 };
 
 struct LaneAnswers {
@@ -43,9 +45,10 @@ Look look_of(const MapLook& look);
 // Asks a map for its sensor's places above a road.
 class LaneAsker {
  public:
-  // The map must be open for the localizer whose errors it holds, and outlives this. Errors: those
-  // of MapReader::sites().
-  static Result<LaneAsker> of(const MapReader& map, double sensor_height_m);
+  // The map must be open for the localizer whose errors it holds, and outlives this. `weak`: where
+  // the same map is weak, by any limit; none: nowhere. Errors: those of
+  // MapReader::sites().
+  static Result<LaneAsker> of(const MapReader& map, double sensor_height_m, WeakPlaces weak = {});
 
   // The sensor's place above a point of a road, in world coordinates. Where the road's height is
   // not known (NaN) it is as high as at the nearest site in the plane.
@@ -59,12 +62,14 @@ class LaneAsker {
   [[nodiscard]] Result<LaneAnswers> ask(const Lanelet& lanelet) const;
 
  private:
-  LaneAsker(const MapReader& map, double sensor_height_m, std::vector<Eigen::Vector3d> sites_m);
+  LaneAsker(const MapReader& map, double sensor_height_m, WeakPlaces weak,
+            std::vector<Eigen::Vector3d> sites_m);
   [[nodiscard]] Result<LaneLimit> ask(const std::vector<Eigen::Vector3d>& road_m,
                                       std::size_t limit) const;
 
   const MapReader* map_;
   double sensor_height_m_;
+  WeakPlaces weak_;
   std::vector<Eigen::Vector3d> sites_m_;  // world coordinates
   PointGrid in_plane_;
 };

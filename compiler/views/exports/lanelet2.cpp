@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 #include "compiler/views/exports/export_frame.h"
 #include "compiler/views/exports/lane_answers.h"
@@ -53,14 +54,14 @@ class AreaMaker {
   AreaMaker(const LaneletMap& map, double limit_m, OsmAdditions& additions)
       : map_(map), limit_m_(limit_m), additions_(additions), next_id_(map.largest_id + 1) {}
 
-  void add(const Lanelet& lanelet, const LaneStretch& stretch) {
+  void add(const Lanelet& lanelet, const LaneStretch& stretch, const char* subtype) {
     OsmElement area;
     area.refs = cut(lanelet.left, stretch);
     const std::vector<std::string> right = cut(lanelet.right, stretch);
     area.refs.insert(area.refs.end(), right.rbegin(), right.rend());  // clockwise
     area.head = "way id=\"" + std::to_string(next_id_++) + "\"";
     area.tags = {{"type", "degenerate_area"},
-                 {"subtype", "feature_poor_road"},
+                 {"subtype", subtype},
                  {"area", "yes"},
                  {"observation_limit_m", format_double(limit_m_)},
                  {"lanelet", lanelet.id}};
@@ -173,7 +174,12 @@ Result<Lanelet2Export> to_lanelet2(const CompiledMap& map, const MapReader& read
   if (lanes.largest_id > kLargestId) {
     return Error{ErrorCode::kMalformedText, "its ids leave no room for others", "", ""};
   }
-  SIGHTLINE_ASSIGN(const LaneAsker asker, LaneAsker::of(reader, map.sensor.height_m));
+  WeakStretchOptions weakness;
+  weakness.limit_m = info.limits_m[area_limit];
+  weakness.least_margin = options.weak_margin;
+  SIGHTLINE_ASSIGN(WeakPlaces weak, WeakPlaces::of(map, weakness));
+  SIGHTLINE_ASSIGN(const LaneAsker asker,
+                   LaneAsker::of(reader, map.sensor.height_m, std::move(weak)));
   Lanelet2Export made;
   OsmAdditions additions;
   additions.of_relations.resize(lanes.relation_count);
@@ -184,8 +190,12 @@ Result<Lanelet2Export> to_lanelet2(const CompiledMap& map, const MapReader& read
     if (answers.known_share == 0.0) made.outside.push_back(lanelet.id);
     if (!lanelet.is_for_vehicles) continue;
     for (const LaneStretch& stretch : answers.limits[area_limit].unmet) {
-      areas.add(lanelet, stretch);
+      areas.add(lanelet, stretch, "feature_poor_road");
       ++made.area_count;
+    }
+    for (const LaneStretch& stretch : answers.limits[area_limit].weak) {
+      areas.add(lanelet, stretch, "feature_weak_road");
+      ++made.weak_area_count;
     }
   }
   made.lanelet_count = lanes.lanelets.size();

@@ -7,6 +7,7 @@
 #include "formats/geodesy.h"
 #include "formats/map/compiled_map.h"
 #include "formats/reader/reader.h"
+#include "passes/weakness/weak_stretches.h"
 
 namespace sightline {
 
@@ -26,16 +27,21 @@ namespace sightline {
 // Places are a metre apart along the line halfway between the sides. Where neither a range nor a
 // look is within the area's limit, the stretch between both sides becomes a polygon as Autoware's
 // environment adaptor reads one: a way of area=yes, type=degenerate_area,
-// subtype=feature_poor_road.
+// subtype=feature_poor_road. So does a stretch where the map is weak all the same (schemas/
+// definitions.md, "Weak stretches"; by the area's limit), with subtype=feature_weak_road.
 struct Lanelet2Options {
   double area_limit_m = 0.0;  // a limit of the map; 0: its widest
+  // A place is weak where the best look's foretold error leaves less of the limit; 0: where it is
+  // beyond it.
+  double weak_margin = WeakStretchOptions().least_margin;
 };
 
 struct Lanelet2Export {
   std::string text;
   std::vector<std::string> outside;  // the ids of lanelets without any answer
   std::size_t lanelet_count = 0;
-  std::size_t area_count = 0;
+  std::size_t area_count = 0;  // unmet
+  std::size_t weak_area_count = 0;
 };
 
 // `reader` has the same map open, for the localizer whose errors it holds. Places of the file are

@@ -71,10 +71,22 @@ constexpr std::string_view kNotAScan =
 constexpr std::string_view kColumns =
     "text without a header is not read; give it a PCD header (FIELDS x y z, DATA ascii), for "
     "example with CloudCompare";
+constexpr std::string_view kLivoxFile =
+    "Livox's LVX is not read; convert it to a bag with livox_ros_driver (`roslaunch "
+    "livox_ros_driver lvx_to_rosbag.launch lvx_file_path:=in.lvx`), or to LAS with Livox Viewer";
 constexpr StrangeName kStrangeNames[] = {
-    {".obj", kNotAScan}, {".off", kNotAScan}, {".stl", kNotAScan},
-    {".xyz", kColumns},  {".txt", kColumns},  {".csv", kColumns},
-    {".asc", kColumns},  {".pts", kColumns},  {".json", "JSON is not read; save the points as PCD"},
+    {".obj", kNotAScan},
+    {".off", kNotAScan},
+    {".stl", kNotAScan},
+    {".xyz", kColumns},
+    {".txt", kColumns},
+    {".csv", kColumns},
+    {".asc", kColumns},
+    {".pts", kColumns},
+    {".json", "JSON is not read; save the points as PCD"},
+    {".osf", "Ouster's OSF is not read; convert it with `ouster-cli source in.osf save out.bag`"},
+    {".lvx", kLivoxFile},
+    {".lvx2", kLivoxFile},
 };
 
 // The formats that are read. All texts that name them are made from these endings.

@@ -30,8 +30,8 @@ constexpr std::uint32_t kEnhancedPacket = 6;
 constexpr std::size_t kBlockFrame = 12;  // type and both lengths
 
 // Link types and how many bytes stand before the IP header.
-constexpr std::array<std::pair<std::uint32_t, std::size_t>, 4> kLinks = {
-    {{0, 4}, {1, 14}, {101, 0}, {113, 16}}};
+constexpr std::array<std::pair<std::uint32_t, std::size_t>, 6> kLinks = {
+    {{0, 4}, {1, 14}, {101, 0}, {113, 16}, {228, 0}, {276, 20}}};
 
 std::uint32_t swapped(std::uint32_t value) {
   return (value >> 24U) | ((value >> 8U) & 0xff00U) | ((value << 8U) & 0xff0000U) | (value << 24U);
@@ -45,36 +45,11 @@ std::uint32_t little(const char* bytes) {
 
 std::uint64_t padded(std::uint64_t size) { return (size + 3) / 4 * 4; }
 
-std::size_t big16(std::span<const std::byte> bytes, std::size_t at) {
-  return std::to_integer<std::size_t>(bytes[at]) << 8U |
-         std::to_integer<std::size_t>(bytes[at + 1]);
-}
-
 std::optional<std::size_t> link_size(std::uint32_t link_type) {
   for (const auto& [type, size] : kLinks) {
     if (type == link_type) return size;
   }
   return std::nullopt;
-}
-
-// The payload of an IPv4 UDP frame that was captured whole and in one piece; empty for any other.
-std::span<const std::byte> datagram_of(std::span<const std::byte> frame, std::size_t link) {
-  constexpr std::size_t kIpHeader = 20;
-  constexpr std::size_t kUdpHeader = 8;
-  constexpr std::size_t kVlanTag = 4;
-  constexpr std::size_t kVlan = 0x8100;
-  constexpr std::size_t kEthernet = 14;
-  if (link == kEthernet && frame.size() > kEthernet && big16(frame, 12) == kVlan) link += kVlanTag;
-  if (frame.size() < link + kIpHeader + kUdpHeader) return {};
-  const std::span<const std::byte> ip = frame.subspan(link);
-  const auto first = std::to_integer<unsigned>(ip[0]);
-  const std::size_t ip_header = 4U * (first & 15U);
-  const bool is_whole_udp = first >> 4U == 4U && ip[9] == std::byte{17} &&
-                            (big16(ip, 6) & 0x3fffU) == 0 && ip_header >= kIpHeader;
-  if (!is_whole_udp || ip.size() < ip_header + kUdpHeader) return {};
-  const std::size_t length = big16(ip, ip_header + 4);
-  if (length < kUdpHeader || ip.size() < ip_header + length) return {};
-  return ip.subspan(ip_header + kUdpHeader, length - kUdpHeader);
 }
 
 }  // namespace
@@ -132,9 +107,11 @@ Result<void> PcapReader::open_classic() {
 
 Result<void> PcapReader::check_link_type(std::uint32_t link_type) const {
   if (link_size(link_type)) return {};
-  return error(ErrorCode::kUnsupportedFormat,
-               "found link type " + std::to_string(link_type) +
-                   ", expected Ethernet (1), Linux cooked (113), loopback (0) or raw IP (101)");
+  return error(
+      ErrorCode::kUnsupportedFormat,
+      "found link type " + std::to_string(link_type) +
+          ", expected Ethernet (1), Linux cooked (113 or 276), loopback (0) or raw IP (101 "
+          "or 228)");
 }
 
 // The head of the section and the interfaces behind it, up to the first packet.
@@ -261,8 +238,7 @@ Result<bool> PcapReader::next_of_section(PcapPacket& packet) {
       seconds * kSecond_ns + ticks % interface.ticks_per_s * (kSecond_ns / interface.ticks_per_s));
   const std::span<const std::byte> frame =
       std::as_bytes(std::span(body.data() + kPacketHead, size));
-  const std::span<const std::byte> datagram = datagram_of(frame, *link_size(interface.link_type));
-  packet.datagram.assign(datagram.begin(), datagram.end());
+  take_frame(frame, interface.link_type, packet);
   return true;
 }
 
@@ -287,16 +263,23 @@ Result<bool> PcapReader::next_classic(PcapPacket& packet) {
   constexpr std::int64_t kSecond_ns = 1'000'000'000;
   packet.offset = offset_;
   packet.time_ns = number(header.data()) * kSecond_ns + number(header.data() + 4) * tick_ns_;
-  const std::span<const std::byte> datagram = datagram_of(frame, *link_size(link_type_));
-  packet.datagram.assign(datagram.begin(), datagram.end());
+  take_frame(frame, link_type_, packet);
   offset_ += kRecordHeaderSize + size;
   return true;
+}
+
+void PcapReader::take_frame(std::span<const std::byte> frame, std::uint32_t link_type,
+                            PcapPacket& packet) {
+  IpDatagrams::Datagram datagram = datagrams_.add(frame, *link_size(link_type), packet.offset);
+  packet.datagram = std::move(datagram.payload);
+  if (!packet.datagram.empty()) packet.offset = datagram.offset;
 }
 
 void PcapReader::seek(std::uint64_t offset) {
   file_.clear();
   file_.seekg(static_cast<std::streamoff>(offset));
   offset_ = offset;
+  datagrams_.clear();
 }
 
 }  // namespace sightline

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "formats/base/result.h"
+#include "formats/foreign/logs/ip_datagrams.h"
 
 namespace sightline {
 
@@ -17,7 +19,7 @@ bool is_pcap(std::string_view signature);
 
 // One captured packet.
 struct PcapPacket {
-  std::uint64_t offset = 0;         // of its record in the file
+  std::uint64_t offset = 0;         // of its record in the file, or of its first fragment's
   std::int64_t time_ns = 0;         // by the clock of the machine that captured it
   std::vector<std::byte> datagram;  // what UDP carried; empty where it is no whole UDP over IPv4
 };
@@ -35,7 +37,7 @@ class PcapReader {
   // record that is no record), with the byte.
   Result<bool> next(PcapPacket& packet);
 
-  // Goes on with the record at `offset`, one that next() gave.
+  // Goes on with the record at `offset`, one that next() gave, and without fragments from before.
   void seek(std::uint64_t offset);
 
  private:
@@ -58,6 +60,7 @@ class PcapReader {
   Result<void> take_interface(const Block& block);
   Result<bool> next_classic(PcapPacket& packet);
   Result<bool> next_of_section(PcapPacket& packet);
+  void take_frame(std::span<const std::byte> frame, std::uint32_t link_type, PcapPacket& packet);
   [[nodiscard]] Error error(ErrorCode code, std::string message) const;
 
   std::filesystem::path path_;
@@ -68,6 +71,7 @@ class PcapReader {
   std::int64_t tick_ns_ = 1000;
   bool is_pcapng_ = false;
   std::vector<Interface> interfaces_;
+  IpDatagrams datagrams_;
 };
 
 }  // namespace sightline

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,6 +31,9 @@ class ScanContainer {
   // The frame that the scans name, by which transforms find them; empty: none.
   [[nodiscard]] const std::string& frame() const { return frame_; }
 
+  // The file that tells the sensor's beams, as `sensor` of a recording takes it; empty: none.
+  [[nodiscard]] const std::filesystem::path& sensor_file() const { return sensor_file_; }
+
   // All that the file says of one scan. Safe from several threads. Error: cannot-read.
   virtual Result<std::vector<std::byte>> read(std::size_t index) const = 0;
   // What read() gave, as points in the sensor's frame. Errors: as read_point_cloud.
@@ -40,6 +44,7 @@ class ScanContainer {
   std::vector<ContainedScan> scans_;  // in the order of the file
   std::vector<std::string> warnings_;
   std::string frame_;
+  std::filesystem::path sensor_file_;
 };
 
 }  // namespace sightline

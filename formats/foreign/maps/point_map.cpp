@@ -148,6 +148,11 @@ class PointMapStore : public ScanStore {
     scan.points_m = std::move(cloud.points_m);
     return scan;
   }
+  [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
+    const PointMapFile& file = files_.at(index);
+    const std::string extension = file.file.extension().string();
+    return derived_digest("piece of a map", file.content, std::as_bytes(std::span(extension)));
+  }
   [[nodiscard]] bool has_origins() const override { return false; }
 
  private:

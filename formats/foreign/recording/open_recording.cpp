@@ -131,7 +131,10 @@ void count_from(std::int64_t stamp_ns, PointCloudFile& cloud) {
 class RecordedScanStore : public ScanStore {
  public:
   explicit RecordedScanStore(const Recording& recording)
-      : scans_(recording.scans), container_(recording.container), columns_(recording.columns) {}
+      : scans_(recording.scans),
+        container_(recording.container),
+        columns_(recording.columns),
+        digest_(recording.digest) {}
 
   Result<Scan> read(std::size_t index) const override {
     SIGHTLINE_CHECK(index < scans_.size());
@@ -142,10 +145,27 @@ class RecordedScanStore : public ScanStore {
     return Scan{scan.stamp_ns, std::move(cloud.points_m), std::move(cloud.time_offset_ns)};
   }
 
+  // A scan in a file of its own is the same in another recording. How one in a file of many is read
+  // may depend on what else that holds.
+  [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
+    SIGHTLINE_CHECK(index < scans_.size());
+    const RecordedScan& scan = scans_[index];
+    ByteWriter writer;
+    if (container_) {
+      writer.put<std::uint64_t>(index);
+      return derived_digest("scan of a file", digest_, writer.bytes());
+    }
+    writer.put(scan.stamp_ns);
+    writer.put_string(scan.file.extension().string());
+    writer.put_string(columns_ ? to_text(*columns_) : "");
+    return derived_digest("scan", scan.content, writer.bytes());
+  }
+
  private:
   std::vector<RecordedScan> scans_;
   std::shared_ptr<const ScanContainer> container_;
   std::optional<FloatColumns> columns_;
+  Digest digest_;
 };
 
 // The scans' files, or names of the parts of the one file that holds them.
@@ -156,7 +176,8 @@ Result<std::vector<std::filesystem::path>> list_scans(const RecordingOptions& op
     return Error{ErrorCode::kBadValue, "topic is for bags, found " + options.scans, "", ""};
   }
   SIGHTLINE_ASSIGN(std::shared_ptr<const ScanContainer> container,
-                   open_scan_container(options.scans, options.topic));
+                   open_scan_container(options.scans, options.topic,
+                                       is_sensor_file(options.sensor) ? options.sensor : ""));
   recording.container = std::move(container);
   recording.warnings = recording.container->warnings();
   return std::vector<std::filesystem::path>(recording.container->scans().size(), options.scans);

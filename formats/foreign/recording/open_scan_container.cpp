@@ -1,8 +1,8 @@
 #include "formats/foreign/recording/open_scan_container.h"
 
 #include "formats/base/regular_file.h"
+#include "formats/foreign/logs/open_capture.h"
 #include "formats/foreign/logs/pcap_reader.h"
-#include "formats/foreign/logs/velodyne_pcap.h"
 #include "formats/foreign/ros/ros_bag.h"
 
 namespace sightline {
@@ -22,10 +22,11 @@ bool is_scan_container(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, ignored) && is_pcap(signature_of(path));
 }
 
-Result<std::shared_ptr<const ScanContainer>> open_scan_container(const std::filesystem::path& path,
-                                                                 const std::string& topic) {
+Result<std::shared_ptr<const ScanContainer>> open_scan_container(
+    const std::filesystem::path& path, const std::string& topic,
+    const std::filesystem::path& sensor) {
   if (is_ros_bag(path)) return open_bag(path, topic);
-  if (topic.empty()) return open_velodyne_pcap(path);
+  if (topic.empty()) return open_capture(path, sensor);
   return Error{ErrorCode::kBadValue, "a pcap has no topics, found topic '" + topic + "'",
                path.string(), ""};
 }

@@ -13,8 +13,9 @@ namespace sightline {
 namespace {
 
 // Other point clouds: named, so that a folder of them is not called empty.
-constexpr std::array<std::string_view, 10> kForeign = {".laz", ".e57",  ".pcap", ".pcapng", ".bag",
-                                                       ".db3", ".mcap", ".npz",  ".xyz",    ".vtk"};
+constexpr std::array<std::string_view, 13> kForeign = {".laz", ".e57",  ".pcap", ".pcapng", ".bag",
+                                                       ".db3", ".mcap", ".npz",  ".xyz",    ".vtk",
+                                                       ".osf", ".lvx",  ".lvx2"};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -97,6 +98,16 @@ std::string hint_of_folders(const std::vector<std::filesystem::path>& folders) {
   return "";
 }
 
+// A file where a folder of scans or a recording of many was wanted, of a format that must be
+// converted: its message says how.
+Result<void> check_is_no_foreign_file(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return {};
+  const Result<PointCloudFile> scan = read_point_cloud(file);
+  const bool is_foreign = !scan && scan.error().code == ErrorCode::kUnsupportedFormat;
+  return is_foreign ? Result<void>(scan.error()) : Result<void>();
+}
+
 }  // namespace
 
 bool natural_less(std::string_view a, std::string_view b) {
@@ -117,6 +128,7 @@ bool natural_less(std::string_view a, std::string_view b) {
 }
 
 Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem::path& folder) {
+  SIGHTLINE_TRY(check_is_no_foreign_file(folder));
   SIGHTLINE_ASSIGN(const Candidates candidates, list_candidates(folder));
   const std::vector<std::filesystem::path>& files = candidates.files;
   if (files.empty()) {

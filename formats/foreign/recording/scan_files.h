@@ -17,7 +17,8 @@ bool natural_less(std::string_view a, std::string_view b);
 // The scans of a folder in natural order: files with a readable ending (is_scan_ending), all
 // of one kind. Hidden files and files of other kinds are no scans.
 // Errors: file-not-found (no such folder, or a link among the scans leads nowhere), cannot-open,
-// cannot-read (no regular file), empty-directory, mixed-formats, unsupported-format.
+// cannot-read (no regular file), empty-directory, mixed-formats, unsupported-format (also of a file
+// in place of the folder; says how to convert it).
 Result<std::vector<std::filesystem::path>> list_scan_files(const std::filesystem::path& folder);
 
 // The last run of digits in a scan's name ("scan_000012.pcd": 12), or nothing.

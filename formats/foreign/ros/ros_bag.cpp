@@ -46,9 +46,11 @@ Result<std::string> choose_topic(const fs::path& path, const TopicChoice& topics
   }
   if (topics.fitting.size() == 1) return *topics.fitting.begin();
   if (topics.fitting.empty()) {
-    return error_of(path, ErrorCode::kUnsupportedFormat,
-                    "no topic of a type that is read here; the bag has:" + topics.all +
-                        "; packets must be turned into sensor_msgs/PointCloud2 first");
+    return error_of(
+        path, ErrorCode::kUnsupportedFormat,
+        "no topic of a type that is read here; the bag has:" + topics.all +
+            "; play it to the sensor's driver and record the sensor_msgs/PointCloud2 that "
+            "comes out (packets and single lines of a scan are not read)");
   }
   return error_of(path, ErrorCode::kBadValue,
                   "several topics to choose from, name one of them; the bag has:" + topics.all);

@@ -2,18 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "formats/base/atomic_file.h"
 #include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/text/beam_table.h"
 #include "formats/foreign/text/lower_extension.h"
+#include "formats/foreign/text/ouster_metadata.h"
 #include "formats/foreign/text/text_lines.h"
 
 namespace sightline {
 namespace {
 
-constexpr std::size_t kLargestFile = std::size_t{1} << 20;
+constexpr std::size_t kLargestFile = kLargestOusterMetadata;
 
 // A number of a key. Error: malformed-text.
 Result<double> number_of(const FileBytes& file, std::size_t line, std::string_view word) {
@@ -128,45 +129,10 @@ Result<SensorProfile> parse_yaml(const FileBytes& file) {
 }
 
 Result<SensorProfile> parse_csv(const FileBytes& file) {
+  SIGHTLINE_ASSIGN(const std::vector<BeamRow> rows, parse_beam_table(file.text(), file.file));
   SensorProfile profile;
-  LineReader lines(file.text());
-  std::optional<std::size_t> column;
-  for (std::string_view line; lines.next(line);) {
-    std::vector<std::string_view> words;
-    split_words(line, words, ", ;\t\"");
-    if (words.empty()) continue;
-    if (column) {
-      if (*column >= words.size()) {
-        return file.error(ErrorCode::kMalformedText,
-                          "found " + std::to_string(words.size()) + " columns, expected more",
-                          at_line(lines.number()));
-      }
-      SIGHTLINE_ASSIGN(const double beam_deg, number_of(file, lines.number(), words[*column]));
-      profile.beam_elevations_deg.push_back(beam_deg);
-      continue;
-    }
-    for (std::size_t i = 0; i < words.size() && !column; ++i) {
-      std::string name(words[i]);
-      std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-      if (name.starts_with("elevation")) column = i;
-    }
-    if (column) continue;
-    return file.error(ErrorCode::kMalformedText,
-                      "found no column of elevations in the first line, expected e.g. "
-                      "Channel,Elevation,Azimuth",
-                      at_line(lines.number()));
-  }
+  for (const BeamRow& row : rows) profile.beam_elevations_deg.push_back(row.elevation_deg);
   return profile;
-}
-
-// The member of that name, also one level deeper. nullptr: there is none.
-const nlohmann::json* member(const nlohmann::json& json, const std::string& name) {
-  if (!json.is_object()) return nullptr;
-  if (json.contains(name)) return &json[name];
-  for (const auto& [key, value] : json.items()) {
-    if (value.is_object() && value.contains(name)) return &value[name];
-  }
-  return nullptr;
 }
 
 // "OS-1-128" looks as far as the data sheets say.
@@ -176,41 +142,14 @@ double ouster_range_m(const std::string& product) {
 }
 
 Result<SensorProfile> parse_json(const FileBytes& file) {
-  constexpr std::size_t kMostDepth = 64;  // the library reads as deep as memory goes
-  std::size_t depth = 0;
-  for (const char c : file.text()) {
-    if (c == '{' || c == '[') ++depth;
-    if ((c == '}' || c == ']') && depth > 0) --depth;
-    if (depth > kMostDepth) {
-      return file.error(ErrorCode::kMalformedText, "no metadata of a LiDAR: too deep", "");
-    }
-  }
-  const nlohmann::json json = nlohmann::json::parse(file.text(), nullptr, false);
-  const nlohmann::json* angles = member(json, "beam_altitude_angles");
-  if (json.is_discarded() || angles == nullptr || !angles->is_array()) {
-    return file.error(ErrorCode::kMalformedText,
-                      "found no list beam_altitude_angles, as Ouster's metadata has it", "");
-  }
+  SIGHTLINE_ASSIGN(const OusterMetadata metadata, parse_ouster_metadata(file.text(), file.file));
   SensorProfile profile;
-  profile.name = "ouster";
-  for (const nlohmann::json& angle : *angles) {
-    if (!angle.is_number()) {
-      return file.error(ErrorCode::kMalformedText, "beam_altitude_angles: expected numbers", "");
-    }
-    profile.beam_elevations_deg.push_back(angle.get<double>());
-  }
-  profile.azimuth_step_deg = 360.0 / 1024.0;
-  if (const nlohmann::json* mode = member(json, "lidar_mode"); mode && mode->is_string()) {
-    const auto text = mode->get<std::string>();
-    const std::optional<double> columns = to_number<double>(text.substr(0, text.find('x')));
-    if (columns && *columns >= 1.0) profile.azimuth_step_deg = 360.0 / *columns;
-  }
+  profile.name = metadata.product.empty() ? "ouster" : metadata.product;
+  profile.beam_elevations_deg = metadata.altitudes_deg;
+  const std::size_t columns = metadata.columns_per_frame;
+  profile.azimuth_step_deg = 360.0 / static_cast<double>(columns > 0 ? columns : 1024);
   profile.min_range_m = 0.3;
-  profile.max_range_m = 120.0;
-  if (const nlohmann::json* product = member(json, "prod_line"); product && product->is_string()) {
-    profile.name = product->get<std::string>();
-    profile.max_range_m = ouster_range_m(profile.name);
-  }
+  profile.max_range_m = ouster_range_m(metadata.product);
   return profile;
 }
 

@@ -22,27 +22,37 @@ Pose start_of(const VirtualPlace& place, const InitialOffset& offset) {
   return T_map_start;
 }
 
-double azimuth_from(double azimuth_rad, const Eigen::Vector3d& point_m) {
-  const double difference_rad = portable_atan2(point_m.y(), point_m.x()) - azimuth_rad;
-  return std::abs(std::remainder(difference_rad, 2.0 * std::numbers::pi));
+std::vector<double> azimuths_of(std::span<const Eigen::Vector3d> points_m) {
+  std::vector<double> azimuths_rad;
+  azimuths_rad.reserve(points_m.size());
+  for (const Eigen::Vector3d& point_m : points_m) {
+    azimuths_rad.push_back(portable_atan2(point_m.y(), point_m.x()));
+  }
+  return azimuths_rad;
+}
+
+// Between two azimuths less than a turn and a half apart. What is more than half a turn lies
+// between a half and twice the whole one, so that this difference is exact: std::remainder's, which
+// takes far longer.
+double angle_between(double a_rad, double b_rad) {
+  const double apart_rad = std::abs(a_rad - b_rad);
+  return apart_rad <= std::numbers::pi ? apart_rad : std::abs(2.0 * std::numbers::pi - apart_rad);
 }
 
 // What start k of `count` sees: as if something large stood near, another side for every start.
-std::vector<Eigen::Vector3d> disturbed(std::span<const Eigen::Vector3d> points_m, std::size_t k,
-                                       std::size_t count) {
+void see_disturbed(const VirtualPlace& place, std::span<const double> azimuths_rad, std::size_t k,
+                   std::size_t count, std::vector<Eigen::Vector3d>& seen_m) {
   const double hidden_rad =
       2.0 * std::numbers::pi * static_cast<double>(5 * k % count) / static_cast<double>(count);
   Random random(mix(kNoiseSeed, k));
-  std::vector<Eigen::Vector3d> seen_m;
-  seen_m.reserve(points_m.size());
-  for (const Eigen::Vector3d& point_m : points_m) {
+  seen_m.clear();
+  for (std::size_t i = 0; i < place.points_m.size(); ++i) {
     Eigen::Vector3d noise_m;
     for (double& coordinate_m : noise_m) coordinate_m = random.uniform(-kNoise_m, kNoise_m);
-    if (azimuth_from(hidden_rad, point_m) > 0.5 * kHidden_rad) {
-      seen_m.emplace_back(point_m + noise_m);
+    if (angle_between(azimuths_rad[i], hidden_rad) > 0.5 * kHidden_rad) {
+      seen_m.emplace_back(place.points_m[i] + noise_m);
     }
   }
-  return seen_m;
 }
 
 double rival_score(const Localizer& localizer, const VirtualPlace& place, ScanForMatch& scan) {
@@ -59,9 +69,12 @@ double rival_score(const Localizer& localizer, const VirtualPlace& place, ScanFo
   };
   const double here = score_at(0);
   if (!(here > 0.0)) return 1.0;
+  // First to one side, then to the other: from one step to the next few points change their cell.
   double best = 0.0;
-  for (int steps = kNearest; steps <= kFarthest; ++steps) {
-    best = std::max({best, score_at(steps), score_at(-steps)});
+  for (const int side : {1, -1}) {
+    for (int steps = kNearest; steps <= kFarthest; ++steps) {
+      best = std::max(best, score_at(side * steps));
+    }
   }
   return best / here;
 }
@@ -70,16 +83,19 @@ double rival_score(const Localizer& localizer, const VirtualPlace& place, ScanFo
 
 VirtualMatch virtual_match(const Localizer& localizer, const VirtualPlace& place) {
   const std::vector<InitialOffset> offsets = initial_offsets(StartPattern{});
+  const std::vector<double> azimuths_rad = azimuths_of(place.points_m);
   VirtualMatch result;
+  std::vector<Eigen::Vector3d> seen_m;
+  ScanForMatch scan;
   for (std::size_t k = 0; k < offsets.size(); ++k) {
-    ScanForMatch scan =
-        make_scan_for_match(localizer, disturbed(place.points_m, k, offsets.size()));
+    see_disturbed(place, azimuths_rad, k, offsets.size(), seen_m);
+    fill_scan_for_match(seen_m, lead_stride(localizer, seen_m.size()), scan);
     const Pose T_map_found = localize(localizer, scan, start_of(place, offsets[k])).T_map_sensor;
     result.error_m +=
         (T_map_found.translation() - place.p_map_m).norm() / static_cast<double>(offsets.size());
   }
-  ScanForMatch whole = make_scan_for_match(localizer, place.points_m);
-  result.rival_score = rival_score(localizer, place, whole);
+  fill_scan_for_match(place.points_m, lead_stride(localizer, place.points_m.size()), scan);
+  result.rival_score = rival_score(localizer, place, scan);
   return result;
 }
 

@@ -10,6 +10,7 @@
 
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/cell_key.h"
+#include "formats/surroundings/surface_points.h"
 #include "passes/matching/scan_preparation.h"
 #include "passes/pass/work_in_parts.h"
 
@@ -73,6 +74,23 @@ class Laying {
     return sharpness_sums(around_m, is_own, options_, /*threads=*/1);
   }
 
+  // Of the scans that reach a tile, as they are laid.
+  [[nodiscard]] std::optional<Digest> content(std::size_t number) const {
+    const TileKey& tile = tiles_[number];
+    std::vector<PlacedScan> scans;
+    for (const std::size_t i : scans_of_tile_.at(tile)) {
+      const std::size_t index = scans_[i].index;
+      const SensorProfile& sensor = drive_.sensor_of(drive_.scans[index]);
+      scans.push_back({static_cast<std::uint32_t>(index),
+                       scans_[i].T_laid_vehicle * sensor.T_vehicle_lidar, sensor.min_range_m,
+                       options_.reach_m});
+    }
+    ByteWriter writer;
+    writer.put(tile.x);
+    writer.put(tile.y);
+    return content_of_scans(*drive_.store, scans, std::move(writer));
+  }
+
  private:
   static constexpr double kLeastTile_m = 64.0;
 
@@ -133,6 +151,10 @@ Result<std::vector<SharpnessFigures>> measure_layings(const PassContext& ctx,
   }
   PartedWork work;
   work.count = tile_of_part.size();
+  work.content = [&](std::size_t part) {
+    const auto [laying, tile] = tile_of_part[part];
+    return layings[laying].content(tile);
+  };
   work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
     const auto [laying, tile] = tile_of_part[part];
     SIGHTLINE_ASSIGN(const SharpnessSums found, layings[laying].sums_of_tile(tile));

@@ -88,19 +88,33 @@ CellTally tally_of(const NdtCells& cells, const NdtMap& map, const CellBox& box)
   return tally;
 }
 
+CellBox around(const CellTiles& tiles, std::size_t tile) {
+  return with_halo(tiles.box(tile), kReachOfCandidates_cells);
+}
+
 }  // namespace
+
+std::optional<Digest> content_of_tile(const SurfacePoints& points,
+                                      const SurfaceTileOptions& options, const CellTiles& tiles,
+                                      std::size_t tile) {
+  ByteWriter writer;
+  put(tiles.box(tile), writer);
+  writer.put(options.returns_per_ray);
+  return content_of_parts(points, parts_seeing(points, tiles, around(tiles, tile), options.cell_m),
+                          std::move(writer));
+}
 
 Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTileOptions& options,
                                     const CellTiles& tiles, std::size_t tile, int threads) {
   const CellBox box = tiles.box(tile);
-  const CellBox around = with_halo(box, kReachOfCandidates_cells);
-  const std::vector<std::size_t> seeing = parts_seeing(points, tiles, around, options.cell_m);
+  const CellBox near = around(tiles, tile);
+  const std::vector<std::size_t> seeing = parts_seeing(points, tiles, near, options.cell_m);
   const SurfacePointReader reader(points, seeing);
   SurfaceTile made;
   NdtMap map;
   {
     SIGHTLINE_ASSIGN(const NdtCells cells,
-                     cells_over(reader, tiles.parts_over(around), around, options.cell_m, threads));
+                     cells_over(reader, tiles.parts_over(near), near, options.cell_m, threads));
     // Cells of two points take part in longer ones.
     map = map_of_cells(std::span(&cells, 1), {options.cell_m, options.tile_m, 2}, threads);
     made.cells = tally_of(cells, map, box);

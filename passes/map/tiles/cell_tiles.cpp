@@ -28,6 +28,13 @@ bool is_over(const ScanExtent& extent, const CellBox& blocks) {
 
 }  // namespace
 
+void put(const CellBox& box, ByteWriter& writer) {
+  for (const TileKey& corner : {box.low, box.high}) {
+    writer.put(corner.x);
+    writer.put(corner.y);
+  }
+}
+
 CellBox with_halo(const CellBox& box, std::int32_t halo_cells) {
   return {{box.low.x - halo_cells, box.low.y - halo_cells},
           {box.high.x + halo_cells, box.high.y + halo_cells}};

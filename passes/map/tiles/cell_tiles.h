@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "formats/base/bytes.h"
 #include "formats/grid/cell_key.h"
 #include "passes/map/tiles/scan_extents.h"
 
@@ -23,6 +24,7 @@ struct CellBox {
            other.low.y <= high.y;
   }
 };
+void put(const CellBox& box, ByteWriter& writer);
 CellBox with_halo(const CellBox& box, std::int32_t halo_cells);
 
 // Of tiles with edges of at least 256 m, whose blocks are a multiple of `step_cells` cells.

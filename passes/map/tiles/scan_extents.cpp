@@ -102,6 +102,12 @@ Result<Extents> extents_of(const SurfacePoints& points, const BlockGrid& grid, s
   return found;
 }
 
+std::optional<Digest> content_of_block(const SurfacePoints& points, std::size_t block) {
+  ByteWriter writer;
+  writer.put_string("extents");
+  return content_of_parts(points, parts_of_block(points, block), std::move(writer));
+}
+
 }  // namespace
 
 Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const SurfacePoints& points,
@@ -110,6 +116,7 @@ Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const Su
   std::vector<std::uint64_t> outside(block_count(points), Extents::kNone);
   PartedWork work;
   work.count = outside.size();
+  work.content = [&](std::size_t block) { return content_of_block(points, block); };
   work.make = [&](std::size_t block) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(const Extents found, extents_of(points, grid, block));
     return to_bytes(found);
@@ -136,19 +143,26 @@ Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const Su
 }
 
 PassContext after_extents(const PassContext& ctx, const SurfacePoints& points) {
-  const std::size_t first = block_count(points);
+  const auto later = [first = block_count(points)](const PartName& part) {
+    return PartName{first + part.number, part.content};
+  };
   PassContext after = ctx;
   if (ctx.saved_part) {
-    after.saved_part = [&ctx, first](std::size_t part) { return ctx.saved_part(first + part); };
+    after.saved_part = [&ctx, later](const PartName& part) { return ctx.saved_part(later(part)); };
   }
   if (ctx.part_sink) {
-    after.part_sink = [&ctx, first](std::size_t part, std::span<const std::byte> bytes) {
-      ctx.part_sink(first + part, bytes);
+    after.part_sink = [&ctx, later](const PartName& part, std::span<const std::byte> bytes) {
+      ctx.part_sink(later(part), bytes);
     };
   }
-  if (ctx.part_count_sink) {
-    after.part_count_sink = [&ctx, first](std::size_t count) {
-      ctx.part_count_sink(first + count);
+  if (ctx.parts_sink) {
+    after.parts_sink = [&ctx, &points, later](std::span<const PartName> parts) {
+      std::vector<PartName> told;
+      for (std::size_t block = 0; block < block_count(points); ++block) {
+        told.push_back({block, content_of_block(points, block)});
+      }
+      for (const PartName& part : parts) told.push_back(later(part));
+      ctx.parts_sink(told);
     };
   }
   return after;

@@ -95,22 +95,27 @@ struct Avx2 {
   struct Max {
     static __m256 of(__m256 x, __m256 y) { return _mm256_max_ps(x, y); }
   };
-  // Lanes 0-3 and lanes 4-7 of four points combined: one number a point in each half.
   template <class Operation>
-  static __m256 halves(__m256 p, __m256 q, __m256 r, __m256 s) {
-    const __m256 pq = Operation::of(_mm256_shuffle_ps(p, q, 0x88), _mm256_shuffle_ps(p, q, 0xdd));
-    const __m256 rs = Operation::of(_mm256_shuffle_ps(r, s, 0x88), _mm256_shuffle_ps(r, s, 0xdd));
-    return Operation::of(_mm256_shuffle_ps(pq, rs, 0x88), _mm256_shuffle_ps(pq, rs, 0xdd));
+  static __m256 fold_half(__m256 x, __m256 y) {
+    return Operation::of(_mm256_shuffle_ps(x, y, 0x88), _mm256_shuffle_ps(x, y, 0xdd));
   }
   template <class Operation>
-  static __m256 eight(const Floats* rows) {
-    const __m256 x = halves<Operation>(rows[0].a, rows[1].a, rows[2].a, rows[3].a);
-    const __m256 y = halves<Operation>(rows[0].b, rows[1].b, rows[2].b, rows[3].b);
+  static __m256 last_half(__m256 x, __m256 y) {
     return Operation::of(_mm256_permute2f128_ps(x, y, 0x20), _mm256_permute2f128_ps(x, y, 0x31));
   }
-  static Floats sum(const Floats (&rows)[8]) { return {eight<Add>(rows), eight<Add>(rows + 4)}; }
-  static Floats largest(const Floats (&rows)[8]) {
-    return {eight<Max>(rows), eight<Max>(rows + 4)};
+  // Neighbouring lanes of two rows combined: in each four lanes two of x, then two of y.
+  static Floats fold_sum(Floats x, Floats y) {
+    return {fold_half<Add>(x.a, y.a), fold_half<Add>(x.b, y.b)};
+  }
+  static Floats fold_largest(Floats x, Floats y) {
+    return {fold_half<Max>(x.a, y.a), fold_half<Max>(x.b, y.b)};
+  }
+  // Neighbouring quarters combined, of rows folded twice: one number a point.
+  static Floats last_sum(Floats x, Floats y) {
+    return {last_half<Add>(x.a, x.b), last_half<Add>(y.a, y.b)};
+  }
+  static Floats last_largest(Floats x, Floats y) {
+    return {last_half<Max>(x.a, x.b), last_half<Max>(y.a, y.b)};
   }
 };
 

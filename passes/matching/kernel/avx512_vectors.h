@@ -57,22 +57,20 @@ struct Avx512 {
   struct Max {
     static __m512 of(__m512 x, __m512 y) { return _mm512_max_ps(x, y); }
   };
+  // Neighbouring lanes of two rows combined: in each four lanes two of x, then two of y.
   template <class Operation>
-  static __m512 quarters(const Floats* rows) {
-    const __m512 pq = Operation::of(_mm512_shuffle_ps(rows[0], rows[1], 0x88),
-                                    _mm512_shuffle_ps(rows[0], rows[1], 0xdd));
-    const __m512 rs = Operation::of(_mm512_shuffle_ps(rows[2], rows[3], 0x88),
-                                    _mm512_shuffle_ps(rows[2], rows[3], 0xdd));
-    return Operation::of(_mm512_shuffle_ps(pq, rs, 0x88), _mm512_shuffle_ps(pq, rs, 0xdd));
+  static Floats fold(Floats x, Floats y) {
+    return Operation::of(_mm512_shuffle_ps(x, y, 0x88), _mm512_shuffle_ps(x, y, 0xdd));
   }
+  // Neighbouring quarters combined, of rows folded twice: one number a point.
   template <class Operation>
-  static Floats over_lanes(const Floats (&rows)[8]) {
-    const __m512 x = quarters<Operation>(rows);
-    const __m512 y = quarters<Operation>(rows + 4);
+  static Floats last(Floats x, Floats y) {
     return Operation::of(_mm512_shuffle_f32x4(x, y, 0x88), _mm512_shuffle_f32x4(x, y, 0xdd));
   }
-  static Floats sum(const Floats (&rows)[8]) { return over_lanes<Add>(rows); }
-  static Floats largest(const Floats (&rows)[8]) { return over_lanes<Max>(rows); }
+  static Floats fold_sum(Floats x, Floats y) { return fold<Add>(x, y); }
+  static Floats fold_largest(Floats x, Floats y) { return fold<Max>(x, y); }
+  static Floats last_sum(Floats x, Floats y) { return last<Add>(x, y); }
+  static Floats last_largest(Floats x, Floats y) { return last<Max>(x, y); }
 };
 
 }  // namespace

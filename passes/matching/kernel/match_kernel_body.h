@@ -52,77 +52,107 @@ unsigned locate(const KernelInput& in, std::size_t first, std::size_t lane, Batc
   return changed;
 }
 
-// e^(-m2 / 2) = 2^(n + f): n by adding a number so large that only whole ones fit, f by Chebyshev
-// interpolation of degree 5 (relative error 1e-7), 2^n by shifting n into the exponent. 0 below
-// 2^-127.
+// So many pairs of points are a batch. What takes many steps that wait for each other is done step
+// by step for all of them, since a processor looks only so far ahead for other work.
+constexpr std::size_t kPairs = kKernelBatch / 2;
+
+// e^(-m2 / 2) = 2^(n + f) in place of each m2: n by adding a number so large that only whole ones
+// fit, f by Chebyshev interpolation of degree 5 (relative error 1e-7), 2^n by shifting n into the
+// exponent. 0 below 2^-127.
 template <class B>
-typename B::Floats gauss(typename B::Floats m2) {
+[[gnu::always_inline]] inline void gauss_of(typename B::Floats (&m2)[kPairs]) {
   using F = typename B::Floats;
   constexpr float kMinusHalfLog2e = -0.72134752044448170f;
   constexpr float kWhole = 12582912.0f + 127.0f;  // 1.5 * 2^23, and the exponent's bias
-  const F power = B::max(B::mul(m2, B::floats(kMinusHalfLog2e)), B::floats(-127.0f));
-  const F biased = B::add(power, B::floats(kWhole));
-  const F f = B::sub(power, B::sub(biased, B::floats(kWhole)));
-  F series = B::fma(f, B::floats(0.0013390863314270973f), B::floats(0.009676031768321991f));
-  series = B::fma(f, series, B::floats(0.055503569543361664f));
-  series = B::fma(f, series, B::floats(0.2402210682630539f));
-  series = B::fma(f, series, B::floats(0.6931471824645996f));
-  series = B::fma(f, series, B::floats(1.0000001192092896f));
-  return B::mul(series, B::as_exponent(biased));
+  constexpr float kSeries[] = {0.009676031768321991f, 0.055503569543361664f, 0.2402210682630539f,
+                               0.6931471824645996f, 1.0000001192092896f};
+  F biased[kPairs], f[kPairs], series[kPairs];
+  for (std::size_t i = 0; i < kPairs; ++i) {
+    const F power = B::max(B::mul(m2[i], B::floats(kMinusHalfLog2e)), B::floats(-127.0f));
+    biased[i] = B::add(power, B::floats(kWhole));
+    f[i] = B::sub(power, B::sub(biased[i], B::floats(kWhole)));
+    series[i] = B::floats(0.0013390863314270973f);
+  }
+  for (const float coefficient : kSeries) {
+    for (std::size_t i = 0; i < kPairs; ++i) {
+      series[i] = B::fma(f[i], series[i], B::floats(coefficient));
+    }
+  }
+  for (std::size_t i = 0; i < kPairs; ++i) m2[i] = B::mul(series[i], B::as_exponent(biased[i]));
 }
 
-// What the eight terms of two points are made of.
-template <class B>
-struct PairTerms {
-  typename B::Floats information[6];
-  typename B::Floats push[3];  // information times the distance from the mean
-  typename B::Floats term;
+// The points of a pair: lanes of the batch, and records that hold information of it. Points 0-3
+// with 4-7, then 8-11 with 12-15: so the sums come out in the order of points.
+struct Pair {
+  std::size_t a, b;
+  const KernelRecord& of_a;
+  const KernelRecord& of_b;
+
+  Pair(const KernelInput& in, std::size_t first, std::size_t number)
+      : a(number + (number & 4)),
+        b(a + 4),
+        of_a(in.records[in.record[first + a]]),
+        of_b(in.records[in.record[first + b]]) {}
 };
 
-// Of the points in lanes a and b of the batch, whose records are `of_a` and `of_b`. Inline, so that
-// what a pair is made of stays in registers.
 template <class B>
-[[gnu::always_inline]] inline void compute_pair(const KernelRecord& of_a, const KernelRecord& of_b,
-                                                const BatchPoints& points, std::size_t a,
-                                                std::size_t b, PairTerms<B>& pair) {
+[[gnu::always_inline]] inline void load_information(const Pair& pair, typename B::Floats (&c)[6]) {
+  for (int i = 0; i < 6; ++i) {
+    c[i] = B::pair(pair.of_a.information_per_m2[i], pair.of_b.information_per_m2[i]);
+  }
+}
+
+// Information times the distance from the mean; returns the square of the Mahalanobis distance.
+template <class B>
+[[gnu::always_inline]] inline typename B::Floats compute_push(const Pair& pair,
+                                                              const BatchPoints& points,
+                                                              typename B::Floats (&q)[3]) {
   using F = typename B::Floats;
   F d[3];
   for (int i = 0; i < 3; ++i) {
-    d[i] = B::sub(B::spread(points.offset_m[i] + a, points.offset_m[i] + b),
-                  B::pair(of_a.mean_m[i], of_b.mean_m[i]));
+    d[i] = B::sub(B::spread(points.offset_m[i] + pair.a, points.offset_m[i] + pair.b),
+                  B::pair(pair.of_a.mean_m[i], pair.of_b.mean_m[i]));
   }
-  F(&c)[6] = pair.information;
-  for (int i = 0; i < 6; ++i)
-    c[i] = B::pair(of_a.information_per_m2[i], of_b.information_per_m2[i]);
-  F(&q)[3] = pair.push;
+  F c[6];
+  load_information<B>(pair, c);
   q[0] = B::fma(c[0], d[0], B::fma(c[1], d[1], B::mul(c[2], d[2])));
   q[1] = B::fma(c[1], d[0], B::fma(c[3], d[1], B::mul(c[4], d[2])));
   q[2] = B::fma(c[2], d[0], B::fma(c[4], d[1], B::mul(c[5], d[2])));
-  pair.term = gauss<B>(B::fma(d[0], q[0], B::fma(d[1], q[1], B::mul(d[2], q[2]))));
+  return B::fma(d[0], q[0], B::fma(d[1], q[1], B::mul(d[2], q[2])));
 }
 
-// The terms with their derivatives by the points' positions.
+// A term e with its derivatives by the points' positions.
 template <class B>
-[[gnu::always_inline]] inline void derive_pair(const PairTerms<B>& pair,
+[[gnu::always_inline]] inline void derive_pair(const Pair& pair, typename B::Floats e,
+                                               const typename B::Floats (&q)[3],
                                                typename B::Floats (&terms)[kTerms]) {
   using F = typename B::Floats;
-  const F(&c)[6] = pair.information;
-  const F qx = pair.push[0], qy = pair.push[1], qz = pair.push[2];
-  const F e = pair.term;
-  const F fx = B::mul(e, qx);
-  const F fy = B::mul(e, qy);
-  const F fz = B::mul(e, qz);
+  F c[6];
+  load_information<B>(pair, c);
+  const F fx = B::mul(e, q[0]);
+  const F fy = B::mul(e, q[1]);
+  const F fz = B::mul(e, q[2]);
   terms[0] = e;
   terms[1] = e;
   terms[2] = fx;
   terms[3] = fy;
   terms[4] = fz;
-  terms[5] = B::fnma(fx, qx, B::mul(e, c[0]));
-  terms[6] = B::fnma(fx, qy, B::mul(e, c[1]));
-  terms[7] = B::fnma(fx, qz, B::mul(e, c[2]));
-  terms[8] = B::fnma(fy, qy, B::mul(e, c[3]));
-  terms[9] = B::fnma(fy, qz, B::mul(e, c[4]));
-  terms[10] = B::fnma(fz, qz, B::mul(e, c[5]));
+  terms[5] = B::fnma(fx, q[0], B::mul(e, c[0]));
+  terms[6] = B::fnma(fx, q[1], B::mul(e, c[1]));
+  terms[7] = B::fnma(fx, q[2], B::mul(e, c[2]));
+  terms[8] = B::fnma(fy, q[1], B::mul(e, c[3]));
+  terms[9] = B::fnma(fy, q[2], B::mul(e, c[4]));
+  terms[10] = B::fnma(fz, q[2], B::mul(e, c[5]));
+}
+
+// The terms of two pairs, half summed: the largest of term 1, the sum of the others.
+template <class B>
+[[gnu::always_inline]] inline void fold_terms(const typename B::Floats (&a)[kTerms],
+                                              const typename B::Floats (&b)[kTerms],
+                                              typename B::Floats (&folded)[kTerms]) {
+  for (int t = 0; t < kTerms; ++t) {
+    folded[t] = t == 1 ? B::fold_largest(a[t], b[t]) : B::fold_sum(a[t], b[t]);
+  }
 }
 
 template <class B>
@@ -230,29 +260,19 @@ struct Ahead {
   }
 };
 
-// Calls use(number, pair) for the eight pairs of a batch.
-template <class B, class Use>
-void for_pairs(const KernelInput& in, std::size_t first, const BatchPoints& points,
-               const Use& use) {
-  const std::int32_t* record = in.record + first;
-  for (std::size_t number = 0; number < 8; ++number) {
-    // Points 0-3 with 4-7, then 8-11 with 12-15: so the sums come out in the order of points.
-    const std::size_t a = number + (number & 4);
-    PairTerms<B> pair;
-    compute_pair<B>(in.records[record[a]], in.records[record[a + 4]], points, a, a + 4, pair);
-    use(number, pair);
-  }
-}
-
 template <class B, class Order>
 void run_score(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   B::store(sums.lanes[0], B::floats(0.0f));
   Order::template for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
-    F terms[8];
-    for_pairs<B>(in, first, points,
-                 [&](std::size_t number, const PairTerms<B>& pair) { terms[number] = pair.term; });
-    add_to<B>(sums.lanes[0], B::sum(terms));
+    F e[kPairs], push[3];
+    for (std::size_t i = 0; i < kPairs; ++i) {
+      e[i] = compute_push<B>(Pair(in, first, i), points, push);
+    }
+    gauss_of<B>(e);
+    const F low = B::fold_sum(B::fold_sum(e[0], e[1]), B::fold_sum(e[2], e[3]));
+    const F high = B::fold_sum(B::fold_sum(e[4], e[5]), B::fold_sum(e[6], e[7]));
+    add_to<B>(sums.lanes[0], B::last_sum(low, high));
   });
 }
 
@@ -261,16 +281,25 @@ void run_kernel(const KernelInput& in, KernelSums& sums) {
   using F = typename B::Floats;
   for (int s = 0; s < kKernelSums; ++s) B::store(sums.lanes[s], B::floats(0.0f));
   Order::template for_batches<B>(in, [&](std::size_t first, const BatchPoints& points) {
-    F terms[kTerms][8];
-    for_pairs<B>(in, first, points, [&](std::size_t number, const PairTerms<B>& pair) {
-      F of_pair[kTerms];
-      derive_pair<B>(pair, of_pair);
-      for (int t = 0; t < kTerms; ++t) terms[t][number] = of_pair[t];
-    });
-    F totals[kTerms];
-    totals[1] = B::largest(terms[1]);
-    totals[0] = B::sum(terms[0]);
-    for (int t = 2; t < kTerms; ++t) totals[t] = B::sum(terms[t]);
+    F e[kPairs], push[kPairs][3];
+    for (std::size_t i = 0; i < kPairs; ++i) {
+      e[i] = compute_push<B>(Pair(in, first, i), points, push[i]);
+    }
+    gauss_of<B>(e);
+    // Of two pairs, folded at once: they need not wait in memory for the others.
+    const auto fold_two = [&](std::size_t i, F(&folded)[kTerms]) {
+      F a[kTerms], b[kTerms];
+      derive_pair<B>(Pair(in, first, i), e[i], push[i], a);
+      derive_pair<B>(Pair(in, first, i + 1), e[i + 1], push[i + 1], b);
+      fold_terms<B>(a, b, folded);
+    };
+    F quarters[4][kTerms], low[kTerms], high[kTerms], totals[kTerms];
+    for (std::size_t i = 0; i < 4; ++i) fold_two(2 * i, quarters[i]);
+    fold_terms<B>(quarters[0], quarters[1], low);
+    fold_terms<B>(quarters[2], quarters[3], high);
+    for (int t = 0; t < kTerms; ++t) {
+      totals[t] = t == 1 ? B::last_largest(low[t], high[t]) : B::last_sum(low[t], high[t]);
+    }
     for (int t = 0; t < 5; ++t) add_to<B>(sums.lanes[t], totals[t]);
     for (int t = 5; t < kTerms; ++t) add_to<B>(sums.lanes[t + 3], totals[t]);
     add_rotations<B>(points, totals, sums.lanes);

@@ -104,20 +104,28 @@ struct Portable {
     return each<Floats>([&](std::size_t i) { return i < 8 ? *a : *b; });
   }
 
+  static float sum(float a, float b) { return a + b; }
+  static float largest(float a, float b) { return a > b ? a : b; }
+  // Neighbouring lanes of two rows combined: in each four lanes two of x, then two of y.
   template <class Operation>
-  static Floats over_lanes(const Floats (&rows)[8], Operation operation) {
-    return each<Floats>([&](std::size_t point) {
-      const float* v = rows[(point & 3) + (point & 8) / 2].v + ((point & 4) != 0 ? 8 : 0);
-      return operation(operation(operation(v[0], v[1]), operation(v[2], v[3])),
-                       operation(operation(v[4], v[5]), operation(v[6], v[7])));
+  static Floats fold(const Floats& x, const Floats& y, Operation operation) {
+    return each<Floats>([&](std::size_t lane) {
+      const float* v = ((lane & 2) == 0 ? x : y).v + (lane & 12) + 2 * (lane & 1);
+      return operation(v[0], v[1]);
     });
   }
-  static Floats sum(const Floats (&rows)[8]) {
-    return over_lanes(rows, [](float a, float b) { return a + b; });
+  // Neighbouring quarters combined, of rows folded twice: one number a point.
+  template <class Operation>
+  static Floats last(const Floats& x, const Floats& y, Operation operation) {
+    return each<Floats>([&](std::size_t lane) {
+      const float* v = (lane < 8 ? x : y).v + 2 * (lane & 4) + (lane & 3);
+      return operation(v[0], v[4]);
+    });
   }
-  static Floats largest(const Floats (&rows)[8]) {
-    return over_lanes(rows, [](float a, float b) { return a > b ? a : b; });
-  }
+  static Floats fold_sum(const Floats& x, const Floats& y) { return fold(x, y, sum); }
+  static Floats fold_largest(const Floats& x, const Floats& y) { return fold(x, y, largest); }
+  static Floats last_sum(const Floats& x, const Floats& y) { return last(x, y, sum); }
+  static Floats last_largest(const Floats& x, const Floats& y) { return last(x, y, largest); }
 };
 
 }  // namespace

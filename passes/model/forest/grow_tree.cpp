@@ -101,12 +101,13 @@ void TreeGrower::sort_by(std::uint32_t feature, const Part& part) {
   const std::uint32_t* ranks = ranks_.column(feature);
   const std::span<KeyedRow> rows = std::span(rows_).subspan(part.begin, part.size());
   for (KeyedRow& row : rows) row = keyed_row(ranks[row_of(row)], row_of(row));
-  sort_keyed_rows(rows, std::span(scratch_).first(part.size()), ranks_.bits());
+  sort_keyed_rows(rows, std::span(scratch_).first(part.size()), ranks_.bits(feature));
 }
 
 // Of the rows as they are sorted now.
 Split TreeGrower::best_split_of(std::uint32_t feature, const Part& part) const {
   Split best{-1.0, samples_.labels[row_of(rows_[part.begin])], part.begin + 1, feature};
+  if (key_of(rows_[part.begin]) == key_of(rows_[part.end - 1])) return best;  // nothing to split
   double left_sum = 0.0;
   for (std::size_t i = part.begin; i + 1 < part.end; ++i) {
     left_sum += samples_.labels[row_of(rows_[i])];

@@ -15,16 +15,6 @@ namespace {
 constexpr double kReach_m = 6.0;         // farther measurements say little of a place
 constexpr double kLeastError_m = 0.001;  // below this the logarithm would magnify noise
 
-// The numbers of an earlier drive's rows that history is made of.
-struct MeasuredColumn {
-  const char* name;
-  double ErrorRow::*number;
-};
-constexpr MeasuredColumn kMeasuredColumns[] = {{"measured_mean_m", &ErrorRow::mean_m},
-                                               {"measured_p90_m", &ErrorRow::p90_m},
-                                               {"measured_lost_share", &ErrorRow::lost_share}};
-constexpr double kNotMeasured = -1.0;
-
 double log_error(double error_m) { return portable_log(std::max(error_m, kLeastError_m)); }
 
 // Of each site, those that the drive measured within kReach_m, the nearest first, the lower index
@@ -48,9 +38,9 @@ std::vector<std::vector<std::size_t>> measured_near(const Sites& sites,
   return near;
 }
 
-// In the order of history_features(). `near` is not empty.
-std::vector<double> describe(const MeasuredError& measured, const std::vector<std::size_t>& near,
-                             std::size_t range) {
+// In the order of the features of one drive. `near` is not empty.
+std::vector<double> describe_one(const MeasuredError& measured,
+                                 const std::vector<std::size_t>& near, std::size_t range) {
   const std::size_t nearest = near.front();
   const std::size_t longest = measured.looks.size() - 1;
   const ErrorRow& own = measured.row(nearest, range);
@@ -74,34 +64,98 @@ std::vector<double> describe(const MeasuredError& measured, const std::vector<st
           lost_share};
 }
 
+// What one drive measured near one site.
+struct Earlier {
+  const MeasuredError& measured;
+  const std::vector<std::size_t>& near;  // not empty
+};
+
+// How the drives differ: how many they are; the worst of their errors at the nearest site; of their
+// errors at all near sites the worst, and what nine of ten do not exceed.
+std::vector<double> describe_spread(const std::vector<Earlier>& drives, std::size_t range) {
+  constexpr double kShare = 0.9;
+  double worst = -std::numeric_limits<double>::infinity();
+  std::vector<double> logs;
+  for (const Earlier& drive : drives) {
+    worst = std::max(worst, log_error(drive.measured.row(drive.near.front(), range).mean_m));
+    for (const std::size_t site : drive.near) {
+      logs.push_back(log_error(drive.measured.row(site, range).mean_m));
+    }
+  }
+  std::ranges::sort(logs);
+  const auto place = static_cast<std::size_t>(kShare * static_cast<double>(logs.size() - 1));
+  return {static_cast<double>(drives.size()), worst, logs.back(), logs[place]};
+}
+
+// In the order of history_features(kind): each feature of one drive is the mean over the drives.
+std::vector<double> describe(const std::vector<Earlier>& drives, HistoryKind kind,
+                             std::size_t range) {
+  std::vector<std::vector<double>> of_drives;
+  for (const Earlier& drive : drives) {
+    of_drives.push_back(describe_one(drive.measured, drive.near, range));
+  }
+  std::vector<double> values = of_drives.front();
+  for (std::size_t i = 0; of_drives.size() > 1 && i < values.size(); ++i) {
+    std::vector<double> same;
+    for (const std::vector<double>& of_drive : of_drives) same.push_back(of_drive[i]);
+    values[i] = ordered_sum(same) / static_cast<double>(same.size());
+  }
+  if (kind == HistoryKind::kOfOneDrive) return values;
+  const std::vector<double> spread = describe_spread(drives, range);
+  values.insert(values.end(), spread.begin(), spread.end());
+  return values;
+}
+
+const std::vector<std::string>& all_features() {
+  static const std::vector<std::string> kNames = {
+      "history_known",           "history_log_mean",       "history_log_mean_shorter",
+      "history_log_mean_longer", "history_log_mean_near",  "history_log_max_near",
+      "history_log_p90",         "history_lost_near",      "history_drives",
+      "history_log_worst",       "history_log_worst_near", "history_log_most_near"};
+  return kNames;
+}
+constexpr std::size_t kFeaturesOfOneDrive = 8;
+
 }  // namespace
 
-const std::vector<std::string>& history_features() {
-  static const std::vector<std::string> kNames = {
-      "history_known",           "history_log_mean",      "history_log_mean_shorter",
-      "history_log_mean_longer", "history_log_mean_near", "history_log_max_near",
-      "history_log_p90",         "history_lost_near"};
-  return kNames;
+const std::vector<std::string>& history_features(HistoryKind kind) {
+  static const std::vector<std::string> kOfOne(
+      all_features().begin(), all_features().begin() + std::ptrdiff_t{kFeaturesOfOneDrive});
+  return kind == HistoryKind::kOfOneDrive ? kOfOne : all_features();
 }
 
 bool is_history_feature(const std::string& name) {
-  return std::ranges::find(history_features(), name) != history_features().end();
+  return std::ranges::find(all_features(), name) != all_features().end();
 }
 
-History history_of(const Sites& sites, const MeasuredError& measured) {
-  SIGHTLINE_CHECK(measured.scan_of_site.size() == sites.sites.size());
-  const std::vector<std::vector<std::size_t>> near_of = measured_near(sites, measured);
-  const std::size_t range_count = measured.looks.size();
-  const SiteShape shape{range_count, history_features().size()};
+HistoryKind history_kind_of(const std::vector<std::string>& names) {
+  const std::string& of_several = all_features()[kFeaturesOfOneDrive];
+  const bool knows = std::ranges::find(names, of_several) != names.end();
+  return knows ? HistoryKind::kOfSeveral : HistoryKind::kOfOneDrive;
+}
+
+History history_of(const Sites& sites, const EarlierDrives& drives, HistoryKind kind) {
+  SIGHTLINE_CHECK(!drives.empty());
+  std::vector<std::vector<std::vector<std::size_t>>> near_of;  // [drive][site]
+  for (const MeasuredError* drive : drives) {
+    SIGHTLINE_CHECK(drive->scan_of_site.size() == sites.sites.size());
+    near_of.push_back(measured_near(sites, *drive));
+  }
+  const std::size_t range_count = drives.front()->looks.size();
+  const SiteShape shape{range_count, history_features(kind).size()};
   History history;
+  history.kind = kind;
   history.is_known.assign(sites.sites.size(), 0);
   history.values.assign(shape.size(sites.sites.size()), 0.0F);
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
-    const std::vector<std::size_t>& near = near_of[site];
-    if (near.empty()) continue;
+    std::vector<Earlier> there;
+    for (std::size_t i = 0; i < drives.size(); ++i) {
+      if (!near_of[i][site].empty()) there.push_back({*drives[i], near_of[i][site]});
+    }
+    if (there.empty()) continue;
     history.is_known[site] = 1;
     for (std::size_t range = 0; range < range_count; ++range) {
-      const std::vector<double> values = describe(measured, near, range);
+      const std::vector<double> values = describe(there, kind, range);
       std::transform(values.begin(), values.end(),
                      history.values.begin() + static_cast<std::ptrdiff_t>(shape.index(site, range)),
                      [](double value) { return static_cast<float>(value); });
@@ -110,53 +164,9 @@ History history_of(const Sites& sites, const MeasuredError& measured) {
   return history;
 }
 
-FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured) {
-  FactorTable table = factors;
-  for (const MeasuredColumn& column : kMeasuredColumns) table.factors.emplace_back(column.name);
-  table.values.clear();
-  const std::size_t factor_count = factors.factors.size();
-  const SiteShape shape{factors.looks.size()};
-  for (std::size_t row = 0; row < shape.size(factors.site_count); ++row) {
-    const auto values = factors.values.begin() + static_cast<std::ptrdiff_t>(row * factor_count);
-    table.values.insert(table.values.end(), values,
-                        values + static_cast<std::ptrdiff_t>(factor_count));
-    const bool is_measured = measured.scan_of_site[shape.site_of(row)] >= 0;
-    for (const MeasuredColumn& column : kMeasuredColumns) {
-      table.values.push_back(is_measured ? measured.rows[row].*column.number : kNotMeasured);
-    }
-  }
-  if (measured.of_samples.empty()) return table;
-  for (FactorTable& samples : table.of_samples) {
-    samples = with_measured_columns(samples, measured.of_samples.front());
-  }
-  return table;
-}
-
-std::optional<MeasuredError> measured_of_columns(const FactorTable& factors) {
-  MeasuredError measured;
-  measured.looks = factors.looks;
-  measured.scan_of_site.assign(factors.site_count, 0);
-  measured.rows.resize(measured.shape().size(factors.site_count));
-  const SiteShape shape = measured.shape();
-  for (const MeasuredColumn& column : kMeasuredColumns) {
-    const auto found = std::ranges::find(factors.factors, column.name);
-    if (found == factors.factors.end()) return std::nullopt;
-    const auto factor = static_cast<std::size_t>(found - factors.factors.begin());
-    for (std::size_t row = 0; row < measured.rows.size(); ++row) {
-      const double value = factors.at(shape.site_of(row), shape.row_of(row), factor);
-      measured.rows[row].*column.number = value;
-      if (value == kNotMeasured) measured.scan_of_site[shape.site_of(row)] = -1;
-    }
-  }
-  for (const FactorTable& samples : factors.of_samples) {
-    std::optional<MeasuredError> of_samples = measured_of_columns(samples);
-    if (of_samples) measured.of_samples.push_back(std::move(*of_samples));
-  }
-  return measured;
-}
-
-FeatureRows with_history(const FeatureRows& rows, const History* history) {
-  const std::vector<std::string>& added = history_features();
+FeatureRows with_history(const FeatureRows& rows, HistoryKind kind, const History* history) {
+  const std::vector<std::string>& added = history_features(kind);
+  SIGHTLINE_CHECK(history == nullptr || history->kind == kind);
   SIGHTLINE_CHECK(history == nullptr || history->values.size() == rows.row_count * added.size());
   FeatureRows out;
   out.names = rows.names;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -16,23 +17,48 @@ void insertion_sort(std::span<KeyedRow> rows) {
   }
 }
 
-// One pass of a radix sort, by `bits` bits of the key from `shift` on.
-void sort_by_digit(std::span<const KeyedRow> from, std::span<KeyedRow> to, int shift, int bits) {
-  constexpr int kMostBits = 11;
-  std::array<std::uint32_t, std::size_t{1} << kMostBits> ends;
-  const std::uint32_t mask = (1U << static_cast<unsigned>(bits)) - 1U;
-  const auto digit = [&](KeyedRow row) {
-    return key_of(row) >> static_cast<unsigned>(shift) & mask;
-  };
-  std::fill_n(ends.begin(), mask + 1, 0U);
-  for (const KeyedRow row : from) ++ends[digit(row)];
-  std::uint32_t begin = 0;
-  for (std::uint32_t i = 0; i <= mask; ++i) {
-    const std::uint32_t count = ends[i];
-    ends[i] = begin;
-    begin += count;
+// One digit of a radix sort: its bits of the key, and where rows with each of its values go next.
+struct Digit {
+  unsigned shift = 0;
+  std::uint32_t mask = 0;
+  std::uint32_t* begins = nullptr;
+
+  [[nodiscard]] std::uint32_t& begin_of(KeyedRow row) const {
+    return begins[key_of(row) >> shift & mask];
   }
-  for (const KeyedRow row : from) to[ends[digit(row)]++] = row;
+};
+
+constexpr int kMostDigits = 5;
+constexpr std::size_t kMostCounts = std::size_t{3} << 11U;  // more than 5 digits of 7 bits need
+using Counts = std::array<std::uint32_t, kMostCounts>;
+
+// The digits of `bits` bits, the lowest first, each of at most `digit_bits`. Returns how many.
+std::size_t cut_in_digits(int bits, int digit_bits, std::array<Digit, kMostDigits>& digits,
+                          Counts& counts) {
+  const int count = (bits + digit_bits - 1) / digit_bits;
+  std::uint32_t* begins = counts.data();
+  for (int i = 0; i < count; ++i) {
+    const int shift = bits * i / count;
+    const int end = bits * (i + 1) / count;
+    const std::uint32_t values = 1U << static_cast<unsigned>(end - shift);
+    digits[static_cast<std::size_t>(i)] = {static_cast<unsigned>(shift), values - 1U, begins};
+    std::fill_n(begins, values, 0U);
+    begins += values;
+  }
+  return static_cast<std::size_t>(count);
+}
+
+// How often each value of each digit occurs, in one reading; from that where each one begins.
+void count_values(std::span<const KeyedRow> rows, std::span<const Digit> digits) {
+  for (const KeyedRow row : rows) {
+    for (const Digit& digit : digits) ++digit.begin_of(row);
+  }
+  for (const Digit& digit : digits) {
+    std::uint32_t sum = 0;
+    for (std::uint32_t value = 0; value <= digit.mask; ++value) {
+      sum += std::exchange(digit.begins[value], sum);
+    }
+  }
 }
 
 // Ordered as the floats are; both zeros are one.
@@ -44,20 +70,23 @@ std::uint32_t ordered_bits(float value) {
 }  // namespace
 
 void sort_keyed_rows(std::span<KeyedRow> rows, std::span<KeyedRow> scratch, int bits) {
-  constexpr std::size_t kFew = 40;
+  constexpr std::size_t kFew = 24;
   constexpr std::size_t kMany = 512;
   if (rows.size() <= kFew) {
     insertion_sort(rows);
     return;
   }
   // Wide digits pay where there are many rows to count.
-  const int most_bits = rows.size() < kMany ? 6 : 11;
-  const int passes = (bits + most_bits - 1) / most_bits;
+  const int digit_bits = rows.size() < kMany ? 7 : 11;
+  Counts counts;
+  std::array<Digit, kMostDigits> of_key;
+  const std::span<const Digit> digits =
+      std::span(of_key).first(cut_in_digits(bits, digit_bits, of_key, counts));
+  count_values(rows, digits);
   std::span<KeyedRow> from = rows;
   std::span<KeyedRow> to = scratch;
-  for (int pass = 0; pass < passes; ++pass) {
-    const int begin = bits * pass / passes;
-    sort_by_digit(from, to, begin, bits * (pass + 1) / passes - begin);
+  for (const Digit digit : digits) {
+    for (const KeyedRow row : from) to[digit.begin_of(row)++] = row;
     std::swap(from, to);
   }
   if (from.data() != rows.data()) std::ranges::copy(from, rows.begin());
@@ -67,7 +96,6 @@ RankedColumns::RankedColumns(const std::vector<const float*>& rows, std::size_t 
     : row_count_(rows.size()), ranks_(rows.size() * feature_count) {
   std::vector<KeyedRow> order(rows.size());
   std::vector<KeyedRow> scratch(rows.size());
-  std::uint32_t most = 0;
   for (std::size_t feature = 0; feature < feature_count; ++feature) {
     for (std::uint32_t row = 0; row < rows.size(); ++row) {
       order[row] = keyed_row(ordered_bits(rows[row][feature]), row);
@@ -78,9 +106,8 @@ RankedColumns::RankedColumns(const std::vector<const float*>& rows, std::size_t 
       if (i > 0 && key_of(order[i]) != key_of(order[i - 1])) ++rank;
       ranks_[feature * row_count_ + row_of(order[i])] = rank;
     }
-    most = std::max(most, rank);
+    bits_.push_back(static_cast<int>(std::bit_width(rank)));
   }
-  bits_ = static_cast<int>(std::bit_width(most));
 }
 
 }  // namespace sightline

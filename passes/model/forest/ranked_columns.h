@@ -29,12 +29,12 @@ class RankedColumns {
   [[nodiscard]] const std::uint32_t* column(std::size_t feature) const {
     return &ranks_[feature * row_count_];
   }
-  // Ranks are below 2^bits().
-  [[nodiscard]] int bits() const { return bits_; }
+  // Ranks of a feature are below 2^bits(feature).
+  [[nodiscard]] int bits(std::size_t feature) const { return bits_[feature]; }
 
  private:
   std::size_t row_count_ = 0;
-  int bits_ = 0;
+  std::vector<int> bits_;             // of each feature
   std::vector<std::uint32_t> ranks_;  // [feature][row]
 };
 

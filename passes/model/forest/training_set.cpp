@@ -3,29 +3,32 @@
 #include <algorithm>
 #include <utility>
 
-#include "passes/model/forest/history.h"
-
 namespace sightline {
 namespace {
 
-constexpr std::size_t kNoHistory = static_cast<std::size_t>(-1);
-
-// One drive's labels beside another drive's findings.
+// One drive's labels beside other drives' findings.
 struct Case {
   std::size_t place = 0;
   std::size_t label_drive = 0;
-  std::size_t history_drive = kNoHistory;
+  std::vector<std::size_t> history_drives;  // none: without history
 };
+
+// Those that follow `label` in a circle, as many as training_set.h says.
+std::vector<std::size_t> told_to(std::size_t label, std::size_t drive_count) {
+  std::vector<std::size_t> drives;
+  const std::size_t told_count = 1 + label % (drive_count - 1);
+  for (std::size_t i = 1; i <= told_count; ++i) drives.push_back((label + i) % drive_count);
+  std::ranges::sort(drives);
+  return drives;
+}
 
 std::vector<Case> cases_of(const DrivenPlaces& places) {
   std::vector<Case> cases;
   for (std::size_t place = 0; place < places.places.size(); ++place) {
     const std::size_t drive_count = places.places[place].drives.size();
     for (std::size_t label = 0; label < drive_count; ++label) {
-      cases.push_back({place, label, kNoHistory});
-      for (std::size_t history = 0; history < drive_count; ++history) {
-        if (history != label) cases.push_back({place, label, history});
-      }
+      cases.push_back({place, label, {}});
+      if (drive_count > 1) cases.push_back({place, label, told_to(label, drive_count)});
     }
   }
   return cases;
@@ -88,11 +91,14 @@ void append_sites(const DrivenPlace& place, const Case& of, const History* histo
 void append_case(const DrivenPlaces& places, const Case& of, const FeatureRows& factors,
                  TrainingSet& training_set) {
   const DrivenPlace& place = places.places[of.place];
-  const bool has_history = of.history_drive != kNoHistory;
+  const HistoryKind kind = training_set.history_kind;
+  EarlierDrives earlier;
+  for (const std::size_t drive : of.history_drives) earlier.push_back(&place.drives[drive]);
   History history;
-  if (has_history) history = history_of(place.sites, place.drives[of.history_drive]);
-  const History* told = has_history ? &history : nullptr;
-  append_rows(training_set.knows_history ? with_history(factors, told) : factors, training_set);
+  if (!earlier.empty()) history = history_of(place.sites, earlier, kind);
+  const History* told = earlier.empty() ? nullptr : &history;
+  append_rows(training_set.knows_history ? with_history(factors, kind, told) : factors,
+              training_set);
   const std::uint32_t first_run =
       training_set.sites.empty() ? 0 : training_set.sites.back().run + 1;
   append_sites(place, of, told, first_run, training_set);
@@ -196,8 +202,12 @@ Result<TrainingSet> make_training_set(const TrainingSetOptions& options,
   SIGHTLINE_TRY(check_localizers(places));
   TrainingSet training_set;
   training_set.range_count = places.places.front().factors.looks.size();
-  training_set.knows_history = std::ranges::any_of(
-      places.places, [](const DrivenPlace& place) { return place.drives.size() > 1; });
+  std::size_t most_drives = 0;
+  for (const DrivenPlace& place : places.places) {
+    most_drives = std::max(most_drives, place.drives.size());
+  }
+  training_set.knows_history = most_drives > 1;
+  if (most_drives > 2) training_set.history_kind = HistoryKind::kOfSeveral;
   const std::vector<Case> cases = cases_of(places);
   SIGHTLINE_TRY(settle_hold_out(options, places, cases, training_set));
   std::vector<FeatureRows> factors;

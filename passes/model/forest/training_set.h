@@ -11,11 +11,13 @@
 #include "passes/model/forest/feature_rows.h"
 #include "passes/model/forest/folds.h"
 #include "passes/model/forest/grow_trees.h"
+#include "passes/model/forest/history.h"
 #include "passes/model/forest/hold_out.h"
 
-// All that there is to learn, laid out as rows. A place gives one case for each drive (no history,
-// that drive's errors as labels), and one more for each ordered pair of drives: what the first
-// found is history, what the second found is the label. A drive is never both.
+// All that there is to learn, laid out as rows. A place gives two cases for each drive, whose
+// errors are the labels: without history, and told of what others of its drives found. Of n drives
+// one alone tells the first, two the second, and so on up to n - 1, then one again, so that the
+// model learns what any number of them is worth. A drive is never both history and label.
 
 namespace sightline {
 
@@ -39,6 +41,8 @@ struct TrainingSet {
   std::vector<std::uint32_t> drive_of_site;  // LearntDrives::number of the drive that labels it
   std::uint32_t drive_count = 0;             // different ones
   bool knows_history = false;                // some place was driven twice
+  // Of several where some place was driven three times.
+  HistoryKind history_kind = HistoryKind::kOfOneDrive;
 
   [[nodiscard]] SiteShape shape() const { return {range_count}; }
 };

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "passes/trajectory/pieces/check_join.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
 namespace sightline {
@@ -18,8 +19,14 @@ constexpr double kApart_m = 64.0;
 // Joins the pieces of one odometry.
 class Joiner {
  public:
-  Joiner(PassContext& ctx, const Drive& drive, Odometry& odometry)
-      : ctx_(ctx), drive_(drive), odometry_(odometry), ranges_(ranges_of(odometry.piece)) {
+  Joiner(PassContext& ctx, const Drive& drive, Odometry& odometry, const KnownPieces& known)
+      : ctx_(ctx),
+        drive_(drive),
+        odometry_(odometry),
+        ranges_(ranges_of(odometry.piece)),
+        fixed_(known.fixed),
+        part_(known.number) {
+    if (!part_.empty()) return;
     part_.resize(ranges_.size());
     std::iota(part_.begin(), part_.end(), 0U);
   }
@@ -30,7 +37,7 @@ class Joiner {
     for (std::uint32_t piece = 0; piece < ranges_.size(); ++piece) {
       for (std::uint32_t k = ranges_[piece].begin; k < ranges_[piece].end; ++k) {
         if (!given[k]) continue;
-        move(piece, *given[k] * odometry_.T_map_lidar[k].inverse());
+        if (!stays(piece)) move(piece, *given[k] * odometry_.T_map_lidar[k].inverse());
         if (first) merge(*first, piece);
         if (!first) first = piece;
         break;
@@ -39,11 +46,12 @@ class Joiner {
   }
 
   Result<void> join_by_sight() {
-    for (std::uint32_t later = 1; later < ranges_.size(); ++later) {
+    for (std::uint32_t later = std::max(1U, fixed_); later < ranges_.size(); ++later) {
       SIGHTLINE_ASSIGN(const std::vector<Query> queries,
                        read_queries(drive_, odometry_, ranges_[later]));
       for (std::uint32_t earlier = later; earlier-- > 0;) {
         if (part_[earlier] == part_[later]) continue;
+        if (stays(earlier) && stays(later)) continue;
         SIGHTLINE_TRY(join(earlier, later, queries));
       }
     }
@@ -63,7 +71,7 @@ class Joiner {
       if (piece > 0) {
         joined.starts.push_back(odometry_.piece_starts[piece - 1]);
         joined.held.push_back(ranges_[piece].begin);
-        lay_behind(piece, taken_m);
+        if (piece >= fixed_) lay_behind(piece, taken_m);
       }
       taken_m = std::max(taken_m, extent_x_m(piece).second);
     }
@@ -78,16 +86,39 @@ class Joiner {
           agreeing(odometry_, look_for(ctx_, visit, odometry_, queries));
       if (agreed.empty()) continue;
       const auto best = std::ranges::max_element(agreed, {}, &Hypothesis::overlap);
+      const Pose T_earlier_later = best->T_map_lidar * odometry_.T_map_lidar[best->scan].inverse();
+      SIGHTLINE_ASSIGN(const bool fits,
+                       fits_all_along(drive_, odometry_, ranges_joined_to(earlier),
+                                      {ranges_[later], T_earlier_later, best->scan}));
+      if (!fits) continue;
       for (const Hypothesis& one : agreed) {
         edges_.push_back({middle, one.scan,
                           odometry_.T_map_lidar[middle].inverse() * one.T_map_lidar, kJoinSigma_m,
                           kJoinSigma_rad});
       }
-      move(later, best->T_map_lidar * odometry_.T_map_lidar[best->scan].inverse());
-      merge(earlier, later);
+      if (stays(later)) {
+        move(earlier, T_earlier_later.inverse());
+        merge(later, earlier);
+      } else {
+        move(later, T_earlier_later);
+        merge(earlier, later);
+      }
       break;
     }
     return {};
+  }
+
+  [[nodiscard]] std::vector<ScanRange> ranges_joined_to(std::uint32_t piece) const {
+    std::vector<ScanRange> joined;
+    for (std::size_t other = 0; other < ranges_.size(); ++other) {
+      if (part_[other] == part_[piece]) joined.push_back(ranges_[other]);
+    }
+    return joined;
+  }
+
+  // Whether a piece is joined to one that is not moved.
+  [[nodiscard]] bool stays(std::uint32_t piece) const {
+    return std::find(part_.begin(), part_.begin() + fixed_, part_[piece]) != part_.begin() + fixed_;
   }
 
   // Moves all that is joined to a piece.
@@ -139,6 +170,7 @@ class Joiner {
   const Drive& drive_;
   Odometry& odometry_;
   std::vector<ScanRange> ranges_;
+  std::uint32_t fixed_;
   std::vector<std::uint32_t> part_;  // pieces with one number are joined
   std::vector<GraphEdge> edges_;
 };
@@ -161,9 +193,9 @@ void hold_what_is_loose(const std::vector<std::optional<Pose>>& given, JoinedPie
 }  // namespace
 
 Result<JoinedPieces> join_pieces(PassContext& ctx, const Drive& drive,
-                                 const std::vector<std::optional<Pose>>& given,
-                                 Odometry& odometry) {
-  Joiner joiner(ctx, drive, odometry);
+                                 const std::vector<std::optional<Pose>>& given, Odometry& odometry,
+                                 const KnownPieces& known) {
+  Joiner joiner(ctx, drive, odometry, known);
   if (!odometry.piece_starts.empty()) {
     joiner.join_by_given(given);
     SIGHTLINE_TRY(joiner.join_by_sight());

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "passes/map/sharpness/measure_sharpness.h"
+#include "passes/trajectory/stretch_of_drive.h"
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/undistorted.h"
 
@@ -17,18 +18,6 @@ namespace {
 constexpr std::size_t kTrialScans = 60;
 // Entropies of two ways to lay a drive differ by a few hundredths where nothing is gained.
 constexpr double kSharper_nat = 0.05;
-
-// A stretch of a drive, counted from 0 anew.
-class StretchStore : public ScanStore {
- public:
-  StretchStore(std::shared_ptr<const ScanStore> store, std::size_t first)
-      : store_(std::move(store)), first_(first) {}
-  Result<Scan> read(std::size_t index) const override { return store_->read(first_ + index); }
-
- private:
-  std::shared_ptr<const ScanStore> store_;
-  std::size_t first_;
-};
 
 struct Stretch {
   std::size_t first = 0;
@@ -52,10 +41,7 @@ Stretch middle_stretch(const Drive& drive) {
 
 Drive middle_of(const Drive& drive) {
   const auto [first, count] = middle_stretch(drive);
-  Drive middle = with_store(drive, std::make_shared<const StretchStore>(drive.store, first));
-  middle.scans = {drive.scans.begin() + static_cast<std::ptrdiff_t>(first),
-                  drive.scans.begin() + static_cast<std::ptrdiff_t>(first + count)};
-  return middle;
+  return stretch_of(drive, first, count);
 }
 
 Trajectory middle_of(const Trajectory& trajectory, const Drive& drive) {

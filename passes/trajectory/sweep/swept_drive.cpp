@@ -57,6 +57,17 @@ class SweptScanStore : public ScanStore {
     return scan;
   }
 
+  [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
+    const std::optional<Digest> without_times = store_->identity(index);
+    if (!without_times) return std::nullopt;
+    ByteWriter writer;
+    writer.put(sweep_ns_);
+    if (!turn_) return derived_digest("swept in order", *without_times, writer.bytes());
+    writer.put(turn_->begin_rad);
+    writer.put<std::uint8_t>(turn_->is_clockwise ? 1 : 0);
+    return derived_digest("swept by a turn", *without_times, writer.bytes());
+  }
+
  private:
   std::shared_ptr<const ScanStore> store_;
   std::int64_t sweep_ns_;

@@ -18,6 +18,8 @@ constexpr std::int64_t kLongestGap_ns = 1'500'000'000;
 // stamps say; shorter ones are how vehicles start.
 constexpr double kOutOfStep = 3.0;
 constexpr double kLeastLeap_m = 1.0;
+// What an offset of 32 bits can say.
+constexpr std::int64_t kFarthestPoint_ns = std::int64_t{1} << 31;
 
 // Even motion from one pose to the next: linear in position, about one axis in rotation.
 struct Segment {
@@ -26,6 +28,15 @@ struct Segment {
   Pose T_map_from = Pose::Identity();
   Eigen::Vector3d step_m = Eigen::Vector3d::Zero();
   AxisAngle turn{};
+
+  void put(ByteWriter& writer) const {
+    writer.put(from_ns);
+    writer.put(to_ns);
+    encode(T_map_from, writer);
+    for (int axis = 0; axis < 3; ++axis) writer.put(step_m[axis]);
+    for (int axis = 0; axis < 3; ++axis) writer.put(turn.axis[axis]);
+    writer.put(turn.angle_rad);
+  }
 
   // Also before from_ns and behind to_ns.
   [[nodiscard]] Pose at(std::int64_t time_ns) const {
@@ -87,6 +98,20 @@ class Motion {
     return nullptr;
   }
 
+  // All that segment_at() may give of the points of a scan, whose times are within
+  // kFarthestPoint_ns of the stamp.
+  void put_around(std::int64_t stamp_ns, ByteWriter& writer) const {
+    const auto behind = [&](std::int64_t time_ns) {
+      return std::ranges::upper_bound(segments_, time_ns, {},
+                                      [](const Segment& s) { return s.from_ns; });
+    };
+    auto first = behind(stamp_ns - kFarthestPoint_ns);
+    if (first != segments_.begin()) --first;
+    auto last = behind(stamp_ns + kFarthestPoint_ns);
+    if (last != segments_.end()) ++last;
+    for (auto segment = first; segment != last; ++segment) segment->put(writer);
+  }
+
  private:
   std::vector<Segment> segments_;  // in order of time; none across a gap or between pieces
 };
@@ -117,6 +142,17 @@ class UndistortedScanStore : public ScanStore {
     }
     scan->time_offset_ns.clear();
     return scan;
+  }
+
+  [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
+    const std::optional<Digest> as_measured = drive_.store->identity(index);
+    if (!as_measured) return std::nullopt;
+    ByteWriter writer;
+    writer.put(drive_.scans[index].stamp_ns);
+    encode(drive_.sensor_of(drive_.scans[index]).T_vehicle_lidar, writer);
+    encode(trajectory_.poses[index].T_map_vehicle, writer);
+    motion_.put_around(drive_.scans[index].stamp_ns, writer);
+    return derived_digest("undistorted", *as_measured, writer.bytes());
   }
 
   // Whether anything is known of how the vehicle moved at a scan.

@@ -111,6 +111,75 @@ TEST(CompileConfig, TakesAListOfDrivesThatMakeTheMap) {
   EXPECT_FALSE(is_valid(json_of(YAML::Load("mapping: [{scans: a}, {scan: b}]"))));
 }
 
+std::vector<std::string> steps_of(const CompilePlan& compile) {
+  std::vector<std::string> names;
+  for (const PassStep& step : compile.plan.steps()) names.push_back(step.name);
+  return names;
+}
+
+TEST(CompileConfig, TakesAListOfDrivesThatAreLocalized) {
+  const Result<CompileConfig> config = load(
+      "mapping: {scans: map}\n"
+      "localization:\n"
+      "  - {scans: monday, poses: monday.tum, sensor: vlp-16}\n"
+      "  - {scans: tuesday}\n"
+      "  - {scans: wednesday, name: third}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_FALSE(config->is_split());
+  ASSERT_EQ(config->later_localization.size(), 2U);
+  EXPECT_TRUE(config->later_localization[0].scans.ends_with("compile_config_test/tuesday"));
+  EXPECT_EQ(config->later_localization[0].poses, "") << "those of Monday are not its own";
+  EXPECT_EQ(config->later_localization[0].sensor, "vlp-16");
+  const CompilePlan compile = compile_plan(*config);
+  std::vector<std::string> roles;
+  for (const RecordingInput& input : compile.recordings) roles.push_back(input.role);
+  EXPECT_EQ(roles, (std::vector<std::string>{"mapping", "localization", "localization[2]",
+                                             "localization[3]"}));
+  const std::vector<std::string> steps = steps_of(compile);
+  const auto number_of = [&](const std::string& name) {
+    EXPECT_EQ(std::ranges::count(steps, name), 1) << name;
+    return std::ranges::find(steps, name) - steps.begin();
+  };
+  EXPECT_LT(number_of("measure-error:localization[3]"), number_of("join-errors:localization[3]"));
+  EXPECT_LT(number_of("join-errors:localization[3]"), number_of("pool-errors"));
+  EXPECT_LT(number_of("pool-errors"), number_of("train-model"));
+  EXPECT_EQ(std::ranges::count(steps, "add-history"), 0) << "a map's own drives are its labels";
+  EXPECT_EQ(std::ranges::count(steps_of(compile_plan(*config, ModelSource::kGiven)), "add-history"),
+            1);
+  EXPECT_TRUE(is_valid(json_of(YAML::Load("localization: [{scans: a}, {scans: b}]"))));
+  EXPECT_FALSE(is_valid(json_of(YAML::Load("localization: []"))));
+}
+
+// A list of one is the drive alone: the same steps, and so the same map.
+TEST(CompileConfig, AListOfOneDriveIsThatDrive) {
+  const Result<CompileConfig> one = load("mapping: {scans: a}\nlocalization: {scans: b}\n");
+  const Result<CompileConfig> list = load("mapping: {scans: a}\nlocalization: [{scans: b}]\n");
+  ASSERT_TRUE(one.has_value() && list.has_value());
+  for (const ModelSource model : {ModelSource::kTrained, ModelSource::kGiven}) {
+    EXPECT_EQ(steps_of(compile_plan(*one, model)), steps_of(compile_plan(*list, model)));
+  }
+  EXPECT_FALSE(compile_plan(*list).measured_drives.is_connected());
+}
+
+TEST(CompileConfig, RefusesAListOfLocalizationDrivesThatCannotBe) {
+  const auto refused = [](const std::string& text, ErrorCode code, const std::string& says) {
+    const Result<CompileConfig> config = load("mapping: {scans: a}\n" + text);
+    ASSERT_FALSE(config.has_value()) << text;
+    EXPECT_EQ(config.error().code, code) << to_string(config.error());
+    EXPECT_NE(to_string(config.error()).find(says), std::string::npos) << to_string(config.error());
+  };
+  refused("localization: []\n", ErrorCode::kBadValue, "the list is empty");
+  refused("localization: [{scans: b}, {name: c}]\n", ErrorCode::kMissingKey,
+          "localization[2].scans");
+  refused("localization: [{scans: b}, {scans: c}, {scans: ./b}]\n", ErrorCode::kBadValue,
+          "localization[3].scans: found the recording of localization,");
+  refused("localization: [{scans: b}, {scan: c}]\n", ErrorCode::kUnknownKey, "drive 2");
+  refused(
+      "localization: [{scans: b}, {scans: c}]\n"
+      "import-errors: {file: errors.csv, localizer: mine}\n",
+      ErrorCode::kBadValue, "import-errors.file is of one localization drive, and 2 are named");
+}
+
 TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {
   const Result<CompileConfig> config = load("map: city.slmap\nroute: everywhere\n");
   ASSERT_TRUE(config.has_value()) << to_string(config.error());

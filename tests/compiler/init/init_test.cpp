@@ -345,6 +345,20 @@ TEST_F(Init, TakesThePosesOfTheSensorFromTransforms) {
       recording->scans[5].T_world_vehicle->isApprox(lidar_on({.turned_deg = 30.0}, 5), 1e-9));
 }
 
+TEST_F(Init, NamesTheMetadataOfAnOustersCapture) {
+  const fs::path captures = SIGHTLINE_CAPTURES;
+  fs::copy_file(captures / "ouster_single.pcap", folder_ / "drive.pcap");
+  fs::copy_file(captures / "ouster_single.json", folder_ / "roof.json");
+  const CompileConfig config = draft();
+  EXPECT_EQ(config.mapping.scans, path("drive.pcap"));
+  EXPECT_EQ(config.mapping.sensor, path("roof.json"));
+  EXPECT_THAT(yaml_, HasSubstr("the metadata of the sensor that sent these packets"));
+  const Result<SensorProfile> sensor = sensor_of(config.mapping);
+  ASSERT_TRUE(sensor) << to_string(sensor.error());
+  EXPECT_EQ(sensor->name, "OS-1-16");
+  EXPECT_EQ(sensor->ring_count(), 16);
+}
+
 TEST_F(Init, WritesNamesThatYamlReadsBack) {
   fs::path scans = folder_ / "scans";
   write_scans(scans, {0.0, 21});

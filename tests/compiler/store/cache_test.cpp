@@ -36,33 +36,50 @@ TEST_F(Cache, GivesBackWhatWasStored) {
   EXPECT_EQ(*cache.load("ingest:mapping", key_), ArtifactCache::Content());
   ASSERT_TRUE(cache.store("ingest:mapping", key_, content_));
   EXPECT_EQ(*cache.load("ingest:mapping", key_), content_);
-  cache.store_part("measure-error", key_, 3, content_);
-  EXPECT_EQ(*cache.load_part("measure-error", key_, 3), content_);
-  EXPECT_EQ(*cache.load_part("measure-error", key_, 4), ArtifactCache::Content());
+  cache.store_part("measure-error:own", key_, content_);
+  EXPECT_EQ(*cache.load_part("measure-error", key_), content_) << "the same work";
+  EXPECT_EQ(*cache.load_part("measure-error", other_), ArtifactCache::Content());
+}
+
+TEST_F(Cache, CountsThePartsThatAreThere) {
+  const ArtifactCache cache(folder_);
+  EXPECT_FALSE(cache.part_count("a", key_));
+  cache.store_part_list("a", key_, std::vector<Digest>{key_, other_, sha256("three")});
+  cache.store_part("a", other_, content_);
+  cache.store_part("a", sha256("of another step"), content_);
+  const auto count = cache.part_count("a", key_);
+  ASSERT_TRUE(count);
+  EXPECT_EQ(count->all, 3U);
+  EXPECT_EQ(count->there, 1U);
+  EXPECT_FALSE(cache.part_count("a", other_));
+  put(place_of({"a part list", key_}), "damaged");
+  EXPECT_FALSE(cache.part_count("a", key_));
 }
 
 TEST_F(Cache, RefusesAnObjectOfAnotherKeyPassOrPart) {
   const ArtifactCache cache(folder_);
   ASSERT_TRUE(cache.store("a", key_, content_));
-  cache.store_part("a", key_, 1, content_);
+  cache.store_part("a", key_, content_);
   fs::copy_file(at("a", key_), at("a", other_));
   fs::copy_file(at("a", key_), at("b", key_));
-  fs::copy_file(at("a part 1", key_), at("a part 2", key_));
-  fs::copy_file(at("a", key_), at("a part 3", key_));
+  fs::copy_file(at("a part", key_), at("a part", other_));
+  fs::copy_file(at("a", key_), at("a part", sha256("three")));
   EXPECT_EQ(cache.load("a", other_).error().code, ErrorCode::kBadLayer);
   EXPECT_EQ(cache.load("b", key_).error().code, ErrorCode::kBadLayer);
-  EXPECT_EQ(cache.load_part("a", key_, 2).error().code, ErrorCode::kBadLayer);
-  EXPECT_EQ(cache.load_part("a", key_, 3).error().code, ErrorCode::kBadLayer);
+  EXPECT_EQ(cache.load_part("a", other_).error().code, ErrorCode::kBadLayer);
+  EXPECT_EQ(cache.load_part("a", sha256("three")).error().code, ErrorCode::kBadLayer);
   EXPECT_EQ(*cache.load("a", key_), content_);
 }
 
 TEST_F(Cache, PrunesWhatIsOfNoUseAndNothingElse) {
   const ArtifactCache cache(folder_);
-  for (const char* pass : {"whole", "damaged", "finished"}) {
+  for (const char* pass : {"whole", "damaged"}) {
     ASSERT_TRUE(cache.store(pass, key_, content_));
   }
-  cache.store_part("finished", key_, 0, content_);
-  cache.store_part("unfinished", key_, 0, content_);
+  cache.store_part("whole", key_, content_);
+  cache.store_part("whole", other_, content_);
+  cache.store_part_list("whole", key_, std::vector<Digest>{key_, other_});
+  put(at("whole part", other_).lexically_relative(folder_), "no part");
   fs::copy_file(at("whole", key_), at("misplaced", key_));
   put(at("damaged", key_).filename(), "no object");
   put(".sl-elsewhere.1-" + std::string(32, '0') + "-1-1-0", "half");
@@ -76,9 +93,10 @@ TEST_F(Cache, PrunesWhatIsOfNoUseAndNothingElse) {
   ASSERT_TRUE(prune_cache(*contents));
   EXPECT_FALSE(fs::exists(at("misplaced", key_)));
   EXPECT_FALSE(fs::exists(at("damaged", key_)));
-  EXPECT_FALSE(fs::exists(at("finished part 0", key_).parent_path()));
+  EXPECT_FALSE(fs::exists(at("whole part", other_)));
   EXPECT_EQ(*cache.load("whole", key_), content_);
-  EXPECT_EQ(*cache.load_part("unfinished", key_, 0), content_);
+  EXPECT_EQ(*cache.load_part("whole", key_), content_);
+  EXPECT_EQ(cache.part_count("whole", key_)->there, 1U);
   EXPECT_EQ(look_at_cache(folder_)->useless.size(), 0U);
   for (const char* name : {"mine.tmp", "print.sla", "whole.last", "notes.txt"}) {
     EXPECT_TRUE(fs::exists(folder_ / name)) << name;

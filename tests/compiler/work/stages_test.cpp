@@ -19,6 +19,9 @@ std::vector<CompileConfig> all_kinds() {
   wide.other_sensors.front().scans = "rear";
   wide.later_mapping.resize(2);
   for (RecordingOptions& later : wide.later_mapping) later.scans = "later";
+  CompileConfig several = two;
+  several.later_localization.resize(2);
+  for (RecordingOptions& later : several.later_localization) later.scans = "later";
   CompileConfig imported = two;
   imported.outside.file = "errors.csv";
   CompileConfig finished;
@@ -28,7 +31,7 @@ std::vector<CompileConfig> all_kinds() {
   CompileConfig field = finished;
   field.map.points = "map.slmap";
   field.route.file = "everywhere";
-  return {split, two, wide, imported, finished, finished_and_driven, field};
+  return {split, two, wide, several, imported, finished, finished_and_driven, field};
 }
 
 // Else a process would wait for what comes after it.

@@ -4,8 +4,9 @@
 
 #include <functional>
 
+#include "passes/model/add_history.h"
 #include "passes/model/choose_ranges.h"
-#include "passes/model/forest/history.h"
+#include "passes/model/forest/measured_columns.h"
 #include "passes/model/predict_error.h"
 #include "passes/model/train_model.h"
 #include "tests/support/synthetic_places.h"
@@ -94,6 +95,29 @@ TEST(ProveAnnotation, MakesThemAgainWithWhatAnEarlierDriveMeasured) {
   const Result<AnnotationProof> proof = prove(annotated(elsewhere(), true));
   ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
   EXPECT_EQ(proof->history_count, 120u);
+}
+
+TEST(ProveAnnotation, MakesThemAgainWithWhatSeveralDrivesMeasured) {
+  DrivenPlace place = place_driven_often(9, 4, kSmall);
+  for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
+  const MeasuredDrives told{{place.drives[0], place.drives[1], place.drives[3]}, {0, 1, 3}, 4};
+  PassContext ctx;
+  CompiledMap map = annotated(place, false);
+  const Result<PredictedError> predicted = predict_error_with_drives(
+      ctx, {}, model(), place.sites, place.factors, told, place.recordings);
+  ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
+  map.predicted = *predicted;
+  const Result<FactorTable> factors = add_history(ctx, {}, map.factors, told, *predicted);
+  ASSERT_TRUE(factors.has_value());
+  map.factors = *factors;
+  EXPECT_EQ(map.factors.factors.back(), "measured_lost_share[3]");
+  map.ranges = *choose_ranges(ctx, {}, place.sites, *predicted, model(), map.factors);
+  map.quality = quality_of(map, MeasuredError{});
+  const Result<AnnotationProof> proof = prove(map);
+  ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
+  EXPECT_EQ(proof->history_count, 120u);
+  map.factors.values.end()[-3] += 0.5;  // an error of the last drive
+  EXPECT_EQ(code_of(map), ErrorCode::kDigestMismatch);
 }
 
 TEST(ProveAnnotation, SaysWhichSitesTheModelKeepsPredictionsOf) {

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "passes/factors/compute_factors.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
+#include "tests/support/kept_parts.h"
 #include "tests/support/toy_world.h"
 
 namespace sightline {
@@ -79,14 +81,45 @@ TEST(FactorsOfSites, AreTheSameForAnyThreadsAndShares) {
   PassContext ctx;
   ctx.threads = 3;
   ctx.share = {1, 2};
-  ctx.part_sink = [&](std::size_t part, std::span<const std::byte> bytes) {
-    parts[part].assign(bytes.begin(), bytes.end());
+  ctx.part_sink = [&](const PartName& part, std::span<const std::byte> bytes) {
+    parts[part.number].assign(bytes.begin(), bytes.end());
   };
   EXPECT_EQ(to_bytes(factors_of(ctx, place)), expected);
   EXPECT_EQ(parts.size(), 3U) << "one for each square";
-  ctx.saved_part = [&](std::size_t part) { return std::optional(parts.at(part)); };
-  ctx.part_sink = [](std::size_t, std::span<const std::byte>) { FAIL() << "made anew"; };
+  ctx.saved_part = [&](const PartName& part) { return std::optional(parts.at(part.number)); };
+  ctx.part_sink = [](const PartName&, std::span<const std::byte>) { FAIL() << "made anew"; };
   EXPECT_EQ(to_bytes(factors_of(ctx, place)), expected);
+}
+
+// What lies beyond the reach of a block's sites does not make it anew; what lies within does.
+TEST(FactorsOfSites, MakeOnlyTheBlocksAnewThatAChangeReaches) {
+  Place place = street();
+  FactorsOfSitesOptions options;
+  options.ranges_m = {5.0, 10.0};
+  options.rays.longest_range_m = options.scans.longest_range_m = 10.0;
+  KeptParts kept;
+  const auto run = [&] {
+    PassContext ctx = kept.context();
+    return to_bytes(
+        *factors_of_sites(ctx, options, place.map, place.surface, place.sites, place.sensor));
+  };
+  (void)run();
+  ASSERT_EQ(kept.made().size(), 3U);
+  const auto nearest =
+      std::ranges::min_element(place.map.nds, {}, [](const Nd& nd) { return nd.mean_m.x(); });
+  nearest->covariance_m2 *= 1.5;
+  decompose(*nearest);
+  const std::vector<std::byte> changed = run();
+  EXPECT_EQ(kept.made().size(), 1U) << "the square at the beginning of the street";
+  PassContext anew;
+  EXPECT_EQ(changed, to_bytes(*factors_of_sites(anew, options, place.map, place.surface,
+                                                place.sites, place.sensor)));
+  place.surface.patches.pop_back();
+  (void)run();
+  EXPECT_EQ(kept.made().size(), 1U);
+  place.sensor.azimuth_step_deg = 2.0;
+  (void)run();
+  EXPECT_EQ(kept.made().size(), 3U);
 }
 
 TEST(FactorsOfSites, RefuseASurfaceOfAnotherFrame) {

@@ -13,6 +13,7 @@
 #include "passes/map/build_ndt.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/matching/random_scene.h"
+#include "tests/support/kept_parts.h"
 
 namespace sightline {
 namespace {
@@ -268,11 +269,11 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
   const std::vector<std::byte> expected = bytes_of(*measure(world, options));
   std::map<std::size_t, std::vector<std::byte>> parts;
   PassContext ctx;
-  ctx.saved_part = [&](std::size_t part) -> std::optional<std::vector<std::byte>> {
-    return parts.contains(part) ? std::optional(parts[part]) : std::nullopt;
+  ctx.saved_part = [&](const PartName& part) -> std::optional<std::vector<std::byte>> {
+    return parts.contains(part.number) ? std::optional(parts[part.number]) : std::nullopt;
   };
-  ctx.part_sink = [&](std::size_t part, std::span<const std::byte> bytes) {
-    parts[part].assign(bytes.begin(), bytes.end());
+  ctx.part_sink = [&](const PartName& part, std::span<const std::byte> bytes) {
+    parts[part.number].assign(bytes.begin(), bytes.end());
   };
   const auto run = [&](int reads) {
     const auto store = std::make_shared<LimitedStore>(world.drive.store, reads);
@@ -293,6 +294,61 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
   ASSERT_TRUE(repaired.has_value());
   EXPECT_EQ(left_after, 84) << "a damaged part is measured anew";
   EXPECT_EQ(bytes_of(*repaired), expected);
+}
+
+// Parts are known by what they depend on: their scans, these scans' poses, and the NDs in reach.
+TEST(MeasureError, MakesOnlyThePartsAnewThatAChangeReaches) {
+  World world = make_world();
+  // The room, and the same drive through it, again 400 m farther on.
+  for (std::size_t i = 9; i < 16; ++i) world.sites.sites.push_back(world.sites.sites[i % 9]);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 9; ++i) scans.push_back(*world.drive.store->read(i));
+  NdtMap far = ndt_from_points(
+      transformed(Pose(Eigen::Translation3d(400.0, 0.0, 0.0)), room_points(1, 30000, 0.02)),
+      MapFrame{}, BuildNdtOptions{}, 1);
+  world.map.nds.insert(world.map.nds.end(), far.nds.begin(), far.nds.end());
+  for (std::size_t i = 0; i < 9; ++i) {
+    scans.push_back(scans[i]);
+    ScanInfo info = world.drive.scans[i];
+    info.recording_index += 100;
+    world.drive.scans.push_back(info);
+    TrajectoryPose pose = world.trajectory.poses[i];
+    pose.recording_index += 100;
+    pose.T_map_vehicle.translation().x() += 400.0;
+    world.trajectory.poses.push_back(pose);
+    Site site = world.sites.sites[i];
+    site.T_map_vehicle.translation().x() += 400.0;
+    world.sites.sites.push_back(site);
+  }
+  world.drive.store = memory_scan_store(scans);
+  MeasureErrorOptions options = two_ranges();
+  options.reference = ErrorReference::kKnownPose;
+  options.ranges_m = {6.0};
+  KeptParts kept;
+  const auto run = [&] {
+    PassContext ctx = kept.context();
+    MeasuredError measured =
+        *measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites);
+    for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
+    return to_bytes(measured);
+  };
+  (void)run();
+  ASSERT_EQ(kept.count(), 2U);
+  ASSERT_EQ(kept.made().size(), 2U);
+  Nd& last = world.map.nds.back();
+  last.covariance_m2 *= 2.0;
+  decompose(last);
+  const std::vector<std::byte> changed = run();
+  EXPECT_EQ(kept.made(), std::set<std::size_t>{1}) << "the room that it lies in";
+  kept.forget();
+  EXPECT_EQ(changed, run());
+  scans[2].points_m.pop_back();
+  world.drive.store = memory_scan_store(scans);
+  (void)run();
+  EXPECT_EQ(kept.made(), std::set<std::size_t>{0});
+  world.trajectory.poses[12].T_map_vehicle.translation().x() += 0.01;
+  (void)run();
+  EXPECT_EQ(kept.made(), std::set<std::size_t>{1});
 }
 
 TEST(MeasureError, MeasuresLooksThatTakeASampleBesideTheRanges) {
@@ -402,6 +458,18 @@ void expect_refused(const World& world, ErrorCode code) {
   const Result<MeasuredError> measured = measure(world, two_ranges());
   ASSERT_FALSE(measured.has_value());
   EXPECT_EQ(measured.error().code, code) << to_string(measured.error());
+}
+
+TEST(MeasureError, OfALaterDriveThatIsNowhereNearIsEmpty) {
+  World world = make_world();
+  for (TrajectoryPose& pose : world.trajectory.poses) pose.T_map_vehicle.translation().x() += 500.0;
+  PassContext ctx;
+  const Result<MeasuredError> measured =
+      measure_later_drive(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites);
+  ASSERT_TRUE(measured.has_value()) << to_string(measured.error());
+  ASSERT_TRUE(validate(*measured).has_value());
+  EXPECT_EQ(measured->scan_of_site,
+            std::vector<std::int64_t>(world.sites.sites.size(), std::int64_t{-1}));
 }
 
 TEST(MeasureError, RefusesADriveThatIsNowhereNear) {

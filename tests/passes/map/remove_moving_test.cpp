@@ -7,6 +7,7 @@
 #include "passes/map/scan_rays.h"
 #include "passes/map/tile_carver.h"
 #include "tests/support/box_world.h"
+#include "tests/support/kept_parts.h"
 
 namespace sightline {
 namespace {
@@ -67,6 +68,30 @@ TEST(RemoveMoving, LooksNoFartherThanTheCarveRange) {
   EXPECT_EQ(remove(crossing(1, 9), options).moving_count, 0u);
   options.carve_range_m = 6.0;
   EXPECT_EQ(remove(crossing(1, 9), options).moving_count, 1u);
+}
+
+// A scan that is added far away leaves what was found elsewhere.
+TEST(RemoveMoving, LooksAnewOnlyIntoTilesThatAChangeReaches) {
+  TestDrive test = crossing(2, 5);
+  KeptParts kept;
+  const auto run = [&] {
+    PassContext ctx = kept.context();
+    return to_bytes(*remove_moving(ctx, {}, test.drive, test.truth));
+  };
+  (void)run();
+  const std::size_t near_parts = kept.count();
+  EXPECT_EQ(kept.made().size(), near_parts);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 7; ++i) scans.push_back(*test.drive.store->read(i));
+  std::vector<Pose> poses(7, Pose::Identity());
+  scans.push_back(scans.back());
+  poses.push_back(pose_at(1000.0, 0.0, 0.0));
+  test = drive_of(scans, poses);
+  const std::vector<std::byte> more = run();
+  EXPECT_EQ(kept.count(), 2 * near_parts - 1) << "the block of counts, and the tiles of both";
+  EXPECT_EQ(kept.made().size(), near_parts) << "the block, and the tiles far away";
+  kept.forget();
+  EXPECT_EQ(run(), more);
 }
 
 TEST(RemoveMoving, KeepsEverythingWhenItIsOff) {

@@ -106,6 +106,80 @@ TEST(PredictError, BelievesWhatAnEarlierDriveFound) {
   EXPECT_LT(told_square, 0.5 * map_only_square);
 }
 
+MeasuredDrives drives_of(const DrivenPlace& place, std::size_t count) {
+  MeasuredDrives drives;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    drives.drives.push_back(place.drives[i]);
+    drives.numbers.push_back(i);
+  }
+  drives.named_count = static_cast<std::uint32_t>(count);
+  return drives;
+}
+
+TEST(PredictError, OfOneDriveIsTheSameInAListOfOne) {
+  PassContext ctx;
+  TrainModelOptions options;
+  options.trees = 20;
+  const Result<ErrorModel> model = train_model(ctx, options, places_driven_twice(2, kSmall));
+  ASSERT_TRUE(model.has_value());
+  const DrivenPlace place = place_driven_twice(9, kSmall);
+  const Result<PredictedError> one = predict_error_with_history(
+      ctx, {}, *model, place.sites, place.factors, place.drives[0], place.recordings);
+  const Result<PredictedError> list = predict_error_with_drives(
+      ctx, {}, *model, place.sites, place.factors, drives_of(place, 1), place.recordings);
+  ASSERT_TRUE(one.has_value() && list.has_value());
+  EXPECT_EQ(to_bytes(*one), to_bytes(*list));
+  const Result<PredictedError> none =
+      predict_error_with_drives(ctx, {}, *model, place.sites, place.factors, {}, place.recordings);
+  ASSERT_TRUE(none.has_value());
+  EXPECT_EQ(none->has_history, std::vector<std::uint8_t>(kSmall.site_count, 0));
+}
+
+// A model that was told of one drive may be told of several, and one of several of one.
+TEST(PredictError, BelievesSixDrivesMoreThanOne) {
+  PassContext ctx;
+  TrainModelOptions options;
+  options.trees = 20;
+  DrivenPlaces places;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    places.places.push_back(place_driven_often(seed, 7, kSmall));
+  }
+  const Result<ErrorModel> model = train_model(ctx, options, places);
+  ASSERT_TRUE(model.has_value()) << to_string(model.error());
+  DrivenPlace place = place_driven_often(9, 7, kSmall);
+  for (Site& site : place.sites.sites) site.p_map_m.y() += 1000.0;
+  const auto square_error = [&](std::size_t told_count) {
+    const Result<PredictedError> told =
+        predict_error_with_drives(ctx, {}, *model, place.sites, place.factors,
+                                  drives_of(place, told_count), place.recordings);
+    EXPECT_TRUE(told.has_value());
+    double square = 0.0;
+    for (std::size_t i = 0; i < told->mean_m.size(); ++i) {
+      const double miss_m = told->mean_m[i] - place.drives[6].rows[i].mean_m;
+      square += miss_m * miss_m;
+    }
+    return square;
+  };
+  EXPECT_LT(square_error(6), square_error(1));
+  const Result<ErrorModel> of_one = train_model(ctx, options, places_driven_twice(2, kSmall));
+  ASSERT_TRUE(of_one.has_value());
+  EXPECT_TRUE(predict_error_with_drives(ctx, {}, *of_one, place.sites, place.factors,
+                                        drives_of(place, 6), place.recordings)
+                  .has_value());
+}
+
+TEST(PredictError, RefusesADriveOfOtherSitesAmongSeveral) {
+  const ErrorModel model = model_of(synthetic_drive(1, kSmall));
+  const DrivenPlace place = place_driven_often(9, 3, kSmall);
+  MeasuredDrives drives = drives_of(place, 3);
+  drives.drives[2].scan_of_site.pop_back();
+  PassContext ctx;
+  const Result<PredictedError> told = predict_error_with_drives(
+      ctx, {}, model, place.sites, place.factors, drives, place.recordings);
+  ASSERT_FALSE(told.has_value());
+  EXPECT_EQ(told.error().code, ErrorCode::kMismatchedInputs);
+}
+
 TEST(PredictError, SaysThatAModelOfPlacesDrivenOnceCannotUseHistory) {
   const SyntheticDrive drive = synthetic_drive(1, kSmall);
   const ErrorModel model = model_of(drive);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "formats/base/bytes.h"
+#include "formats/base/hash.h"
 
 namespace sightline {
 namespace {
@@ -15,16 +16,16 @@ namespace {
 class Squares {
  public:
   explicit Squares(std::size_t count) : squares_(count) {
-    ctx_.saved_part = [this](std::size_t part) -> std::optional<std::vector<std::byte>> {
+    ctx_.saved_part = [this](const PartName& part) -> std::optional<std::vector<std::byte>> {
       const std::lock_guard<std::mutex> lock(mutex_);
-      const auto found = store_.find(part);
+      const auto found = store_.find(part.number);
       return found == store_.end() ? std::nullopt : std::optional(found->second);
     };
-    ctx_.part_sink = [this](std::size_t part, std::span<const std::byte> bytes) {
+    ctx_.part_sink = [this](const PartName& part, std::span<const std::byte> bytes) {
       const std::lock_guard<std::mutex> lock(mutex_);
-      store_[part].assign(bytes.begin(), bytes.end());
+      store_[part.number].assign(bytes.begin(), bytes.end());
     };
-    ctx_.part_count_sink = [this](std::size_t told) { told_ = told; };
+    ctx_.parts_sink = [this](std::span<const PartName> told) { told_ = told.size(); };
   }
 
   // Fails at `broken`, none where it is negative.
@@ -117,6 +118,61 @@ TEST(WorkInParts, ReturnsTheFailureOfTheLowestPartAndKeepsTheRest) {
     EXPECT_EQ(failed.error().message, "part 11");
     EXPECT_EQ(squares.store().size(), 11U);
   }
+}
+
+// Parts of texts that are kept by their content.
+class Texts {
+ public:
+  Texts() {
+    ctx_.saved_part = [this](const PartName& part) -> std::optional<std::vector<std::byte>> {
+      if (!part.content || !store_.contains(*part.content)) return std::nullopt;
+      return store_.at(*part.content);
+    };
+    ctx_.part_sink = [this](const PartName& part, std::span<const std::byte> bytes) {
+      ASSERT_TRUE(part.content);
+      store_[*part.content].assign(bytes.begin(), bytes.end());
+    };
+    ctx_.parts_sink = [this](std::span<const PartName> parts) {
+      told_.assign(parts.begin(), parts.end());
+    };
+  }
+
+  // Which parts were made.
+  std::vector<std::size_t> run(const std::vector<std::string>& texts) {
+    std::vector<std::size_t> made;
+    PartedWork work;
+    work.count = texts.size();
+    work.content = [&](std::size_t part) { return sha256(texts[part]); };
+    work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+      made.push_back(part);
+      ByteWriter writer;
+      writer.put_string(texts[part]);
+      return writer.take();
+    };
+    work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
+      ByteReader reader(bytes);
+      std::string text;
+      reader.get_string(text);
+      return reader.at_end() && text == texts[part];
+    };
+    EXPECT_TRUE(work_in_parts(ctx_, work, 1));
+    return made;
+  }
+  [[nodiscard]] const std::vector<PartName>& told() const { return told_; }
+
+ private:
+  PassContext ctx_;
+  std::map<Digest, std::vector<std::byte>> store_;
+  std::vector<PartName> told_;
+};
+
+TEST(WorkInParts, FindsWhatItMadeOfTheSameContentWhereverThatIs) {
+  Texts texts;
+  EXPECT_EQ(texts.run({"a", "b", "c"}), (std::vector<std::size_t>{0, 1, 2}));
+  EXPECT_EQ(texts.run({"c", "x", "a", "b"}), std::vector<std::size_t>{1});
+  ASSERT_EQ(texts.told().size(), 4U);
+  EXPECT_EQ(texts.told()[3].number, 3U);
+  EXPECT_EQ(texts.told()[3].content, sha256("b"));
 }
 
 }  // namespace

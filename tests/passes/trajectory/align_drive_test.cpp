@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "passes/map/build_ndt.h"
+#include "passes/trajectory/align_later_drive.h"
 #include "tests/support/box_world.h"
 
 namespace sightline {
@@ -89,6 +90,28 @@ TEST(AlignDrive, LeavesGivenPosesUnlessItIsToldOtherwise) {
       align_drive(ctx, options, drive.drive, given, place.map, place.sites);
   ASSERT_TRUE(aligned.has_value()) << to_string(aligned.error());
   EXPECT_NEAR(aligned->poses[3].T_map_vehicle.translation().y(), -0.4, 0.05);
+}
+
+// One of several drives is laid aside instead, beyond every site.
+TEST(AlignDrive, LaysALaterDriveAsideThatMatchesNowhere) {
+  const Place place = mapped(random_street(23));
+  TestDrive drive = second_drive(random_street(99), false);
+  drive.drive.store = memory_scan_store(std::vector<Scan>(6, {0, {{40.0, 40.0, 40.0}}}));
+  PassContext ctx;
+  std::vector<std::string> warnings;
+  ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
+  const Result<Trajectory> aside =
+      align_later_drive(ctx, {}, drive.drive, own_trajectory(drive), place.map, place.sites);
+  ASSERT_TRUE(aside.has_value()) << to_string(aside.error());
+  ASSERT_TRUE(validate(*aside).has_value());
+  ASSERT_EQ(aside->poses.size(), drive.drive.scans.size());
+  for (const TrajectoryPose& pose : aside->poses) {
+    for (const Site& site : place.sites.sites) {
+      EXPECT_GT((pose.T_map_vehicle.translation() - site.p_map_m).norm(), 1000.0);
+    }
+  }
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("is found nowhere in the map"), std::string::npos) << warnings[0];
 }
 
 TEST(AlignDrive, RefusesADriveThatMatchesNowhere) {

@@ -208,6 +208,27 @@ TEST(UndistortScans, DoesNotMoveByAStepThatIsOutOfKeepingWithThoseBesideIt) {
   EXPECT_LT(worst_m(*drive, journey.trajectory, 1), 1e-6);
 }
 
+// The name of a scan changes wherever what is read does, and nowhere far from what changed.
+TEST(UndistortScans, NamesScansByTheMotionAroundThem) {
+  constexpr std::size_t kScans = 80;
+  const Journey before = drive_along({10.0, 0.3, 0.0}, kScans, -0.5);
+  Journey after = before;
+  after.trajectory.poses[30].T_map_vehicle.translation().y() += 0.1;
+  PassContext ctx;
+  const Drive was = *undistort_scans(ctx, {}, before.drive, before.trajectory);
+  const Drive is = *undistort_scans(ctx, {}, after.drive, after.trajectory);
+  std::size_t same = 0;
+  for (std::size_t k = 0; k < kScans; ++k) {
+    const bool is_same = was.store->identity(k) == is.store->identity(k);
+    same += is_same ? 1 : 0;
+    const bool reads_same = was.store->read(k)->points_m == is.store->read(k)->points_m;
+    EXPECT_TRUE(reads_same || !is_same) << k;
+    EXPECT_TRUE(is_same || k <= 60) << "3 s behind it: " << k;
+    EXPECT_NE(was.store->identity(k), before.drive.store->identity(k));
+  }
+  EXPECT_GT(same, 20U);
+}
+
 TEST(UndistortScans, RefusesATrajectoryOfAnotherDrive) {
   Journey journey = drive_along({10.0, 0.0, 0.0}, 3);
   journey.trajectory.poses.pop_back();

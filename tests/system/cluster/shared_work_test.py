@@ -127,12 +127,18 @@ class Shares(SharedWork):
     def test_a_worker_begins_with_its_share(self):
         for share, first in (("1/3", 0), ("2/3", 1), ("3/3", 2)):
             shared = self.copy_of_finished()
-            for path in shared.store.glob("compute-factors-*"):
+            for path in shared.store.glob("compute-factors*"):
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
             shared.work("sites", share)
-            parts = list(shared.store.glob("compute-factors-*.parts/[0-9]"))
+            parts = list(shared.store.glob("compute-factors.parts/*.sla"))
             self.assertEqual(len(parts), 3)
-            self.assertEqual(int(min(parts, key=lambda path: path.stat().st_mtime_ns).name), first)
+            earliest = min(parts, key=lambda path: path.stat().st_mtime_ns).stem.removeprefix("compute-factors-")
+            self.assertEqual(self.keys_of_parts(shared)[first][: len(earliest)], earliest)
+
+    def keys_of_parts(self, shared):
+        """In their order, as the pass told them: three digests, and then the seal."""
+        (told,) = shared.store.glob("compute-factors-*.slp")
+        return [told.read_bytes()[32 * part : 32 * part + 32].hex() for part in range(3)]
 
     def test_workers_may_be_called_from_anywhere(self):
         os.mkdir(f"{self.folder}/elsewhere")

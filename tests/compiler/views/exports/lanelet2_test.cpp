@@ -329,6 +329,63 @@ TEST(Lanelet2, AllElseStaysAsItWas) {
             Read(exported(open, document(lanes)).text).tags("relation", 160));
 }
 
+// Whether the site nearest to a place, of all of them, lies in a weak stretch.
+bool is_weak(const OpenMap& open, const std::array<double, 3>& p_world_m, double limit_m,
+             double margin) {
+  const Sites& sites = open.map.sites;
+  const Eigen::Vector3d p_m = Eigen::Vector3d(p_world_m.data()) - sites.frame.origin_world_m;
+  std::size_t nearest = 0;
+  for (std::size_t i = 0; i < sites.sites.size(); ++i) {
+    if ((sites.sites[i].p_map_m - p_m).norm() < (sites.sites[nearest].p_map_m - p_m).norm()) {
+      nearest = i;
+    }
+  }
+  WeakStretchOptions options;
+  options.limit_m = limit_m;
+  options.least_margin = margin;
+  const std::vector<BestLook> best = best_looks(open.map, *limit_of(open.map, limit_m));
+  return std::ranges::any_of(weak_stretches(sites, best, options), [&](const WeakStretch& stretch) {
+    return stretch.first_site <= nearest && nearest <= stretch.last_site;
+  });
+}
+
+TEST(Lanelet2, StretchesThatAreMetAndWeakBecomeAreasWithATagOfTheirOwn) {
+  Random random(12);
+  std::size_t inside = 0;
+  std::size_t strong = 0;
+  for (const double margin : {0.0, 0.5, 1.0}) {
+    const OpenMap open(2);
+    const std::vector<Lane> lanes = random_lanes(random, open.map, 6);
+    const Lanelet2Export made = exported(open, document(lanes), {0.25, margin});
+    std::vector<std::pair<Points, Tags>> areas = Read(made.text).areas();
+    std::erase_if(
+        areas, [](const auto& area) { return area.second.at("subtype") != "feature_weak_road"; });
+    EXPECT_EQ(areas.size(), made.weak_area_count);
+    for (std::size_t i = 0; i < lanes.size(); ++i) {
+      const std::string id = std::to_string(100 * (i + 1) + 60);
+      for (const std::array<double, 3>& p_m : places(open, lanes[i])) {
+        const Eigen::Vector2d at_m(p_m[0], p_m[1]);
+        const bool is_end =
+            (at_m - lanes[i].from_m).norm() < 0.1 || (at_m - lanes[i].to_m).norm() < 0.1;
+        if (is_end) continue;
+        const RangeAnswer range = *open.reader->observation_range(p_m, 0.25);
+        const bool is_known = (range.flags & (kAnswerFar | kAnswerUnknownLocalizer)) == 0;
+        const bool is_met = is_known && ((range.flags & kAnswerUnmet) == 0 ||
+                                         (open.reader->look(p_m, 0.25)->flags & kAnswerUnmet) == 0);
+        const bool is_in_one = std::ranges::any_of(areas, [&](const auto& area) {
+          return area.second.at("lanelet") == id && is_inside(area.first, at_m);
+        });
+        const bool is_weak_here = is_met && is_weak(open, p_m, 0.25, margin);
+        EXPECT_EQ(is_in_one, is_weak_here);
+        inside += is_weak_here ? 1 : 0;
+        strong += is_met && !is_weak_here ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(inside, 20U);
+  EXPECT_GT(strong, 20U);
+}
+
 TEST(Lanelet2, StretchesThatAreUnmetBecomeAreasOfTheLanesWidth) {
   Random random(11);
   std::size_t inside = 0;
@@ -339,7 +396,9 @@ TEST(Lanelet2, StretchesThatAreUnmetBecomeAreasOfTheLanesWidth) {
     for (const double limit_m : {0.10, 0.25}) {
       const Lanelet2Export made = exported(open, text, {.area_limit_m = limit_m});
       const Read read(made.text);
-      const auto areas = read.areas();
+      auto areas = read.areas();
+      std::erase_if(
+          areas, [](const auto& area) { return area.second.at("subtype") == "feature_weak_road"; });
       EXPECT_EQ(areas.size(), made.area_count);
       for (const auto& [corners_m, tags] : areas) {
         EXPECT_EQ(tags.at("type"), "degenerate_area");
@@ -391,7 +450,8 @@ TEST(Lanelet2, NoVehicleDrivesOnACrosswalkSoItIsNoArea) {
   Random random(3);
   std::vector<Lane> lanes = random_lanes(random, open.map, 6);
   for (Lane& lane : lanes) lane.tags = "<tag k=\"subtype\" v=\"crosswalk\"/>";
-  EXPECT_EQ(exported(open, document(lanes)).area_count, 0U);
+  const Lanelet2Export made = exported(open, document(lanes));
+  EXPECT_EQ(made.area_count + made.weak_area_count, 0U);
 }
 
 TEST(Lanelet2, LanesOutsideTheMapAreNamedAndSayUnknown) {

@@ -174,6 +174,24 @@ TEST_F(RecordingTest, ItsDigestNamesContentsAndNotPlaces) {
   EXPECT_NE(open_recording(options(tum(2)))->digest, digest);
 }
 
+// A recording that grew has the same scans as before; time and content are part of a name.
+TEST_F(RecordingTest, ItsScansKeepTheirNamesWhenItGrows) {
+  write_scans({"0.pcd", "1.pcd"});
+  const auto names = [&](std::string_view stamps = "") {
+    const auto store = recorded_scan_store(*open_recording(options("", stamps)));
+    return std::make_pair(*store->identity(0), *store->identity(1));
+  };
+  const auto before = names();
+  EXPECT_NE(before.first, before.second);
+  write_scans({"2.pcd"});
+  EXPECT_EQ(names(), before);
+  EXPECT_NE(names("0\n0.3\n0.5\n").second, before.second);
+  EXPECT_EQ(names("0\n0.3\n0.5\n").first, before.first);
+  std::filesystem::remove(folder_ / "scans/1.pcd");
+  write_scans({"1.pcd"});
+  EXPECT_NE(names().second, before.second);
+}
+
 TEST_F(RecordingTest, ItsStoreReadsScansAndNoticesWhenAFileChanged) {
   write_scans({"0.pcd", "1.pcd"});
   const Result<Recording> recording = open_recording(options(tum(2)));

@@ -1,3 +1,5 @@
+#include <gmock/gmock.h>
+
 #include "formats/foreign/recording/scan_files.h"
 
 #include <sys/stat.h>
@@ -91,6 +93,22 @@ TEST(ScanFiles, NamesTellNumbersAndTimes) {
   EXPECT_EQ(scan_stamp_ns("0000000012.pcd"), std::nullopt);
   EXPECT_EQ(scan_stamp_ns("000000000000000012.pcd"), std::nullopt);
   EXPECT_EQ(scan_stamp_ns("scan_1567410201745204736.pcd"), std::nullopt);
+}
+
+TEST(ScanFiles, AFileOfAFormatThatIsNotReadSaysHowToConvertIt) {
+  const ScratchFolder folder;
+  const auto said = [](const std::filesystem::path& path) {
+    const auto files = list_scan_files(path);
+    return files ? std::string("read") : to_string(files.error());
+  };
+  const std::filesystem::path osf = folder.write("drive.osf", std::string("\0\0\0\x24OSF!", 8));
+  EXPECT_THAT(said(osf), testing::HasSubstr("ouster-cli source in.osf save out.bag"));
+  EXPECT_THAT(said(folder.path()), testing::HasSubstr("ouster-cli source in.osf save out.bag"));
+  const ScratchFolder other;
+  EXPECT_THAT(said(other.write("a.lvx2", "livox_tech")), testing::HasSubstr("livox_ros_driver"));
+  EXPECT_THAT(said(other.write("a.e57", "ASTM-E57")), testing::HasSubstr("CloudCompare"));
+  // A single scan is told by the verb that was called.
+  EXPECT_EQ(list_scan_files(other.write("a.pcd", "# .PCD")).error().code, ErrorCode::kCannotOpen);
 }
 
 }  // namespace

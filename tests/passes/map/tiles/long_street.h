@@ -84,7 +84,7 @@ inline std::vector<Eigen::Vector3d> standing_m(const SurfacePoints& points) {
 }
 
 // What is kept between runs of one pass.
-struct KeptParts {
+struct NumberedParts {
   std::map<std::size_t, std::vector<std::byte>> parts;
   std::size_t count = 0;  // as the pass told it last
 
@@ -92,15 +92,15 @@ struct KeptParts {
     PassContext ctx;
     ctx.threads = threads;
     ctx.share = share;
-    ctx.saved_part = [this](std::size_t part) -> std::optional<std::vector<std::byte>> {
-      const auto found = parts.find(part);
+    ctx.saved_part = [this](const PartName& part) -> std::optional<std::vector<std::byte>> {
+      const auto found = parts.find(part.number);
       return found == parts.end() ? std::nullopt : std::optional(found->second);
     };
-    ctx.part_sink = [this](std::size_t part, std::span<const std::byte> bytes) {
-      EXPECT_TRUE(parts.emplace(part, std::vector(bytes.begin(), bytes.end())).second)
-          << "part " << part << " was made twice";
+    ctx.part_sink = [this](const PartName& part, std::span<const std::byte> bytes) {
+      EXPECT_TRUE(parts.emplace(part.number, std::vector(bytes.begin(), bytes.end())).second)
+          << "part " << part.number << " was made twice";
     };
-    ctx.part_count_sink = [this](std::size_t all) { count = all; };
+    ctx.parts_sink = [this](std::span<const PartName> all) { count = all.size(); };
     return ctx;
   }
 };

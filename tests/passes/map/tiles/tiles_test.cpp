@@ -12,6 +12,7 @@
 #include "passes/map/tiles/cell_tiles.h"
 #include "passes/map/tiles/tile_cells.h"
 #include "tests/passes/map/tiles/long_street.h"
+#include "tests/support/kept_parts.h"
 
 // Passes that go tile by tile, beside the same on the whole street at once.
 
@@ -47,7 +48,10 @@ Surface whole_surface(const SurfacePoints& points, const BuildSurfaceOptions& op
     evidence.add(std::span(&scan, 1), 1);
   }
   const double returns_per_ray =
-      all.rays == 0 ? 1.0 : static_cast<double>(all.returns) / static_cast<double>(all.rays);
+      all.rays == 0
+          ? 1.0
+          : std::round(16.0 * static_cast<double>(all.returns) / static_cast<double>(all.rays)) /
+                16.0;
   Surface surface{points.frame, options.cell_m, options.tile_m, {}};
   surface.patches = solid_patches(candidates, grid, evidence, returns_per_ray);
   const std::vector<SurfacePatch> between = ground_between(surface.patches, cells.cell_m);
@@ -125,7 +129,7 @@ TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
   PassContext alone;
   const BuildSurfaceOptions options{1.0, 64.0, 3};
   const std::vector<std::byte> whole = to_bytes(*build_surface(alone, options, street()));
-  KeptParts kept;
+  NumberedParts kept;
   PassContext second = kept.context(2, {1, 2});
   EXPECT_TRUE(to_bytes(*build_surface(second, options, street())) == whole);
   EXPECT_EQ(kept.parts.size(), kept.count);
@@ -141,13 +145,38 @@ TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
 TEST(TiledNdt, IsTheSameWhoeverMadeItsParts) {
   PassContext alone;
   const std::vector<std::byte> whole = to_bytes(*build_ndt(alone, {}, street()));
-  KeptParts kept;
+  NumberedParts kept;
   for (const std::size_t number : {1U, 0U}) {
     PassContext ctx = kept.context(1, {number, 2});
     EXPECT_TRUE(to_bytes(*build_ndt(ctx, {}, street())) == whole);
     EXPECT_EQ(kept.parts.size(), kept.count);
     kept.parts.erase(kept.count / 2);
   }
+}
+
+// The last scan of the street was somewhere else by a centimetre.
+TEST(TiledNdt, AndSurfaceMakeOnlyTheTilesAnewThatAChangeReaches) {
+  SurfacePoints moved = street();
+  moved.scans.back().T_map_lidar.translation().y() += 0.01;
+  const auto expect_few_made = [&](const auto& build) {
+    KeptParts kept;
+    PassContext first = kept.context();
+    (void)build(first, street());
+    const std::size_t all = kept.made().size();
+    EXPECT_EQ(all, kept.count());
+    PassContext second = kept.context();
+    const std::vector<std::byte> after = build(second, moved);
+    EXPECT_GT(kept.made().size(), 0U);
+    EXPECT_LT(kept.made().size(), all);
+    PassContext anew;
+    EXPECT_TRUE(after == build(anew, moved));
+  };
+  expect_few_made([](PassContext& ctx, const SurfacePoints& points) {
+    return to_bytes(*build_ndt(ctx, {}, points));
+  });
+  expect_few_made([](PassContext& ctx, const SurfacePoints& points) {
+    return to_bytes(*build_surface(ctx, {1.0, 64.0, 3}, points));
+  });
 }
 
 TEST(CellTiles, KnowsWhichScansHavePointsOverATile) {

@@ -90,7 +90,7 @@ TEST(RankedColumns, OrderAndTellEqualAsTheValuesDo) {
       EXPECT_EQ(values[i] < values[k], ranks.column(0)[i] < ranks.column(0)[k]);
     }
   }
-  EXPECT_EQ(ranks.bits(), 3);
+  EXPECT_EQ(ranks.bits(0), 3);
 }
 
 TEST(SortKeyedRows, IsAStableSort) {

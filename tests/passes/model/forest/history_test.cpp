@@ -31,7 +31,7 @@ DrivenPlace small_place() {
 }
 
 float value(const History& history, std::size_t site, std::size_t range, const char* name) {
-  const std::vector<std::string>& names = history_features();
+  const std::vector<std::string>& names = history_features(history.kind);
   const auto feature =
       static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
   EXPECT_LT(feature, names.size());
@@ -40,7 +40,7 @@ float value(const History& history, std::size_t site, std::size_t range, const c
 
 TEST(History, TellsWhatTheNearestMeasuredSiteFoundAndItsNeighbours) {
   const DrivenPlace place = small_place();
-  const History history = history_of(place.sites, place.drives[0]);
+  const History history = history_of(place.sites, {&place.drives[0]}, HistoryKind::kOfOneDrive);
   EXPECT_EQ(history.is_known, (std::vector<std::uint8_t>{1, 1, 1, 0}));
   const auto log_of = [](double x) { return static_cast<float>(std::log(x)); };
   EXPECT_EQ(value(history, 0, 0, "history_known"), 1.0F);
@@ -71,7 +71,7 @@ TEST(History, FindsNeighboursAsASearchThroughAllDoes) {
     for (std::int64_t& scan : place.drives[0].scan_of_site) {
       if (random.uniform() < 0.5) scan = -1;
     }
-    const History history = history_of(place.sites, place.drives[0]);
+    const History history = history_of(place.sites, {&place.drives[0]}, HistoryKind::kOfOneDrive);
     for (std::size_t i = 0; i < 120; ++i) {
       double worst_m = 0.0;
       for (std::size_t j = 0; j < 120; ++j) {
@@ -88,12 +88,71 @@ TEST(History, FindsNeighboursAsASearchThroughAllDoes) {
   }
 }
 
+// Independent of the code: every number from its definition, by a search through all sites.
+TEST(History, TellsWhatSeveralDrivesFoundAndHowTheyDiffer) {
+  const SyntheticOptions options = {
+      .site_count = 40, .ranges_m = {10.0, 20.0}, .has_paper_factors = false};
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    DrivenPlace place = place_driven_often(seed, 4, options);
+    Random random(seed);
+    for (Site& site : place.sites.sites) {
+      site.p_map_m = Eigen::Vector3d(random.uniform(0.0, 60.0), random.uniform(-2.0, 2.0), 0.0);
+    }
+    for (MeasuredError& drive : place.drives) {
+      for (std::int64_t& scan : drive.scan_of_site) scan = random.uniform() < 0.3 ? 1 : -1;
+    }
+    const EarlierDrives drives = {&place.drives[0], &place.drives[2], &place.drives[3]};
+    const History history = history_of(place.sites, drives, HistoryKind::kOfSeveral);
+    for (std::size_t site = 0; site < 40; ++site) {
+      std::vector<double> nearest, all;
+      for (const MeasuredError* drive : drives) {
+        double least_m = 6.0;
+        double nearest_m = -1.0;
+        for (std::size_t other = 0; other < 40; ++other) {
+          const double apart_m =
+              (place.sites.sites[site].p_map_m - place.sites.sites[other].p_map_m).norm();
+          if (drive->scan_of_site[other] < 0 || apart_m > 6.0) continue;
+          all.push_back(std::log(drive->row(other, 1).mean_m));
+          if (apart_m <= least_m) nearest_m = drive->row(other, 1).mean_m;
+          least_m = std::min(least_m, apart_m);
+        }
+        if (nearest_m > 0.0) nearest.push_back(std::log(nearest_m));
+      }
+      EXPECT_EQ(history.is_known[site] == 1, !nearest.empty());
+      if (nearest.empty()) continue;
+      std::ranges::sort(all);
+      double mean = 0.0;
+      for (const double log : nearest) mean += log / static_cast<double>(nearest.size());
+      const double most = all[static_cast<std::size_t>(0.9 * static_cast<double>(all.size() - 1))];
+      EXPECT_EQ(value(history, site, 1, "history_drives"), static_cast<float>(nearest.size()));
+      EXPECT_NEAR(value(history, site, 1, "history_log_mean"), mean, 1e-5);
+      EXPECT_NEAR(value(history, site, 1, "history_log_worst"), std::ranges::max(nearest), 1e-5);
+      EXPECT_NEAR(value(history, site, 1, "history_log_worst_near"), all.back(), 1e-5);
+      EXPECT_NEAR(value(history, site, 1, "history_log_most_near"), most, 1e-5);
+    }
+  }
+}
+
+TEST(History, OfOneDriveIsTheSameAmongSeveral) {
+  const DrivenPlace place = small_place();
+  const History one = history_of(place.sites, {&place.drives[0]}, HistoryKind::kOfOneDrive);
+  const History several = history_of(place.sites, {&place.drives[0]}, HistoryKind::kOfSeveral);
+  EXPECT_EQ(one.is_known, several.is_known);
+  for (const std::string& name : history_features()) {
+    for (std::size_t site = 0; site < 4; ++site) {
+      EXPECT_EQ(value(one, site, 1, name.c_str()), value(several, site, 1, name.c_str())) << name;
+    }
+  }
+  EXPECT_EQ(history_kind_of(history_features()), HistoryKind::kOfOneDrive);
+  EXPECT_EQ(history_kind_of(history_features(HistoryKind::kOfSeveral)), HistoryKind::kOfSeveral);
+}
+
 TEST(History, GoesBeforeTheRange) {
   FeatureRows rows;
   rows.names = {"a", "range_m"};
   rows.row_count = 2;
   rows.values = {1.0F, 10.0F, 2.0F, 20.0F};
-  const FeatureRows told = with_history(rows, nullptr);
+  const FeatureRows told = with_history(rows, HistoryKind::kOfOneDrive, nullptr);
   ASSERT_EQ(told.names.size(), 2u + history_features().size());
   EXPECT_EQ(told.names.front(), "a");
   EXPECT_EQ(told.names[1], "history_known");

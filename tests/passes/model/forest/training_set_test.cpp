@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -35,6 +37,45 @@ TEST(TrainingSet, TakesTheLabelFromAnotherDriveThanTheHistory) {
           c % 2 == 0 ? 0.0 : std::log(place.drives[history_drive[c]].row(i, 0).mean_m);
       EXPECT_EQ(told, static_cast<float>(expected));
     }
+  }
+}
+
+// Cases grow with the drives, not with their pairs; every number of earlier drives is among them.
+TEST(TrainingSet, TellsEachDriveWhatOthersFoundAndNeverItself) {
+  for (const std::size_t drive_count : {std::size_t{3}, std::size_t{7}}) {
+    DrivenPlaces places;
+    places.places.push_back(place_driven_often(1, drive_count, kSmall));
+    const Result<TrainingSet> training_set = make_training_set({}, places);
+    ASSERT_TRUE(training_set.has_value()) << to_string(training_set.error());
+    EXPECT_EQ(training_set->history_kind, HistoryKind::kOfSeveral);
+    ASSERT_EQ(training_set->sites.size(), 2 * drive_count * 130);
+    const std::vector<std::string>& names = training_set->features.names;
+    const auto column = [&](const char* name) {
+      return static_cast<std::size_t>(std::ranges::find(names, name) - names.begin());
+    };
+    std::set<int> told_counts;
+    for (std::size_t c = 0; c < 2 * drive_count; ++c) {
+      const std::size_t label = c / 2;
+      const std::size_t site = c * 130 + 17;
+      EXPECT_EQ(training_set->labels[site * 2], places.places[0].drives[label].row(17, 0).mean_m);
+      EXPECT_EQ(training_set->sites[site].drive, label);
+      EXPECT_EQ(training_set->sites[site].has_history, c % 2);
+      const float* row = training_set->features.row(site * 2);
+      const auto told_count = static_cast<std::size_t>(row[column("history_drives")]);
+      if (c % 2 == 0) {
+        EXPECT_EQ(told_count, 0u);
+        continue;
+      }
+      told_counts.insert(static_cast<int>(told_count));
+      // Those behind the label's drive in a circle, and so never itself.
+      double sum = 0.0;
+      for (std::size_t i = 1; i <= told_count; ++i) {
+        sum += std::log(places.places[0].drives[(label + i) % drive_count].row(17, 0).mean_m);
+      }
+      EXPECT_LT(told_count, drive_count);
+      EXPECT_NEAR(row[column("history_log_mean")], sum / static_cast<double>(told_count), 1e-5);
+    }
+    EXPECT_EQ(told_counts.size(), drive_count - 1);
   }
 }
 

@@ -208,6 +208,31 @@ TEST(Pieces, OfADriveThatMeetsNoOtherIsNamed) {
       << told.warnings[0];
 }
 
+// The second drive begins in a street that looks like that of the first, and goes on in another.
+TEST(Pieces, OfADriveThatFitsAtItsBeginningAloneAreNotJoined) {
+  constexpr double kAlikeUntil_m = 12.0;
+  constexpr int kCount = 41;
+  const BoxWorld first = random_street(4);
+  BoxWorld alike = first;
+  std::erase_if(alike.boxes, [](const TestBox& box) { return box.low_m.x() > kAlikeUntil_m; });
+  for (const TestBox& box : random_street(9).boxes) {
+    if (box.low_m.x() > kAlikeUntil_m) alike.boxes.push_back(box);
+  }
+  const TestDrive monday = drive_through(first, along_street(-10.0, kCount), 0.5);
+  const TestDrive tuesday = drive_through(alike, along_street(-10.0, kCount), 0.5);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < kCount; ++i) scans.push_back(*monday.drive.store->read(i));
+  for (std::size_t i = 0; i < kCount; ++i) scans.push_back(*tuesday.drive.store->read(i));
+  TestDrive test =
+      drive_of(scans, joined(along_street(-10.0, kCount), along_street(-10.0, kCount)));
+  test.drive.sensor.azimuth_step_deg = 0.5;
+  for (std::size_t i = kCount; i < scans.size(); ++i) test.drive.scans[i].part = 1;
+  test.drive.later_parts = {"tuesday"};
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(pieces_in(*told.trajectory), 2u);
+}
+
 // The same street, but nothing to tell where along it: walls without any feature, after a pause.
 TEST(Pieces, AreNotJoinedWhereAllPlacesLookAlike) {
   BoxWorld world;

@@ -1,9 +1,8 @@
-#include "formats/foreign/logs/velodyne_revolutions.h"
+#include "formats/foreign/logs/revolutions.h"
 
 #include <utility>
 
 #include "formats/foreign/logs/pcap_reader.h"
-#include "formats/foreign/logs/velodyne_packet.h"
 
 namespace sightline {
 namespace {
@@ -13,18 +12,20 @@ constexpr std::int64_t kHour_ns = 3600 * kSecond_ns;
 // Packets follow each other after 0.5 to 1.4 ms. Where more is missing than this, a part of the
 // revolution is.
 constexpr std::int64_t kLongestGap_ns = kSecond_ns / 100;
+constexpr std::int64_t kFirstSetClock_ns = 1'104'537'600 * kSecond_ns;  // 2005
 // The slowest head turns 5 times a second.
 constexpr std::int64_t kLongestTurn_ns = kSecond_ns;
 
 class RevolutionFinder {
  public:
-  explicit RevolutionFinder(std::filesystem::path path) : path_(std::move(path)) {}
+  RevolutionFinder(std::filesystem::path path, const RotatingLidar& lidar)
+      : path_(std::move(path)), lidar_(lidar), clock_(lidar.has_date()) {}
 
   Result<void> add(const PcapPacket& packet);
   Result<RevolutionIndex> finish();
 
  private:
-  Result<void> check(const PcapPacket& packet, const VelodynePacket& data);
+  Result<void> check(const PcapPacket& packet);
   void note_gap(const PcapPacket& packet);
   bool is_fall(unsigned azimuth_cdeg);
   void close_revolution(std::size_t end_block);
@@ -36,33 +37,34 @@ class RevolutionFinder {
 
   std::filesystem::path path_;
   RevolutionIndex index_;
-  HourClock clock_;
-  std::optional<Revolution> open_;  // the one that goes on
-  ByteWriter bytes_;                // its packets
+  const RotatingLidar& lidar_;
+  PacketClock clock_;
+  std::optional<Revolution> open_;   // the one that goes on
+  ByteWriter bytes_;                 // its packets
+  std::int64_t open_offset_ns_ = 0;  // of its first block, behind its first packet's time
   std::optional<unsigned> azimuth_before_cdeg_;
   std::optional<std::int64_t> time_before_ns_;
   std::int64_t time_ns_ = 0;
-  std::optional<int> product_id_;
+  std::optional<int> model_;
   std::uint64_t data_packets_ = 0;
   std::uint64_t other_packets_ = 0;
   std::uint64_t gaps_ = 0;
   std::uint64_t first_gap_offset_ = 0;
 };
 
-Result<void> RevolutionFinder::check(const PcapPacket& packet, const VelodynePacket& data) {
-  if (!data.is_valid()) {
-    return error(ErrorCode::kMalformedHeader,
-                 "found 1206 bytes of UDP that are no Velodyne data packet", packet.offset);
-  }
-  if (!data.model() || data.product_id() != product_id_.value_or(data.product_id())) {
+Result<void> RevolutionFinder::check(const PcapPacket& packet) {
+  const Result<void> right = lidar_.check(packet.datagram);
+  if (!right) return error(right.error().code, right.error().message, packet.offset);
+  const int model = lidar_.model(packet.datagram);
+  if (model != model_.value_or(model)) {
     return error(ErrorCode::kUnsupportedFormat,
-                 "found product id " + std::to_string(data.product_id()) +
-                     ", expected packets of one HDL-32E (33) or VLP-16 (34); export the scans as "
-                     "PCD with the sensor's own tools",
+                 "found packets of two models of " + lidar_.maker() +
+                     "; keep those of one, for example with `tshark -r in.pcap -Y \"ip.src == "
+                     "ADDRESS\" -w out.pcap`",
                  packet.offset);
   }
-  product_id_ = data.product_id();
-  time_ns_ = clock_.absolute_ns(data.hour_us(), packet.time_ns);
+  model_ = model;
+  time_ns_ = clock_.absolute_ns(lidar_.time_ns(packet.datagram), packet.time_ns);
   if (time_before_ns_ && time_ns_ < *time_before_ns_) {
     return error(ErrorCode::kTimeRunsBackwards,
                  "the sensor's clock goes back by " +
@@ -91,11 +93,8 @@ bool RevolutionFinder::is_fall(unsigned azimuth_cdeg) {
 
 void RevolutionFinder::close_revolution(std::size_t end_block) {
   if (open_) {
-    open_->end_block = end_block == 0 ? kVelodyneBlocks : end_block;
-    const std::span<const std::byte> packets = bytes_.bytes();
-    const VelodynePacket first(packets.subspan(sizeof(std::int64_t), kVelodynePacketSize));
-    index_.scans.push_back(
-        {open_->first_ns + first.block_offset_ns(open_->first_block), sha256(packets)});
+    open_->end_block = end_block == 0 ? lidar_.block_count() : end_block;
+    index_.scans.push_back({open_->first_ns + open_offset_ns_, sha256(bytes_.bytes())});
     index_.revolutions.push_back(*open_);
   }
   open_.reset();
@@ -104,16 +103,15 @@ void RevolutionFinder::close_revolution(std::size_t end_block) {
 void RevolutionFinder::store(const PcapPacket& packet) {
   if (!open_) return;
   ++open_->packet_count;
-  store_packet(time_ns_, packet.datagram, bytes_);
+  store_packet(lidar_, time_ns_, packet.datagram, bytes_);
 }
 
 Result<void> RevolutionFinder::add(const PcapPacket& packet) {
-  if (packet.datagram.size() != kVelodynePacketSize) {
+  if (!lidar_.is_data(packet.datagram)) {
     ++other_packets_;
     return {};
   }
-  const VelodynePacket data(packet.datagram);
-  SIGHTLINE_TRY(check(packet, data));
+  SIGHTLINE_TRY(check(packet));
   if (time_before_ns_ == time_ns_) {
     ++other_packets_;
     return {};
@@ -123,12 +121,13 @@ Result<void> RevolutionFinder::add(const PcapPacket& packet) {
   time_before_ns_ = time_ns_;
   // A packet belongs to the revolution that goes on unless its very first block begins the next,
   // and to each that begins in it.
-  for (std::size_t block = 0; block < kVelodyneBlocks; ++block) {
-    const bool falls = is_fall(data.azimuth_cdeg(block));
+  for (std::size_t block = 0; block < lidar_.block_count(); ++block) {
+    const bool falls = is_fall(lidar_.azimuth_cdeg(packet.datagram, block));
     if (falls) {
       close_revolution(block);
       open_ = Revolution{packet.offset, 0, block, 0, time_ns_};
-      bytes_ = ByteWriter();
+      open_offset_ns_ = lidar_.block_offset_ns(packet.datagram, block);
+      bytes_ = begin_scan(lidar_);
     }
     if (falls || block == 0) store(packet);
   }
@@ -148,13 +147,20 @@ void RevolutionFinder::warn() {
                               std::to_string(first_gap_offset_) +
                               "; their revolutions were left out");
   }
+  if (clock_.is_shifted()) {
+    index_.warnings.push_back(name +
+                              ": the sensor's clock was not set; its times count from when the "
+                              "first packet was captured");
+  }
+  for (const std::string& warning : lidar_.warnings()) index_.warnings.push_back(warning);
 }
 
 Result<RevolutionIndex> RevolutionFinder::finish() {
   if (index_.revolutions.empty()) {
     return error(ErrorCode::kDriveTooShort,
-                 "no whole revolution of a Velodyne sensor among " + std::to_string(data_packets_) +
-                     " data packets and " + std::to_string(other_packets_) + " others",
+                 "no whole revolution of a " + lidar_.maker() + " sensor among " +
+                     std::to_string(data_packets_) + " data packets and " +
+                     std::to_string(other_packets_) + " others",
                  0);
   }
   warn();
@@ -163,8 +169,7 @@ Result<RevolutionIndex> RevolutionFinder::finish() {
 
 }  // namespace
 
-std::int64_t HourClock::absolute_ns(std::uint32_t hour_us, std::int64_t near_ns) {
-  const std::int64_t within_ns = std::int64_t{hour_us} * 1000;
+std::int64_t PacketClock::of_hour(std::int64_t within_ns, std::int64_t near_ns) {
   if (!now_ns_) {
     const std::int64_t hours = (near_ns - within_ns + kHour_ns / 2) / kHour_ns;
     now_ns_ = hours * kHour_ns + within_ns;
@@ -176,14 +181,33 @@ std::int64_t HourClock::absolute_ns(std::uint32_t hour_us, std::int64_t near_ns)
   return *now_ns_;
 }
 
-void store_packet(std::int64_t time_ns, std::span<const std::byte> datagram, ByteWriter& bytes) {
-  bytes.put(time_ns);
-  bytes.append(datagram.data(), datagram.size());
+std::int64_t PacketClock::absolute_ns(std::int64_t packet_ns, std::int64_t near_ns) {
+  if (!has_date_) return of_hour(packet_ns, near_ns);
+  if (!shift_ns_) shift_ns_ = packet_ns < kFirstSetClock_ns ? near_ns - packet_ns : 0;
+  return packet_ns + *shift_ns_;
 }
 
-Result<RevolutionIndex> find_revolutions(const std::filesystem::path& path) {
+std::size_t stored_size(const RotatingLidar& lidar) {
+  return sizeof(std::int64_t) + lidar.packet_size();
+}
+
+ByteWriter begin_scan(const RotatingLidar& lidar) {
+  ByteWriter bytes;
+  const std::vector<std::byte> calibration = lidar.calibration();
+  bytes.append(calibration.data(), calibration.size());
+  return bytes;
+}
+
+void store_packet(const RotatingLidar& lidar, std::int64_t time_ns,
+                  std::span<const std::byte> datagram, ByteWriter& bytes) {
+  bytes.put(time_ns);
+  bytes.append(datagram.data(), lidar.packet_size());
+}
+
+Result<RevolutionIndex> find_revolutions(const std::filesystem::path& path,
+                                         const RotatingLidar& lidar) {
   SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path));
-  RevolutionFinder finder(path);
+  RevolutionFinder finder(path, lidar);
   PcapPacket packet;
   while (true) {
     SIGHTLINE_ASSIGN(const bool more, reader.next(packet));

@@ -1,0 +1,86 @@
+#include "formats/annotation/measured_drives.h"
+
+#include <algorithm>
+
+namespace sightline {
+namespace {
+
+Error invalid(const MeasuredError& drive, const std::string& message) {
+  return {ErrorCode::kInvalidArtifact, message, "", "drive '" + drive.drive + "'"};
+}
+
+Result<void> validate_beside(const MeasuredError& first, const MeasuredError& drive) {
+  SIGHTLINE_TRY(validate(drive));
+  const bool is_of_one_map = drive.scan_of_site.size() == first.scan_of_site.size() &&
+                             drive.looks == first.looks &&
+                             drive.of_samples.size() == first.of_samples.size() &&
+                             (first.of_samples.empty() ||
+                              drive.of_samples.front().looks == first.of_samples.front().looks);
+  if (!is_of_one_map) return invalid(drive, "its sites or looks are not those of the first drive");
+  if (drive.matching.localizer == first.matching.localizer) return {};
+  return invalid(drive, "it was localized by " + to_text(drive.matching.localizer) +
+                            ", the first drive by " + to_text(first.matching.localizer));
+}
+
+}  // namespace
+
+std::string localization_role(std::size_t number) {
+  return number == 0 ? "localization" : "localization[" + std::to_string(number + 1) + "]";
+}
+
+RecordingCards without_left_out(const RecordingCards& recordings, const MeasuredDrives& measured) {
+  RecordingCards kept = recordings;
+  for (std::uint32_t number = 0; number < measured.named_count; ++number) {
+    if (std::ranges::binary_search(measured.numbers, number)) continue;
+    std::erase_if(kept.cards, [&](const RecordingCard& card) {
+      return card.role == localization_role(number);
+    });
+  }
+  return kept;
+}
+
+Result<void> validate(const MeasuredDrives& measured) {
+  if (measured.numbers.size() != measured.drives.size()) {
+    return Error{ErrorCode::kInvalidArtifact, "drives and their numbers differ in count", "", ""};
+  }
+  std::uint32_t least = 0;
+  for (std::size_t i = 0; i < measured.drives.size(); ++i) {
+    if (measured.numbers[i] < least || measured.numbers[i] >= measured.named_count) {
+      return invalid(measured.drives[i], "its number is not between those beside it");
+    }
+    least = measured.numbers[i] + 1;
+    SIGHTLINE_TRY(validate_beside(measured.drives.front(), measured.drives[i]));
+  }
+  return {};
+}
+
+Table dump(const MeasuredDrives& measured) {
+  Table table{"measured-drives", {"number", "drive", "sites", "measured_sites"}, {}, {}};
+  table.facts.emplace_back("named_count", std::int64_t{measured.named_count});
+  for (std::size_t i = 0; i < measured.drives.size(); ++i) {
+    const MeasuredError& drive = measured.drives[i];
+    const auto count =
+        std::ranges::count_if(drive.scan_of_site, [](std::int64_t scan) { return scan >= 0; });
+    table.rows.push_back({std::int64_t{measured.numbers[i]}, drive.drive,
+                          static_cast<std::int64_t>(drive.scan_of_site.size()),
+                          static_cast<std::int64_t>(count)});
+  }
+  return table;
+}
+
+void encode(const MeasuredDrives& measured, ByteWriter& writer) {
+  writer.put(measured.named_count);
+  writer.put_array(measured.numbers);
+  writer.put<std::uint64_t>(measured.drives.size());
+  for (const MeasuredError& drive : measured.drives) encode(drive, writer);
+}
+
+void decode(ByteReader& reader, MeasuredDrives& measured) {
+  constexpr std::size_t kBytesPerDrive = 4 * sizeof(std::uint64_t);
+  reader.get(measured.named_count);
+  reader.get_array(measured.numbers);
+  measured.drives.resize(reader.get_count(kBytesPerDrive));
+  for (MeasuredError& drive : measured.drives) decode(reader, drive);
+}
+
+}  // namespace sightline

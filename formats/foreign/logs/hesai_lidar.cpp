@@ -1,0 +1,274 @@
+#include "formats/foreign/logs/hesai_lidar.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <utility>
+
+#include "formats/base/atomic_file.h"
+#include "formats/base/bytes.h"
+#include "formats/foreign/clouds/cloud_parsers.h"
+#include "formats/foreign/logs/hesai_model.h"
+#include "formats/foreign/text/beam_table.h"
+#include "formats/foreign/text/lower_extension.h"
+#include "formats/rotation.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kLargestCorrection = std::size_t{1} << 20;
+constexpr unsigned kTurn_cdeg = 36000;
+
+template <class T>
+T read_at(std::span<const std::byte> bytes, std::size_t at) {
+  T value{};
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+int byte_at(std::span<const std::byte> bytes, std::size_t at) {
+  return std::to_integer<int>(bytes[at]);
+}
+
+std::int64_t whole_ns(double us) { return std::llround(1e3 * us); }
+
+// Return modes of the manuals: first, second, strongest, last; and two of them. 0: none of these.
+std::size_t returns_of_mode(int mode) {
+  if (mode == 0x33 || mode == 0x34 || mode == 0x37 || mode == 0x38) return 1;
+  return (mode >= 0x39 && mode <= 0x3c) || mode == 0x3e ? 2 : 0;
+}
+
+class HesaiLidar : public RotatingLidar {
+ public:
+  HesaiLidar(const HesaiModel& model, std::vector<HesaiAngles> angles,
+             std::vector<std::string> warnings)
+      : model_(model),
+        angles_(std::move(angles)),
+        firings_us_(hesai_firings_us(model)),
+        first_firing_us_(*std::ranges::min_element(firings_us_)),
+        warnings_(std::move(warnings)) {}
+
+  [[nodiscard]] std::string maker() const override { return "Hesai"; }
+  [[nodiscard]] bool is_data(std::span<const std::byte> datagram) const override {
+    return is_hesai_packet(datagram) && hesai_model_of(datagram) == &model_;
+  }
+  [[nodiscard]] std::size_t packet_size() const override { return model_.packet_size(); }
+  [[nodiscard]] Result<void> check(std::span<const std::byte> bytes) const override;
+  [[nodiscard]] int model(std::span<const std::byte> /*bytes*/) const override { return 0; }
+  [[nodiscard]] std::size_t block_count() const override { return model_.blocks; }
+  [[nodiscard]] unsigned azimuth_cdeg(std::span<const std::byte> bytes,
+                                      std::size_t block) const override {
+    return read_at<std::uint16_t>(bytes, block_at(block));
+  }
+  [[nodiscard]] std::int64_t time_ns(std::span<const std::byte> bytes) const override;
+  [[nodiscard]] bool has_date() const override { return true; }
+  [[nodiscard]] std::int64_t block_offset_ns(std::span<const std::byte> bytes,
+                                             std::size_t block) const override {
+    return whole_ns(block_us(bytes, block) + first_firing_us_);
+  }
+  void append_block(std::span<const std::byte> bytes, std::size_t block, std::int64_t base_ns,
+                    PointCloudFile& cloud) const override;
+  [[nodiscard]] std::vector<std::byte> calibration() const override;
+  [[nodiscard]] std::vector<std::string> warnings() const override { return warnings_; }
+
+ private:
+  [[nodiscard]] std::size_t block_at(std::size_t block) const {
+    return model_.header_size + block * model_.block_size();
+  }
+  [[nodiscard]] std::size_t returns(std::span<const std::byte> bytes) const {
+    return returns_of_mode(byte_at(bytes, model_.tail_begin() + model_.mode_at));
+  }
+  [[nodiscard]] double block_us(std::span<const std::byte> bytes, std::size_t block) const {
+    const std::size_t before_last =
+        (model_.blocks - 1 - block) / std::max<std::size_t>(1, returns(bytes));
+    return model_.last_block_us - model_.block_us * static_cast<double>(before_last);
+  }
+  [[nodiscard]] double turn_deg_per_us(std::span<const std::byte> bytes, std::size_t block) const;
+
+  const HesaiModel& model_;
+  std::vector<HesaiAngles> angles_;
+  std::vector<double> firings_us_;
+  double first_firing_us_;
+  std::vector<std::string> warnings_;
+};
+
+Result<void> HesaiLidar::check(std::span<const std::byte> bytes) const {
+  const int unit_mm = byte_at(bytes, model_.unit_at);
+  const auto us = read_at<std::uint32_t>(bytes, model_.tail_begin() + model_.us_at);
+  bool is_right = unit_mm >= 1 && unit_mm <= 20 && us < 2'000'000;
+  for (std::size_t block = 0; block < model_.blocks; ++block) {
+    is_right = is_right && azimuth_cdeg(bytes, block) < kTurn_cdeg;
+  }
+  if (!is_right) {
+    return Error{ErrorCode::kMalformedHeader,
+                 "found a packet of a " + std::string(model_.name) +
+                     " whose azimuths, unit or time are none",
+                 "", ""};
+  }
+  if (returns(bytes) > 0) return {};
+  return Error{ErrorCode::kUnsupportedFormat,
+               "found a return mode that is not read, expected one or two returns; export the "
+               "scans as PCD with PandarView",
+               "", ""};
+}
+
+std::int64_t HesaiLidar::time_ns(std::span<const std::byte> bytes) const {
+  const std::size_t date = model_.tail_begin() + model_.date_at;
+  const auto part = [&](std::size_t i, int least, int most) {
+    return std::clamp(byte_at(bytes, date + i), least, most);
+  };
+  // Firmwares count the years from 2000 or from 1900, which a year of this century tells.
+  const int year = byte_at(bytes, date);
+  const int first_year = year >= 100 ? 1900 : model_.first_year;
+  // A clock that was not set may have no month and no day.
+  const std::chrono::sys_days day(std::chrono::year(first_year + year) /
+                                  std::chrono::month(static_cast<unsigned>(part(1, 1, 12))) /
+                                  std::chrono::day(static_cast<unsigned>(part(2, 1, 31))));
+  const std::int64_t seconds = std::int64_t{86'400} * day.time_since_epoch().count() +
+                               3600 * part(3, 0, 23) + 60 * part(4, 0, 59) + part(5, 0, 60);
+  const auto us = read_at<std::uint32_t>(bytes, model_.tail_begin() + model_.us_at);
+  return 1'000'000'000 * seconds + 1000 * std::int64_t{us};
+}
+
+// How fast the head turns: the last block has no next, it takes the step before.
+double HesaiLidar::turn_deg_per_us(std::span<const std::byte> bytes, std::size_t block) const {
+  constexpr unsigned kMost_cdeg = 300;  // over 20 Hz, or packets that do not belong together
+  const std::size_t stride = returns(bytes);
+  const std::size_t from = block + stride < model_.blocks ? block : block - stride;
+  const unsigned step_cdeg =
+      (azimuth_cdeg(bytes, from + stride) + kTurn_cdeg - azimuth_cdeg(bytes, from)) % kTurn_cdeg;
+  return step_cdeg <= kMost_cdeg ? 0.01 * step_cdeg / model_.block_us : 0.0;
+}
+
+void HesaiLidar::append_block(std::span<const std::byte> bytes, std::size_t block,
+                              std::int64_t base_ns, PointCloudFile& cloud) const {
+  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+  const double tick_m = 0.001 * byte_at(bytes, model_.unit_at);
+  const double start_us = block_us(bytes, block);
+  const double turn = turn_deg_per_us(bytes, block);
+  const bool is_second = returns(bytes) == 2 && block % 2 == 1;
+  for (std::size_t channel = 0; channel < model_.channels; ++channel) {
+    const std::size_t at = block_at(block) + 2 + channel * model_.return_size;
+    const auto ticks = read_at<std::uint16_t>(bytes, at);
+    const bool is_repeated =
+        is_second && ticks == read_at<std::uint16_t>(bytes, at - model_.block_size());
+    if (ticks == 0 || is_repeated) {
+      ++cloud.zero_count;
+      continue;
+    }
+    const HesaiAngles& angles = angles_[channel];
+    const double azimuth_deg =
+        0.01 * azimuth_cdeg(bytes, block) + angles.azimuth_deg + turn * firings_us_[channel];
+    const Eigen::Vector3d direction =
+        direction_of(kRadPerDeg * (90.0 - azimuth_deg), kRadPerDeg * angles.elevation_deg);
+    if (add_point(cloud, tick_m * ticks * direction, static_cast<float>(byte_at(bytes, at + 2)))) {
+      cloud.time_offset_ns.push_back(
+          static_cast<std::int32_t>(base_ns + whole_ns(start_us + firings_us_[channel])));
+    }
+  }
+}
+
+std::vector<std::byte> HesaiLidar::calibration() const {
+  ByteWriter bytes;
+  for (const HesaiAngles& angles : angles_) {
+    bytes.put(angles.elevation_deg);
+    bytes.put(angles.azimuth_deg);
+  }
+  return bytes.take();
+}
+
+// The rows in the order of their channels.
+Result<std::vector<HesaiAngles>> angles_of(const HesaiModel& model, std::string_view text,
+                                           const std::string& file) {
+  SIGHTLINE_ASSIGN(const std::vector<BeamRow> rows, parse_beam_table(text, file));
+  const auto error = [&](const std::string& message) {
+    return Error{ErrorCode::kBadValue, message, file, ""};
+  };
+  if (rows.size() != model.channels) {
+    return error("found " + std::to_string(rows.size()) + " channels, expected the " +
+                 std::to_string(model.channels) + " of a " + std::string(model.name));
+  }
+  std::vector<HesaiAngles> angles(model.channels);
+  std::vector<bool> is_there(model.channels);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const BeamRow& row = rows[i];
+    const auto channel = static_cast<std::size_t>(row.channel.value_or(static_cast<int>(i) + 1));
+    if (channel < 1 || channel > model.channels || is_there[channel - 1]) {
+      return error("found channel " + std::to_string(channel) + ", expected each of 1 to " +
+                   std::to_string(model.channels) + " once");
+    }
+    if (!row.azimuth_deg || std::abs(*row.azimuth_deg) > 360.0 ||
+        std::abs(row.elevation_deg) > 90.0) {
+      return error("channel " + std::to_string(channel) + ": expected an elevation and an azimuth");
+    }
+    is_there[channel - 1] = true;
+    angles[channel - 1] = {row.elevation_deg, *row.azimuth_deg};
+  }
+  return angles;
+}
+
+Error another_model(std::span<const std::byte> packet) {
+  return {ErrorCode::kUnsupportedFormat,
+          "found packets of another model of Hesai (" + std::to_string(byte_at(packet, 2)) + "." +
+              std::to_string(byte_at(packet, 3)) + ", " + std::to_string(packet.size()) +
+              " bytes), expected Pandar64, PandarXT-32 or PandarXT-16; replay the capture to "
+              "Hesai's ROS driver "
+              "and record its points in a bag, or export the scans as PCD with PandarView",
+          "", ""};
+}
+
+}  // namespace
+
+bool is_hesai_packet(std::span<const std::byte> datagram) {
+  constexpr std::size_t kShortest = 200;
+  return datagram.size() >= kShortest && datagram[0] == std::byte{0xee} &&
+         datagram[1] == std::byte{0xff};
+}
+
+Result<std::unique_ptr<const RotatingLidar>> hesai_lidar(std::span<const std::byte> first_packet,
+                                                         const std::filesystem::path& correction) {
+  const HesaiModel* model = hesai_model_of(first_packet);
+  if (model == nullptr) return another_model(first_packet);
+  std::vector<HesaiAngles> angles = hesai_nominal_angles(*model);
+  std::vector<std::string> warnings;
+  if (correction.empty()) {
+    warnings.push_back(
+        "no angle correction file lies beside the capture: the nominal angles of a " +
+        std::string(model->name) +
+        " are assumed, which a unit's own miss by degrees; save its file (CSV) from "
+        "the sensor's web page");
+  } else {
+    SIGHTLINE_ASSIGN(const std::string text, read_short_text(correction, kLargestCorrection));
+    SIGHTLINE_ASSIGN(angles, angles_of(*model, text, correction.string()));
+  }
+  return std::unique_ptr<const RotatingLidar>(
+      std::make_unique<HesaiLidar>(*model, std::move(angles), std::move(warnings)));
+}
+
+std::filesystem::path hesai_correction_of(const std::filesystem::path& capture,
+                                          const std::filesystem::path& named) {
+  namespace fs = std::filesystem;
+  if (lower_extension(named) == ".csv") return named;
+  std::error_code ignored;
+  const fs::path beside = fs::path(capture).replace_extension(".csv");
+  const auto is_correction = [&](const fs::path& file) {
+    const Result<std::string> text = read_short_text(file, kLargestCorrection);
+    if (!text) return false;
+    const Result<std::vector<BeamRow>> rows = parse_beam_table(*text, file.string());
+    return rows && !rows->empty() && rows->front().azimuth_deg;
+  };
+  if (fs::is_regular_file(beside, ignored) && is_correction(beside)) return beside;
+  fs::path only;
+  const fs::path folder = capture.has_parent_path() ? capture.parent_path() : fs::path(".");
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    if (lower_extension(entry.path()) != ".csv" || !entry.is_regular_file(ignored)) continue;
+    if (!is_correction(entry.path())) continue;
+    if (!only.empty()) return {};
+    only = entry.path();
+  }
+  return only;
+}
+
+}  // namespace sightline

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/base/result.h"
+#include "formats/foreign/logs/rotating_lidar.h"
+
+// Data packets of Hesai's Pandar64, PandarXT-32 and PandarXT-16 as their User Manuals describe
+// them: a header, blocks of an azimuth and the returns of all channels, a tail with mode and UTC
+// time. Axes as Hesai's drivers have them: y along azimuth 0, x right, z up, from the sensor's
+// origin. A channel looks a little beside the head's azimuth: its unit's angle correction file says
+// how far.
+
+namespace sightline {
+
+// Whether a datagram begins as Hesai's data packets do.
+bool is_hesai_packet(std::span<const std::byte> datagram);
+
+// The reader of a sensor's packets by its first one. `correction`: the angle correction file of the
+// unit (Channel,Elevation,Azimuth); empty: the model's nominal angles, with a warning. Errors:
+// unsupported-format (another model; says how to convert it), malformed-text and bad-value (no
+// such file, or one of another model), cannot-read.
+Result<std::unique_ptr<const RotatingLidar>> hesai_lidar(std::span<const std::byte> first_packet,
+                                                         const std::filesystem::path& correction);
+
+// The angle correction file of a capture: `named` where it is a .csv, else the file beside the
+// capture with its name and that ending, else the only such file there. Empty: none.
+std::filesystem::path hesai_correction_of(const std::filesystem::path& capture,
+                                          const std::filesystem::path& named);
+
+}  // namespace sightline

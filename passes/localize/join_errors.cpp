@@ -1,0 +1,109 @@
+#include "passes/localize/join_errors.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace sightline {
+namespace {
+
+bool is_measured_somewhere(const MeasuredError& measured) {
+  return std::ranges::any_of(measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; });
+}
+
+// Why a drive is left out; empty: it is not.
+std::string reason_to_leave_out(const Drive& first, const Drive& drive,
+                                const MeasuredError& errors) {
+  if (drive.sensor.name != first.sensor.name) {
+    return "its sensor is " + drive.sensor.name + ", that of the first is " + first.sensor.name;
+  }
+  if (to_bytes(drive.sensor) != to_bytes(first.sensor)) {
+    return "its sensor sits elsewhere on the vehicle than that of the first, or has other beams";
+  }
+  return is_measured_somewhere(errors) ? "" : "it comes near no site of the map";
+}
+
+// Adds the drive of the next number, or leaves it out.
+void add(const PassContext& ctx, const Drive& first, const Drive& drive,
+         const MeasuredError& errors, MeasuredDrives& joined) {
+  const std::uint32_t number = joined.named_count++;
+  const std::string reason = reason_to_leave_out(first, drive, errors);
+  if (!reason.empty()) {
+    ctx.warn("localization drive " + std::to_string(number + 1) + ", '" + drive.name +
+             "', is left out: " + reason);
+    return;
+  }
+  joined.drives.push_back(errors);
+  joined.numbers.push_back(number);
+}
+
+Result<void> check_joined(const MeasuredDrives& joined) {
+  const Result<void> valid = validate(joined);
+  if (valid) return {};
+  return Error{ErrorCode::kMismatchedInputs, valid.error().message, "", valid.error().place};
+}
+
+// Takes site `site` from `from`, whose looks are those of `to`.
+void take_site(const MeasuredError& from, std::size_t site, MeasuredError& to) {
+  to.scan_of_site[site] = from.scan_of_site[site];
+  for (std::size_t look = 0; look < from.looks.size(); ++look) {
+    to.rows[to.shape().index(site, look)] = from.row(site, look);
+  }
+}
+
+// The first drive from `turn` on, in a circle, that was measured at the site; none: their count.
+std::size_t speaker_at(const MeasuredDrives& measured, std::size_t turn, std::size_t site) {
+  const std::size_t count = measured.drives.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t drive = (turn + i) % count;
+    if (measured.drives[drive].scan_of_site[site] >= 0) return drive;
+  }
+  return count;
+}
+
+}  // namespace
+
+Result<MeasuredDrives> join_errors(PassContext& ctx, const NoOptions&, const Drive& first,
+                                   const Drive& later, const MeasuredError& first_errors,
+                                   const MeasuredError& later_errors) {
+  MeasuredDrives joined;
+  add(ctx, first, first, first_errors, joined);
+  add(ctx, first, later, later_errors, joined);
+  SIGHTLINE_TRY(check_joined(joined));
+  return joined;
+}
+
+Result<MeasuredDrives> join_more_errors(PassContext& ctx, const NoOptions&, const Drive& first,
+                                        const Drive& later, const MeasuredDrives& before,
+                                        const MeasuredError& later_errors) {
+  MeasuredDrives joined = before;
+  add(ctx, first, later, later_errors, joined);
+  SIGHTLINE_TRY(check_joined(joined));
+  return joined;
+}
+
+Result<MeasuredError> pool_errors(PassContext&, const NoOptions&, const MeasuredDrives& measured) {
+  if (measured.drives.empty()) {
+    return Error{ErrorCode::kNoOverlap,
+                 "none of " + std::to_string(measured.named_count) +
+                     " localization drives comes near a site of the map",
+                 "", "pass pool-errors"};
+  }
+  MeasuredError pooled = measured.drives.front();
+  for (std::size_t i = 1; i < measured.drives.size(); ++i) {
+    pooled.drive += ", " + measured.drives[i].drive;
+  }
+  std::size_t turn = 0;
+  for (std::size_t site = 0; site < pooled.scan_of_site.size(); ++site) {
+    const std::size_t speaker = speaker_at(measured, turn, site);
+    if (speaker == measured.drives.size()) continue;
+    take_site(measured.drives[speaker], site, pooled);
+    for (std::size_t i = 0; i < pooled.of_samples.size(); ++i) {
+      take_site(measured.drives[speaker].of_samples[i], site, pooled.of_samples[i]);
+    }
+    ++turn;
+  }
+  for (MeasuredError& samples : pooled.of_samples) samples.drive = pooled.drive;
+  return pooled;
+}
+
+}  // namespace sightline

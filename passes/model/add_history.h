@@ -1,0 +1,19 @@
+#pragma once
+
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_drives.h"
+#include "formats/annotation/predicted_error.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+// The factors, and beside them what each of several drives measured, where the predictions were
+// told of them: so they can be made again from the map (passes/model/forest/measured_columns.h).
+// Error: mismatched-inputs where factors and errors are of different sites or looks.
+Result<FactorTable> add_history(PassContext& ctx, const NoOptions& options,
+                                const FactorTable& factors, const MeasuredDrives& measured,
+                                const PredictedError& predicted);
+inline constexpr Pass kAddHistory{"add-history", 1, "factors-with-history",
+                                  "What several drives measured, beside the factors", &add_history};
+
+}  // namespace sightline

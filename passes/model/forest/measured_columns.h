@@ -1,0 +1,24 @@
+#pragma once
+
+#include <vector>
+
+#include "formats/annotation/factor_table.h"
+#include "formats/annotation/measured_error.h"
+
+// What history is made of, as columns of a map's factors, so that it can be made again from the
+// map.
+
+namespace sightline {
+
+// `measured_mean_m`, `measured_p90_m` and `measured_lost_share` of each site and range, -1 at sites
+// that the drive did not measure. Those of a second drive, added after the first, are
+// `measured_mean_m[2]` and so on.
+FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured);
+
+bool has_measured_columns(const FactorTable& factors);
+
+// Back again, drive by drive; the other numbers of the rows are 0. None where the table has no such
+// columns.
+std::vector<MeasuredError> measured_of_columns(const FactorTable& factors);
+
+}  // namespace sightline

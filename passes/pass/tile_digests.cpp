@@ -1,0 +1,99 @@
+#include "passes/pass/tile_digests.h"
+
+#include "formats/base/bytes.h"
+
+namespace sightline {
+namespace {
+
+// A quarter of what most looks reach: a finer grid would only be dearer to ask.
+constexpr double kTile_m = 16.0;
+
+void put(const Eigen::Vector3d& vector, ByteWriter& writer) {
+  for (int axis = 0; axis < 3; ++axis) writer.put(vector[axis]);
+}
+
+void put(const CellKey& key, ByteWriter& writer) {
+  writer.put(key.x);
+  writer.put(key.y);
+  writer.put(key.z);
+}
+
+}  // namespace
+
+void TileDigests::add(const Eigen::Vector3d& at_m, std::span<const std::byte> bytes) {
+  growing_[tile_key(at_m, tile_m_)].add(bytes);
+}
+
+void TileDigests::finish() {
+  for (auto& [tile, builder] : growing_) of_tile_[tile] = builder.finish();
+  growing_.clear();
+}
+
+Digest TileDigests::within(const Eigen::AlignedBox2d& box_m) const {
+  const auto tile_at = [&](const Eigen::Vector2d& corner_m) {
+    return tile_key({corner_m.x(), corner_m.y(), 0.0}, tile_m_);
+  };
+  const TileKey low = tile_at(box_m.min());
+  const TileKey high = tile_at(box_m.max());
+  DigestBuilder builder;
+  auto tile = of_tile_.lower_bound(low);
+  while (tile != of_tile_.end() && tile->first.x <= high.x) {
+    if (tile->first.y < low.y) {
+      tile = of_tile_.lower_bound({tile->first.x, low.y});
+    } else if (tile->first.y > high.y) {
+      tile = of_tile_.lower_bound({tile->first.x + 1, low.y});
+    } else {
+      ByteWriter key;
+      key.put(tile->first.x);
+      key.put(tile->first.y);
+      builder.add(key.bytes());
+      builder.add(tile->second);
+      ++tile;
+    }
+  }
+  return builder.finish();
+}
+
+TileDigests digests_of(const NdtMap& map) {
+  TileDigests digests(kTile_m);
+  for (const Nd& nd : map.nds) {
+    ByteWriter writer;
+    writer.put(map.cell_m);
+    writer.put(map.tile_m);
+    put(nd.key, writer);
+    writer.put(nd.point_count);
+    put(nd.mean_m, writer);
+    for (int column = 0; column < 3; ++column) put(nd.covariance_m2.col(column), writer);
+    digests.add(nd.mean_m, writer.bytes());
+  }
+  digests.finish();
+  return digests;
+}
+
+TileDigests digests_of(const Surface& surface) {
+  TileDigests digests(kTile_m);
+  for (const SurfacePatch& patch : surface.patches) {
+    ByteWriter writer;
+    writer.put(surface.cell_m);
+    put(patch.key, writer);
+    put(patch.centre_m, writer);
+    put(patch.normal, writer);
+    writer.put(patch.half_side_m);
+    writer.put(patch.solid);
+    digests.add(patch.centre_m, writer.bytes());
+  }
+  digests.finish();
+  return digests;
+}
+
+Eigen::AlignedBox2d box_around(std::span<const Eigen::Vector3d> places_m, double reach_m) {
+  Eigen::AlignedBox2d box_m;
+  for (const Eigen::Vector3d& place_m : places_m) {
+    const Eigen::Vector2d at_m = place_m.head<2>();
+    box_m.extend(at_m);
+  }
+  const Eigen::Vector2d reach = Eigen::Vector2d::Constant(reach_m);
+  return {box_m.min() - reach, box_m.max() + reach};
+}
+
+}  // namespace sightline

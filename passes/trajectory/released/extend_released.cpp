@@ -1,0 +1,257 @@
+#include "passes/trajectory/released/extend_released.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "passes/matching/match_score.h"
+#include "passes/trajectory/loops.h"
+#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/pieces/join_pieces.h"
+#include "passes/trajectory/pieces/tell_pieces.h"
+#include "passes/trajectory/pose_graph.h"
+#include "passes/trajectory/scan_graph.h"
+#include "passes/trajectory/stretch_of_drive.h"
+#include "passes/trajectory/sweep/undistorted.h"
+
+namespace sightline {
+namespace {
+
+constexpr const char* kPlace = "pass estimate-trajectory";
+
+// How many scans from the first on were released: those of whole parts.
+Result<std::size_t> count_released(const Drive& drive,
+                                   const std::vector<const TrajectoryPose*>& poses) {
+  std::vector<std::size_t> known(drive.later_parts.size() + 1);
+  std::vector<std::size_t> all(known.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    ++all[drive.scans[i].part];
+    if (poses[i]) ++known[drive.scans[i].part];
+  }
+  std::size_t count = 0;
+  for (std::uint32_t part = 0; part < known.size(); ++part) {
+    const std::string& name = drive.name_of_part(part);
+    if (known[part] == 0) continue;
+    if (known[part] < all[part]) {
+      return Error{ErrorCode::kMismatchedInputs,
+                   std::to_string(known[part]) + " of its " + std::to_string(all[part]) +
+                       " scans have released poses: it is not the recording that was shipped",
+                   "", "drive " + name};
+    }
+    count += all[part];
+    if (part > 0 && known[part - 1] == 0) {
+      return Error{ErrorCode::kBadValue,
+                   "it is released and named behind drive " + drive.name_of_part(part - 1) +
+                       ", which is not; name new drives last",
+                   "", "drive " + name};
+    }
+  }
+  if (count > 0) return count;
+  return Error{ErrorCode::kMismatchedInputs,
+               "none of the drives " + drive.names_of_parts() + " has released poses", "", kPlace};
+}
+
+// The parts of a drive from a scan on that begins one.
+Drive parts_from(const Drive& drive, std::size_t first) {
+  Drive later = stretch_of(drive, first, drive.scans.size() - first);
+  const std::uint32_t part = drive.scans[first].part;
+  later.name = drive.name_of_part(part);
+  later.later_parts.assign(drive.later_parts.begin() + part, drive.later_parts.end());
+  for (ScanInfo& scan : later.scans) scan.part -= part;
+  return later;
+}
+
+Trajectory released_trajectory(const Drive& drive, const ReleasedPoses& released,
+                               const std::vector<const TrajectoryPose*>& poses, std::size_t count) {
+  Trajectory trajectory = rebase(released.trajectory, drive.frame);
+  const TrajectoryPose* first = released.trajectory.poses.data();
+  std::vector<TrajectoryPose> told;
+  for (std::size_t i = 0; i < count; ++i) {
+    TrajectoryPose pose = trajectory.poses[static_cast<std::size_t>(poses[i] - first)];
+    pose.recording_index = drive.scans[i].recording_index;
+    pose.stamp_ns = drive.scans[i].stamp_ns;
+    told.push_back(pose);
+  }
+  // A drive may have been left out: pieces are numbered anew in the order of their first scans.
+  std::vector<std::uint32_t> pieces;
+  for (TrajectoryPose& pose : told) {
+    auto number = std::ranges::find(pieces, pose.piece);
+    if (number == pieces.end()) number = pieces.insert(number, pose.piece);
+    pose.piece = static_cast<std::uint32_t>(number - pieces.begin());
+  }
+  trajectory.poses = std::move(told);
+  return trajectory;
+}
+
+// What is known of all scans, as the odometry of one drive.
+struct Followed {
+  Odometry odometry;                  // its pieces are runs of scans of one known piece
+  std::vector<std::uint32_t> of_run;  // the known piece of each
+  std::uint32_t released_runs = 0;
+  std::size_t first = 0;  // of the scans that are not released
+};
+
+void follow(const Drive& drive, const Trajectory& trajectory, std::uint32_t first_piece,
+            Followed& followed) {
+  Odometry& odometry = followed.odometry;
+  const Pose& T_vehicle_lidar = drive.sensor.T_vehicle_lidar;
+  for (const TrajectoryPose& pose : trajectory.poses) {
+    const std::uint32_t piece = first_piece + pose.piece;
+    const Pose T_map_lidar = pose.T_map_vehicle * T_vehicle_lidar;
+    const bool is_first = followed.of_run.empty();
+    const bool begins = is_first || followed.of_run.back() != piece;
+    if (begins && !is_first) {
+      odometry.piece_starts.push_back({static_cast<std::uint32_t>(odometry.piece.size()), true});
+    }
+    if (begins) followed.of_run.push_back(piece);
+    const double step_m =
+        begins ? 0.0
+               : (T_map_lidar.translation() - odometry.T_map_lidar.back().translation()).norm();
+    odometry.driven_m.push_back((is_first ? 0.0 : odometry.driven_m.back()) + step_m);
+    odometry.T_map_lidar.push_back(T_map_lidar);
+    odometry.is_matched.push_back(true);
+    odometry.is_far.push_back(false);
+    odometry.piece.push_back(static_cast<std::uint32_t>(followed.of_run.size() - 1));
+    odometry.overlap.push_back(pose.overlap);
+  }
+}
+
+Followed followed(const Drive& drive, const Trajectory& released, const Trajectory& own) {
+  Followed all;
+  follow(drive, released, 0, all);
+  all.released_runs = static_cast<std::uint32_t>(all.of_run.size());
+  all.first = released.poses.size();
+  const std::uint32_t pieces = released.poses.back().piece + 1;
+  follow(drive, own, std::max(pieces, *std::ranges::max_element(all.of_run) + 1), all);
+  return all;
+}
+
+// Scans as they were when their poses were found.
+Drive straight(const Drive& drive, const Trajectory& released, const Trajectory& own) {
+  const bool has_times =
+      std::ranges::any_of(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
+  if (!has_times) return drive;
+  Trajectory all = released;
+  const std::uint32_t pieces = released.poses.back().piece + 1;
+  for (TrajectoryPose pose : own.poses) {
+    pose.piece += pieces;
+    all.poses.push_back(pose);
+  }
+  return undistorted(drive, all);
+}
+
+// Where given poses say how the other scans lie to the released ones: T_map_lidar of both.
+std::vector<std::optional<Pose>> given_poses(const Drive& drive, const Trajectory& released,
+                                             const Followed& all) {
+  std::vector<std::optional<Pose>> given(drive.scans.size());
+  if (released.source == PoseSource::kEstimated) return given;  // in a frame of their own
+  const auto is_given = [&](std::size_t i) { return drive.scans[i].T_world_vehicle.has_value(); };
+  bool has_later = false;
+  for (std::size_t i = all.first; i < given.size(); ++i) has_later = has_later || is_given(i);
+  // The trajectory of a drive with given poses lies where these say.
+  for (std::size_t i = 0; has_later && i < given.size(); ++i) {
+    if (i < all.first || is_given(i)) given[i] = all.odometry.T_map_lidar[i];
+  }
+  return given;
+}
+
+// The scans that are not released, numbered from 0, and what holds them.
+PoseGraph graph_of_later(const Followed& all, const JoinedPieces& joined,
+                         const std::vector<GraphEdge>& loops) {
+  const auto first = static_cast<std::uint32_t>(all.first);
+  PoseGraph graph;
+  for (GraphEdge step : steps_of(all.odometry, all_scans(all.odometry))) {
+    if (step.from < first) continue;
+    step.from -= first;
+    step.to -= first;
+    graph.odometry.push_back(step);
+  }
+  std::vector<bool> is_held(joined.held.size() + 1, false);
+  for (const std::vector<GraphEdge>& edges : {joined.edges, loops}) {
+    for (GraphEdge edge : edges) {
+      if (edge.to < first) continue;
+      if (edge.from >= first) {
+        edge.from -= first;
+        edge.to -= first;
+        graph.loops.push_back(edge);
+        continue;
+      }
+      graph.priors.push_back({edge.to - first, all.odometry.T_map_lidar[edge.from] * edge.T_from_to,
+                              edge.sigma_m, edge.sigma_rad});
+      is_held[joined.piece[edge.to]] = true;
+    }
+  }
+  for (std::uint32_t scan = first; scan < joined.piece.size(); ++scan) {
+    if (is_held[joined.piece[scan]]) continue;
+    is_held[joined.piece[scan]] = true;
+    graph.held.push_back(scan - first);
+  }
+  return graph;
+}
+
+// Turned as the poses are that they belong to.
+Matrix6d turned(const Matrix6d& covariance, const Pose& T_new_old) {
+  Matrix6d by_turn = Matrix6d::Zero();
+  by_turn.topLeftCorner<3, 3>() = T_new_old.linear();
+  by_turn.bottomRightCorner<3, 3>() = T_new_old.linear();
+  const Matrix6d there = by_turn * covariance * by_turn.transpose();
+  return 0.5 * (there + there.transpose());
+}
+
+Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& options,
+                            const Drive& drive, const Trajectory& released, const Trajectory& own) {
+  Followed all = followed(drive, released, own);
+  const Drive seen = straight(drive, released, own);
+  SIGHTLINE_ASSIGN(const JoinedPieces joined,
+                   join_pieces(ctx, seen, given_poses(drive, released, all), all.odometry,
+                               {all.of_run, all.released_runs}));
+  warn_of_pieces(ctx, seen, all.odometry, joined);
+  std::vector<GraphEdge> loops;
+  if (options.closes_loops) {
+    SIGHTLINE_ASSIGN(loops, find_loops(ctx, seen, all.odometry, {all.first, all.first}));
+  }
+  const PoseGraph graph = graph_of_later(all, joined, loops);
+  const std::vector<Pose> start(
+      all.odometry.T_map_lidar.begin() + static_cast<std::ptrdiff_t>(all.first),
+      all.odometry.T_map_lidar.end());
+  SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, start));
+  Trajectory extended = released;
+  extended.source = std::max(released.source, own.source);
+  extended.odometry_edges += static_cast<std::uint32_t>(graph.odometry.size());
+  extended.loop_edges += static_cast<std::uint32_t>(joined.edges.size() + loops.size());
+  const Pose T_lidar_vehicle = drive.sensor.T_vehicle_lidar.inverse();
+  for (std::size_t i = 0; i < own.poses.size(); ++i) {
+    TrajectoryPose pose = own.poses[i];
+    const ScanInfo& scan = drive.scans[all.first + i];
+    pose.recording_index = scan.recording_index;
+    pose.stamp_ns = scan.stamp_ns;
+    pose.T_map_vehicle = solution.T_map_pose[i] * T_lidar_vehicle;
+    const Pose T_new_old = pose.T_map_vehicle * own.poses[i].T_map_vehicle.inverse();
+    pose.covariance = turned(pose.covariance, T_new_old);
+    pose.piece = joined.piece[all.first + i];
+    extended.poses.push_back(pose);
+  }
+  return extended;
+}
+
+}  // namespace
+
+Result<Trajectory> extend_released(PassContext& ctx, const EstimateTrajectoryOptions& options,
+                                   const Drive& drive, const ReleasedPoses& released) {
+  const std::vector<const TrajectoryPose*> poses = poses_of(drive, released);
+  SIGHTLINE_ASSIGN(const std::size_t count, count_released(drive, poses));
+  const Trajectory shipped = released_trajectory(drive, released, poses, count);
+  if (count == drive.scans.size()) return shipped;
+  SIGHTLINE_ASSIGN(const Trajectory own,
+                   estimate_trajectory(ctx, options, parts_from(drive, count)));
+  return lay_onto(ctx, options, drive, shipped, own);
+}
+
+Result<ReleasedPoses> release_poses(PassContext& /*ctx*/, const NoOptions& /*options*/,
+                                    const Drive& drive, const Trajectory& trajectory) {
+  return release(drive, trajectory);
+}
+
+}  // namespace sightline

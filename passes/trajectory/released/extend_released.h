@@ -1,0 +1,33 @@
+#pragma once
+
+#include "formats/drive/drive.h"
+#include "formats/drive/released_poses.h"
+#include "formats/drive/trajectory.h"
+#include "passes/pass/pass.h"
+#include "passes/trajectory/estimate_trajectory.h"
+
+namespace sightline {
+
+// Where the vehicle was at each scan of several drives, some of which were shipped in a map:
+// released poses stay to the bit, in their frame. The other drives, named behind the released ones,
+// are estimated by themselves first (estimate_trajectory), then laid onto what was released: by
+// given poses or by what they see, held by loops between both, in a graph in which released poses
+// do not move. Pieces that meet nothing are laid apart (join_pieces). Covariances of the other
+// drives are those of their own trajectories: how far off their first pose.
+//
+// Errors: mismatched-inputs (no drive is released, or a part of one; place: the drive), bad-value
+// (a released drive is named behind one that is not), and those of estimate_trajectory.
+Result<Trajectory> extend_released(PassContext& ctx, const EstimateTrajectoryOptions& options,
+                                   const Drive& drive, const ReleasedPoses& released);
+inline constexpr Pass kExtendReleased{"estimate-trajectory", 1, "trajectory",
+                                      "Where the vehicle was, beside what was released",
+                                      &extend_released};
+
+// The poses of a map, to be shipped beside it. Error: invalid-artifact (scans without an
+// identity).
+Result<ReleasedPoses> release_poses(PassContext& ctx, const NoOptions& options, const Drive& drive,
+                                    const Trajectory& trajectory);
+inline constexpr Pass kReleasePoses{"release-poses", 1, "released-poses",
+                                    "Poses that the next map keeps", &release_poses};
+
+}  // namespace sightline

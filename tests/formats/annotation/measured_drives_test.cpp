@@ -1,0 +1,79 @@
+#include "formats/annotation/measured_drives.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/artifact_checks.h"
+
+namespace sightline {
+namespace {
+
+MeasuredError drive_of(const std::string& name, double error_m) {
+  MeasuredError measured;
+  measured.drive = name;
+  measured.matching.localizer.name = "searching";
+  measured.looks = every_return_at({10.0, 20.0});
+  measured.scan_of_site = {7, -1};
+  measured.rows.resize(4);
+  measured.rows[0].mean_m = measured.rows[1].mean_m = error_m;
+  return measured;
+}
+
+// Three were named, the second was left out.
+MeasuredDrives two_of_three() {
+  return {{drive_of("monday", 0.1), drive_of("wednesday", 0.2)}, {0, 2}, 3};
+}
+
+TEST(MeasuredDrives, SurviveDisk) { expect_survives_disk(two_of_three()); }
+
+TEST(MeasuredDrives, DumpARowForEachDrive) {
+  const Table table = dump(two_of_three());
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(std::get<std::int64_t>(table.rows[1][0]), 2);
+  EXPECT_EQ(std::get<std::string>(table.rows[1][1]), "wednesday");
+  EXPECT_EQ(std::get<std::int64_t>(table.rows[1][3]), 1);
+}
+
+TEST(MeasuredDrives, KeepTheCardsOfThoseThatWereNotLeftOut) {
+  const RecordingCards cards{{{"mapping", "a", sha256("a")},
+                              {"localization", "monday", sha256("b")},
+                              {"localization[2]", "tuesday", sha256("c")},
+                              {"localization[3]", "wednesday", sha256("d")},
+                              {"evaluation", "e", sha256("e")}}};
+  std::vector<std::string> names;
+  for (const RecordingCard& card : without_left_out(cards, two_of_three()).cards) {
+    names.push_back(card.name);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"a", "monday", "wednesday", "e"}));
+}
+
+void expect_refused(const MeasuredDrives& measured) {
+  const Result<void> valid = validate(measured);
+  ASSERT_FALSE(valid.has_value());
+  EXPECT_EQ(valid.error().code, ErrorCode::kInvalidArtifact);
+}
+
+TEST(MeasuredDrives, RefuseWhatIsNotOfOneMap) {
+  ASSERT_TRUE(validate(two_of_three()).has_value());
+  MeasuredDrives looks = two_of_three();
+  looks.drives[1].looks[1].range_m = 30.0;
+  expect_refused(looks);
+  MeasuredDrives sites = two_of_three();
+  sites.drives[1].scan_of_site.push_back(-1);
+  sites.drives[1].rows.resize(6);
+  expect_refused(sites);
+  MeasuredDrives localizer = two_of_three();
+  localizer.drives[1].matching.localizer.name = "plain";
+  expect_refused(localizer);
+}
+
+TEST(MeasuredDrives, RefuseNumbersThatAreNotTheirs) {
+  for (const std::vector<std::uint32_t>& numbers :
+       {std::vector<std::uint32_t>{0}, {1, 1}, {2, 0}, {0, 3}}) {
+    MeasuredDrives measured = two_of_three();
+    measured.numbers = numbers;
+    expect_refused(measured);
+  }
+}
+
+}  // namespace
+}  // namespace sightline

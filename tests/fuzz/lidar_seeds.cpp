@@ -1,0 +1,140 @@
+#include "tests/fuzz/lidar_seeds.h"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+// Small sensors: few beams, and heads that turn by large steps.
+
+namespace sightline {
+namespace {
+
+std::string big16(unsigned value) {
+  return {static_cast<char>(value >> 8U), static_cast<char>(value & 255U)};
+}
+
+// IPv4 within Ethernet; `fragment`: flags and offset.
+std::string record(std::uint32_t us, unsigned number, unsigned fragment, const std::string& body) {
+  std::string frame = std::string(12, '\1') + big16(0x0800) + "\x45" + '\0';
+  frame += big16(20 + static_cast<unsigned>(body.size())) + big16(number) + big16(fragment);
+  frame += "\x40\x11" + std::string(10, '\0') + body;
+  const auto length = static_cast<std::uint32_t>(frame.size());
+  return raw(std::array<std::uint32_t, 4>{1'700'000'000, us, length, length}) + frame;
+}
+
+std::string udp(const std::string& payload) {
+  const auto size = static_cast<unsigned>(payload.size());
+  return big16(7502) + big16(7502) + big16(8 + size) + big16(0) + payload;
+}
+
+std::string capture() {
+  return raw(std::array<std::uint32_t, 6>{0xa1b2c3d4U, 0x00040002U, 0U, 0U, 0x40000U, 1U});
+}
+
+// Two columns a packet of two beams; `pixel` is one of them.
+std::string ouster_packet(bool is_legacy, std::uint16_t frame, std::uint16_t first,
+                          const std::string& pixel) {
+  std::string bytes = is_legacy ? "" : raw(std::uint16_t{1}) + raw(frame) + std::string(28, '\0');
+  for (std::uint16_t i = 0; i < 2; ++i) {
+    const auto id = static_cast<std::uint16_t>(first + i);
+    const std::uint64_t time_ns = 1'000'000ULL * (8ULL * frame + id);
+    bytes += raw(time_ns) + raw(id);
+    bytes += is_legacy ? raw(frame) + raw(std::uint32_t{0}) : raw(std::uint16_t{1});
+    bytes += pixel + pixel;
+    if (is_legacy) bytes += raw(0xffffffffU);
+  }
+  return is_legacy ? bytes : bytes + std::string(32, '\0');
+}
+
+std::string ouster_metadata(const std::string& profile) {
+  return R"({"data_format":{"columns_per_frame":8,"columns_per_packet":2,"column_window":[0,7],)"
+         R"("udp_profile_lidar":")" +
+         profile +
+         R"("},"beam_altitude_angles":[10,-10],"beam_azimuth_angles":[1,-1],)"
+         R"("lidar_origin_to_beam_origin_mm":15.8,"lidar_to_sensor_transform":)"
+         R"([-1,0,0,0,0,-1,0,0,0,0,1,36.2,0,0,0,1]})";
+}
+
+std::string ouster(const std::string& profile, const std::string& pixel, bool is_in_fragments) {
+  std::string file = capture();
+  unsigned number = 1;
+  for (std::uint16_t frame = 1; frame < 3; ++frame) {
+    for (std::uint16_t first = 0; first < 8; first += 2) {
+      const std::string datagram = udp(ouster_packet(profile == "LEGACY", frame, first, pixel));
+      const std::uint32_t us = 1000U * (8U * frame + first);
+      if (is_in_fragments) {
+        file += record(us, number, 0x2000, datagram.substr(0, 40));
+        file += record(us, number, 5, datagram.substr(40));
+      } else {
+        file += record(us, number, 0, datagram);
+      }
+      ++number;
+    }
+  }
+  return file;
+}
+
+// Blocks of 30 degrees: a turn is 12 of them.
+std::string hesai_blocks(unsigned index, unsigned blocks, unsigned channels, std::size_t unit) {
+  std::string bytes;
+  for (unsigned block = 0; block < blocks; ++block) {
+    bytes += raw(static_cast<std::uint16_t>(3000 * ((index * blocks + block) % 12)));
+    for (unsigned i = 0; i < channels; ++i) {
+      bytes += raw(std::uint16_t{2500}) + std::string(unit - 2, '\7');
+    }
+  }
+  return bytes;
+}
+
+std::string hesai(bool is_pandar64, char mode) {
+  std::string file = capture();
+  for (unsigned i = 0; i < 6; ++i) {
+    const std::uint32_t us = 400 * i;
+    std::string packet = "\xee\xff";
+    if (is_pandar64) {
+      packet += std::string("\x40\6\0\4\0\0", 6) + hesai_blocks(i, 6, 64, 3);
+      packet += std::string(10, '\0') + raw(us) + mode + '\0' + std::string("\x17\1\2\3\4\5", 6);
+    } else {
+      packet += std::string("\6\1\0\0\x10\x8\1\4\2\0", 10) + hesai_blocks(i, 8, 16, 4);
+      packet +=
+          std::string(10, '\0') + mode + std::string("\0\0\x7b\1\2\3\4\5", 8) + raw(us) + '\0';
+    }
+    file += record(us, i, 0, udp(packet));
+  }
+  return file;
+}
+
+std::string correction(int channels) {
+  std::string text = "Channel,Elevation,Azimuth\n";
+  for (int i = 1; i <= channels; ++i) {
+    text += std::to_string(i) + "," + std::to_string(10 - i) + ",1.5\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+// The first byte tells fuzz_lidars whose packets they are; then what lies beside the capture,
+// behind its length in 32 bits.
+void add_lidar_seeds(std::vector<Seed>& seeds) {
+  const std::string pixel12 = raw(std::uint32_t{5000}) + std::string(8, '\5');
+  const auto add = [&](const std::string& name, char kind, const std::string& beside,
+                       const std::string& file) {
+    add_seed(seeds, "lidars/seed_" + name, kind + sized(beside) + file);
+  };
+  add("ouster_legacy", 0, ouster_metadata("LEGACY"), ouster("LEGACY", pixel12, true));
+  add("ouster_single", 0, ouster_metadata("RNG19_RFL8_SIG16_NIR16"),
+      ouster("RNG19_RFL8_SIG16_NIR16", pixel12, false));
+  add("ouster_dual", 0, ouster_metadata("RNG19_RFL8_SIG16_NIR16_DUAL"),
+      ouster("RNG19_RFL8_SIG16_NIR16_DUAL",
+             raw(std::uint32_t{5000}) + raw(std::uint32_t{4000}) + std::string(8, '\5'), false));
+  add("ouster_low", 0, ouster_metadata("RNG15_RFL8_NIR8"),
+      ouster("RNG15_RFL8_NIR8", raw(std::uint16_t{600}) + "\5\5", false));
+  add("hesai_pandar64", 1, correction(64), hesai(true, '\x37'));
+  add("hesai_xt16", 1, correction(16), hesai(false, '\x37'));
+  add("hesai_xt16_dual", 1, "", hesai(false, '\x39'));
+  add("hesai_alone", 2, "", hesai(true, '\x39'));
+}
+
+}  // namespace sightline

@@ -1,0 +1,138 @@
+#include "passes/localize/join_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/synthetic_places.h"
+
+namespace sightline {
+namespace {
+
+const SyntheticOptions kSmall = {
+    .site_count = 12, .ranges_m = {10.0, 20.0}, .has_paper_factors = false};
+
+Drive drive_with(const std::string& name, const std::string& sensor = "vlp-16") {
+  Drive drive;
+  drive.name = name;
+  drive.sensor = *sensor_profile(sensor);
+  return drive;
+}
+
+MeasuredError nowhere(MeasuredError measured) {
+  std::ranges::fill(measured.scan_of_site, -1);
+  std::ranges::fill(measured.rows, ErrorRow{});
+  return measured;
+}
+
+struct Warned {
+  PassContext ctx;
+  std::vector<std::string> warnings;
+  Warned() {
+    ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
+  }
+};
+
+TEST(JoinErrors, KeepsEachDriveAsItIs) {
+  const DrivenPlace place = place_driven_often(1, 3, kSmall);
+  Warned told;
+  const Drive first = drive_with("first");
+  const Result<MeasuredDrives> two =
+      join_errors(told.ctx, {}, first, drive_with("second"), place.drives[0], place.drives[1]);
+  ASSERT_TRUE(two.has_value()) << to_string(two.error());
+  const Result<MeasuredDrives> three =
+      join_more_errors(told.ctx, {}, first, drive_with("third"), *two, place.drives[2]);
+  ASSERT_TRUE(three.has_value()) << to_string(three.error());
+  ASSERT_EQ(three->drives.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(to_bytes(three->drives[i]), to_bytes(place.drives[i]));
+  }
+  EXPECT_EQ(three->numbers, (std::vector<std::uint32_t>{0, 1, 2}));
+  EXPECT_TRUE(told.warnings.empty());
+}
+
+TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
+  const DrivenPlace place = place_driven_often(1, 4, kSmall);
+  Warned told;
+  const Drive first = drive_with("first");
+  Drive raised = drive_with("raised");
+  raised.sensor.T_vehicle_lidar.translation().z() += 0.5;
+  Result<MeasuredDrives> joined = join_errors(told.ctx, {}, first, drive_with("far"),
+                                              place.drives[0], nowhere(place.drives[1]));
+  ASSERT_TRUE(joined.has_value()) << to_string(joined.error());
+  joined = join_more_errors(told.ctx, {}, first, drive_with("other", "hdl-64e"), *joined,
+                            place.drives[2]);
+  ASSERT_TRUE(joined.has_value());
+  joined = join_more_errors(told.ctx, {}, first, raised, *joined, place.drives[2]);
+  ASSERT_TRUE(joined.has_value());
+  joined = join_more_errors(told.ctx, {}, first, drive_with("last"), *joined, place.drives[3]);
+  ASSERT_TRUE(joined.has_value());
+  EXPECT_EQ(joined->numbers, (std::vector<std::uint32_t>{0, 4}));
+  EXPECT_EQ(joined->named_count, 5u);
+  ASSERT_EQ(told.warnings.size(), 3u);
+  EXPECT_NE(told.warnings[0].find("drive 2, 'far', is left out: it comes near no site"),
+            std::string::npos)
+      << told.warnings[0];
+  EXPECT_NE(told.warnings[1].find("'other', is left out: its sensor is hdl-64e"), std::string::npos)
+      << told.warnings[1];
+  EXPECT_NE(told.warnings[2].find("'raised', is left out: its sensor sits elsewhere"),
+            std::string::npos)
+      << told.warnings[2];
+}
+
+TEST(JoinErrors, GoesOnWithoutTheFirst) {
+  const DrivenPlace place = place_driven_often(1, 2, kSmall);
+  Warned told;
+  const Result<MeasuredDrives> joined =
+      join_errors(told.ctx, {}, drive_with("far"), drive_with("near"), nowhere(place.drives[0]),
+                  place.drives[1]);
+  ASSERT_TRUE(joined.has_value());
+  EXPECT_EQ(joined->numbers, std::vector<std::uint32_t>{1});
+}
+
+TEST(JoinErrors, RefusesErrorsOfOtherSites) {
+  const DrivenPlace place = place_driven_often(1, 2, kSmall);
+  const DrivenPlace longer = place_driven_often(
+      1, 2, {.site_count = 13, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
+  Warned told;
+  const Result<MeasuredDrives> joined = join_errors(told.ctx, {}, drive_with("a"), drive_with("b"),
+                                                    place.drives[0], longer.drives[1]);
+  ASSERT_FALSE(joined.has_value());
+  EXPECT_EQ(joined.error().code, ErrorCode::kMismatchedInputs);
+}
+
+TEST(PoolErrors, LetsTheDrivesSpeakInTurn) {
+  DrivenPlace place = place_driven_often(1, 3, kSmall);
+  place.drives[0].scan_of_site[0] = -1;  // the second speaks for it
+  for (MeasuredError& drive : place.drives) drive.scan_of_site[5] = -1;
+  for (MeasuredError& drive : place.drives) {
+    for (std::size_t look = 0; look < 2; ++look) drive.rows[10 + look] = ErrorRow{};
+  }
+  const MeasuredDrives measured{place.drives, {0, 1, 2}, 3};
+  PassContext ctx;
+  const Result<MeasuredError> pooled = pool_errors(ctx, {}, measured);
+  ASSERT_TRUE(pooled.has_value()) << to_string(pooled.error());
+  ASSERT_TRUE(validate(*pooled).has_value());
+  EXPECT_EQ(pooled->drive, "synthetic, again, drive 3");
+  const std::size_t speaker[] = {1, 1, 2, 0, 1, 9, 2, 0, 1, 2, 0, 1};
+  for (std::size_t site = 0; site < 12; ++site) {
+    if (speaker[site] == 9) {
+      EXPECT_EQ(pooled->scan_of_site[site], -1);
+      continue;
+    }
+    for (std::size_t look = 0; look < 2; ++look) {
+      EXPECT_EQ(pooled->row(site, look).mean_m, place.drives[speaker[site]].row(site, look).mean_m)
+          << site;
+    }
+  }
+}
+
+TEST(PoolErrors, RefusesWhereNoDriveIsLeft) {
+  PassContext ctx;
+  const Result<MeasuredError> pooled = pool_errors(ctx, {}, {{}, {}, 2});
+  ASSERT_FALSE(pooled.has_value());
+  EXPECT_EQ(pooled.error().code, ErrorCode::kNoOverlap);
+}
+
+}  // namespace
+}  // namespace sightline

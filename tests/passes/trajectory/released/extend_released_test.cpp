@@ -1,0 +1,200 @@
+#include "passes/trajectory/released/extend_released.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "passes/trajectory/stretch_of_drive.h"
+#include "tests/support/box_world.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kCount = 16;  // scans of each drive
+constexpr std::int64_t kDay_ns = 86'400'000'000'000;
+
+std::vector<Pose> along_street(double from_m, std::size_t count) {
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x_m = from_m + static_cast<double>(i);
+    poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
+  }
+  return poses;
+}
+
+// Drives through streets, one a day; each from a place of its street.
+struct DayOf {
+  std::uint64_t street = 4;
+  double from_m = 0.0;
+};
+TestDrive drives(const std::vector<DayOf>& days) {
+  std::vector<Scan> scans;
+  std::vector<Pose> poses;
+  for (std::size_t day = 0; day < days.size(); ++day) {
+    const std::vector<Pose> way = along_street(days[day].from_m, kCount);
+    const TestDrive one = drive_through(random_street(days[day].street), way, 0.5);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      scans.push_back(*one.drive.store->read(i));
+      scans.back().stamp_ns += static_cast<std::int64_t>(day) * kDay_ns;
+      poses.push_back(way[i]);
+    }
+  }
+  TestDrive all = drive_of(scans, poses);
+  all.drive.sensor.azimuth_step_deg = 0.5;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    all.drive.scans[i].part = static_cast<std::uint32_t>(i / kCount);
+    all.drive.scans[i].stamp_ns = all.truth.poses[i].stamp_ns = scans[i].stamp_ns;
+  }
+  for (std::size_t day = 1; day < days.size(); ++day) {
+    all.drive.later_parts.push_back("day " + std::to_string(day + 1));
+  }
+  all.drive.store = memory_scan_store(scans);
+  return all;
+}
+
+// Of the first `days` of some drives, as they were shipped.
+ReleasedPoses shipped(const TestDrive& all, std::size_t days) {
+  Drive first = stretch_of(all.drive, 0, days * kCount);
+  first.later_parts.resize(days - 1);
+  PassContext ctx;
+  const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, first);
+  EXPECT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  return *release(first, *trajectory);
+}
+
+struct Told {
+  Result<Trajectory> trajectory;
+  std::vector<std::string> warnings;
+};
+
+Told extend(const Drive& drive, const ReleasedPoses& released) {
+  std::vector<std::string> warnings;
+  PassContext ctx;
+  ctx.threads = 2;
+  ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
+  Result<Trajectory> trajectory = extend_released(ctx, {}, drive, released);
+  return {std::move(trajectory), std::move(warnings)};
+}
+
+void expect_kept(const Trajectory& found, const ReleasedPoses& released) {
+  ASSERT_GE(found.poses.size(), released.trajectory.poses.size());
+  for (std::size_t i = 0; i < released.trajectory.poses.size(); ++i) {
+    const Pose& was = released.trajectory.poses[i].T_map_vehicle;
+    EXPECT_EQ(std::memcmp(was.data(), found.poses[i].T_map_vehicle.data(), 16 * sizeof(double)), 0)
+        << i;
+  }
+}
+
+// Seen from the first scan.
+double largest_error_m(const Trajectory& found, const Trajectory& truth) {
+  const Pose T_truth_found = truth.poses[0].T_map_vehicle * found.poses[0].T_map_vehicle.inverse();
+  double largest_m = 0.0;
+  for (std::size_t i = 0; i < found.poses.size(); ++i) {
+    const Pose laid = T_truth_found * found.poses[i].T_map_vehicle;
+    largest_m = std::max(largest_m,
+                         (laid.translation() - truth.poses[i].T_map_vehicle.translation()).norm());
+  }
+  return largest_m;
+}
+
+TEST(ExtendReleased, KeepsReleasedPosesToTheBitAndLaysOtherDrivesOntoThem) {
+  const TestDrive all = drives({{4, 0.0}, {4, 6.0}, {4, 12.0}});
+  const ReleasedPoses released = shipped(all, 1);
+  const Told told = extend(all.drive, released);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  ASSERT_TRUE(validate(*told.trajectory).has_value());
+  EXPECT_TRUE(told.warnings.empty()) << told.warnings.front();
+  ASSERT_EQ(told.trajectory->poses.size(), 3 * kCount);
+  expect_kept(*told.trajectory, released);
+  EXPECT_EQ(told.trajectory->poses.back().piece, 0U);
+  EXPECT_LT(largest_error_m(*told.trajectory, all.truth), 0.1);
+}
+
+TEST(ExtendReleased, OfNothingNewIsWhatWasReleased) {
+  const TestDrive all = drives({{4, 0.0}, {4, 4.0}});
+  const ReleasedPoses released = shipped(all, 2);
+  const Told told = extend(all.drive, released);
+  ASSERT_TRUE(told.trajectory.has_value());
+  EXPECT_EQ(to_bytes(*told.trajectory), to_bytes(released.trajectory));
+  // One of two drives alone.
+  Drive second = stretch_of(all.drive, kCount, kCount);
+  for (ScanInfo& scan : second.scans) scan.part = 0;
+  second.later_parts.clear();
+  const Told one = extend(second, released);
+  ASSERT_TRUE(one.trajectory.has_value());
+  ASSERT_EQ(one.trajectory->poses.size(), kCount);
+  EXPECT_EQ(one.trajectory->poses[0].T_map_vehicle.matrix(),
+            released.trajectory.poses[kCount].T_map_vehicle.matrix());
+}
+
+// By what it is given, in the world in which what was released lies too.
+TEST(ExtendReleased, LaysADriveWithPosesWhereTheyPutIt) {
+  TestDrive all = drives({{4, 0.0}, {4, 8.0}});
+  for (std::size_t i = 0; i < 2 * kCount; ++i) {
+    Pose pose = all.truth.poses[i].T_map_vehicle;
+    if (i >= kCount) pose.translation().x() += 0.3;  // another day's receiver
+    all.drive.scans[i].T_world_vehicle = pose;
+  }
+  const ReleasedPoses released = shipped(all, 1);
+  ASSERT_NE(released.trajectory.source, PoseSource::kEstimated);
+  const Told told = extend(all.drive, released);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  expect_kept(*told.trajectory, released);
+  EXPECT_LT(largest_error_m(*told.trajectory, all.truth), 0.1);
+}
+
+TEST(ExtendReleased, LaysApartWhatMeetsNothingAndNamesIt) {
+  const TestDrive all = drives({{4, 0.0}, {9, 0.0}});
+  const ReleasedPoses released = shipped(all, 1);
+  const Told told = extend(all.drive, released);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  expect_kept(*told.trajectory, released);
+  EXPECT_EQ(told.trajectory->poses.back().piece, 1U);
+  EXPECT_GT(told.trajectory->poses.back().T_map_vehicle.translation().x(),
+            2.0 * all.drive.sensor.max_range_m);
+  ASSERT_EQ(told.warnings.size(), 1U);
+  EXPECT_NE(told.warnings[0].find("drive day 2 was found nowhere"), std::string::npos)
+      << told.warnings[0];
+}
+
+TEST(ExtendReleased, RefusesWhatIsNotWhatWasShipped) {
+  const TestDrive all = drives({{4, 0.0}, {4, 6.0}});
+  ReleasedPoses released = shipped(all, 1);
+  const auto refused = [&](const Drive& drive) {
+    const Told told = extend(drive, released);
+    return told.trajectory ? Error{} : told.trajectory.error();
+  };
+  released.scans[3] = sha256("another scan");
+  EXPECT_EQ(refused(all.drive).code, ErrorCode::kMismatchedInputs);
+  EXPECT_NE(refused(all.drive).message.find("15 of its 16 scans"), std::string::npos);
+  EXPECT_EQ(refused(all.drive).place, "drive test");
+  for (Digest& scan : released.scans) scan = sha256("another drive");
+  EXPECT_EQ(refused(all.drive).code, ErrorCode::kMismatchedInputs);
+  const TestDrive other_way = drives({{4, 6.0}, {4, 0.0}});
+  released = shipped(other_way, 2);
+  for (std::size_t i = 0; i < kCount; ++i) released.scans[i] = sha256("a drive that is new");
+  EXPECT_EQ(refused(other_way.drive).code, ErrorCode::kBadValue);
+  EXPECT_EQ(refused(other_way.drive).place, "drive day 2");
+}
+
+TEST(ReleasedPoses, ComeBackFromTheirFileAndNotFromADamagedOne) {
+  const TestDrive all = drives({{4, 0.0}, {4, 4.0}});
+  const ReleasedPoses released = *release(all.drive, all.truth);
+  const std::vector<std::byte> bytes = to_bytes(released);
+  const Result<ReleasedPoses> again = from_bytes<ReleasedPoses>(bytes);
+  ASSERT_TRUE(again.has_value());
+  EXPECT_EQ(to_bytes(*again), bytes);
+  EXPECT_EQ(poses_of(all.drive, *again).back(), &again->trajectory.poses.back());
+  ReleasedPoses fewer = released;
+  fewer.scans.pop_back();
+  EXPECT_FALSE(validate(fewer).has_value());
+  for (std::size_t at = 0; at < bytes.size(); at += 97) {
+    std::vector<std::byte> damaged = bytes;
+    damaged[at] ^= std::byte{4};
+    EXPECT_FALSE(from_bytes<ReleasedPoses>(damaged).has_value()) << at;
+  }
+}
+
+}  // namespace
+}  // namespace sightline
