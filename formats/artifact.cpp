@@ -29,8 +29,8 @@ std::vector<std::byte> seal(std::string_view name, std::uint32_t version,
   return sealed;
 }
 
-Result<std::vector<std::byte>> unseal(std::span<const std::byte> sealed, std::string_view name,
-                                      std::uint32_t version) {
+Result<std::span<const std::byte>> unseal(std::span<const std::byte> sealed, std::string_view name,
+                                          std::uint32_t version) {
   constexpr std::size_t kChecksumSize = sizeof(std::uint64_t);
   if (sealed.size() < kMagic.size() + kChecksumSize) {
     return Error{ErrorCode::kTruncatedFile,
@@ -50,9 +50,8 @@ Result<std::vector<std::byte>> unseal(std::span<const std::byte> sealed, std::st
   const auto found_version = reader.get<std::uint32_t>();
   std::string found_name;
   reader.get_string(found_name);
-  std::vector<std::byte> payload;
-  reader.get_array(payload);
-  if (!reader.at_end()) {
+  const std::size_t size = reader.get_count(1);
+  if (!reader.ok() || size != reader.remaining()) {
     return Error{ErrorCode::kTruncatedFile, "the artifact's envelope is malformed", "",
                  "byte " + std::to_string(reader.offset() + kMagic.size())};
   }
@@ -67,7 +66,7 @@ Result<std::vector<std::byte>> unseal(std::span<const std::byte> sealed, std::st
                      ", this program reads version " + std::to_string(version),
                  "", ""};
   }
-  return payload;
+  return body.last(size);
 }
 
 }  // namespace sightline

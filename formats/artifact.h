@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,21 +34,26 @@ struct ArtifactTraits;
 // Envelope: magic "SLA\x1a", u32 encoding version, name, payload, XXH3 of all before it.
 std::vector<std::byte> seal(std::string_view name, std::uint32_t version,
                             std::vector<std::byte> payload);
-// The payload, after every check. Errors: bad-magic, truncated-file, checksum-mismatch,
-// bad-layer (another artifact's name), old-version, future-version.
-Result<std::vector<std::byte>> unseal(std::span<const std::byte> sealed, std::string_view name,
-                                      std::uint32_t version);
+// The payload within the sealed bytes, after every check. Errors: bad-magic, truncated-file,
+// checksum-mismatch, bad-layer (another artifact's name), old-version, future-version.
+Result<std::span<const std::byte>> unseal(std::span<const std::byte> sealed, std::string_view name,
+                                          std::uint32_t version);
 
+// In memory that is taken once: an artifact may be a large part of what there is.
 template <class X>
 std::vector<std::byte> to_bytes(const X& artifact) {
+  constexpr std::size_t kRoomForEnvelope = 256;
+  ByteWriter counting = ByteWriter::that_counts();
+  encode(artifact, counting);
   ByteWriter writer;
+  writer.reserve(counting.count() + kRoomForEnvelope);
   encode(artifact, writer);
   return seal(ArtifactTraits<X>::kName, ArtifactTraits<X>::kVersion, writer.take());
 }
 
 template <class X>
 Result<X> from_bytes(std::span<const std::byte> bytes) {
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> payload,
+  SIGHTLINE_ASSIGN(const std::span<const std::byte> payload,
                    unseal(bytes, ArtifactTraits<X>::kName, ArtifactTraits<X>::kVersion));
   ByteReader reader(payload);
   X artifact;

@@ -20,6 +20,13 @@ static_assert(std::endian::native == std::endian::little,
 
 class ByteWriter {
  public:
+  ByteWriter() = default;
+  // One that keeps no byte and only counts them.
+  static ByteWriter that_counts() {
+    ByteWriter writer;
+    writer.only_counts_ = true;
+    return writer;
+  }
   template <class T>
   requires std::is_arithmetic_v<T> || std::is_enum_v<T>
   void put(T value) { append(&value, sizeof value); }
@@ -40,16 +47,24 @@ class ByteWriter {
   }
   void append(const void* data, std::size_t size) {
     if (size == 0) return;
+    count_ += size;
+    if (only_counts_) return;
     const std::size_t offset = bytes_.size();
     if (bytes_.capacity() < offset + size) bytes_.reserve(2 * (offset + size));
     bytes_.resize(offset + size);
     std::memcpy(bytes_.data() + offset, data, size);
   }
+  // Takes memory for so many bytes in all, so that what was written is never moved.
+  void reserve(std::size_t size) { bytes_.reserve(size); }
+  // Of what was written.
+  [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] const std::vector<std::byte>& bytes() const { return bytes_; }
   std::vector<std::byte> take() { return std::move(bytes_); }
 
  private:
   std::vector<std::byte> bytes_;
+  std::size_t count_ = 0;
+  bool only_counts_ = false;
 };
 
 // Reads stop at the first failure: after it every get() leaves its argument alone and ok() is

@@ -171,7 +171,7 @@ Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptio
   const PointGrid places(positions_m(sites));
   AreaLocalizers localizers(
       map, {LocalizerKind::kSearching, options.matching.coarse_cells, drive.sensor.max_range_m,
-            static_cast<std::size_t>(std::max(ctx.threads, 1)) + 1});
+            static_cast<std::size_t>(std::max(ctx.threads, 1))});
   Setup setup{options, drive, in_map, places, ranges.of_samples.front(), localizers, {}};
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (is_selected(drive.scans[i], options.matching.scans)) setup.scans.push_back(i);

@@ -271,7 +271,7 @@ Result<MeasuredError> measure(PassContext& ctx, const MeasureErrorOptions& wante
       {options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
       localization_drive.sensor, map,
       {options.localizer, options.coarse_cells, longest_match_m(measuring),
-       static_cast<std::size_t>(std::max(ctx.threads, 1)) + 1});
+       static_cast<std::size_t>(std::max(ctx.threads, 1))});
   SIGHTLINE_TRY(measure_sites(ctx, measuring, localizing, scans, measured));
   return measured;
 }

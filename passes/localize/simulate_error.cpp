@@ -188,7 +188,7 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
                                matching.every_return};
   const ScanMaker maker(options, sensor, directions_of(sensor));
   const RayFan fan{maker.directions(), sensor.min_range_m, reach_m(matching, sensor)};
-  AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, fan.far_m, 2});
+  AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, fan.far_m, 1});
   const Surface driven = another_day(surface, options.relief_m, ctx.seed);
   const SiteCaster caster(driven, sites, fan.far_m);
   MeasuredError simulated = empty_result(matching, map, sites.sites.size());

@@ -43,15 +43,16 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
                                                std::size_t max_size, unsigned int seed) {
   using namespace sightline;
   const auto sealed = std::as_bytes(std::span(data, size));
-  Result<std::vector<std::byte>> payload = unseal(sealed, Traits::kName, Traits::kVersion);
-  if (!payload || seed % 16 == 0) return LLVMFuzzerMutate(data, size, max_size);
-  const std::size_t old_size = payload->size();
-  payload->resize(old_size + 64);
+  const Result<std::span<const std::byte>> unsealed =
+      unseal(sealed, Traits::kName, Traits::kVersion);
+  if (!unsealed || seed % 16 == 0) return LLVMFuzzerMutate(data, size, max_size);
+  std::vector<std::byte> payload(unsealed->begin(), unsealed->end());
+  const std::size_t old_size = payload.size();
+  payload.resize(old_size + 64);
   const std::size_t new_size =
-      LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(payload->data()), old_size, payload->size());
-  payload->resize(new_size);
-  return hand_back(seal(Traits::kName, Traits::kVersion, std::move(*payload)), data, size,
-                   max_size);
+      LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(payload.data()), old_size, payload.size());
+  payload.resize(new_size);
+  return hand_back(seal(Traits::kName, Traits::kVersion, std::move(payload)), data, size, max_size);
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

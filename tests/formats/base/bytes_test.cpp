@@ -45,5 +45,29 @@ TEST(Bytes, LeaveTheArgumentAloneAfterTheEnd) {
   EXPECT_FALSE(reader.at_end());
 }
 
+TEST(ByteWriter, CountsWhatItWouldWriteAndKeepsNone) {
+  const auto write = [](ByteWriter writer) {
+    writer.put<std::uint32_t>(7);
+    writer.put_string("street");
+    writer.put_array(std::vector<double>{1.0, 2.0});
+    writer.append("abc", 3);
+    return writer;
+  };
+  const ByteWriter written = write(ByteWriter());
+  const ByteWriter counted = write(ByteWriter::that_counts());
+  EXPECT_EQ(written.count(), written.bytes().size());
+  EXPECT_EQ(counted.count(), written.count());
+  EXPECT_TRUE(counted.bytes().empty());
+}
+
+TEST(ByteWriter, NeverMovesWhatItHasRoomFor) {
+  ByteWriter writer;
+  writer.reserve(1000);
+  writer.put<std::uint8_t>(1);
+  const std::byte* const begin = writer.bytes().data();
+  for (int i = 0; i < 999; ++i) writer.put<std::uint8_t>(2);
+  EXPECT_EQ(writer.bytes().data(), begin);
+}
+
 }  // namespace
 }  // namespace sightline

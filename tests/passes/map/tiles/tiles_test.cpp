@@ -35,18 +35,25 @@ Surface whole_surface(const SurfacePoints& points, const BuildSurfaceOptions& op
   const PatchGrid grid(patches, cells.cell_m);
   PatchEvidence evidence(grid, patches.size());
   const SurfacePointReader reader(points);
-  double returns = 0.0;
-  double rays = 0.0;
-  for (std::size_t part = 0; part < points.scans.size(); ++part) {
-    const SeenScan scan{*reader.standing(part), true, points.scans[part].T_map_lidar.translation()};
+  CountedSights all;
+  for (std::size_t part = 0; part < reader.part_count(); ++part) {
+    SeenScan scan{*reader.standing(part)};
+    scan.has_origin = part < points.scans.size();
+    if (scan.has_origin) {
+      scan.origin_m = points.scans[part].T_map_lidar.translation();
+      const CountedSights counted = counted_sights(scan.points_m.size());
+      all.returns += counted.returns;
+      all.rays += counted.rays;
+    }
     evidence.add(std::span(&scan, 1), 1);
-    const CountedSights counted = counted_sights(scan.points_m.size());
-    returns += static_cast<double>(counted.returns);
-    rays += static_cast<double>(counted.rays);
   }
+  const double returns_per_ray =
+      all.rays == 0
+          ? 1.0
+          : std::round(16.0 * static_cast<double>(all.returns) / static_cast<double>(all.rays)) /
+                16.0;
   Surface surface{points.frame, options.cell_m, options.tile_m, {}};
-  surface.patches =
-      solid_patches(candidates, grid, evidence, std::round(16.0 * returns / rays) / 16.0);
+  surface.patches = solid_patches(candidates, grid, evidence, returns_per_ray);
   const std::vector<SurfacePatch> between = ground_between(surface.patches, cells.cell_m);
   surface.patches.insert(surface.patches.end(), between.begin(), between.end());
   std::ranges::sort(surface.patches, {},
@@ -79,6 +86,43 @@ TEST(TiledSurface, HasTheBytesOfTheWholeAtOnce) {
   };
   expect_same({}, 3);
   expect_same({1.0, 64.0, 3}, 1);
+}
+
+TEST(TiledSurface, CountsRaysThroughATileInWhichTheyDoNotEnd) {
+  // A wall 2 m inside a tile is seen by one scan; of two others all rays go on through the whole
+  // tile.
+  std::vector<Scan> scans(3);
+  SurfacePoints points;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    Pose T_map_lidar = Pose::Identity();
+    T_map_lidar.translation() = Eigen::Vector3d(-20.0, 10.0, 0.0);
+    points.scans.push_back({i, T_map_lidar, 1.0, 1000.0, 0});
+    for (double y_m = -1.0; y_m < 1.0; y_m += 0.04) {
+      for (double z_m = -1.0; z_m < 1.0; z_m += 0.04) {
+        scans[i].points_m.emplace_back((i == 0 ? 1.0 : 15.0) * Eigen::Vector3d(22.1, y_m, z_m));
+      }
+    }
+  }
+  points.store = memory_scan_store(std::move(scans));
+  PassContext ctx;
+  const Result<Surface> surface = build_surface(ctx, {}, points);
+  ASSERT_TRUE(surface.has_value());
+  EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(points, {})));
+  const auto is_of_wall = [](const SurfacePatch& patch) { return patch.centre_m.x() < 10.0; };
+  EXPECT_LT(std::ranges::count_if(surface->patches, is_of_wall), 5) << "of 20";
+}
+
+TEST(TiledSurface, ChoosesBetweenEquallyNearGroundAsTheWholeDoes) {
+  // Two levels a metre apart, five columns between them, on both sides of the edge of a tile.
+  SurfacePoints points;
+  for (double y_m = 0.05; y_m < 6.0; y_m += 0.1) {
+    for (double x_m = 244.05; x_m < 254.0; x_m += 0.1) points.points_m.emplace_back(x_m, y_m, 0.1);
+    for (double x_m = 259.05; x_m < 266.0; x_m += 0.1) points.points_m.emplace_back(x_m, y_m, 1.1);
+  }
+  PassContext ctx;
+  const Result<Surface> surface = build_surface(ctx, {}, points);
+  ASSERT_TRUE(surface.has_value());
+  EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(points, {})));
 }
 
 TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
