@@ -57,9 +57,8 @@ TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
   const Drive first = drive_with("first");
   Drive raised = drive_with("raised");
   raised.sensor.T_vehicle_lidar.translation().z() += 0.5;
-  Result<MeasuredDrives> joined =
-      join_errors(told.ctx, {}, first, drive_with("far"), place.drives[0],
-                  nowhere(place.drives[1]));
+  Result<MeasuredDrives> joined = join_errors(told.ctx, {}, first, drive_with("far"),
+                                              place.drives[0], nowhere(place.drives[1]));
   ASSERT_TRUE(joined.has_value()) << to_string(joined.error());
   joined = join_more_errors(told.ctx, {}, first, drive_with("other", "hdl-64e"), *joined,
                             place.drives[2]);
@@ -74,8 +73,7 @@ TEST(JoinErrors, LeavesOutWhoIsElsewhereOrHasAnotherSensorAndSaysSo) {
   EXPECT_NE(told.warnings[0].find("drive 2, 'far', is left out: it comes near no site"),
             std::string::npos)
       << told.warnings[0];
-  EXPECT_NE(told.warnings[1].find("'other', is left out: its sensor is hdl-64e"),
-            std::string::npos)
+  EXPECT_NE(told.warnings[1].find("'other', is left out: its sensor is hdl-64e"), std::string::npos)
       << told.warnings[1];
   EXPECT_NE(told.warnings[2].find("'raised', is left out: its sensor sits elsewhere"),
             std::string::npos)
@@ -97,8 +95,8 @@ TEST(JoinErrors, RefusesErrorsOfOtherSites) {
   const DrivenPlace longer = place_driven_often(
       1, 2, {.site_count = 13, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
   Warned told;
-  const Result<MeasuredDrives> joined = join_errors(
-      told.ctx, {}, drive_with("a"), drive_with("b"), place.drives[0], longer.drives[1]);
+  const Result<MeasuredDrives> joined = join_errors(told.ctx, {}, drive_with("a"), drive_with("b"),
+                                                    place.drives[0], longer.drives[1]);
   ASSERT_FALSE(joined.has_value());
   EXPECT_EQ(joined.error().code, ErrorCode::kMismatchedInputs);
 }
@@ -123,8 +121,7 @@ TEST(PoolErrors, LetsTheDrivesSpeakInTurn) {
       continue;
     }
     for (std::size_t look = 0; look < 2; ++look) {
-      EXPECT_EQ(pooled->row(site, look).mean_m,
-                place.drives[speaker[site]].row(site, look).mean_m)
+      EXPECT_EQ(pooled->row(site, look).mean_m, place.drives[speaker[site]].row(site, look).mean_m)
           << site;
     }
   }
