@@ -29,10 +29,8 @@ double turn_of(const Eigen::Vector3d& p) {
   return p.x() < 0.0 ? 2.0 - p.y() / sum : 3.0 + p.x() / sum;
 }
 
-// A float that is no less.
-float at_least(double range_m) {
-  return std::nextafter(static_cast<float>(range_m), std::numeric_limits<float>::infinity());
-}
+// A float that is no less: rounding takes away less than is added.
+float at_least(double range_m) { return static_cast<float>(range_m * (1.0 + 0x1.0p-22)); }
 
 int row_of(double sine) { return std::clamp(static_cast<int>((sine + 1.0) / kRow), 0, kRows - 1); }
 

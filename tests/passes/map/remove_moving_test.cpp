@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "passes/map/scan_rays.h"
 #include "passes/map/tile_carver.h"
@@ -228,6 +229,36 @@ TEST(ScanRays, FindByDirectionWhatEveryRayAskedWouldSay) {
     passed += passes ? 1 : 0;
   }
   EXPECT_GT(passed, 100);
+  EXPECT_LT(passed, 1400);
+}
+
+// Beams leave most of space between them, and one scan after another fills the same rays.
+TEST(ScanRays, OfBeamsSayWhatEveryRayAskedWouldSayScanAfterScan) {
+  Random random(5);
+  ScanRays rays;
+  int passed = 0;
+  for (int scan = 0; scan < 4; ++scan) {
+    std::vector<Eigen::Vector3d> points_m;
+    for (int i = 0; i < 200 * (4 - scan); ++i) {
+      const double elevation_rad = 0.035 * (static_cast<double>(random.below(16)) - 7.5);
+      const double azimuth_rad = random.uniform(-3.2, 3.2);
+      const Eigen::Vector3d direction(std::cos(elevation_rad) * std::cos(azimuth_rad),
+                                      std::cos(elevation_rad) * std::sin(azimuth_rad),
+                                      std::sin(elevation_rad));
+      points_m.emplace_back(random.uniform(3.0, 50.0) * direction);
+    }
+    rays.take(points_m);
+    for (int i = 0; i < 400; ++i) {
+      RayQuery look;
+      look.at_m = random.uniform(0.1, 1.0) * points_m[random.below(points_m.size())] +
+                  Eigen::Vector3d(0.0, 0.0, random.uniform(-0.3, 0.3));
+      look.touch_m = random.uniform(0.02, 0.3);
+      const bool passes = rays.pass_through(look);
+      ASSERT_EQ(passes, passes_by_brute_force(points_m, look)) << "scan " << scan << " look " << i;
+      passed += passes ? 1 : 0;
+    }
+  }
+  EXPECT_GT(passed, 200);
   EXPECT_LT(passed, 1400);
 }
 

@@ -221,5 +221,26 @@ TEST(NormalClass, TellsFourAzimuthsAndUprightApart) {
   EXPECT_EQ(met.count(normal_class(Eigen::Vector3d::UnitZ())), 0U);
 }
 
+TEST(LookCutter, PreparedOnceEndsFromEachStartAsIfCutAnew) {
+  Random random(31);
+  const SensorProfile sensor;
+  LookCutter prepared;
+  LookCutter anew;
+  for (const bool is_by_normals : {false, true}) {
+    const Scan scan = room_scan(random.next(), 6000);
+    const Look look{
+        .range_m = 20.0, .return_count = 3000, .point_count = 40, .is_by_normals = is_by_normals};
+    prepared.prepare(scan, look);
+    for (int start = 0; start < 5; ++start) {
+      const Pose T_map_start(Eigen::Translation3d(random.uniform(-3.0, 3.0), 0.5 * start, 0.0));
+      ScanForMatch after, whole;
+      prepared.finish(room_localizer(), sensor, T_map_start, after);
+      anew.cut(room_localizer(), scan, sensor, look, T_map_start, whole);
+      EXPECT_FALSE(whole.points_m.empty());
+      EXPECT_EQ(after.points_m, whole.points_m);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sightline
