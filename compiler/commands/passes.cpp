@@ -3,6 +3,7 @@
 #include <string>
 
 #include "compiler/commands/commands.h"
+#include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
 
 namespace sightline {

@@ -1,3 +1,5 @@
+#include "compiler/driver/configuration.h"
+
 #include <algorithm>
 #include <utility>
 

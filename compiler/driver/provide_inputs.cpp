@@ -1,17 +1,17 @@
+#include "compiler/driver/provide_inputs.h"
+
 #include <filesystem>
 #include <map>
 #include <string>
 #include <utility>
 
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/plans.h"
 #include "compiler/store/cache.h"
 #include "formats/base/atomic_file.h"
 #include "formats/foreign/lanes/read_route.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/outside_errors_file.h"
 #include "formats/map/map_reader.h"
-
-// What plans take from outside.
 
 namespace sightline {
 namespace {

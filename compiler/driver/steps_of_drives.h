@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/plans.h"
 #include "passes/localize/measure_error.h"
 #include "passes/trajectory/align_drive.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/plans.h"
 
 // The steps that make a map: of mapping drives, or of one that somebody finished; of pipelines.
 

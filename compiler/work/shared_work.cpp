@@ -1,4 +1,5 @@
 #include "compiler/work/shared_work.h"
+#include "compiler/driver/pipelines.h"
 
 #include <algorithm>
 #include <utility>

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "compiler/config/compile_config.h"
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/configuration.h"
+#include "compiler/driver/plans.h"
+#include "compiler/driver/provide_inputs.h"
 #include "compiler/pipeline/runner.h"
 #include "compiler/work/plan_file.h"
 #include "compiler/work/stages.h"

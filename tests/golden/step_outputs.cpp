@@ -4,7 +4,9 @@
 #include <cctype>
 #include <map>
 
+#include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
+#include "compiler/driver/provide_inputs.h"
 #include "compiler/pipeline/runner.h"
 #include "formats/map/map_writer.h"
 

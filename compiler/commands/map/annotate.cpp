@@ -4,7 +4,7 @@
 #include "compiler/cli/common_flags.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/map/compile_to_map.h"
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/configuration.h"
 
 namespace sightline {
 namespace {

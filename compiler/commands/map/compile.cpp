@@ -2,7 +2,7 @@
 
 #include "compiler/commands/commands.h"
 #include "compiler/commands/map/compile_to_map.h"
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/configuration.h"
 
 namespace sightline {
 namespace {

@@ -9,6 +9,7 @@
 #include "compiler/config/input_files.h"
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provenance.h"
+#include "compiler/driver/provide_inputs.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
 #include "formats/base/atomic_file.h"

@@ -5,7 +5,7 @@
 
 #include "compiler/cli/run_flags.h"
 #include "compiler/config/compile_config.h"
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/plans.h"
 #include "compiler/pipeline/runner.h"
 #include "formats/base/atomic_file.h"
 #include "formats/base/result.h"

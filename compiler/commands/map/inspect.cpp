@@ -4,7 +4,7 @@
 
 #include "compiler/cli/console.h"
 #include "compiler/commands/commands.h"
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/provide_inputs.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/describe_site.h"
 #include "formats/map/map_reader.h"

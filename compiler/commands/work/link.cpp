@@ -5,6 +5,7 @@
 #include "compiler/cli/try_output.h"
 #include "compiler/commands/commands.h"
 #include "compiler/commands/map/compile_to_map.h"
+#include "compiler/driver/pipelines.h"
 #include "compiler/work/shared_work.h"
 
 namespace sightline {

@@ -5,6 +5,7 @@
 #include "compiler/cli/console.h"
 #include "compiler/commands/commands.h"
 #include "compiler/config/expected_cost.h"
+#include "compiler/driver/pipelines.h"
 #include "compiler/work/engine_scripts.h"
 #include "compiler/work/shared_work.h"
 #include "formats/base/atomic_file.h"

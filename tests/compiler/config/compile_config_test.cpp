@@ -1,3 +1,4 @@
+#include "compiler/driver/configuration.h"
 #include "compiler/driver/pipelines.h"
 
 #include <gtest/gtest.h>

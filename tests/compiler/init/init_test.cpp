@@ -5,7 +5,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "compiler/driver/pipelines.h"
+#include "compiler/driver/configuration.h"
 #include "compiler/init/draft_config.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/pose_file.h"

@@ -1,0 +1,131 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compiler/config/compile_config.h"
+#include "compiler/pipeline/artifact_set.h"
+#include "formats/annotation/calibrated_plan.h"
+#include "formats/annotation/measured_drives.h"
+#include "formats/drive/drive_tracks.h"
+#include "formats/drive/driven_places.h"
+#include "formats/drive/outside_errors.h"
+#include "formats/drive/released_poses.h"
+#include "formats/drive/route.h"
+#include "formats/evaluation/evaluation.h"
+#include "formats/foreign/maps/point_map.h"
+#include "formats/map/compiled_map.h"
+#include "formats/surroundings/depth_images.h"
+#include "formats/surroundings/sharpness.h"
+#include "formats/surroundings/surface.h"
+#include "formats/surroundings/surface_points.h"
+
+// What the pipelines of verbs are made of: plans with the wires that their users provide or look at.
+
+namespace sightline {
+
+// Where the error model comes from: learnt from this compile's own localization drive, or made
+// elsewhere and provided.
+enum class ModelSource { kTrained, kGiven };
+
+// One recording that a plan takes from outside.
+struct RecordingInput {
+  std::string role;  // section of the configuration: "mapping", "mapping-2", "localization", ...
+  RecordingOptions options;
+  Wire<Recording> recording;
+  Wire<SensorProfile> sensor;
+};
+
+// A file of import-errors.
+struct OutsideInput {
+  std::string file;
+  OutsideErrorsOptions options;
+  Wire<OutsideErrors> errors;
+};
+
+// A finished map that a plan takes from outside in place of a mapping drive: its points, or one
+// that was compiled before.
+struct FinishedMapInput {
+  MapOptions options;
+  RouteOptions route_options;
+  std::string world;           // that the map is said to lie in
+  Wire<PointMap> points;       // not connected: a drive makes the map, or it was compiled before
+  Wire<CompiledMap> compiled;  // not connected: it is made of points
+  Wire<Route> route;           // not connected: everywhere
+  Wire<SensorProfile> sensor;  // that will localize, where no localization drive tells
+};
+
+// A drive that is localized in a map.
+struct LocalizedDrive {
+  Wire<Drive> drive;
+  Wire<Trajectory> trajectory;  // in the map's frame
+  Wire<Drive> undistorted;
+};
+
+// From drives to a compiled map, or from a finished point cloud map and a route. What comes of a
+// drive alone (drive, trajectory, undistorted, look_plan, sharpness) is not connected in the second
+// case.
+struct CompilePlan {
+  Plan plan;
+  // From outside; a split recording localizes by its own sensor, which is not provided again.
+  std::vector<RecordingInput> recordings;
+  std::vector<OutsideInput> outside;  // those that were named
+  FinishedMapInput finished;
+  Wire<RecordingCards> cards;
+  Wire<ErrorModel> given_model;  // connected where the model is given
+  std::string base_file;
+  Wire<ReleasedPoses> base;  // connected where an earlier map's poses stay
+  // Made.
+  Wire<Drive> drive;  // of the first sensor
+  Wire<Trajectory> trajectory;
+  Wire<ReleasedPoses> released;  // for the next map
+  bool ships_poses = false;      // beside the map: it is of several drives
+  Wire<Drive> undistorted;       // of all sensors
+  Wire<SurfacePoints> points;    // not connected where a compiled map is annotated anew
+  Wire<NdtMap> ndt;
+  Wire<Surface> surface;
+  Wire<Sites> sites;
+  Wire<DepthImages> depth;
+  Wire<FactorTable> factors;
+  Wire<SensorProfile> localizing_sensor;  // of a finished map
+  Wire<MeasuredError> simulated;          // in a finished map
+  // Of the localization drive, of several each in turn; in a finished map without: simulated.
+  Wire<MeasuredError> measured;
+  Wire<MeasuredDrives> measured_drives;  // of several localization drives; else not connected
+  Wire<ErrorModel> model;                // given or trained
+  Wire<PredictedError> predicted;
+  Wire<RangeTable> ranges;
+  Wire<CalibratedPlan> look_plan;
+  Wire<Sharpness> sharpness;
+  Wire<Evaluation> evaluation;
+  Wire<CompiledMap> map;
+};
+
+// Judges a finished map by an independent drive, at the map's own ranges. Where that drive is the
+// recording that also made the map, it is judged on the scans that the map did not use.
+struct EvaluatePlan {
+  Plan plan;
+  // From outside.
+  RecordingInput recording;
+  std::vector<OutsideInput> outside;
+  Wire<NdtMap> ndt;
+  Wire<Sites> sites;
+  Wire<PredictedError> predicted;
+  Wire<RangeTable> ranges;
+  Wire<FactorTable> factors;
+  // Made, but for `measured` where it is provided.
+  Wire<MeasuredError> measured;
+  Wire<Evaluation> evaluation;
+  // Not connected where the drive is localized by another localizer than this program's own: nobody
+  // replays it then.
+  Wire<DriveTracks> tracks;
+};
+
+// From the places of a training to its error model.
+struct TrainPlan {
+  Plan plan;
+  Wire<DrivenPlaces> places;  // from outside
+  Wire<ErrorModel> model;
+};
+
+}  // namespace sightline

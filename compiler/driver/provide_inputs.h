@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+
+#include "compiler/driver/plans.h"
+#include "compiler/pipeline/artifact_set.h"
+
+// What plans take from outside.
+
+namespace sightline {
+
+// Opens the recordings of a plan, or its finished map and route, and provides them, their sensors
+// and cards, and reads the files of import-errors. Digests of scan files are kept in the cache,
+// where there is one (not empty). Errors: those of open_recording, open_point_map, read_route and
+// read_outside_errors;
+// bad-value where one recording is two localization drives.
+Result<void> provide_drives(const CompilePlan& compile,
+                            const std::filesystem::path& cache_directory, ArtifactSet& artifacts);
+Result<void> provide_drive(const EvaluatePlan& evaluate,
+                           const std::filesystem::path& cache_directory, ArtifactSet& artifacts);
+
+// Provides what a map holds.
+void provide_map(const CompiledMap& map, const EvaluatePlan& evaluate, ArtifactSet& artifacts);
+
+// Cards of the recordings of a plan that were provided, in the order of the configuration's
+// sections.
+RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& artifacts);
+
+// The error model of a finished map (.slmap) or of a model file. Errors: those of read_map,
+// model_of and from_bytes.
+Result<ErrorModel> read_model(const std::filesystem::path& file);
+
+}  // namespace sightline
