@@ -20,7 +20,8 @@
 #include "formats/surroundings/surface.h"
 #include "formats/surroundings/surface_points.h"
 
-// What the pipelines of verbs are made of: plans with the wires that their users provide or look at.
+// What the pipelines of verbs are made of: plans with the wires that their users provide or look
+// at.
 
 namespace sightline {
 

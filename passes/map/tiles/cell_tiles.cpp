@@ -17,6 +17,12 @@ TileKey divided(const TileKey& key, std::int32_t divisor) {
   return {floor_divide(key.x, divisor), floor_divide(key.y, divisor)};
 }
 
+// The frame begins where a drive does: the middle of a tile lies there, so that a street along an
+// axis is not cut lengthwise.
+TileKey tile_of_block(const TileKey& block) {
+  return divided({block.x + kBlocks / 2, block.y + kBlocks / 2}, kBlocks);
+}
+
 bool is_over(const ScanExtent& extent, const CellBox& blocks) {
   // Ascending by x: what lies before the box is left out at once.
   auto block = std::ranges::lower_bound(extent.blocks, TileKey{blocks.low.x, blocks.low.y});
@@ -49,14 +55,17 @@ CellTiles::CellTiles(std::vector<ScanExtent> extents, const BlockGrid& grid)
     : extents_(std::move(extents)), grid_(grid) {
   std::set<TileKey> tiles;
   for (const ScanExtent& extent : extents_) {
-    for (const TileKey& block : extent.blocks) tiles.insert(divided(block, kBlocks));
+    for (const TileKey& block : extent.blocks) tiles.insert(tile_of_block(block));
   }
   tiles_.assign(tiles.begin(), tiles.end());
 }
 
 CellBox CellTiles::box(std::size_t tile) const {
+  const auto first = [&](std::int32_t key) {
+    return (key * kBlocks - kBlocks / 2) * grid_.block_cells;
+  };
   const std::int32_t cells = kBlocks * grid_.block_cells;
-  const TileKey low{tiles_[tile].x * cells, tiles_[tile].y * cells};
+  const TileKey low{first(tiles_[tile].x), first(tiles_[tile].y)};
   return {low, {low.x + cells - 1, low.y + cells - 1}};
 }
 

@@ -19,7 +19,7 @@
 namespace sightline {
 
 // A bumpy road along x with walls that have gaps, seen every few metres: over the edges of tiles of
-// 256 m at y = 0 and x = -256, 0 and 256. Some voxels have moved.
+// 256 m at y = 128 and x = -128 and 128. Some voxels have moved.
 inline double range_in_street_m(const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction) {
   double range_m = std::numeric_limits<double>::infinity();
   const auto meet = [&](double at_m) {
@@ -54,7 +54,7 @@ inline SurfacePoints long_street(std::uint64_t seed) {
       if (range_m < 85.0) scan.points_m.emplace_back(range_m * direction);
     }
     Pose T_map_lidar = Pose::Identity();
-    T_map_lidar.translation() = from_m;
+    T_map_lidar.translation() = from_m + Eigen::Vector3d(0.0, 128.0, 0.0);
     points.scans.push_back({static_cast<std::uint32_t>(scans.size()), T_map_lidar, 1.0, 80.0, 0});
     scans.push_back(std::move(scan));
   }
