@@ -17,15 +17,6 @@
 namespace sightline {
 namespace {
 
-// The covariance of a point of the vehicle that is `arm_m` from the one it is known of, map axes.
-Matrix6d moved_by(const Eigen::Vector3d& arm_m, const Matrix6d& covariance) {
-  Matrix6d by_motion = Matrix6d::Identity();
-  by_motion.block<3, 3>(0, 3) << 0.0, arm_m.z(), -arm_m.y(), -arm_m.z(), 0.0, arm_m.x(), arm_m.y(),
-      -arm_m.x(), 0.0;
-  const Matrix6d there = by_motion * covariance * by_motion.transpose();
-  return 0.5 * (there + there.transpose());
-}
-
 Trajectory trajectory_of(const Drive& drive, const PoseGraph& graph, const GraphSolution& solution,
                          const Adjustment& adjusted) {
   Trajectory trajectory;

@@ -225,4 +225,12 @@ Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const 
   return spread(start, keys, poses, covariances(solver, keys.size()));
 }
 
+Matrix6d moved_by(const Eigen::Vector3d& arm_m, const Matrix6d& covariance) {
+  Matrix6d by_motion = Matrix6d::Identity();
+  by_motion.block<3, 3>(0, 3) << 0.0, arm_m.z(), -arm_m.y(), -arm_m.z(), 0.0, arm_m.x(), arm_m.y(),
+      -arm_m.x(), 0.0;
+  const Matrix6d there = by_motion * covariance * by_motion.transpose();
+  return 0.5 * (there + there.transpose());
+}
+
 }  // namespace sightline

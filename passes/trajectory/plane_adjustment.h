@@ -26,4 +26,7 @@ Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const 
                                     const std::vector<Pose>& start,
                                     const std::vector<std::uint32_t>& keys);
 
+// The covariance of a point of the vehicle that is `arm_m` from the one it is known of, map axes.
+Matrix6d moved_by(const Eigen::Vector3d& arm_m, const Matrix6d& covariance);
+
 }  // namespace sightline

@@ -6,11 +6,13 @@
 #include <utility>
 #include <vector>
 
+#include "formats/grid/point_grid.h"
 #include "passes/matching/match_score.h"
 #include "passes/trajectory/loops.h"
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/join_pieces.h"
 #include "passes/trajectory/pieces/tell_pieces.h"
+#include "passes/trajectory/plane_adjustment.h"
 #include "passes/trajectory/pose_graph.h"
 #include "passes/trajectory/scan_graph.h"
 #include "passes/trajectory/stretch_of_drive.h"
@@ -191,13 +193,37 @@ PoseGraph graph_of_later(const Followed& all, const JoinedPieces& joined,
   return graph;
 }
 
-// Turned as the poses are that they belong to.
-Matrix6d turned(const Matrix6d& covariance, const Pose& T_new_old) {
-  Matrix6d by_turn = Matrix6d::Zero();
-  by_turn.topLeftCorner<3, 3>() = T_new_old.linear();
-  by_turn.bottomRightCorner<3, 3>() = T_new_old.linear();
-  const Matrix6d there = by_turn * covariance * by_turn.transpose();
-  return 0.5 * (there + there.transpose());
+// Released scans this near are seen by the others too.
+constexpr double kSeenTogether_m = 30.0;
+// Of a released pose: less than anything that would move it.
+constexpr double kReleasedSigma_m = 0.001;
+constexpr double kReleasedSigma_rad = 0.0001;
+
+// Scans to be adjusted: of those that are not released, and of those near them.
+std::vector<std::uint32_t> keys_beside(const Followed& all, const std::vector<Pose>& poses) {
+  std::vector<Eigen::Vector3d> later_m;
+  for (std::size_t i = all.first; i < poses.size(); ++i) later_m.push_back(poses[i].translation());
+  const PointGrid later(later_m);
+  std::vector<std::uint32_t> keys;
+  for (const std::uint32_t key : key_scans(all.odometry)) {
+    if (key >= all.first || later.nearest(poses[key].translation(), kSeenTogether_m)) {
+      keys.push_back(key);
+    }
+  }
+  return keys;
+}
+
+// All scans as planes lay them that several saw, where released ones do not move.
+Result<Adjustment> adjusted(PassContext& ctx, const Drive& drive, const Followed& all,
+                            std::vector<GraphEdge> edges, const std::vector<Pose>& poses) {
+  const std::vector<std::uint32_t> keys = keys_beside(all, poses);
+  std::vector<GraphPrior> priors;
+  for (std::uint32_t i = 0; i < keys.size() && keys[i] < all.first; ++i) {
+    priors.push_back({i, poses[keys[i]], kReleasedSigma_m, kReleasedSigma_rad});
+  }
+  const PoseGraph graph{{}, std::move(edges), {}, {}};
+  return adjust_to_planes(ctx, drive, graph_of_keys(graph, all.odometry, std::move(priors), keys),
+                          poses, keys);
 }
 
 Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& options,
@@ -217,6 +243,13 @@ Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& o
       all.odometry.T_map_lidar.begin() + static_cast<std::ptrdiff_t>(all.first),
       all.odometry.T_map_lidar.end());
   SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, start));
+  std::vector<Pose> poses(
+      all.odometry.T_map_lidar.begin(),
+      all.odometry.T_map_lidar.begin() + static_cast<std::ptrdiff_t>(all.first));
+  poses.insert(poses.end(), solution.T_map_pose.begin(), solution.T_map_pose.end());
+  std::vector<GraphEdge> edges = joined.edges;
+  edges.insert(edges.end(), loops.begin(), loops.end());
+  SIGHTLINE_ASSIGN(const Adjustment adjustment, adjusted(ctx, seen, all, std::move(edges), poses));
   Trajectory extended = released;
   extended.source = std::max(released.source, own.source);
   extended.odometry_edges += static_cast<std::uint32_t>(graph.odometry.size());
@@ -227,9 +260,10 @@ Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& o
     const ScanInfo& scan = drive.scans[all.first + i];
     pose.recording_index = scan.recording_index;
     pose.stamp_ns = scan.stamp_ns;
-    pose.T_map_vehicle = solution.T_map_pose[i] * T_lidar_vehicle;
-    const Pose T_new_old = pose.T_map_vehicle * own.poses[i].T_map_vehicle.inverse();
-    pose.covariance = turned(pose.covariance, T_new_old);
+    const Pose& T_map_lidar = adjustment.T_map_lidar[all.first + i];
+    pose.T_map_vehicle = T_map_lidar * T_lidar_vehicle;
+    const Eigen::Vector3d arm_m = pose.T_map_vehicle.translation() - T_map_lidar.translation();
+    pose.covariance = moved_by(arm_m, adjustment.covariance[all.first + i]);
     pose.piece = joined.piece[all.first + i];
     extended.poses.push_back(pose);
   }

@@ -12,8 +12,8 @@ namespace sightline {
 // released poses stay to the bit, in their frame. The other drives, named behind the released ones,
 // are estimated by themselves first (estimate_trajectory), then laid onto what was released: by
 // given poses or by what they see, held by loops between both, in a graph in which released poses
-// do not move. Pieces that meet nothing are laid apart (join_pieces). Covariances of the other
-// drives are those of their own trajectories: how far off their first pose.
+// do not move, and adjusted to the planes that both saw. Pieces that meet nothing are laid apart
+// (join_pieces).
 //
 // Errors: mismatched-inputs (no drive is released, or a part of one; place: the drive), bad-value
 // (a released drive is named behind one that is not), and those of estimate_trajectory.
