@@ -24,7 +24,7 @@ constexpr double kLargestDrift_m = 4.0;
 constexpr double kLeastOverlap = 0.5;
 // Fewer say nothing; of more, this share must fit.
 constexpr std::size_t kFewestAsked = 3;
-constexpr double kLeastShareFitting = 0.6;
+constexpr double kLeastShareFitting = 0.66;
 
 // Where the scans of ranges were, and which.
 struct Seen {

@@ -51,6 +51,7 @@ nlohmann::json json_of(const YAML::Node& node) {
   if (node.IsMap()) {
     for (const auto& entry : node) json[entry.first.Scalar()] = json_of(entry.second);
   } else if (node.IsSequence()) {
+    json = nlohmann::json::array();
     for (const YAML::Node& item : node) json.push_back(json_of(item));
   } else if (node.IsScalar()) {
     json = nlohmann::json::parse(node.Scalar(), nullptr, false);

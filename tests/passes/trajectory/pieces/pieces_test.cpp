@@ -210,7 +210,7 @@ TEST(Pieces, OfADriveThatMeetsNoOtherIsNamed) {
 
 // The second drive begins in a street that looks like that of the first, and goes on in another.
 TEST(Pieces, OfADriveThatFitsAtItsBeginningAloneAreNotJoined) {
-  constexpr double kAlikeUntil_m = 12.0;
+  constexpr double kAlikeUntil_m = 6.0;
   constexpr int kCount = 41;
   const BoxWorld first = random_street(4);
   BoxWorld alike = first;
