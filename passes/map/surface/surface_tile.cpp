@@ -42,7 +42,7 @@ std::vector<std::size_t> parts_seeing(const SurfacePoints& points, const CellTil
     if (cells_m.intersects(followed_m(points.scans[part], extent))) parts.push_back(part);
   }
   std::ranges::sort(parts);
-  parts.erase(std::ranges::unique(parts).begin(), parts.end());
+  parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
   return parts;
 }
 

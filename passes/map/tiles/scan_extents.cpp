@@ -43,7 +43,7 @@ void add(std::span<const Eigen::Vector3d> points_m, const BlockGrid& grid, std::
     if (extent.blocks.empty() || extent.blocks.back() != block) extent.blocks.push_back(block);
   }
   std::ranges::sort(extent.blocks);
-  extent.blocks.erase(std::ranges::unique(extent.blocks).begin(), extent.blocks.end());
+  extent.blocks.erase(std::unique(extent.blocks.begin(), extent.blocks.end()), extent.blocks.end());
   extents.of_parts.push_back(std::move(extent));
 }
 

@@ -66,7 +66,7 @@ inline SurfacePoints long_street(std::uint64_t seed) {
     }
   }
   std::ranges::sort(points.moved_voxels);
-  points.moved_voxels.erase(std::ranges::unique(points.moved_voxels).begin(),
+  points.moved_voxels.erase(std::unique(points.moved_voxels.begin(), points.moved_voxels.end()),
                             points.moved_voxels.end());
   points.store = memory_scan_store(std::move(scans));
   return points;
