@@ -74,12 +74,12 @@ Verb annotate_verb() {
       "rays are cast on its NDs, which is rougher; where its points are at hand, take them.";
   verb.examples = {
       "sightline annotate autoware_map/ --route lanelet2_map.osm --sensor vlp-16 -o city.slmap",
-      "sightline annotate city.las --route lanes.geojson --world utm:32N --sensor hdl-64e \\\n"
-      "      --model towns.slmodel -o city.slmap",
-      "sightline annotate map.pcd --route drive.tum --sensor os1-64 -o city.slmap \\\n"
-      "      --set map.height_m=2.1",
-      "sightline annotate map.pcd --route everywhere --sensor vlp-16 -o field.slmap \\\n"
-      "      --set choose-field-sites.within=0,-50,200,50",
+      ("sightline annotate city.las --route lanes.geojson --world utm:32N --sensor hdl-64e \\\n"
+       "      --model towns.slmodel -o city.slmap"),
+      ("sightline annotate map.pcd --route drive.tum --sensor os1-64 -o city.slmap \\\n"
+       "      --set map.height_m=2.1"),
+      ("sightline annotate map.pcd --route everywhere --sensor vlp-16 -o field.slmap \\\n"
+       "      --set choose-field-sites.within=0,-50,200,50"),
       "sightline annotate city.slmap --route lanes.geojson --sensor os1-64 -o city64.slmap"};
   verb.positionals = {{.name = "MAP",
                        .help = "The finished map: .pcd, .ply or .las, a folder of them, Autoware's "
