@@ -89,8 +89,7 @@ class BlockFactors {
     std::vector<Eigen::Vector3d> places_m;
     const Sites sites = sites_of(block, sites_);
     for (const Site& site : sites.sites) {
-      encode(site.T_map_vehicle, writer);
-      for (const double coordinate_m : site.p_map_m) writer.put(coordinate_m);
+      put_place(site, writer);
       places_m.push_back(site.p_map_m);
     }
     const double cast_m = std::max(options_.rays.longest_range_m, options_.scans.longest_range_m);

@@ -215,8 +215,7 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
     std::vector<Eigen::Vector3d> places_m;
     for (const std::size_t site : caster.blocks()[part].sites) {
       writer.put<std::uint64_t>(site);  // its seed
-      encode(sites.sites[site].T_map_vehicle, writer);
-      for (const double coordinate_m : sites.sites[site].p_map_m) writer.put(coordinate_m);
+      put_place(sites.sites[site], writer);
       places_m.push_back(sites.sites[site].p_map_m);
     }
     DigestBuilder builder;

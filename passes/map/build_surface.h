@@ -24,7 +24,7 @@ std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
 // invalid-artifact (a point that the grid cannot hold).
 Result<Surface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
                               const SurfacePoints& points);
-inline constexpr Pass kBuildSurface{"build-surface", 3, "surface", "The surface that rays hit",
+inline constexpr Pass kBuildSurface{"build-surface", 4, "surface", "The surface that rays hit",
                                     &build_surface};
 
 }  // namespace sightline

@@ -1,7 +1,5 @@
 #include "passes/pass/tile_digests.h"
 
-#include "formats/base/bytes.h"
-
 namespace sightline {
 namespace {
 
@@ -84,6 +82,11 @@ TileDigests digests_of(const Surface& surface) {
   }
   digests.finish();
   return digests;
+}
+
+void put_place(const Site& site, ByteWriter& writer) {
+  encode(site.T_map_vehicle, writer);
+  put(site.p_map_m, writer);
 }
 
 Eigen::AlignedBox2d box_around(std::span<const Eigen::Vector3d> places_m, double reach_m) {

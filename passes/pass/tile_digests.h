@@ -5,6 +5,8 @@
 #include <map>
 #include <span>
 
+#include "formats/annotation/sites.h"
+#include "formats/base/bytes.h"
 #include "formats/base/hash.h"
 #include "formats/grid/cell_key.h"
 #include "formats/surroundings/ndt_map.h"
@@ -36,6 +38,9 @@ class TileDigests {
 TileDigests digests_of(const NdtMap& map);
 // Of patches at their centres.
 TileDigests digests_of(const Surface& surface);
+
+// All that decides what is seen from a site: where the vehicle and its sensor are.
+void put_place(const Site& site, ByteWriter& writer);
 
 // The places in the plane, and `reach_m` around them. At least one place.
 Eigen::AlignedBox2d box_around(std::span<const Eigen::Vector3d> places_m, double reach_m);

@@ -9,9 +9,9 @@
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/rotation.h"
 #include "passes/matching/matcher.h"
+#include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/own_pieces.h"
-#include "passes/trajectory/pose_graph.h"
 
 namespace sightline {
 namespace {

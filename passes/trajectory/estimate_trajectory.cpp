@@ -6,13 +6,13 @@
 
 #include "passes/trajectory/estimate_undistorted.h"
 #include "passes/trajectory/given/given_trajectory.h"
-#include "passes/trajectory/loops.h"
+#include "passes/trajectory/graph/loops.h"
+#include "passes/trajectory/graph/plane_adjustment.h"
+#include "passes/trajectory/graph/pose_graph.h"
+#include "passes/trajectory/graph/scan_graph.h"
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/join_pieces.h"
 #include "passes/trajectory/pieces/tell_pieces.h"
-#include "passes/trajectory/plane_adjustment.h"
-#include "passes/trajectory/pose_graph.h"
-#include "passes/trajectory/scan_graph.h"
 
 namespace sightline {
 namespace {

@@ -180,14 +180,9 @@ bool OusterFramePackets::add(std::span<const std::byte> packet) {
 
 Result<OusterFrameIndex> find_ouster_frames(const std::filesystem::path& path,
                                             const OusterPackets& packets) {
-  SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path));
   FrameFinder finder(path, packets);
-  PcapPacket packet;
-  while (true) {
-    SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
-    if (!more) return finder.finish();
-    SIGHTLINE_TRY(finder.add(packet));
-  }
+  SIGHTLINE_TRY(visit_packets(path, [&](const PcapPacket& packet) { return finder.add(packet); }));
+  return finder.finish();
 }
 
 }  // namespace sightline

@@ -74,4 +74,17 @@ class PcapReader {
   IpDatagrams datagrams_;
 };
 
+// Calls use(packet) for each packet of a capture, in their order. Errors: those of PcapReader, and
+// the first that use() returns.
+template <class Use>
+Result<void> visit_packets(const std::filesystem::path& path, const Use& use) {
+  SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path));
+  PcapPacket packet;
+  while (true) {
+    SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
+    if (!more) return {};
+    SIGHTLINE_TRY(use(packet));
+  }
+}
+
 }  // namespace sightline

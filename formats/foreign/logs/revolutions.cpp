@@ -206,14 +206,9 @@ void store_packet(const RotatingLidar& lidar, std::int64_t time_ns,
 
 Result<RevolutionIndex> find_revolutions(const std::filesystem::path& path,
                                          const RotatingLidar& lidar) {
-  SIGHTLINE_ASSIGN(PcapReader reader, PcapReader::open(path));
   RevolutionFinder finder(path, lidar);
-  PcapPacket packet;
-  while (true) {
-    SIGHTLINE_ASSIGN(const bool more, reader.next(packet));
-    if (!more) return finder.finish();
-    SIGHTLINE_TRY(finder.add(packet));
-  }
+  SIGHTLINE_TRY(visit_packets(path, [&](const PcapPacket& packet) { return finder.add(packet); }));
+  return finder.finish();
 }
 
 }  // namespace sightline

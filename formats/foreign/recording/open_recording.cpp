@@ -156,6 +156,9 @@ class RecordedScanStore : public ScanStore {
       return derived_digest("scan of a file", digest_, writer.bytes());
     }
     writer.put(scan.stamp_ns);
+    // By which it is read; of "12.pcd.gz" both parts.
+    const bool is_packed = scan.file.extension() == ".gz";
+    writer.put_string(is_packed ? scan.file.stem().extension().string() : "");
     writer.put_string(scan.file.extension().string());
     writer.put_string(columns_ ? to_text(*columns_) : "");
     return derived_digest("scan", scan.content, writer.bytes());

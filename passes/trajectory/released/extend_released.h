@@ -19,9 +19,7 @@ namespace sightline {
 // (a released drive is named behind one that is not), and those of estimate_trajectory.
 Result<Trajectory> extend_released(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                    const Drive& drive, const ReleasedPoses& released);
-inline constexpr Pass kExtendReleased{"estimate-trajectory", 1, "trajectory",
-                                      "Where the vehicle was, beside what was released",
-                                      &extend_released};
+inline constexpr Pass kExtendReleased = variant_of(kEstimateTrajectory, &extend_released);
 
 // The poses of a map, to be shipped beside it. Error: invalid-artifact (scans without an
 // identity).

@@ -1,4 +1,4 @@
-#include "passes/trajectory/pose_graph.h"
+#include "passes/trajectory/graph/pose_graph.h"
 
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>

@@ -1,4 +1,4 @@
-#include "passes/trajectory/plane_adjustment.h"
+#include "passes/trajectory/graph/plane_adjustment.h"
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
@@ -12,9 +12,9 @@
 
 #include "formats/base/parallel.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/trajectory/normal_equations.h"
+#include "passes/trajectory/graph/normal_equations.h"
+#include "passes/trajectory/graph/planes.h"
 #include "passes/trajectory/odometry.h"
-#include "passes/trajectory/planes.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "passes/trajectory/planes.h"
+#include "passes/trajectory/graph/planes.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>

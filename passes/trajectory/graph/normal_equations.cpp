@@ -1,4 +1,4 @@
-#include "passes/trajectory/normal_equations.h"
+#include "passes/trajectory/graph/normal_equations.h"
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "passes/trajectory/estimate_options.h"
+#include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/odometry.h"
-#include "passes/trajectory/pose_graph.h"
 
 // What odometry and given poses say of a drive's scans, as a pose graph; part of
 // estimate-trajectory.

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "passes/matching/match_score.h"
-#include "passes/trajectory/pose_graph.h"
+#include "passes/trajectory/graph/pose_graph.h"
 
 // Normal equations over poses, in blocks of 6: steps of each pose along map axes, order dx dy dz wx
 // wy wz (m, rad).

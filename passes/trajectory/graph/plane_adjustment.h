@@ -7,7 +7,7 @@
 #include "formats/drive/drive.h"
 #include "passes/matching/match_score.h"
 #include "passes/pass/pass_context.h"
-#include "passes/trajectory/pose_graph.h"
+#include "passes/trajectory/graph/pose_graph.h"
 
 namespace sightline {
 

@@ -1,4 +1,4 @@
-#include "passes/trajectory/scan_graph.h"
+#include "passes/trajectory/graph/scan_graph.h"
 
 #include <algorithm>
 #include <cmath>

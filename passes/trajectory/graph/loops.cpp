@@ -1,4 +1,4 @@
-#include "passes/trajectory/loops.h"
+#include "passes/trajectory/graph/loops.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "passes/trajectory/pose_graph.h"
+#include "passes/trajectory/graph/pose_graph.h"
 
 #include <gtest/gtest.h>
 
