@@ -1,6 +1,7 @@
 #include "formats/rotation.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 #include <cmath>
 
 #include "formats/base/portable_math.h"
@@ -29,6 +30,11 @@ double rotation_angle_rad(const Eigen::Matrix3d& rotation) {
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
   const AxisAngle turn = axis_angle(rotation);
   return turn.angle_rad * turn.axis;
+}
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
 }
 
 Eigen::Vector3d direction_of(double azimuth_rad, double elevation_rad) {

@@ -81,6 +81,19 @@ std::vector<double> vlp_32c_beams() {
           0.667, 1.0,     1.333,  1.667,  2.333,  3.333,  4.667,  7.0,    10.333, 15.0};
 }
 
+// Velodyne VLS-128 (Alpha Prime) User Manual: 0.11 degrees apart from -6.5 to +4.83, wider to -25
+// and +15.
+std::vector<double> vls_128_beams() {
+  std::vector<double> beams = {-25.0,  -19.582, -16.042, -13.565, -11.742, -10.346,
+                               -9.244, -8.352,  -7.65,   -7.15,   -6.85,   -6.65};
+  for (int i = -650; i <= 483; i += 11) beams.push_back(i / 100.0);
+  for (const double upper :
+       {4.98, 5.18, 5.43, 5.73, 6.08, 6.48, 6.98, 7.58, 8.43, 9.7, 11.75, 15.0}) {
+    beams.push_back(upper);
+  }
+  return beams;
+}
+
 // Hesai Pandar64 User Manual: 1/6 degree apart from -6 to +2, wider to -25 and +15.
 std::vector<double> pandar64_beams() {
   std::vector<double> beams = {-25.0, -19.0, -14.0, -13.0, -12.0, -11.0, -10.0, -9.0, -8.0, -7.0};
@@ -125,6 +138,7 @@ std::vector<SensorProfile> built_in_profiles() {
   // Velodyne Puck Hi-Res data sheet: 16 beams 4/3 degrees apart.
   all.push_back(named("vlp-16-hires", even_beams(16, -10.0, 10.0), 0.2, 1.0, 100.0));
   all.push_back(named("vlp-32c", vlp_32c_beams(), 0.2, 1.0, 200.0));
+  all.push_back(named("vls-128", vls_128_beams(), 0.2, 1.0, 245.0));
   // Hesai PandarXT User Manual.
   all.push_back(named("xt16", even_beams(16, -15.0, 15.0), 0.18, 0.3, 120.0));
   all.push_back(named("xt32", even_beams(32, -16.0, 15.0), 0.18, 0.3, 120.0));

@@ -27,8 +27,8 @@ struct ArtifactTraits<SensorProfile> {
   static constexpr std::uint32_t kVersion = 1;
 };
 
-// Built in: generic-16, generic-32, generic-64, generic-128 (the examples' sensors), vlp-16,
-// hdl-32e, hdl-64e, os1-64. Anything else: unknown-name, listing these.
+// One of those built in: generic-16 to generic-128 are the examples' sensors, the others are of
+// Velodyne, Ouster, Hesai and Livox. Error: unknown-name, which lists all.
 Result<SensorProfile> sensor_profile(std::string_view name);
 std::vector<std::string> sensor_profile_names();
 

@@ -1,8 +1,9 @@
 #include "formats/surroundings/ndt_map.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "formats/symmetric_eigen.h"
 
 namespace sightline {
 namespace {
@@ -58,10 +59,10 @@ Eigen::Matrix3d regularised_covariance_m2(const Nd& nd) {
 }
 
 void decompose(Nd& nd) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(nd.covariance_m2);
+  const SymmetricEigen<3> eigen = symmetric_eigen<3>(nd.covariance_m2);
   for (int i = 0; i < 3; ++i) {
-    nd.eigenvalues_m2[i] = std::max(0.0, solver.eigenvalues()[2 - i]);
-    nd.eigenvectors.col(i) = solver.eigenvectors().col(2 - i);
+    nd.eigenvalues_m2[i] = std::max(0.0, eigen.values[2 - i]);
+    nd.eigenvectors.col(i) = eigen.vectors.col(2 - i);
   }
 }
 

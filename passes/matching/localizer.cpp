@@ -1,7 +1,6 @@
 #include "passes/matching/localizer.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "formats/base/check.h"
+#include "formats/symmetric_eigen.h"
 #include "passes/matching/coarse_map.h"
 
 // Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A level that
@@ -231,8 +231,8 @@ HorizontalCurvature horizontal_curvature(const Matrix6d& hessian) {
   others.diagonal().array() += 1e-6 * others.diagonal().cwiseAbs().maxCoeff();
   const Eigen::Matrix<double, 4, 2> followed = others.ldlt().solve(mixed.transpose());
   const Eigen::Matrix2d schur = hessian.topLeftCorner<2, 2>() - mixed * followed;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (schur + schur.transpose()));
-  return {solver.eigenvalues()[0], solver.eigenvalues()[1], solver.eigenvectors().col(0)};
+  const SymmetricEigen<2> eigen = symmetric_eigen<2>(0.5 * (schur + schur.transpose()));
+  return {eigen.values[0], eigen.values[1], eigen.vectors.col(0)};
 }
 
 ScanForMatch make_scan_for_match(const Localizer& localizer,

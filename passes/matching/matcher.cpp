@@ -1,9 +1,10 @@
 #include "passes/matching/matcher.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "formats/symmetric_eigen.h"
 
 // Newton's method with three guards. Far from the optimum the score is not concave: there the
 // Hessian's eigenvalues are taken by their size, which turns a step towards a saddle into one away
@@ -45,11 +46,11 @@ Vector6d newton_step(const MatchScore& at, bool is_quick) {
     step = (pivots.transpositionsP().transpose() * step).eval();
     return scale.cwiseProduct(step);
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(curvature);
-  const Vector6d sizes = solver.eigenvalues().cwiseAbs();
+  const SymmetricEigen<6> eigen = symmetric_eigen<6>(curvature);
+  const Vector6d sizes = eigen.values.cwiseAbs();
   const double floor = std::max(kLeastCurvature * sizes.maxCoeff(), 1e-300);
-  const Vector6d along = solver.eigenvectors().transpose() * uphill;
-  const Vector6d step = solver.eigenvectors() * along.cwiseQuotient(sizes.cwiseMax(floor));
+  const Vector6d along = eigen.vectors.transpose() * uphill;
+  const Vector6d step = eigen.vectors * along.cwiseQuotient(sizes.cwiseMax(floor));
   return scale.cwiseProduct(step);
 }
 

@@ -1,12 +1,12 @@
 #include "passes/weakness/weak_cause.h"
 
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
 
 #include "formats/base/portable_math.h"
+#include "formats/symmetric_eigen.h"
 
 namespace sightline {
 namespace {
@@ -57,8 +57,8 @@ UprightSights upright_sights(const SiteView& view, const NearNds& nds, double lo
     sights.nearest_holding_m = std::min(away_m, sights.nearest_holding_m.value_or(away_m));
   }
   if (sights.count == 0) return sights;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(normals);
-  sights.one_sidedness = 1.0 - solver.eigenvalues()[0] / solver.eigenvalues()[1];
+  const SymmetricEigen<2> eigen = symmetric_eigen<2>(normals);
+  sights.one_sidedness = 1.0 - eigen.values[0] / eigen.values[1];
   return sights;
 }
 

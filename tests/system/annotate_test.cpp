@@ -50,7 +50,7 @@ const AnnotatedTown& town() {
     AnnotatedTown made;
     made.folder = scratch_folder() / "annotated";
     const auto run = [](const ProgramResult& result) { EXPECT_EQ(result.status, 0) << result.err; };
-    run(run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 150 --drives 2 --output " +
+    run(run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 100 --drives 2 --output " +
                     made.folder.string()));
     EXPECT_TRUE(write_file_atomically(made.folder / "town.yaml", kConfig, IfExists::kReplace));
     run(run_sightline("compile " + made.file("town.yaml") + " -q -o " + made.file("town.slmap")));

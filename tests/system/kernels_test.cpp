@@ -30,7 +30,7 @@ train-model: {trees: 20}
 // A shorter town than the other tests', for these compile it again and again.
 std::filesystem::path short_town(const std::filesystem::path& folder) {
   const ProgramResult made =
-      run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 60 --drives 1 --output " +
+      run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 40 --drives 1 --output " +
                   (folder / "town").string());
   EXPECT_EQ(made.status, 0) << made.err;
   EXPECT_TRUE(write_file_atomically(folder / "town" / "town.yaml", kConfig, IfExists::kReplace));

@@ -53,7 +53,7 @@ const std::filesystem::path& small_town() {
   static const std::filesystem::path kTown = [] {
     const std::filesystem::path town = scratch_folder() / "town";
     const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) +
-                                           " --seed 3 --length-m 180 --output " + town.string());
+                                           " --seed 3 --length-m 100 --output " + town.string());
     EXPECT_EQ(made.status, 0) << made.err;
     EXPECT_TRUE(write_file_atomically(town / "town.yaml", kConfig, IfExists::kReplace));
     return town;

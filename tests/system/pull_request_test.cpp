@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "formats/base/atomic_file.h"
@@ -247,7 +248,14 @@ void expect_refused_for_its_ranges(const Job& job) {
   EXPECT_TRUE(looks_farther) << judged.said;
 }
 
-TEST(PullRequest, ThatChangesNothingPasses) {
+// Eight compiles of a street of 300 m.
+class PullRequest : public ::testing::Test {
+  void SetUp() override {
+    if (std::getenv("SIGHTLINE_LONG") == nullptr) GTEST_SKIP() << "SIGHTLINE_LONG is not set";
+  }
+};
+
+TEST_F(PullRequest, ThatChangesNothingPasses) {
   const fs::path& before = released_town();
   const fs::path again = scratch_folder() / "again";
   fs::create_directories(again);
@@ -282,7 +290,7 @@ void expect_diff_finds_the_change(const std::string& before, const std::string& 
 
 // The longest front is gone, and what is left holds a vehicle as well: 66 % of the changed stretch
 // are within 10 cm at 10 m before and after, 89 and 89 % at 20 m.
-TEST(PullRequest, ThatTakesAWallAwayPassesWhereNothingWasMeasuredWorse) {
+TEST_F(PullRequest, ThatTakesAWallAwayPassesWhereNothingWasMeasuredWorse) {
   const Job job = {changed_town("wall"), release(), model(), "all"};
   const Pipeline judged = run_pipeline(job);
   EXPECT_EQ(judged.status, 0) << judged.said;
@@ -294,7 +302,7 @@ TEST(PullRequest, ThatTakesAWallAwayPassesWhereNothingWasMeasuredWorse) {
 
 // They hide the walls from near: at 10 m 44 instead of 66 % of the first half are within 10 cm. The
 // model of three towns does not see that, the drive did.
-TEST(PullRequest, WithTenMoreParkedCarsIsRefusedForWhatWasMeasured) {
+TEST_F(PullRequest, WithTenMoreParkedCarsIsRefusedForWhatWasMeasured) {
   const Pipeline judged = run_pipeline({changed_town("cars"), release(), model(), "all"});
   expect_failed(judged);
   const std::vector<Json> errors = violations(judged, "error");
@@ -306,7 +314,7 @@ TEST(PullRequest, WithTenMoreParkedCarsIsRefusedForWhatWasMeasured) {
   EXPECT_THAT(text_of(judged.out / "report.html"), HasSubstr("<h1>"));
 }
 
-TEST(PullRequest, WithNoisierScansIsRefused) {
+TEST_F(PullRequest, WithNoisierScansIsRefused) {
   expect_refused_for_its_ranges({changed_town("noise", " --change-noise 10"), release(), model()});
 }
 

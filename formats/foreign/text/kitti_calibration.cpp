@@ -1,12 +1,12 @@
 #include "formats/foreign/text/kitti_calibration.h"
 
-#include <Eigen/SVD>
 #include <cmath>
 #include <map>
 
 #include "formats/base/atomic_file.h"
 #include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/text/text_lines.h"
+#include "formats/rotation.h"
 
 namespace sightline {
 namespace {
@@ -48,9 +48,8 @@ Result<Pose> pose_of(const FileBytes& file, const Eigen::Matrix3d& rotation,
   if (!(excess.cwiseAbs().maxCoeff() <= kTolerance) || rotation.determinant() <= 0.0) {
     return file.error(ErrorCode::kNotARotation, "the 3x3 part is no rotation", "");
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Pose pose = Pose::Identity();
-  pose.linear() = svd.matrixU() * svd.matrixV().transpose();
+  pose.linear() = nearest_rotation(rotation);
   pose.translation() = translation_m;
   return pose;
 }

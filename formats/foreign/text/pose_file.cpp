@@ -1,12 +1,12 @@
 #include "formats/foreign/text/pose_file.h"
 
-#include <Eigen/SVD>
 #include <cmath>
 #include <string>
 
 #include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/text/geodetic_parsers.h"
 #include "formats/foreign/text/text_lines.h"
+#include "formats/rotation.h"
 #include "formats/text/table.h"
 
 namespace sightline {
@@ -61,8 +61,7 @@ Result<std::vector<double>> finite_numbers(const Row& row, std::size_t first) {
   return numbers;
 }
 
-// The rotation nearest to a matrix that is one but for rounding (Kabsch: U V^T).
-Result<Eigen::Matrix3d> nearest_rotation(const Row& row, const Eigen::Matrix3d& matrix) {
+Result<Eigen::Matrix3d> rotation_of(const Row& row, const Eigen::Matrix3d& matrix) {
   const Eigen::Matrix3d excess = matrix * matrix.transpose() - Eigen::Matrix3d::Identity();
   const double deviation = excess.cwiseAbs().maxCoeff();
   if (!(deviation <= kRotationTolerance) || matrix.determinant() <= 0.0) {
@@ -71,9 +70,7 @@ Result<Eigen::Matrix3d> nearest_rotation(const Row& row, const Eigen::Matrix3d& 
                                                    ", its determinant is " +
                                                    format_double(matrix.determinant()));
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
-  return rotation;
+  return nearest_rotation(matrix);
 }
 
 Result<PoseRow> kitti_row(const Row& row) {
@@ -82,7 +79,7 @@ Result<PoseRow> kitti_row(const Row& row) {
   for (Eigen::Index i = 0; i < 12; ++i) {
     matrix(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
   }
-  SIGHTLINE_ASSIGN(const Eigen::Matrix3d rotation, nearest_rotation(row, matrix.leftCols<3>()));
+  SIGHTLINE_ASSIGN(const Eigen::Matrix3d rotation, rotation_of(row, matrix.leftCols<3>()));
   PoseRow pose;
   pose.T_world_vehicle.linear() = rotation;
   pose.T_world_vehicle.translation() = matrix.col(3);

@@ -1,11 +1,11 @@
 #include "passes/factors/virtual/crlb.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 
 #include "formats/base/portable_math.h"
+#include "formats/symmetric_eigen.h"
 
 namespace sightline {
 namespace {
@@ -49,11 +49,11 @@ double heading_deg(const Eigen::Vector2d& direction) {
 
 Crlb crlb(const Matrix6d& information) {
   const Matrix6d posterior = with_prior(information);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(horizontal_part(posterior));
+  const SymmetricEigen<2> eigen = symmetric_eigen<2>(horizontal_part(posterior));
   Crlb bound;
-  bound.max_m = 1.0 / std::sqrt(solver.eigenvalues()[0]);
-  bound.min_m = 1.0 / std::sqrt(solver.eigenvalues()[1]);
-  bound.heading_deg = heading_deg(solver.eigenvectors().col(0));
+  bound.max_m = 1.0 / std::sqrt(eigen.values[0]);
+  bound.min_m = 1.0 / std::sqrt(eigen.values[1]);
+  bound.heading_deg = heading_deg(eigen.vectors.col(0));
   bound.yaw_rad = 1.0 / std::sqrt(yaw_part(posterior));
   return bound;
 }

@@ -1,10 +1,10 @@
 #include "passes/trajectory/graph/planes.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 
 #include "formats/grid/cell_index.h"
+#include "formats/symmetric_eigen.h"
 
 // A plane is n.(x - c) = d + a u.(x - c) + b v.(x - c) about the cell's mean c, with n, u, v its
 // principal axes and d, a, b small. A point's residual r and its derivatives by the pose (J) and by
@@ -82,12 +82,12 @@ Plane plane_of(const Moments& sum) {
   plane.mean_m = sum.block<3, 1>(1, 0) / count;
   const Eigen::Matrix3d covariance_m2 =
       sum.block<3, 3>(1, 1) / count - plane.mean_m * plane.mean_m.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance_m2);
-  plane.axes = solver.eigenvectors();
-  plane.variance_m2 = std::max(solver.eigenvalues()[0], 0.0);
+  const SymmetricEigen<3> eigen = symmetric_eigen<3>(covariance_m2);
+  plane.axes = eigen.vectors;
+  plane.variance_m2 = std::max(eigen.values[0], 0.0);
   plane.is_plane = plane.variance_m2 <= kThickest_m * kThickest_m &&
-                   plane.variance_m2 <= kFlattest * solver.eigenvalues()[1] &&
-                   solver.eigenvalues()[1] >= kNarrowest_m2;
+                   plane.variance_m2 <= kFlattest * eigen.values[1] &&
+                   eigen.values[1] >= kNarrowest_m2;
   return plane;
 }
 

@@ -8,7 +8,7 @@ namespace sightline {
 namespace {
 
 TEST(SensorProfile, EveryBuiltInProfileIsValidAndSurvivesDisk) {
-  ASSERT_EQ(sensor_profile_names().size(), 24U);
+  ASSERT_EQ(sensor_profile_names().size(), 25U);
   for (const std::string& name : sensor_profile_names()) {
     const Result<SensorProfile> profile = sensor_profile(name);
     ASSERT_TRUE(profile.has_value()) << name;
@@ -36,6 +36,10 @@ TEST(SensorProfile, HasTheBeamsOfTheMakersTables) {
   EXPECT_EQ(beams("pandar64").at(58), 2.0);
   EXPECT_EQ(beams("pandar128").size(), 128U);
   EXPECT_EQ(beams("vlp-32c").size(), 32U);
+  EXPECT_EQ(beams("vls-128").size(), 128U);
+  EXPECT_EQ(beams("vls-128").at(11), -6.65);
+  EXPECT_EQ(beams("vls-128").at(115), 4.83);
+  EXPECT_EQ(beams("vls-128").at(116), 4.98);
   EXPECT_EQ(beams("xt32").at(1) - beams("xt32").at(0), 1.0);
   EXPECT_EQ(beams("os2-32").back(), 11.25);
 }

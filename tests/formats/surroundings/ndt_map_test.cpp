@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "formats/base/random.h"
+#include "formats/symmetric_eigen.h"
 #include "tests/support/artifact_checks.h"
 #include "tests/support/toy_world.h"
 
@@ -75,10 +75,10 @@ TEST(NdtMap, RegularisationRaisesSmallEigenvaluesAndKeepsTheRest) {
   Random random(4);
   for (const Nd& nd : random_ndt_map(5, 100, 40.0).nds) {
     const Eigen::Matrix3d regularised = regularised_covariance_m2(nd);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(regularised);
+    const SymmetricEigen<3> eigen = symmetric_eigen<3>(regularised);
     for (int i = 0; i < 3; ++i) {
       const double expected = std::max(nd.eigenvalues_m2[i], 0.01 * nd.eigenvalues_m2[0]);
-      EXPECT_NEAR(solver.eigenvalues()[2 - i], expected, 1e-12 * nd.eigenvalues_m2[0]);
+      EXPECT_NEAR(eigen.values[2 - i], expected, 1e-12 * nd.eigenvalues_m2[0]);
       const Eigen::Vector3d scaled = expected * nd.eigenvectors.col(i);
       EXPECT_TRUE((regularised * nd.eigenvectors.col(i)).isApprox(scaled, 1e-9));
     }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "formats/surroundings/ndt_map.h"
+#include "formats/symmetric_eigen.h"
 
 // Every factor once more, as plainly as its definition reads: no shells, no sharing, no look-up but
 // std::map. The oracle of the fast ones; written from schemas/definitions.md alone.
@@ -198,15 +198,14 @@ inline Bound bound(const NdByCell& cells, double cell_m, const Eigen::Vector3d& 
   }
   // The Schur complement onto x, y is the inverse of that part of H's inverse.
   const Matrix covariance = H.inverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
-      Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
-  result.max_m = std::sqrt(solver.eigenvalues()[1]);
-  result.min_m = std::sqrt(solver.eigenvalues()[0]);
-  const Eigen::Vector2d weak = solver.eigenvectors().col(1);
+  const SymmetricEigen<2> eigen = symmetric_eigen<2>(covariance.topLeftCorner<2, 2>());
+  result.max_m = std::sqrt(eigen.values[1]);
+  result.min_m = std::sqrt(eigen.values[0]);
+  const Eigen::Vector2d weak = eigen.vectors.col(1);
   result.heading_deg =
       std::fmod(std::atan2(weak.y(), weak.x()) * 180.0 / std::numbers::pi + 360.0, 180.0);
   result.yaw_rad = std::sqrt(covariance(5, 5));
-  result.hz_lmin = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(normals).eigenvalues()[0];
+  result.hz_lmin = symmetric_eigen<2>(normals).values[0];
   return result;
 }
 

@@ -2,7 +2,7 @@
 map has the bytes of one `sightline compile`.
 
 usage: shared_work_test.py SIGHTLINE TOWN [unittest arguments]
-SIGHTLINE_KILLS=50 in the environment ends so many workers by each signal (default: 5).
+SIGHTLINE_KILLS=50 in the environment ends so many workers by each signal (default: 3).
 """
 
 import json
@@ -20,7 +20,7 @@ sys.dont_write_bytecode = True
 from shared_town import STAGES, SharedCompile, Town, contents  # noqa: E402
 
 SETTINGS = {}
-KILLS = int(os.environ.get("SIGHTLINE_KILLS", "5"))
+KILLS = int(os.environ.get("SIGHTLINE_KILLS", "3"))
 INPUT, INCOMPLETE = 65, 75
 
 # A step of each stage without which the next one cannot begin.

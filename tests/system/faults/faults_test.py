@@ -2,7 +2,7 @@
 are killed, caches that others write to. Nothing may crash, hang, leave half a file or make another map.
 
 usage: faults_test.py SIGHTLINE TOWN WRITE_FLEET_MAPS FAILING_CALLS JUMPING_CLOCK [unittest arguments]
-SIGHTLINE_FAULTS=200 in the environment makes so many kills of each verb, and as many sizes of a disk (default: 6).
+SIGHTLINE_FAULTS=200 in the environment makes so many kills of each verb, and as many sizes of a disk (default: 3).
 """
 
 import collections
@@ -23,7 +23,7 @@ import unittest
 
 SETTINGS = {}
 KNOWN = (0, 2, 64, 65, 66, 67, 68, 69, 74, 75)  # every exit status that is documented
-TRIES = int(os.environ.get("SIGHTLINE_FAULTS", "6"))
+TRIES = int(os.environ.get("SIGHTLINE_FAULTS", "3"))
 FIGURES = collections.Counter()
 
 CONFIG = """

@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -6,6 +5,7 @@
 
 #include "compiler/views/report/page/json_numbers.h"
 #include "compiler/views/report/page/page_data.h"
+#include "formats/symmetric_eigen.h"
 
 namespace sightline {
 namespace {
@@ -38,18 +38,15 @@ struct NdColumns {
 void append(const Nd& nd, const Eigen::Vector3d& corner_m, double tile_m, NdColumns& columns) {
   constexpr double kMillimetre = 0.001;
   constexpr double kCentimetre = 0.01;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
-      Eigen::Matrix2d(nd.covariance_m2.topLeftCorner<2, 2>()));
-  const auto radius_m = [&](int i) {
-    return kSigmas * std::sqrt(std::max(0.0, solver.eigenvalues()[i]));
-  };
+  const SymmetricEigen<2> eigen = symmetric_eigen<2>(nd.covariance_m2.topLeftCorner<2, 2>());
+  const auto radius_m = [&](int i) { return kSigmas * std::sqrt(std::max(0.0, eigen.values[i])); };
   const Eigen::Vector3d off_m = nd.mean_m - corner_m;
   columns.place.push_back(steps_of(off_m.x(), tile_m / 65535.0));
   columns.place.push_back(steps_of(off_m.y(), tile_m / 65535.0));
   columns.height.push_back(steps_of(off_m.z(), kCentimetre));
   columns.radius.push_back(steps_of(radius_m(1), kMillimetre));
   columns.radius.push_back(steps_of(radius_m(0), kMillimetre));
-  const Eigen::Vector2d along = solver.eigenvectors().col(1);
+  const Eigen::Vector2d along = eigen.vectors.col(1);
   const double turn = std::atan2(along.y(), along.x()) * 256.0 / std::numbers::pi;
   columns.turn.push_back(static_cast<std::uint8_t>(std::lround(turn) & 255L));
   columns.kind.push_back(kind_of(nd));

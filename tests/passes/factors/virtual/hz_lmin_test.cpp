@@ -2,9 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "formats/base/random.h"
+#include "formats/symmetric_eigen.h"
 
 namespace sightline {
 namespace {
@@ -23,8 +22,8 @@ TEST(HzLmin, IsTheSmallerEigenvalue) {
     Eigen::Matrix2d root;
     root << random.normal(), random.normal(), random.normal(), random.normal();
     const Eigen::Matrix2d matrix = root * root.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(matrix);
-    EXPECT_NEAR(hz_lmin(matrix), solver.eigenvalues()[0], 1e-12 * matrix.norm());
+    const SymmetricEigen<2> eigen = symmetric_eigen<2>(matrix);
+    EXPECT_NEAR(hz_lmin(matrix), eigen.values[0], 1e-12 * matrix.norm());
   }
 }
 

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Core>
+
+// The eigenvalues of small symmetric matrices. Eigen's own template takes a compiler five seconds
+// in every file that uses it; here it is compiled once.
+
+namespace sightline {
+
+template <int N>
+struct SymmetricEigen {
+  Eigen::Matrix<double, N, 1> values;   // ascending
+  Eigen::Matrix<double, N, N> vectors;  // of unit length, in columns, in the order of `values`
+};
+
+// Only the lower triangle of `matrix`, of 2, 3 or 6 rows, is read. Its elements are finite.
+template <int N>
+SymmetricEigen<N> symmetric_eigen(const Eigen::Matrix<double, N, N>& matrix);
+
+}  // namespace sightline
