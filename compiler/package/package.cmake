@@ -5,7 +5,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME sightline)
 set(CPACK_PACKAGE_VENDOR "sightline")
-set(SIGHTLINE_MAINTAINER "sightline developers <sightline@localhost>" CACHE STRING "Who answers for the packages")
+set(SIGHTLINE_MAINTAINER "sightline developers <sightline@example.org>" CACHE STRING "Who answers for the packages")
 set(CPACK_PACKAGE_CONTACT "${SIGHTLINE_MAINTAINER}")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -65,8 +65,8 @@ pkg-config need.")
 set(CPACK_DEBIAN_LOCALIZER_PACKAGE_DEPENDS "libsightline-localizer0 ${same}, libsightline-reader-dev ${same}")
 
 sightline_debian(python python3-sightline python "maps of sightline and its localizer from Python"
-  "How far a vehicle must look and where it is, with normal distributions and sites
-as arrays of NumPy where that is installed.")
+  "How far a vehicle must look and where it is, with normal distributions and
+sites as arrays of NumPy where that is installed.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.9), libsightline-reader0 (>= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "libsightline-localizer0 (>= ${PROJECT_VERSION})")
