@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
 #include "tests/support/box_world.h"
+#include "tests/support/kept_parts.h"
 
 namespace sightline {
 namespace {
@@ -17,32 +20,38 @@ struct Scene {
   SensorProfile sensor;
 };
 
-const Scene& scene() {
-  static const Scene kScene = [] {
-    Scene made;
-    PassContext ctx;
-    SurfacePoints points;
-    const BoxWorld world = random_street(20);
+// The same street once or more often, each beginning so far along x.
+Scene scene_of(const std::vector<double>& begins_m) {
+  Scene made;
+  PassContext ctx;
+  SurfacePoints points;
+  const BoxWorld world = random_street(20);
+  for (const double begin_m : begins_m) {
+    const Eigen::Vector3d off_m = begin_m * Eigen::Vector3d::UnitX();
     for (int i = -5; i < 12; ++i) {
       Pose T_map_lidar = pose_at(i, 0.0, 0.0);
       T_map_lidar.translation().z() = 2.0;
       for (const Eigen::Vector3d& point_m : scan_world(world, T_map_lidar, 1.0).points_m) {
-        points.points_m.push_back(T_map_lidar * point_m);
+        points.points_m.push_back(T_map_lidar * point_m + off_m);
       }
     }
-    made.map = *build_ndt(ctx, {}, points);
-    made.surface = *build_surface(ctx, {}, points);
-    made.sensor = *sensor_profile("generic-16");
     for (int i = 0; i < 4; ++i) {
       Site site;
-      site.s_m = i;
-      site.T_map_vehicle = pose_at(i, 0.0, 0.3);
+      site.s_m = begin_m + i;
+      site.T_map_vehicle = pose_at(begin_m + i, 0.0, 0.3);
       site.T_map_vehicle.translation().z() = 2.0;
       site.p_map_m = site.T_map_vehicle.translation();
       made.sites.sites.push_back(site);
     }
-    return made;
-  }();
+  }
+  made.map = *build_ndt(ctx, {}, points);
+  made.surface = *build_surface(ctx, {}, points);
+  made.sensor = *sensor_profile("generic-16");
+  return made;
+}
+
+const Scene& scene() {
+  static const Scene kScene = scene_of({0.0});
   return kScene;
 }
 
@@ -113,6 +122,32 @@ TEST(SimulateError, HiddenSidesAndMissingReturnsAreMissing) {
   const std::uint32_t half = simulated(options)->row(0, 1).point_count;
   EXPECT_LT(half, 0.8 * whole);
   EXPECT_GT(half, 0.2 * whole);
+}
+
+// Of two streets, too far from each other to see the same.
+TEST(SimulateError, MakesOnlyTheBlocksAnewThatAChangeReaches) {
+  Scene both = scene_of({0.0, 512.0});
+  KeptParts kept;
+  const auto run = [&](PassContext ctx) {
+    return to_bytes(without_times(
+        *simulate_error(ctx, few_looks(), both.surface, both.map, both.sites, both.sensor)));
+  };
+  (void)run(kept.context());
+  const std::size_t all = kept.made().size();
+  EXPECT_EQ(all, kept.count());
+  ASSERT_GT(all, 1U);
+  const auto farthest =
+      std::ranges::max_element(both.map.nds, {}, [](const Nd& nd) { return nd.mean_m.x(); });
+  farthest->covariance_m2 *= 1.5;
+  decompose(*farthest);
+  const std::vector<std::byte> after = run(kept.context());
+  EXPECT_GT(kept.made().size(), 0U);
+  EXPECT_LT(kept.made().size(), all) << "the first group sees none of it";
+  EXPECT_EQ(after, run({}));
+  both.surface.patches.front().centre_m.z() += 0.1;
+  (void)run(kept.context());
+  EXPECT_GT(kept.made().size(), 0U);
+  EXPECT_LT(kept.made().size(), all);
 }
 
 TEST(SimulateError, RefusesWhatItCannotStandFor) {

@@ -6,6 +6,7 @@
 
 #include "tests/support/artifact_checks.h"
 #include "tests/support/box_world.h"
+#include "tests/support/kept_parts.h"
 
 namespace sightline {
 namespace {
@@ -117,6 +118,30 @@ TEST(MeasureSharpness, DoesNotDependOnThreads) {
   const Result<Sharpness> b = measure_sharpness(three, {}, test.drive, test.truth);
   ASSERT_TRUE(a.has_value() && b.has_value());
   EXPECT_EQ(*a, *b);
+}
+
+// A scan that is laid elsewhere makes the tiles anew that it reaches, before and after, and no
+// other.
+TEST(MeasureSharpness, MakesOnlyTheTilesAnewThatAChangeReaches) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 12; ++i) poses.push_back(pose_at(30.0 * i, 0.0, 0.0));
+  TestDrive test = drive_through(random_street(4), poses);
+  KeptParts kept;
+  const auto run = [&] {
+    PassContext ctx = kept.context();
+    return *measure_sharpness(ctx, {}, test.drive, test.truth);
+  };
+  (void)run();
+  const std::size_t all = kept.made().size();
+  EXPECT_EQ(all, kept.count());
+  (void)run();
+  EXPECT_EQ(kept.made().size(), 0U);
+  test.truth.poses.back().T_map_vehicle.translation().y() += 0.01;
+  const Sharpness after = run();
+  EXPECT_GT(kept.made().size(), 0U);
+  EXPECT_LT(kept.made().size(), all / 2);
+  PassContext anew;
+  EXPECT_EQ(after, *measure_sharpness(anew, {}, test.drive, test.truth));
 }
 
 TEST(MeasureSharpness, RefusesTheTrajectoryOfAnotherDrive) {
