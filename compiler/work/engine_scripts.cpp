@@ -6,27 +6,35 @@ namespace sightline {
 namespace {
 
 // For a shell, and for what hands it on to one.
-std::string quoted(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
+std::string shell_word(const std::string& text) {
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+// A file name of sbatch, where % begins what it replaces.
+std::string sbatch_name(const std::string& path) {
+  std::string name;
+  for (const char c : path) name += c == '%' ? "%%" : std::string(1, c);
+  return shell_word(name);
 }
 
 std::string work_command(const EngineJob& job, Stage stage) {
-  return quoted(job.program.string()) + " work " + quoted(job.plan.string()) + " --stage " +
+  return shell_word(job.program.string()) + " work " + shell_word(job.plan.string()) + " --stage " +
          std::string(stage_name(stage));
 }
 
 std::string link_command(const EngineJob& job) {
-  return quoted(job.program.string()) + " link " + quoted(job.plan.string()) + " -o " +
-         quoted(job.map.string()) + " --force";
+  return shell_word(job.program.string()) + " link " + shell_word(job.plan.string()) + " -o " +
+         shell_word(job.map.string()) + " --force";
 }
 
 int shares_of(const EngineJob& job, Stage stage) { return is_shared(stage) ? job.shares : 1; }
 
 std::string slurm_script(const EngineJob& job) {
   const std::string threads = " --threads \"${SLURM_CPUS_PER_TASK:-1}\"";
-  const std::string logs = quoted((job.plan / "log").string());
+  const std::string folder = (job.plan / "log").string();
+  const std::string logs = sbatch_name(folder);
   std::string text =
       "#!/bin/bash\n"
       "# Submits the work of one plan to Slurm: a job array for each stage, then the link. What a\n"
@@ -34,7 +42,7 @@ std::string slurm_script(const EngineJob& job) {
       "# usage: bash THIS_SCRIPT [options of sbatch, such as --partition=maps --mem=2G]\n"
       "set -euo pipefail\n"
       "mkdir -p " +
-      logs +
+      shell_word(folder) +
       "\n"
       "submit() { sbatch --parsable --requeue --open-mode=append \"$@\"; }\n";
   std::string before;
@@ -113,7 +121,8 @@ std::string snakemake_script(const EngineJob& job) {
   for (const Stage stage : kWorkStages) {
     const std::string name(stage_name(stage));
     const std::string count = std::to_string(shares_of(job, stage));
-    const std::string done = python_text("done/" + name + "-{share}");
+    const std::string done =
+        python_text("done/" + job.plan_digest + "/" + name + "-{share}-of-" + count);
     rules += "\nrule " + name + ":\n" + (before.empty() ? "" : "    input: " + before + "\n") +
              "    output: touch(" + done +
              ")\n    shell: " + rule_text(work_command(job, stage) + " --share ") +

@@ -9,6 +9,7 @@
 #include "compiler/work/engine_scripts.h"
 #include "compiler/work/shared_work.h"
 #include "formats/base/atomic_file.h"
+#include "formats/base/hash.h"
 
 namespace sightline {
 namespace {
@@ -68,6 +69,7 @@ Result<void> plan(const PlanFlags& flags) {
   job.plan = folder;
   job.map = flags.map.empty() ? folder / "map.slmap" : std::filesystem::absolute(flags.map);
   job.shares = flags.shares;
+  job.plan_digest = to_hex(sha256(to_json(made.file))).substr(0, 16);
   print_data(engine_script(flags.engine, job));
   return {};
 }
