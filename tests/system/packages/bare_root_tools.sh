@@ -1,4 +1,4 @@
-# Sourced by what is tried in a bare Debian root (bare_root, bare_root_consumers, bare_root_build). Only root can make one,
+# Sourced by what is tried in a bare Debian root (the scripts bare_root*). Only root can make one,
 # with debootstrap and the mirror that this machine's own packages come from.
 
 skip() { echo "skipped: $*"; exit 77; }
