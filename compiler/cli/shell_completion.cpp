@@ -2,6 +2,8 @@
 
 #include <sstream>
 
+#include "formats/text/quoted_text.h"
+
 namespace sightline {
 namespace {
 
@@ -38,13 +40,6 @@ std::string bash_branch(const Verb& verb) {
   return text + bash_values(verb) + "      ;;\n";
 }
 
-// A word in single quotes.
-std::string in_quotes(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return result + "'";
-}
-
 // _arguments takes brackets and colons for its own.
 std::string escaped(const std::string& text) {
   std::string result;
@@ -76,13 +71,13 @@ std::string zsh_flag(const Flag& flag) {
   const std::vector<std::string> names = names_of(flag);
   const std::string help = "[" + escaped(flag.help) + "]";
   if (!flag.bare_value.empty()) {
-    return in_quotes(long_name(flag) + "=-" + help + ":" + zsh_values(flag));
+    return shell_word(long_name(flag) + "=-" + help + ":" + zsh_values(flag));
   }
   const std::string behind = help + zsh_values(flag);
-  if (is_list(flag.target)) return in_quotes("*" + long_name(flag) + behind);
-  if (names.size() == 1) return in_quotes(long_name(flag) + behind);
-  return in_quotes("(" + joined(names, " ") + ")") + "{" + joined(names, ",") + "}" +
-         in_quotes(behind);
+  if (is_list(flag.target)) return shell_word("*" + long_name(flag) + behind);
+  if (names.size() == 1) return shell_word(long_name(flag) + behind);
+  return shell_word("(" + joined(names, " ") + ")") + "{" + joined(names, ",") + "}" +
+         shell_word(behind);
 }
 
 std::string zsh_branch(const Verb& verb) {
@@ -93,7 +88,7 @@ std::string zsh_branch(const Verb& verb) {
     const std::string where = is_list(positional.target) ? "*" : std::to_string(place++);
     // A positional that is no choice may be a file.
     const std::string action = zsh_action("FILE", positional.choices);
-    text += " \\\n        " + in_quotes(where + ":" + escaped(positional.name) + ":" + action);
+    text += " \\\n        " + shell_word(where + ":" + escaped(positional.name) + ":" + action);
   }
   return text + "\n      ;;\n";
 }
@@ -131,7 +126,7 @@ std::string zsh_completion(const Program& program) {
                      program.name + " completion zsh`.\n" + function +
                      "() {\n  local -a verbs\n  verbs=(\n";
   for (const Verb& verb : program.verbs) {
-    text += "    " + in_quotes(verb.name + ":" + escaped(verb.summary)) + "\n";
+    text += "    " + shell_word(verb.name + ":" + escaped(verb.summary)) + "\n";
   }
   text +=
       "  )\n"

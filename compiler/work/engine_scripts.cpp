@@ -1,16 +1,10 @@
 #include "compiler/work/engine_scripts.h"
 
 #include "compiler/work/stages.h"
+#include "formats/text/quoted_text.h"
 
 namespace sightline {
 namespace {
-
-// For a shell, and for what hands it on to one.
-std::string shell_word(const std::string& text) {
-  std::string word = "'";
-  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return word + "'";
-}
 
 // A file name of sbatch, where % begins what it replaces.
 std::string sbatch_name(const std::string& path) {

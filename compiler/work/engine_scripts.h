@@ -12,9 +12,9 @@ struct EngineJob {
   std::filesystem::path program;  // this one, absolute
   std::filesystem::path plan;     // absolute
   std::filesystem::path map;      // to link, absolute
-  std::string
-      plan_digest;  // of plan.json, hexadecimal: what was done for another plan does not count
-  int shares = 1;   // of each stage that can be shared
+  // Of plan.json, hexadecimal: what was done for another plan does not count.
+  std::string plan_digest;
+  int shares = 1;  // of each stage that can be shared
 };
 
 std::vector<std::string> engine_names();  // "slurm", "make", "snakemake"

@@ -35,4 +35,10 @@ std::string xml_text(std::string_view text) {
   return safe;
 }
 
+std::string shell_word(std::string_view text) {
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
 }  // namespace sightline

@@ -14,4 +14,7 @@ std::string csv_field(std::string_view text);
 // know are dropped.
 std::string xml_text(std::string_view text);
 
+// One word for a POSIX shell, in single quotes.
+std::string shell_word(std::string_view text);
+
 }  // namespace sightline

@@ -39,10 +39,9 @@ Verb cache_verb() {
   verb.summary = "Look into a cache of finished passes, and clear it of what is of no use";
   verb.details =
       "Of no use are unfinished files of runs that were killed, and objects that are damaged or "
-      "lie "
-      "in the place of others. Every run removes what it can prove to be left by a killed run on "
-      "its own machine. --prune removes also what other machines and earlier boots left: not while "
-      "another machine is at work in the same folder. What is finished stays, of earlier "
+      "lie in the place of others. Every run removes what it can prove to be left by a killed run "
+      "on its own machine. --prune removes also what other machines and earlier boots left: not "
+      "while another machine is at work in the same folder. What is finished stays, of earlier "
       "configurations too: who wants the space removes the folder.\n\n"
       "Who may write to a cache decides what is compiled from it. Compile what you release with "
       "--no-cache, or with a cache that nobody else can write to.";

@@ -16,5 +16,11 @@ TEST(QuotedText, MakesXmlThatEveryReaderTakes) {
   EXPECT_EQ(xml_text(std::string("a\0b\x1b[0m\tc\n", 10)), "ab[0m\tc\n");
 }
 
+TEST(QuotedText, MakesOneWordForAShell) {
+  EXPECT_EQ(shell_word(""), "''");
+  EXPECT_EQ(shell_word("a $b"), "'a $b'");
+  EXPECT_EQ(shell_word("it's"), "'it'\\''s'");
+}
+
 }  // namespace
 }  // namespace sightline
