@@ -17,8 +17,8 @@
 #include "formats/map/compiled_map.h"
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/sharpness.h"
-#include "formats/surroundings/surface.h"
 #include "formats/surroundings/surface_points.h"
+#include "formats/surroundings/tiled_surface.h"
 
 // What the pipelines of verbs are made of: plans with the wires that their users provide or look
 // at.
@@ -84,7 +84,7 @@ struct CompilePlan {
   Wire<Drive> undistorted;       // of all sensors
   Wire<SurfacePoints> points;    // not connected where a compiled map is annotated anew
   Wire<NdtMap> ndt;
-  Wire<Surface> surface;
+  Wire<TiledSurface> surface;
   Wire<Sites> sites;
   Wire<DepthImages> depth;
   Wire<FactorTable> factors;

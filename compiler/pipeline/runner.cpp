@@ -177,7 +177,7 @@ class Runner {
       note(step, report, "a cache file is not used, its content is made anew: " + to_string(error));
       return nullptr;
     };
-    const Result<ArtifactCache::Content> found = cache_.load(step.name, scheduled.key.key);
+    const Result<std::optional<StoredBytes>> found = cache_.open(step.name, scheduled.key.key);
     if (!found) return refuse(found.error());
     if (!*found) return std::shared_ptr<const void>();
     Result<std::shared_ptr<const void>> artifact = output_type(step).read(**found);
@@ -223,7 +223,10 @@ class Runner {
     SIGHTLINE_TRY(output_type(step).check(output.get()));
     SIGHTLINE_TRY(cache_.store_warnings(step.name, key.key, said));
     if (cache_.is_enabled() && scheduled.is_kept) {
-      SIGHTLINE_TRY(cache_.store(step.name, key.key, output_type(step).write(output.get())));
+      const auto write = [&](const ByteSink& sink) {
+        return output_type(step).write(output.get(), sink);
+      };
+      SIGHTLINE_TRY(cache_.store(step.name, key.key, write));
     }
     return output;
   }

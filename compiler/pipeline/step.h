@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "formats/artifact.h"
+#include "formats/artifact_in_pieces.h"
 #include "formats/base/hash.h"
 #include "passes/pass/pass.h"
 
@@ -32,9 +33,9 @@ struct ArtifactType {
   std::uint32_t version = 0;
   std::function<Result<void>(const void*)> check;
   std::function<Table(const void*)> print;
-  // Empty where the artifact is not Encodable.
-  std::function<std::vector<std::byte>(const void*)> write;
-  std::function<Result<std::shared_ptr<const void>>(std::span<const std::byte>)> read;
+  // Empty where the artifact is neither Encodable nor InPieces.
+  std::function<Result<void>(const void*, const ByteSink&)> write;
+  std::function<Result<std::shared_ptr<const void>>(const StoredBytes&)> read;
   // Part of it lies outside: the scans of a drive. Only a step that gives it back may be loaded.
   bool refers_outside = false;
 };
@@ -49,9 +50,20 @@ const ArtifactType& artifact_type() {
     type.print = [](const void* x) { return dump(*static_cast<const X*>(x)); };
     type.refers_outside = requires { ArtifactTraits<X>::kRefersOutside; };
     if constexpr (Encodable<X>) {
-      type.write = [](const void* x) { return to_bytes(*static_cast<const X*>(x)); };
-      type.read = [](std::span<const std::byte> bytes) -> Result<std::shared_ptr<const void>> {
+      type.write = [](const void* x, const ByteSink& sink) {
+        return sink(to_bytes(*static_cast<const X*>(x)));
+      };
+      type.read = [](const StoredBytes& stored) -> Result<std::shared_ptr<const void>> {
+        SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, stored.read(0, stored.size()));
         SIGHTLINE_ASSIGN(X artifact, from_bytes<X>(bytes));
+        return std::shared_ptr<const void>(std::make_shared<const X>(std::move(artifact)));
+      };
+    } else if constexpr (InPieces<X>) {
+      type.write = [](const void* x, const ByteSink& sink) {
+        return visit_bytes(*static_cast<const X*>(x), sink);
+      };
+      type.read = [](const StoredBytes& stored) -> Result<std::shared_ptr<const void>> {
+        SIGHTLINE_ASSIGN(X artifact, from_stored<X>(stored));
         return std::shared_ptr<const void>(std::make_shared<const X>(std::move(artifact)));
       };
     }

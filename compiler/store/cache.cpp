@@ -38,26 +38,42 @@ std::string text_of(const ObjectName& name) {
   return name.kind + " of key " + to_hex(name.key).substr(0, 32);
 }
 
-Result<ArtifactCache::Content> load_object(const std::filesystem::path& file,
-                                           const ObjectName& name) {
-  Result<std::vector<std::byte>> bytes = read_file(file);
-  if (!bytes && bytes.error().code == ErrorCode::kFileNotFound) return ArtifactCache::Content();
-  if (!bytes) return bytes.error();
-  const Result<SealedObject> object = open_object(*bytes);
+Result<std::optional<StoredBytes>> open_object_at(const std::filesystem::path& file,
+                                                  const ObjectName& name) {
+  Result<RegularFile> opened = open_regular_file(file.string());
+  if (!opened && opened.error().code == ErrorCode::kFileNotFound) {
+    return std::optional<StoredBytes>();
+  }
+  if (!opened) return opened.error();
+  const std::uint64_t size = opened->size;
+  const Result<SealedObject> object = open_object({std::move(opened->descriptor), size});
   if (!object) return in_file(object.error(), file.string());
   if (object->name != name) {
     return Error{ErrorCode::kBadLayer,
                  "found " + text_of(object->name) + ", expected " + text_of(name), file.string(),
                  ""};
   }
-  bytes->resize(object->content.size());
-  return ArtifactCache::Content(std::move(*bytes));
+  return std::optional(object->content);
+}
+
+Result<ArtifactCache::Content> load_object(const std::filesystem::path& file,
+                                           const ObjectName& name) {
+  SIGHTLINE_ASSIGN(const std::optional<StoredBytes> content, open_object_at(file, name));
+  if (!content) return ArtifactCache::Content();
+  SIGHTLINE_ASSIGN(std::vector<std::byte> bytes, content->read(0, content->size()));
+  return ArtifactCache::Content(std::move(bytes));
+}
+
+Result<void> store_object(const std::filesystem::path& file, const ObjectName& name,
+                          const WriteInto& content) {
+  return write_file_atomically(
+      file, [&](const ByteSink& sink) { return write_sealed(name, content, sink); },
+      IfExists::kReplace);
 }
 
 Result<void> store_object(const std::filesystem::path& file, const ObjectName& name,
                           std::span<const std::byte> content) {
-  const std::vector<std::byte> seal = seal_of(name, content);
-  return write_file_atomically(file, {content, std::span(seal)}, IfExists::kReplace);
+  return store_object(file, name, [&](const ByteSink& sink) { return sink(content); });
 }
 
 }  // namespace
@@ -100,6 +116,18 @@ Result<ArtifactCache::Content> ArtifactCache::load(const std::string& pass,
 
 Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
                                   std::span<const std::byte> content) const {
+  if (!is_enabled()) return {};
+  return store_object(file_of(pass, key), {pass, key}, content);
+}
+
+Result<std::optional<StoredBytes>> ArtifactCache::open(const std::string& pass,
+                                                       const Digest& key) const {
+  if (!is_enabled()) return std::optional<StoredBytes>();
+  return open_object_at(file_of(pass, key), {pass, key});
+}
+
+Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
+                                  const WriteInto& content) const {
   if (!is_enabled()) return {};
   return store_object(file_of(pass, key), {pass, key}, content);
 }

@@ -2,10 +2,12 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "compiler/store/sealed_object.h"
+#include "formats/base/atomic_file.h"
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 
@@ -26,12 +28,17 @@ class ArtifactCache {
   // Whether something lies there under that name; load() says whether it is whole.
   [[nodiscard]] bool has(const std::string& pass, const Digest& key) const;
 
-  // What was stored, or nothing. Errors, which cost no more than making it again: those of
-  // open_object(); bad-layer (another object lies there); cannot-open, cannot-read.
+  // What was stored, or nothing: in memory, or checked and still in its file. Errors, which cost no
+  // more than making it again: those of open_object(); bad-layer (another object lies there);
+  // cannot-open, cannot-read.
   using Content = std::optional<std::vector<std::byte>>;
   [[nodiscard]] Result<Content> load(const std::string& pass, const Digest& key) const;
+  [[nodiscard]] Result<std::optional<StoredBytes>> open(const std::string& pass,
+                                                        const Digest& key) const;
   [[nodiscard]] Result<void> store(const std::string& pass, const Digest& key,
                                    std::span<const std::byte> content) const;
+  [[nodiscard]] Result<void> store(const std::string& pass, const Digest& key,
+                                   const WriteInto& content) const;
 
   // Parts of artifacts, each by a key of its own, since artifacts of two keys may have parts in
   // common: in a folder of the pass. A part that cannot be kept is made again by the next run, so

@@ -92,9 +92,10 @@ class Look {
   }
 
   [[nodiscard]] bool is_at_its_place(const fs::path& path) const {
-    const Result<FileContent> content = read_file_content(path);
-    if (!content) return content.error().code == ErrorCode::kOutOfMemory;  // cannot tell
-    const Result<SealedObject> object = open_object(content->bytes());
+    Result<RegularFile> file = open_regular_file(path.string());
+    if (!file) return false;
+    const std::uint64_t size = file->size;
+    const Result<SealedObject> object = open_object({std::move(file->descriptor), size});
     return object && folder_ / place_of(object->name) == path;
   }
 

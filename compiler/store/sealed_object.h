@@ -1,12 +1,11 @@
 #pragma once
 
-#include <cstddef>
-#include <span>
 #include <string>
-#include <vector>
 
+#include "formats/base/atomic_file.h"
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
+#include "formats/base/stored_bytes.h"
 
 namespace sightline {
 
@@ -19,15 +18,16 @@ struct ObjectName {
 
 struct SealedObject {
   ObjectName name;
-  std::span<const std::byte> content;  // within the sealed bytes
+  StoredBytes content;  // within the sealed bytes
 };
 
-// What follows the content in a sealed object: the kind, then little-endian the key, u64 length of
-// the content, u32 length of the kind, SHA-256 of all before it, magic "SLO\x1a". It shows damage,
-// and objects that lie where others belong; who may write to the store can seal anything.
-std::vector<std::byte> seal_of(const ObjectName& name, std::span<const std::byte> content);
+// A sealed object, piece by piece: the content, then the kind, then little-endian the key, u64
+// length of the content, u32 length of the kind, SHA-256 of all before it, magic "SLO\x1a". It
+// shows damage, and objects that lie where others belong; who may write to the store can seal
+// anything. Errors: those of the content and of the sink.
+Result<void> write_sealed(const ObjectName& name, const WriteInto& content, const ByteSink& sink);
 
-// Errors: bad-magic, out-of-bounds, digest-mismatch.
-Result<SealedObject> open_object(std::span<const std::byte> sealed);
+// Reads all of it once. Errors: bad-magic, out-of-bounds, digest-mismatch, cannot-read.
+Result<SealedObject> open_object(const StoredBytes& sealed);
 
 }  // namespace sightline

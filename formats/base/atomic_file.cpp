@@ -63,16 +63,6 @@ Result<UnfinishedFile> create_beside(const fs::path& target, const fs::path& fol
   return write_failure(target, "cannot create the file", number);
 }
 
-int write_all(int descriptor, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return errno;
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-  }
-  return 0;
-}
-
 // Between the check and the rename another process may have written the file.
 int put_in_place(const fs::path& from, const fs::path& to, IfExists if_exists) {
   if (if_exists == IfExists::kRefuse) {
@@ -115,6 +105,16 @@ Result<void> read_all(const RegularFile& file, const fs::path& path, FileContent
 
 }  // namespace
 
+int write_all(const Descriptor& file, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(file.number(), bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return errno;
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  return 0;
+}
+
 Error write_failure(const fs::path& path, const std::string& what, int number) {
   // A limit on the size of files (ulimit -f) is met as a full disk is.
   const bool is_full = number == ENOSPC || number == EDQUOT || number == EFBIG;
@@ -134,9 +134,8 @@ Result<void> check_output(const fs::path& path, IfExists if_exists) {
   return {};
 }
 
-Result<void> write_file_atomically(const fs::path& path,
-                                   const std::vector<std::span<const std::byte>>& pieces,
-                                   IfExists if_exists, FileAccess access) {
+Result<void> write_file_atomically(const fs::path& path, const WriteInto& write, IfExists if_exists,
+                                   FileAccess access) {
   SIGHTLINE_TRY(check_output(path, if_exists));
   const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
   std::error_code failure;
@@ -144,12 +143,12 @@ Result<void> write_file_atomically(const fs::path& path,
   remove_leftovers_once(folder);
   const int mode = access == FileAccess::kOwner ? 0600 : 0644;
   SIGHTLINE_ASSIGN(UnfinishedFile file, create_beside(path, folder, mode));
-  const int descriptor = file.descriptor.number();
-  for (const std::span<const std::byte> piece : pieces) {
-    const int number = write_all(descriptor, piece);
+  SIGHTLINE_TRY(write([&](std::span<const std::byte> piece) -> Result<void> {
+    const int number = write_all(file.descriptor, piece);
     if (number != 0) return write_failure(path, "cannot write", number);
-  }
-  if (::fsync(descriptor) != 0) return write_failure(path, "cannot sync", errno);
+    return {};
+  }));
+  if (::fsync(file.descriptor.number()) != 0) return write_failure(path, "cannot sync", errno);
   if (const int number = file.descriptor.close(); number != 0) {
     return write_failure(path, "cannot close", number);
   }
@@ -164,8 +163,8 @@ Result<void> write_file_atomically(const fs::path& path,
 
 Result<void> write_file_atomically(const fs::path& path, std::span<const std::byte> bytes,
                                    IfExists if_exists, FileAccess access) {
-  return write_file_atomically(path, std::vector<std::span<const std::byte>>{bytes}, if_exists,
-                               access);
+  return write_file_atomically(
+      path, [&](const ByteSink& file) { return file(bytes); }, if_exists, access);
 }
 
 Result<void> write_file_atomically(const fs::path& path, std::string_view text, IfExists if_exists,

@@ -2,12 +2,15 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "formats/base/byte_sink.h"
+#include "formats/base/regular_file.h"
 #include "formats/base/result.h"
 
 namespace sightline {
@@ -25,9 +28,9 @@ Result<void> write_file_atomically(const std::filesystem::path& path,
 Result<void> write_file_atomically(const std::filesystem::path& path, std::string_view text,
                                    IfExists if_exists, FileAccess access = FileAccess::kAll);
 
-// The same of bytes that lie in several places.
-Result<void> write_file_atomically(const std::filesystem::path& path,
-                                   const std::vector<std::span<const std::byte>>& pieces,
+// The same of bytes that `write` hands over piece by piece. Errors: those of `write` too.
+using WriteInto = std::function<Result<void>(const ByteSink& file)>;
+Result<void> write_file_atomically(const std::filesystem::path& path, const WriteInto& write,
                                    IfExists if_exists, FileAccess access = FileAccess::kAll);
 
 // Whether the file may be written, for verbs that work for hours before they do.
@@ -36,6 +39,9 @@ Result<void> check_output(const std::filesystem::path& path, IfExists if_exists)
 
 // disk-full or cannot-write, from an errno.
 Error write_failure(const std::filesystem::path& path, const std::string& what, int number);
+
+// Writes all from the file's place on; the errno, 0 where there is none.
+int write_all(const Descriptor& file, std::span<const std::byte> bytes);
 
 // Bytes in memory that nobody filled with zeros first.
 class FileContent {

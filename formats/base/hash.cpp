@@ -6,11 +6,13 @@
 #include <xxhash.h>
 
 #include "formats/base/check.h"
+#include "formats/base/xxh3_stream.h"
 
 namespace sightline {
 namespace {
 
 EVP_MD_CTX* context(void* state) { return static_cast<EVP_MD_CTX*>(state); }
+XXH3_state_t* xxh3_state(void* state) { return static_cast<XXH3_state_t*>(state); }
 
 }  // namespace
 
@@ -67,6 +69,19 @@ std::string to_hex(const Digest& digest) {
 std::uint64_t xxh3(std::span<const std::byte> bytes) {
   return XXH3_64bits(bytes.data(), bytes.size());
 }
+
+Xxh3Stream::Xxh3Stream() : state_(XXH3_createState()) {
+  SIGHTLINE_CHECK(state_ != nullptr);
+  SIGHTLINE_CHECK(XXH3_64bits_reset(xxh3_state(state_)) == XXH_OK);
+}
+
+Xxh3Stream::~Xxh3Stream() { XXH3_freeState(xxh3_state(state_)); }
+
+void Xxh3Stream::add(std::span<const std::byte> bytes) {
+  SIGHTLINE_CHECK(XXH3_64bits_update(xxh3_state(state_), bytes.data(), bytes.size()) == XXH_OK);
+}
+
+std::uint64_t Xxh3Stream::finish() const { return XXH3_64bits_digest(xxh3_state(state_)); }
 
 Digest derived_digest(std::string_view kind, const Digest& source,
                       std::span<const std::byte> values) {

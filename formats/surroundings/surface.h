@@ -55,7 +55,8 @@ void visit_solid_squares(const SurfacePatch& patch, int parts, const Use& use) {
   }
 }
 
-// What rays can hit: patches on the cells of a grid finer than the NDT map's.
+// What rays can hit: patches on the cells of a grid finer than the NDT map's. All of it or what
+// lies in some tiles.
 struct Surface {
   MapFrame frame;
   double cell_m = 0.0;
@@ -67,15 +68,16 @@ struct Surface {
 using SurfaceOrder = std::tuple<TileKey, CellKey, double>;
 SurfaceOrder order_of(const SurfacePatch& patch, const Surface& surface);
 
-template <>
-struct ArtifactTraits<Surface> {
-  static constexpr std::string_view kName = "surface";
-  static constexpr std::uint32_t kVersion = 3;
-};
-
+// As an artifact: TiledSurface.
 Result<void> validate(const Surface& surface);
 Table dump(const Surface& surface);
 void encode(const Surface& surface, ByteWriter& writer);
 void decode(ByteReader& reader, Surface& surface);
+
+// One patch takes so many bytes.
+inline constexpr std::size_t kEncodedPatch =
+    3 * sizeof(std::int32_t) + 7 * sizeof(double) + sizeof(std::uint64_t);
+void encode(const SurfacePatch& patch, ByteWriter& writer);
+void decode(ByteReader& reader, SurfacePatch& patch);
 
 }  // namespace sightline

@@ -57,8 +57,8 @@ bool from_bytes(std::span<const std::byte> bytes, BlockRows& rows) {
 // Sees and judges the sites of one block after another.
 class BlockFactors {
  public:
-  BlockFactors(const FactorsOfSitesOptions& options, const NdtMap& map, const Surface& surface,
-               const Sites& sites, const SensorProfile& sensor)
+  BlockFactors(const FactorsOfSitesOptions& options, const NdtMap& map, const TiledSurface& surface,
+               TileDigests patch_digests, const Sites& sites, const SensorProfile& sensor)
       : options_(options),
         map_(map),
         sites_(sites),
@@ -66,7 +66,7 @@ class BlockFactors {
         caster_(surface, sites,
                 std::max(options.rays.longest_range_m, options.scans.longest_range_m)),
         nd_digests_(digests_of(map)),
-        patch_digests_(digests_of(surface)) {}
+        patch_digests_(std::move(patch_digests)) {}
 
   [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return caster_.blocks(); }
 
@@ -158,9 +158,9 @@ std::vector<OptionField> option_fields(FactorsOfSitesOptions& options) {
 }
 
 Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptions& options,
-                                     const NdtMap& map, const Surface& surface, const Sites& sites,
-                                     const SensorProfile& sensor) {
-  if (surface.frame != sites.frame) {
+                                     const NdtMap& map, const TiledSurface& surface,
+                                     const Sites& sites, const SensorProfile& sensor) {
+  if (surface.frame() != sites.frame) {
     return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
                  "pass compute-factors"};
   }
@@ -168,7 +168,8 @@ Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptio
   table.site_count = static_cast<std::uint32_t>(sites.sites.size());
   const SiteShape shape = table.shape();
   table.values.resize(shape.size(sites.sites.size()));
-  const BlockFactors factors(options, map, surface, sites, sensor);
+  SIGHTLINE_ASSIGN(TileDigests patch_digests, digests_of(surface));
+  const BlockFactors factors(options, map, surface, std::move(patch_digests), sites, sensor);
   std::vector<BlockRows> rows_of_block(factors.blocks().size());
   PartedWork work;
   work.count = factors.blocks().size();

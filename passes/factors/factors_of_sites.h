@@ -28,8 +28,8 @@ std::vector<OptionField> option_fields(FactorsOfSitesOptions& options);
 // mismatched-inputs (frames that differ, or rays that end before the longest range), and those of
 // cast-rays and cast-scans.
 Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptions& options,
-                                     const NdtMap& map, const Surface& surface, const Sites& sites,
-                                     const SensorProfile& sensor);
+                                     const NdtMap& map, const TiledSurface& surface,
+                                     const Sites& sites, const SensorProfile& sensor);
 inline constexpr Pass kComputeFactors{"compute-factors", 4, "map-factors", "Map factors",
                                       &factors_of_sites};
 

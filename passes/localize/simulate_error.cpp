@@ -32,10 +32,10 @@ constexpr double kBeside_m = 16.0;
 
 constexpr const char* kDrive = "simulated";
 
-Result<void> check_inputs(const SimulateErrorOptions& options, const Surface& surface,
+Result<void> check_inputs(const SimulateErrorOptions& options, const TiledSurface& surface,
                           const NdtMap& map, const Sites& sites) {
   constexpr const char* kPlace = "pass simulate-error";
-  if (!(map.frame == sites.frame && surface.frame == sites.frame)) {
+  if (!(map.frame == sites.frame && surface.frame() == sites.frame)) {
     return Error{ErrorCode::kMismatchedInputs, "map, surface and sites are in different frames", "",
                  kPlace};
   }
@@ -51,16 +51,12 @@ Result<void> check_inputs(const SimulateErrorOptions& options, const Surface& su
   return {};
 }
 
-// The same surface, surveyed on another day: each patch off along its normal by chance of its own.
-Surface another_day(const Surface& surface, double relief_m, std::uint64_t seed) {
-  Surface other = surface;
-  for (SurfacePatch& patch : other.patches) {
-    const std::uint64_t cell = hash_of(patch.key);
-    const auto size = static_cast<std::uint64_t>(std::llround(1e3 * patch.half_side_m));
-    Random random(mix(mix(seed, kReliefSeed), cell << 16 ^ size));
-    patch.centre_m += relief_m * random.normal() * patch.normal;
-  }
-  return other;
+// The same patch, surveyed on another day: off along its normal by chance of its own.
+void survey_another_day(double relief_m, std::uint64_t seed, SurfacePatch& patch) {
+  const std::uint64_t cell = hash_of(patch.key);
+  const auto size = static_cast<std::uint64_t>(std::llround(1e3 * patch.half_side_m));
+  Random random(mix(mix(seed, kReliefSeed), cell << 16 ^ size));
+  patch.centre_m += relief_m * random.normal() * patch.normal;
 }
 
 // Azimuth by azimuth, beam by beam from below, as sensors turn.
@@ -180,8 +176,8 @@ std::vector<OptionField> option_fields(SimulateErrorOptions& options) {
 }
 
 Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,
-                                     const Surface& surface, const NdtMap& map, const Sites& sites,
-                                     const SensorProfile& sensor) {
+                                     const TiledSurface& surface, const NdtMap& map,
+                                     const Sites& sites, const SensorProfile& sensor) {
   SIGHTLINE_TRY(check_inputs(options, surface, map, sites));
   const MeasureErrorOptions& matching = options.matching;
   const LocalizerChoice choice{matching.localizer, matching.coarse_cells, matching.leaf_m,
@@ -189,13 +185,14 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
   const ScanMaker maker(options, sensor, directions_of(sensor));
   const RayFan fan{maker.directions(), sensor.min_range_m, reach_m(matching, sensor)};
   AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, fan.far_m, 1});
-  const Surface driven = another_day(surface, options.relief_m, ctx.seed);
-  const SiteCaster caster(driven, sites, fan.far_m);
+  const SiteCaster caster(surface, sites, fan.far_m, [&](SurfacePatch& patch) {
+    survey_another_day(options.relief_m, ctx.seed, patch);
+  });
   MeasuredError simulated = empty_result(matching, map, sites.sites.size());
   // Blocks one after another, so that one scene at a time is in memory; sites side by side.
   const auto fill = [&](std::size_t part, MeasuredError& rows) -> Result<void> {
     const SiteBlock& block = caster.blocks()[part];
-    caster.cast(block, fan, ctx.threads, [&](std::size_t i, std::span<const double> distance_m) {
+    const auto take = [&](std::size_t i, std::span<const double> distance_m) {
       const std::size_t site = block.sites[i];
       const Site& at = sites.sites[site];
       const Scan scan = maker.scan(at, distance_m, mix(mix(ctx.seed, kScanSeed), site));
@@ -204,10 +201,10 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
       const std::unique_ptr<SiteLocalizer> localizer =
           make_site_localizer({choice, sensor, map, area->own, area->of_samples});
       measure_into({scan, at.T_map_vehicle}, i, *localizer, rows);
-    });
-    return {};
+    };
+    return caster.cast(block, fan, ctx.threads, take);
   };
-  const TileDigests patches = digests_of(driven);
+  SIGHTLINE_ASSIGN(const TileDigests patches, digests_of(surface));
   const TileDigests nds = digests_of(map);
   const auto content = [&](std::size_t part) -> std::optional<Digest> {
     ByteWriter writer;

@@ -6,7 +6,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/surroundings/ndt_map.h"
-#include "formats/surroundings/surface.h"
+#include "formats/surroundings/tiled_surface.h"
 #include "passes/localize/measure_error.h"
 #include "passes/pass/pass.h"
 
@@ -26,10 +26,11 @@ std::vector<OptionField> option_fields(SimulateErrorOptions& options);
 // matches scans, against the place at which they were cast (schemas/definitions.md, "Annotating a
 // finished map"). The drive is called "simulated", the reference is kSimulated. Surface and map
 // come from the same points, so that this flatters. Errors: mismatched-inputs (map, surface and
-// sites in different frames), empty-map, bad-value (pcl-ndt, which no simulation can stand for).
+// sites in different frames), empty-map, bad-value (pcl-ndt, which no simulation can stand for),
+// cannot-read.
 Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,
-                                     const Surface& surface, const NdtMap& map, const Sites& sites,
-                                     const SensorProfile& sensor);
+                                     const TiledSurface& surface, const NdtMap& map,
+                                     const Sites& sites, const SensorProfile& sensor);
 inline constexpr Pass kSimulateError{"simulate-error", 1, "simulated",
                                      "Localization error of simulated scans", &simulate_error};
 

@@ -6,9 +6,9 @@
 
 namespace sightline {
 
-Result<Surface> build_nd_surface(PassContext& ctx, const NoOptions& /*options*/,
-                                 const NdtMap& map) {
-  Surface surface = surface_of_nds(map);
+Result<TiledSurface> build_nd_surface(PassContext& ctx, const NoOptions& /*options*/,
+                                      const NdtMap& map) {
+  const Surface surface = surface_of_nds(map);
   if (surface.patches.empty()) {
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell that rays could hit", "",
                  "pass build-nd-surface"};
@@ -18,7 +18,7 @@ Result<Surface> build_nd_surface(PassContext& ctx, const NoOptions& /*options*/,
            " NDs, which are rougher than its points were: occupancy_ratio, virtual scans and "
            "simulated errors are those of such patches. Annotate the points themselves where they "
            "are still there");
-  return surface;
+  return TiledSurface(surface);
 }
 
 }  // namespace sightline

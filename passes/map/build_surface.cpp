@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
 #include "passes/map/surface/ground_gaps.h"
 #include "passes/map/surface/patch_evidence.h"
+#include "passes/map/surface/patches_by_tile.h"
 #include "passes/map/surface/surface_candidates.h"
 #include "passes/map/surface/surface_tile.h"
 #include "passes/map/tiles/scan_extents.h"
@@ -61,17 +63,16 @@ double returns_per_ray(const SurfacePoints& points, std::span<const ScanExtent> 
          kSteps;
 }
 
-// Errors: what reading a scan says, invalid-artifact.
-Result<std::vector<SurfaceTile>> tiles_of(const PassContext& ctx,
-                                          const BuildSurfaceOptions& options,
-                                          const SurfacePoints& points) {
+// Adds the patches of all tiles. Errors: what reading a scan says, invalid-artifact.
+Result<CellTally> add_patches(const PassContext& ctx, const BuildSurfaceOptions& options,
+                              const SurfacePoints& points, PatchesByTile& patches) {
   const BlockGrid blocks = blocks_of_tiles(options.cell_m, kLongestCell_cells);
   SIGHTLINE_ASSIGN(std::vector<ScanExtent> extents,
                    measure_extents(ctx, points, blocks, "build-surface"));
   const SurfaceTileOptions of_tile{options.cell_m, options.tile_m, options.min_points,
                                    returns_per_ray(points, extents)};
   const CellTiles tiles(std::move(extents), blocks);
-  std::vector<SurfaceTile> made(tiles.size());
+  std::vector<CellTally> cells(tiles.size());
   PartedWork work;
   work.count = tiles.size();
   const int threads = threads_each(ctx.threads, work.count);
@@ -82,39 +83,60 @@ Result<std::vector<SurfaceTile>> tiles_of(const PassContext& ctx,
     return to_bytes(found, of_tile);
   };
   work.take = [&](std::size_t tile, std::span<const std::byte> bytes) {
-    std::optional<SurfaceTile> found = surface_tile_of(bytes);
-    if (found) made[tile] = *std::move(found);
-    return found.has_value();
+    const std::optional<SurfaceTile> found = surface_tile_of(bytes);
+    if (!found) return false;
+    cells[tile] = found->cells;
+    patches.add(found->patches);
+    return true;
   };
   SIGHTLINE_TRY(work_in_parts(after_extents(ctx, points), work, ctx.threads));
-  return made;
-}
-
-// Moves them out of the tiles.
-std::vector<SurfacePatch> joined(std::vector<SurfaceTile> tiles) {
-  std::size_t count = 0;
-  for (const SurfaceTile& tile : tiles) count += tile.patches.size();
-  std::vector<SurfacePatch> patches;
-  patches.reserve(count);
-  for (SurfaceTile& tile : tiles) {
-    patches.insert(patches.end(), tile.patches.begin(), tile.patches.end());
-    std::vector<SurfacePatch>().swap(tile.patches);
-  }
-  return patches;
+  CellTally sum;
+  for (const CellTally& of_one : cells) sum += of_one;
+  return sum;
 }
 
 // Level patches in the order of candidates, which decides between ground that is equally near.
-std::vector<SurfacePatch> ground_of(const Surface& surface) {
+std::vector<SurfacePatch> ground_of(const std::vector<SurfacePatch>& patches,
+                                    const Surface& surface) {
   std::vector<std::pair<CandidateOrder, std::size_t>> order;
-  for (std::size_t i = 0; i < surface.patches.size(); ++i) {
-    const SurfacePatch& patch = surface.patches[i];
-    if (is_ground(patch)) order.emplace_back(candidate_order_of(patch, surface), i);
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (is_ground(patches[i])) order.emplace_back(candidate_order_of(patches[i], surface), i);
   }
   std::ranges::sort(order);
   std::vector<SurfacePatch> ground;
   ground.reserve(order.size());
-  for (const auto& [place, i] : order) ground.push_back(surface.patches[i]);
+  for (const auto& [place, i] : order) ground.push_back(patches[i]);
   return ground;
+}
+
+// The patches of a tile, with the ground between ground that lies in it. Error: cannot-read.
+Result<std::vector<SurfacePatch>> finished_tile(const PatchesByTile& patches, const TileKey& tile,
+                                                const Surface& surface) {
+  const Eigen::Vector2d low_m(tile.x * surface.tile_m, tile.y * surface.tile_m);
+  const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(kReachOfGround_cells * surface.cell_m);
+  const Eigen::Vector2d high_m = low_m + Eigen::Vector2d::Constant(surface.tile_m);
+  SIGHTLINE_ASSIGN(const std::vector<SurfacePatch> near,
+                   patches.over({low_m - reach_m, high_m + reach_m}));
+  SIGHTLINE_ASSIGN(std::vector<SurfacePatch> finished, patches.of_tile(tile));
+  for (const SurfacePatch& between : ground_between(ground_of(near, surface), surface.cell_m)) {
+    if (tile_of(between.key, surface.cell_m, surface.tile_m) == tile) finished.push_back(between);
+  }
+  std::ranges::sort(finished, {},
+                    [&](const SurfacePatch& patch) { return order_of(patch, surface); });
+  return finished;
+}
+
+// Tiles that hold patches, and those beside them into which ground between ground may reach.
+std::set<TileKey> tiles_around(const std::vector<TileKey>& tiles, const Surface& surface) {
+  const auto rings =
+      static_cast<std::int32_t>(std::ceil(kReachOfGround_cells * surface.cell_m / surface.tile_m));
+  std::set<TileKey> around;
+  for (const TileKey& tile : tiles) {
+    for (std::int32_t x = tile.x - rings; x <= tile.x + rings; ++x) {
+      for (std::int32_t y = tile.y - rings; y <= tile.y + rings; ++y) around.insert({x, y});
+    }
+  }
+  return around;
 }
 
 }  // namespace
@@ -126,30 +148,31 @@ std::vector<OptionField> option_fields(BuildSurfaceOptions& options) {
           integer("min_points", options.min_points, "points that a patch needs", 3, 1000000)};
 }
 
-Result<Surface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
-                              const SurfacePoints& points) {
+Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
+                                   const SurfacePoints& points) {
   if (!is_tiling(options.cell_m, options.tile_m)) {
     return Error{ErrorCode::kBadValue,
                  "tile_m is " + std::to_string(options.tile_m) +
                      ", expected a multiple of cell_m " + std::to_string(options.cell_m),
                  "", "pass build-surface"};
   }
-  SIGHTLINE_ASSIGN(std::vector<SurfaceTile> tiles, tiles_of(ctx, options, points));
-  CellTally cells;
-  for (const SurfaceTile& tile : tiles) cells += tile.cells;
+  const Surface order{points.frame, options.cell_m, options.tile_m, {}};
+  PatchesByTile patches(options.cell_m, options.tile_m);
+  SIGHTLINE_ASSIGN(const CellTally cells, add_patches(ctx, options, points, patches));
+  SIGHTLINE_TRY(patches.finish());
   warn_of_invalid_cells(ctx, cells, 2);
-  Surface surface{points.frame, options.cell_m, options.tile_m, joined(std::move(tiles))};
-  const std::vector<SurfacePatch> between = ground_between(ground_of(surface), options.cell_m);
-  surface.patches.insert(surface.patches.end(), between.begin(), between.end());
-  if (surface.patches.empty()) {
+  TiledSurfaceWriter writer(points.frame, options.cell_m, options.tile_m);
+  for (const TileKey& tile : tiles_around(patches.tiles(), order)) {
+    SIGHTLINE_ASSIGN(const std::vector<SurfacePatch> finished, finished_tile(patches, tile, order));
+    SIGHTLINE_TRY(writer.add(tile, finished));
+  }
+  TiledSurface surface = writer.take();
+  if (surface.patch_count() == 0) {
     return Error{ErrorCode::kEmptyMap,
                  "no cell of " + std::to_string(cells.valid) + " holds " +
                      std::to_string(options.min_points) + " points that rays do not pass through",
                  "", "pass build-surface"};
   }
-  std::ranges::sort(surface.patches, [&](const SurfacePatch& a, const SurfacePatch& b) {
-    return order_of(a, surface) < order_of(b, surface);
-  });
   return surface;
 }
 

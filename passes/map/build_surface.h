@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "formats/surroundings/surface.h"
 #include "formats/surroundings/surface_points.h"
+#include "formats/surroundings/tiled_surface.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -21,9 +21,10 @@ std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
 // between ground, close the gaps that scan lines leave. Definition: schemas/definitions.md,
 // "Surface".
 // Errors: bad-value (a tile that is no multiple of the cell), empty-map (no patch),
-// invalid-artifact (a point that the grid cannot hold).
-Result<Surface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
-                              const SurfacePoints& points);
+// invalid-artifact (a point that the grid cannot hold), disk-full or
+// cannot-write (a street that memory does not hold lies in a temporary file).
+Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
+                                   const SurfacePoints& points);
 inline constexpr Pass kBuildSurface{"build-surface", 4, "surface", "The surface that rays hit",
                                     &build_surface};
 

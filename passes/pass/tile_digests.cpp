@@ -68,17 +68,16 @@ TileDigests digests_of(const NdtMap& map) {
   return digests;
 }
 
-TileDigests digests_of(const Surface& surface) {
+Result<TileDigests> digests_of(const TiledSurface& surface) {
   TileDigests digests(kTile_m);
-  for (const SurfacePatch& patch : surface.patches) {
-    ByteWriter writer;
-    writer.put(surface.cell_m);
-    put(patch.key, writer);
-    put(patch.centre_m, writer);
-    put(patch.normal, writer);
-    writer.put(patch.half_side_m);
-    writer.put(patch.solid);
-    digests.add(patch.centre_m, writer.bytes());
+  for (const PatchTile& tile : surface.tiles()) {
+    SIGHTLINE_ASSIGN(const Surface of_tile, surface.tile(tile));
+    for (const SurfacePatch& patch : of_tile.patches) {
+      ByteWriter writer;
+      writer.put(surface.cell_m());
+      encode(patch, writer);
+      digests.add(patch.centre_m, writer.bytes());
+    }
   }
   digests.finish();
   return digests;

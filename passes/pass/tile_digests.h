@@ -10,7 +10,7 @@
 #include "formats/base/hash.h"
 #include "formats/grid/cell_key.h"
 #include "formats/surroundings/ndt_map.h"
-#include "formats/surroundings/surface.h"
+#include "formats/surroundings/tiled_surface.h"
 
 namespace sightline {
 
@@ -36,8 +36,8 @@ class TileDigests {
 
 // Of NDs at their means; cell and tile edges of the map are in every digest.
 TileDigests digests_of(const NdtMap& map);
-// Of patches at their centres.
-TileDigests digests_of(const Surface& surface);
+// Of patches at their centres. Error: cannot-read.
+Result<TileDigests> digests_of(const TiledSurface& surface);
 
 // All that decides what is seen from a site: where the vehicle and its sensor are.
 void put_place(const Site& site, ByteWriter& writer);

@@ -86,7 +86,7 @@ std::vector<OptionField> option_fields(CastRaysOptions& options) {
 }
 
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
-                              const Surface& surface, const Sites& sites) {
+                              const TiledSurface& surface, const Sites& sites) {
   SIGHTLINE_TRY(check_options(options));
   DepthImages images = empty_images(options, sites.sites.size());
   const Result<void> cast =
@@ -99,7 +99,7 @@ Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const Sit
                                        const SiteBlock& block, int threads) {
   SIGHTLINE_TRY(check_options(options));
   DepthImages images = empty_images(options, block.sites.size());
-  caster.cast(block, fan_of(options, images), threads, take_into(images));
+  SIGHTLINE_TRY(caster.cast(block, fan_of(options, images), threads, take_into(images)));
   return images;
 }
 

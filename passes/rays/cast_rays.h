@@ -4,7 +4,7 @@
 
 #include "formats/annotation/sites.h"
 #include "formats/surroundings/depth_images.h"
-#include "formats/surroundings/surface.h"
+#include "formats/surroundings/tiled_surface.h"
 #include "passes/pass/pass.h"
 #include "passes/rays/surface_caster.h"
 
@@ -24,9 +24,9 @@ std::vector<OptionField> option_fields(CastRaysOptions& options);
 // What a level sensor would see of the surface from every site: one ray a cell, in map axes, both
 // faces and the ground count. Definition: schemas/definitions.md, `occupancy_ratio`.
 // Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far, or
-// elevations beyond the poles).
+// elevations beyond the poles), cannot-read.
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
-                              const Surface& surface, const Sites& sites);
+                              const TiledSurface& surface, const Sites& sites);
 // The same from the sites of one block. The caster reaches as far as the options.
 Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const SiteCaster& caster,
                                        const SiteBlock& block, int threads);

@@ -78,7 +78,7 @@ std::vector<OptionField> option_fields(CastScansOptions& options) {
 }
 
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
-                                const Surface& surface, const Sites& sites,
+                                const TiledSurface& surface, const Sites& sites,
                                 const SensorProfile& sensor) {
   SIGHTLINE_TRY(check_options(options));
   const RayFan fan = fan_of(options, sensor);
@@ -95,7 +95,7 @@ Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const 
   SIGHTLINE_TRY(check_options(options));
   const RayFan fan = fan_of(options, sensor);
   ScanOfSite scan_of_site(block.sites.size());
-  caster.cast(block, fan, threads, take_into(fan, options.leaf_m, scan_of_site));
+  SIGHTLINE_TRY(caster.cast(block, fan, threads, take_into(fan, options.leaf_m, scan_of_site)));
   return join(scan_of_site, options);
 }
 

@@ -4,7 +4,7 @@
 
 #include "formats/annotation/sites.h"
 #include "formats/drive/sensor_profile.h"
-#include "formats/surroundings/surface.h"
+#include "formats/surroundings/tiled_surface.h"
 #include "formats/surroundings/virtual_scans.h"
 #include "passes/pass/pass.h"
 #include "passes/rays/surface_caster.h"
@@ -25,9 +25,10 @@ std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor);
 // What the localizing sensor would measure at every site: each of its beams at each azimuth step,
 // the first along map +x, cast level from p on the surface and subsampled on the localizer's voxel
 // grid. Definition: schemas/definitions.md, "virtual scan".
-// Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far).
+// Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far),
+// cannot-read.
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
-                                const Surface& surface, const Sites& sites,
+                                const TiledSurface& surface, const Sites& sites,
                                 const SensorProfile& sensor);
 // The same from the sites of one block. The caster reaches as far as the options.
 Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const SiteCaster& caster,

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
@@ -221,12 +222,12 @@ RTCGeometry geometry_of(RTCDevice device, std::span<const ExactPatch> patches,
 // Casts a fan of rays on the patches of one block.
 class BlockCaster {
  public:
-  BlockCaster(RTCDevice device, const Surface& surface, const SiteBlock& block, const RayFan& fan)
+  BlockCaster(RTCDevice device, std::span<const SurfacePatch> patches, const SiteBlock& block,
+              const RayFan& fan)
       : origin_m_(block.origin_m), fan_(fan), scene_(rtcNewScene(device), &rtcReleaseScene) {
     check_memory(device);
-    for (const std::uint32_t patch : block.patches) {
-      patches_.push_back(exact_patch(surface.patches[patch]));
-    }
+    patches_.reserve(patches.size());
+    for (const SurfacePatch& patch : patches) patches_.push_back(exact_patch(patch));
     // Robust: no ray slips between the two triangles that a quadrangle is for Embree.
     rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
     const RTCGeometry geometry = geometry_of(device, patches_, origin_m_, margin_m(fan.far_m));
@@ -277,38 +278,53 @@ struct SiteCaster::Scenes {
   Device device = make_device();
 };
 
-SiteCaster::SiteCaster(const Surface& surface, const Sites& sites, double reach_m)
+SiteCaster::SiteCaster(const TiledSurface& surface, const Sites& sites, double reach_m,
+                       ChangePatch change)
     : surface_(surface),
       sites_(sites),
-      blocks_(blocks_of_sites(sites, surface, reach_m)),
+      reach_m_(reach_m + std::numbers::sqrt2 * surface.widest_half_side_m()),
+      change_(std::move(change)),
+      blocks_(blocks_of_sites(sites)),
       scenes_(std::make_unique<Scenes>()) {}
 
 SiteCaster::SiteCaster(SiteCaster&&) noexcept = default;
 SiteCaster::~SiteCaster() = default;
 
-void SiteCaster::cast(const SiteBlock& block, const RayFan& fan, int threads,
-                      const TakeDistances& take) const {
+Result<std::vector<SurfacePatch>> SiteCaster::patches_near(const SiteBlock& block) const {
+  const double moved_m = change_ ? kMostMoved_m : 0.0;
+  SIGHTLINE_ASSIGN(Surface surface, surface_.over(box_around(block, reach_m_ + moved_m)));
+  if (change_) {
+    for (SurfacePatch& patch : surface.patches) change_(patch);
+  }
+  return sightline::patches_near(block, surface, reach_m_);
+}
+
+Result<void> SiteCaster::cast(const SiteBlock& block, const RayFan& fan, int threads,
+                              const TakeDistances& take) const {
   const std::vector<Packet> packets = packets_of(fan);
-  const BlockCaster caster(scenes_->device.get(), surface_, block, fan);
+  SIGHTLINE_ASSIGN(const std::vector<SurfacePatch> patches, patches_near(block));
+  const BlockCaster caster(scenes_->device.get(), patches, block, fan);
   parallel_for(block.sites.size(), threads, [&](std::size_t i) {
     std::vector<double> distance_m(fan.directions.size());
     caster.cast(sites_.sites[block.sites[i]].p_map_m, packets, distance_m);
     take(i, distance_m);
   });
+  return {};
 }
 
-Result<void> cast_at_sites(PassContext& ctx, const Surface& surface, const Sites& sites,
+Result<void> cast_at_sites(PassContext& ctx, const TiledSurface& surface, const Sites& sites,
                            const RayFan& fan, const TakeDistances& take) {
-  if (surface.frame != sites.frame) {
+  if (surface.frame() != sites.frame) {
     return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "", ""};
   }
   const SiteCaster caster(surface, sites, fan.far_m);
   std::atomic<std::size_t> done = 0;
   for (const SiteBlock& block : caster.blocks()) {
-    caster.cast(block, fan, ctx.threads, [&](std::size_t i, std::span<const double> distance_m) {
-      take(block.sites[i], distance_m);
-      ctx.progress(++done, sites.sites.size());
-    });
+    SIGHTLINE_TRY(caster.cast(block, fan, ctx.threads,
+                              [&](std::size_t i, std::span<const double> distance_m) {
+                                take(block.sites[i], distance_m);
+                                ctx.progress(++done, sites.sites.size());
+                              }));
   }
   return {};
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/annotation/sites.h"
-#include "formats/surroundings/surface.h"
+#include "formats/surroundings/tiled_surface.h"
 #include "passes/pass/pass_context.h"
 #include "passes/rays/site_blocks.h"
 
@@ -29,11 +29,17 @@ using TakeDistances = std::function<void(std::size_t site, std::span<const doubl
 
 // Casts fans on a surface from sites. Both faces of a patch count, seen at 0.6 degrees or more from
 // its plane. What is hit and how far off is decided in double, so that distances are the same on
-// every processor. Keeps references to the surface and the sites. Safe from several threads.
+// every processor. Of the surface, what one block sees is in memory at a time. Keeps a reference to
+// the sites. Safe from several threads.
 class SiteCaster {
  public:
+  // What is done to each patch before rays meet it. Its centre stays within kMostMoved_m.
+  using ChangePatch = std::function<void(SurfacePatch& patch)>;
+  static constexpr double kMostMoved_m = 16.0;
+
   // For fans that end at reach_m or before. Surface and sites lie in one frame.
-  SiteCaster(const Surface& surface, const Sites& sites, double reach_m);
+  SiteCaster(const TiledSurface& surface, const Sites& sites, double reach_m,
+             ChangePatch change = {});
   SiteCaster(SiteCaster&&) noexcept;
   ~SiteCaster();
 
@@ -41,21 +47,25 @@ class SiteCaster {
 
   // Casts one fan from the p of every site of a block and hands over the distances; sites side by
   // side on `threads` threads, so `take` may write only what is that site's. One scene is in memory
-  // meanwhile.
-  void cast(const SiteBlock& block, const RayFan& fan, int threads,
-            const TakeDistances& take) const;
+  // meanwhile. Error: cannot-read.
+  Result<void> cast(const SiteBlock& block, const RayFan& fan, int threads,
+                    const TakeDistances& take) const;
 
  private:
   struct Scenes;
-  const Surface& surface_;
+  [[nodiscard]] Result<std::vector<SurfacePatch>> patches_near(const SiteBlock& block) const;
+
+  TiledSurface surface_;
   const Sites& sites_;
+  double reach_m_;
+  ChangePatch change_;
   std::vector<SiteBlock> blocks_;
   std::unique_ptr<Scenes> scenes_;
 };
 
-// Casts one fan from every site, block after block. Reports progress. Error: mismatched-inputs
-// where surface and sites lie in different frames.
-Result<void> cast_at_sites(PassContext& ctx, const Surface& surface, const Sites& sites,
+// Casts one fan from every site, block after block. Reports progress. Errors: mismatched-inputs
+// where surface and sites lie in different frames; cannot-read.
+Result<void> cast_at_sites(PassContext& ctx, const TiledSurface& surface, const Sites& sites,
                            const RayFan& fan, const TakeDistances& take);
 
 // The instruction set that Embree computes with.

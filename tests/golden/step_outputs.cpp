@@ -80,7 +80,14 @@ Result<Digest> digest_of(const ArtifactSet::Entry& entry) {
   std::vector<Table> all = all_tables(entry);
   bool has_times = false;
   for (Table& table : all) has_times = remove_times(table) || has_times;
-  if (entry.type->write && !has_times) return sha256(entry.type->write(entry.value.get()));
+  if (entry.type->write && !has_times) {
+    Sha256Stream encoded;
+    SIGHTLINE_TRY(entry.type->write(entry.value.get(), [&](std::span<const std::byte> piece) {
+      encoded.add(piece);
+      return Result<void>();
+    }));
+    return encoded.finish();
+  }
   DigestBuilder digest;
   for (const Table& table : all) digest.add(format_table(table, TableFormat::kCsv));
   if (entry.type == &artifact_type<Drive>()) {

@@ -161,8 +161,9 @@ Result<PictureSources> sources_of_map(const DumpFlags& flags) {
 
 // An artifact file of the cache says itself what it is.
 Result<Table> table_of_artifact(const DumpFlags& flags) {
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, read_file(flags.run.config_file));
-  const Result<SealedObject> object = open_object(bytes);
+  SIGHTLINE_ASSIGN(RegularFile file, open_regular_file(flags.run.config_file));
+  const std::uint64_t size = file.size;
+  const Result<SealedObject> object = open_object({std::move(file.descriptor), size});
   if (!object) return in_file(object.error(), flags.run.config_file);
   for (const ArtifactType* known : known_types()) {
     const ArtifactType& type = *known;

@@ -178,7 +178,8 @@ Result<void> write_page_with_drives(const ReportFlags& flags, const Loaded& load
   if (made.plan.points.is_connected()) {
     sources.points = &made.artifacts.get(made.plan.points);
   }
-  sources.surface = &made.artifacts.get(made.plan.surface);
+  SIGHTLINE_ASSIGN(const Surface surface, made.artifacts.get(made.plan.surface).whole());
+  sources.surface = &surface;
   sources.depth = &made.artifacts.get(made.plan.depth);
   return write_page(flags, sources);
 }

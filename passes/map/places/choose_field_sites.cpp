@@ -245,7 +245,8 @@ std::vector<OptionField> option_fields(ChooseFieldSitesOptions& options) {
 }
 
 Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions& options,
-                                 const Surface& surface, const SensorProfile& sensor) {
+                                 const TiledSurface& tiled, const SensorProfile& sensor) {
+  SIGHTLINE_ASSIGN(const Surface surface, tiled.whole());
   SIGHTLINE_ASSIGN(const Eigen::AlignedBox2d box_m, wanted_box(options, surface.frame));
   const GroundFloors floors(surface);
   const double ground_m2 = static_cast<double>(floors.columns().size()) * GroundFloors::kColumn_m *

@@ -5,7 +5,7 @@
 
 #include "formats/annotation/sites.h"
 #include "formats/drive/sensor_profile.h"
-#include "formats/surroundings/surface.h"
+#include "formats/surroundings/tiled_surface.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -29,7 +29,7 @@ std::vector<OptionField> option_fields(ChooseFieldSitesOptions& options);
 // is apart. Errors: no-ground (no place, or none near options.from), too-many-places, bad-value
 // (numbers that from or within cannot hold).
 Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions& options,
-                                 const Surface& surface, const SensorProfile& sensor);
+                                 const TiledSurface& surface, const SensorProfile& sensor);
 inline constexpr Pass kChooseFieldSites{"choose-field-sites", 1, "sites",
                                         "Places to annotate everywhere", &choose_field_sites};
 

@@ -249,8 +249,9 @@ std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options) {
 }
 
 Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions& options,
-                                 const Route& route, const Surface& surface,
+                                 const Route& route, const TiledSurface& tiled,
                                  const SensorProfile& sensor) {
+  SIGHTLINE_ASSIGN(const Surface surface, tiled.whole());
   const GroundFloors floors(surface);
   std::vector<Eigen::Vector3d> level_m;
   for (const SurfacePatch& patch : surface.patches) {

@@ -5,7 +5,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/drive/route.h"
 #include "formats/drive/sensor_profile.h"
-#include "formats/surroundings/surface.h"
+#include "formats/surroundings/tiled_surface.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -26,7 +26,7 @@ std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options);
 // Errors where no place is left: no-overlap (off the map; says how far away it is), no-ground,
 // two-floors.
 Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions& options,
-                                 const Route& route, const Surface& surface,
+                                 const Route& route, const TiledSurface& surface,
                                  const SensorProfile& sensor);
 inline constexpr Pass kChooseRouteSites{"choose-route-sites", 2, "sites",
                                         "Places to annotate along a route", &choose_route_sites};

@@ -15,7 +15,8 @@ namespace {
 constexpr double kColumnPerCell = 2.0;   // edge of a column; coarser than what is seen
 constexpr double kSteepestGround = 0.9;  // height of its normal: 25 degrees
 constexpr int kMostColumns = 16;         // from ground to ground
-constexpr int kColumnsBeyond = 5;        // where there is ground on one side alone
+static_assert(kReachOfGround_cells >= kColumnPerCell * (kMostColumns + 1));
+constexpr int kColumnsBeyond = 5;  // where there is ground on one side alone
 // Between two ends: unevenness, and the steepest street.
 constexpr double kMostStep_m = 0.2;
 constexpr double kMostSlope = 0.1;

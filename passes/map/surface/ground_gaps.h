@@ -15,6 +15,9 @@ namespace sightline {
 // Patches that are not is_ground() do not count.
 std::vector<SurfacePatch> ground_between(std::span<const SurfacePatch> patches, double cell_m);
 
+// Patches farther away, along either axis, have no part in what is between.
+inline constexpr double kReachOfGround_cells = 34.0;
+
 // Whether a patch is level, and no shard of something else.
 bool is_ground(const SurfacePatch& patch);
 

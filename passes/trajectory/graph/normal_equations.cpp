@@ -82,19 +82,27 @@ void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations
   }
 }
 
+// Written in place: triplets of a long street would take as much memory again as all else here.
+// Blocks come by row, so that what is appended to a column ascends.
 Eigen::SparseMatrix<double> matrix_of(const Equations& all) {
-  std::vector<Eigen::Triplet<double>> triplets;
-  triplets.reserve(36 * all.blocks.size());
+  const Eigen::Index size = all.gradient.size();
+  Eigen::SparseMatrix<double> matrix(size, size);
+  int* const begin = matrix.outerIndexPtr();  // of each column
   for (const auto& [key, block] : all.blocks) {
-    for (int i = 0; i < 6; ++i) {
-      for (int j = 0; j < 6; ++j) {
-        triplets.emplace_back(static_cast<int>(6 * key.first) + i,
-                              static_cast<int>(6 * key.second) + j, block(i, j));
+    for (int j = 0; j < 6; ++j) begin[6 * key.second + static_cast<unsigned>(j) + 1] += 6;
+  }
+  for (Eigen::Index column = 0; column < size; ++column) begin[column + 1] += begin[column];
+  matrix.resizeNonZeros(begin[size]);
+  std::vector<int> next(begin, begin + size);
+  for (const auto& [key, block] : all.blocks) {
+    for (int j = 0; j < 6; ++j) {
+      int& place = next[6 * key.second + static_cast<unsigned>(j)];
+      for (int i = 0; i < 6; ++i, ++place) {
+        matrix.innerIndexPtr()[place] = static_cast<int>(6 * key.first) + i;
+        matrix.valuePtr()[place] = block(i, j);
       }
     }
   }
-  Eigen::SparseMatrix<double> matrix(all.gradient.size(), all.gradient.size());
-  matrix.setFromTriplets(triplets.begin(), triplets.end());
   return matrix;
 }
 

@@ -14,11 +14,23 @@ std::vector<std::byte> bytes_of(std::string_view text) {
 
 const ObjectName kName{"measure-error part 3", sha256("key")};
 
+// A byte at a time.
 std::vector<std::byte> sealed(std::string_view content) {
-  std::vector<std::byte> object = bytes_of(content);
-  const std::vector<std::byte> seal = seal_of(kName, object);
-  object.insert(object.end(), seal.begin(), seal.end());
+  std::vector<std::byte> object;
+  const auto bytes = bytes_of(content);
+  const auto byte_by_byte = [&](const ByteSink& sink) -> Result<void> {
+    for (const std::byte& byte : bytes) SIGHTLINE_TRY(sink(std::span(&byte, 1)));
+    return {};
+  };
+  EXPECT_TRUE(write_sealed(kName, byte_by_byte, [&](std::span<const std::byte> piece) {
+    object.insert(object.end(), piece.begin(), piece.end());
+    return Result<void>();
+  }));
   return object;
+}
+
+Result<SealedObject> open_object(std::vector<std::byte> bytes) {
+  return open_object(StoredBytes(std::move(bytes)));
 }
 
 TEST(SealedObject, SaysWhatItIsAndHoldsWhatWasSealed) {
@@ -27,15 +39,16 @@ TEST(SealedObject, SaysWhatItIsAndHoldsWhatWasSealed) {
     const Result<SealedObject> opened = open_object(object);
     ASSERT_TRUE(opened);
     EXPECT_EQ(opened->name, kName);
-    EXPECT_EQ(std::vector(opened->content.begin(), opened->content.end()), bytes_of(content));
+    EXPECT_EQ(*opened->content.read(0, opened->content.size()), bytes_of(content));
   }
 }
 
 TEST(SealedObject, IsRefusedCutShortAtEveryByte) {
   const std::vector<std::byte> object = sealed("some content");
   for (std::size_t size = 0; size < object.size(); ++size) {
-    EXPECT_FALSE(open_object(std::span(object).first(size))) << size;
-    EXPECT_FALSE(open_object(std::span(object).subspan(size + 1))) << size;
+    const auto cut = object.begin() + static_cast<std::ptrdiff_t>(size);
+    EXPECT_FALSE(open_object(std::vector(object.begin(), cut))) << size;
+    EXPECT_FALSE(open_object(std::vector(cut + 1, object.end()))) << size;
   }
 }
 

@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "tests/support/artifact_checks.h"
-
 namespace sightline {
 namespace {
 
@@ -47,8 +45,6 @@ TEST(Surface, VisitsTheMiddlesOfSolidSquaresAlone) {
     EXPECT_NEAR(first_m.dot(along), -0.4 + 0.05 / parts, 1e-12);
   }
 }
-
-TEST(Surface, SurvivesDisk) { expect_survives_disk(two_patches()); }
 
 TEST(Surface, RefusesANormalThatIsNotOfUnitLength) {
   Surface surface = two_patches();

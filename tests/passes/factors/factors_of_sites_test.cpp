@@ -10,6 +10,7 @@
 #include "passes/map/build_surface.h"
 #include "tests/support/kept_parts.h"
 #include "tests/support/toy_world.h"
+#include "tests/support/whole_surface.h"
 
 namespace sightline {
 namespace {
@@ -35,7 +36,7 @@ Place street() {
   PassContext ctx;
   Place place;
   place.map = *build_ndt(ctx, {}, world.points);
-  place.surface = *build_surface(ctx, {}, world.points);
+  place.surface = *whole(build_surface(ctx, {}, world.points));
   place.sites = world.sites;
   std::reverse(place.sites.sites.begin(), place.sites.sites.end());
   for (std::size_t i = 0; i < place.sites.sites.size(); ++i) {

@@ -4,6 +4,7 @@
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/whole_surface.h"
 
 namespace sightline {
 namespace {
@@ -48,7 +49,7 @@ TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
   EXPECT_EQ(ndt->nds.size(), 16U * 8U);
   EXPECT_EQ(ndt->point_count, points->standing_count);
   // No ray opens what nobody looked through.
-  const Result<Surface> surface = build_surface(ctx_, {}, *points);
+  const Result<Surface> surface = whole(build_surface(ctx_, {}, *points));
   ASSERT_TRUE(surface.has_value());
   EXPECT_GE(surface->patches.size(), 64U * 32U);
   // What comes from the cache finds its pieces again.

@@ -8,6 +8,7 @@
 #include "passes/map/build_surface.h"
 #include "tests/support/box_world.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/whole_surface.h"
 
 namespace sightline {
 namespace {
@@ -45,7 +46,7 @@ Scene scene_of(const std::vector<double>& begins_m) {
     }
   }
   made.map = *build_ndt(ctx, {}, points);
-  made.surface = *build_surface(ctx, {}, points);
+  made.surface = *whole(build_surface(ctx, {}, points));
   made.sensor = *sensor_profile("generic-16");
   return made;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "passes/map/places/ground_floors.h"
+#include "tests/support/whole_surface.h"
 
 namespace sightline {
 namespace {
@@ -31,7 +32,7 @@ TEST(BuildNdSurface, IsAPatchForEachNdAndSaysThatItIsRougher) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
-  const Result<Surface> surface = build_nd_surface(ctx, {}, level_street());
+  const Result<Surface> surface = whole(build_nd_surface(ctx, {}, level_street()));
   ASSERT_TRUE(surface.has_value());
   EXPECT_TRUE(validate(*surface).has_value());
   EXPECT_EQ(surface->patches.size(), 30U);
@@ -41,7 +42,7 @@ TEST(BuildNdSurface, IsAPatchForEachNdAndSaysThatItIsRougher) {
 
 TEST(BuildNdSurface, HasGroundThatAVehicleStandsOn) {
   PassContext ctx;
-  const Result<Surface> surface = build_nd_surface(ctx, {}, level_street());
+  const Result<Surface> surface = whole(build_nd_surface(ctx, {}, level_street()));
   ASSERT_TRUE(surface.has_value());
   const GroundFloors floors(*surface);
   for (double x_m = 0.1; x_m < 20.0; x_m += 0.7) {
@@ -53,7 +54,7 @@ TEST(BuildNdSurface, HasGroundThatAVehicleStandsOn) {
 
 TEST(BuildNdSurface, RefusesAMapWithoutNds) {
   PassContext ctx;
-  const Result<Surface> surface = build_nd_surface(ctx, {}, NdtMap{});
+  const Result<Surface> surface = whole(build_nd_surface(ctx, {}, NdtMap{}));
   ASSERT_FALSE(surface.has_value());
   EXPECT_EQ(surface.error().code, ErrorCode::kEmptyMap);
 }

@@ -7,6 +7,7 @@
 
 #include "passes/map/build_surface.h"
 #include "tests/support/toy_world.h"
+#include "tests/support/whole_surface.h"
 
 namespace sightline {
 namespace {
@@ -23,7 +24,7 @@ Surface surface_of(const ToyWorld& world, double tile_m = 64.0) {
   PassContext ctx;
   BuildSurfaceOptions options;
   options.tile_m = tile_m;
-  const Result<Surface> surface = build_surface(ctx, options, world.points);
+  const Result<Surface> surface = whole(build_surface(ctx, options, world.points));
   EXPECT_TRUE(surface.has_value());
   return *surface;
 }

@@ -7,6 +7,7 @@
 
 #include "passes/map/build_surface.h"
 #include "tests/support/toy_world.h"
+#include "tests/support/whole_surface.h"
 
 namespace sightline {
 namespace {
@@ -28,7 +29,7 @@ SensorProfile five_beams() {
 
 Surface surface_of(const ToyWorld& world) {
   PassContext ctx;
-  const Result<Surface> surface = build_surface(ctx, {}, world.points);
+  const Result<Surface> surface = whole(build_surface(ctx, {}, world.points));
   EXPECT_TRUE(surface.has_value());
   return *surface;
 }

@@ -13,6 +13,7 @@
 #include "passes/map/tiles/tile_cells.h"
 #include "tests/passes/map/tiles/long_street.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/whole_surface.h"
 
 // Passes that go tile by tile, beside the same on the whole street at once.
 
@@ -79,7 +80,7 @@ TEST(TiledSurface, HasTheBytesOfTheWholeAtOnce) {
   const auto expect_same = [](const BuildSurfaceOptions& options, int threads) {
     PassContext ctx;
     ctx.threads = threads;
-    const Result<Surface> surface = build_surface(ctx, options, street());
+    const Result<Surface> surface = whole(build_surface(ctx, options, street()));
     ASSERT_TRUE(surface.has_value());
     EXPECT_GT(surface->patches.size(), 5000U);
     EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(street(), options)));
@@ -105,7 +106,7 @@ TEST(TiledSurface, CountsRaysThroughATileInWhichTheyDoNotEnd) {
   }
   points.store = memory_scan_store(std::move(scans));
   PassContext ctx;
-  const Result<Surface> surface = build_surface(ctx, {}, points);
+  const Result<Surface> surface = whole(build_surface(ctx, {}, points));
   ASSERT_TRUE(surface.has_value());
   EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(points, {})));
   const auto is_of_wall = [](const SurfacePatch& patch) { return patch.centre_m.x() < 138.0; };
@@ -120,7 +121,7 @@ TEST(TiledSurface, ChoosesBetweenEquallyNearGroundAsTheWholeDoes) {
     for (double x_m = 131.05; x_m < 138.0; x_m += 0.1) points.points_m.emplace_back(x_m, y_m, 1.1);
   }
   PassContext ctx;
-  const Result<Surface> surface = build_surface(ctx, {}, points);
+  const Result<Surface> surface = whole(build_surface(ctx, {}, points));
   ASSERT_TRUE(surface.has_value());
   EXPECT_TRUE(to_bytes(*surface) == to_bytes(whole_surface(points, {})));
 }
@@ -128,17 +129,18 @@ TEST(TiledSurface, ChoosesBetweenEquallyNearGroundAsTheWholeDoes) {
 TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
   PassContext alone;
   const BuildSurfaceOptions options{1.0, 64.0, 3};
-  const std::vector<std::byte> whole = to_bytes(*build_surface(alone, options, street()));
+  const std::vector<std::byte> alone_bytes =
+      to_bytes(*whole(build_surface(alone, options, street())));
   NumberedParts kept;
   PassContext second = kept.context(2, {1, 2});
-  EXPECT_TRUE(to_bytes(*build_surface(second, options, street())) == whole);
+  EXPECT_TRUE(to_bytes(*whole(build_surface(second, options, street()))) == alone_bytes);
   EXPECT_EQ(kept.parts.size(), kept.count);
   EXPECT_GT(kept.count, 4U);
   // Taken away, a part is made again.
   kept.parts.erase(kept.count - 1);
   kept.parts.erase(0);
   PassContext first = kept.context(1, {0, 2});
-  EXPECT_TRUE(to_bytes(*build_surface(first, options, street())) == whole);
+  EXPECT_TRUE(to_bytes(*whole(build_surface(first, options, street()))) == alone_bytes);
   EXPECT_EQ(kept.parts.size(), kept.count);
 }
 
@@ -175,7 +177,7 @@ TEST(TiledNdt, AndSurfaceMakeOnlyTheTilesAnewThatAChangeReaches) {
     return to_bytes(*build_ndt(ctx, {}, points));
   });
   expect_few_made([](PassContext& ctx, const SurfacePoints& points) {
-    return to_bytes(*build_surface(ctx, {1.0, 64.0, 3}, points));
+    return to_bytes(*whole(build_surface(ctx, {1.0, 64.0, 3}, points)));
   });
 }
 
@@ -228,7 +230,7 @@ TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
   ASSERT_FALSE(map.has_value());
   EXPECT_EQ(map.error().code, ErrorCode::kInvalidArtifact);
   EXPECT_TRUE(map.error().message.starts_with(expected)) << map.error().message;
-  const Result<Surface> surface = build_surface(ctx, {}, points);
+  const Result<Surface> surface = whole(build_surface(ctx, {}, points));
   ASSERT_FALSE(surface.has_value());
   EXPECT_EQ(surface.error().place, "pass build-surface");
 }
