@@ -17,7 +17,8 @@ namespace sightline {
 inline constexpr std::size_t kChecksumSize = sizeof(std::uint64_t);  // behind the payload
 inline constexpr std::size_t kLeastSealed = 4 + kChecksumSize;
 // A head is no longer.
-inline constexpr std::size_t kLongestHead = 4 + sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t) + 256;
+inline constexpr std::size_t kLongestHead =
+    4 + sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t) + 256;
 
 std::vector<std::byte> head_of(std::string_view name, std::uint32_t version, std::uint64_t size);
 bool has_magic(std::span<const std::byte> bytes);

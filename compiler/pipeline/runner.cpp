@@ -1,10 +1,7 @@
 #include "compiler/pipeline/runner.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <new>
@@ -12,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "compiler/pipeline/process_cost.h"
 #include "compiler/pipeline/schedule.h"
 #include "compiler/store/cache.h"
 
@@ -22,27 +20,6 @@ struct Stamp {
   std::chrono::steady_clock::time_point wall = std::chrono::steady_clock::now();
   double cpu_s = 0.0;
 };
-
-double process_cpu_s() {
-  rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-// Linux keeps the peak since the process began; writing 5 here starts it anew. Where that is not
-// allowed the peak is that of the whole run so far.
-void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
-
-double peak_memory_mib() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
-  }
-  return 0.0;
-}
 
 Error named(Error error, const std::string& pass) {
   if (error.place.empty())

@@ -66,8 +66,8 @@ Result<void> StoredBytes::read(std::uint64_t offset, std::span<std::byte> into) 
   std::size_t done = 0;
   while (done < into.size()) {
     const std::uint64_t at = begin_ + offset + done;
-    const ssize_t count = ::pread(file_->number(), into.data() + done, into.size() - done,
-                                  static_cast<off_t>(at));
+    const ssize_t count =
+        ::pread(file_->number(), into.data() + done, into.size() - done, static_cast<off_t>(at));
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
       return Error{ErrorCode::kCannotRead, count < 0 ? std::strerror(errno) : "the file shrank", "",

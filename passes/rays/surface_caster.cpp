@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <new>
 #include <numbers>
@@ -15,6 +14,7 @@
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
 #include "passes/rays/embree.h"
+#include "passes/rays/exact_patch.h"
 #include "passes/rays/site_blocks.h"
 
 // Embree works in float, and its last bits differ from one instruction set to the next: which rays
@@ -25,10 +25,7 @@
 namespace sightline {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kPacket = 8;  // rays; the width of AVX2
-// Of a ray to the plane of a patch, as a sine (0.6 degrees): what is seen more edge-on is not hit.
-constexpr double kLeastSlope = 0.01;
 
 std::atomic<CasterIsa> chosen_isa = CasterIsa::kFastest;
 
@@ -66,45 +63,6 @@ Device make_device() {
       rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_FILTER_FUNCTION_SUPPORTED) == 1);
   return device;
 }
-
-// A patch as doubles see it.
-struct ExactPatch {
-  Eigen::Vector3d centre_m, normal, side, other_side;
-  double half_side_m = 0.0;
-  std::uint64_t solid = 0;
-};
-
-ExactPatch exact_patch(const SurfacePatch& patch) {
-  const Eigen::Vector3d side = side_of(patch);
-  return {patch.centre_m,           patch.normal,      side,
-          patch.normal.cross(side), patch.half_side_m, patch.solid};
-}
-
-// A patch as seen from the place where rays begin.
-struct SeenPatch {
-  const ExactPatch& patch;
-  double ahead_m, aside_m, other_aside_m;  // of its centre, along its normal and its sides
-
-  SeenPatch(const ExactPatch& seen, const Eigen::Vector3d& p_m) : patch(seen) {
-    const Eigen::Vector3d to_centre_m = patch.centre_m - p_m;
-    ahead_m = patch.normal.dot(to_centre_m);
-    aside_m = patch.side.dot(to_centre_m);
-    other_aside_m = patch.other_side.dot(to_centre_m);
-  }
-  // At which a ray meets it; +inf where it does not, or hardly turns towards it.
-  [[nodiscard]] double distance_m(const Eigen::Vector3d& direction) const {
-    const double slope = patch.normal.dot(direction);
-    if (std::abs(slope) < kLeastSlope) return kInfinity;
-    const double distance_m = ahead_m / slope;
-    const double off_m = distance_m * patch.side.dot(direction) - aside_m;
-    const double other_off_m = distance_m * patch.other_side.dot(direction) - other_aside_m;
-    const bool is_inside =
-        std::abs(off_m) <= patch.half_side_m && std::abs(other_off_m) <= patch.half_side_m;
-    if (!is_inside) return kInfinity;
-    const int square = square_at(off_m / patch.half_side_m, other_off_m / patch.half_side_m);
-    return (patch.solid >> square & 1) != 0 ? distance_m : kInfinity;
-  }
-};
 
 // How far Embree's floats may be off where a ray meets a patch: coordinates in a scene reach
 // kSiteBlock_m + far_m, a float keeps 2^-24 of them, a slope of kLeastSlope stretches that a
@@ -255,7 +213,7 @@ class BlockCaster {
       set_origin(origin_m, packet);
       const std::size_t count = std::min(kPacket, distance_m.size() - first);
       exact.directions = std::span(fan_.directions).subspan(first, count);
-      exact.distance_m.fill(kInfinity);
+      exact.distance_m.fill(kNotHit_m);
       // Neighbours: a third faster.
       intersect_8(packet.valid.data(), scene_.get(), exact, EmbreeRays::kNeighbours, packet.rays);
       std::copy_n(exact.distance_m.begin(), count,

@@ -1,6 +1,5 @@
 #include "formats/map/manifest.h"
 
-#include "formats/reader/map_checks.h"
 #include "map_generated.h"
 
 namespace sightline {
@@ -24,32 +23,11 @@ schema::Rigid to_schema(const Pose& pose) {
   return schema::Rigid(flatbuffers::span<const double, 12>(values));
 }
 
-Pose from_schema(const schema::Rigid& rigid) {
-  Pose pose = Pose::Identity();
-  for (int i = 0; i < 12; ++i) {
-    pose(i / 4, i % 4) = rigid.row_major()->Get(static_cast<flatbuffers::uoffset_t>(i));
-  }
-  return pose;
-}
-
 flatbuffers::Offset<schema::Sensor> encode_sensor(const SensorProfile& sensor, Builder& builder) {
   const schema::Rigid vehicle_from_lidar = to_schema(sensor.T_vehicle_lidar);
   return schema::CreateSensorDirect(builder, sensor.name.c_str(), &sensor.beam_elevations_deg,
                                     sensor.azimuth_step_deg, sensor.min_range_m, sensor.max_range_m,
                                     sensor.height_m, &vehicle_from_lidar);
-}
-
-SensorProfile decode_sensor(const schema::Sensor& sensor) {
-  SensorProfile profile;
-  profile.name = sensor.name()->str();
-  profile.beam_elevations_deg.assign(sensor.beam_elevations_deg()->begin(),
-                                     sensor.beam_elevations_deg()->end());
-  profile.azimuth_step_deg = sensor.azimuth_step_deg();
-  profile.min_range_m = sensor.min_range_m();
-  profile.max_range_m = sensor.max_range_m();
-  profile.height_m = sensor.height_m();
-  profile.T_vehicle_lidar = from_schema(*sensor.vehicle_from_lidar());
-  return profile;
 }
 
 flatbuffers::Offset<schema::LocalizerProfile> encode_localizer(const LocalizerProfile& profile,
@@ -60,14 +38,6 @@ flatbuffers::Offset<schema::LocalizerProfile> encode_localizer(const LocalizerPr
   }
   return schema::CreateLocalizerProfileDirect(builder, profile.name.c_str(), profile.version,
                                               &parameters);
-}
-
-LocalizerProfile decode_localizer(const schema::LocalizerProfile& from) {
-  LocalizerProfile profile{from.name()->str(), from.version(), {}};
-  for (const schema::Fact* fact : *from.parameters()) {
-    profile.parameters.emplace_back(fact->name()->str(), fact->value()->str());
-  }
-  return profile;
 }
 
 flatbuffers::Offset<schema::Measurement> encode_measurement(const MeasurementCard& card,
@@ -83,23 +53,6 @@ flatbuffers::Offset<schema::Measurement> encode_measurement(const MeasurementCar
       encode_localizer(card.localizer, builder), card.coarse_cells, card.leaf_m);
 }
 
-MeasurementCard decode_measurement(const schema::Measurement& measurement) {
-  MeasurementCard card;
-  card.mapping_drive = measurement.mapping_drive()->str();
-  card.mapping_scans = measurement.mapping_scans()->str();
-  card.localization_drive = measurement.localization_drive()->str();
-  card.localization_scans = measurement.localization_scans()->str();
-  card.reference = static_cast<ErrorReference>(measurement.reference());
-  for (const schema::Offset* offset : *measurement.offsets()) {
-    card.offsets.push_back({offset->x_m(), offset->y_m(), offset->z_m(), offset->yaw_rad()});
-  }
-  card.measured_site_count = measurement.measured_site_count();
-  card.localizer = decode_localizer(*measurement.localizer());
-  card.coarse_cells = measurement.coarse_cells();
-  card.leaf_m = measurement.leaf_m();
-  return card;
-}
-
 std::vector<flatbuffers::Offset<schema::Promise>> encode_promises(const RangeTable& ranges,
                                                                   Builder& builder) {
   std::vector<flatbuffers::Offset<schema::Promise>> promises;
@@ -111,24 +64,6 @@ std::vector<flatbuffers::Offset<schema::Promise>> encode_promises(const RangeTab
         promise.place_count, promise.drive_count, static_cast<schema::Scope>(promise.scope)));
   }
   return promises;
-}
-
-LimitPromise decode_promise(const schema::Promise& from) {
-  LimitPromise promise;
-  promise.limit_m = from.limit_m();
-  promise.probability_threshold = from.probability_threshold();
-  promise.history_threshold = from.history_threshold();
-  promise.alpha = from.alpha();
-  promise.delta = from.delta();
-  promise.block_count = from.block_count();
-  promise.is_earned = from.is_earned();
-  promise.calibration_miss_share = from.calibration_miss_share();
-  promise.method = from.method()->str();
-  promise.statement = from.statement()->str();
-  promise.place_count = from.place_count();
-  promise.drive_count = from.drive_count();
-  promise.scope = static_cast<PromiseScope>(from.scope());
-  return promise;
 }
 
 std::vector<flatbuffers::Offset<schema::LimitQuality>> encode_quality(
@@ -148,22 +83,11 @@ flatbuffers::Offset<schema::Look> encode_look(const Look& look, Builder& builder
                             static_cast<schema::LookMode>(look.mode));
 }
 
-Look decode_look(const schema::Look& look) {
-  return {look.range_m(),     look.return_count(),  look.even_beyond_m(),
-          look.point_count(), look.is_by_normals(), static_cast<LookMode>(look.mode())};
-}
-
 flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Look>>> encode_looks(
     const std::vector<Look>& looks, Builder& builder) {
   std::vector<flatbuffers::Offset<schema::Look>> encoded;
   for (const Look& look : looks) encoded.push_back(encode_look(look, builder));
   return builder.CreateVector(encoded);
-}
-
-std::vector<Look> decode_looks(const schema::Manifest& manifest) {
-  std::vector<Look> looks;
-  for (const schema::Look* look : *manifest.looks()) looks.push_back(decode_look(*look));
-  return looks;
 }
 
 flatbuffers::Offset<schema::LookPlan> encode_plan(const LookPlan& plan, Builder& builder) {
@@ -172,27 +96,6 @@ flatbuffers::Offset<schema::LookPlan> encode_plan(const LookPlan& plan, Builder&
   const auto weights = builder.CreateVector(plan.test.weights.data(), plan.test.weights.size());
   return schema::CreateLookPlan(builder, plan.limit_m, first, weights, plan.test.constant,
                                 plan.doubt_above, second);
-}
-
-LookPlan decode_plan(const schema::LookPlan& from) {
-  LookPlan plan;
-  plan.limit_m = from.limit_m();
-  plan.first = decode_look(*from.first());
-  std::ranges::copy(*from.weights(), plan.test.weights.begin());
-  plan.test.constant = from.constant();
-  plan.doubt_above = from.doubt_above();
-  plan.second = decode_look(*from.second());
-  return plan;
-}
-
-std::vector<LimitQuality> decode_quality(
-    const flatbuffers::Vector<flatbuffers::Offset<schema::LimitQuality>>& from) {
-  std::vector<LimitQuality> quality;
-  for (const schema::LimitQuality* limit : from) {
-    quality.push_back({limit->unmet_count(), limit->extrapolated_count(), limit->mean_range_m(),
-                       limit->expected_coverage(), limit->measured_coverage()});
-  }
-  return quality;
 }
 
 std::vector<flatbuffers::Offset<schema::NamedVersion>> encode_definitions(
@@ -232,11 +135,6 @@ flatbuffers::Offset<schema::Sharpness> encode_sharpness(const std::optional<Shar
   return schema::CreateSharpness(builder, of_map, of_given);
 }
 
-SharpnessFigures decode_figures(const schema::SharpnessFigures& figures) {
-  return {figures.mean_entropy_nat(), figures.entropy_points(), figures.mean_plane_variance_m2(),
-          figures.plane_points()};
-}
-
 flatbuffers::Offset<schema::TrajectoryQuality> encode_trajectory(
     const std::optional<TrajectoryQuality>& trajectory, Builder& builder) {
   if (!trajectory) return 0;
@@ -254,76 +152,6 @@ flatbuffers::Offset<schema::TrajectoryQuality> encode_trajectory(
       trajectory->median_overlap, trajectory->least_overlap);
 }
 
-std::optional<TrajectoryQuality> decode_trajectory(const schema::TrajectoryQuality* from) {
-  if (from == nullptr) return std::nullopt;
-  TrajectoryQuality quality{static_cast<PoseSource>(from->source()),
-                            from->odometry_edges(),
-                            from->loop_edges(),
-                            from->prior_edges(),
-                            from->rms_translation_residual_m(),
-                            from->rms_rotation_residual_rad()};
-  if (from->pieces() != nullptr) {
-    for (const schema::TrajectoryPiece* piece : *from->pieces()) {
-      const schema::Vector3& at_m = *piece->begin_map_m();
-      quality.pieces.push_back({piece->first_scan(),
-                                piece->stamp_ns(),
-                                piece->scan_count(),
-                                piece->way_m(),
-                                {at_m.x(), at_m.y(), at_m.z()}});
-    }
-  }
-  quality.overlap_count = from->overlap_count();
-  quality.median_overlap = from->median_overlap();
-  quality.least_overlap = from->least_overlap();
-  return quality;
-}
-
-std::optional<Sharpness> decode_sharpness(const schema::Sharpness* from) {
-  if (from == nullptr) return std::nullopt;
-  Sharpness sharpness;
-  sharpness.of_map = decode_figures(*from->of_map());
-  if (from->of_given() != nullptr) sharpness.of_given = decode_figures(*from->of_given());
-  return sharpness;
-}
-
-ModelRecord decode_model(const schema::Model& model) {
-  ModelRecord record;
-  record.encoding_version = model.encoding_version();
-  std::copy(model.digest()->bytes()->begin(), model.digest()->bytes()->end(),
-            record.digest.begin());
-  for (const schema::Fact* fact : *model.card()) {
-    record.card.emplace_back(fact->name()->str(), fact->value()->str());
-  }
-  record.mean_r_squared = model.mean_r_squared();
-  record.localizer = decode_localizer(*model.localizer());
-  return record;
-}
-
-void decode_choices(const schema::Manifest& manifest, CompiledMap& map) {
-  const std::vector<double> ranges_m(manifest.ranges_m()->begin(), manifest.ranges_m()->end());
-  map.ranges.looks = every_return_at(ranges_m);
-  map.predicted.looks = map.ranges.looks;
-  map.ranges.selection = static_cast<Selection>(manifest.rule());
-  map.ranges.dilation_m = manifest.dilation_m();
-  for (const schema::Promise* promise : *manifest.promises()) {
-    map.ranges.promises.push_back(decode_promise(*promise));
-    map.predicted.limits_m.push_back(promise->limit_m());
-  }
-  map.quality = decode_quality(*manifest.quality());
-  if (answer_shape(manifest).looks == 0) return;
-  RangeTable& ranges = map.ranges.of_samples.emplace_back();
-  PredictedError& predicted = map.predicted.of_samples.emplace_back();
-  ranges.looks = predicted.looks = decode_looks(manifest);
-  ranges.selection = map.ranges.selection;
-  ranges.dilation_m = map.ranges.dilation_m;
-  for (const schema::Promise* promise : *manifest.look_promises()) {
-    ranges.promises.push_back(decode_promise(*promise));
-  }
-  if (manifest.look_plan() != nullptr) ranges.plan = decode_plan(*manifest.look_plan());
-  predicted.limits_m = map.predicted.limits_m;
-  map.look_quality = decode_quality(*manifest.look_quality());
-}
-
 // What the manifest says of the looks that take a sample; absent where there are none.
 struct EncodedLooks {
   flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::Look>>> looks = 0;
@@ -331,6 +159,7 @@ struct EncodedLooks {
   flatbuffers::Offset<flatbuffers::Vector<flatbuffers::Offset<schema::LimitQuality>>> quality = 0;
   flatbuffers::Offset<schema::LookPlan> plan = 0;
 };
+
 EncodedLooks encode_choice_of_looks(const CompiledMap& map, Builder& builder) {
   EncodedLooks encoded;
   for (const RangeTable& ranges : map.ranges.of_samples) {
@@ -377,53 +206,6 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
       looks.promises, looks.quality, looks.plan, simulated_site_count(map.ranges), world));
   const std::span<const std::uint8_t> bytes(builder.GetBufferPointer(), builder.GetSize());
   return {std::as_bytes(bytes).begin(), std::as_bytes(bytes).end()};
-}
-
-Result<void> decode_manifest(const schema::Manifest& manifest, CompiledMap& map) {
-  const auto has_unknown_scope = [](const schema::Promise* promise) {
-    return promise->scope() > schema::Scope::MAX;
-  };
-  if (!is_tiling(manifest.cell_m(), manifest.tile_m()) || manifest.rule() > schema::Rule::MAX ||
-      std::any_of(manifest.promises()->begin(), manifest.promises()->end(), has_unknown_scope) ||
-      manifest.measurement()->reference() > schema::Reference::MAX ||
-      (manifest.trajectory() != nullptr &&
-       manifest.trajectory()->source() > schema::PoseSource::MAX)) {
-    return Error{ErrorCode::kBadManifest,
-                 "a tile holds no whole number of cells, or a choice is unknown", "", "manifest"};
-  }
-  map.map_id = manifest.map_id()->str();
-  map.version = manifest.version()->str();
-  map.release = manifest.release();
-  map.writer = manifest.writer()->str();
-  if (manifest.world() != nullptr) map.world = manifest.world()->str();
-  const schema::Vector3& origin = *manifest.origin_world_m();
-  map.ndt.frame.origin_world_m = {origin.x(), origin.y(), origin.z()};
-  map.sites.frame = map.ndt.frame;
-  map.ndt.cell_m = manifest.cell_m();
-  map.ndt.tile_m = manifest.tile_m();
-  map.sites.spacing_m = manifest.site_spacing_m();
-  map.reach_m = manifest.reach_m();
-  map.ndt.sparse_cell_count = manifest.sparse_cell_count();
-  map.ndt.degenerate_cell_count = manifest.degenerate_cell_count();
-  map.ndt.point_count = manifest.point_count();
-  decode_choices(manifest, map);
-  map.sensor = decode_sensor(*manifest.sensor());
-  map.measurement = decode_measurement(*manifest.measurement());
-  for (const schema::NamedVersion* definition : *manifest.definitions()) {
-    map.definitions.push_back({definition->name()->str(), definition->version()});
-  }
-  map.model = decode_model(*manifest.model());
-  map.sharpness = decode_sharpness(manifest.sharpness());
-  map.trajectory = decode_trajectory(manifest.trajectory());
-  map.predicted.support_margin = manifest.support_margin();
-  map.ranges.extrapolated_takes_static = manifest.extrapolated_takes_static();
-  for (PredictedError& samples : map.predicted.of_samples) {
-    samples.support_margin = map.predicted.support_margin;
-  }
-  for (RangeTable& samples : map.ranges.of_samples) {
-    samples.extrapolated_takes_static = map.ranges.extrapolated_takes_static;
-  }
-  return {};
 }
 
 }  // namespace sightline
