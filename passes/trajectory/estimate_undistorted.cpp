@@ -7,13 +7,15 @@
 
 #include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/sweep/swept_drive.h"
+#include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"
 
 // A scan of 0.1 s at 10 m/s is drawn out by 1 m, and where its sweep begins the world tears. Poses
 // of such scans taken as rigid are off by what the tear does to a match, so undistorting with them
 // sharpens little; poses estimated from the undistorted scans do not have that error any more.
 // Files do not say whether somebody undistorted the scans already, nor does their order. The scans
-// say it: undistorted twice they no longer fit each other.
+// say it: undistorted twice they no longer fit each other. With the same poses they say too whether
+// turn rates of an inertial unit tell how the vehicle turned.
 
 namespace sightline {
 namespace {
@@ -55,8 +57,11 @@ Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<
 Result<std::vector<Drive>> ways_of(const Drive& drive, const Trajectory& rigid) {
   const bool has_times =
       std::ranges::any_of(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
-  if (has_times) return std::vector<Drive>{drive};
-  return swept_drives(drive, rigid);
+  const Drive even = without_turns(drive);
+  if (!has_times) return swept_drives(even, rigid);
+  std::vector<Drive> ways = {even};
+  if (!drive.turn_rates.empty()) ways.push_back(drive);
+  return ways;
 }
 
 }  // namespace
