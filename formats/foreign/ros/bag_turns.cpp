@@ -72,9 +72,8 @@ void take_samples(const ImuTopic& topic, const Eigen::Matrix3d& R_sensor_imu, Ba
   const auto is_same_time = [&](const TurnRate& a, const TurnRate& b) {
     return stamp(a) == stamp(b);
   };
-  turns.of_sensor.erase(
-      std::unique(turns.of_sensor.begin(), turns.of_sensor.end(), is_same_time),
-      turns.of_sensor.end());
+  turns.of_sensor.erase(std::unique(turns.of_sensor.begin(), turns.of_sensor.end(), is_same_time),
+                        turns.of_sensor.end());
   const std::size_t twice = all - turns.of_sensor.size();
   const auto warn = [&](std::size_t count, const std::string& what) {
     if (count == 0) return;
@@ -106,15 +105,15 @@ BagTurns choose(const std::vector<ImuTopic>& topics, const TransformTree& tree,
     }
   }
   if (!chosen) {
-    turns.warnings.push_back(
-        "turn rates are not used: no transforms that do not move tell how " + names_of(topics) +
-        " lies to the scans' frame '" + sensor_frame + "'");
+    turns.warnings.push_back("turn rates are not used: no transforms that do not move tell how " +
+                             names_of(topics) + " lies to the scans' frame '" + sensor_frame + "'");
     return turns;
   }
   if (topics.size() > 1) {
     turns.warnings.push_back("turn rates are those of " + chosen->name + "; the bag has " +
                              names_of(topics) + ": name another as imu_topic");
   }
+  turns.topic = chosen->name;
   take_samples(*chosen, *R_sensor_imu(tree, sensor_frame, chosen->frame), turns);
   return turns;
 }

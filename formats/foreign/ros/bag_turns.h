@@ -11,6 +11,7 @@ namespace sightline {
 
 // How fast the sensor of a bag's scans turned, as an inertial unit beside it measured.
 struct BagTurns {
+  std::string topic;                  // whose they are; empty: there are none
   std::vector<TurnRate> of_sensor;    // about the axes of the sensor's frame; ascending in time
   std::vector<std::string> warnings;  // which topic it is, what is left out, and why
 };

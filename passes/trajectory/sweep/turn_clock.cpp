@@ -51,8 +51,8 @@ class Integral {
     const std::size_t i = std::min(step_at(time_ns), rates_.size() - 2);
     const TurnRate& from = rates_[i];
     const TurnRate& to = rates_[i + 1];
-    const double share =
-        static_cast<double>(time_ns - from.stamp_ns) / static_cast<double>(to.stamp_ns - from.stamp_ns);
+    const double share = static_cast<double>(time_ns - from.stamp_ns) /
+                         static_cast<double>(to.stamp_ns - from.stamp_ns);
     const Eigen::Vector3d mean =
         from.rate_rad_per_s + 0.5 * share * (to.rate_rad_per_s - from.rate_rad_per_s);
     return sums_rad_[i] + seconds(time_ns - from.stamp_ns) * mean;
@@ -86,8 +86,8 @@ std::vector<Interval> intervals_of(const Trajectory& trajectory, const Integral&
     const std::int64_t duration_ns = to.stamp_ns - from.stamp_ns;
     if (from.piece != to.piece || duration_ns <= 0 || duration_ns > kLongestInterval_ns) continue;
     if (!integral.covers(from.stamp_ns - kFarthest_ns, to.stamp_ns + kFarthest_ns)) continue;
-    const Eigen::Vector3d turn_rad = rotation_vector(from.T_map_vehicle.linear().transpose() *
-                                                     to.T_map_vehicle.linear());
+    const Eigen::Vector3d turn_rad =
+        rotation_vector(from.T_map_vehicle.linear().transpose() * to.T_map_vehicle.linear());
     intervals.push_back({from.stamp_ns, to.stamp_ns, turn_rad / seconds(duration_ns)});
   }
   return intervals;

@@ -60,8 +60,7 @@ std::optional<TurnCurve> TurnCurve::between(std::span<const TurnRate> rates, con
     const Node from = curve.nodes_.back();
     const std::int64_t time_ns = std::min(after.stamp_ns, ends.to_ns);
     const Eigen::Vector3d rate_radps = rate_between(before, after, time_ns);
-    const Eigen::Matrix3d turn =
-        turned(from.rate_rad_per_s, rate_radps, time_ns - from.time_ns);
+    const Eigen::Matrix3d turn = turned(from.rate_rad_per_s, rate_radps, time_ns - from.time_ns);
     curve.nodes_.push_back({time_ns, rate_radps, from.R_from_node * turn});
   }
   const Eigen::Matrix3d R_from_to = ends.R_map_from.transpose() * ends.R_map_to;

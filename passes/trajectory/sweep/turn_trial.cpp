@@ -26,21 +26,29 @@ constexpr double kLeastBend_rad = 1e-4;
 constexpr std::int64_t kLeastAhead_ns = 10'000'000;
 // So much more of the turning that the old clock left untold must be told by another one.
 constexpr double kLeastShareTold = 0.2;
-// Rates that tell the truth gain 0.02 nat and more where poses are off by 1 cm and 0.05 degrees, and
-// those that do not lose 0.05.
+// Rates that tell the truth gain 0.02 nat and more where poses are off by 1 cm and 0.05 degrees,
+// and those that do not lose 0.05.
 constexpr double kSharper_nat = 0.005;
 
-// Of each scan: how far the rates bend the turning to the next pose away from an even one.
-std::vector<double> bends_rad(const Trajectory& trajectory, const std::vector<TurnRate>& rates) {
+// Of each scan of the first sensor: how far the rates bend the turning to its next one away from an
+// even one. Of scans of other sensors 0.
+std::vector<double> bends_rad(const Drive& drive, const Trajectory& trajectory) {
   std::vector<double> bends(trajectory.poses.size(), 0.0);
-  for (std::size_t i = 1; i < trajectory.poses.size(); ++i) {
-    const TrajectoryPose& from = trajectory.poses[i - 1];
+  const TrajectoryPose* from = nullptr;
+  std::size_t of_scan = 0;
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
+    if (drive.scans[i].sensor_index != 0) continue;
     const TrajectoryPose& to = trajectory.poses[i];
-    const std::int64_t duration_ns = to.stamp_ns - from.stamp_ns;
-    if (from.piece != to.piece || duration_ns <= 0 || duration_ns > kLongestInterval_ns) continue;
-    const std::optional<TurnCurve> curve = TurnCurve::between(
-        rates, {from.stamp_ns, to.stamp_ns, from.T_map_vehicle.linear(), to.T_map_vehicle.linear()});
-    if (curve) bends[i - 1] = curve->bend_rad();
+    const bool is_step =
+        from && from->piece == to.piece && to.stamp_ns - from->stamp_ns <= kLongestInterval_ns;
+    if (is_step) {
+      const std::optional<TurnCurve> curve = TurnCurve::between(
+          drive.turn_rates,
+          {from->stamp_ns, to.stamp_ns, from->T_map_vehicle.linear(), to.T_map_vehicle.linear()});
+      if (curve) bends[of_scan] = curve->bend_rad();
+    }
+    from = &to;
+    of_scan = i;
   }
   return bends;
 }
@@ -100,7 +108,8 @@ Result<Drive> with_turns_that_pay(PassContext& ctx, const Drive& drive,
   if (drive.turn_rates.empty()) return drive;
   const std::string name = "drive " + drive.name + ": ";
   Drive turned = drive;
-  const std::int64_t moved_ns = ahead_ns(turn_clock(trajectory, drive.turn_rates));
+  const TurnClock clock = turn_clock(poses_of_first_sensor(drive, trajectory), drive.turn_rates);
+  const std::int64_t moved_ns = ahead_ns(clock);
   if (moved_ns != 0) {
     turned.turn_rates = moved_by(drive.turn_rates, moved_ns);
     ctx.warn(name + "the clock of the turn rates is " +
@@ -108,7 +117,7 @@ Result<Drive> with_turns_that_pay(PassContext& ctx, const Drive& drive,
              (moved_ns > 0 ? "ahead of" : "behind") +
              " that of the scans, by the turning of the poses; the rates are moved");
   }
-  const Stretch stretch = most_bent(drive, bends_rad(trajectory, turned.turn_rates));
+  const Stretch stretch = most_bent(drive, bends_rad(turned, trajectory));
   if (stretch.bend_rad < kLeastBend_rad) {
     ctx.warn(name + "turn rates are not used: they cover no scans, or the vehicle turned evenly");
     return without_turns(drive);

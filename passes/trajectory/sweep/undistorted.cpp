@@ -173,7 +173,9 @@ class MotionOfScan {
 class UndistortedScanStore : public ScanStore {
  public:
   UndistortedScanStore(const Drive& drive, const Trajectory& trajectory)
-      : drive_(drive), trajectory_(trajectory), motion_(trajectory) {}
+      : drive_(drive),
+        trajectory_(trajectory),
+        motion_(drive.turn_rates.empty() ? trajectory : poses_of_first_sensor(drive, trajectory)) {}
 
   Result<Scan> read(std::size_t index) const override {
     Result<Scan> scan = drive_.store->read(index);
@@ -229,6 +231,15 @@ Drive undistorted(const Drive& drive, const Trajectory& trajectory) {
   for (ScanInfo& scan : straight.scans) scan.has_point_times = false;
   straight.turn_rates.clear();
   return straight;
+}
+
+Trajectory poses_of_first_sensor(const Drive& drive, const Trajectory& trajectory) {
+  Trajectory of_first = trajectory;
+  of_first.poses.clear();
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    if (drive.scans[i].sensor_index == 0) of_first.poses.push_back(trajectory.poses[i]);
+  }
+  return of_first;
 }
 
 std::size_t scans_without_motion(const Drive& drive, const Trajectory& trajectory) {

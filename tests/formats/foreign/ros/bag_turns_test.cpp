@@ -57,26 +57,25 @@ TEST_P(OtherWriters, TravelWithTheDriveAboutTheAxesOfTheVehicle) {
   const Result<Recording> recording = open_recording(options);
   ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
   ASSERT_EQ(recording->turn_rates.size(), 32U);
-  EXPECT_TRUE(recording->turn_rates.front().rate_rad_per_s.isApprox(
-      Eigen::Vector3d(-0.2, 3.0, 2.0), 1e-12));
+  EXPECT_TRUE(recording->turn_rates.front().rate_rad_per_s.isApprox(Eigen::Vector3d(-0.2, 3.0, 2.0),
+                                                                    1e-12));
   EXPECT_EQ(recording->warnings.size(), 4U);
   // The camera's place is known to nobody, and the recording is another one without rates.
   options.imu_topic = "/camera/imu";
   const Result<Recording> without = open_recording(options);
   ASSERT_TRUE(without.has_value());
   EXPECT_TRUE(without->turn_rates.empty());
-  EXPECT_THAT(without->warnings,
-              ElementsAre(HasSubstr("no transforms that do not move tell how /camera/imu (frame "
-                                    "'camera_imu', 70 messages) lies to the scans' frame 'lidar'")));
+  EXPECT_THAT(
+      without->warnings,
+      ElementsAre(HasSubstr("no transforms that do not move tell how /camera/imu (frame "
+                            "'camera_imu', 70 messages) lies to the scans' frame 'lidar'")));
   EXPECT_NE(without->digest, recording->digest);
   options.imu_topic = "/points";
   EXPECT_EQ(open_recording(options).error().code, ErrorCode::kUnknownName);
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryForm, OtherWriters, testing::Values("imus.mcap", "imus.db3"),
-                         [](const auto& test) {
-                           return std::string(test.param).substr(5);
-                         });
+                         [](const auto& test) { return std::string(test.param).substr(5); });
 
 std::string imu_message(std::uint32_t nanoseconds, const std::string& frame,
                         const Eigen::Vector3d& rate, double covariance = 0.0) {

@@ -14,7 +14,8 @@ Trajectory poses_of(const VehicleMotion& motion, int count, double sigma_rad = 0
     Pose pose = motion(0.1 * i);
     const Eigen::Vector3d off(random.normal(), random.normal(), random.normal());
     pose.rotate(Eigen::AngleAxisd(sigma_rad * off.norm(), off.normalized()));
-    trajectory.poses.push_back({static_cast<std::uint32_t>(i), i * std::int64_t{100'000'000}, pose});
+    trajectory.poses.push_back(
+        {static_cast<std::uint32_t>(i), i * std::int64_t{100'000'000}, pose});
   }
   return trajectory;
 }

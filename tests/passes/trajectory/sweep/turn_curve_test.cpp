@@ -43,10 +43,10 @@ Eigen::Matrix3d by_quaternions(const std::vector<TurnRate>& rates, const TurnEnd
   const Eigen::Quaterniond whole(ends.R_map_from.transpose() * ends.R_map_to);
   const Eigen::Quaterniond left_over =
       integrated(rates, ends.from_ns, ends.to_ns).conjugate() * whole;
-  const double s = static_cast<double>(time_ns - ends.from_ns) /
-                   static_cast<double>(ends.to_ns - ends.from_ns);
-  const Eigen::Quaterniond turned = integrated(rates, ends.from_ns, time_ns) *
-                                    Eigen::Quaterniond::Identity().slerp(s, left_over);
+  const double s =
+      static_cast<double>(time_ns - ends.from_ns) / static_cast<double>(ends.to_ns - ends.from_ns);
+  const Eigen::Quaterniond turned =
+      integrated(rates, ends.from_ns, time_ns) * Eigen::Quaterniond::Identity().slerp(s, left_over);
   return ends.R_map_from * turned.toRotationMatrix();
 }
 

@@ -48,13 +48,13 @@ Outcome tried(const TestDrive& test) {
 
 // Root mean square of how far points of undistorted scans are from where they were measured; the
 // first and the last scan, of which the poses know one side alone, are left out.
-double error_m(const Drive& straight) {
+double error_m(const Drive& straight, const Trajectory& trajectory = jerky_drive().truth) {
   double sum_m2 = 0.0;
   std::size_t count = 0;
   for (std::size_t k = 1; k + 1 < straight.scans.size(); ++k) {
     const Scan raw = *jerky_drive().drive.store->read(k);
     const Scan scan = *straight.store->read(k);
-    const Pose T_map_lidar = jerky(0.1 * static_cast<double>(k)) * straight.sensor.T_vehicle_lidar;
+    const Pose T_map_lidar = trajectory.poses[k].T_map_vehicle * straight.sensor.T_vehicle_lidar;
     for (std::size_t i = 0; i < raw.points_m.size(); i += 5) {
       const double time_s = 1e-9 * static_cast<double>(raw.stamp_ns + raw.time_offset_ns[i]);
       const Pose T_map_then = jerky(time_s) * straight.sensor.T_vehicle_lidar;
@@ -126,6 +126,21 @@ TEST(TurnTrial, IsWhatUndistortScansDoes) {
   const Result<Drive> even = undistort_scans(ctx, {}, jerky_drive().drive, test.truth);
   ASSERT_TRUE(even.has_value());
   EXPECT_GT(error_m(*even), 0.09);
+}
+
+// Every second scan is another sensor's, and its pose is interpolated evenly.
+TEST(TurnTrial, PutsPointsOfOtherSensorsWhereTheyWereMeasured) {
+  TestDrive test = with_rates(imu_of(jerky, 3.0));
+  test.drive.other_sensors = {test.drive.sensor};
+  for (std::size_t k = 1; k + 1 < test.drive.scans.size(); k += 2) {
+    test.drive.scans[k].sensor_index = 1;
+    test.truth.poses[k].T_map_vehicle = interpolate(test.truth.poses[k - 1].T_map_vehicle,
+                                                    test.truth.poses[k + 1].T_map_vehicle, 0.5);
+  }
+  const Outcome outcome = tried(test);
+  EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("turn rates are used")));
+  // Positions stay linear, now over 0.2 s.
+  EXPECT_LT(error_m(undistorted(outcome.drive, test.truth), test.truth), 0.004);
 }
 
 // Parts of work are kept by the names of what they read.

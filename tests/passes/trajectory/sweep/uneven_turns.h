@@ -35,8 +35,8 @@ inline Eigen::Vector3d rate_of(const VehicleMotion& motion, double time_s) {
 
 struct ImuErrors {
   Eigen::Vector3d bias_radps = Eigen::Vector3d::Zero();
-  double sigma_radps = 0.0;      // white, of each sample
-  std::int64_t ahead_ns = 0;     // what its clock shows more
+  double sigma_radps = 0.0;   // white, of each sample
+  std::int64_t ahead_ns = 0;  // what its clock shows more
   std::int64_t step_ns = 5'000'000;
 };
 
