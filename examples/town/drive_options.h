@@ -22,8 +22,8 @@ struct DriveOptions {
   // Now and then turns this far between two scans, to one side or the other, and later back: as
   // who carries a sensor looks about.
   double look_about_rad = 0.0;
-  // The sensor turns while the car drives and its driver steers to and fro, so that each point has a
-  // time of its own and the car turns unevenly within a scan.
+  // The sensor turns while the car drives and its driver steers to and fro, so that each point has
+  // a time of its own and the car turns unevenly within a scan.
   bool is_swept = false;
   double traffic = 1.0;        // times the usual number of cars and people, 0.1 to 10
   double missing_share = 0.0;  // of returns, which fail to come by chance alone; below 1

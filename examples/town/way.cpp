@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "examples/town/traffic.h"
 #include "formats/base/portable_math.h"
 #include "formats/base/random.h"
 
@@ -79,8 +80,8 @@ std::vector<double> looks_rad(std::uint64_t seed, double look_about_rad, std::si
 double steered_rad(double time_s) {
   constexpr double kReach_deg = 0.8;
   const double full_rad = 2.0 * std::numbers::pi * time_s;
-  return to_radians(kReach_deg * (portable_sin_cos(2.3 * full_rad).sin +
-                                  portable_sin_cos(3.7 * full_rad).sin));
+  return to_radians(kReach_deg *
+                    (portable_sin_cos(2.3 * full_rad).sin + portable_sin_cos(3.7 * full_rad).sin));
 }
 
 }  // namespace

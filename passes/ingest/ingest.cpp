@@ -213,7 +213,7 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
            "of a bag's poses or odometry, its /tf or NavSatFix; empty: its only one"),
       text("imu_topic", options.imu_topic,
            "of the turn rates (sensor_msgs/Imu) in the scans' bag, for turning within a scan; "
-           "empty: the one whose frame is known"),
+           "empty: the one whose frame is known; none: not used"),
       choice("pose_format", options.pose_format, "format of a pose file",
              {"auto", "kitti", "tum", "apollo"}),
       choice("poses_of", options.poses_of, "whose poses they are", {"vehicle", "sensor"}),

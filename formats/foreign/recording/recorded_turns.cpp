@@ -10,6 +10,7 @@ namespace sightline {
 
 Result<void> take_turn_rates(const RecordingOptions& options, Recording& recording) {
   constexpr std::int64_t kBeyond_ns = 1'000'000'000;
+  if (options.imu_topic == kNoImu) return {};
   if (!is_ros_bag(options.scans)) {
     if (options.imu_topic.empty()) return {};
     return Error{ErrorCode::kBadValue, "imu_topic is for scans in bags, found " + options.scans, "",

@@ -70,6 +70,10 @@ TEST_P(OtherWriters, TravelWithTheDriveAboutTheAxesOfTheVehicle) {
       ElementsAre(HasSubstr("no transforms that do not move tell how /camera/imu (frame "
                             "'camera_imu', 70 messages) lies to the scans' frame 'lidar'")));
   EXPECT_NE(without->digest, recording->digest);
+  options.imu_topic = "none";
+  const Result<Recording> unused = open_recording(options);
+  ASSERT_TRUE(unused.has_value());
+  EXPECT_TRUE(unused->turn_rates.empty() && unused->warnings.empty());
   options.imu_topic = "/points";
   EXPECT_EQ(open_recording(options).error().code, ErrorCode::kUnknownName);
 }
