@@ -9,6 +9,7 @@
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"
+#include "passes/trajectory/sweep/without_turning.h"
 
 // A scan of 0.1 s at 10 m/s is drawn out by 1 m, and where its sweep begins the world tears. Poses
 // of such scans taken as rigid are off by what the tear does to a match, so undistorting with them
@@ -37,6 +38,15 @@ struct Trial {
   double entropy_nat = 0.0;
 };
 
+// What the first poses of a way are: those of the scans as they are, or, where turn rates say how
+// the vehicle turned meanwhile, those of scans without their turning. Else poses would lie where
+// the middle of a sweep was, and the rates would be half a sweep off.
+Result<Trajectory> first_poses(PassContext& ctx, const Drive& timed, const Trajectory& rigid,
+                               const EstimatePoses& estimate) {
+  if (timed.turn_rates.empty()) return rigid;
+  return estimate(ctx, without_turning(timed));
+}
+
 // The sharpest of the ways in which the scans may have been measured. None where there is none, and
 // where all fail: a trial that fails says nothing for undistorting.
 Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<Drive>& ways,
@@ -45,7 +55,9 @@ Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<
   std::optional<Trial> best;
   for (const Drive& timed : ways) {
     const Drive middle = middle_of(timed);
-    const Result<Trajectory> after = estimate_again(ctx, middle, middle_of(rigid, timed), estimate);
+    const Result<Trajectory> first = first_poses(ctx, middle, middle_of(rigid, timed), estimate);
+    if (!first) continue;
+    const Result<Trajectory> after = estimate_again(ctx, middle, *first, estimate);
     if (!after) continue;
     SIGHTLINE_ASSIGN(const double nat,
                      middle_entropy_nat(ctx, undistorted(middle, *after), *after));
@@ -78,7 +90,8 @@ Result<Trajectory> estimate_undistorted(PassContext& ctx, const Drive& drive,
   SIGHTLINE_ASSIGN(const double before_nat, middle_entropy_nat(quiet, drive, rigid));
   if (!is_sharper(trial->entropy_nat, before_nat)) return rigid;
   if (trial->of_middle.poses.size() == rigid.poses.size()) return trial->of_middle;
-  return estimate_again(quiet, trial->timed, rigid, estimate);
+  SIGHTLINE_ASSIGN(const Trajectory first, first_poses(quiet, trial->timed, rigid, estimate));
+  return estimate_again(quiet, trial->timed, first, estimate);
 }
 
 }  // namespace sightline

@@ -40,31 +40,45 @@ std::span<const TurnRate> rates_around(std::span<const TurnRate> rates, std::int
   return first < last ? std::span<const TurnRate>(first, last) : std::span<const TurnRate>();
 }
 
-std::optional<TurnCurve> TurnCurve::between(std::span<const TurnRate> rates, const TurnEnds& ends) {
-  const std::span<const TurnRate> around = rates_around(rates, ends.from_ns, ends.to_ns);
-  if (around.size() < 2 || around.front().stamp_ns > ends.from_ns ||
-      around.back().stamp_ns < ends.to_ns) {
+std::optional<TurnCurve> TurnCurve::integrated(std::span<const TurnRate> rates,
+                                               std::int64_t from_ns, std::int64_t to_ns) {
+  const std::span<const TurnRate> around = rates_around(rates, from_ns, to_ns);
+  if (around.size() < 2 || around.front().stamp_ns > from_ns || around.back().stamp_ns < to_ns) {
     return std::nullopt;
   }
   TurnCurve curve;
-  curve.ends_ = ends;
+  curve.nodes_.emplace_back();
+  curve.nodes_.back().time_ns = from_ns;
+  curve.nodes_.back().rate_rad_per_s = rate_between(around[0], around[1], from_ns);
   for (std::size_t i = 1; i < around.size(); ++i) {
     const TurnRate& before = around[i - 1];
     const TurnRate& after = around[i];
     if (after.stamp_ns - before.stamp_ns > kLongestStep_ns) return std::nullopt;
-    if (i == 1) {
-      curve.nodes_.emplace_back();
-      curve.nodes_.back().time_ns = ends.from_ns;
-      curve.nodes_.back().rate_rad_per_s = rate_between(before, after, ends.from_ns);
-    }
     const Node from = curve.nodes_.back();
-    const std::int64_t time_ns = std::min(after.stamp_ns, ends.to_ns);
+    const std::int64_t time_ns = std::min(after.stamp_ns, to_ns);
     const Eigen::Vector3d rate_radps = rate_between(before, after, time_ns);
     const Eigen::Matrix3d turn = turned(from.rate_rad_per_s, rate_radps, time_ns - from.time_ns);
     curve.nodes_.push_back({time_ns, rate_radps, from.R_from_node * turn});
   }
+  return curve;
+}
+
+std::optional<TurnCurve> TurnCurve::between(std::span<const TurnRate> rates, const TurnEnds& ends) {
+  std::optional<TurnCurve> curve = integrated(rates, ends.from_ns, ends.to_ns);
+  if (!curve) return curve;
   const Eigen::Matrix3d R_from_to = ends.R_map_from.transpose() * ends.R_map_to;
-  curve.left_over_ = axis_angle(curve.nodes_.back().R_from_node.transpose() * R_from_to);
+  curve->ends_ = ends;
+  curve->left_over_ = axis_angle(curve->nodes_.back().R_from_node.transpose() * R_from_to);
+  return curve;
+}
+
+std::optional<TurnCurve> TurnCurve::by_rates(std::span<const TurnRate> rates, std::int64_t from_ns,
+                                             std::int64_t to_ns) {
+  std::optional<TurnCurve> curve = integrated(rates, from_ns, to_ns);
+  if (!curve) return curve;
+  curve->ends_.from_ns = from_ns;
+  curve->ends_.to_ns = to_ns;
+  curve->ends_.R_map_to = curve->nodes_.back().R_from_node;
   return curve;
 }
 

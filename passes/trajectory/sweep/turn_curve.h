@@ -30,12 +30,21 @@ class TurnCurve {
   // end, no two more than 50 ms apart.
   static std::optional<TurnCurve> between(std::span<const TurnRate> rates, const TurnEnds& ends);
 
+  // By the rates alone, without poses: R_map_vehicle is the identity at the first time. None as
+  // above.
+  static std::optional<TurnCurve> by_rates(std::span<const TurnRate> rates, std::int64_t from_ns,
+                                           std::int64_t to_ns);
+
   // R_map_vehicle at a time from the first to the second end; at the ends that of the pose itself.
   [[nodiscard]] Eigen::Matrix3d at(std::int64_t time_ns) const;
   // The farthest from even turning about one axis, rad.
   [[nodiscard]] double bend_rad() const;
 
  private:
+  // The nodes alone.
+  static std::optional<TurnCurve> integrated(std::span<const TurnRate> rates, std::int64_t from_ns,
+                                             std::int64_t to_ns);
+
   struct Node {
     std::int64_t time_ns = 0;
     Eigen::Vector3d rate_rad_per_s = Eigen::Vector3d::Zero();
