@@ -8,6 +8,7 @@
 #include "compiler/init/pose_overlap.h"
 #include "compiler/init/pose_sources.h"
 #include "formats/foreign/recording/open_recording.h"
+#include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "formats/foreign/ros/scan_messages.h"
 #include "formats/text/table.h"
@@ -244,6 +245,19 @@ Result<void> choose_topic(RecordingOptions& options, FoundDrive& drive) {
   return {};
 }
 
+// Of a bag's inertial units the one whose place beside the sensor is known.
+Result<void> choose_imu(const RecordingOptions& options, const Recording& recording,
+                        FoundDrive& drive) {
+  if (!is_ros_bag(options.scans)) return {};
+  SIGHTLINE_ASSIGN(const BagTurns turns,
+                   read_bag_turns(options.scans, "", recording.container->frame()));
+  if (turns.topic.empty()) return {};
+  drive.keys.push_back({"imu_topic", turns.topic,
+                        std::to_string(turns.of_sensor.size()) +
+                            " turn rates; they are used where they make the scans lie sharper"});
+  return {};
+}
+
 // Whether anything but the rate tells when the scans were made.
 bool has_times(RecordingOptions options) {
   std::vector<std::int64_t> last_ns;
@@ -272,6 +286,7 @@ Result<FoundDrive> look_at_drive(const FoundScans& found) {
   SIGHTLINE_TRY(choose_topic(options, drive));
   SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
   if (recording.scans.size() < 2) return no_lidar(found.scans, "a single scan");
+  SIGHTLINE_TRY(choose_imu(options, recording, drive));
   SIGHTLINE_ASSIGN(const std::vector<PointCloudFile> samples, read_samples(recording));
   SIGHTLINE_TRY(check_reach(found.scans, samples));
   drive.scan_count = recording.scans.size();

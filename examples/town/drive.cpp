@@ -6,6 +6,7 @@
 #include <string>
 
 #include "examples/town/sensor.h"
+#include "examples/town/way.h"
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
@@ -17,94 +18,7 @@ namespace {
 
 constexpr std::uint64_t kPoseKey = 0x706f7365ULL;
 constexpr std::uint64_t kRayKey = 0x72617973ULL;
-constexpr std::uint64_t kLookKey = 0x6c6f6f6bULL;
 constexpr std::uint64_t kMissingKey = 0x6d697373ULL;
-
-// Arc length of the driven line at a scan.
-double driven_line_m(const DriveOptions& options, std::size_t index) {
-  const double way_m = static_cast<double>(index) * options.spacing_m;
-  return options.is_back ? options.from_m + options.length_m - way_m : options.from_m + way_m;
-}
-
-// A car on its four wheels: what the ground does to its height, roll and pitch.
-Pose stand_on_ground(std::uint64_t seed, const Pose2d& place) {
-  constexpr double kHalfWheelbaseM = 1.35;
-  constexpr double kHalfTrackM = 0.8;
-  const Eigen::Vector2d ahead = direction(place.yaw_rad);
-  const Eigen::Vector2d left = left_of(ahead);
-  const auto height = [&](double x, double y) {
-    return ground_height_m(seed,
-                           place.position_m + x * kHalfWheelbaseM * ahead + y * kHalfTrackM * left);
-  };
-  const double front_left = height(1, 1), front_right = height(1, -1);
-  const double rear_left = height(-1, 1), rear_right = height(-1, -1);
-  const double rise_ahead =
-      (front_left + front_right - rear_left - rear_right) / (4.0 * kHalfWheelbaseM);
-  const double rise_left =
-      (front_left + rear_left - front_right - rear_right) / (4.0 * kHalfTrackM);
-  const Eigen::Vector3d x = Eigen::Vector3d(ahead.x(), ahead.y(), rise_ahead).normalized();
-  const Eigen::Vector3d z = x.cross(Eigen::Vector3d(left.x(), left.y(), rise_left)).normalized();
-  Pose T_town_vehicle = Pose::Identity();
-  T_town_vehicle.linear().col(0) = x;
-  T_town_vehicle.linear().col(1) = z.cross(x);
-  T_town_vehicle.linear().col(2) = z;
-  T_town_vehicle.translation() =
-      Eigen::Vector3d(place.position_m.x(), place.position_m.y(),
-                      0.25 * (front_left + front_right + rear_left + rear_right));
-  return T_town_vehicle;
-}
-
-// How far each scan looks to the left of the way, 0 or look_about_rad to either side; of seven
-// scans two turn.
-std::vector<double> looks_rad(std::uint64_t seed, double look_about_rad, std::size_t count) {
-  std::vector<double> looks(count, 0.0);
-  if (look_about_rad == 0.0) return looks;
-  Random random(mix(seed, kLookKey));
-  double look_rad = 0.0;
-  for (std::size_t i = 2; i < count; ++i) {
-    if (random.uniform(0.0, 7.0) < 2.0) {
-      const double side = random.uniform(0.0, 1.0) < 0.5 ? -1.0 : 1.0;
-      look_rad = look_rad == 0.0 ? side * look_about_rad : 0.0;
-    }
-    looks[i] = look_rad;
-  }
-  return looks;
-}
-
-// To the left of the line at an arc length: the next lane, reached within kChange_m of where there
-// is none.
-double lateral_at_m(const Town& town, const DriveOptions& options, double s_m) {
-  if (!options.is_in_next_lane) return options.lateral_m;
-  constexpr double kChange_m = 20.0;
-  double nearest_m = kChange_m;
-  for (double off_m = 0.0; off_m < kChange_m; off_m += 0.5) {
-    const double ends_m = town.options.length_m;
-    const bool is_narrow = !has_next_lane(town, std::max(0.0, s_m - off_m)) ||
-                           !has_next_lane(town, std::min(ends_m, s_m + off_m));
-    if (!is_narrow) continue;
-    nearest_m = off_m;
-    break;
-  }
-  return options.lateral_m + kNextLane_m * nearest_m / kChange_m;
-}
-
-std::vector<Pose> follow_line(const Town& town, const DriveOptions& options) {
-  std::vector<Pose> poses;
-  const auto count =
-      static_cast<std::size_t>(std::floor(options.length_m / options.spacing_m + 1e-9)) + 1;
-  const std::vector<double> looks =
-      looks_rad(mix(town.options.seed, options.drive), options.look_about_rad, count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const double s_m = driven_line_m(options, i);
-    const LinePoint point = town.plan.line.at(s_m);
-    const Eigen::Vector2d left = left_of(direction(point.heading_rad));
-    const double turned_rad = options.is_back ? std::numbers::pi : 0.0;
-    poses.push_back(stand_on_ground(town.options.seed,
-                                    {point.position_m + lateral_at_m(town, options, s_m) * left,
-                                     point.heading_rad + turned_rad + options.yaw_rad + looks[i]}));
-  }
-  return poses;
-}
 
 // A slowly varying error of unit deviation: three waves of the route, as long as
 // positioning drifts. Shorter ones would average out in a map, which is made of many scans.
@@ -164,6 +78,9 @@ Result<void> check(const Town& town, const DriveOptions& options) {
     return refuse("a share of " + std::to_string(options.missing_share) +
                   " of missing returns was asked for; expected at least 0 and less than 1");
   }
+  if (options.is_swept && options.look_about_rad != 0.0) {
+    return refuse("a drive on foot that is swept was asked for; expected one of both");
+  }
   if (options.sensor.beam_elevations_deg.empty()) return refuse("the sensor has no beams");
   return {};
 }
@@ -217,7 +134,9 @@ std::int64_t DriveSimulator::stamp_ns(std::size_t index) const {
   return static_cast<std::int64_t>(index) * options_.scan_period_ns;
 }
 
-double DriveSimulator::driven_m(std::size_t index) const { return driven_line_m(options_, index); }
+double DriveSimulator::driven_m(std::size_t index) const {
+  return driven_line_m(options_, static_cast<double>(index));
+}
 
 std::vector<Pose> DriveSimulator::disturbed_poses() const {
   // Slow and white deviations on each axis; together 2.1 cm and 0.04 degrees.
@@ -247,6 +166,12 @@ std::vector<Pose> DriveSimulator::disturbed_poses() const {
   return poses;
 }
 
+Pose DriveSimulator::T_town_vehicle_at(double time_s) const {
+  SIGHTLINE_CHECK(options_.is_swept);
+  const double scans = 1e9 * time_s / static_cast<double>(options_.scan_period_ns);
+  return pose_on_way(*town_, options_, scans, 0.0);
+}
+
 TownMesh DriveSimulator::moving_mesh_at(std::size_t index) const {
   const Moment moment{1e-9 * static_cast<double>(stamp_ns(index)), driven_m(index)};
   return moving_mesh(*town_, movers_, moment);
@@ -257,11 +182,16 @@ TownScan DriveSimulator::scan(std::size_t index) const {
   TownScan scan;
   scan.stamp_ns = stamp_ns(index);
   scan.T_town_vehicle = poses_[index];
-  const Pose T_town_lidar = poses_[index] * options_.sensor.T_vehicle_lidar;
   Random random(mix(mix(mix(town_->options.seed, kRayKey), options_.drive), index));
   const TownChange& change = town_->options.change;
   const bool is_changed = change.is_at(driven_m(index));
   const double sigma_m = options_.range_sigma_m * (is_changed ? change.noise_factor : 1.0);
+  const double period_s = 1e-9 * static_cast<double>(options_.scan_period_ns);
+  const auto T_town_lidar = [&](double share) -> Pose {
+    if (!options_.is_swept) return poses_[index] * options_.sensor.T_vehicle_lidar;
+    const double time_s = period_s * (static_cast<double>(index) + share);
+    return T_town_vehicle_at(time_s) * options_.sensor.T_vehicle_lidar;
+  };
   scan.points = spin({*standing_, moving}, options_.sensor, sigma_m, T_town_lidar, random);
   // Numbers of their own: what is not missing stays as it was.
   Random missing(mix(mix(mix(town_->options.seed, kMissingKey), options_.drive), index));
@@ -269,6 +199,11 @@ TownScan DriveSimulator::scan(std::size_t index) const {
     std::erase_if(scan.points, [&](const LabelledPoint& /*point*/) {
       return missing.uniform() < options_.missing_share;
     });
+  }
+  if (!options_.is_swept) return scan;
+  for (const LabelledPoint& point : scan.points) {
+    const double offset_ns = static_cast<double>(options_.scan_period_ns) * point.turn_share;
+    scan.time_offset_ns.push_back(static_cast<std::int32_t>(offset_ns));
   }
   return scan;
 }
@@ -288,6 +223,7 @@ Drive recorded(const DriveSimulator& drive, const std::string& name, std::span<c
   parallel_for(scans.size(), threads, [&](std::size_t i) {
     const TownScan scan = drive.scan(i);
     scans[i].stamp_ns = scan.stamp_ns;
+    scans[i].time_offset_ns = scan.time_offset_ns;
     for (const LabelledPoint& point : scan.points) {
       scans[i].points_m.emplace_back(point.position_m.cast<double>());
     }
@@ -298,6 +234,7 @@ Drive recorded(const DriveSimulator& drive, const std::string& name, std::span<c
     info.stamp_ns = scans[i].stamp_ns;
     info.point_count = scans[i].points_m.size();
     info.T_world_vehicle = poses[i];
+    info.has_point_times = !scans[i].time_offset_ns.empty();
     made.scans.push_back(info);
   }
   made.store = memory_scan_store(std::move(scans));

@@ -73,6 +73,9 @@ int main(int argc, char** argv) {
   app.add_flag("--by-hand", options.is_by_hand,
                "as who walks with a sensor in the hand: two scans a second, 0.7 m apart, and "
                "turns of 60 degrees between two");
+  app.add_flag("--swept", options.is_swept,
+               "each drive is a bag (drive.mcap) of a sensor that turns while its driver steers to "
+               "and fro: points with times, odometry and an inertial unit");
   app.add_option("--traffic", options.traffic,
                  "times the usual number of cars and people, 0.1 to 10")
       ->capture_default_str();

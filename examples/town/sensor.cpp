@@ -90,13 +90,15 @@ Result<SensorProfile> town_sensor(int beams) {
 }
 
 std::vector<LabelledPoint> spin(const Scene& scene, const SensorProfile& sensor,
-                                double range_sigma_m, const Pose& T_town_lidar, Random& random) {
+                                double range_sigma_m, const SensorMotion& motion, Random& random) {
   const auto azimuths = static_cast<int>(std::lround(360.0 / sensor.azimuth_step_deg));
-  const Eigen::Vector3d origin_m = T_town_lidar.translation();
   std::vector<LabelledPoint> points;
   points.reserve(static_cast<std::size_t>(azimuths * sensor.ring_count()));
   for (int step = 0; step < azimuths; ++step) {
     const double azimuth = to_radians(sensor.azimuth_step_deg * step);
+    const double share = static_cast<double>(step) / static_cast<double>(azimuths);
+    const Pose T_town_lidar = motion(share);
+    const Eigen::Vector3d origin_m = T_town_lidar.translation();
     for (const double elevation_deg : sensor.beam_elevations_deg) {
       const double elevation = to_radians(elevation_deg);
       const Eigen::Vector3d ray = direction_of(azimuth, elevation);
@@ -106,7 +108,7 @@ std::vector<LabelledPoint> spin(const Scene& scene, const SensorProfile& sensor,
       const double range_m = hit.range_m + range_sigma_m * random.normal();
       const float intensity = intensity_of(hit, random.normal());
       if (range_m < sensor.min_range_m || range_m > sensor.max_range_m) continue;
-      points.push_back({(range_m * ray).cast<float>(), intensity, hit.label});
+      points.push_back({(range_m * ray).cast<float>(), intensity, hit.label, share});
     }
   }
   return points;

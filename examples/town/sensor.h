@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "examples/town/caster.h"
@@ -20,6 +21,7 @@ struct LabelledPoint {
   Eigen::Vector3f position_m = Eigen::Vector3f::Zero();  // sensor frame
   float intensity = 0.0F;                                // 0 to 255
   Label label = Label::kGround;                          // what it hit
+  double turn_share = 0.0;                               // of the revolution, when it was measured
 };
 
 // What a sensor looks at: that which stands, and that which moves.
@@ -28,9 +30,12 @@ struct Scene {
   const TownCaster& moving;
 };
 
-// One revolution as if it took no time, by azimuth from +x counter-clockwise, then by ring from
-// below. Rays without a return leave no point.
+// Where a sensor is when so large a share of a revolution is over: T_town_lidar.
+using SensorMotion = std::function<Pose(double share)>;
+
+// One revolution, by azimuth from +x counter-clockwise, then by ring from below. Rays without a
+// return leave no point.
 std::vector<LabelledPoint> spin(const Scene& scene, const SensorProfile& sensor,
-                                double range_sigma_m, const Pose& T_town_lidar, Random& random);
+                                double range_sigma_m, const SensorMotion& motion, Random& random);
 
 }  // namespace sightline::town

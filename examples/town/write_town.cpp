@@ -8,9 +8,11 @@
 #include <string>
 #include <system_error>
 
+#include "examples/town/bag/write_bag.h"
 #include "examples/town/drive.h"
 #include "formats/base/atomic_file.h"
 #include "formats/base/parallel.h"
+#include "formats/base/random.h"
 #include "formats/foreign/clouds/pcd_writer.h"
 
 namespace sightline::town {
@@ -86,12 +88,20 @@ Result<void> write_drive(const WriteTownOptions& options, const Town& town, int 
   drive_options.is_back = is_among(options.back);
   drive_options.traffic = options.traffic;
   drive_options.missing_share = options.missing_share;
+  drive_options.is_swept = options.is_swept;
   if (options.is_by_hand) drive_options = carried_by_hand(drive_options);
   SIGHTLINE_ASSIGN(const DriveSimulator drive, DriveSimulator::make(town, drive_options));
   const fs::path folder = options.out / drive_name(number);
-  SIGHTLINE_TRY(write_scans(folder / "scans", drive, options.threads));
   const bool maps = number == 0;
   const std::vector<Pose>& truth = drive.T_town_vehicle();
+  if (options.is_swept) {
+    const std::vector<Pose> poses = maps ? drive.disturbed_poses() : truth;
+    const std::uint64_t seed = mix(town.options.seed, static_cast<std::uint64_t>(number));
+    SIGHTLINE_TRY(write_bag(folder / "drive.mcap", drive, poses,
+                            {seed, options.origin_world_m, options.threads}));
+  } else {
+    SIGHTLINE_TRY(write_scans(folder / "scans", drive, options.threads));
+  }
   if (maps) {
     SIGHTLINE_TRY(write_poses(folder / "poses_true.tum", drive, truth, options.origin_world_m));
   }
@@ -107,6 +117,7 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
   json["is_round"] = options.town.is_round;
   json["spacing_m"] = options.spacing_m;
   if (options.is_by_hand) json["is_by_hand"] = true;
+  if (options.is_swept) json["is_swept"] = true;
   if (options.traffic != 1.0) json["traffic"] = options.traffic;
   if (options.missing_share != 0.0) json["missing_share"] = options.missing_share;
   json["sensor"] = "generic-" + std::to_string(options.beams);

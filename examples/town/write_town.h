@@ -22,6 +22,7 @@ struct WriteTownOptions {
   int drives = 2;  // for localization, 0 to 9, beside the one that maps
   int beams = 16;  // 16, 32, 64, 128
   double spacing_m = 1.0;
+  bool is_swept = false;    // as in DriveOptions: a bag instead of scans
   bool is_by_hand = false;  // carried_by_hand() instead of spacing_m
   double traffic = 1.0;     // of every drive, as in DriveOptions
   double missing_share = 0.0;
@@ -37,6 +38,8 @@ struct WriteTownOptions {
 //   out/mapping/scans/000000.pcd ...  binary PCD, x y z intensity, sensor frame
 //   out/mapping/poses.tum             T_world_vehicle, disturbed; poses_true.tum: the truth
 //   out/drive_1/..., out/drive_2/...  the same with true poses in poses.tum
+// Drives that are swept: out/mapping/drive.mcap in place of scans/ (see write_bag), poses beside
+// it.
 //   out/town.json                     what was made; written last, so it marks a whole town
 // The same options give the same bytes for any number of threads.
 // Errors: bad-argument, output-exists, disk-full, cannot-write.

@@ -64,6 +64,35 @@ void decode(ByteReader& reader, ScanInfo& scan) {
   scan.has_point_times = has_point_times == 1;
 }
 
+// Beside the number of scans: turn rates follow the scans.
+constexpr std::uint64_t kHasTurnRates = std::uint64_t{1} << 63;
+constexpr std::size_t kTurnRateSize = 8 + 3 * 8;
+
+void encode(const TurnRate& rate, ByteWriter& writer) {
+  writer.put(rate.stamp_ns);
+  for (int axis = 0; axis < 3; ++axis) writer.put(rate.rate_rad_per_s[axis]);
+}
+
+void decode(ByteReader& reader, TurnRate& rate) {
+  reader.get(rate.stamp_ns);
+  for (int axis = 0; axis < 3; ++axis) reader.get(rate.rate_rad_per_s[axis]);
+}
+
+// Errors: time-runs-backwards, invalid-artifact.
+Result<void> check_turn_rates(const std::vector<TurnRate>& rates) {
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    const std::string place = "turn rate " + std::to_string(i);
+    if (!rates[i].rate_rad_per_s.allFinite()) {
+      return Error{ErrorCode::kInvalidArtifact, "it is not finite", "", place};
+    }
+    if (i > 0 && rates[i].stamp_ns <= rates[i - 1].stamp_ns) {
+      return Error{ErrorCode::kTimeRunsBackwards, "its time is not after that of the one before it",
+                   "", place};
+    }
+  }
+  return {};
+}
+
 // Errors: time-runs-backwards, invalid-artifact.
 Result<void> check_order(const Drive& drive, std::size_t i) {
   const ScanInfo& scan = drive.scans[i];
@@ -153,7 +182,7 @@ Result<void> validate(const Drive& drive) {
     }
     SIGHTLINE_TRY(i == 0 ? Result<void>() : check_order(drive, i));
   }
-  return {};
+  return check_turn_rates(drive.turn_rates);
 }
 
 Table dump(const Drive& drive) {
@@ -168,6 +197,9 @@ Table dump(const Drive& drive) {
     table.facts.emplace_back("other_sensor", other.name);
   }
   for (const std::string& part : drive.later_parts) table.facts.emplace_back("later_part", part);
+  if (!drive.turn_rates.empty()) {
+    table.facts.emplace_back("turn_rates", static_cast<std::int64_t>(drive.turn_rates.size()));
+  }
   table.columns = {"recording_index", "sensor_index",    "stamp_ns",   "source",
                    "point_count",     "nonfinite_count", "zero_count", "has_point_times"};
   const bool has_parts = !drive.later_parts.empty();
@@ -206,8 +238,12 @@ void encode(const Drive& drive, ByteWriter& writer) {
   writer.put<std::uint64_t>(drive.later_parts.size());
   for (const std::string& part : drive.later_parts) writer.put_string(part);
   encode(drive.frame, writer);
-  writer.put<std::uint64_t>(drive.scans.size());
+  const bool has_rates = !drive.turn_rates.empty();
+  writer.put<std::uint64_t>(drive.scans.size() | (has_rates ? kHasTurnRates : 0));
   for (const ScanInfo& scan : drive.scans) encode(scan, writer);
+  if (!has_rates) return;
+  writer.put<std::uint64_t>(drive.turn_rates.size());
+  for (const TurnRate& rate : drive.turn_rates) encode(rate, writer);
 }
 
 void decode(ByteReader& reader, Drive& drive) {
@@ -223,9 +259,17 @@ void decode(ByteReader& reader, Drive& drive) {
   drive.later_parts.resize(reader.get_count(sizeof(std::uint64_t)));
   for (std::string& part : drive.later_parts) reader.get_string(part);
   decode(reader, drive.frame);
+  const auto scans = reader.get<std::uint64_t>();
+  const std::uint64_t count = scans & ~kHasTurnRates;
+  if (count > reader.remaining() / kLeastScanSize) reader.fail();
   drive.scans.clear();
-  drive.scans.resize(reader.get_count(kLeastScanSize));
+  drive.scans.resize(reader.ok() ? count : 0);
   for (ScanInfo& scan : drive.scans) decode(reader, scan);
+  drive.turn_rates.clear();
+  if ((scans & kHasTurnRates) == 0) return;
+  drive.turn_rates.resize(reader.get_count(kTurnRateSize));
+  if (drive.turn_rates.empty()) reader.fail();
+  for (TurnRate& rate : drive.turn_rates) decode(reader, rate);
 }
 
 Drive with_store(Drive drive, std::shared_ptr<const ScanStore> store) {

@@ -9,6 +9,7 @@
 #include "formats/artifact.h"
 #include "formats/base/hash.h"
 #include "formats/drive/sensor_profile.h"
+#include "formats/drive/turn_rate.h"
 #include "formats/geometry.h"
 
 namespace sightline {
@@ -68,6 +69,7 @@ struct Drive {
   std::vector<std::string> later_parts;  // names of the parts after the first, ascending in time
   MapFrame frame;  // near the first given pose; origin zero where there are no poses
   std::vector<ScanInfo> scans;
+  std::vector<TurnRate> turn_rates;        // ascending in time; empty: nothing measured them
   std::shared_ptr<const ScanStore> store;  // not encoded; index = position in `scans`
 
   [[nodiscard]] bool has_poses() const;  // every scan has one
@@ -92,7 +94,8 @@ bool is_selected(const ScanInfo& scan, ScanSelection selection);
 
 Result<void> validate(const Drive& drive);  // says nothing about the store
 Table dump(const Drive& drive);
-// All but the store: a decoded drive has none until with_store() gives it back.
+// All but the store: a decoded drive has none until with_store() gives it back. A drive without
+// turn rates has the bytes that it had before there were any.
 void encode(const Drive& drive, ByteWriter& writer);
 void decode(ByteReader& reader, Drive& drive);
 

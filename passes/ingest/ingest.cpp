@@ -211,6 +211,9 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
            "empty: the compiler estimates the trajectory"),
       text("poses_topic", options.poses_topic,
            "of a bag's poses or odometry, its /tf or NavSatFix; empty: its only one"),
+      text("imu_topic", options.imu_topic,
+           "of the turn rates (sensor_msgs/Imu) in the scans' bag, for turning within a scan; "
+           "empty: the one whose frame is known; none: not used"),
       choice("pose_format", options.pose_format, "format of a pose file",
              {"auto", "kitti", "tum", "apollo"}),
       choice("poses_of", options.poses_of, "whose poses they are", {"vehicle", "sensor"}),
@@ -254,6 +257,7 @@ Result<Drive> ingest(PassContext& ctx, const IngestOptions& options, const Recor
   drive.name = recording.name;
   drive.sensor = recording.sensor;
   drive.scans = describe(recording, counts);
+  drive.turn_rates = recording.turn_rates;
   SIGHTLINE_TRY(try_w_first(ctx, recording, drive));
   if (drive.has_poses()) {
     const Eigen::Vector3d first_m = drive.scans.front().T_world_vehicle->translation();

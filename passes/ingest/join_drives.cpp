@@ -63,6 +63,10 @@ Result<Drive> join_drives(PassContext& ctx, const NoOptions&, const Drive& drive
     scan.part = part;
     origins.push_back({true, i, later_ns});
   }
+  for (TurnRate rate : later.turn_rates) {
+    rate.stamp_ns += later_ns;
+    joined.turn_rates.push_back(rate);
+  }
   return with_store(std::move(joined),
                     joined_scan_store(drive.store, later.store, std::move(origins)));
 }

@@ -7,7 +7,8 @@ namespace sightline {
 
 // One drive of several through the same place by the same vehicle: the scans of `later`, a drive of
 // one part, behind those of `drive`, as a part of its own. Name, sensor and frame are those of
-// `drive`, the frame that of the first which has poses. Even scans stay even.
+// `drive`, the frame that of the first which has poses. Even scans stay even. Turn rates are kept
+// with the parts that have them.
 //
 // Parts follow each other in the order in which they are given. A later one whose times begin
 // before the last part ended, or less than kPauseBetweenParts_ns behind it, is moved in time as a

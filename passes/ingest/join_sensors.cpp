@@ -67,6 +67,7 @@ Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& driv
   });
   Drive joined = drive;
   joined.other_sensors.push_back(other.sensor);
+  if (joined.turn_rates.empty()) joined.turn_rates = other.turn_rates;
   joined.scans.clear();
   std::vector<ScanOrigin> origins;
   std::uint32_t part = 0;

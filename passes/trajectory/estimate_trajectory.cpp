@@ -13,6 +13,8 @@
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/join_pieces.h"
 #include "passes/trajectory/pieces/tell_pieces.h"
+#include "passes/trajectory/sweep/turn_trial.h"
+#include "passes/trajectory/sweep/undistorted.h"
 
 namespace sightline {
 namespace {
@@ -98,6 +100,20 @@ TrajectorySolver solver_of(PassContext& ctx, const EstimateTrajectoryOptions& op
   };
 }
 
+// The scans by which given poses are judged: as they are, or, where turn rates tell how the vehicle
+// turned within them, undistorted by the given poses. Else poses that are right would seem to
+// contradict scans that are drawn out unevenly.
+Result<Drive> as_given_poses_see(PassContext& ctx, const Drive& drive) {
+  const bool has_times =
+      std::ranges::any_of(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
+  if (drive.turn_rates.empty() || !has_times || !drive.has_poses()) return drive;
+  SIGHTLINE_ASSIGN(const Trajectory given, trajectory_as_given(drive));
+  PassContext quiet;  // undistort-scans warns
+  quiet.threads = ctx.threads;
+  SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(quiet, drive, given));
+  return turned.turn_rates.empty() ? drive : undistorted(turned, given);
+}
+
 }  // namespace
 
 std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options) {
@@ -128,7 +144,8 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
   const bool is_one = drive.later_parts.empty();
   if (options.mode == PoseMode::kGiven ||
       (options.mode == PoseMode::kAuto && drive.has_poses() && is_one)) {
-    return checked_trajectory(ctx, options, drive, solver_of(ctx, options, drive));
+    SIGHTLINE_ASSIGN(const Drive seen, as_given_poses_see(ctx, drive));
+    return checked_trajectory(ctx, options, seen, solver_of(ctx, options, seen));
   }
   if (options.mode == PoseMode::kRefine && !some_given) {
     return Error{ErrorCode::kNoPoses, "the recording gives no poses to refine", "",

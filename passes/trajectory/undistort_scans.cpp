@@ -5,6 +5,7 @@
 
 #include "formats/drive/trajectory_of_drive.h"
 #include "passes/trajectory/sweep/sweep_trial.h"
+#include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"
 
 namespace sightline {
@@ -13,9 +14,12 @@ namespace {
 // By times that nobody wrote down, where that makes the scans fit each other better.
 Result<Drive> undistorted_by_order(PassContext& ctx, const Drive& drive,
                                    const Trajectory& trajectory) {
-  SIGHTLINE_ASSIGN(const std::optional<Drive> swept, sharpest_sweep(ctx, drive, trajectory));
+  SIGHTLINE_ASSIGN(std::optional<Drive> swept,
+                   sharpest_sweep(ctx, without_turns(drive), trajectory));
   if (!swept) return drive;
-  const Drive straight = undistorted(*swept, trajectory);
+  swept->turn_rates = drive.turn_rates;
+  SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(ctx, *swept, trajectory));
+  const Drive straight = undistorted(turned, trajectory);
   SIGHTLINE_ASSIGN(const bool is_sharper, is_sharper_undistorted(ctx, drive, straight, trajectory));
   return is_sharper ? straight : drive;
 }
@@ -44,7 +48,8 @@ Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& opt
     ctx.warn(name + std::to_string(still) +
              " scans have no other pose within 1.5 s; they are taken to stand still");
   }
-  return undistorted(drive, trajectory);
+  SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(ctx, drive, trajectory));
+  return undistorted(turned, trajectory);
 }
 
 }  // namespace sightline

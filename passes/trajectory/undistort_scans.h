@@ -18,7 +18,9 @@ std::vector<OptionField> option_fields(UndistortScansOptions& options);
 // the trajectory the vehicle moves evenly, in position and (about one axis) in rotation; before the
 // first pose, behind the last one and next to a gap of more than 1.5 s, or a step out of keeping
 // with those around it, it moves on as it did on the other side of the scan, and stands still where
-// there is none.
+// there is none. Where the drive has turn rates of an inertial unit, they tell how it turned
+// between two poses ("Turning within a scan" in schemas/definitions.md), if that makes the scans
+// lie on each other more sharply (see with_turns_that_pay, which warns of what it did).
 //
 // The scans are changed when they are read, one in memory; they carry no times any more. Where no
 // scan has times, those that the order of its points tells are tried (see sharpest_sweep), and

@@ -7,8 +7,10 @@
 #include <map>
 #include <sstream>
 
+#include "examples/town/drive.h"
 #include "formats/base/atomic_file.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/recording/open_recording.h"
 
 namespace sightline::town {
 namespace {
@@ -86,6 +88,54 @@ TEST_F(TownFiles, SayWhetherTrafficAndReturnsAreOtherThanUsual) {
     return fs::file_size(options.out / "drive_1" / "scans" / "000002.pcd");
   };
   EXPECT_LT(static_cast<double>(size_of(hard)), 0.8 * static_cast<double>(size_of(usual)));
+}
+
+// What a bag of a swept drive says is what the drive was.
+TEST_F(TownFiles, AreABagWithTimesAndTurnRatesWhereTheDriveIsSwept) {
+  WriteTownOptions swept = options("swept");
+  swept.is_swept = true;
+  swept.town.seed = 7;
+  ASSERT_TRUE(write_town(swept).has_value());
+  WriteTownOptions again = swept;
+  again.out = folder_ / "again";
+  again.threads = 2;
+  ASSERT_TRUE(write_town(again).has_value());
+  EXPECT_EQ(contents(swept.out), contents(again.out));
+
+  RecordingOptions recorded;
+  recorded.scans = (swept.out / "drive_1" / "drive.mcap").string();
+  recorded.poses = recorded.scans;
+  recorded.lidar_z_m = 1.8;
+  const Result<Recording> recording = open_recording(recorded);
+  ASSERT_TRUE(recording.has_value()) << to_string(recording.error());
+  EXPECT_TRUE(recording->warnings.empty()) << recording->warnings.front();
+  ASSERT_EQ(recording->scans.size(), 5U);
+  const Town town = *make_town(swept.town);
+  DriveOptions drive_options = usual_drive(town.options, 1, *town_sensor(16));
+  drive_options.spacing_m = swept.spacing_m;
+  drive_options.is_swept = true;
+  const Result<DriveSimulator> drive = DriveSimulator::make(town, drive_options);
+  ASSERT_TRUE(drive.has_value());
+  for (std::size_t i = 0; i < 5; ++i) {
+    ASSERT_TRUE(recording->scans[i].T_world_vehicle.has_value());
+    EXPECT_TRUE(recording->scans[i].T_world_vehicle->isApprox(drive->T_town_vehicle()[i], 1e-9));
+  }
+  const Result<Scan> scan = recorded_scan_store(*recording)->read(2);
+  const TownScan truth = drive->scan(2);
+  ASSERT_TRUE(scan.has_value());
+  ASSERT_EQ(scan->points_m.size(), truth.points.size());
+  EXPECT_EQ(scan->time_offset_ns, truth.time_offset_ns);
+  EXPECT_GT(scan->time_offset_ns.back(), 99'000'000);
+  EXPECT_EQ(scan->points_m[777], truth.points[777].position_m.cast<double>());
+  // 0.5 s before to 1 s behind: 0.9 s in steps of 5 ms and both ends.
+  ASSERT_EQ(recording->turn_rates.size(), 301U);
+  for (const TurnRate& rate : recording->turn_rates) {
+    const double time_s = 1e-9 * static_cast<double>(rate.stamp_ns - recording->scans[0].stamp_ns);
+    const Eigen::AngleAxisd turn(drive->T_town_vehicle_at(time_s - 0.0005).linear().transpose() *
+                                 drive->T_town_vehicle_at(time_s + 0.0005).linear());
+    const Eigen::Vector3d rate_radps = turn.axis() * turn.angle() / 0.001;
+    EXPECT_LT((rate.rate_rad_per_s - rate_radps).norm(), 0.04) << "bias and noise";
+  }
 }
 
 TEST_F(TownFiles, DifferWithTheSeed) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "formats/base/check.h"
+#include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/support/memory_file.h"
@@ -44,6 +45,22 @@ inline void check_poses(const std::vector<PoseRow>& rows) {
   }
 }
 
+// Of the scans in all seeds.
+constexpr const char* kFrameOfSeeds = "lid";
+
+inline void check_turns(const MemoryFile& file, const std::string& topic) {
+  const Result<BagTurns> turns = read_bag_turns(file.path(), topic, kFrameOfSeeds);
+  if (!turns) {
+    check_bag_error(turns.error());
+    return;
+  }
+  for (std::size_t i = 0; i < turns->of_sensor.size(); ++i) {
+    const TurnRate& rate = turns->of_sensor[i];
+    SIGHTLINE_CHECK(rate.rate_rad_per_s.allFinite());
+    SIGHTLINE_CHECK(i == 0 || turns->of_sensor[i - 1].stamp_ns < rate.stamp_ns);
+  }
+}
+
 inline void check_bag(std::span<const std::byte> bytes, bool may_miss = false) {
   const MemoryFile file(bytes);
   const Result<std::vector<BagTopic>> topics = list_bag_topics(file.path());
@@ -51,6 +68,7 @@ inline void check_bag(std::span<const std::byte> bytes, bool may_miss = false) {
     check_bag_error(topics.error());
     return;
   }
+  check_turns(file, "");
   constexpr std::size_t kMostTopics = 8;  // each is read from the beginning
   for (std::size_t i = 0; i < std::min(topics->size(), kMostTopics); ++i) {
     const std::string& name = (*topics)[i].name;
@@ -62,6 +80,7 @@ inline void check_bag(std::span<const std::byte> bytes, bool may_miss = false) {
     } else {
       check_bag_error(rows.error());
     }
+    check_turns(file, name);
     const auto scans = open_bag(file.path(), name);
     if (scans) {
       check_scans(**scans, may_miss);

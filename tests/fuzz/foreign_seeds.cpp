@@ -23,7 +23,7 @@ std::string record(char op, const std::map<std::string, std::string>& fields,
   return sized(header) + sized(data);
 }
 
-std::string ros_header() { return raw(std::array<std::uint32_t, 3>{0, 7, 0}) + sized("lidar"); }
+std::string ros_header() { return raw(std::array<std::uint32_t, 3>{0, 7, 0}) + sized("lid"); }
 
 std::string cloud() {
   std::string bytes = ros_header() + raw(std::array<std::uint32_t, 3>{1, 2, 4});
@@ -36,6 +36,13 @@ std::string cloud() {
 }
 
 std::string pose() { return ros_header() + raw(std::array<double, 7>{1, 2, 3, 0, 0, 0, 1}); }
+
+// About the axes of the scans' frame: sensor_msgs/Imu has 37 numbers, of which three are the rate.
+std::string imu() {
+  std::array<double, 37> numbers{};
+  numbers[13] = 0.5;
+  return ros_header() + raw(numbers);
+}
 
 std::string connection(std::uint32_t number, const std::string& topic, const std::string& type) {
   return record(7, {{"conn", raw(number)}, {"topic", topic}},
@@ -63,21 +70,23 @@ std::string packed(const std::string& compression, const std::string& bytes) {
   return made.substr(0, size);
 }
 
-// Two chunks: a scan and a pose, then a scan. Not closed: the index is not there.
+// Two chunks: a scan, a pose and a turn rate, then a scan. Not closed: the index is not there.
 std::string bag(const std::string& compression, bool is_closed) {
   const std::string connections = connection(0, "/points", "sensor_msgs/PointCloud2") +
-                                  connection(1, "/pose", "geometry_msgs/PoseStamped");
+                                  connection(1, "/pose", "geometry_msgs/PoseStamped") +
+                                  connection(2, "/imu", "sensor_msgs/Imu");
   const std::array<std::string, 2> chunks = {
-      connections + message(0, 7, cloud()) + message(1, 7, pose()), message(0, 8, cloud())};
-  const auto header = [&](std::uint64_t index, std::uint32_t count) {
+      connections + message(0, 7, cloud()) + message(1, 7, pose()) + message(2, 7, imu()),
+      message(0, 8, cloud())};
+  const auto header = [&](std::uint64_t index, std::uint32_t topics, std::uint32_t count) {
     const std::map<std::string, std::string> fields = {
-        {"index_pos", raw(index)}, {"conn_count", raw(count)}, {"chunk_count", raw(count)}};
+        {"index_pos", raw(index)}, {"conn_count", raw(topics)}, {"chunk_count", raw(count)}};
     return "#ROSBAG V2.0\n" + record(3, fields, std::string(16, ' '));
   };
-  std::string file = header(0, 0);
+  std::string file = header(0, 0, 0);
   std::string index = connections;
   for (std::uint32_t i = 0; i < 2; ++i) {
-    const std::string counts = i == 0 ? raw(std::array<std::uint32_t, 4>{0, 1, 1, 1})
+    const std::string counts = i == 0 ? raw(std::array<std::uint32_t, 6>{0, 1, 1, 1, 2, 1})
                                       : raw(std::array<std::uint32_t, 2>{0, 1});
     const auto connection_count = static_cast<std::uint32_t>(counts.size() / 8);
     index += record(6,
@@ -97,7 +106,7 @@ std::string bag(const std::string& compression, bool is_closed) {
     }
   }
   if (!is_closed) return file;
-  return header(file.size(), 2) + file.substr(header(0, 0).size()) + index;
+  return header(file.size(), 3, 2) + file.substr(header(0, 0, 0).size()) + index;
 }
 
 void add_bags(std::vector<Seed>& seeds) {

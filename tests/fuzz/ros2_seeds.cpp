@@ -54,15 +54,23 @@ std::string livox(std::uint32_t seconds) {
   return bytes;
 }
 
+// About the axes of the scans' frame: sensor_msgs/Imu has 37 numbers, of which three are the rate.
+std::string imu(std::uint32_t seconds) {
+  std::array<double, 37> numbers{};
+  numbers[13] = 0.5;
+  return kCdr + header(seconds) + raw(numbers);
+}
+
 struct Topic {
   std::string name;
   std::string type;
   std::string (*message)(std::uint32_t seconds);
 };
-const std::array<Topic, 4> kTopics = {{{"/points", "sensor_msgs/msg/PointCloud2", &cloud},
+const std::array<Topic, 5> kTopics = {{{"/points", "sensor_msgs/msg/PointCloud2", &cloud},
                                        {"/pose", "geometry_msgs/msg/PoseStamped", &pose},
                                        {"/tf", "tf2_msgs/msg/TFMessage", &transforms},
-                                       {"/livox", "livox_ros_driver2/msg/CustomMsg", &livox}}};
+                                       {"/livox", "livox_ros_driver2/msg/CustomMsg", &livox},
+                                       {"/imu", "sensor_msgs/msg/Imu", &imu}}};
 
 // ---- MCAP.
 

@@ -34,7 +34,7 @@ inline Scan sweep_world(const BoxWorld& world, const VehicleMotion& motion, doub
   for (int column = 0; column < kColumns; ++column) {
     const double share = (column + 0.5) / kColumns;
     Pose T_map_lidar = motion(time_s + (share - 0.5) * sweep_s);
-    T_map_lidar.translation().z() += 2.0;
+    T_map_lidar.translate(Eigen::Vector3d(0.0, 0.0, 2.0));
     const double azimuth_deg = share < 0.5 ? 180.0 - 360.0 * share : 540.0 - 360.0 * share;
     for (int ring = 0; ring < 24; ++ring) {
       const double e_rad = (-20.0 + 35.0 * ring / 23.0) * kRadians;

@@ -8,6 +8,7 @@
 #include "formats/base/parallel.h"
 #include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_scan_container.h"
+#include "formats/foreign/recording/recorded_turns.h"
 #include "formats/foreign/recording/remembered_digests.h"
 #include "formats/foreign/recording/scan_association.h"
 #include "formats/foreign/recording/scan_columns.h"
@@ -91,6 +92,11 @@ Digest digest_of(const Recording& recording) {
   if (!is_kitti) writer.put_string(to_text(*recording.columns));
   // The scans may say that they are read in the wrong order.
   if (recording.has_quaternions) writer.put_string("quaternions");
+  if (!recording.turn_rates.empty()) writer.put_string("turn rates");
+  for (const TurnRate& rate : recording.turn_rates) {
+    writer.put(rate.stamp_ns);
+    for (int axis = 0; axis < 3; ++axis) writer.put(rate.rate_rad_per_s[axis]);
+  }
   return sha256(writer.bytes());
 }
 
@@ -249,6 +255,7 @@ Result<Recording> list_recording(const RecordingOptions& options) {
 Result<Recording> open_recording(const RecordingOptions& options, int threads,
                                  const DigestMemory* memory) {
   SIGHTLINE_ASSIGN(Recording recording, list_recording(options));
+  SIGHTLINE_TRY(take_turn_rates(options, recording));
   SIGHTLINE_TRY(take_digests(recording, threads, memory));
   recording.digest = digest_of(recording);
   return recording;

@@ -30,6 +30,8 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options);
 // scan speak against them; else the one count of floats a point that fits all scans
 // (fitting_counts), with a warning where it is not KITTI's four.
 //
+// Turn rates: those of the bag that holds the scans, see take_turn_rates.
+//
 // Errors: file-not-found, cannot-open, cannot-read, empty-directory, mixed-formats, truncated-scan,
 // unsupported-format, unknown-name, bad-value, fewer-poses-than-scans, mismatched-inputs (fewer
 // stamps than scans), and those of read_poses, read_bag_poses, read_stamps and open_scan_container.

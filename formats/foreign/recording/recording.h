@@ -27,6 +27,7 @@ struct RecordingOptions {
   std::string columns;
   std::string poses;                           // pose file or bag; empty: there are none
   std::string poses_topic;                     // of a bag's poses; empty: its only one
+  std::string imu_topic;                       // of a bag's turn rates; empty: see read_bag_turns
   PoseFormat pose_format = PoseFormat::kAuto;  // or kitti, tum, apollo
   PosesOf poses_of = PosesOf::kVehicle;        // kSensor: the mounting below does not apply
   // KITTI's calibration, which takes poses of its camera or its inertial unit to the sensor
@@ -70,6 +71,7 @@ struct Recording {
   std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
   // Of scans without a header: as given, or as found when they were opened.
   std::optional<FloatColumns> columns;
+  std::vector<TurnRate> turn_rates;   // of a bag's inertial unit; empty: there are none to use
   bool has_quaternions = false;       // poses are quaternions of a text file, read as x y z w
   std::vector<std::string> warnings;  // what was assumed, for the person who brought it
   // Names everything above but the warnings: equal for equal contents, wherever the folder lies.

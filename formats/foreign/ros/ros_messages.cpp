@@ -217,6 +217,25 @@ Result<std::optional<GeodeticFix>> parse_fix_message(std::span<const std::byte> 
   return Error{ErrorCode::kMalformedPose, "a NavSatFix that is no place on Earth", file, ""};
 }
 
+// sensor_msgs, msg/Imu.msg: orientation, angular velocity and acceleration, each before its
+// covariance of nine numbers.
+std::optional<ImuMessage> parse_imu_message(std::span<const std::byte> message,
+                                            MessageEncoding encoding) {
+  constexpr double kFastest_radps = 100.0;
+  constexpr int kOrientation = 4 + 9;
+  constexpr int kRestOfMessage = 8 + 3 + 9;  // of the covariance, then the acceleration
+  MessageReader reader(message, encoding);
+  ImuMessage imu;
+  imu.header = reader.header();
+  for (int i = 0; i < kOrientation; ++i) reader.get<double>();
+  for (double& rate : imu.rate_rad_per_s) rate = reader.get<double>();
+  const auto covariance = reader.get<double>();
+  for (int i = 0; i < kRestOfMessage; ++i) reader.get<double>();
+  const bool is_rate = imu.rate_rad_per_s.norm() < kFastest_radps;  // not of what is not a number
+  if (!reader.ok() || !is_rate || covariance == -1.0) return std::nullopt;
+  return imu;
+}
+
 Result<std::vector<StampedTransform>> parse_transforms(std::span<const std::byte> message,
                                                        const std::string& file,
                                                        MessageEncoding encoding) {

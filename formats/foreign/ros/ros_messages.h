@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -47,6 +48,17 @@ inline constexpr std::string_view kNavSatFix = "sensor_msgs/NavSatFix";
 Result<std::optional<GeodeticFix>> parse_fix_message(std::span<const std::byte> message,
                                                      const std::string& file,
                                                      MessageEncoding encoding);
+
+// sensor_msgs/Imu, of which only the angular velocity is read: about the axes of the header's
+// frame, rad/s. Nothing where the message is short or not finite, says that it has none (its
+// covariance begins with -1), or turns faster than 100 rad/s, which no unit on a vehicle measures.
+inline constexpr std::string_view kImu = "sensor_msgs/Imu";
+struct ImuMessage {
+  MessageHeader header;
+  Eigen::Vector3d rate_rad_per_s = Eigen::Vector3d::Zero();
+};
+std::optional<ImuMessage> parse_imu_message(std::span<const std::byte> message,
+                                            MessageEncoding encoding);
 
 // One frame within another. Names are without a leading slash.
 struct StampedTransform {

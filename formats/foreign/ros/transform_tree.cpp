@@ -98,4 +98,34 @@ std::optional<Pose> TransformTree::fixed_pose(const std::string& ancestor,
   return std::nullopt;
 }
 
+bool TransformTree::Edge::is_same() const {
+  const Pose& first = poses.begin()->second;
+  return other_parent.empty() && std::ranges::all_of(poses, [&](const auto& pose) {
+           return pose.second.matrix() == first.matrix();
+         });
+}
+
+std::map<std::string, Pose> TransformTree::fixed_ancestors(const std::string& frame) const {
+  std::map<std::string, Pose> ancestors;
+  Pose T_top_frame = Pose::Identity();
+  std::string top = frame;
+  while (ancestors.emplace(top, T_top_frame).second) {  // else frames lie in a circle
+    const auto at = edges_.find(top);
+    if (at == edges_.end() || !at->second.is_same()) break;
+    T_top_frame = at->second.poses.begin()->second * T_top_frame;
+    top = at->second.parent;
+  }
+  return ancestors;
+}
+
+std::optional<Pose> TransformTree::fixed_between(const std::string& to,
+                                                 const std::string& from) const {
+  const std::map<std::string, Pose> above_to = fixed_ancestors(to);
+  for (const auto& [ancestor, T_ancestor_from] : fixed_ancestors(from)) {
+    const auto common = above_to.find(ancestor);
+    if (common != above_to.end()) return common->second.inverse() * T_ancestor_from;
+  }
+  return std::nullopt;
+}
+
 }  // namespace sightline

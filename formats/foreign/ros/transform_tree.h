@@ -29,6 +29,10 @@ class TransformTree {
   // T_ancestor_frame by transforms that do not move; nothing where there is no such chain.
   [[nodiscard]] std::optional<Pose> fixed_pose(const std::string& ancestor,
                                                const std::string& frame) const;
+  // T_to_from of two frames of one rigid body, by transforms that are the same whenever they are
+  // said; nothing where there is no such way, or a frame on it has two parents.
+  [[nodiscard]] std::optional<Pose> fixed_between(const std::string& to,
+                                                  const std::string& from) const;
 
  private:
   struct Edge {
@@ -37,11 +41,15 @@ class TransformTree {
     bool is_static = false;
     std::map<std::int64_t, Pose> poses;  // T_parent_child by time; a static one has one
     [[nodiscard]] bool moves() const { return poses.size() > 1; }
+    // Whether it is said to be the same every time, as older drivers repeat what is fixed.
+    [[nodiscard]] bool is_same() const;
   };
   [[nodiscard]] Error error(ErrorCode code, const std::string& message,
                             const std::string& file) const;
   [[nodiscard]] Result<std::vector<const Edge*>> chain_above(const std::string& frame,
                                                              const std::string& file) const;
+  // T_ancestor_frame for the frame and all that is fixed above it.
+  [[nodiscard]] std::map<std::string, Pose> fixed_ancestors(const std::string& frame) const;
   static std::optional<Pose> pose_at(const Edge& edge, std::int64_t stamp_ns);
 
   std::map<std::string, Edge> edges_;  // by child

@@ -11,20 +11,6 @@
 namespace sightline {
 namespace {
 
-Result<Trajectory> as_given(const Drive& drive) {
-  Trajectory trajectory;
-  trajectory.frame = drive.frame;
-  for (const ScanInfo& scan : drive.scans) {
-    if (!scan.T_world_vehicle) {
-      return Error{ErrorCode::kNoPoses, "the recording gives no pose of this scan", scan.source,
-                   "scan " + std::to_string(scan.recording_index)};
-    }
-    trajectory.poses.push_back({scan.recording_index, scan.stamp_ns,
-                                rebase(*scan.T_world_vehicle, MapFrame{}, drive.frame)});
-  }
-  return trajectory;
-}
-
 // T_map_lidar of each scan as given, none where it is not there.
 std::vector<std::optional<Pose>> given_poses(const Drive& drive) {
   std::vector<std::optional<Pose>> given(drive.scans.size());
@@ -87,9 +73,23 @@ Result<std::optional<Trajectory>> sharpened(const Task& task,
 
 }  // namespace
 
+Result<Trajectory> trajectory_as_given(const Drive& drive) {
+  Trajectory trajectory;
+  trajectory.frame = drive.frame;
+  for (const ScanInfo& scan : drive.scans) {
+    if (!scan.T_world_vehicle) {
+      return Error{ErrorCode::kNoPoses, "the recording gives no pose of this scan", scan.source,
+                   "scan " + std::to_string(scan.recording_index)};
+    }
+    trajectory.poses.push_back({scan.recording_index, scan.stamp_ns,
+                                rebase(*scan.T_world_vehicle, MapFrame{}, drive.frame)});
+  }
+  return trajectory;
+}
+
 Result<Trajectory> checked_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                       const Drive& drive, const TrajectorySolver& solve) {
-  Result<Trajectory> unchanged = as_given(drive);
+  Result<Trajectory> unchanged = trajectory_as_given(drive);
   if (!unchanged || options.bad_poses == BadPoses::kIgnore || drive.scans.size() < 2) {
     return unchanged;
   }

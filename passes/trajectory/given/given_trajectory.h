@@ -19,6 +19,9 @@ namespace sightline {
 using TrajectorySolver = std::function<Result<Trajectory>(
     const std::vector<std::optional<Pose>>& given, const Odometry& odometry)>;
 
+// Given poses as they are. Error: no-poses, naming the first scan without one.
+Result<Trajectory> trajectory_as_given(const Drive& drive);
+
 // Given poses as they are where the scans have nothing against them. Jumps are refused, or left out
 // and the other poses refined (repair); on other disagreements it is as bad_poses says. In mode
 // auto they are refined where that makes scans lie on each other more sharply, with a warning.

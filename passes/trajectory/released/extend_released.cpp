@@ -16,6 +16,7 @@
 #include "passes/trajectory/pieces/join_pieces.h"
 #include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/stretch_of_drive.h"
+#include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"
 
 namespace sightline {
@@ -131,7 +132,8 @@ Followed followed(const Drive& drive, const Trajectory& released, const Trajecto
 }
 
 // Scans as they were when their poses were found.
-Drive straight(const Drive& drive, const Trajectory& released, const Trajectory& own) {
+Result<Drive> straight(PassContext& ctx, const Drive& drive, const Trajectory& released,
+                       const Trajectory& own) {
   const bool has_times =
       std::ranges::any_of(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
   if (!has_times) return drive;
@@ -141,7 +143,10 @@ Drive straight(const Drive& drive, const Trajectory& released, const Trajectory&
     pose.piece += pieces;
     all.poses.push_back(pose);
   }
-  return undistorted(drive, all);
+  PassContext quiet;  // undistort-scans warns
+  quiet.threads = ctx.threads;
+  SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(quiet, drive, all));
+  return undistorted(turned, all);
 }
 
 // Where given poses say how the other scans lie to the released ones: T_map_lidar of both.
@@ -229,7 +234,7 @@ Result<Adjustment> adjusted(PassContext& ctx, const Drive& drive, const Followed
 Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& options,
                             const Drive& drive, const Trajectory& released, const Trajectory& own) {
   Followed all = followed(drive, released, own);
-  const Drive seen = straight(drive, released, own);
+  SIGHTLINE_ASSIGN(const Drive seen, straight(ctx, drive, released, own));
   SIGHTLINE_ASSIGN(const JoinedPieces joined,
                    join_pieces(ctx, seen, given_poses(drive, released, all), all.odometry,
                                {all.of_run, all.released_runs}));

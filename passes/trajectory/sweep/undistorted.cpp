@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "formats/rotation.h"
+#include "passes/trajectory/sweep/turn_curve.h"
 
 namespace sightline {
 namespace {
@@ -28,7 +31,9 @@ struct Segment {
   Pose T_map_from = Pose::Identity();
   Eigen::Vector3d step_m = Eigen::Vector3d::Zero();
   AxisAngle turn{};
+  Eigen::Matrix3d R_map_to = Eigen::Matrix3d::Identity();
 
+  // R_map_to follows from the rest.
   void put(ByteWriter& writer) const {
     writer.put(from_ns);
     writer.put(to_ns);
@@ -54,6 +59,7 @@ Segment segment_between(const TrajectoryPose& from, const TrajectoryPose& to) {
   Segment segment{from.stamp_ns, to.stamp_ns, from.T_map_vehicle};
   segment.step_m = to.T_map_vehicle.translation() - from.T_map_vehicle.translation();
   segment.turn = axis_angle(from.T_map_vehicle.linear().transpose() * to.T_map_vehicle.linear());
+  segment.R_map_to = to.T_map_vehicle.linear();
   return segment;
 }
 
@@ -100,7 +106,8 @@ class Motion {
 
   // All that segment_at() may give of the points of a scan, whose times are within
   // kFarthestPoint_ns of the stamp.
-  void put_around(std::int64_t stamp_ns, ByteWriter& writer) const {
+  void put_around(std::int64_t stamp_ns, std::span<const TurnRate> rates,
+                  ByteWriter& writer) const {
     const auto behind = [&](std::int64_t time_ns) {
       return std::ranges::upper_bound(segments_, time_ns, {},
                                       [](const Segment& s) { return s.from_ns; });
@@ -109,17 +116,66 @@ class Motion {
     if (first != segments_.begin()) --first;
     auto last = behind(stamp_ns + kFarthestPoint_ns);
     if (last != segments_.end()) ++last;
-    for (auto segment = first; segment != last; ++segment) segment->put(writer);
+    for (auto segment = first; segment != last; ++segment) {
+      segment->put(writer);
+      if (!rates.empty()) put(rates_around(rates, segment->from_ns, segment->to_ns), writer);
+    }
   }
 
  private:
+  static void put(std::span<const TurnRate> rates, ByteWriter& writer) {
+    writer.put<std::uint64_t>(rates.size());
+    for (const TurnRate& rate : rates) {
+      writer.put(rate.stamp_ns);
+      for (int axis = 0; axis < 3; ++axis) writer.put(rate.rate_rad_per_s[axis]);
+    }
+  }
+
   std::vector<Segment> segments_;  // in order of time; none across a gap or between pieces
+};
+
+// Where the vehicle was while one scan was measured, with what turn rates tell of its turning
+// between two poses. Keeps references to both; curves are made as they are asked for.
+class MotionOfScan {
+ public:
+  MotionOfScan(const Motion& motion, std::span<const TurnRate> rates)
+      : motion_(motion), rates_(rates) {}
+
+  // T_map_vehicle at a time of a scan; nothing where that is not known.
+  std::optional<Pose> at(std::int64_t time_ns, std::int64_t stamp_ns) {
+    const Segment* segment = motion_.segment_at(time_ns, stamp_ns);
+    if (!segment) return std::nullopt;
+    Pose T_map_vehicle = segment->at(time_ns);
+    const bool is_between = segment->from_ns <= time_ns && time_ns <= segment->to_ns;
+    if (rates_.empty() || !is_between) return T_map_vehicle;
+    const std::optional<TurnCurve>& curve = curve_of(*segment);
+    if (curve) T_map_vehicle.linear() = curve->at(time_ns);
+    return T_map_vehicle;
+  }
+
+ private:
+  const std::optional<TurnCurve>& curve_of(const Segment& segment) {
+    const auto [entry, is_new] = curves_.try_emplace(segment.from_ns);
+    if (is_new) {
+      const Eigen::Matrix3d R_map_from = segment.T_map_from.linear();
+      const Eigen::Matrix3d R_map_to = segment.R_map_to;
+      entry->second =
+          TurnCurve::between(rates_, {segment.from_ns, segment.to_ns, R_map_from, R_map_to});
+    }
+    return entry->second;
+  }
+
+  const Motion& motion_;
+  std::span<const TurnRate> rates_;
+  std::map<std::int64_t, std::optional<TurnCurve>> curves_;  // by the beginning of the segment
 };
 
 class UndistortedScanStore : public ScanStore {
  public:
   UndistortedScanStore(const Drive& drive, const Trajectory& trajectory)
-      : drive_(drive), trajectory_(trajectory), motion_(trajectory) {}
+      : drive_(drive),
+        trajectory_(trajectory),
+        motion_(drive.turn_rates.empty() ? trajectory : poses_of_first_sensor(drive, trajectory)) {}
 
   Result<Scan> read(std::size_t index) const override {
     Result<Scan> scan = drive_.store->read(index);
@@ -128,15 +184,15 @@ class UndistortedScanStore : public ScanStore {
     const Pose& T_vehicle_lidar = drive_.sensor_of(drive_.scans[index]).T_vehicle_lidar;
     const Pose T_map_lidar = trajectory_.poses[index].T_map_vehicle * T_vehicle_lidar;
     const Pose T_lidar_map = T_map_lidar.inverse();
+    MotionOfScan motion(motion_, drive_.turn_rates);
     Pose T_lidar_then = Pose::Identity();
     std::optional<std::int32_t> offset_ns;  // that T_lidar_then belongs to
     for (std::size_t i = 0; i < scan->points_m.size(); ++i) {
       if (offset_ns != scan->time_offset_ns[i]) {
         offset_ns = scan->time_offset_ns[i];
         const std::int64_t time_ns = scan->stamp_ns + *offset_ns;
-        const Segment* segment = motion_.segment_at(time_ns, scan->stamp_ns);
-        T_lidar_then =
-            segment ? T_lidar_map * segment->at(time_ns) * T_vehicle_lidar : Pose::Identity();
+        const std::optional<Pose> T_map_then = motion.at(time_ns, scan->stamp_ns);
+        T_lidar_then = T_map_then ? T_lidar_map * *T_map_then * T_vehicle_lidar : Pose::Identity();
       }
       scan->points_m[i] = T_lidar_then * scan->points_m[i];
     }
@@ -151,7 +207,7 @@ class UndistortedScanStore : public ScanStore {
     writer.put(drive_.scans[index].stamp_ns);
     encode(drive_.sensor_of(drive_.scans[index]).T_vehicle_lidar, writer);
     encode(trajectory_.poses[index].T_map_vehicle, writer);
-    motion_.put_around(drive_.scans[index].stamp_ns, writer);
+    motion_.put_around(drive_.scans[index].stamp_ns, drive_.turn_rates, writer);
     return derived_digest("undistorted", *as_measured, writer.bytes());
   }
 
@@ -173,7 +229,17 @@ Drive undistorted(const Drive& drive, const Trajectory& trajectory) {
   Drive straight =
       with_store(drive, std::make_shared<const UndistortedScanStore>(drive, trajectory));
   for (ScanInfo& scan : straight.scans) scan.has_point_times = false;
+  straight.turn_rates.clear();
   return straight;
+}
+
+Trajectory poses_of_first_sensor(const Drive& drive, const Trajectory& trajectory) {
+  Trajectory of_first = trajectory;
+  of_first.poses.clear();
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    if (drive.scans[i].sensor_index == 0) of_first.poses.push_back(trajectory.poses[i]);
+  }
+  return of_first;
 }
 
 std::size_t scans_without_motion(const Drive& drive, const Trajectory& trajectory) {

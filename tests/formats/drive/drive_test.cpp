@@ -77,6 +77,32 @@ TEST(Drive, EvenAndOddScansAreToldByTheirPlaceInTheRecording) {
   }
 }
 
+TEST(Drive, KeepsTurnRatesAndHasTheBytesOfBeforeWithoutThem) {
+  Drive drive = two_scans();
+  const std::vector<std::byte> without = to_bytes(drive);
+  drive.turn_rates = {{7, Eigen::Vector3d(0.1, 0.2, 0.3)}, {9, Eigen::Vector3d(-1.0, 0.0, 1e-9)}};
+  expect_survives_disk(drive);
+  const Result<Drive> decoded = from_bytes<Drive>(to_bytes(drive));
+  ASSERT_TRUE(decoded.has_value());
+  ASSERT_EQ(decoded->turn_rates.size(), 2U);
+  EXPECT_EQ(decoded->turn_rates[1].stamp_ns, 9);
+  EXPECT_EQ(decoded->turn_rates[1].rate_rad_per_s, drive.turn_rates[1].rate_rad_per_s);
+  drive.turn_rates.clear();
+  EXPECT_EQ(to_bytes(drive), without);
+  EXPECT_TRUE(from_bytes<Drive>(without)->turn_rates.empty());
+}
+
+TEST(Drive, RefusesTurnRatesThatDoNotAdvanceOrAreNotFinite) {
+  Drive drive = two_scans();
+  drive.turn_rates = {{7, Eigen::Vector3d::Zero()}, {7, Eigen::Vector3d::Zero()}};
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kTimeRunsBackwards);
+  EXPECT_EQ(validate(drive).error().place, "turn rate 1");
+  drive.turn_rates[1].stamp_ns = 8;
+  EXPECT_TRUE(validate(drive).has_value());
+  drive.turn_rates[1].rate_rad_per_s.y() = std::nan("");
+  EXPECT_EQ(validate(drive).error().code, ErrorCode::kInvalidArtifact);
+}
+
 TEST(Drive, RefusesTimesThatDoNotAdvanceAndPosesThatAreNone) {
   Drive drive = two_scans();
   drive.scans[1].stamp_ns = drive.scans[0].stamp_ns;

@@ -83,8 +83,9 @@ inline std::string ros_text(std::string_view word) {
   return as_bytes({static_cast<std::uint32_t>(word.size())}) + std::string(word);
 }
 
-inline std::string ros_header(std::uint32_t seconds, std::uint32_t nanoseconds) {
-  return as_bytes({std::uint32_t{0}, seconds, nanoseconds}) + ros_text("lidar");
+inline std::string ros_header(std::uint32_t seconds, std::uint32_t nanoseconds,
+                              std::string_view frame = "lidar") {
+  return as_bytes({std::uint32_t{0}, seconds, nanoseconds}) + ros_text(frame);
 }
 
 struct BagField {

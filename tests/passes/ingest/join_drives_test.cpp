@@ -67,6 +67,22 @@ TEST(JoinDrives, PutsOneBehindTheOtherAndKeepsWhatIsEven) {
   EXPECT_EQ(joined.drive.scans[3].stamp_ns, kMonday_ns + kDay_ns) << "true times stay";
 }
 
+TEST(JoinDrives, KeepsTheTurnRatesOfEachPartAndMovesThemWithIt) {
+  Drive first = day("a", 0, 3, 1.0);
+  Drive later = day("b", 0, 3, 2.0);
+  later.turn_rates = {{-5, Eigen::Vector3d(1, 2, 3)}, {kSecond_ns, Eigen::Vector3d(4, 5, 6)}};
+  const Joined one = join(first, later);
+  const std::int64_t later_ns = one.drive.scans[3].stamp_ns;
+  ASSERT_EQ(one.drive.turn_rates.size(), 2U);
+  EXPECT_EQ(one.drive.turn_rates[0].stamp_ns, later_ns - 5);
+  EXPECT_EQ(one.drive.turn_rates[1].stamp_ns, later_ns + kSecond_ns);
+  EXPECT_EQ(one.drive.turn_rates[1].rate_rad_per_s, Eigen::Vector3d(4, 5, 6));
+  first.turn_rates = {{3 * kSecond_ns, Eigen::Vector3d(7, 8, 9)}};
+  const Joined both = join(first, later);
+  ASSERT_EQ(both.drive.turn_rates.size(), 3U);
+  EXPECT_EQ(both.drive.turn_rates[0].stamp_ns, 3 * kSecond_ns);
+}
+
 TEST(JoinDrives, MovesTimesThatOverlapAndSaysSoOfAClock) {
   const Joined counted = join(day("a", 0, 3, 1.0), day("b", 0, 3, 2.0));
   EXPECT_TRUE(counted.warnings.empty()) << "times from 0 on are no clock's";

@@ -44,6 +44,22 @@ Trajectory trajectory_of(const Drive& drive) {
   return trajectory;
 }
 
+TEST(JoinSensors, KeepsTurnRatesOfTheFirstElseOfTheOther) {
+  Drive front = one_sensor("front", {0, 100, 200}, 1.0);
+  Drive rear = one_sensor("rear", {40, 150}, -1.0);
+  rear.turn_rates = {{5, Eigen::Vector3d(1, 2, 3)}};
+  PassContext ctx;
+  const Result<Drive> others = join_sensors(ctx, {}, front, rear);
+  ASSERT_TRUE(others.has_value());
+  ASSERT_EQ(others->turn_rates.size(), 1U);
+  EXPECT_EQ(others->turn_rates[0].stamp_ns, 5);
+  front.turn_rates = {{7, Eigen::Vector3d(4, 5, 6)}};
+  const Result<Drive> own = join_sensors(ctx, {}, front, rear);
+  ASSERT_TRUE(own.has_value());
+  ASSERT_EQ(own->turn_rates.size(), 1U);
+  EXPECT_EQ(own->turn_rates[0].stamp_ns, 7);
+}
+
 TEST(JoinSensors, PutsScansInOrderOfTimeAndKeepsWhoseTheyAre) {
   const Drive front = one_sensor("front", {0, 100, 200}, 1.0);
   const Drive rear = one_sensor("rear", {40, 100, 150, 260}, -1.0);

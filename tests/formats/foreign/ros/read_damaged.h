@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/foreign/ros/bag_turns.h"
 #include "formats/foreign/ros/ros_bag.h"
 
 namespace sightline {
@@ -19,14 +20,18 @@ inline void expect_clean(const Error& error, const std::string& path) {
   EXPECT_EQ(error.file.substr(0, path.size()), path) << to_string(error);
 }
 
-// Reads topics, poses and scans of a recording that may be damaged, and expects errors to be clean.
-// The contents of the scans on "/points"; nothing where they are refused.
+// Reads topics, poses, turn rates and scans of a recording that may be damaged, and expects errors
+// to be clean. The contents of the scans on "/points"; nothing where they are refused.
 inline std::optional<std::vector<Digest>> read_damaged(const std::string& path) {
   const Result<std::vector<BagTopic>> topics = list_bag_topics(path);
   if (!topics) expect_clean(topics.error(), path);
   for (const char* topic : {"", "/tf"}) {
     const Result<std::vector<PoseRow>> poses = read_bag_poses(path, topic);
     if (!poses) expect_clean(poses.error(), path);
+  }
+  for (const char* topic : {"", "/imu/data"}) {
+    const Result<BagTurns> turns = read_bag_turns(path, topic, "lidar");
+    if (!turns) expect_clean(turns.error(), path);
   }
   const auto scans = open_bag(path, "/points");
   if (!scans) {

@@ -57,6 +57,20 @@ TEST(McapDamage, ChangedBytesAreRefusedOrLeaveTheScansOfPackedChunks) {
   }
 }
 
+TEST(McapDamage, LeavesTurnRatesThatAscendWhereverOneByteIsAnother) {
+  const std::string whole = content_of("imus.mcap");
+  for (std::size_t at = 8; at < whole.size(); at += 29) {
+    std::string changed = whole;
+    changed[at] = static_cast<char>(changed[at] ^ '\x11');
+    const MemoryFile file(std::as_bytes(std::span(changed)));
+    const Result<BagTurns> turns = read_bag_turns(file.path(), "", "lidar");
+    ASSERT_TRUE(turns.has_value()) << "nobody asked for them";
+    for (std::size_t i = 1; i < turns->of_sensor.size(); ++i) {
+      ASSERT_LT(turns->of_sensor[i - 1].stamp_ns, turns->of_sensor[i].stamp_ns);
+    }
+  }
+}
+
 TEST(McapDamage, SaysWhatIsWrongAndWhere) {
   const std::string whole = content_of("zstd.mcap");
   const auto error_of = [](const std::string& bytes) {

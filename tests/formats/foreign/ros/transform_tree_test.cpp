@@ -51,6 +51,37 @@ TEST(TransformTree, LeavesOutTimesThatATransformDoesNotCover) {
   EXPECT_EQ(tree.poses_of("base_link", "drive.mcap")->size(), 4U);
 }
 
+// Lidar and camera on one vehicle, the camera said again and again as older drivers do.
+TEST(TransformTree, KnowsHowTwoFramesOfOneBodyLieToEachOther) {
+  TransformTree tree = driving();
+  StampedTransform camera = moved(0, "base_link", "camera", 2.0);
+  camera.T_parent_child.linear() = Eigen::Quaterniond(0, 0, 0, 1).toRotationMatrix();  // looks back
+  for (int i = 0; i < 3; ++i) {
+    camera.stamp_ns = i * kTenth_ns;
+    tree.add(camera, false);
+  }
+  tree.add(moved(0, "camera", "lens", 0.25), true);
+  const std::optional<Pose> T_lidar_lens = tree.fixed_between("lidar", "lens");
+  ASSERT_TRUE(T_lidar_lens.has_value());
+  EXPECT_TRUE(T_lidar_lens->translation().isApprox(Eigen::Vector3d(1.25, 0, 0), 1e-12));
+  EXPECT_TRUE(T_lidar_lens->linear().isApprox(camera.T_parent_child.linear(), 1e-12));
+  const std::optional<Pose> T_lens_lidar = tree.fixed_between("lens", "lidar");
+  ASSERT_TRUE(T_lens_lidar.has_value());
+  EXPECT_TRUE((*T_lens_lidar * *T_lidar_lens).isApprox(Pose::Identity(), 1e-12));
+  EXPECT_TRUE(tree.fixed_between("base_link", "lidar").has_value());
+  EXPECT_FALSE(tree.fixed_between("odom", "lidar").has_value()) << "it moves";
+  EXPECT_FALSE(tree.fixed_between("lidar", "nobody").has_value());
+  camera.stamp_ns = 3 * kTenth_ns;
+  camera.T_parent_child.translation().x() = 2.1;
+  tree.add(camera, false);
+  EXPECT_FALSE(tree.fixed_between("lidar", "lens").has_value()) << "the camera moves";
+  tree = driving();
+  tree.add(moved(0, "a", "b", 1.0), true);
+  tree.add(moved(0, "b", "a", 1.0), true);
+  EXPECT_TRUE(tree.fixed_between("a", "b").has_value());
+  EXPECT_FALSE(tree.fixed_between("a", "lidar").has_value()) << "a circle";
+}
+
 TEST(TransformTree, TakesAStaticTransformOnceHoweverOftenItIsSaid) {
   TransformTree tree = driving();
   tree.add(moved(3 * kTenth_ns, "base_link", "lidar", 0.75), true);

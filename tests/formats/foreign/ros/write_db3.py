@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes the recordings of ros2 bag in recordings/ with Python's own sqlite3 and a CDR of its own.
 
-usage: write_db3.py FOLDER                writes drive.db3, big_endian.db3 and packed/ (a folder of two files, messages
-                                          packed by the program zstd)
+usage: write_db3.py FOLDER                writes drive.db3, big_endian.db3, imus.db3 and packed/ (a folder of two files,
+                                          messages packed by the program zstd)
        write_db3.py OUT.db3 PCD...        writes scans of /points, 10 a second
 What they hold is what write_mcap.mjs writes.
 """
@@ -15,7 +15,8 @@ import sys
 
 FIRST_NS = 1567410201 * 10**9
 TYPES = {"/points": "sensor_msgs/msg/PointCloud2", "/odom": "nav_msgs/msg/Odometry",
-         "/tf": "tf2_msgs/msg/TFMessage", "/tf_static": "tf2_msgs/msg/TFMessage"}
+         "/tf": "tf2_msgs/msg/TFMessage", "/tf_static": "tf2_msgs/msg/TFMessage",
+         "/imu/data": "sensor_msgs/msg/Imu", "/camera/imu": "sensor_msgs/msg/Imu"}
 
 
 class Cdr:
@@ -111,6 +112,30 @@ def drive(is_big=False):
     return sorted(messages, key=lambda message: message[0])
 
 
+def imu(cdr, ns, frame, rate, is_known=True):
+    """Covariances that begin with -1 say that the numbers before them are none."""
+    cdr.header(ns, frame)
+    cdr.put("d", 0, 0, 0, 1, -1, *[0] * 8, *rate, 0 if is_known else -1, *[0] * 8, 0, 0, 9.81, *[0] * 9)
+    return cdr.message()
+
+
+def imus(is_big=False):
+    """(time, topic, message), in the order of time: imus() of write_mcap.mjs."""
+    half = 0.5**0.5
+    places = [("lidar", (1, 0, 2, 0, 0, 1, 0)), ("imu_link", (0, 0, 1, half, 0, 0, half))]
+    messages = [(FIRST_NS - 6 * 10**7, "/tf_static", transform(Cdr(is_big), FIRST_NS, "base_link", child, place))
+                for child, place in places]
+    messages += [(FIRST_NS + k * 10**8 + 1000, "/points", small_cloud(Cdr(is_big), k)) for k in range(4)]
+    for j in range(-2, 33):
+        ns = FIRST_NS + j * 10**7
+        rate = (j / 10, 2, float("nan") if j == 5 else -3)
+        stamp_ns = ns - (10**7 if j == 10 else 15 * 10**6 if j == 15 else 0)
+        messages.append((ns + 500, "/imu/data", imu(Cdr(is_big), stamp_ns, "imu_link", rate, j != 7)))
+        messages.append((ns + 600, "/camera/imu", imu(Cdr(is_big), ns, "camera_imu", (9, 9, 9))))
+        messages.append((ns + 700, "/camera/imu", imu(Cdr(is_big), ns + 100, "camera_imu", (9, 9, 9))))
+    return sorted(messages, key=lambda message: message[0])
+
+
 def write(path, messages):
     """A database as rosbag2 of Humble makes it."""
     path.unlink(missing_ok=True)
@@ -192,6 +217,7 @@ def main():
         return
     write(output / "drive.db3", drive())
     write(output / "big_endian.db3", drive(is_big=True))
+    write(output / "imus.db3", imus(is_big=True))
     write_packed(output / "packed")
 
 

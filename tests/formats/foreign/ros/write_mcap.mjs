@@ -166,6 +166,44 @@ function sensors() {
   return messages;
 }
 
+// The scans of the drive with two inertial units, of which one says where it sits: 100 times a second and with what goes
+// wrong at times. Angular velocity of its message j: (j / 10, 2, -3) rad/s.
+function imus() {
+  const messages = [];
+  const add = (ns, topic, type, message) => messages.push([ns, topic, type, message]);
+  const sideways = { x: Math.SQRT1_2, y: 0, z: 0, w: Math.SQRT1_2 };
+  const mountings = [
+    transform(FIRST_NS, "base_link", "lidar", vector(1, 0, 2), turn(1, 0)),
+    transform(FIRST_NS, "base_link", "imu_link", vector(0, 0, 1), sideways),
+  ];
+  add(FIRST_NS - 60000000n, "/tf_static", "tf2_msgs/TFMessage", { transforms: mountings });
+  for (let k = 0; k < 4; ++k) {
+    const ns = FIRST_NS + BigInt(k) * 100000000n;
+    add(ns + 1000n, "/points", "sensor_msgs/PointCloud2", cloud(k));
+  }
+  const none = new Float64Array(9);
+  const unknown = new Float64Array(9).fill(-1, 0, 1);
+  const imu = (stamp_ns, frame, rate, covariance) => ({
+    header: stamped(stamp_ns, frame),
+    orientation: turn(0, 1),
+    orientation_covariance: unknown,
+    angular_velocity: rate,
+    angular_velocity_covariance: covariance,
+    linear_acceleration: vector(0, 0, 9.81),
+    linear_acceleration_covariance: none,
+  });
+  for (let j = -2; j <= 32; ++j) {
+    const ns = FIRST_NS + BigInt(j) * 10000000n;
+    const rate = vector(j / 10, 2, j === 5 ? NaN : -3);
+    // The tenth has the stamp of the ninth, the fifteenth that of one before the fourteenth.
+    const stamp_ns = j === 10 ? ns - 10000000n : j === 15 ? ns - 15000000n : ns;
+    add(ns + 500n, "/imu/data", "sensor_msgs/Imu", imu(stamp_ns, "imu_link", rate, j === 7 ? unknown : none));
+    add(ns + 600n, "/camera/imu", "sensor_msgs/Imu", imu(ns, "camera_imu", vector(9, 9, 9), none));
+    add(ns + 700n, "/camera/imu", "sensor_msgs/Imu", imu(ns + 100n, "camera_imu", vector(9, 9, 9), none));
+  }
+  return messages.sort((a, b) => (a[0] < b[0] ? -1 : a[0] > b[0] ? 1 : 0));
+}
+
 // Binary PCD with FIELDS x y z intensity of float32.
 function cloudOfPcd(file, k) {
   const bytes = fs.readFileSync(file);
@@ -232,5 +270,6 @@ if (pcds.length > 0) {
   await write(`${output}/none.mcap`, drive(), {});
   await write(`${output}/without_index.mcap`, drive(), { ...bare, compressChunk: pack.zstd });
   await write(`${output}/without_chunks.mcap`, drive(), { ...bare, useChunks: false });
+  await write(`${output}/imus.mcap`, imus(), { compressChunk: pack.zstd });
   await write(`${output}/sensors.mcap`, sensors(), { compressChunk: pack.zstd });
 }

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/drive/trajectory.h"
+#include "formats/drive/turn_rate.h"
+
+// Whether an inertial unit's clock is that of the scans.
+
+namespace sightline {
+
+// How turn rates lie to the turning that poses tell.
+struct TurnClock {
+  bool is_known = false;      // the vehicle turned enough to tell
+  std::int64_t ahead_ns = 0;  // so much the rates' clock shows more than that of the poses
+  // Share of the poses' turning, squared and about its mean, that the rates tell: with the clocks
+  // as they are, and with the rates moved by ahead_ns. At most 1; below 0 where they tell less than
+  // nothing.
+  double explained_as_is = 0.0;
+  double explained_moved = 0.0;
+};
+
+// Compares the mean turn rate between each two poses with that of the rates, for clocks up to 0.5 s
+// apart in steps of 5 ms ("Turning within a scan" in schemas/definitions.md, v1). Poses at most
+// 0.5 s apart and of one piece count, 20 at least.
+TurnClock turn_clock(const Trajectory& trajectory, std::span<const TurnRate> rates);
+
+// The rates on the clock of the scans.
+std::vector<TurnRate> moved_by(std::span<const TurnRate> rates, std::int64_t ahead_ns);
+
+}  // namespace sightline

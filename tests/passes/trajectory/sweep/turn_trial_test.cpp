@@ -1,0 +1,162 @@
+#include "passes/trajectory/sweep/turn_trial.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "passes/trajectory/sweep/undistorted.h"
+#include "passes/trajectory/undistort_scans.h"
+#include "tests/passes/trajectory/sweep/uneven_turns.h"
+
+// Scans measured while a vehicle steers to and fro: what an inertial unit gains, and when it is not
+// believed.
+
+namespace sightline {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr int kScans = 30;
+
+const TestDrive& jerky_drive() {
+  static const TestDrive test = timed_drive(random_street(2), jerky, kScans);
+  return test;
+}
+
+TestDrive with_rates(std::vector<TurnRate> rates) {
+  TestDrive test = jerky_drive();
+  test.drive.turn_rates = std::move(rates);
+  return test;
+}
+
+struct Outcome {
+  Drive drive;
+  std::vector<std::string> said;
+};
+
+Outcome tried(const TestDrive& test) {
+  Outcome outcome;
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { outcome.said.push_back(message); };
+  const Result<Drive> drive = with_turns_that_pay(ctx, test.drive, test.truth);
+  EXPECT_TRUE(drive.has_value());
+  if (drive) outcome.drive = *drive;
+  return outcome;
+}
+
+// Root mean square of how far points of undistorted scans are from where they were measured; the
+// first and the last scan, of which the poses know one side alone, are left out.
+double error_m(const Drive& straight, const Trajectory& trajectory = jerky_drive().truth) {
+  double sum_m2 = 0.0;
+  std::size_t count = 0;
+  for (std::size_t k = 1; k + 1 < straight.scans.size(); ++k) {
+    const Scan raw = *jerky_drive().drive.store->read(k);
+    const Scan scan = *straight.store->read(k);
+    const Pose T_map_lidar = trajectory.poses[k].T_map_vehicle * straight.sensor.T_vehicle_lidar;
+    for (std::size_t i = 0; i < raw.points_m.size(); i += 5) {
+      const double time_s = 1e-9 * static_cast<double>(raw.stamp_ns + raw.time_offset_ns[i]);
+      const Pose T_map_then = jerky(time_s) * straight.sensor.T_vehicle_lidar;
+      sum_m2 += (T_map_lidar * scan.points_m[i] - T_map_then * raw.points_m[i]).squaredNorm();
+      ++count;
+    }
+  }
+  return std::sqrt(sum_m2 / static_cast<double>(count));
+}
+
+TEST(TurnTrial, PutsPointsWhereTheyWereMeasured) {
+  EXPECT_GT(error_m(undistorted(jerky_drive().drive, jerky_drive().truth)), 0.09);
+  ImuErrors errors;
+  errors.bias_radps = {0.02, -0.03, 0.05};
+  errors.sigma_radps = 0.005;
+  for (const TestDrive& test :
+       {with_rates(imu_of(jerky, 3.0)), with_rates(imu_of(jerky, 3.0, errors))}) {
+    const Outcome outcome = tried(test);
+    EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("turn rates are used")));
+    EXPECT_EQ(outcome.drive.turn_rates.size(), test.drive.turn_rates.size());
+    const Drive straight = undistorted(outcome.drive, test.truth);
+    EXPECT_LT(error_m(straight), 0.002);
+    EXPECT_TRUE(straight.turn_rates.empty());
+  }
+}
+
+TEST(TurnTrial, MovesRatesOfAnotherClockAndSaysByHowMuch) {
+  ImuErrors errors;
+  errors.ahead_ns = 60'000'000;
+  const Outcome outcome = tried(with_rates(imu_of(jerky, 3.0, errors)));
+  EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("is 0.06 s ahead of that of the scans"),
+                                        HasSubstr("turn rates are used")));
+  EXPECT_LT(error_m(undistorted(outcome.drive, jerky_drive().truth)), 0.002);
+}
+
+TEST(TurnTrial, DoesNotBelieveRatesThatLayScansLessSharply) {
+  ImuErrors noisy;
+  noisy.sigma_radps = 0.5;
+  std::vector<TurnRate> other_axes = imu_of(jerky, 3.0);
+  for (TurnRate& rate : other_axes) {
+    const Eigen::Vector3d was = rate.rate_rad_per_s;
+    rate.rate_rad_per_s = {was.z(), was.x(), was.y()};
+  }
+  for (const TestDrive& test :
+       {with_rates(imu_of(jerky, 3.0, noisy)), with_rates(std::move(other_axes))}) {
+    const Outcome outcome = tried(test);
+    EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("turn rates are not used")));
+    EXPECT_TRUE(outcome.drive.turn_rates.empty());
+  }
+}
+
+TEST(TurnTrial, AsksNothingWhereRatesAreNotThereOrCoverNoScan) {
+  const Outcome none = tried(jerky_drive());
+  EXPECT_TRUE(none.said.empty());
+  EXPECT_EQ(none.drive.store, jerky_drive().drive.store);
+  std::vector<TurnRate> later = imu_of(jerky, 1.0);
+  for (TurnRate& rate : later) rate.stamp_ns += 100'000'000'000;
+  const Outcome outcome = tried(with_rates(std::move(later)));
+  EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("they cover no scans")));
+  EXPECT_TRUE(outcome.drive.turn_rates.empty());
+}
+
+TEST(TurnTrial, IsWhatUndistortScansDoes) {
+  PassContext ctx;
+  const TestDrive test = with_rates(imu_of(jerky, 3.0));
+  const Result<Drive> straight = undistort_scans(ctx, {}, test.drive, test.truth);
+  ASSERT_TRUE(straight.has_value());
+  EXPECT_LT(error_m(*straight), 0.002);
+  const Result<Drive> even = undistort_scans(ctx, {}, jerky_drive().drive, test.truth);
+  ASSERT_TRUE(even.has_value());
+  EXPECT_GT(error_m(*even), 0.09);
+}
+
+// Every second scan is another sensor's, and its pose is interpolated evenly.
+TEST(TurnTrial, PutsPointsOfOtherSensorsWhereTheyWereMeasured) {
+  TestDrive test = with_rates(imu_of(jerky, 3.0));
+  test.drive.other_sensors = {test.drive.sensor};
+  for (std::size_t k = 1; k + 1 < test.drive.scans.size(); k += 2) {
+    test.drive.scans[k].sensor_index = 1;
+    test.truth.poses[k].T_map_vehicle = interpolate(test.truth.poses[k - 1].T_map_vehicle,
+                                                    test.truth.poses[k + 1].T_map_vehicle, 0.5);
+  }
+  const Outcome outcome = tried(test);
+  EXPECT_THAT(outcome.said, ElementsAre(HasSubstr("turn rates are used")));
+  // Positions stay linear, now over 0.2 s.
+  EXPECT_LT(error_m(undistorted(outcome.drive, test.truth), test.truth), 0.004);
+}
+
+// Parts of work are kept by the names of what they read.
+TEST(TurnTrial, NamesOnlyScansAnewThatRatesReach) {
+  const TestDrive test = with_rates(imu_of(jerky, 3.0));
+  TestDrive changed = test;
+  for (TurnRate& rate : changed.drive.turn_rates) {
+    if (rate.stamp_ns == 0) rate.rate_rad_per_s.z() += 0.1;
+  }
+  const Drive even = undistorted(jerky_drive().drive, test.truth);
+  const Drive turned = undistorted(test.drive, test.truth);
+  const Drive other = undistorted(changed.drive, test.truth);
+  EXPECT_NE(turned.store->identity(0), even.store->identity(0));
+  EXPECT_NE(turned.store->identity(0), other.store->identity(0));
+  EXPECT_EQ(turned.store->identity(kScans - 1), other.store->identity(kScans - 1));
+}
+
+}  // namespace
+}  // namespace sightline
