@@ -1,10 +1,12 @@
 #include "compiler/driver/steps_of_map.h"
 
 #include "compiler/driver/steps_of_drives.h"
+#include "formats/foreign/maps/apollo_map.h"
 #include "passes/factors/factors_of_sites.h"
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/ingest_compiled_map.h"
 #include "passes/ingest/ingest_map.h"
+#include "passes/ingest/ingest_nd_map.h"
 #include "passes/ingest/join_drives.h"
 #include "passes/ingest/join_sensors.h"
 #include "passes/localize/add_mapping_error.h"
@@ -46,6 +48,12 @@ void add_surroundings(CompilePlan& compile) {
   if (finished.options.is_compiled()) {
     finished.compiled = plan.input<CompiledMap>("map/compiled-map");
     compile.ndt = plan.run(kIngestCompiledMap, finished.compiled);
+    compile.surface = plan.run(kBuildNdSurface, compile.ndt);
+    return;
+  }
+  if (is_apollo_map(finished.options.points)) {
+    finished.nds = plan.input<ForeignNds>("map/foreign-nds");
+    compile.ndt = plan.run(kIngestNdMap, finished.nds);
     compile.surface = plan.run(kBuildNdSurface, compile.ndt);
     return;
   }

@@ -228,6 +228,18 @@ Result<CompiledMap> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted
                             sensor, recordings);
 }
 
+Result<CompiledMap> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const NdtMap& ndt,
+                                const Sites& sites, const PredictedError& predicted,
+                                const RangeTable& ranges, const MeasuredError& measured,
+                                const ErrorModel& model, const FactorTable& factors,
+                                const SensorProfile& sensor, const RecordingCards& recordings,
+                                const ForeignNds& finished) {
+  EmitMapOptions options = wanted;
+  options.world = finished.world;
+  return emit_annotated_map(ctx, options, ndt, sites, predicted, ranges, measured, model, factors,
+                            sensor, recordings);
+}
+
 Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
                                   const Drive& mapping, const Drive& localization,
                                   const NdtMap& ndt, const Sites& sites,
