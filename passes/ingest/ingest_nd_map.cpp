@@ -25,8 +25,7 @@ Eigen::Vector3d lowest_corner_m(const ForeignNds& map) {
 
 // The mean in the map frame; rounding must not carry it over an upper face.
 Eigen::Vector3d mean_of(const ForeignNd& nd, const CellKey& key, double cell_m) {
-  Eigen::Vector3d mean_m =
-      cell_m * Eigen::Vector3d(key.x, key.y, key.z) + nd.mean_in_cell_m;
+  Eigen::Vector3d mean_m = cell_m * Eigen::Vector3d(key.x, key.y, key.z) + nd.mean_in_cell_m;
   const CellKey found = cell_key(mean_m, cell_m);
   const std::int32_t off[] = {found.x - key.x, found.y - key.y, found.z - key.z};
   for (int axis = 0; axis < 3; ++axis) {
@@ -75,12 +74,11 @@ void warn(const PassContext& ctx, const ForeignNds& map, const NdtMap& ndt, int 
 }  // namespace
 
 std::vector<OptionField> option_fields(IngestNdMapOptions& options) {
-  return {shared(number("tile_m", options.tile_m,
-                        "the frame's origin is a multiple of the edge of a tile, m", 1.0,
-                        10000.0)),
-          integer("min_points", options.min_points,
-                  "points that a cell must have, of a map that holds cells and no points", 2,
-                  100000)};
+  return {
+      shared(number("tile_m", options.tile_m,
+                    "the frame's origin is a multiple of the edge of a tile, m", 1.0, 10000.0)),
+      integer("min_points", options.min_points,
+              "points that a cell must have, of a map that holds cells and no points", 2, 100000)};
 }
 
 Result<NdtMap> ingest_nd_map(PassContext& ctx, const IngestNdMapOptions& options,
@@ -93,8 +91,8 @@ Result<NdtMap> ingest_nd_map(PassContext& ctx, const IngestNdMapOptions& options
                  "", kPlace};
   }
   const Error is_empty{ErrorCode::kEmptyMap,
-                       "map " + map.name + " has no cell of " +
-                           std::to_string(options.min_points) + " points or more",
+                       "map " + map.name + " has no cell of " + std::to_string(options.min_points) +
+                           " points or more",
                        "", kPlace};
   if (map.nds.empty()) return is_empty;
   const Eigen::Vector3d lowest_m = lowest_corner_m(map);

@@ -83,7 +83,9 @@ void put_floor(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
       .is_too_short = inputs.model.card.fold_count == 0,
       .is_simulated = inputs.model.card.reference == ErrorReference::kSimulated};
   const std::optional<std::string> reason =
-      apply_floor(inputs.evidence, promise.limit_m, floor, choice);
+      floor.is_simulated ? take_simulated(inputs.evidence, promise.limit_m, floor.static_coverage,
+                                          {route_of(sites), options.dilation_m}, choice)
+                         : apply_floor(inputs.evidence, promise.limit_m, floor, choice);
   if (!reason) return;
   promise.is_earned = false;
   promise.statement = *reason;

@@ -106,9 +106,8 @@ class ConfigReader {
 Result<ApolloConfig> parse_apollo_config(std::string_view text, const std::string& file) {
   tinyxml2::XMLDocument document;
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    return Error{ErrorCode::kMalformedText,
-                 std::string("found no XML: ") + document.ErrorName(), file,
-                 "line " + std::to_string(document.ErrorLineNum())};
+    return Error{ErrorCode::kMalformedText, std::string("found no XML: ") + document.ErrorName(),
+                 file, "line " + std::to_string(document.ErrorLineNum())};
   }
   const XMLElement* root = document.FirstChildElement("map");
   const XMLElement* config = root == nullptr ? nullptr : root->FirstChildElement("map_config");

@@ -95,7 +95,8 @@ Result<std::vector<NodeFile>> nodes_of(const fs::path& folder, std::uint32_t res
       }
       const auto number = static_cast<std::int32_t>(zone);
       SIGHTLINE_TRY(add_nodes(
-          of_zone, {resolution, std::string_view(half) == "north" ? number : -number, 0, 0}, nodes));
+          of_zone, {resolution, std::string_view(half) == "north" ? number : -number, 0, 0},
+          nodes));
     }
   }
   if (!nodes.empty()) return nodes;
@@ -132,10 +133,10 @@ Result<void> check_grid(const ApolloFiles& files) {
                  files.config_file.string(), ""};
   }
   if (is_whole(files.config.min_x_m / cell_m) && is_whole(files.config.min_y_m / cell_m)) return {};
-  return Error{ErrorCode::kUnsupportedFormat,
-               "found a range that begins at no multiple of a cell of " + format_double(cell_m) +
-                   " m",
-               files.config_file.string(), ""};
+  return Error{
+      ErrorCode::kUnsupportedFormat,
+      "found a range that begins at no multiple of a cell of " + format_double(cell_m) + " m",
+      files.config_file.string(), ""};
 }
 
 Result<ApolloFiles> find_files(const fs::path& path) {
@@ -165,8 +166,8 @@ struct OpenedNode {
 
 Result<OpenedNode> open_node(const NodeFile& file, const ApolloConfig& config) {
   SIGHTLINE_ASSIGN(const FileContent content, read_file_content(file.file));
-  SIGHTLINE_ASSIGN(ApolloNode node, parse_apollo_node(content.bytes(), config, file.index,
-                                                      file.file.string()));
+  SIGHTLINE_ASSIGN(ApolloNode node,
+                   parse_apollo_node(content.bytes(), config, file.index, file.file.string()));
   return OpenedNode{std::move(node), sha256(content.bytes())};
 }
 

@@ -14,16 +14,25 @@
 namespace sightline {
 namespace {
 
-constexpr std::size_t kMostBody = std::size_t{256} << 20U;
 constexpr std::uint32_t kInverseFrom_points = 6;
 constexpr std::size_t kLeastCellSize = 17 * sizeof(float);  // number, and what every cell has
+constexpr std::size_t kMostCellSize = 27 * sizeof(float);   // with the inverse covariance
 
 std::string at_byte_of_body(std::size_t offset) {
   return "byte " + std::to_string(offset) + " of the body";
 }
 
-// As much as the body unpacks to, and no more than kMostBody.
-Result<std::vector<std::byte>> unpack(std::span<const std::byte> packed, const std::string& file) {
+// Bytes that the body of a node may have, which a packed one does not say itself.
+std::size_t most_bytes(const ApolloConfig& config) {
+  constexpr std::size_t kMost = std::size_t{1} << 30U;
+  constexpr std::size_t kCellsOfColumn = 64;  // on average, with as many on the road
+  constexpr std::size_t kColumn = 4 * sizeof(std::uint32_t);
+  const std::size_t columns = std::size_t{config.node_rows} * config.node_columns;
+  return std::min(kMost, columns * (kColumn + kCellsOfColumn * (kMostCellSize + kColumn)));
+}
+
+Result<std::vector<std::byte>> unpack(std::span<const std::byte> packed, std::size_t most,
+                                      const std::string& file) {
   z_stream stream{};
   SIGHTLINE_CHECK(inflateInit(&stream) == Z_OK);
   std::vector<std::byte> body;
@@ -31,7 +40,7 @@ Result<std::vector<std::byte>> unpack(std::span<const std::byte> packed, const s
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data()));
   stream.avail_in = static_cast<uInt>(packed.size());
   int status = Z_OK;
-  while (status == Z_OK && body.size() <= kMostBody) {
+  while (status == Z_OK && body.size() <= most) {
     stream.next_out = reinterpret_cast<Bytef*>(buffer.data());
     stream.avail_out = static_cast<uInt>(buffer.size());
     status = inflate(&stream, Z_NO_FLUSH);
@@ -39,9 +48,10 @@ Result<std::vector<std::byte>> unpack(std::span<const std::byte> packed, const s
   }
   const std::size_t rest = stream.avail_in;
   inflateEnd(&stream);
-  if (body.size() > kMostBody) {
+  if (body.size() > most) {
     return Error{ErrorCode::kUnsupportedFormat,
-                 "unpacks to more than 256 MiB, expected a node of a map", file, "byte 20"};
+                 "unpacks to more than " + std::to_string(most) + " bytes, expected a node", file,
+                 "byte 20"};
   }
   if (status != Z_STREAM_END) {
     return Error{ErrorCode::kTruncatedScan, "the zlib stream is cut or damaged", file,
@@ -240,7 +250,7 @@ Result<ApolloNode> parse_apollo_node(std::span<const std::byte> bytes, const Apo
   SIGHTLINE_CHECK(index.resolution < config.cells_m.size());
   SIGHTLINE_ASSIGN(const std::span<const std::byte> packed, packed_body(bytes, index, file));
   if (!config.is_compressed) return BodyReader(packed, config, index, file).read();
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> body, unpack(packed, file));
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> body, unpack(packed, most_bytes(config), file));
   return BodyReader(body, config, index, file).read();
 }
 

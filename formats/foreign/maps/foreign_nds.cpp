@@ -8,8 +8,8 @@ Result<void> validate(const ForeignNds& map) {
   }
   for (std::size_t i = 0; i < map.nds.size(); ++i) {
     const ForeignNd& nd = map.nds[i];
-    const bool is_inside = nd.mean_in_cell_m.minCoeff() >= 0.0 &&
-                           nd.mean_in_cell_m.maxCoeff() < map.cell_m;
+    const bool is_inside =
+        nd.mean_in_cell_m.minCoeff() >= 0.0 && nd.mean_in_cell_m.maxCoeff() < map.cell_m;
     const bool ascends = i == 0 || map.nds[i - 1].key_world < nd.key_world;
     if (is_inside && ascends && nd.point_count >= 2 && nd.covariance_m2.allFinite()) continue;
     return Error{ErrorCode::kInvalidArtifact,
