@@ -53,10 +53,9 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
     SIGHTLINE_TRY(add_recording(*recording, inputs));
   }
   if (config.has_map()) {
-    const bool holds_nds = is_apollo_map(config.map.points);
-    SIGHTLINE_ASSIGN(const std::vector<fs::path> pieces, holds_nds
-                                                             ? list_apollo_map(config.map.points)
-                                                             : list_point_map(config.map.points));
+    const std::string& map = config.map.points;
+    SIGHTLINE_ASSIGN(const std::vector<fs::path> pieces,
+                     config.map.is_apollo ? list_apollo_map(map) : list_point_map(map));
     inputs.files.insert(inputs.files.end(), pieces.begin(), pieces.end());
     if (!config.route.is_everywhere()) inputs.files.emplace_back(config.route.file);
     if (pieces.size() > 1) inputs.folders.push_back(pieces.front().parent_path());

@@ -1,7 +1,6 @@
 #include "compiler/driver/steps_of_map.h"
 
 #include "compiler/driver/steps_of_drives.h"
-#include "formats/foreign/maps/apollo_map.h"
 #include "passes/factors/factors_of_sites.h"
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/ingest_compiled_map.h"
@@ -51,7 +50,7 @@ void add_surroundings(CompilePlan& compile) {
     compile.surface = plan.run(kBuildNdSurface, compile.ndt);
     return;
   }
-  if (is_apollo_map(finished.options.points)) {
+  if (finished.options.is_apollo) {
     finished.nds = plan.input<ForeignNds>("map/foreign-nds");
     compile.ndt = plan.run(kIngestNdMap, finished.nds);
     compile.surface = plan.run(kBuildNdSurface, compile.ndt);

@@ -26,7 +26,7 @@ const std::vector<NamedVersion>& definitions() {
 
 std::vector<NamedVersion> definitions_of_annotated() {
   std::vector<NamedVersion> all = definitions();
-  all.insert(all.begin(), {"annotating-a-finished-map", 1});
+  all.insert(all.begin(), {"annotating-a-finished-map", 2});
   return all;
 }
 

@@ -24,9 +24,8 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 ApolloTestNode small_node() {
   ApolloTestNode node{2, 2, {}};
   ApolloTestCell cell{12, {0.25, 0.5, 0.75}, {}};
-  cell.products_m2 =
-      cell.mean_m * cell.mean_m.transpose() +
-      Eigen::Matrix3d(Eigen::Vector3d(0.01, 0.02, 0.03).asDiagonal());
+  cell.products_m2 = cell.mean_m * cell.mean_m.transpose() +
+                     Eigen::Matrix3d(Eigen::Vector3d(0.01, 0.02, 0.03).asDiagonal());
   node.cells[{0, 1, 3}] = cell;
   node.cells[{1, 0, -2}] = {1, {0.5, 0.5, -0.5}, Eigen::Matrix3d::Constant(0.25)};
   return node;
@@ -268,8 +267,7 @@ TEST(ApolloNode, CutAnywhereIsRefused) {
   }
   EXPECT_EQ(parse(plain + "x").error().code, ErrorCode::kMalformedHeader);
   EXPECT_EQ(parse(apollo_file({}, body + "x")).error().code, ErrorCode::kMalformedHeader);
-  EXPECT_EQ(parse(apollo_file({}, stream + "x"), packed).error().code,
-            ErrorCode::kMalformedHeader);
+  EXPECT_EQ(parse(apollo_file({}, stream + "x"), packed).error().code, ErrorCode::kMalformedHeader);
 }
 
 TEST(ApolloNode, DamagedAnywhereIsRefusedOrHoldsWhatPointsHave) {
@@ -295,8 +293,11 @@ TEST(ApolloNode, DamagedAnywhereIsRefusedOrHoldsWhatPointsHave) {
 
 TEST(ApolloNode, AnotherNodeThanItsFoldersSayIsRefused) {
   const std::string body = apollo_body(small_node());
-  for (const ApolloTestIndex& index :
-       {ApolloTestIndex{1, 10, 0, 0}, {0, 11, 0, 0}, {0, -10, 0, 0}, {0, 10, 1, 0}, {0, 10, 0, 1}}) {
+  for (const ApolloTestIndex& index : {ApolloTestIndex{1, 10, 0, 0},
+                                       {0, 11, 0, 0},
+                                       {0, -10, 0, 0},
+                                       {0, 10, 1, 0},
+                                       {0, 10, 0, 1}}) {
     const Result<ApolloNode> node = parse(apollo_file(index, body));
     ASSERT_FALSE(node.has_value());
     EXPECT_EQ(node.error().code, ErrorCode::kMalformedHeader);

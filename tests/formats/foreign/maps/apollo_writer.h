@@ -18,8 +18,8 @@ namespace sightline {
 
 struct ApolloTestCell {
   std::uint32_t count = 0;
-  Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();         // from the cell's corner
-  Eigen::Matrix3d products_m2 = Eigen::Matrix3d::Zero();    // mean of outer products
+  Eigen::Vector3d mean_m = Eigen::Vector3d::Zero();       // from the cell's corner
+  Eigen::Matrix3d products_m2 = Eigen::Matrix3d::Zero();  // mean of outer products
 };
 
 struct ApolloTestNode {
