@@ -46,7 +46,7 @@ struct DilatedRoute {
 std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
                                        const FloorOptions& options, Choice& choice);
 
-// What simulation asks for where nothing else is known: each site takes the cheapest answer whose
+// What simulation asks for where nothing else is known: each site takes the shortest range whose
 // own error is within the limit, dilated as every choice is, but none cheaper than the static
 // answer for 80 % of the sites and none dearer than that for static_coverage (the dearer where no
 // answer is within the limit). Simulation ranks places better than it tells how good they are:
