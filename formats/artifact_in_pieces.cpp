@@ -4,7 +4,7 @@
 
 #include "formats/artifact_head.h"
 #include "formats/base/check.h"
-#include "formats/base/xxh3_stream.h"
+#include "formats/base/hash.h"
 
 namespace sightline {
 

@@ -6,6 +6,7 @@
 
 #include "compiler/gate/settings.h"
 #include "formats/annotation/measured_drives.h"
+#include "formats/foreign/maps/apollo_map.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/foreign/text/text_lines.h"
 #include "formats/geodesy.h"
@@ -62,8 +63,8 @@ std::vector<OptionField> option_fields(MapOptions& options) {
   std::vector<OptionField> fields = {
       text("points", options.points,
            "a finished map in place of the mapping drive: .pcd, .ply or .las, a folder of them, "
-           "Autoware's with pointcloud_map_metadata.yaml, or a compiled map (.slmap) to annotate "
-           "anew; empty: the drive makes the map"),
+           "Autoware's with pointcloud_map_metadata.yaml, Apollo's NDT map (config.xml and map/), "
+           "or a compiled map (.slmap) to annotate anew; empty: the drive makes the map"),
       text("name", options.name, "name of the map; empty: the last part of points")};
   for (OptionField& field : option_fields(options.localizing)) {
     const bool tells_of_sensor = field.name == "sensor" || field.name == "rings" ||
@@ -357,6 +358,7 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   }
   for (RecordingOptions& later : config.later_mapping) later.world = config.annotation.world;
   for (RecordingOptions& later : config.later_localization) later.world = config.annotation.world;
+  config.map.is_apollo = config.has_map() && is_apollo_map(config.map.points);
   config.passes = settings_of(sections);
   config.passes.shared = shared_values(config.annotation);
   SIGHTLINE_TRY(check(config, file));

@@ -45,10 +45,11 @@ std::vector<OptionField> option_fields(OutsideErrorsOptions& options);
 
 // A finished map in place of a mapping drive.
 struct MapOptions {
-  // Points: file, folder, or Autoware's map folder. Or a compiled map (.slmap), to be annotated
-  // anew. Empty: a drive makes the map.
+  // Points: file, folder, or Autoware's map folder. Or NDs: Apollo's NDT map, or a compiled map
+  // (.slmap), to be annotated anew. Empty: a drive makes the map.
   std::string points;
-  std::string name;  // empty: the last part of `points`
+  bool is_apollo = false;  // as its files say; found when the configuration is read
+  std::string name;        // empty: the last part of `points`
   // Of it the sensor alone, where no localization drive has one; no name: that of the compiled map,
   // else the usual one.
   RecordingOptions localizing;

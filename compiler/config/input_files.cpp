@@ -1,4 +1,5 @@
 #include "compiler/config/input_files.h"
+#include "formats/foreign/maps/apollo_map.h"
 #include "formats/foreign/maps/point_map.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/sensor_file.h"
@@ -52,7 +53,9 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
     SIGHTLINE_TRY(add_recording(*recording, inputs));
   }
   if (config.has_map()) {
-    SIGHTLINE_ASSIGN(const std::vector<fs::path> pieces, list_point_map(config.map.points));
+    const std::string& map = config.map.points;
+    SIGHTLINE_ASSIGN(const std::vector<fs::path> pieces,
+                     config.map.is_apollo ? list_apollo_map(map) : list_point_map(map));
     inputs.files.insert(inputs.files.end(), pieces.begin(), pieces.end());
     if (!config.route.is_everywhere()) inputs.files.emplace_back(config.route.file);
     if (pieces.size() > 1) inputs.folders.push_back(pieces.front().parent_path());

@@ -17,13 +17,15 @@ std::vector<ConfigSection> published_sections(CompileConfig& config) {
   finished.map.points = "any";
   CompileConfig everywhere = finished;
   everywhere.route.file = RouteOptions::kEverywhere;
+  CompileConfig of_nds = finished;
+  of_nds.map.is_apollo = true;
   complete.other_sensors.front().scans = "any";
   complete.later_mapping.resize(1);
   complete.later_mapping.front().scans = "any";
   std::vector<ConfigSection> sections = drive_sections(config);
   for (const Plan& plan :
        {compile_plan(complete).plan, compile_plan(finished).plan, compile_plan(everywhere).plan,
-        evaluate_plan(complete, CompiledMap{}).plan}) {
+        compile_plan(of_nds).plan, evaluate_plan(complete, CompiledMap{}).plan}) {
     for (ConfigSection& pass : sections_of(plan)) {
       if (std::ranges::find(sections, pass.name, &ConfigSection::name) != sections.end()) continue;
       sections.push_back(std::move(pass));

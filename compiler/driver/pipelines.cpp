@@ -88,13 +88,20 @@ CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
   }
   // From here on places that a drive passed have been measured; the others stay simulated.
   const Wire<FactorTable> factors = add_choice(config, compile);
-  compile.map = compile.finished.compiled.is_connected()
-                    ? plan.run(kEmitMapAnew, compile.ndt, compile.sites, compile.predicted,
-                               compile.ranges, compile.measured, compile.model, factors,
-                               compile.localizing_sensor, compile.cards, compile.finished.compiled)
-                    : plan.run(kEmitAnnotatedMap, compile.ndt, compile.sites, compile.predicted,
-                               compile.ranges, compile.measured, compile.model, factors,
-                               compile.localizing_sensor, compile.cards);
+  const FinishedMapInput& finished = compile.finished;
+  if (finished.compiled.is_connected()) {
+    compile.map = plan.run(kEmitMapAnew, compile.ndt, compile.sites, compile.predicted,
+                           compile.ranges, compile.measured, compile.model, factors,
+                           compile.localizing_sensor, compile.cards, finished.compiled);
+  } else if (finished.nds.is_connected()) {
+    compile.map = plan.run(kEmitNdMap, compile.ndt, compile.sites, compile.predicted,
+                           compile.ranges, compile.measured, compile.model, factors,
+                           compile.localizing_sensor, compile.cards, finished.nds);
+  } else {
+    compile.map = plan.run(kEmitAnnotatedMap, compile.ndt, compile.sites, compile.predicted,
+                           compile.ranges, compile.measured, compile.model, factors,
+                           compile.localizing_sensor, compile.cards);
+  }
   return compile;
 }
 

@@ -13,6 +13,7 @@
 #include "formats/drive/released_poses.h"
 #include "formats/drive/route.h"
 #include "formats/evaluation/evaluation.h"
+#include "formats/foreign/maps/foreign_nds.h"
 #include "formats/foreign/maps/point_map.h"
 #include "formats/map/compiled_map.h"
 #include "formats/surroundings/depth_images.h"
@@ -44,14 +45,16 @@ struct OutsideInput {
   Wire<OutsideErrors> errors;
 };
 
-// A finished map that a plan takes from outside in place of a mapping drive: its points, or one
-// that was compiled before.
+// A finished map that a plan takes from outside in place of a mapping drive: its points, its NDs,
+// or one that was compiled before.
 struct FinishedMapInput {
   MapOptions options;
   RouteOptions route_options;
-  std::string world;           // that the map is said to lie in
-  Wire<PointMap> points;       // not connected: a drive makes the map, or it was compiled before
-  Wire<CompiledMap> compiled;  // not connected: it is made of points
+  std::string world;  // that the map is said to lie in
+  // At most one of these is connected; none where a drive makes the map.
+  Wire<PointMap> points;
+  Wire<ForeignNds> nds;  // of somebody's NDT map
+  Wire<CompiledMap> compiled;
   Wire<Route> route;           // not connected: everywhere
   Wire<SensorProfile> sensor;  // that will localize, where no localization drive tells
 };
@@ -82,7 +85,7 @@ struct CompilePlan {
   Wire<ReleasedPoses> released;  // for the next map
   bool ships_poses = false;      // beside the map: it is of several drives
   Wire<Drive> undistorted;       // of all sensors
-  Wire<SurfacePoints> points;    // not connected where a compiled map is annotated anew
+  Wire<SurfacePoints> points;    // not connected where a finished map holds NDs
   Wire<NdtMap> ndt;
   Wire<TiledSurface> surface;
   Wire<Sites> sites;

@@ -9,6 +9,7 @@
 #include "compiler/store/cache.h"
 #include "formats/base/atomic_file.h"
 #include "formats/foreign/lanes/read_route.h"
+#include "formats/foreign/maps/apollo_map.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "formats/foreign/text/outside_errors_file.h"
 #include "formats/map/map_reader.h"
@@ -110,12 +111,12 @@ Result<SensorProfile> localizing_sensor(const MapOptions& options, const Compile
 }
 
 // A map keeps its world: what else is named has to be the same.
-Result<void> check_world(const std::string& key, const std::string& named,
-                         const CompiledMap& earlier, const std::string& file) {
-  if (named == kLocalWorld || named == earlier.world) return {};
+Result<void> check_world(const std::string& key, const std::string& named, const std::string& world,
+                         const std::string& file) {
+  if (named == kLocalWorld || named == world) return {};
   return Error{ErrorCode::kBadValue,
-               key + ": found " + named + ", and the map that is annotated anew lies in " +
-                   earlier.world + ", which stays",
+               key + ": found " + named + ", and the map that is annotated lies in " + world +
+                   ", which stays",
                file, ""};
 }
 
@@ -124,10 +125,10 @@ Result<void> provide_compiled(const FinishedMapInput& input, ArtifactSet& artifa
   const std::string& file = input.options.points;
   SIGHTLINE_ASSIGN(const MapSummary summary, verify_map(file));
   SIGHTLINE_ASSIGN(CompiledMap map, read_map(file));
-  SIGHTLINE_TRY(check_world("annotation.world", input.world, map, file));
+  SIGHTLINE_TRY(check_world("annotation.world", input.world, map.world, file));
   const bool is_placed = map.world != kLocalWorld;
   if (is_placed) {
-    SIGHTLINE_TRY(check_world("route.world", input.route_options.world, map, file));
+    SIGHTLINE_TRY(check_world("route.world", input.route_options.world, map.world, file));
   }
   SIGHTLINE_TRY(provide_route(input, is_placed ? map.world : input.route_options.world, artifacts));
   SIGHTLINE_ASSIGN(SensorProfile sensor, localizing_sensor(input.options, &map));
@@ -136,10 +137,26 @@ Result<void> provide_compiled(const FinishedMapInput& input, ArtifactSet& artifa
   return {};
 }
 
+// Somebody's NDT map. Errors: those of open_apollo_map; bad-value.
+Result<void> provide_nds(const FinishedMapInput& input, ArtifactSet& artifacts) {
+  const std::string& file = input.options.points;
+  SIGHTLINE_ASSIGN(SensorProfile sensor, localizing_sensor(input.options, /*earlier=*/nullptr));
+  artifacts.provide(input.sensor, std::move(sensor));
+  SIGHTLINE_ASSIGN(ForeignNds map, open_apollo_map(file, /*threads=*/0));
+  SIGHTLINE_TRY(check_world("annotation.world", input.world, map.world, file));
+  SIGHTLINE_TRY(check_world("route.world", input.route_options.world, map.world, file));
+  SIGHTLINE_TRY(provide_route(input, map.world, artifacts));
+  if (!input.options.name.empty()) map.name = input.options.name;
+  const Digest digest = map.digest;
+  artifacts.provide(input.nds, std::move(map), digest);
+  return {};
+}
+
 // A finished map, its route, and the sensor that will localize in it.
 Result<void> provide_finished(const CompilePlan& compile, ArtifactSet& artifacts) {
   const FinishedMapInput& input = compile.finished;
   if (input.compiled.is_connected()) return provide_compiled(input, artifacts);
+  if (input.nds.is_connected()) return provide_nds(input, artifacts);
   if (!input.points.is_connected()) return {};
   // The route first: it is read in no time.
   SIGHTLINE_TRY(provide_route(input, input.route_options.world, artifacts));
@@ -198,6 +215,11 @@ RecordingCards recording_cards(const CompilePlan& compile, const ArtifactSet& ar
   const Wire<PointMap> finished = compile.finished.points;
   if (finished.is_connected() && artifacts.has(finished)) {
     const PointMap& map = artifacts.get(finished);
+    recordings.cards.push_back({"map", map.name, map.digest});
+  }
+  const Wire<ForeignNds> nds = compile.finished.nds;
+  if (nds.is_connected() && artifacts.has(nds)) {
+    const ForeignNds& map = artifacts.get(nds);
     recordings.cards.push_back({"map", map.name, map.digest});
   }
   const Wire<CompiledMap> compiled = compile.finished.compiled;

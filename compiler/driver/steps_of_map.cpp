@@ -5,6 +5,7 @@
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/ingest_compiled_map.h"
 #include "passes/ingest/ingest_map.h"
+#include "passes/ingest/ingest_nd_map.h"
 #include "passes/ingest/join_drives.h"
 #include "passes/ingest/join_sensors.h"
 #include "passes/localize/add_mapping_error.h"
@@ -46,6 +47,12 @@ void add_surroundings(CompilePlan& compile) {
   if (finished.options.is_compiled()) {
     finished.compiled = plan.input<CompiledMap>("map/compiled-map");
     compile.ndt = plan.run(kIngestCompiledMap, finished.compiled);
+    compile.surface = plan.run(kBuildNdSurface, compile.ndt);
+    return;
+  }
+  if (finished.options.is_apollo) {
+    finished.nds = plan.input<ForeignNds>("map/foreign-nds");
+    compile.ndt = plan.run(kIngestNdMap, finished.nds);
     compile.surface = plan.run(kBuildNdSurface, compile.ndt);
     return;
   }

@@ -27,6 +27,7 @@ constexpr std::array kStages = {
     PassStage{"ingest", Stage::kDrives, Stage::kDrives},
     PassStage{"ingest-map", Stage::kDrives, Stage::kDrives},
     PassStage{"ingest-compiled-map", Stage::kDrives, Stage::kDrives},
+    PassStage{"ingest-nd-map", Stage::kDrives, Stage::kDrives},
     PassStage{"join-drives", Stage::kGraph, Stage::kGraph},
     PassStage{"join-sensors", Stage::kGraph, Stage::kGraph},
     PassStage{"estimate-trajectory", Stage::kGraph, Stage::kDrives},

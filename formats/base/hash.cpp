@@ -6,7 +6,6 @@
 #include <xxhash.h>
 
 #include "formats/base/check.h"
-#include "formats/base/xxh3_stream.h"
 
 namespace sightline {
 namespace {

@@ -19,6 +19,21 @@ std::string to_hex(const Digest& digest);
 // XXH3, 64 bits, seed 0: detects damage, is no proof against intent.
 std::uint64_t xxh3(std::span<const std::byte> bytes);
 
+// xxh3() of bytes that come piece by piece.
+class Xxh3Stream {
+ public:
+  Xxh3Stream();
+  ~Xxh3Stream();
+  Xxh3Stream(const Xxh3Stream&) = delete;
+  Xxh3Stream& operator=(const Xxh3Stream&) = delete;
+
+  void add(std::span<const std::byte> bytes);
+  [[nodiscard]] std::uint64_t finish() const;
+
+ private:
+  void* state_;  // XXH3_state_t
+};
+
 // SHA-256 of bytes that come piece by piece: the same as sha256() of all of them.
 class Sha256Stream {
  public:

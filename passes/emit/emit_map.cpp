@@ -26,7 +26,7 @@ const std::vector<NamedVersion>& definitions() {
 
 std::vector<NamedVersion> definitions_of_annotated() {
   std::vector<NamedVersion> all = definitions();
-  all.insert(all.begin(), {"annotating-a-finished-map", 1});
+  all.insert(all.begin(), {"annotating-a-finished-map", 2});
   return all;
 }
 
@@ -224,6 +224,18 @@ Result<CompiledMap> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted
                                   const CompiledMap& earlier) {
   EmitMapOptions options = wanted;
   options.world = earlier.world;
+  return emit_annotated_map(ctx, options, ndt, sites, predicted, ranges, measured, model, factors,
+                            sensor, recordings);
+}
+
+Result<CompiledMap> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const NdtMap& ndt,
+                                const Sites& sites, const PredictedError& predicted,
+                                const RangeTable& ranges, const MeasuredError& measured,
+                                const ErrorModel& model, const FactorTable& factors,
+                                const SensorProfile& sensor, const RecordingCards& recordings,
+                                const ForeignNds& finished) {
+  EmitMapOptions options = wanted;
+  options.world = finished.world;
   return emit_annotated_map(ctx, options, ndt, sites, predicted, ranges, measured, model, factors,
                             sensor, recordings);
 }

@@ -16,6 +16,7 @@
 #include "formats/drive/recording_cards.h"
 #include "formats/drive/sensor_profile.h"
 #include "formats/drive/trajectory.h"
+#include "formats/foreign/maps/foreign_nds.h"
 #include "formats/map/compiled_map.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/sharpness.h"
@@ -88,5 +89,14 @@ Result<CompiledMap> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted
                                   const SensorProfile& sensor, const RecordingCards& recordings,
                                   const CompiledMap& earlier);
 inline constexpr Pass kEmitMapAnew = variant_of(kEmitMap, &emit_map_anew);
+
+// The same of somebody's NDT map, in the world that it says it lies in.
+Result<CompiledMap> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const NdtMap& ndt,
+                                const Sites& sites, const PredictedError& predicted,
+                                const RangeTable& ranges, const MeasuredError& measured,
+                                const ErrorModel& model, const FactorTable& factors,
+                                const SensorProfile& sensor, const RecordingCards& recordings,
+                                const ForeignNds& finished);
+inline constexpr Pass kEmitNdMap = variant_of(kEmitMap, &emit_nd_map);
 
 }  // namespace sightline

@@ -82,8 +82,13 @@ void put_floor(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
       .explained = explained_share(inputs.model),
       .is_too_short = inputs.model.card.fold_count == 0,
       .is_simulated = inputs.model.card.reference == ErrorReference::kSimulated};
+  // A longer range costs far more, a dearer look little: of looks one is taken everywhere.
+  const bool differs_by_place =
+      floor.is_simulated && takes_every_return(inputs.evidence.looks.front());
   const std::optional<std::string> reason =
-      apply_floor(inputs.evidence, promise.limit_m, floor, choice);
+      differs_by_place ? take_simulated(inputs.evidence, promise.limit_m, floor.static_coverage,
+                                        {route_of(sites), options.dilation_m}, choice)
+                       : apply_floor(inputs.evidence, promise.limit_m, floor, choice);
   if (!reason) return;
   promise.is_earned = false;
   promise.statement = *reason;

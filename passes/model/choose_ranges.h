@@ -40,7 +40,7 @@ namespace sightline {
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const FactorTable& factors);
-inline constexpr Pass kChooseRanges{"choose-ranges", 11, "ranges", "How far to look",
+inline constexpr Pass kChooseRanges{"choose-ranges", 12, "ranges", "How far to look",
                                     &choose_ranges};
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;

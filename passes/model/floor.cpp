@@ -70,6 +70,18 @@ std::string reason_of(const OwnEvidence& evidence, const FloorOptions& options) 
   return "the model's own choice costs more and covers no more of " + found_here(evidence);
 }
 
+// The least share of sites that a street's cheapest answer must be enough for, by simulation.
+constexpr double kLeastSimulated = 0.8;
+
+std::uint8_t cheapest_within(const OwnEvidence& evidence, double limit_m, std::size_t site,
+                             std::uint8_t otherwise) {
+  for (std::size_t look = 0; look < evidence.looks.size(); ++look) {
+    const bool is_within = evidence.error_m[evidence.shape().index(site, look)] <= limit_m;
+    if (is_within) return static_cast<std::uint8_t>(look);
+  }
+  return otherwise;
+}
+
 }  // namespace
 
 double explained_share(const ErrorModel& model) {
@@ -104,6 +116,30 @@ std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit
          to_text(evidence.looks[answer->range_index]) + ", where " + found_here(evidence) +
          " is within " + format_double(limit_m) + " m at " + percent(answer->standing.coverage) +
          " of the sites";
+}
+
+std::string take_simulated(const OwnEvidence& evidence, double limit_m, double static_coverage,
+                           const DilatedRoute& dilated, Choice& choice) {
+  const std::uint8_t one = best_static(evidence, limit_m, kLeastSimulated).range_index;
+  const std::uint8_t other = best_static(evidence, limit_m, static_coverage).range_index;
+  const std::uint8_t cheapest = std::min(one, other);
+  const std::uint8_t dearest = std::max(one, other);
+  for (std::size_t site = 0; site < evidence.site_count; ++site) {
+    choice.range_index[site] =
+        std::clamp(cheapest_within(evidence, limit_m, site, dearest), cheapest, dearest);
+  }
+  dilate(dilated.route, dilated.dilation_m, choice);
+  for (std::size_t site = 0; site < evidence.site_count; ++site) {
+    take_static(evidence, limit_m, choice.range_index[site], site, choice);
+  }
+  const double coverage = standing_of(evidence, limit_m, choice.range_index).coverage;
+  const std::string from = to_text(evidence.looks[cheapest]);
+  const std::string to = to_text(evidence.looks[dearest]);
+  return "nothing is promised: " + reason_of(evidence, {.is_simulated = true}) + "; " +
+         (cheapest == dearest ? "everywhere it takes " + from
+                              : "it takes from " + from + " to " + to + ", by site") +
+         ", where " + found_here(evidence) + " is within " + format_double(limit_m) + " m at " +
+         percent(coverage) + " of the sites";
 }
 
 void refused_take_static(const OwnEvidence& evidence, double limit_m, double static_coverage,

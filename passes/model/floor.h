@@ -29,6 +29,12 @@ struct FloorOptions {
   bool is_simulated = false;  // the model knows simulated errors alone, which teach nothing
 };
 
+// A route, and within how many metres of it a site looks as far as any other.
+struct DilatedRoute {
+  std::vector<RoutePoint> route;
+  double dilation_m = 0.0;
+};
+
 // Gives every site the street's best static answer where the model says nothing of it, or where
 // that answer is cheaper than `choice` and covers as much by the street's own evidence: the lesser
 // of what the choice covers and static_coverage. A promise is given up for no less than a tenth of
@@ -39,6 +45,15 @@ struct FloorOptions {
 // that range exceeds the limit, and the sentence says why. Nothing where the choice stands.
 std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit_m,
                                        const FloorOptions& options, Choice& choice);
+
+// What simulation asks for where nothing else is known: each site takes the shortest range whose
+// own error is within the limit, dilated as every choice is, but none cheaper than the static
+// answer for 80 % of the sites and none dearer than that for static_coverage (the dearer where no
+// answer is within the limit). Simulation ranks places better than it tells how good they are:
+// what is hard at one place in five is not left to it anywhere. Flags as apply_floor sets them;
+// the sentence says what is taken.
+std::string take_simulated(const OwnEvidence& evidence, double limit_m, double static_coverage,
+                           const DilatedRoute& dilated, Choice& choice);
 
 // Gives refused sites (kExtrapolated) the static answer, flagged in the same way.
 void refused_take_static(const OwnEvidence& evidence, double limit_m, double static_coverage,

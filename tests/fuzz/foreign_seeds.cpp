@@ -9,6 +9,7 @@
 #include <map>
 
 #include "formats/base/check.h"
+#include "tests/formats/foreign/maps/apollo_writer.h"
 #include "tests/fuzz/seed.h"
 
 namespace sightline {
@@ -231,6 +232,19 @@ void add_beside_scans(std::vector<Seed>& seeds) {
   add_seed(seeds, "clouds/seed_npy_fields", npy(fields, std::string(17, '\x3f')));
 }
 
+// The first byte tells fuzz_apollo what the rest is.
+void add_apollo(std::vector<Seed>& seeds) {
+  ApolloTestNode node{2, 2, {}};
+  node.cells[{0, 1, 3}] = {12, {0.25, 0.5, 0.75}, Eigen::Matrix3d::Identity()};
+  node.cells[{1, 0, -2}] = {2, {0.5, 0.5, -0.5}, Eigen::Matrix3d::Identity()};
+  const std::string body = apollo_body(node);
+  const ApolloTestIndex index{0, 10, 1, 1};
+  const auto with = [](char kind, const std::string& text) { return kind + text; };
+  add_seed(seeds, "apollo/seed_config", with(0, apollo_config(1.0, 128)));
+  add_seed(seeds, "apollo/seed_plain", with(1, apollo_file(index, body)));
+  add_seed(seeds, "apollo/seed_packed", with(2, apollo_file(index, zlib_packed(body))));
+}
+
 // The first byte tells fuzz_lanes which form it is, and of which world.
 void add_lanes(std::vector<Seed>& seeds) {
   const auto with = [](char kind, const std::string& text) { return std::string(1, kind) + text; };
@@ -305,6 +319,7 @@ void add_foreign_seeds(std::vector<Seed>& seeds) {
   add_poses(seeds);
   add_beside_scans(seeds);
   add_lanes(seeds);
+  add_apollo(seeds);
   add_yaml(seeds);
 }
 

@@ -6,7 +6,7 @@
 
 namespace sightline {
 
-// Bags, captures, poses, lanes, configurations and rules of the gate.
+// Bags, captures, poses, lanes, Apollo's maps, configurations and rules of the gate.
 void add_foreign_seeds(std::vector<Seed>& seeds);
 
 }  // namespace sightline

@@ -59,8 +59,9 @@ Verb annotate_verb() {
       "the sensor named are cast in the map, disturbed and localized there, and the map says "
       "\"simulated\" at every place where that decided.\n\n"
       "With --model an error model of other places judges what was simulated. Without one "
-      "simulation alone decides: every place takes the one range and the one look that are enough "
-      "at 95 % of the places, each simulated error taken twice. Judge such a map by a drive "
+      "simulation alone decides, each simulated error taken twice: every place takes the one look "
+      "that is enough at 95 % of the places, and the range that is enough there and 3 m around it, "
+      "between those that are enough at 80 and at 95 % of the places. Judge such a map by a drive "
       "(`sightline evaluate`) before a vehicle relies on it. A promise is made by a model alone "
       "that was trained on finished maps with drives through them.\n\n"
       "Drives that come later are named with --set localization.scans=...: where they passed, the "
@@ -71,7 +72,9 @@ Verb annotate_verb() {
       "included, whatever is allowed there (options: section choose-field-sites).\n\n"
       "A map that was compiled before (.slmap) is annotated anew, for another sensor, route or "
       "model: its NDs stay as they are, and so do frame and world. It holds no surface, so that "
-      "rays are cast on its NDs, which is rougher; where its points are at hand, take them.";
+      "rays are cast on its NDs, which is rougher; where its points are at hand, take them. "
+      "The same is done with Apollo's NDT map (the folder of config.xml and map/): its cells are "
+      "taken as NDs, in the zone of UTM that it names.";
   verb.examples = {
       "sightline annotate autoware_map/ --route lanelet2_map.osm --sensor vlp-16 -o city.slmap",
       ("sightline annotate city.las --route lanes.geojson --world utm:32N --sensor hdl-64e \\\n"
@@ -80,10 +83,12 @@ Verb annotate_verb() {
        "      --set map.height_m=2.1"),
       ("sightline annotate map.pcd --route everywhere --sensor vlp-16 -o field.slmap \\\n"
        "      --set choose-field-sites.within=0,-50,200,50"),
+      "sightline annotate apollo/ndt_map --route drive.tum --sensor hdl-64e -o place.slmap",
       "sightline annotate city.slmap --route lanes.geojson --sensor os1-64 -o city64.slmap"};
   verb.positionals = {{.name = "MAP",
                        .help = "The finished map: .pcd, .ply or .las, a folder of them, Autoware's "
-                               "map folder, or a compiled map (.slmap) to annotate anew",
+                               "or Apollo's map folder, or a compiled map (.slmap) to annotate "
+                               "anew",
                        .target = &flags->map}};
   verb.flags = {{.names = "--route",
                  .value = "FILE",

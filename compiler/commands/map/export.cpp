@@ -48,6 +48,9 @@ Result<SurfacePoints> surface_of(const ExportFlags& flags, const CompileConfig& 
                  ""};
   }
   const CompilePlan compile = compile_plan(config);
+  if (!compile.points.is_connected()) {
+    return Error{ErrorCode::kBadArgument, "the map holds NDs and no points", config.map.points, ""};
+  }
   ArtifactSet artifacts;
   SIGHTLINE_TRY(provide_drives(compile, cache_directory(flags.run), artifacts));
   SIGHTLINE_TRY(run_steps(compile.plan, {compile.points}, flags.run, config, artifacts));

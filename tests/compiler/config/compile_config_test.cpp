@@ -195,6 +195,7 @@ TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {
       std::vector(passes.begin(), passes.begin() + 3),
       (std::vector<std::string>{"ingest-compiled-map", "build-nd-surface", "choose-field-sites"}));
   EXPECT_FALSE(compile.points.is_connected());
+  EXPECT_FALSE(config->map.is_apollo);
   const Result<CompileConfig> lanes = load("map: tiles\nroute: lanes.osm\n");
   ASSERT_TRUE(lanes.has_value()) << to_string(lanes.error());
   EXPECT_TRUE(lanes->route.file.ends_with("compile_config_test/lanes.osm"));

@@ -10,7 +10,6 @@
 
 #include "formats/base/hash.h"
 #include "formats/base/random.h"
-#include "formats/base/xxh3_stream.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,5 @@
 #include "formats/foreign/clouds/read_point_cloud.h"
+#include "formats/foreign/maps/apollo_map.h"
 #include "formats/foreign/recording/open_recording.h"
 #include "tests/formats/foreign/float_layouts.h"
 #include "tests/formats/foreign/foreign_files.h"
@@ -82,6 +83,37 @@ TEST(RealFiles, ApolloKeepsTheMillimetresOfUtm) {
   const Result<PointCloudFile> cloud = read_recorded_scan(*recording, 0);
   ASSERT_TRUE(cloud.has_value()) << to_string(cloud.error());
   EXPECT_EQ(cloud->points_m.size() + cloud->nonfinite_count + cloud->zero_count, 99305U);
+}
+
+// Facts that another program read out of the eight nodes.
+TEST(RealFiles, ApollosNdsAreThoseOfItsNodes) {
+  const RealData data = real_data("apollo_sunnyvale_ndt");
+  if (!data.missing.empty()) GTEST_SKIP() << data.missing;
+  const std::filesystem::path folder = data.folder / "test_data" / "ndt_map";
+  ASSERT_TRUE(is_apollo_map(folder));
+  EXPECT_EQ(list_apollo_map(folder)->size(), 9U);
+  const Result<ForeignNds> map = open_apollo_map(folder, 2);
+  ASSERT_TRUE(map.has_value()) << to_string(map.error());
+  ASSERT_TRUE(validate(*map).has_value());
+  EXPECT_TRUE(map->warnings.empty()) << map->warnings.front();
+  EXPECT_EQ(map->world, "utm:10N");
+  EXPECT_EQ(map->nds.size() + map->single_point_count, 20584U);
+  EXPECT_EQ(map->single_point_count, 2588U);
+  const auto count_of_least = [&](std::uint32_t least) {
+    return std::ranges::count_if(map->nds,
+                                 [&](const ForeignNd& nd) { return nd.point_count >= least; });
+  };
+  EXPECT_EQ(count_of_least(6), 13611);
+  EXPECT_EQ(count_of_least(10), 11386);
+  // Column 33, row 0, altitude -30 of node (32353, 4596); heights are cut towards zero.
+  const CellKey key{4596 * 128 + 33, 32353 * 128, -31};
+  const auto nd = std::ranges::find(map->nds, key, &ForeignNd::key_world);
+  ASSERT_NE(nd, map->nds.end());
+  EXPECT_EQ(nd->point_count, 107U);
+  EXPECT_TRUE(nd->mean_in_cell_m.isApprox(
+      Eigen::Vector3d(0.7335839868, 0.4302841127, 1.0 - 0.4646438062), 1e-9));
+  EXPECT_NEAR(nd->covariance_m2(0, 0), (0.5490189195 - 0.7335839868 * 0.7335839868) * 107 / 106,
+              1e-8);
 }
 
 TEST(RealFiles, Kitti00TakesItsPosesByFrame) {
