@@ -4,8 +4,8 @@
 #include <map>
 #include <optional>
 
-#include "formats/annotation/measured_drives.h"
 #include "compiler/gate/settings.h"
+#include "formats/annotation/measured_drives.h"
 #include "formats/foreign/maps/apollo_map.h"
 #include "formats/foreign/text/sensor_file.h"
 #include "formats/foreign/text/text_lines.h"
