@@ -1,118 +1,13 @@
 #include "formats/map/compiled_map.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "formats/base/parallel.h"
 #include "formats/base/statistics.h"
 #include "formats/map/factor_layer.h"
-#include "formats/reader/map_layout.h"
 
 namespace sightline {
 namespace {
-
-Error invalid(const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", "compiled map"};
-}
-
-Result<void> validate_artifacts(const CompiledMap& map) {
-  for (const Result<void>& valid :
-       {validate(map.ndt), validate(map.sites), validate(map.predicted), validate(map.ranges),
-        validate(map.sensor), validate(map.measurement.localizer), validate(map.model.localizer)}) {
-    if (!valid) return valid.error();
-  }
-  return {};
-}
-
-// Predictions and choice of one table, the ranges' or that of looks that take a sample.
-Result<void> validate_choice(const PredictedError& predicted, const RangeTable& ranges,
-                             std::size_t sites, const std::vector<LimitQuality>& quality) {
-  if (predicted.site_count != sites || ranges.site_count != sites) {
-    return invalid("found " + std::to_string(sites) + " sites, " +
-                   std::to_string(predicted.site_count) + " predicted and " +
-                   std::to_string(ranges.site_count) + " with ranges, expected equal numbers");
-  }
-  if (predicted.looks != ranges.looks) {
-    return invalid("errors are predicted at other ranges than are chosen from");
-  }
-  const auto limit_of = [](const LimitPromise& promise) { return promise.limit_m; };
-  if (!std::ranges::equal(predicted.limits_m, ranges.promises, {}, {}, limit_of)) {
-    return invalid("errors are predicted for other limits than ranges are chosen for");
-  }
-  if (quality.size() != ranges.promises.size()) {
-    return invalid("found " + std::to_string(quality.size()) + " limits with a quality");
-  }
-  return {};
-}
-
-Result<void> validate_agreement(const CompiledMap& map) {
-  const std::size_t sites = map.sites.sites.size();
-  if (!(map.ndt.frame == map.sites.frame)) return invalid("NDs and sites lie in different frames");
-  if (sites == 0) return invalid("found no site");
-  SIGHTLINE_TRY(validate_choice(map.predicted, map.ranges, sites, map.quality));
-  if (map.predicted.of_samples.size() != map.ranges.of_samples.size()) {
-    return invalid("looks are predicted and not chosen from, or chosen from and not predicted");
-  }
-  if (map.ranges.of_samples.empty()) return {};
-  const PredictedError& samples = map.predicted.of_samples.front();
-  SIGHTLINE_TRY(validate_choice(samples, map.ranges.of_samples.front(), sites, map.look_quality));
-  if (samples.limits_m != map.predicted.limits_m ||
-      samples.out_of_fold != map.predicted.out_of_fold ||
-      samples.has_history != map.predicted.has_history) {
-    return invalid("looks and ranges are of different limits, or of different kinds of sites");
-  }
-  return {};
-}
-
-Result<void> validate_factors(const CompiledMap& map) {
-  if (map.factors.factors.empty()) {
-    return map.factors.of_samples.empty() ? Result<void>()
-                                          : invalid("there are factors of looks alone");
-  }
-  SIGHTLINE_TRY(validate(map.factors));
-  if (map.factors.site_count != map.sites.sites.size() || map.factors.looks != map.ranges.looks ||
-      map.factors.factors.size() > kMostFactors) {
-    return invalid("the factors are of other sites or ranges, or too many");
-  }
-  for (const FactorTable& samples : map.factors.of_samples) {
-    if (map.ranges.of_samples.empty() || samples.site_count != map.sites.sites.size() ||
-        samples.looks != map.ranges.of_samples.front().looks ||
-        samples.factors.size() > kMostFactors) {
-      return invalid("the factors of looks are of other sites or looks, or too many");
-    }
-  }
-  return {};
-}
-
-Result<void> validate_bounds(const CompiledMap& map) {
-  if (!is_world_name(map.world)) return invalid("the name of its world is empty or not printable");
-  if (map.ranges.looks.size() > kMostRanges || map.ranges.promises.size() > kMostLimits) {
-    return invalid("more ranges or limits than a map can hold");
-  }
-  if (!(map.reach_m > 0.0) || !(map.reach_m <= map.ndt.tile_m)) {
-    return invalid("found a reach of " + format_double(map.reach_m) +
-                   " m, expected above 0 and at most a tile");
-  }
-  // Beyond this a site has no cell of 32 bits in the section "look-up", whose cells have 16 m at
-  // least.
-  constexpr double kFarthestSite_m = 0x1.0p34;
-  for (const Site& site : map.sites.sites) {
-    if (site.p_map_m.head<2>().cwiseAbs().maxCoeff() < kFarthestSite_m) continue;
-    return invalid("a site lies more than 17 million km from the frame's origin");
-  }
-  // Beyond this the offset of a mean from the centre of its cell overflows.
-  constexpr double kLargestCell_m = 200.0;
-  if (map.ndt.cell_m > kLargestCell_m) return invalid("cells of more than 200 m");
-  for (std::size_t i = 1; i < map.definitions.size(); ++i) {
-    if (map.definitions[i - 1].name >= map.definitions[i].name) {
-      return invalid("the names of definitions do not ascend");
-    }
-  }
-  if (!map.model.bytes.empty() && sha256(map.model.bytes) != map.model.digest) {
-    return invalid("the model is not the one that its digest names");
-  }
-  return {};
-}
 
 std::string text_of(const Cell& cell) {
   if (const auto* whole = std::get_if<std::int64_t>(&cell)) return std::to_string(*whole);
@@ -152,14 +47,6 @@ LimitQuality quality_of_limit(const PredictedError& predicted, const RangeTable&
 }
 
 }  // namespace
-
-Result<void> validate(const CompiledMap& map) {
-  for (const Result<void>& valid : {validate_artifacts(map), validate_agreement(map),
-                                    validate_factors(map), validate_bounds(map)}) {
-    if (!valid) return valid.error();
-  }
-  return {};
-}
 
 Table dump(const CompiledMap& map) {
   Table table = dump(map.sites);
