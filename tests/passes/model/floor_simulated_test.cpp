@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/base/random.h"
+#include "passes/model/choose_ranges.h"
 #include "passes/model/floor.h"
 #include "tests/support/handmade_model.h"
 
@@ -103,6 +104,38 @@ TEST(Floor, OfSimulationALooserLimitNeverLooksFarther) {
       EXPECT_LE(loose.range_index[site], tight.range_index[site]);
     }
   }
+}
+
+// 17 sites are within 0.1 m at once, the last three at the second look.
+RangeTable chosen_of_simulation(bool takes_samples) {
+  std::vector<std::vector<double>> error_m(17, {0.05, 0.04});
+  error_m.resize(20, {0.3, 0.05});
+  std::vector<HandmadeSite> by_hand;
+  for (const std::vector<double>& of_site_m : error_m) by_hand.push_back({{0.5, 0.5}, of_site_m});
+  ErrorModel model = handmade_model(by_hand, 1);
+  model.card.reference = ErrorReference::kSimulated;
+  model.card.fold_count = 0;
+  FactorTable factors = factors_with_own_error({10, 20}, error_m);
+  if (takes_samples) {
+    factors.looks = {{.range_m = 100.0, .return_count = 400, .point_count = 32},
+                     {.range_m = 100.0, .return_count = 650, .point_count = 40}};
+    model.out_of_fold.looks = factors.looks;
+  }
+  PassContext ctx;
+  ChooseRangesOptions options;
+  options.alpha = 0.05;
+  return *choose_ranges(ctx, options, sites_of(model), model.out_of_fold, model, factors);
+}
+
+TEST(Floor, OfSimulationRangesDifferByPlaceAndLooksDoNot) {
+  const RangeTable ranges = chosen_of_simulation(/*takes_samples=*/false);
+  const RangeTable looks = chosen_of_simulation(/*takes_samples=*/true);
+  for (std::size_t site = 0; site < 20; ++site) {
+    EXPECT_EQ(ranges.range(site, 0), site < 14 ? 0 : 1) << site << ", dilated by 3 m";
+    EXPECT_EQ(looks.range(site, 0), 1) << site;
+  }
+  EXPECT_NE(ranges.promises[0].statement.find("from 10 m to 20 m, by site"), std::string::npos);
+  EXPECT_NE(looks.promises[0].statement.find("everywhere it takes 100 m"), std::string::npos);
 }
 
 }  // namespace
