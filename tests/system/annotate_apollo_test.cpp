@@ -51,8 +51,8 @@ class AnnotateApolloTest : public testing::Test {
     }
     std::string line = "x,y\n";
     for (const double x_m : {20.0, 30.0}) {
-      line += std::to_string(kCorner_m.x() + x_m) + "," + std::to_string(kCorner_m.y() + 10.0) +
-              "\n";
+      line +=
+          std::to_string(kCorner_m.x() + x_m) + "," + std::to_string(kCorner_m.y() + 10.0) + "\n";
     }
     write("line.csv", line);
   }
@@ -87,8 +87,7 @@ TEST_F(AnnotateApolloTest, TakesItsNdsInItsZoneAndSaysWhatItLacks) {
                 .head<2>()
                 .norm(),
             1e-5);
-  const double height_m =
-      map->sites.frame.origin_world_m.z() + first.p_map_m.z() - kCorner_m.z();
+  const double height_m = map->sites.frame.origin_world_m.z() + first.p_map_m.z() - kCorner_m.z();
   EXPECT_GT(height_m, 1.0);
   EXPECT_LT(height_m, 3.0) << "the sensor stands on the ground of the NDs";
   const ProgramResult verified = run_sightline("verify " + output_.string());
@@ -107,8 +106,8 @@ TEST_F(AnnotateApolloTest, IsTheSameFromAConfigurationWhichNamesEveryNode) {
   const std::string depends = *read_text_file(again + ".d");
   EXPECT_THAT(depends, HasSubstr("config.xml"));
   EXPECT_THAT(depends, HasSubstr("map/000/north/10/"));
-  const ProgramResult exported = run_sightline("export " + config + " --format autoware -o " +
-                                               (folder_ / "points").string());
+  const ProgramResult exported =
+      run_sightline("export " + config + " --format autoware -o " + (folder_ / "points").string());
   EXPECT_EQ(exported.status, 64) << exported.err;
   EXPECT_THAT(exported.err, HasSubstr("NDs and no points"));
 }
@@ -124,7 +123,8 @@ TEST_F(AnnotateApolloTest, RefusesAnotherWorldAndDamage) {
   expect_refused("", 64, "--sensor is required");
   expect_refused("--sensor generic-16 --world utm:32N", 64, "lies in utm:10N");
   fs::path node;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_ / "apollo/map")) {
+  for (const fs::directory_entry& entry :
+       fs::recursive_directory_iterator(folder_ / "apollo/map")) {
     if (entry.is_regular_file()) node = entry.path();
   }
   fs::resize_file(node, fs::file_size(node) / 2);

@@ -7,7 +7,6 @@
 
 #include "formats/base/random.h"
 #include "formats/foreign/maps/apollo_config.h"
-#include "formats/foreign/maps/apollo_node.h"
 #include "tests/formats/foreign/foreign_files.h"
 #include "tests/formats/foreign/maps/apollo_writer.h"
 
@@ -15,27 +14,6 @@ namespace sightline {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::span<const std::byte> bytes_of(const std::string& text) {
-  return std::as_bytes(std::span(text));
-}
-
-// A node of two by two cells of 1 m: one of 12 points, one of a single one.
-ApolloTestNode small_node() {
-  ApolloTestNode node{2, 2, {}};
-  ApolloTestCell cell{12, {0.25, 0.5, 0.75}, {}};
-  cell.products_m2 = cell.mean_m * cell.mean_m.transpose() +
-                     Eigen::Matrix3d(Eigen::Vector3d(0.01, 0.02, 0.03).asDiagonal());
-  node.cells[{0, 1, 3}] = cell;
-  node.cells[{1, 0, -2}] = {1, {0.5, 0.5, -0.5}, Eigen::Matrix3d::Constant(0.25)};
-  return node;
-}
-
-ApolloConfig plain_config() { return *parse_apollo_config(apollo_config(1.0, 2, false), "c"); }
-
-Result<ApolloNode> parse(const std::string& file, const ApolloConfig& config = plain_config()) {
-  return parse_apollo_node(bytes_of(file), config, {0, 10, 0, 0}, "node");
-}
 
 // Of the cells of a grid, by brute force.
 struct Moments {
@@ -229,121 +207,6 @@ TEST(ApolloConfig, RefusesWhatNoMapSays) {
     EXPECT_EQ(config.error().code, one.code) << one.to << ": " << to_string(config.error());
   }
   EXPECT_EQ(parse_apollo_config("<map/>", "c").error().code, ErrorCode::kMissingField);
-}
-
-TEST(ApolloNode, IsReadPlainAndPacked) {
-  const std::string body = apollo_body(small_node());
-  ApolloConfig packed = plain_config();
-  packed.is_compressed = true;
-  const Result<ApolloNode> plain = parse(apollo_file({}, body));
-  const Result<ApolloNode> unpacked = parse(apollo_file({}, zlib_packed(body)), packed);
-  ASSERT_TRUE(plain.has_value()) << to_string(plain.error());
-  ASSERT_TRUE(unpacked.has_value()) << to_string(unpacked.error());
-  for (const ApolloNode& node : {*plain, *unpacked}) {
-    EXPECT_EQ(node.single_point_count, 1U);
-    EXPECT_EQ(node.point_count, 13U);
-    ASSERT_EQ(node.nds.size(), 1U);
-    EXPECT_EQ(node.nds[0].key_world, (CellKey{1, 0, 3}));
-    EXPECT_NEAR(node.nds[0].covariance_m2(2, 2), 0.03 * 12 / 11, 1e-6);
-  }
-}
-
-TEST(ApolloNode, CutAnywhereIsRefused) {
-  const std::string body = apollo_body(small_node());
-  const std::string plain = apollo_file({}, body);
-  for (std::size_t size = 0; size < plain.size(); ++size) {
-    const Result<ApolloNode> node = parse(plain.substr(0, size));
-    ASSERT_FALSE(node.has_value()) << size;
-    EXPECT_EQ(node.error().code, ErrorCode::kTruncatedScan) << to_string(node.error());
-  }
-  for (std::size_t size = 0; size < body.size(); ++size) {
-    EXPECT_FALSE(parse(apollo_file({}, body.substr(0, size))).has_value()) << size;
-  }
-  ApolloConfig packed = plain_config();
-  packed.is_compressed = true;
-  const std::string stream = zlib_packed(body);
-  for (std::size_t size = 0; size < stream.size(); ++size) {
-    EXPECT_FALSE(parse(apollo_file({}, stream.substr(0, size)), packed).has_value()) << size;
-  }
-  EXPECT_EQ(parse(plain + "x").error().code, ErrorCode::kMalformedHeader);
-  EXPECT_EQ(parse(apollo_file({}, body + "x")).error().code, ErrorCode::kMalformedHeader);
-  EXPECT_EQ(parse(apollo_file({}, stream + "x"), packed).error().code, ErrorCode::kMalformedHeader);
-}
-
-TEST(ApolloNode, DamagedAnywhereIsRefusedOrHoldsWhatPointsHave) {
-  const std::string plain = apollo_file({}, apollo_body(small_node()));
-  for (std::size_t i = 0; i < plain.size(); ++i) {
-    for (const int flip : {0x01, 0x80, 0xff}) {
-      std::string damaged = plain;
-      damaged[i] = static_cast<char>(damaged[i] ^ flip);
-      const Result<ApolloNode> node = parse(damaged);
-      if (!node) {
-        EXPECT_EQ(error_class(node.error().code), ErrorClass::kInput);
-        continue;
-      }
-      for (const ForeignNd& nd : node->nds) {
-        EXPECT_TRUE(nd.covariance_m2.allFinite()) << i;
-        EXPECT_GE(nd.mean_in_cell_m.minCoeff(), 0.0) << i;
-        EXPECT_LT(nd.mean_in_cell_m.maxCoeff(), 1.0) << i;
-        EXPECT_GE(nd.point_count, 2U) << i;
-      }
-    }
-  }
-}
-
-TEST(ApolloNode, AnotherNodeThanItsFoldersSayIsRefused) {
-  const std::string body = apollo_body(small_node());
-  for (const ApolloTestIndex& index : {ApolloTestIndex{1, 10, 0, 0},
-                                       {0, 11, 0, 0},
-                                       {0, -10, 0, 0},
-                                       {0, 10, 1, 0},
-                                       {0, 10, 0, 1}}) {
-    const Result<ApolloNode> node = parse(apollo_file(index, body));
-    ASSERT_FALSE(node.has_value());
-    EXPECT_EQ(node.error().code, ErrorCode::kMalformedHeader);
-  }
-  ApolloTestNode larger = small_node();
-  larger.rows = 3;
-  EXPECT_THAT(to_string(parse(apollo_file({}, apollo_body(larger))).error()),
-              HasSubstr("found 3 rows of 2, expected 2 of 2"));
-}
-
-// 2^32 - 1 cells, or points on the road, in a column of none.
-TEST(ApolloNode, CountsBeyondTheFileAskForNoMemory) {
-  const std::string empty = apollo_body({2, 2, {}});
-  for (const std::size_t at : {std::size_t{8}, std::size_t{20}}) {
-    std::string body = empty;
-    body.replace(at, 4, "\xff\xff\xff\xff");
-    EXPECT_EQ(parse(apollo_file({}, body)).error().code, ErrorCode::kTruncatedScan) << at;
-  }
-}
-
-TEST(ApolloNode, ABodyThatUnpacksToMoreThanANodeIsRefused) {
-  ApolloConfig packed = plain_config();
-  packed.is_compressed = true;
-  const std::string bomb = zlib_packed(std::string(4'000'000, '\0'));
-  ASSERT_LT(bomb.size(), 5000U);
-  EXPECT_EQ(parse(apollo_file({}, bomb), packed).error().code, ErrorCode::kUnsupportedFormat);
-}
-
-TEST(ApolloNode, NumbersThatNoPointsHaveAreLeftOutAndCounted) {
-  const double nan = std::nan("");
-  const ApolloTestCell good = small_node().cells.begin()->second;
-  std::vector<ApolloTestCell> bad(6, good);
-  bad[0].count = 0x80000000U;  // negative for whoever reads it so
-  bad[1].mean_m.y() = nan;
-  bad[2].products_m2(1, 2) = nan;
-  bad[3].mean_m.x() = 100.0;
-  bad[4].products_m2(2, 2) = -1.0;
-  bad[5].products_m2(0, 0) = 50.0;
-  for (const ApolloTestCell& cell : bad) {
-    ApolloTestNode node = small_node();
-    node.cells.begin()->second = cell;
-    const Result<ApolloNode> read = parse(apollo_file({}, apollo_body(node)));
-    ASSERT_TRUE(read.has_value()) << to_string(read.error());
-    EXPECT_TRUE(read->nds.empty());
-    EXPECT_EQ(read->damaged_count, 1U);
-  }
 }
 
 }  // namespace

@@ -145,4 +145,15 @@ inline std::map<std::pair<std::uint32_t, std::uint32_t>, ApolloTestNode> apollo_
   return nodes;
 }
 
+// A node of two by two cells of 1 m: one of 12 points, one of a single one.
+inline ApolloTestNode small_node() {
+  ApolloTestNode node{2, 2, {}};
+  ApolloTestCell cell{12, {0.25, 0.5, 0.75}, {}};
+  cell.products_m2 = cell.mean_m * cell.mean_m.transpose() +
+                     Eigen::Matrix3d(Eigen::Vector3d(0.01, 0.02, 0.03).asDiagonal());
+  node.cells[{0, 1, 3}] = cell;
+  node.cells[{1, 0, -2}] = {1, {0.5, 0.5, -0.5}, Eigen::Matrix3d::Constant(0.25)};
+  return node;
+}
+
 }  // namespace sightline
