@@ -25,8 +25,7 @@ class UnturnedScanStore : public ScanStore {
     const auto [least_ns, most_ns] = std::ranges::minmax(scan->time_offset_ns);
     const std::int64_t from_ns = scan->stamp_ns + std::min(least_ns, 0);
     const std::int64_t to_ns = scan->stamp_ns + std::max(most_ns, 0);
-    const std::optional<TurnCurve> curve =
-        TurnCurve::by_rates(drive_.turn_rates, from_ns, to_ns);
+    const std::optional<TurnCurve> curve = TurnCurve::by_rates(drive_.turn_rates, from_ns, to_ns);
     if (!curve) return scan;
     const Pose& T_vehicle_lidar = drive_.sensor_of(drive_.scans[index]).T_vehicle_lidar;
     const Pose T_lidar_vehicle = T_vehicle_lidar.inverse();
@@ -52,9 +51,8 @@ class UnturnedScanStore : public ScanStore {
     ByteWriter writer;
     writer.put(stamp_ns);
     encode(drive_.sensor_of(drive_.scans[index]).T_vehicle_lidar, writer);
-    for (const TurnRate& rate :
-         rates_around(drive_.turn_rates, stamp_ns - kFarthestPoint_ns,
-                      stamp_ns + kFarthestPoint_ns)) {
+    for (const TurnRate& rate : rates_around(drive_.turn_rates, stamp_ns - kFarthestPoint_ns,
+                                             stamp_ns + kFarthestPoint_ns)) {
       writer.put(rate.stamp_ns);
       for (int axis = 0; axis < 3; ++axis) writer.put(rate.rate_rad_per_s[axis]);
     }

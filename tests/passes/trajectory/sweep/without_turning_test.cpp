@@ -22,7 +22,8 @@ TEST(WithoutTurning, LeavesAScanOfAVehicleOnTheSpotAsIfMeasuredAtOnce) {
     const Scan raw = *test.drive.store->read(k);
     const Scan scan = *straight.store->read(k);
     EXPECT_EQ(scan.time_offset_ns, raw.time_offset_ns);
-    const Pose T_map_lidar = spinning(0.1 * static_cast<double>(k)) * test.drive.sensor.T_vehicle_lidar;
+    const Pose T_map_lidar =
+        spinning(0.1 * static_cast<double>(k)) * test.drive.sensor.T_vehicle_lidar;
     double worst_before_m = 0.0;
     double worst_m = 0.0;
     for (std::size_t i = 0; i < raw.points_m.size(); ++i) {
