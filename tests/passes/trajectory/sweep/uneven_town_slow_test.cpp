@@ -19,8 +19,8 @@ double drift_m(const UnevenTown& town, const Trajectory& trajectory) {
   double sum_m2 = 0.0;
   for (std::size_t i = 0; i + kScans < truth.size(); ++i) {
     const Pose T_then_now = truth[i].inverse() * truth[i + kScans];
-    const Pose found = trajectory.poses[i].T_map_vehicle.inverse() *
-                       trajectory.poses[i + kScans].T_map_vehicle;
+    const Pose found =
+        trajectory.poses[i].T_map_vehicle.inverse() * trajectory.poses[i + kScans].T_map_vehicle;
     sum_m2 += (T_then_now.inverse() * found).translation().squaredNorm();
   }
   return std::sqrt(sum_m2 / static_cast<double>(truth.size() - kScans));
