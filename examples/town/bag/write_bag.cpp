@@ -150,7 +150,7 @@ class BagFile {
     put_text(content, "ros1");
     put_text(content, "sightline_town");
     file_ << record(1, content);
-    for (std::uint16_t i = 0; i < kTopics.size(); ++i) describe(i);
+    for (std::size_t i = 0; i < kTopics.size(); ++i) describe(i);
   }
 
   void add(Channel channel, std::int64_t stamp_ns, const std::string& message) {
@@ -171,18 +171,19 @@ class BagFile {
  private:
   static constexpr std::string_view kMagic = "\x89MCAP0\r\n";
 
-  void describe(std::uint16_t channel) {
-    const auto schema = static_cast<std::uint16_t>(channel + 1);
+  void describe(std::size_t i) {
+    const auto channel = static_cast<std::uint16_t>(i);
+    const auto schema = static_cast<std::uint16_t>(i + 1);
     std::string content;
     put(content, schema);
-    put_text(content, kTopics.at(channel).type);
+    put_text(content, kTopics.at(i).type);
     put_text(content, "ros1msg");
     put_text(content, "");
     file_ << record(3, content);
     content.clear();
     put(content, channel);
     put(content, schema);
-    put_text(content, kTopics.at(channel).name);
+    put_text(content, kTopics.at(i).name);
     put_text(content, "ros1");
     put_text(content, "");
     file_ << record(4, content);

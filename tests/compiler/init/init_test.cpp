@@ -324,6 +324,19 @@ TEST_F(Init, ReadsWhatABagHolds) {
   EXPECT_THAT(yaml_, HasSubstr("# mapping-2: {scans: drive.bag, topic: /rear/points"));
 }
 
+TEST_F(Init, NamesTheInertialUnitWhosePlaceIsKnown) {
+  std::vector<BagMessage> messages = bag_of({.turned_deg = 30.0}, false);
+  const std::uint32_t seconds = messages.front().seconds;
+  const std::string numbers(37 * sizeof(double), '\0');
+  for (const char* frame : {"lidar", "somewhere"}) {
+    messages.push_back({std::string("/imu/") + frame, "sensor_msgs/Imu", seconds, 0,
+                        ros_header(seconds, 0, frame) + numbers});
+  }
+  write_bag(folder_ / "drive.bag", messages);
+  EXPECT_EQ(draft().mapping.imu_topic, "/imu/lidar");
+  EXPECT_THAT(yaml_, HasSubstr("/imu/somewhere (sensor_msgs/Imu, 1)"));
+}
+
 TEST_F(Init, TakesTheMountingOfTheSensorFromABag) {
   write_bag(folder_ / "drive.bag", bag_of({.turned_deg = 30.0}, false));
   const CompileConfig config = draft();
