@@ -241,6 +241,30 @@ TEST(SurfaceCaster, GivesABlockEveryPatchThatItsSitesCanReach) {
   EXPECT_EQ(seen.size(), sites.sites.size());
 }
 
+TEST(SurfaceCaster, MeetsPatchesWhereAChangePutThem) {
+  // Out of reach until they are moved by ten metres, and in reach until then.
+  Surface surface = random_surface(7, 4000, {82.0, 20.0, 2.0});
+  surface.tile_m = 8.0;
+  const auto move = [](SurfacePatch& patch) { patch.centre_m.x() -= 10.0; };
+  Surface moved = surface;
+  for (SurfacePatch& patch : moved.patches) {
+    move(patch);
+    patch.key = cell_key(patch.centre_m, moved.cell_m);
+  }
+  Random random(8);
+  RayFan fan{{}, 0.5, 12.0};
+  for (int i = 0; i < 2000; ++i) fan.directions.push_back(random_direction(random));
+  const Sites sites = one_site({62.0, 20.0, 2.0});
+  const SiteCaster caster(surface, sites, fan.far_m, move);
+  std::vector<double> found_m;
+  ASSERT_TRUE(caster.cast(caster.blocks().front(), fan, 1,
+                          [&](std::size_t, std::span<const double> distance_m) {
+                            found_m.assign(distance_m.begin(), distance_m.end());
+                          }));
+  EXPECT_EQ(found_m, cast(moved, sites.sites.front().p_map_m, fan.directions, 0.5, 12.0));
+  EXPECT_GT(std::ranges::count_if(found_m, [](double m) { return std::isfinite(m); }), 20);
+}
+
 // The same patches in the order of tiles of another size.
 Surface retiled(Surface surface, double tile_m) {
   surface.tile_m = tile_m;
