@@ -133,11 +133,12 @@ Surface tiled_wall() {
   surface.cell_m = 0.5;
   surface.tile_m = 64.0;
   for (int i = 0; i < 4000; ++i) {
+    const int layer = i / 2000;
     SurfacePatch patch;
-    patch.key = {i % 40, i / 40 % 50, i / 2000};
+    patch.key = {i % 40, i / 40 % 50, layer};
     patch.centre_m = {30.0 + 1e-6 * (i % 7), 0.5 * (i % 40) - 10.0, 0.5 * (i / 40 % 50) - 12.0};
     patch.normal = Eigen::Vector3d(1.0, 0.0, 1e-5 * (i % 3)).normalized();
-    patch.half_side_m = 0.25 + 0.25 * (i / 2000);
+    patch.half_side_m = 0.25 + 0.25 * layer;
     surface.patches.push_back(patch);
   }
   return surface;
