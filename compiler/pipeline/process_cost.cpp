@@ -1,5 +1,6 @@
 #include "compiler/pipeline/process_cost.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <fstream>
@@ -26,6 +27,14 @@ double peak_memory_mib() {
     if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024.0;
   }
   return 0.0;
+}
+
+void return_freed_memory() {
+#ifdef __GLIBC__
+  constexpr int kMiB = 1 << 20;
+  ::mallopt(M_MMAP_THRESHOLD, 4 * kMiB);
+  ::mallopt(M_TRIM_THRESHOLD, 64 * kMiB);
+#endif
 }
 
 }  // namespace sightline

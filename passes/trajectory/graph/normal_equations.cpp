@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <utility>
 
 #include "formats/rotation.h"
 
@@ -82,28 +83,16 @@ void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations
   }
 }
 
-// Written in place: triplets of a long street would take as much memory again as all else here.
-// Blocks come by row, so that what is appended to a column ascends.
-Eigen::SparseMatrix<double> matrix_of(const Equations& all) {
-  const Eigen::Index size = all.gradient.size();
-  Eigen::SparseMatrix<double> matrix(size, size);
-  int* const begin = matrix.outerIndexPtr();  // of each column
-  for (const auto& [key, block] : all.blocks) {
-    for (int j = 0; j < 6; ++j) begin[6 * key.second + static_cast<unsigned>(j) + 1] += 6;
+std::map<BlockKey, Matrix6d> blocks_below_graph(const PoseGraph& graph,
+                                                const std::vector<Pose>& poses,
+                                                const Equations& all) {
+  Equations of_graph{{}, Eigen::VectorXd::Zero(all.gradient.size())};
+  add_graph(graph, poses, of_graph);
+  for (auto& [key, block] : of_graph.blocks) {
+    const auto below = all.blocks.find(key);
+    block = below == all.blocks.end() ? Matrix6d::Zero() : below->second;
   }
-  for (Eigen::Index column = 0; column < size; ++column) begin[column + 1] += begin[column];
-  matrix.resizeNonZeros(begin[size]);
-  std::vector<int> next(begin, begin + size);
-  for (const auto& [key, block] : all.blocks) {
-    for (int j = 0; j < 6; ++j) {
-      int& place = next[6 * key.second + static_cast<unsigned>(j)];
-      for (int i = 0; i < 6; ++i, ++place) {
-        matrix.innerIndexPtr()[place] = static_cast<int>(6 * key.first) + i;
-        matrix.valuePtr()[place] = block(i, j);
-      }
-    }
-  }
-  return matrix;
+  return std::move(of_graph.blocks);
 }
 
 }  // namespace sightline

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/SparseCore>
+#include <Eigen/Core>
 #include <cstdint>
 #include <map>
 #include <utility>
@@ -27,7 +27,10 @@ void add_block(std::uint32_t row, std::uint32_t column, const Matrix6d& block, E
 // residual. Where there are no priors the first pose is held.
 void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations& all);
 
-// The lower triangle.
-Eigen::SparseMatrix<double> matrix_of(const Equations& all);
+// The blocks that add_graph() adds to, as they are before; zero where there is none yet. Put back,
+// they save a second set of equations.
+std::map<BlockKey, Matrix6d> blocks_below_graph(const PoseGraph& graph,
+                                                const std::vector<Pose>& poses,
+                                                const Equations& all);
 
 }  // namespace sightline

@@ -1,7 +1,5 @@
 #include "passes/trajectory/graph/plane_adjustment.h"
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -13,6 +11,7 @@
 #include "formats/base/parallel.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/trajectory/graph/normal_equations.h"
+#include "passes/trajectory/graph/normal_solver.h"
 #include "passes/trajectory/graph/planes.h"
 #include "passes/trajectory/odometry.h"
 
@@ -139,19 +138,13 @@ Result<void> add_planes(PassContext& ctx, const std::vector<Pose>& poses, ScanCa
   return {};
 }
 
-using Solver = Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>;
-
 // The covariance of some keys, the others interpolated.
-std::vector<Matrix6d> covariances(const Solver& solver, std::size_t count) {
+std::vector<Matrix6d> covariances(const NormalSolver& solver, std::size_t count) {
   std::vector<Matrix6d> all(count);
   std::size_t before = 0;
   for (std::size_t key = 0; key < count; ++key) {
     if (key % kCovarianceStep != 0 && key + 1 != count) continue;
-    const auto row = static_cast<Eigen::Index>(6 * key);
-    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(solver.rows(), 6);
-    unit.block<6, 6>(row, 0).setIdentity();
-    const Eigen::MatrixXd columns = solver.solve(unit);
-    const Matrix6d own = columns.block<6, 6>(row, 0);
+    const Matrix6d own = solver.inverse_block(static_cast<std::uint32_t>(key));
     all[key] = 0.5 * (own + own.transpose());
     for (std::size_t k = before + 1; k < key; ++k) {
       const double share = static_cast<double>(k - before) / static_cast<double>(key - before);
@@ -207,21 +200,21 @@ Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const 
   std::vector<Pose> poses;
   for (const std::uint32_t scan : keys) poses.push_back(start[scan]);
   ScanCache cache(drive, keys);
-  Solver solver;
+  NormalSolver solver;
   Equations planes;
   for (int round = 0; round < kMostRounds; ++round) {
     planes = {{}, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * poses.size()))};
     SIGHTLINE_TRY(add_planes(ctx, poses, cache, planes));
-    Equations all = planes;
-    add_graph(graph, poses, all);
-    solver.compute(matrix_of(all));
-    if (solver.info() != Eigen::Success) return no_solution();
-    if (!moves_more(-solver.solve(all.gradient), poses)) break;
+    const std::map<BlockKey, Matrix6d> of_planes_alone = blocks_below_graph(graph, poses, planes);
+    add_graph(graph, poses, planes);
+    if (!solver.factor(planes)) return no_solution();
+    const bool is_done = !moves_more(-solver.solve(planes.gradient), poses);
+    for (const auto& [key, block] : of_planes_alone) planes.blocks[key] = block;
+    if (is_done) break;
   }
   for (auto& [key, block] : planes.blocks) block /= kDependentPlanes;
   add_graph(graph, poses, planes);
-  solver.compute(matrix_of(planes));
-  if (solver.info() != Eigen::Success) return no_solution();
+  if (!solver.factor(planes)) return no_solution();
   return spread(start, keys, poses, covariances(solver, keys.size()));
 }
 

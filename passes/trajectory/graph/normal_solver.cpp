@@ -1,0 +1,109 @@
+#include "passes/trajectory/graph/normal_solver.h"
+
+#include <Eigen/OrderingMethods>
+#include <algorithm>
+#include <cstddef>
+#include <tuple>
+
+namespace sightline {
+namespace {
+
+// A block where it goes.
+struct PlacedBlock {
+  std::uint32_t column = 0;
+  std::uint32_t row = 0;  // <= column
+  bool is_turned = false;
+  const Matrix6d* block = nullptr;
+};
+
+std::vector<PlacedBlock> placed_blocks(const Equations& all,
+                                       const std::vector<std::uint32_t>& place_of) {
+  std::vector<PlacedBlock> placed;
+  placed.reserve(all.blocks.size());
+  for (const auto& [key, block] : all.blocks) {
+    const std::uint32_t row = place_of[key.first];
+    const std::uint32_t column = place_of[key.second];
+    // What is below the diagonal stands above it as its transpose. Of a block on the diagonal the
+    // lower triangle is what counts.
+    const bool is_turned = row >= column;
+    placed.push_back({std::max(row, column), std::min(row, column), is_turned, &block});
+  }
+  std::ranges::sort(placed, {}, [](const PlacedBlock& one) { return std::pair(one.column, one.row); });
+  return placed;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> elimination_places(const Equations& all) {
+  const Eigen::Index poses = all.gradient.size() / 6;
+  std::vector<Eigen::Triplet<double, int>> pairs;
+  pairs.reserve(all.blocks.size());
+  for (const auto& [key, block] : all.blocks) {
+    pairs.emplace_back(static_cast<int>(key.first), static_cast<int>(key.second), 1.0);
+  }
+  Eigen::SparseMatrix<double> coupled(poses, poses);
+  coupled.setFromTriplets(pairs.begin(), pairs.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+  Eigen::AMDOrdering<int>()(coupled.selfadjointView<Eigen::Lower>(), order);
+  std::vector<std::uint32_t> place_of(static_cast<std::size_t>(poses));
+  for (Eigen::Index place = 0; place < poses; ++place) {
+    place_of[static_cast<std::size_t>(order.indices()[place])] = static_cast<std::uint32_t>(place);
+  }
+  return place_of;
+}
+
+// Written in place: triplets of a long street would take as much memory again as all else here.
+Eigen::SparseMatrix<double> upper_matrix(const Equations& all,
+                                         const std::vector<std::uint32_t>& place_of) {
+  const std::vector<PlacedBlock> placed = placed_blocks(all, place_of);
+  const Eigen::Index size = all.gradient.size();
+  Eigen::SparseMatrix<double> matrix(size, size);
+  int* const begin = matrix.outerIndexPtr();  // of each column
+  for (const PlacedBlock& one : placed) {
+    for (std::uint32_t j = 0; j < 6; ++j) begin[6 * one.column + j + 1] += 6;
+  }
+  for (Eigen::Index column = 0; column < size; ++column) begin[column + 1] += begin[column];
+  matrix.resizeNonZeros(begin[size]);
+  std::vector<int> next(begin, begin + size);
+  for (const PlacedBlock& one : placed) {
+    for (int j = 0; j < 6; ++j) {
+      int& place = next[6 * one.column + static_cast<unsigned>(j)];
+      for (int i = 0; i < 6; ++i, ++place) {
+        matrix.innerIndexPtr()[place] = static_cast<int>(6 * one.row) + i;
+        matrix.valuePtr()[place] = one.is_turned ? (*one.block)(j, i) : (*one.block)(i, j);
+      }
+    }
+  }
+  return matrix;
+}
+
+bool NormalSolver::factor(const Equations& all) {
+  place_of_ = elimination_places(all);
+  llt_.compute(upper_matrix(all, place_of_));
+  return llt_.info() == Eigen::Success;
+}
+
+Eigen::VectorXd NormalSolver::solve(const Eigen::VectorXd& right) const {
+  Eigen::VectorXd placed(right.size());
+  for (std::size_t pose = 0; pose < place_of_.size(); ++pose) {
+    placed.segment<6>(6 * static_cast<Eigen::Index>(place_of_[pose])) =
+        right.segment<6>(6 * static_cast<Eigen::Index>(pose));
+  }
+  const Eigen::VectorXd found = llt_.solve(placed);
+  Eigen::VectorXd solution(right.size());
+  for (std::size_t pose = 0; pose < place_of_.size(); ++pose) {
+    solution.segment<6>(6 * static_cast<Eigen::Index>(pose)) =
+        found.segment<6>(6 * static_cast<Eigen::Index>(place_of_[pose]));
+  }
+  return solution;
+}
+
+Matrix6d NormalSolver::inverse_block(std::uint32_t pose) const {
+  const auto row = 6 * static_cast<Eigen::Index>(place_of_[pose]);
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(llt_.rows(), 6);
+  unit.block<6, 6>(row, 0).setIdentity();
+  const Eigen::MatrixXd columns = llt_.solve(unit);
+  return columns.block<6, 6>(row, 0);
+}
+
+}  // namespace sightline

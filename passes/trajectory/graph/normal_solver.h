@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <cstdint>
+#include <vector>
+
+#include "passes/matching/match_score.h"
+#include "passes/trajectory/graph/normal_equations.h"
+
+namespace sightline {
+
+// Solves normal equations by sparse Cholesky. The order of elimination is that of the poses, found
+// by approximate minimum degree (Amestoy, Davis, Duff, 1996): that of the unknowns, six for each
+// pose, would take four times the memory of all else here to find.
+class NormalSolver {
+ public:
+  // Keeps the factors of the matrix; false where it is not positive definite.
+  [[nodiscard]] bool factor(const Equations& all);
+  // What the matrix takes to `right`.
+  [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& right) const;
+  // The block of a pose on the diagonal of the inverse.
+  [[nodiscard]] Matrix6d inverse_block(std::uint32_t pose) const;
+
+ private:
+  std::vector<std::uint32_t> place_of_;  // of each pose, in the order of elimination
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper, Eigen::NaturalOrdering<int>> llt_;
+};
+
+// The places of poses in an order of elimination that fills in little.
+std::vector<std::uint32_t> elimination_places(const Equations& all);
+
+// The matrix with its poses at these places; blocks on and above the diagonal.
+Eigen::SparseMatrix<double> upper_matrix(const Equations& all,
+                                         const std::vector<std::uint32_t>& place_of);
+
+}  // namespace sightline
