@@ -90,15 +90,15 @@ CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
   const Wire<FactorTable> factors = add_choice(config, compile);
   const FinishedMapInput& finished = compile.finished;
   if (finished.compiled.is_connected()) {
-    compile.map = plan.run(kEmitMapAnew, compile.ndt, compile.sites, compile.predicted,
+    compile.map = plan.run(kEmitMapAnew, compile.packed_nds, compile.sites, compile.predicted,
                            compile.ranges, compile.measured, compile.model, factors,
                            compile.localizing_sensor, compile.cards, finished.compiled);
   } else if (finished.nds.is_connected()) {
-    compile.map = plan.run(kEmitNdMap, compile.ndt, compile.sites, compile.predicted,
+    compile.map = plan.run(kEmitNdMap, compile.packed_nds, compile.sites, compile.predicted,
                            compile.ranges, compile.measured, compile.model, factors,
                            compile.localizing_sensor, compile.cards, finished.nds);
   } else {
-    compile.map = plan.run(kEmitAnnotatedMap, compile.ndt, compile.sites, compile.predicted,
+    compile.map = plan.run(kEmitAnnotatedMap, compile.packed_nds, compile.sites, compile.predicted,
                            compile.ranges, compile.measured, compile.model, factors,
                            compile.localizing_sensor, compile.cards);
   }
@@ -156,7 +156,7 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   EmitMapOptions emitting = plan.options(kEmitMap);
   emitting.mapping_scans = scan_shares(config).mapping;
   compile.map =
-      plan.run_as("", kEmitMap, emitting, compile.drive, localized.drive, compile.ndt,
+      plan.run_as("", kEmitMap, emitting, compile.drive, localized.drive, compile.packed_nds,
                   compile.sites, compile.predicted, compile.ranges, compile.measured, compile.model,
                   factors, compile.look_plan, compile.sharpness, compile.trajectory);
   return compile;

@@ -16,6 +16,8 @@
 #include "formats/foreign/maps/foreign_nds.h"
 #include "formats/foreign/maps/point_map.h"
 #include "formats/map/compiled_map.h"
+#include "formats/map/map_file.h"
+#include "formats/map/packed_nds.h"
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/sharpness.h"
 #include "formats/surroundings/surface_points.h"
@@ -87,6 +89,7 @@ struct CompilePlan {
   Wire<Drive> undistorted;       // of all sensors
   Wire<SurfacePoints> points;    // not connected where a finished map holds NDs
   Wire<NdtMap> ndt;
+  Wire<PackedNds> packed_nds;  // the same, for the map file
   Wire<TiledSurface> surface;
   Wire<Sites> sites;
   Wire<DepthImages> depth;
@@ -102,7 +105,7 @@ struct CompilePlan {
   Wire<CalibratedPlan> look_plan;
   Wire<Sharpness> sharpness;
   Wire<Evaluation> evaluation;
-  Wire<CompiledMap> map;
+  Wire<MapFile> map;
 };
 
 // Judges a finished map by an independent drive, at the map's own ranges. Where that drive is the

@@ -1,6 +1,7 @@
 #include "compiler/driver/steps_of_map.h"
 
 #include "compiler/driver/steps_of_drives.h"
+#include "passes/emit/pack_nds.h"
 #include "passes/factors/factors_of_sites.h"
 #include "passes/ingest/ingest.h"
 #include "passes/ingest/ingest_compiled_map.h"
@@ -132,6 +133,7 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   compile.points = plan.run_as("", kRemoveMoving, moving, compile.undistorted, mapping.trajectory);
   // From here on all that is left stood still.
   compile.ndt = plan.run(kBuildNdt, compile.points);
+  compile.packed_nds = plan.run(kPackNds, compile.ndt);
   compile.surface = plan.run(kBuildSurface, compile.points);
   const bool is_one_sensor = mapping.drive == compile.drive;
   compile.sharpness = plan.run(
@@ -154,6 +156,7 @@ void add_finished_map(const CompileConfig& config, CompilePlan& compile) {
     compile.localizing_sensor = finished.sensor;
   }
   add_surroundings(compile);
+  compile.packed_nds = plan.run(kPackNds, compile.ndt);
   compile.sites = add_places(compile);
   const Wire<FactorTable> map_factors = add_factors(compile.localizing_sensor, compile);
   SimulateErrorOptions simulating = plan.options(kSimulateError);

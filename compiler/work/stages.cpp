@@ -36,6 +36,7 @@ constexpr std::array kStages = {
     PassStage{"undistort-scans", Stage::kTiles, Stage::kTiles},
     PassStage{"remove-moving", Stage::kTiles, Stage::kTiles},
     PassStage{"build-ndt", Stage::kTiles, Stage::kTiles},
+    PassStage{"pack-nds", Stage::kTiles, Stage::kTiles},
     PassStage{"build-surface", Stage::kTiles, Stage::kTiles},
     PassStage{"measure-sharpness", Stage::kTiles, Stage::kTiles},
     PassStage{"choose-sites", Stage::kTiles, Stage::kTiles},

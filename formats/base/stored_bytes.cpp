@@ -116,6 +116,25 @@ Result<void> GrowingBytes::append(std::span<const std::byte> bytes) {
   return {};
 }
 
+Result<void> GrowingBytes::replace(std::uint64_t offset, std::span<const std::byte> bytes) {
+  SIGHTLINE_CHECK(offset <= size_ && bytes.size() <= size_ - offset);
+  if (!is_in_file()) {
+    std::ranges::copy(bytes, memory_.begin() + static_cast<std::ptrdiff_t>(offset));
+    return {};
+  }
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t count = ::pwrite(file_.number(), bytes.data() + done, bytes.size() - done,
+                                   static_cast<off_t>(offset + done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) {
+      return write_failure(folder_for_temporary_files(), "cannot write a temporary file", errno);
+    }
+    done += static_cast<std::size_t>(count);
+  }
+  return {};
+}
+
 StoredBytes GrowingBytes::take() {
   if (is_in_file()) return {std::move(file_), std::exchange(size_, 0)};
   size_ = 0;

@@ -52,6 +52,8 @@ class GrowingBytes {
   [[nodiscard]] bool is_in_file() const { return file_.number() >= 0; }
   // Errors: disk-full, cannot-write.
   [[nodiscard]] Result<void> append(std::span<const std::byte> bytes);
+  // Puts bytes in place of others; within what there is. Errors: disk-full, cannot-write.
+  [[nodiscard]] Result<void> replace(std::uint64_t offset, std::span<const std::byte> bytes);
   // After the last append().
   [[nodiscard]] StoredBytes take();
 

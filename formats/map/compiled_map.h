@@ -125,6 +125,9 @@ struct ArtifactTraits<CompiledMap> {
 // Each artifact is valid, all share one frame, one set of sites, ranges and limits.
 // Error: invalid-artifact.
 Result<void> validate(const CompiledMap& map);
+// Part of it: factors, or none, of these sites and of what is chosen from. Error: invalid-artifact.
+Result<void> validate_factors(const FactorTable& factors, const Sites& sites,
+                              const RangeTable& ranges);
 
 // The facts of the map and, per site and limit, what a vehicle is told: joins sites and ranges.
 Table dump(const CompiledMap& map);

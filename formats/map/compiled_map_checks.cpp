@@ -63,26 +63,6 @@ Result<void> validate_agreement(const CompiledMap& map) {
   return {};
 }
 
-Result<void> validate_factors(const CompiledMap& map) {
-  if (map.factors.factors.empty()) {
-    return map.factors.of_samples.empty() ? Result<void>()
-                                          : invalid("there are factors of looks alone");
-  }
-  SIGHTLINE_TRY(validate(map.factors));
-  if (map.factors.site_count != map.sites.sites.size() || map.factors.looks != map.ranges.looks ||
-      map.factors.factors.size() > kMostFactors) {
-    return invalid("the factors are of other sites or ranges, or too many");
-  }
-  for (const FactorTable& samples : map.factors.of_samples) {
-    if (map.ranges.of_samples.empty() || samples.site_count != map.sites.sites.size() ||
-        samples.looks != map.ranges.of_samples.front().looks ||
-        samples.factors.size() > kMostFactors) {
-      return invalid("the factors of looks are of other sites or looks, or too many");
-    }
-  }
-  return {};
-}
-
 Result<void> validate_bounds(const CompiledMap& map) {
   if (!is_world_name(map.world)) return invalid("the name of its world is empty or not printable");
   if (map.ranges.looks.size() > kMostRanges || map.ranges.promises.size() > kMostLimits) {
@@ -115,9 +95,30 @@ Result<void> validate_bounds(const CompiledMap& map) {
 
 }  // namespace
 
+Result<void> validate_factors(const FactorTable& factors, const Sites& sites,
+                              const RangeTable& ranges) {
+  if (factors.factors.empty()) {
+    return factors.of_samples.empty() ? Result<void>()
+                                      : invalid("there are factors of looks alone");
+  }
+  SIGHTLINE_TRY(validate(factors));
+  if (factors.site_count != sites.sites.size() || factors.looks != ranges.looks ||
+      factors.factors.size() > kMostFactors) {
+    return invalid("the factors are of other sites or ranges, or too many");
+  }
+  for (const FactorTable& samples : factors.of_samples) {
+    if (ranges.of_samples.empty() || samples.site_count != sites.sites.size() ||
+        samples.looks != ranges.of_samples.front().looks || samples.factors.size() > kMostFactors) {
+      return invalid("the factors of looks are of other sites or looks, or too many");
+    }
+  }
+  return {};
+}
+
 Result<void> validate(const CompiledMap& map) {
-  for (const Result<void>& valid : {validate_artifacts(map), validate_agreement(map),
-                                    validate_factors(map), validate_bounds(map)}) {
+  for (const Result<void>& valid :
+       {validate_artifacts(map), validate_agreement(map),
+        validate_factors(map.factors, map.sites, map.ranges), validate_bounds(map)}) {
     if (!valid) return valid.error();
   }
   return {};

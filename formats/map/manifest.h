@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "formats/map/compiled_map.h"
@@ -13,6 +14,8 @@ struct Manifest;
 
 // Everything of a map that is not per tile, as a FlatBuffer of schemas/map.fbs.
 std::vector<std::byte> encode_manifest(const CompiledMap& map);
+// The same of a map whose NDs, so many, are elsewhere.
+std::vector<std::byte> encode_manifest(const CompiledMap& map, std::uint64_t nd_count);
 
 // Fills all but NDs, sites, predictions, choices and the model's bytes. The manifest has been
 // checked (check_manifest). Error: bad-manifest.

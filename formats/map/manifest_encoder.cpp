@@ -174,6 +174,10 @@ EncodedLooks encode_choice_of_looks(const CompiledMap& map, Builder& builder) {
 }  // namespace
 
 std::vector<std::byte> encode_manifest(const CompiledMap& map) {
+  return encode_manifest(map, map.ndt.nds.size());
+}
+
+std::vector<std::byte> encode_manifest(const CompiledMap& map, std::uint64_t nd_count) {
   Builder builder;
   const Eigen::Vector3d& origin_m = map.ndt.frame.origin_world_m;
   const schema::Vector3 origin(origin_m.x(), origin_m.y(), origin_m.z());
@@ -198,7 +202,7 @@ std::vector<std::byte> encode_manifest(const CompiledMap& map) {
   if (map.world != kLocalWorld) world = builder.CreateString(map.world);
   builder.Finish(schema::CreateManifest(
       builder, map_id, version, map.release, writer, &origin, map.ndt.cell_m, map.ndt.tile_m,
-      map.sites.spacing_m, map.reach_m, map.ndt.nds.size(), map.ndt.sparse_cell_count,
+      map.sites.spacing_m, map.reach_m, nd_count, map.ndt.sparse_cell_count,
       map.ndt.degenerate_cell_count, map.ndt.point_count, map.ranges.site_count, ranges,
       static_cast<schema::Rule>(map.ranges.selection), map.ranges.dilation_m, all_promises,
       all_quality, sensor, measurement, all_definitions, model, sharpness, trajectory,

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "formats/map/contents_layer.h"
+#include "formats/map/container/contents_layer.h"
+#include "formats/map/container/map_digests.h"
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
-#include "formats/map/map_digests.h"
 #include "formats/reader/map_checks.h"
 #include "map_generated.h"
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "formats/map/compiled_map.h"
-#include "formats/map/look_up_writer.h"
+#include "formats/map/container/look_up_writer.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/map/map_summary.h"
-#include "formats/map/packed_block.h"
 #include "formats/reader/map_container.h"
 
 namespace sightline {

@@ -1,5 +1,9 @@
 #include "formats/map/map_writer.h"
 
+#include <algorithm>
+#include <map>
+#include <utility>
+
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
@@ -13,70 +17,105 @@ namespace {
 static_assert(kUnmet == kAnswerUnmet && kExtrapolated == kAnswerExtrapolated &&
               kStatic == kAnswerStatic && kSimulatedAnswer == kAnswerSimulated);
 
-// None where the map holds no factors.
-void append_factors(const FactorTable& factors, std::string_view name, const TileRows& rows,
-                    TileParts& tile) {
-  if (rows.sites.empty() || factors.factors.empty()) return;
-  tile.layers.push_back({std::string(name), kFactorLayerVersion, false, rows.sites.size(), true,
-                         encode_factor_layer(factors, rows.sites)});
-}
-
-void append_names(const FactorTable& factors, std::string_view name, ContainerParts& parts) {
-  if (factors.factors.empty()) return;
-  parts.sections.push_back({std::string(name), kFactorNamesVersion, false, factors.factors.size(),
-                            true, encode_factor_names(factors)});
+// What a tile holds but for its NDs, by name of layer.
+std::vector<BlockParts> layers_of_sites(const CompiledMap& map, const FactorTable& factors,
+                                        std::span<const std::uint32_t> sites) {
+  std::vector<BlockParts> layers;
+  if (sites.empty()) return layers;
+  const auto append = [&](const FactorTable& table, std::string_view name) {
+    if (table.factors.empty()) return;
+    layers.push_back({std::string(name), kFactorLayerVersion, false, sites.size(), true,
+                      encode_factor_layer(table, sites)});
+  };
+  append(factors, kFactorLayer);
+  for (const FactorTable& samples : factors.of_samples) append(samples, kSampleFactorLayer);
+  // As it lies in memory, so that a vehicle needs no decompressor.
+  layers.push_back({std::string(kRangeLayer), kRangeLayerVersion, true, sites.size(), false,
+                    encode_range_layer(map, sites)});
+  return layers;
 }
 
 TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
-  TileParts tile;
-  tile.key = rows.key;
-  append_factors(map.factors, kFactorLayer, rows, tile);
-  for (const FactorTable& samples : map.factors.of_samples) {
-    append_factors(samples, kSampleFactorLayer, rows, tile);
-  }
+  TileParts tile{rows.key, layers_of_sites(map, map.factors, rows.sites)};
   if (!rows.nds.empty()) {
     tile.layers.push_back({std::string(kNdtLayer), kNdtLayerVersion, true, rows.nds.size(), true,
                            encode_ndt_layer(map.ndt, rows.nds)});
   }
-  if (!rows.sites.empty()) {
-    // As it lies in memory, so that a vehicle needs no decompressor.
-    tile.layers.push_back({std::string(kRangeLayer), kRangeLayerVersion, true, rows.sites.size(),
-                           false, encode_range_layer(map, rows.sites)});
-  }
+  std::ranges::sort(tile.layers, {}, &BlockParts::name);
   return tile;
 }
 
-// All but the tiles.
-ContainerParts parts_without_tiles(const CompiledMap& map) {
-  const Result<void> valid = validate(map);
-  SIGHTLINE_CHECK(valid);
-  ContainerParts parts;
-  parts.manifest = encode_manifest(map);
+std::vector<BlockParts> sections_of(const CompiledMap& map, const FactorTable& factors) {
+  std::vector<BlockParts> sections;
   if (!map.model.bytes.empty()) {
     // The manifest names its digest, so it need not be required: a vehicle can do without it.
-    parts.sections.push_back(
+    sections.push_back(
         {std::string(kModelSection), map.model.encoding_version, false, 1, true, map.model.bytes});
   }
-  append_names(map.factors, kFactorNames, parts);
-  for (const FactorTable& samples : map.factors.of_samples) {
-    append_names(samples, kSampleFactorNames, parts);
+  const auto append = [&](const FactorTable& table, std::string_view name) {
+    if (table.factors.empty()) return;
+    sections.push_back({std::string(name), kFactorNamesVersion, false, table.factors.size(), true,
+                        encode_factor_names(table)});
+  };
+  append(factors, kFactorNames);
+  for (const FactorTable& samples : factors.of_samples) append(samples, kSampleFactorNames);
+  return sections;
+}
+
+// Sites and NDs of a tile, either of which may be missing.
+struct TileOfParts {
+  const std::vector<std::uint32_t>* sites = nullptr;
+  const PackedNdTile* nds = nullptr;
+};
+
+Result<void> write_tile(TileKey key, const TileOfParts& tile, const MapParts& parts,
+                        ContainerWriter& writer) {
+  std::vector<SelfContainedBlock> own;
+  if (tile.sites != nullptr) {
+    for (const BlockParts& layer : layers_of_sites(parts.answers, parts.factors, *tile.sites)) {
+      own.push_back(packed(layer));
+    }
   }
-  return parts;
+  std::vector<PackedBlock> layers;
+  for (const SelfContainedBlock& layer : own) layers.push_back(layer.block);
+  std::vector<std::byte> bytes;
+  if (tile.nds != nullptr) {
+    SIGHTLINE_ASSIGN(PackedBlock nds, read_layer(parts.nds, *tile.nds, bytes));
+    layers.push_back(std::move(nds));
+  }
+  std::ranges::sort(layers, {}, &PackedBlock::name);
+  return writer.add_tile(key, layers);
 }
 
 }  // namespace
 
 ContainerParts parts_of(const CompiledMap& map) {
-  ContainerParts parts = parts_without_tiles(map);
+  SIGHTLINE_CHECK(validate(map));
+  ContainerParts parts;
+  parts.manifest = encode_manifest(map);
+  parts.sections = sections_of(map, map.factors);
   for (const TileRows& rows : tiles_of(map)) parts.tiles.push_back(tile_parts(map, rows));
   return parts;
 }
 
-// Of a long street all tiles at once would be as large as the map in memory once more.
-std::vector<std::byte> encode_map(const CompiledMap& map) {
-  const std::vector<TileRows> tiles = tiles_of(map);
-  return assemble(parts_without_tiles(map), tiles.size(),
-                  [&](std::size_t i) { return tile_parts(map, tiles[i]); });
+Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& write) {
+  const CompiledMap& map = parts.answers;
+  SIGHTLINE_CHECK(map.ndt.nds.empty() && map.factors.factors.empty());
+  SIGHTLINE_CHECK(validate(map));
+  SIGHTLINE_CHECK(validate_factors(parts.factors, map.sites, map.ranges));
+  const std::vector<TileRows> of_sites = tiles_of(map);
+  std::map<TileKey, TileOfParts> tiles;
+  for (const TileRows& rows : of_sites) tiles[rows.key].sites = &rows.sites;
+  for (const PackedNdTile& tile : parts.nds.tiles) tiles[tile.key].nds = &tile;
+  ContainerWriter writer(write, encode_manifest(map, parts.nds.nd_count), {});
+  for (const auto& [key, tile] : tiles) SIGHTLINE_TRY(write_tile(key, tile, parts, writer));
+  for (const BlockParts& section : sections_of(map, parts.factors)) {
+    SIGHTLINE_TRY(writer.add_section(packed(section).block));
+  }
+  SIGHTLINE_ASSIGN([[maybe_unused]] const Digest root, writer.finish());
+  return {};
 }
+
+std::vector<std::byte> encode_map(const CompiledMap& map) { return assemble(parts_of(map)); }
 
 }  // namespace sightline

@@ -4,7 +4,8 @@
 #include <vector>
 
 #include "formats/map/compiled_map.h"
-#include "formats/map/container_writer.h"
+#include "formats/map/container/container_writer.h"
+#include "formats/map/packed_nds.h"
 
 namespace sightline {
 
@@ -12,6 +13,16 @@ namespace sightline {
 // bytes; no clock, host name or command line enters. NDs are rounded as layers.h says; all else is
 // exact.
 std::vector<std::byte> encode_map(const CompiledMap& map);
+
+// What a file is written from that no process holds whole.
+struct MapParts {
+  const CompiledMap& answers;  // all but NDs and factors, of which it has none
+  const PackedNds& nds;
+  const FactorTable& factors;  // those of the map; without any factor it has none
+};
+// The same bytes, tile by tile. The parts are valid, each and together. Errors: cannot-read, those
+// of `write`.
+Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& write);
 
 // The same before it is put together: for who adds layers of their own.
 ContainerParts parts_of(const CompiledMap& map);

@@ -1,9 +1,13 @@
 #include "passes/emit/emit_map.h"
 
 #include <algorithm>
+#include <span>
+#include <utility>
 
 #include "formats/base/hash.h"
+#include "formats/base/stored_bytes.h"
 #include "formats/base/version.h"
+#include "formats/map/map_writer.h"
 #include "passes/model/forest/measured_columns.h"
 
 namespace sightline {
@@ -120,11 +124,77 @@ MeasuredError to_judge_by(const PassContext& ctx, const EmitMapInputs& inputs) {
   return {};
 }
 
-// With what the predictions were told besides.
-FactorTable factors_of(const EmitMapInputs& inputs) {
+bool must_add_measured(const EmitMapInputs& inputs) {
   const bool is_told = std::ranges::count(inputs.predicted.has_history, std::uint8_t{1}) > 0;
-  if (!is_told || has_measured_columns(inputs.factors)) return inputs.factors;
-  return with_measured_columns(inputs.factors, inputs.measured);
+  return is_told && !has_measured_columns(inputs.factors);
+}
+
+Error mismatched(const Error& error) {
+  return {ErrorCode::kMismatchedInputs, error.message, "", error.place};
+}
+
+// All of the map but its NDs and factors.
+Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& options,
+                               const EmitMapInputs& inputs) {
+  SIGHTLINE_TRY(check_options(options));
+  SIGHTLINE_TRY(check_measured(inputs));
+  CompiledMap map;
+  map.map_id =
+      options.map_id.empty() ? derived_map_id(inputs.mapping, inputs.nds.frame) : options.map_id;
+  map.version = options.version;
+  map.release = static_cast<std::uint64_t>(options.release);
+  map.writer = "sightline " + program_version();
+  map.world = options.world;
+  map.ndt = without_nds(inputs.nds);
+  map.sites = inputs.sites;
+  map.predicted = inputs.predicted;
+  map.ranges = inputs.ranges;
+  const bool has_plan = inputs.plan != nullptr && !map.ranges.of_samples.empty();
+  if (has_plan) map.ranges.of_samples.front().plan = inputs.plan->plan;
+  map.reach_m = options.reach_m;
+  map.sensor = inputs.localization.sensor;
+  map.measurement = card_of(options, inputs);
+  map.definitions = definitions();
+  map.model = record_of(inputs.model);
+  if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
+  if (inputs.mapping_trajectory != nullptr) {
+    map.trajectory = quality_of(*inputs.mapping_trajectory);
+  }
+  map.quality.resize(map.ranges.promises.size());
+  if (!map.ranges.of_samples.empty()) map.look_quality.resize(map.ranges.promises.size());
+  const Result<void> valid = validate(map);
+  if (!valid) return mismatched(valid.error());
+  const MeasuredError judge = to_judge_by(ctx, inputs);
+  map.quality = quality_of(map, judge);
+  map.look_quality = look_quality_of(map, judge);
+  const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
+  const std::size_t spoken_for =
+      std::size_t{map.measurement.measured_site_count} * inputs.measured.matching.site_step;
+  const bool is_measured = !is_simulated(inputs.measured);
+  if (spoken_for < map.sites.sites.size() && is_of_models_localizer(inputs) && is_measured) {
+    ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
+             std::to_string(map.sites.sites.size()) + " sites");
+  }
+  return map;
+}
+
+Result<MapFile> file_of(const EmitMapOptions& options, const EmitMapInputs& inputs,
+                        const CompiledMap& answers) {
+  FactorTable made;  // none, or with what the predictions were told besides
+  const bool is_made = !options.has_factors || must_add_measured(inputs);
+  if (options.has_factors && is_made) {
+    made = with_measured_columns(inputs.factors, inputs.measured);
+  }
+  const FactorTable& factors = is_made ? made : inputs.factors;
+  const Result<void> valid = validate_factors(factors, answers.sites, answers.ranges);
+  if (!valid) return mismatched(valid.error());
+  GrowingBytes bytes;
+  // Written from front to back, but for the header.
+  const auto write = [&](std::uint64_t offset, std::span<const std::byte> piece) {
+    return offset < bytes.size() ? bytes.replace(offset, piece) : bytes.append(piece);
+  };
+  SIGHTLINE_TRY(write_map({answers, inputs.nds, factors}, write));
+  return MapFile{bytes.take(), answers.model.localizer};
 }
 
 }  // namespace
@@ -142,114 +212,71 @@ std::vector<OptionField> option_fields(EmitMapOptions& options) {
                "keep the map factors, which inspect --site explains a choice with")};
 }
 
-Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
-                             const EmitMapInputs& inputs) {
-  SIGHTLINE_TRY(check_options(options));
-  SIGHTLINE_TRY(check_measured(inputs));
-  CompiledMap map;
-  map.map_id =
-      options.map_id.empty() ? derived_map_id(inputs.mapping, inputs.ndt.frame) : options.map_id;
-  map.version = options.version;
-  map.release = static_cast<std::uint64_t>(options.release);
-  map.writer = "sightline " + program_version();
-  map.world = options.world;
-  map.ndt = inputs.ndt;
-  map.sites = inputs.sites;
-  map.predicted = inputs.predicted;
-  map.ranges = inputs.ranges;
-  const bool has_plan = inputs.plan != nullptr && !map.ranges.of_samples.empty();
-  if (has_plan) map.ranges.of_samples.front().plan = inputs.plan->plan;
-  map.reach_m = options.reach_m;
-  map.sensor = inputs.localization.sensor;
-  map.measurement = card_of(options, inputs);
-  map.definitions = definitions();
-  map.model = record_of(inputs.model);
-  if (options.has_factors) map.factors = factors_of(inputs);
-  if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
-  if (inputs.mapping_trajectory != nullptr) {
-    map.trajectory = quality_of(*inputs.mapping_trajectory);
-  }
-  map.quality.resize(map.ranges.promises.size());
-  if (!map.ranges.of_samples.empty()) map.look_quality.resize(map.ranges.promises.size());
-  const Result<void> valid = validate(map);
-  if (!valid) {
-    return Error{ErrorCode::kMismatchedInputs, valid.error().message, "", valid.error().place};
-  }
-  const MeasuredError judge = to_judge_by(ctx, inputs);
-  map.quality = quality_of(map, judge);
-  map.look_quality = look_quality_of(map, judge);
-  const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
-  const std::size_t spoken_for =
-      std::size_t{map.measurement.measured_site_count} * inputs.measured.matching.site_step;
-  const bool is_measured = !is_simulated(inputs.measured);
-  if (spoken_for < map.sites.sites.size() && is_of_models_localizer(inputs) && is_measured) {
-    ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
-             std::to_string(map.sites.sites.size()) + " sites");
-  }
-  return map;
+Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
+                         const EmitMapInputs& inputs) {
+  SIGHTLINE_ASSIGN(const CompiledMap answers, answers_of(ctx, options, inputs));
+  return file_of(options, inputs, answers);
 }
 
-Result<CompiledMap> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
-                                       const NdtMap& ndt, const Sites& sites,
-                                       const PredictedError& predicted, const RangeTable& ranges,
-                                       const MeasuredError& measured, const ErrorModel& model,
-                                       const FactorTable& factors, const SensorProfile& sensor,
-                                       const RecordingCards& recordings) {
+Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
+                                   const PackedNds& nds, const Sites& sites,
+                                   const PredictedError& predicted, const RangeTable& ranges,
+                                   const MeasuredError& measured, const ErrorModel& model,
+                                   const FactorTable& factors, const SensorProfile& sensor,
+                                   const RecordingCards& recordings) {
   const RecordingCard& finished = recordings.cards.front();
   EmitMapOptions options = wanted;
-  if (options.map_id.empty()) options.map_id = derived_map_id(finished, ndt.frame);
+  if (options.map_id.empty()) options.map_id = derived_map_id(finished, nds.frame);
   Drive mapping;
   mapping.name = finished.name;
   mapping.sensor = sensor;
   Drive localization = mapping;
   localization.name = measured.drive;
-  SIGHTLINE_ASSIGN(CompiledMap map, emit_map(ctx, options,
-                                             {mapping, localization, ndt, sites, predicted, ranges,
-                                              measured, model, factors}));
-  map.definitions = definitions_of_annotated();
-  const std::uint32_t simulated = simulated_site_count(map.ranges);
+  const EmitMapInputs inputs{mapping, localization, nds,   sites,  predicted,
+                             ranges,  measured,     model, factors};
+  SIGHTLINE_ASSIGN(CompiledMap answers, answers_of(ctx, options, inputs));
+  answers.definitions = definitions_of_annotated();
+  const std::uint32_t simulated = simulated_site_count(answers.ranges);
   if (simulated > 0) {
     ctx.warn("simulated: no scan was ever seen at " + std::to_string(simulated) + " of " +
-             std::to_string(map.sites.sites.size()) +
+             std::to_string(answers.sites.sites.size()) +
              " sites; what they answer rests on scans simulated in the map itself");
   }
-  return map;
+  return file_of(options, inputs, answers);
 }
 
-Result<CompiledMap> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const NdtMap& ndt,
-                                  const Sites& sites, const PredictedError& predicted,
-                                  const RangeTable& ranges, const MeasuredError& measured,
-                                  const ErrorModel& model, const FactorTable& factors,
-                                  const SensorProfile& sensor, const RecordingCards& recordings,
-                                  const CompiledMap& earlier) {
+Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
+                              const Sites& sites, const PredictedError& predicted,
+                              const RangeTable& ranges, const MeasuredError& measured,
+                              const ErrorModel& model, const FactorTable& factors,
+                              const SensorProfile& sensor, const RecordingCards& recordings,
+                              const CompiledMap& earlier) {
   EmitMapOptions options = wanted;
   options.world = earlier.world;
-  return emit_annotated_map(ctx, options, ndt, sites, predicted, ranges, measured, model, factors,
+  return emit_annotated_map(ctx, options, nds, sites, predicted, ranges, measured, model, factors,
                             sensor, recordings);
 }
 
-Result<CompiledMap> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const NdtMap& ndt,
-                                const Sites& sites, const PredictedError& predicted,
-                                const RangeTable& ranges, const MeasuredError& measured,
-                                const ErrorModel& model, const FactorTable& factors,
-                                const SensorProfile& sensor, const RecordingCards& recordings,
-                                const ForeignNds& finished) {
+Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
+                            const Sites& sites, const PredictedError& predicted,
+                            const RangeTable& ranges, const MeasuredError& measured,
+                            const ErrorModel& model, const FactorTable& factors,
+                            const SensorProfile& sensor, const RecordingCards& recordings,
+                            const ForeignNds& finished) {
   EmitMapOptions options = wanted;
   options.world = finished.world;
-  return emit_annotated_map(ctx, options, ndt, sites, predicted, ranges, measured, model, factors,
+  return emit_annotated_map(ctx, options, nds, sites, predicted, ranges, measured, model, factors,
                             sensor, recordings);
 }
 
-Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
-                                  const Drive& mapping, const Drive& localization,
-                                  const NdtMap& ndt, const Sites& sites,
-                                  const PredictedError& predicted, const RangeTable& ranges,
-                                  const MeasuredError& measured, const ErrorModel& model,
-                                  const FactorTable& factors, const CalibratedPlan& plan,
-                                  const Sharpness& sharpness,
-                                  const Trajectory& mapping_trajectory) {
+Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const Drive& mapping,
+                              const Drive& localization, const PackedNds& nds, const Sites& sites,
+                              const PredictedError& predicted, const RangeTable& ranges,
+                              const MeasuredError& measured, const ErrorModel& model,
+                              const FactorTable& factors, const CalibratedPlan& plan,
+                              const Sharpness& sharpness, const Trajectory& mapping_trajectory) {
   return emit_map(ctx, options,
-                  {mapping, localization, ndt, sites, predicted, ranges, measured, model, factors,
+                  {mapping, localization, nds, sites, predicted, ranges, measured, model, factors,
                    &plan, &sharpness, &mapping_trajectory});
 }
 

@@ -18,7 +18,8 @@
 #include "formats/drive/trajectory.h"
 #include "formats/foreign/maps/foreign_nds.h"
 #include "formats/map/compiled_map.h"
-#include "formats/surroundings/ndt_map.h"
+#include "formats/map/map_file.h"
+#include "formats/map/packed_nds.h"
 #include "formats/surroundings/sharpness.h"
 #include "passes/pass/pass.h"
 
@@ -38,7 +39,7 @@ std::vector<OptionField> option_fields(EmitMapOptions& options);
 struct EmitMapInputs {
   const Drive& mapping;
   const Drive& localization;
-  const NdtMap& ndt;
+  const PackedNds& nds;
   const Sites& sites;
   const PredictedError& predicted;
   const RangeTable& ranges;
@@ -50,53 +51,53 @@ struct EmitMapInputs {
   const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
 };
 
-// Joins what the passes before it made into the map that is written to a file (encode_map). The
-// map id names the mapping drive's content and frame, so that compiling the same recording again
-// gives another release of the same map. Where predictions were told of an earlier drive, what it
-// measured joins the factors (passes/model/forest/measured_columns.h), unless it did before. Warns
-// of sites that were not measured, and where the model foretells the errors of another localizer
-// than the one that was measured, whose coverage is then left out. Errors: mismatched-inputs
-// (sites, frames, ranges or limits differ), bad-value (version or id empty or not printable).
-Result<CompiledMap> emit_map(PassContext& ctx, const EmitMapOptions& options,
-                             const EmitMapInputs& inputs);
+// Joins what the passes before it made into the file of a map, tile by tile. The map id names the
+// mapping drive's content and frame, so that compiling the same recording again gives another
+// release of the same map. Where predictions were told of an earlier drive, what it measured joins
+// the factors (passes/model/forest/measured_columns.h), unless it did before. Warns of sites that
+// were not measured, and where the model foretells the errors of another localizer than the one
+// that was measured, whose coverage is then left out. Errors: mismatched-inputs (sites, frames,
+// ranges or limits differ), bad-value (version or id empty or not printable), disk-full,
+// cannot-write (temporary files).
+Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
+                         const EmitMapInputs& inputs);
 
 // The same as a pass.
-Result<CompiledMap> emit_map_step(PassContext& ctx, const EmitMapOptions& options,
-                                  const Drive& mapping, const Drive& localization,
-                                  const NdtMap& ndt, const Sites& sites,
-                                  const PredictedError& predicted, const RangeTable& ranges,
-                                  const MeasuredError& measured, const ErrorModel& model,
-                                  const FactorTable& factors, const CalibratedPlan& plan,
-                                  const Sharpness& sharpness, const Trajectory& mapping_trajectory);
+Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const Drive& mapping,
+                              const Drive& localization, const PackedNds& nds, const Sites& sites,
+                              const PredictedError& predicted, const RangeTable& ranges,
+                              const MeasuredError& measured, const ErrorModel& model,
+                              const FactorTable& factors, const CalibratedPlan& plan,
+                              const Sharpness& sharpness, const Trajectory& mapping_trajectory);
 inline constexpr Pass kEmitMap{"emit-map", 8, "map", "The map file", &emit_map_step};
 
 // The same of a finished map that was annotated (schemas/definitions.md, "Annotating a finished
 // map"): `recordings` names it first, `measured` is of a drive through it or simulated, the sensor
 // the one that will localize. A simulation is no measurement: no site counts as measured by it.
-Result<CompiledMap> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
-                                       const NdtMap& ndt, const Sites& sites,
-                                       const PredictedError& predicted, const RangeTable& ranges,
-                                       const MeasuredError& measured, const ErrorModel& model,
-                                       const FactorTable& factors, const SensorProfile& sensor,
-                                       const RecordingCards& recordings);
+Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
+                                   const PackedNds& nds, const Sites& sites,
+                                   const PredictedError& predicted, const RangeTable& ranges,
+                                   const MeasuredError& measured, const ErrorModel& model,
+                                   const FactorTable& factors, const SensorProfile& sensor,
+                                   const RecordingCards& recordings);
 inline constexpr Pass kEmitAnnotatedMap = variant_of(kEmitMap, &emit_annotated_map);
 
 // The same of a compiled map that was annotated anew: its world stays.
-Result<CompiledMap> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const NdtMap& ndt,
-                                  const Sites& sites, const PredictedError& predicted,
-                                  const RangeTable& ranges, const MeasuredError& measured,
-                                  const ErrorModel& model, const FactorTable& factors,
-                                  const SensorProfile& sensor, const RecordingCards& recordings,
-                                  const CompiledMap& earlier);
+Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
+                              const Sites& sites, const PredictedError& predicted,
+                              const RangeTable& ranges, const MeasuredError& measured,
+                              const ErrorModel& model, const FactorTable& factors,
+                              const SensorProfile& sensor, const RecordingCards& recordings,
+                              const CompiledMap& earlier);
 inline constexpr Pass kEmitMapAnew = variant_of(kEmitMap, &emit_map_anew);
 
 // The same of somebody's NDT map, in the world that it says it lies in.
-Result<CompiledMap> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const NdtMap& ndt,
-                                const Sites& sites, const PredictedError& predicted,
-                                const RangeTable& ranges, const MeasuredError& measured,
-                                const ErrorModel& model, const FactorTable& factors,
-                                const SensorProfile& sensor, const RecordingCards& recordings,
-                                const ForeignNds& finished);
+Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
+                            const Sites& sites, const PredictedError& predicted,
+                            const RangeTable& ranges, const MeasuredError& measured,
+                            const ErrorModel& model, const FactorTable& factors,
+                            const SensorProfile& sensor, const RecordingCards& recordings,
+                            const ForeignNds& finished);
 inline constexpr Pass kEmitNdMap = variant_of(kEmitMap, &emit_nd_map);
 
 }  // namespace sightline

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "formats/map/block_codec.h"
-#include "formats/map/map_digests.h"
+#include "formats/map/container/block_codec.h"
+#include "formats/map/container/map_digests.h"
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"

@@ -8,7 +8,7 @@
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/pipeline/runner.h"
-#include "formats/map/map_writer.h"
+#include "formats/map/map_reader.h"
 
 namespace sightline::golden {
 namespace {
@@ -162,8 +162,7 @@ Result<void> add_run(const std::string& name, const Plan& plan, const RunOptions
 }
 
 // The dump of a compiled map leaves out most of what it was made of; its file holds all of it.
-StepOutput map_file(const CompiledMap& map, const StepOutput& emit) {
-  const std::vector<std::byte> bytes = encode_map(map);
+StepOutput map_file(std::span<const std::byte> bytes, const StepOutput& emit) {
   StepOutput output;
   output.step = output.artifact = "map-file";
   output.inputs = emit.inputs;
@@ -189,10 +188,14 @@ Result<Compiled> add_compile(const std::string& name, const CompileConfig& confi
   SIGHTLINE_TRY(provide_drives(compile, {}, artifacts));
   if (model != nullptr) artifacts.provide(compile.given_model, *model);
   SIGHTLINE_TRY(add_run(name, compile.plan, options, artifacts, runs));
-  Compiled compiled{artifacts.get(compile.map), artifacts.get(compile.model)};
+  const StoredBytes& stored = artifacts.get(compile.map).bytes;
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> file, stored.read(0, stored.size()));
+  SIGHTLINE_ASSIGN(CompiledMap map, read_map(file));
+  map.ndt = artifacts.get(compile.ndt);  // not rounded
+  Compiled compiled{std::move(map), artifacts.get(compile.model)};
   SIGHTLINE_ASSIGN(const StepOutput emit,
                    output_of(compile.plan, compile.plan.steps().back(), artifacts));
-  runs.back().steps.push_back(map_file(compiled.map, emit));
+  runs.back().steps.push_back(map_file(file, emit));
   return compiled;
 }
 

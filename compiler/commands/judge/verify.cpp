@@ -11,8 +11,8 @@
 #include "compiler/driver/provide_inputs.h"
 #include "compiler/views/text/describe.h"
 #include "formats/base/atomic_file.h"
+#include "formats/map/map_file.h"
 #include "formats/map/map_reader.h"
-#include "formats/map/map_writer.h"
 #include "passes/emit/prove_annotation.h"
 
 namespace sightline {
@@ -26,7 +26,7 @@ struct VerifyFlags {
   std::vector<std::string> overrides;
 };
 
-Result<CompiledMap> compile_again(const VerifyFlags& flags) {
+Result<MapFile> compile_again(const VerifyFlags& flags) {
   RunFlags run;
   run.config_file = flags.config;
   run.overrides = flags.overrides;
@@ -48,9 +48,9 @@ Result<CompiledMap> compile_again(const VerifyFlags& flags) {
 
 // Bit for bit: the one proof that no cache, machine or hand has changed what the drives give.
 Result<void> check_against_drives(const VerifyFlags& flags) {
-  SIGHTLINE_ASSIGN(const CompiledMap again, compile_again(flags));
+  SIGHTLINE_ASSIGN(const MapFile again, compile_again(flags));
   SIGHTLINE_ASSIGN(const std::vector<std::byte> found, read_file(flags.map));
-  const std::vector<std::byte> expected = encode_map(again);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> expected, again.bytes.read(0, again.bytes.size()));
   if (found == expected) {
     std::printf("compiled again it is the same, bit for bit\n");
     return {};

@@ -14,7 +14,7 @@
 #include "compiler/views/text/factor_report.h"
 #include "formats/base/atomic_file.h"
 #include "formats/evaluation/evaluation.h"
-#include "formats/map/map_writer.h"
+#include "formats/map/map_file.h"
 #include "formats/surroundings/sharpness.h"
 
 namespace sightline {
@@ -35,9 +35,10 @@ std::filesystem::path poses_beside(const std::string& map) {
   return std::filesystem::path(map).replace_extension(".slposes");
 }
 
-Result<void> write_outputs(const std::string& output, IfExists if_exists, const CompiledMap& map,
+Result<void> write_outputs(const std::string& output, IfExists if_exists, const MapFile& map,
                            const std::string& provenance) {
-  SIGHTLINE_TRY(write_file_atomically(output, encode_map(map), if_exists));
+  const WriteInto write = [&](const ByteSink& file) { return map.bytes.visit(file); };
+  SIGHTLINE_TRY(write_file_atomically(output, write, if_exists));
   // A stale provenance beside a new map would be worse than replacing one.
   return write_file_atomically(output + ".provenance.json", provenance, IfExists::kReplace);
 }
@@ -49,7 +50,7 @@ Result<void> write_poses(const std::filesystem::path& file, IfExists if_exists,
 
 // What the compile found, as text.
 Result<std::string> summary_text(const CompilePlan& made, const ArtifactSet& artifacts) {
-  const LocalizerProfile& foretold = artifacts.get(made.map).model.localizer;
+  const LocalizerProfile& foretold = artifacts.get(made.map).foretold;
   const LocalizerProfile& measured = artifacts.get(made.measured).matching.localizer;
   const bool is_simulated = artifacts.get(made.measured).reference == ErrorReference::kSimulated;
   std::string text = is_simulated ? "Simulated: nobody drove here. What follows is what scans "

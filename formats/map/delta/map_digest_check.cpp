@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/map/block_codec.h"
-#include "formats/map/map_digests.h"
+#include "formats/map/container/block_codec.h"
+#include "formats/map/container/map_digests.h"
 #include "formats/reader/map_checks.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/mapped_file.h"

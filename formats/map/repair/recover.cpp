@@ -5,11 +5,11 @@
 #include <map>
 #include <utility>
 
-#include "formats/map/contents_layer.h"
+#include "formats/map/container/contents_layer.h"
+#include "formats/map/container/map_digests.h"
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
-#include "formats/map/map_digests.h"
 #include "formats/reader/map_checks.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"

@@ -6,10 +6,10 @@
 #include <map>
 #include <utility>
 
-#include "formats/map/container_writer.h"
+#include "formats/map/container/container_writer.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/map/factor_layer.h"
 #include "formats/map/map_reader.h"
-#include "formats/map/packed_block.h"
 #include "formats/reader/map_container.h"
 #include "formats/reader/map_layout.h"
 #include "map_generated.h"

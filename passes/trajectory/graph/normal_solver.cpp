@@ -28,7 +28,8 @@ std::vector<PlacedBlock> placed_blocks(const Equations& all,
     const bool is_turned = row >= column;
     placed.push_back({std::max(row, column), std::min(row, column), is_turned, &block});
   }
-  std::ranges::sort(placed, {}, [](const PlacedBlock& one) { return std::pair(one.column, one.row); });
+  std::ranges::sort(placed, {},
+                    [](const PlacedBlock& one) { return std::pair(one.column, one.row); });
   return placed;
 }
 

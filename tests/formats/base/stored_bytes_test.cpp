@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <string>
@@ -73,6 +74,24 @@ TEST(StoredBytes, MayBeNone) {
 }
 
 // A folder for temporary files that is not there.
+TEST(GrowingBytes, TakeOthersInPlaceOfWhatIsThere) {
+  std::vector<std::byte> bytes = random_bytes(100'000);
+  for (const std::size_t most : {std::size_t{0}, bytes.size()}) {
+    GrowingBytes growing = grown(bytes, most);
+    const std::vector<std::byte> start(128, std::byte{7});
+    ASSERT_TRUE(growing.replace(0, start));
+    ASSERT_TRUE(growing.replace(bytes.size() - 128, start));
+    ASSERT_TRUE(growing.append(start));
+    const StoredBytes stored = growing.take();
+    ASSERT_EQ(stored.size(), bytes.size() + 128);
+    std::vector<std::byte> expected = bytes;
+    std::ranges::copy(start, expected.begin());
+    std::ranges::copy(start, expected.end() - 128);
+    expected.insert(expected.end(), start.begin(), start.end());
+    EXPECT_TRUE(*stored.read(0, stored.size()) == expected);
+  }
+}
+
 TEST(GrowingBytes, SayWhereTheyCouldNotBeKept) {
   const char* const before = std::getenv("TMPDIR");
   const std::string kept = before != nullptr ? before : "";

@@ -7,8 +7,8 @@
 #include <fstream>
 
 #include "formats/base/atomic_file.h"
-#include "formats/map/block_codec.h"
-#include "formats/map/container_writer.h"
+#include "formats/map/container/block_codec.h"
+#include "formats/map/container/container_writer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/map_container.h"

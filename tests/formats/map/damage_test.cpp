@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "formats/map/container_writer.h"
+#include "formats/map/container/container_writer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"

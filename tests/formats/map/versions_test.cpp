@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "formats/map/container_writer.h"
+#include "formats/map/container/container_writer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "formats/map/repair/recover.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "formats/base/atomic_file.h"
-#include "formats/map/container_writer.h"
+#include "formats/map/container/container_writer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "tests/formats/map/random_map.h"

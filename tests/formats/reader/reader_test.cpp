@@ -13,7 +13,7 @@
 
 #include "formats/base/random.h"
 #include "formats/grid/point_grid.h"
-#include "formats/map/container_writer.h"
+#include "formats/map/container/container_writer.h"
 #include "formats/map/manifest.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/map_checks.h"

@@ -37,9 +37,15 @@ struct Workshop {
   Result<CompiledMap> emit(const EmitMapOptions& options = {}) {
     PassContext ctx;
     ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
-    return emit_map(ctx, options,
-                    {mapping, localization, made.ndt, made.sites, made.predicted, made.ranges,
-                     measured, model, made.factors});
+    SIGHTLINE_ASSIGN(const PackedNds nds, pack_nds(made.ndt));
+    SIGHTLINE_ASSIGN(const MapFile map,
+                     emit_map(ctx, options,
+                              {mapping, localization, nds, made.sites, made.predicted, made.ranges,
+                               measured, model, made.factors}));
+    EXPECT_TRUE(validate(map));
+    EXPECT_EQ(map.foretold, model.card.localizer);
+    SIGHTLINE_ASSIGN(file, map.bytes.read(0, map.bytes.size()));
+    return read_map(file);
   }
 
   CompiledMap made;
@@ -48,6 +54,7 @@ struct Workshop {
   MeasuredError measured;
   ErrorModel model;
   std::vector<std::string> warnings;
+  std::vector<std::byte> file;  // that was emitted last
 };
 
 TEST(EmitMap, CarriesWhatThePassesBeforeItMade) {
@@ -66,9 +73,11 @@ TEST(EmitMap, CarriesWhatThePassesBeforeItMade) {
   EXPECT_EQ(map->measurement.localization_drive, "second drive");
   EXPECT_EQ(map->measurement.reference, ErrorReference::kFullRangeMatch);
   EXPECT_EQ(map->measurement.measured_site_count, 40u);
-  for (const char* name : {"nds", "sites", "predicted", "ranges"}) {
+  const Result<CompiledMap> made = read_map(encode_map(workshop.made));  // NDs are rounded
+  ASSERT_TRUE(made);
+  for (const char* name : {"nds", "sites", "predicted", "ranges", "factors"}) {
     EXPECT_EQ(format_table(*dump(*map, name), TableFormat::kCsv),
-              format_table(*dump(workshop.made, name), TableFormat::kCsv));
+              format_table(*dump(*made, name), TableFormat::kCsv));
   }
   EXPECT_TRUE(workshop.warnings.empty());
 }
@@ -149,7 +158,7 @@ TEST(EmitMap, NamesTheRecordingAndNotTheRelease) {
   EXPECT_EQ(workshop.emit(options)->map_id, "harbour");
 }
 
-TEST(EmitMap, OfRandomArtifactsAlwaysReadsBackTheSame) {
+TEST(EmitMap, OfRandomArtifactsIsTheFileOfTheWholeMap) {
   Random random(7);
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     RandomMapOptions options;
@@ -163,10 +172,8 @@ TEST(EmitMap, OfRandomArtifactsAlwaysReadsBackTheSame) {
     Workshop workshop(options);
     const Result<CompiledMap> map = workshop.emit();
     ASSERT_TRUE(map) << to_string(map.error());
-    const std::vector<std::byte> file = encode_map(*map);
-    const Result<CompiledMap> back = read_map(file);
-    ASSERT_TRUE(back) << to_string(back.error());
-    EXPECT_EQ(encode_map(*back), file);
+    // Tile by tile it is what it is whole.
+    EXPECT_EQ(encode_map(*map), workshop.file);
   }
 }
 

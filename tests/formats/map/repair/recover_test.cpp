@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "formats/map/contents_layer.h"
+#include "formats/map/container/contents_layer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/map_container.h"

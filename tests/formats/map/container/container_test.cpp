@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "formats/map/container_writer.h"
+#include "formats/map/container/container_writer.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
 #include "formats/reader/map_layout.h"

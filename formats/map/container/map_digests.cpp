@@ -1,4 +1,4 @@
-#include "formats/map/map_digests.h"
+#include "formats/map/container/map_digests.h"
 
 #include "formats/base/bytes.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/base/hash.h"
-#include "formats/map/packed_block.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/surroundings/ndt_map.h"
 
 // The layer "contents" of a tile (schemas/map_format.md): what lies behind it, told a second time,

@@ -1,4 +1,4 @@
-#include "formats/map/look_up_writer.h"
+#include "formats/map/container/look_up_writer.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "formats/map/container_writer.h"
+#include "formats/map/container/container_writer.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "formats/map/contents_layer.h"
-#include "formats/map/look_up_writer.h"
-#include "formats/map/map_digests.h"
+#include "formats/map/container/contents_layer.h"
+#include "formats/map/container/look_up_writer.h"
+#include "formats/map/container/map_digests.h"
 #include "formats/reader/look_up.h"
 #include "formats/reader/map_checks.h"
 #include "formats/reader/map_layout.h"
@@ -58,14 +58,10 @@ PackedBlock plain_block(std::string_view name, std::uint32_t version, std::uint6
           block_checksum(bytes), sha256(bytes), bytes};
 }
 
-// A block and the bytes that it points to.
-struct Packed {
-  StoredBlock stored;
-  PackedBlock block;
-};
+}  // namespace
 
-Packed packed(const BlockParts& parts) {
-  Packed packed;
+SelfContainedBlock packed(const BlockParts& parts) {
+  SelfContainedBlock packed;
   packed.stored = parts.may_compress ? pack(parts.raw) : StoredBlock{{}, parts.raw};
   packed.block = {parts.name,
                   parts.version,
@@ -78,8 +74,6 @@ Packed packed(const BlockParts& parts) {
                   packed.stored.bytes};
   return packed;
 }
-
-}  // namespace
 
 struct ContainerWriter::State {
   Write write;
@@ -242,10 +236,10 @@ Result<Digest> ContainerWriter::finish() {
 namespace {
 
 Result<void> add_tile(const TileParts& tile, ContainerWriter& writer) {
-  std::vector<Packed> layers;
+  std::vector<SelfContainedBlock> layers;
   for (const BlockParts& layer : tile.layers) layers.push_back(packed(layer));
   std::vector<PackedBlock> blocks;
-  for (const Packed& layer : layers) blocks.push_back(layer.block);
+  for (const SelfContainedBlock& layer : layers) blocks.push_back(layer.block);
   return writer.add_tile(tile.key, blocks);
 }
 
@@ -264,16 +258,6 @@ ContainerWriter::Write write_to(std::vector<std::byte>& file) {
     std::copy(bytes.begin(), bytes.end(), file.begin() + static_cast<std::ptrdiff_t>(offset));
     return Result<void>();
   };
-}
-
-std::vector<std::byte> assemble(const ContainerParts& others, std::size_t tile_count,
-                                const std::function<TileParts(std::size_t)>& make_tile) {
-  SIGHTLINE_CHECK(others.tiles.empty());
-  std::vector<std::byte> file;
-  ContainerWriter writer(write_to(file), others.manifest, others.features);
-  for (std::size_t i = 0; i < tile_count; ++i) SIGHTLINE_CHECK(add_tile(make_tile(i), writer));
-  finish(others.sections, writer);
-  return file;
 }
 
 std::vector<std::byte> assemble(const ContainerParts& parts) {

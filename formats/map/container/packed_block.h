@@ -8,7 +8,7 @@
 
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
-#include "formats/map/block_codec.h"
+#include "formats/map/container/block_codec.h"
 #include "formats/reader/map_container.h"
 
 namespace sightline {

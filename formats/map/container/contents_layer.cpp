@@ -1,4 +1,4 @@
-#include "formats/map/contents_layer.h"
+#include "formats/map/container/contents_layer.h"
 
 #include <algorithm>
 #include <array>

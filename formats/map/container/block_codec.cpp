@@ -1,4 +1,4 @@
-#include "formats/map/block_codec.h"
+#include "formats/map/container/block_codec.h"
 
 #include <zstd.h>
 

@@ -11,7 +11,7 @@
 
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
-#include "formats/map/packed_block.h"
+#include "formats/map/container/packed_block.h"
 #include "formats/surroundings/ndt_map.h"
 
 // Puts a file together from its parts, knowing nothing of what they mean but for the range layers,
@@ -62,6 +62,13 @@ struct BlockParts {
   std::vector<std::byte> raw;
 };
 
+// A block and the bytes that it points to.
+struct SelfContainedBlock {
+  StoredBlock stored;
+  PackedBlock block;
+};
+SelfContainedBlock packed(const BlockParts& parts);
+
 struct TileParts {
   TileKey key;
   std::vector<BlockParts> layers;  // ascending name
@@ -76,9 +83,5 @@ struct ContainerParts {
 
 // The whole file in memory. The same parts give the same bytes.
 std::vector<std::byte> assemble(const ContainerParts& parts);
-// The same of tiles that are made when their turn comes: one is in memory at a time. `others` has
-// none.
-std::vector<std::byte> assemble(const ContainerParts& others, std::size_t tile_count,
-                                const std::function<TileParts(std::size_t)>& make_tile);
 
 }  // namespace sightline

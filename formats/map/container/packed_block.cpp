@@ -1,4 +1,4 @@
-#include "formats/map/packed_block.h"
+#include "formats/map/container/packed_block.h"
 
 #include <algorithm>
 

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string_view>
+
+#include "formats/artifact.h"
+#include "formats/base/stored_bytes.h"
+#include "formats/drive/localizer_profile.h"
+
+namespace sightline {
+
+// A map file that is finished and lies nowhere yet.
+struct MapFile {
+  StoredBytes bytes;
+  LocalizerProfile foretold;  // whose errors the map foretells
+};
+
+template <>
+struct ArtifactTraits<MapFile> {
+  static constexpr std::string_view kName = "map-file";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+// Header and size. Its content was checked part by part before it was written.
+Result<void> validate(const MapFile& file);
+// As dump() of the compiled map, which it reads whole.
+Table dump(const MapFile& file);
+
+}  // namespace sightline

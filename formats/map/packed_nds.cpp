@@ -1,0 +1,202 @@
+#include "formats/map/packed_nds.h"
+
+#include <string>
+#include <utility>
+
+#include "formats/map/layers.h"
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+namespace {
+
+void encode(const PackedNdTile& tile, ByteWriter& writer) {
+  writer.put(tile.key.x);
+  writer.put(tile.key.y);
+  writer.put(tile.nd_count);
+  writer.put(static_cast<std::uint8_t>(tile.codec));
+  writer.put(tile.raw_size);
+  writer.put(tile.stored_checksum);
+  for (const std::uint8_t byte : tile.raw_digest) writer.put(byte);
+  writer.put(tile.stored_size);
+}
+
+void decode(ByteReader& reader, PackedNdTile& tile) {
+  reader.get(tile.key.x);
+  reader.get(tile.key.y);
+  reader.get(tile.nd_count);
+  tile.codec = static_cast<BlockCodec>(reader.get<std::uint8_t>());
+  reader.get(tile.raw_size);
+  reader.get(tile.stored_checksum);
+  for (std::uint8_t& byte : tile.raw_digest) reader.get(byte);
+  reader.get(tile.stored_size);
+}
+
+// What precedes the blocks.
+std::vector<std::byte> head_of(const PackedNds& nds) {
+  ByteWriter writer;
+  encode(nds.frame, writer);
+  writer.put(nds.cell_m);
+  writer.put(nds.tile_m);
+  writer.put(nds.sparse_cell_count);
+  writer.put(nds.degenerate_cell_count);
+  writer.put(nds.point_count);
+  writer.put<std::uint64_t>(nds.tiles.size());
+  for (const PackedNdTile& tile : nds.tiles) encode(tile, writer);
+  return writer.take();
+}
+
+std::size_t encoded_tile_size() {
+  ByteWriter writer;
+  encode(PackedNdTile(), writer);
+  return writer.bytes().size();
+}
+
+Error invalid(const char* message, const TileKey& tile) {
+  return {ErrorCode::kInvalidArtifact, message, "",
+          "tile " + std::to_string(tile.x) + ", " + std::to_string(tile.y)};
+}
+
+Result<void> append_unpacked(const PackedNds& nds, const PackedNdTile& tile, NdtMap& map) {
+  std::vector<std::byte> bytes;
+  SIGHTLINE_ASSIGN(const PackedBlock block, read_layer(nds, tile, bytes));
+  SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(block));
+  if (raw.bytes().size() != NdtLayout(tile.nd_count).size) {
+    return invalid("a layer is of another size than its NDs take", tile.key);
+  }
+  return decode_ndt_layer(raw.bytes(), tile.nd_count, tile.key, map);
+}
+
+}  // namespace
+
+Result<PackedNds> pack_nds(const NdtMap& map) {
+  PackedNds nds{map.frame,
+                map.cell_m,
+                map.tile_m,
+                map.nds.size(),
+                map.sparse_cell_count,
+                map.degenerate_cell_count,
+                map.point_count,
+                {},
+                {}};
+  GrowingBytes blocks;
+  std::vector<std::uint32_t> rows;
+  for (std::size_t first = 0; first < map.nds.size(); first += rows.size()) {
+    const TileKey key = tile_of(map.nds[first].key, map.cell_m, map.tile_m);
+    rows.clear();
+    for (std::size_t i = first; i < map.nds.size(); ++i) {
+      if (tile_of(map.nds[i].key, map.cell_m, map.tile_m) != key) break;
+      rows.push_back(static_cast<std::uint32_t>(i));
+    }
+    const std::vector<std::byte> raw = encode_ndt_layer(map, rows);
+    const StoredBlock stored = pack(raw);
+    nds.tiles.push_back({key, rows.size(), stored.codec, raw.size(), block_checksum(stored.bytes),
+                         sha256(raw), blocks.size(), stored.bytes.size()});
+    SIGHTLINE_TRY(blocks.append(stored.bytes));
+  }
+  nds.blocks = blocks.take();
+  return nds;
+}
+
+Result<PackedBlock> read_layer(const PackedNds& nds, const PackedNdTile& tile,
+                               std::vector<std::byte>& bytes) {
+  SIGHTLINE_ASSIGN(bytes, nds.blocks.read(tile.offset, tile.stored_size));
+  return PackedBlock{std::string(kNdtLayer), kNdtLayerVersion, true,
+                     tile.codec,             tile.nd_count,    tile.raw_size,
+                     tile.stored_checksum,   tile.raw_digest,  bytes};
+}
+
+NdtMap without_nds(const PackedNds& nds) {
+  return {nds.frame, nds.cell_m, nds.tile_m, {}, nds.sparse_cell_count, nds.degenerate_cell_count,
+          nds.point_count};
+}
+
+Result<NdtMap> unpacked(const PackedNds& nds) {
+  NdtMap map = without_nds(nds);
+  for (const PackedNdTile& tile : nds.tiles) SIGHTLINE_TRY(append_unpacked(nds, tile, map));
+  return map;
+}
+
+Result<void> validate(const PackedNds& nds) {
+  NdtMap of_tile = without_nds(nds);
+  SIGHTLINE_TRY(validate(of_tile));
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < nds.tiles.size(); ++i) {
+    const PackedNdTile& tile = nds.tiles[i];
+    if (tile.nd_count == 0) return invalid("a tile without NDs", tile.key);
+    if (i > 0 && !(nds.tiles[i - 1].key < tile.key)) return invalid("tiles must ascend", tile.key);
+    of_tile.nds.clear();
+    SIGHTLINE_TRY(append_unpacked(nds, tile, of_tile));
+    SIGHTLINE_TRY(validate(of_tile));
+    count += tile.nd_count;
+  }
+  if (count != nds.nd_count) return invalid("the tiles do not hold all NDs", {});
+  return {};
+}
+
+Table dump(const PackedNds& nds) {
+  Table table;
+  table.name = "packed-nds";
+  append_facts(nds.frame, table);
+  table.facts.emplace_back("cell_m", nds.cell_m);
+  table.facts.emplace_back("tile_m", nds.tile_m);
+  table.facts.emplace_back("nd_count", static_cast<std::int64_t>(nds.nd_count));
+  table.columns = {"tile_x", "tile_y", "nds", "raw_bytes", "raw_sha256"};
+  for (const PackedNdTile& tile : nds.tiles) {
+    table.rows.push_back({std::int64_t{tile.key.x}, std::int64_t{tile.key.y},
+                          static_cast<std::int64_t>(tile.nd_count),
+                          static_cast<std::int64_t>(tile.raw_size), to_hex(tile.raw_digest)});
+  }
+  return table;
+}
+
+std::uint64_t payload_size(const PackedNds& nds) { return head_of(nds).size() + nds.blocks.size(); }
+
+Result<void> visit_payload(const PackedNds& nds, const ByteSink& sink) {
+  SIGHTLINE_TRY(sink(head_of(nds)));
+  return nds.blocks.visit(sink);
+}
+
+Result<void> open_payload(const StoredBytes& payload, PackedNds& nds) {
+  const auto malformed = [](std::uint64_t byte) {
+    return Error{ErrorCode::kBadLayer, "the payload of packed NDs cannot be decoded", "",
+                 "payload byte " + std::to_string(byte)};
+  };
+  const std::uint64_t least = head_of(PackedNds()).size();
+  if (payload.size() < least) return malformed(payload.size());
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> fixed, payload.read(0, least));
+  ByteReader reader(fixed);
+  PackedNds opened;
+  decode(reader, opened.frame);
+  reader.get(opened.cell_m);
+  reader.get(opened.tile_m);
+  reader.get(opened.sparse_cell_count);
+  reader.get(opened.degenerate_cell_count);
+  reader.get(opened.point_count);
+  const auto tile_count = reader.get<std::uint64_t>();
+  if (!reader.at_end() || tile_count > (payload.size() - least) / encoded_tile_size()) {
+    return malformed(reader.offset());
+  }
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> index,
+                   payload.read(least, tile_count * encoded_tile_size()));
+  ByteReader tiles(index);
+  const std::uint64_t begin = least + index.size();
+  const std::uint64_t stored = payload.size() - begin;
+  std::uint64_t end = 0;
+  opened.tiles.resize(tile_count);
+  for (PackedNdTile& tile : opened.tiles) {
+    decode(tiles, tile);
+    tile.offset = end;
+    if (tile.stored_size > stored - end || tile.nd_count > kMostRows) {
+      return malformed(least + tiles.offset());
+    }
+    end += tile.stored_size;
+    opened.nd_count += tile.nd_count;
+  }
+  if (end != stored) return malformed(begin + end);
+  opened.blocks = payload.part(begin, stored);
+  SIGHTLINE_TRY(validate(opened));
+  nds = std::move(opened);
+  return {};
+}
+
+}  // namespace sightline
