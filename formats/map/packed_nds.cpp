@@ -100,14 +100,15 @@ Result<PackedNds> pack_nds(const NdtMap& map) {
 Result<PackedBlock> read_layer(const PackedNds& nds, const PackedNdTile& tile,
                                std::vector<std::byte>& bytes) {
   SIGHTLINE_ASSIGN(bytes, nds.blocks.read(tile.offset, tile.stored_size));
-  return PackedBlock{std::string(kNdtLayer), kNdtLayerVersion, true,
-                     tile.codec,             tile.nd_count,    tile.raw_size,
-                     tile.stored_checksum,   tile.raw_digest,  bytes};
+  return PackedBlock{
+      std::string(kNdtLayer), kNdtLayerVersion, true, tile.codec, tile.nd_count, tile.raw_size,
+      tile.stored_checksum,   tile.raw_digest,  bytes};
 }
 
 NdtMap without_nds(const PackedNds& nds) {
-  return {nds.frame, nds.cell_m, nds.tile_m, {}, nds.sparse_cell_count, nds.degenerate_cell_count,
-          nds.point_count};
+  return {
+      nds.frame,      nds.cell_m, nds.tile_m, {}, nds.sparse_cell_count, nds.degenerate_cell_count,
+      nds.point_count};
 }
 
 Result<NdtMap> unpacked(const PackedNds& nds) {

@@ -114,14 +114,15 @@ MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   return card;
 }
 
-// What one localizer reached says nothing of the promise to another.
-MeasuredError to_judge_by(const PassContext& ctx, const EmitMapInputs& inputs) {
-  if (is_simulated(inputs.measured)) return {};
+// What one localizer reached says nothing of the promise to another: then it is none.
+const MeasuredError& to_judge_by(const PassContext& ctx, const EmitMapInputs& inputs) {
+  static const MeasuredError kNone;
+  if (is_simulated(inputs.measured)) return kNone;
   if (is_of_models_localizer(inputs)) return inputs.measured;
   ctx.warn("the map foretells the errors of " + to_text(inputs.model.card.localizer) +
            ", but drive '" + inputs.measured.drive + "' was localized by " +
            to_text(inputs.measured.matching.localizer) + ": no coverage was measured");
-  return {};
+  return kNone;
 }
 
 bool must_add_measured(const EmitMapInputs& inputs) {
@@ -164,7 +165,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   if (!map.ranges.of_samples.empty()) map.look_quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
   if (!valid) return mismatched(valid.error());
-  const MeasuredError judge = to_judge_by(ctx, inputs);
+  const MeasuredError& judge = to_judge_by(ctx, inputs);
   map.quality = quality_of(map, judge);
   map.look_quality = look_quality_of(map, judge);
   const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
@@ -188,7 +189,8 @@ Result<MapFile> file_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   const FactorTable& factors = is_made ? made : inputs.factors;
   const Result<void> valid = validate_factors(factors, answers.sites, answers.ranges);
   if (!valid) return mismatched(valid.error());
-  GrowingBytes bytes;
+  constexpr std::size_t kMostInMemory = std::size_t{16} << 20;
+  GrowingBytes bytes(kMostInMemory);
   // Written from front to back, but for the header.
   const auto write = [&](std::uint64_t offset, std::span<const std::byte> piece) {
     return offset < bytes.size() ? bytes.replace(offset, piece) : bytes.append(piece);

@@ -191,9 +191,9 @@ TEST(CompileConfig, AMapAndARouteMayBeOneWordEach) {
   const CompilePlan compile = compile_plan(*config);
   std::vector<std::string> passes;
   for (const PassStep& step : compile.plan.steps()) passes.push_back(step.name);
-  EXPECT_EQ(
-      std::vector(passes.begin(), passes.begin() + 3),
-      (std::vector<std::string>{"ingest-compiled-map", "build-nd-surface", "choose-field-sites"}));
+  EXPECT_EQ(std::vector(passes.begin(), passes.begin() + 4),
+            (std::vector<std::string>{"ingest-compiled-map", "build-nd-surface", "pack-nds",
+                                      "choose-field-sites"}));
   EXPECT_FALSE(compile.points.is_connected());
   EXPECT_FALSE(config->map.is_apollo);
   const Result<CompileConfig> lanes = load("map: tiles\nroute: lanes.osm\n");
