@@ -45,9 +45,11 @@ constexpr const char* kOfPlaces =
     "of "
     "a route;\n        how many everywhere, --stop-after choose-field-sites tells\n";
 
-constexpr double kLeast_mib = 120.0;  // program and libraries
-constexpr double kScan_mib = 0.7;     // of the mapping drive: its site
-constexpr double kMillionPoints_mib = 8.0;
+// Measured on streets of 0.4 to 20 km and on one of 64 beams (tests/bench/README.md, "A long
+// street"): what one process takes.
+constexpr double kLeast_mib = 130.0;  // program, libraries, and the stretch that is worked on
+constexpr double kThread_mib = 7.0;
+constexpr double kScan_mib = 0.05;  // of the mapping drive: poses that are refined together
 constexpr double kCacheOfScan_mib = 0.13;
 
 struct Size {
@@ -202,7 +204,7 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
     missing_s += run.is_in_cache ? 0.0 : needed_s;
     cost.steps.push_back({run.name, run.is_in_cache, run.is_in_cache ? 0.0 : needed_s});
   }
-  cost.memory_mib = kLeast_mib + kScan_mib * used.scans + kMillionPoints_mib * used.million_points;
+  cost.memory_mib = kLeast_mib + kThread_mib * cost.threads + kScan_mib * mapping.scans;
   const double missing = total_s > 0.0 ? missing_s / total_s : 0.0;
   if (!options.cache_directory.empty()) cost.cache_mib = missing * kCacheOfScan_mib * mapping.scans;
   return cost;

@@ -6,6 +6,7 @@
 #include "compiler/driver/steps_of_drives.h"
 #include "compiler/driver/steps_of_map.h"
 #include "passes/emit/emit_map.h"
+#include "passes/emit/pack_model.h"
 #include "passes/ingest/ingest.h"
 #include "passes/localize/calibrate_plan.h"
 #include "passes/localize/track_drive.h"
@@ -88,18 +89,19 @@ CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
   }
   // From here on places that a drive passed have been measured; the others stay simulated.
   const Wire<FactorTable> factors = add_choice(config, compile);
+  const Wire<PackedModel> packed_model = plan.run(kPackModel, compile.model);
   const FinishedMapInput& finished = compile.finished;
   if (finished.compiled.is_connected()) {
     compile.map = plan.run(kEmitMapAnew, compile.packed_nds, compile.sites, compile.predicted,
-                           compile.ranges, compile.measured, compile.model, factors,
+                           compile.ranges, compile.measured, packed_model, factors,
                            compile.localizing_sensor, compile.cards, finished.compiled);
   } else if (finished.nds.is_connected()) {
     compile.map = plan.run(kEmitNdMap, compile.packed_nds, compile.sites, compile.predicted,
-                           compile.ranges, compile.measured, compile.model, factors,
+                           compile.ranges, compile.measured, packed_model, factors,
                            compile.localizing_sensor, compile.cards, finished.nds);
   } else {
     compile.map = plan.run(kEmitAnnotatedMap, compile.packed_nds, compile.sites, compile.predicted,
-                           compile.ranges, compile.measured, compile.model, factors,
+                           compile.ranges, compile.measured, packed_model, factors,
                            compile.localizing_sensor, compile.cards);
   }
   return compile;
@@ -153,11 +155,12 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   tracking.reach_m = plan.options(kEmitMap).reach_m;
   compile.look_plan = plan.run_as("", kCalibratePlan, tracking, localized.undistorted,
                                   localized.trajectory, compile.ndt, compile.sites, compile.ranges);
+  const Wire<PackedModel> packed_model = plan.run(kPackModel, compile.model);
   EmitMapOptions emitting = plan.options(kEmitMap);
   emitting.mapping_scans = scan_shares(config).mapping;
   compile.map =
       plan.run_as("", kEmitMap, emitting, compile.drive, localized.drive, compile.packed_nds,
-                  compile.sites, compile.predicted, compile.ranges, compile.measured, compile.model,
+                  compile.sites, compile.predicted, compile.ranges, compile.measured, packed_model,
                   factors, compile.look_plan, compile.sharpness, compile.trajectory);
   return compile;
 }

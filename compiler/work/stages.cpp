@@ -59,6 +59,7 @@ constexpr std::array kStages = {
     PassStage{"choose-ranges", Stage::kLearn, Stage::kLearn},
     PassStage{"evaluate-ranges", Stage::kLearn, Stage::kLearn},
     PassStage{"calibrate-plan", Stage::kLearn, Stage::kLearn},
+    PassStage{"pack-model", Stage::kLearn, Stage::kLearn},
     PassStage{"emit-map", Stage::kLink, Stage::kLink},
 };
 

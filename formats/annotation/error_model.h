@@ -141,6 +141,8 @@ struct ArtifactTraits<ErrorModel> {
 Result<void> validate(const ErrorModel& model);
 // Facts: the model card. Rows: out-of-fold prediction beside the label, per site and range.
 Table dump(const ErrorModel& model);
+// Those facts alone: the rows of a model of a long street are many.
+std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& model);
 // The card's tables (ranges; features with support; recordings) and every node of every tree.
 std::vector<Table> tables(const ErrorModel& model);
 // Role, name and digest of every recording that the model was trained on, by place.

@@ -244,6 +244,12 @@ Table dump(const ErrorModel& model) {
   return table;
 }
 
+std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& model) {
+  Table card;
+  append_card(model, card);
+  return card.facts;
+}
+
 std::vector<Table> tables(const ErrorModel& model) {
   return {ranges_table(model), features_table(model), nodes_table(model),
           leaves_table(model), streets_table(model),  recordings_table(model)};

@@ -115,7 +115,7 @@ ModelRecord record_of(const ErrorModel& model) {
   ModelRecord record;
   record.encoding_version = ArtifactTraits<ErrorModel>::kVersion;
   record.localizer = model.card.localizer;
-  for (const auto& [name, value] : dump(model).facts)
+  for (const auto& [name, value] : card_facts(model))
     record.card.emplace_back(name, text_of(value));
   std::vector<double> r_squared;
   for (const RangeCard& range : model.ranges) r_squared.push_back(range.r_squared);

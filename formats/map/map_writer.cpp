@@ -45,13 +45,9 @@ TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
   return tile;
 }
 
-std::vector<BlockParts> sections_of(const CompiledMap& map, const FactorTable& factors) {
+// Names of factors.
+std::vector<BlockParts> sections_of(const FactorTable& factors) {
   std::vector<BlockParts> sections;
-  if (!map.model.bytes.empty()) {
-    // The manifest names its digest, so it need not be required: a vehicle can do without it.
-    sections.push_back(
-        {std::string(kModelSection), map.model.encoding_version, false, 1, true, map.model.bytes});
-  }
   const auto append = [&](const FactorTable& table, std::string_view name) {
     if (table.factors.empty()) return;
     sections.push_back({std::string(name), kFactorNamesVersion, false, table.factors.size(), true,
@@ -93,14 +89,20 @@ ContainerParts parts_of(const CompiledMap& map) {
   SIGHTLINE_CHECK(validate(map));
   ContainerParts parts;
   parts.manifest = encode_manifest(map);
-  parts.sections = sections_of(map, map.factors);
+  parts.sections = sections_of(map.factors);
+  if (!map.model.bytes.empty()) {
+    parts.sections.push_back(
+        {std::string(kModelSection), map.model.encoding_version, false, 1, true, map.model.bytes});
+  }
+  std::ranges::sort(parts.sections, {}, &BlockParts::name);
   for (const TileRows& rows : tiles_of(map)) parts.tiles.push_back(tile_parts(map, rows));
   return parts;
 }
 
 Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& write) {
   const CompiledMap& map = parts.answers;
-  SIGHTLINE_CHECK(map.ndt.nds.empty() && map.factors.factors.empty());
+  SIGHTLINE_CHECK(map.ndt.nds.empty() && map.factors.factors.empty() && map.model.bytes.empty());
+  SIGHTLINE_CHECK(map.model == parts.model.record);
   SIGHTLINE_CHECK(validate(map));
   SIGHTLINE_CHECK(validate_factors(parts.factors, map.sites, map.ranges));
   const std::vector<TileRows> of_sites = tiles_of(map);
@@ -109,9 +111,14 @@ Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& writ
   for (const PackedNdTile& tile : parts.nds.tiles) tiles[tile.key].nds = &tile;
   ContainerWriter writer(write, encode_manifest(map, parts.nds.nd_count), {});
   for (const auto& [key, tile] : tiles) SIGHTLINE_TRY(write_tile(key, tile, parts, writer));
-  for (const BlockParts& section : sections_of(map, parts.factors)) {
-    SIGHTLINE_TRY(writer.add_section(packed(section).block));
-  }
+  std::vector<std::byte> bytes;
+  SIGHTLINE_ASSIGN(PackedBlock model, read_section(parts.model, bytes));
+  std::vector<SelfContainedBlock> own;
+  for (const BlockParts& section : sections_of(parts.factors)) own.push_back(packed(section));
+  std::vector<PackedBlock> sections = {std::move(model)};
+  for (const SelfContainedBlock& section : own) sections.push_back(section.block);
+  std::ranges::sort(sections, {}, &PackedBlock::name);
+  for (const PackedBlock& section : sections) SIGHTLINE_TRY(writer.add_section(section));
   SIGHTLINE_ASSIGN([[maybe_unused]] const Digest root, writer.finish());
   return {};
 }

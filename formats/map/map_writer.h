@@ -5,6 +5,7 @@
 
 #include "formats/map/compiled_map.h"
 #include "formats/map/container/container_writer.h"
+#include "formats/map/packed_model.h"
 #include "formats/map/packed_nds.h"
 
 namespace sightline {
@@ -16,8 +17,9 @@ std::vector<std::byte> encode_map(const CompiledMap& map);
 
 // What a file is written from that no process holds whole.
 struct MapParts {
-  const CompiledMap& answers;  // all but NDs and factors, of which it has none
+  const CompiledMap& answers;  // all but NDs, factors and the model's bytes, of which it has none
   const PackedNds& nds;
+  const PackedModel& model;
   const FactorTable& factors;  // those of the map; without any factor it has none
 };
 // The same bytes, tile by tile. The parts are valid, each and together. Errors: cannot-read, those

@@ -87,7 +87,7 @@ Result<void> check_measured(const EmitMapInputs& inputs) {
 }
 
 bool is_of_models_localizer(const EmitMapInputs& inputs) {
-  return inputs.measured.matching.localizer == inputs.model.card.localizer;
+  return inputs.measured.matching.localizer == inputs.model.record.localizer;
 }
 
 // Nobody drove there.
@@ -119,7 +119,7 @@ const MeasuredError& to_judge_by(const PassContext& ctx, const EmitMapInputs& in
   static const MeasuredError kNone;
   if (is_simulated(inputs.measured)) return kNone;
   if (is_of_models_localizer(inputs)) return inputs.measured;
-  ctx.warn("the map foretells the errors of " + to_text(inputs.model.card.localizer) +
+  ctx.warn("the map foretells the errors of " + to_text(inputs.model.record.localizer) +
            ", but drive '" + inputs.measured.drive + "' was localized by " +
            to_text(inputs.measured.matching.localizer) + ": no coverage was measured");
   return kNone;
@@ -156,7 +156,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   map.sensor = inputs.localization.sensor;
   map.measurement = card_of(options, inputs);
   map.definitions = definitions();
-  map.model = record_of(inputs.model);
+  map.model = inputs.model.record;
   if (inputs.sharpness != nullptr) map.sharpness = *inputs.sharpness;
   if (inputs.mapping_trajectory != nullptr) {
     map.trajectory = quality_of(*inputs.mapping_trajectory);
@@ -195,7 +195,7 @@ Result<MapFile> file_of(const EmitMapOptions& options, const EmitMapInputs& inpu
   const auto write = [&](std::uint64_t offset, std::span<const std::byte> piece) {
     return offset < bytes.size() ? bytes.replace(offset, piece) : bytes.append(piece);
   };
-  SIGHTLINE_TRY(write_map({answers, inputs.nds, factors}, write));
+  SIGHTLINE_TRY(write_map({answers, inputs.nds, inputs.model, factors}, write));
   return MapFile{bytes.take(), answers.model.localizer};
 }
 
@@ -223,7 +223,7 @@ Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
 Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
                                    const PackedNds& nds, const Sites& sites,
                                    const PredictedError& predicted, const RangeTable& ranges,
-                                   const MeasuredError& measured, const ErrorModel& model,
+                                   const MeasuredError& measured, const PackedModel& model,
                                    const FactorTable& factors, const SensorProfile& sensor,
                                    const RecordingCards& recordings) {
   const RecordingCard& finished = recordings.cards.front();
@@ -250,7 +250,7 @@ Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wante
 Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
                               const Sites& sites, const PredictedError& predicted,
                               const RangeTable& ranges, const MeasuredError& measured,
-                              const ErrorModel& model, const FactorTable& factors,
+                              const PackedModel& model, const FactorTable& factors,
                               const SensorProfile& sensor, const RecordingCards& recordings,
                               const CompiledMap& earlier) {
   EmitMapOptions options = wanted;
@@ -262,7 +262,7 @@ Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, co
 Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
                             const Sites& sites, const PredictedError& predicted,
                             const RangeTable& ranges, const MeasuredError& measured,
-                            const ErrorModel& model, const FactorTable& factors,
+                            const PackedModel& model, const FactorTable& factors,
                             const SensorProfile& sensor, const RecordingCards& recordings,
                             const ForeignNds& finished) {
   EmitMapOptions options = wanted;
@@ -274,7 +274,7 @@ Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, cons
 Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const Drive& mapping,
                               const Drive& localization, const PackedNds& nds, const Sites& sites,
                               const PredictedError& predicted, const RangeTable& ranges,
-                              const MeasuredError& measured, const ErrorModel& model,
+                              const MeasuredError& measured, const PackedModel& model,
                               const FactorTable& factors, const CalibratedPlan& plan,
                               const Sharpness& sharpness, const Trajectory& mapping_trajectory) {
   return emit_map(ctx, options,

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "formats/annotation/calibrated_plan.h"
-#include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
@@ -19,6 +18,7 @@
 #include "formats/foreign/maps/foreign_nds.h"
 #include "formats/map/compiled_map.h"
 #include "formats/map/map_file.h"
+#include "formats/map/packed_model.h"
 #include "formats/map/packed_nds.h"
 #include "formats/surroundings/sharpness.h"
 #include "passes/pass/pass.h"
@@ -44,7 +44,7 @@ struct EmitMapInputs {
   const PredictedError& predicted;
   const RangeTable& ranges;
   const MeasuredError& measured;
-  const ErrorModel& model;
+  const PackedModel& model;
   const FactorTable& factors;
   const CalibratedPlan* plan = nullptr;            // where vehicles that track are told one
   const Sharpness* sharpness = nullptr;            // where it was measured
@@ -66,7 +66,7 @@ Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
 Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const Drive& mapping,
                               const Drive& localization, const PackedNds& nds, const Sites& sites,
                               const PredictedError& predicted, const RangeTable& ranges,
-                              const MeasuredError& measured, const ErrorModel& model,
+                              const MeasuredError& measured, const PackedModel& model,
                               const FactorTable& factors, const CalibratedPlan& plan,
                               const Sharpness& sharpness, const Trajectory& mapping_trajectory);
 inline constexpr Pass kEmitMap{"emit-map", 8, "map", "The map file", &emit_map_step};
@@ -77,7 +77,7 @@ inline constexpr Pass kEmitMap{"emit-map", 8, "map", "The map file", &emit_map_s
 Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
                                    const PackedNds& nds, const Sites& sites,
                                    const PredictedError& predicted, const RangeTable& ranges,
-                                   const MeasuredError& measured, const ErrorModel& model,
+                                   const MeasuredError& measured, const PackedModel& model,
                                    const FactorTable& factors, const SensorProfile& sensor,
                                    const RecordingCards& recordings);
 inline constexpr Pass kEmitAnnotatedMap = variant_of(kEmitMap, &emit_annotated_map);
@@ -86,7 +86,7 @@ inline constexpr Pass kEmitAnnotatedMap = variant_of(kEmitMap, &emit_annotated_m
 Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
                               const Sites& sites, const PredictedError& predicted,
                               const RangeTable& ranges, const MeasuredError& measured,
-                              const ErrorModel& model, const FactorTable& factors,
+                              const PackedModel& model, const FactorTable& factors,
                               const SensorProfile& sensor, const RecordingCards& recordings,
                               const CompiledMap& earlier);
 inline constexpr Pass kEmitMapAnew = variant_of(kEmitMap, &emit_map_anew);
@@ -95,7 +95,7 @@ inline constexpr Pass kEmitMapAnew = variant_of(kEmitMap, &emit_map_anew);
 Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
                             const Sites& sites, const PredictedError& predicted,
                             const RangeTable& ranges, const MeasuredError& measured,
-                            const ErrorModel& model, const FactorTable& factors,
+                            const PackedModel& model, const FactorTable& factors,
                             const SensorProfile& sensor, const RecordingCards& recordings,
                             const ForeignNds& finished);
 inline constexpr Pass kEmitNdMap = variant_of(kEmitMap, &emit_nd_map);

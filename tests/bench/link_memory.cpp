@@ -1,6 +1,7 @@
-// How much memory does linking a map of many kilometres take? A map of a street is laid behind itself again and again, by its numbers
-// alone: nothing is driven. Its artifacts are written as a cluster's store holds them; then they are read back and the map file is made
-// of them, as `sightline link` does, while the largest memory of the process is counted.
+// How much memory does linking a map of many kilometres take? A map of a street is laid behind
+// itself again and again, by its numbers alone: nothing is driven. Its artifacts are written as a
+// cluster's store holds them; then they are read back and the map file is made of them, as
+// `sightline link` does, while the largest memory of the process is counted.
 //
 // usage: link_memory MAP.slmap COPIES
 
@@ -144,7 +145,8 @@ int run(const std::string& file, int copies) {
     return EXIT_FAILURE;
   }
   CompiledMap& map = *read;
-  const ErrorModel model = *model_of(map.model);
+  // As large as it is: a model of more route would grow with it, but lie packed as well.
+  const PackedModel model = *pack_model(*model_of(map.model));
   repeat(map.ndt, map.sites, copies);
   repeat(map.predicted, copies);
   repeat(map.ranges, copies);
@@ -158,11 +160,15 @@ int run(const std::string& file, int copies) {
   const StoredBytes trajectory = stored(trajectory_along(map));
   GrowingBytes packed(0);
   const Result<PackedNds> nds = pack_nds(map.ndt);
-  if (!nds || !visit_bytes(*nds, [&](auto piece) { return packed.append(piece); })) return EXIT_FAILURE;
+  if (!nds || !visit_bytes(*nds, [&](auto piece) { return packed.append(piece); }))
+    return EXIT_FAILURE;
   const StoredBytes packed_nds = packed.take();
-  std::printf("%zu sites, %zu NDs, artifacts of %.0f MiB\n", map.sites.sites.size(), map.ndt.nds.size(),
-              static_cast<double>(sites.size() + predicted.size() + ranges.size() + factors.size() + measured.size() + 2 * drive.size() +
-                                  trajectory.size() + packed_nds.size()) / (1 << 20));
+  std::printf("%zu sites, %zu NDs, artifacts of %.0f MiB\n", map.sites.sites.size(),
+              map.ndt.nds.size(),
+              static_cast<double>(sites.size() + predicted.size() + ranges.size() + factors.size() +
+                                  measured.size() + 2 * drive.size() + trajectory.size() +
+                                  packed_nds.size()) /
+                  (1 << 20));
   map = {};
   reset_peak_memory();
   std::printf("before: %.0f MiB\n", peak_memory_mib());
@@ -179,14 +185,15 @@ int run(const std::string& file, int copies) {
   std::printf("read: %.0f MiB\n", peak_memory_mib());
   PassContext ctx;
   const Result<MapFile> linked =
-      emit_map(ctx, {}, {mapping, localization, own_nds, own_sites, own_predicted, own_ranges, own_measured, model, own_factors, nullptr,
-                         nullptr, &own_trajectory});
+      emit_map(ctx, {},
+               {mapping, localization, own_nds, own_sites, own_predicted, own_ranges, own_measured,
+                model, own_factors, nullptr, nullptr, &own_trajectory});
   if (!linked) {
     std::fprintf(stderr, "%s\n", to_string(linked.error()).c_str());
     return EXIT_FAILURE;
   }
-  std::printf("linked: %.0f MiB at most, %.1f s of CPU, a file of %.0f MiB\n", peak_memory_mib(), process_cpu_s() - begin_s,
-              static_cast<double>(linked->bytes.size()) / (1 << 20));
+  std::printf("linked: %.0f MiB at most, %.1f s of CPU, a file of %.0f MiB\n", peak_memory_mib(),
+              process_cpu_s() - begin_s, static_cast<double>(linked->bytes.size()) / (1 << 20));
   return EXIT_SUCCESS;
 }
 

@@ -7,6 +7,7 @@
 #include "formats/base/random.h"
 #include "formats/map/map_reader.h"
 #include "formats/map/map_writer.h"
+#include "formats/map/packed_model.h"
 #include "tests/formats/map/random_map.h"
 
 namespace sightline {
@@ -36,10 +37,13 @@ TEST(PackedNds, AreThoseOfTheMapFile) {
     EXPECT_EQ(text_of(*back), text_of(read_map(encode_map(map))->ndt));
     const CompiledMap whole = map;
     const FactorTable factors = map.factors;
+    const Result<PackedModel> model = pack_model(map.model);
+    ASSERT_TRUE(model);
+    map.model = model->record;
     map.ndt = without_nds(*nds);
     map.factors = {};
     std::vector<std::byte> file;
-    ASSERT_TRUE(write_map({map, *nds, factors}, write_to(file)));
+    ASSERT_TRUE(write_map({map, *nds, *model, factors}, write_to(file)));
     EXPECT_EQ(file, encode_map(whole));
   }
 }

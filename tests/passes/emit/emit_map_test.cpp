@@ -38,10 +38,11 @@ struct Workshop {
     PassContext ctx;
     ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
     SIGHTLINE_ASSIGN(const PackedNds nds, pack_nds(made.ndt));
+    SIGHTLINE_ASSIGN(const PackedModel packed_model, pack_model(model));
     SIGHTLINE_ASSIGN(const MapFile map,
                      emit_map(ctx, options,
                               {mapping, localization, nds, made.sites, made.predicted, made.ranges,
-                               measured, model, made.factors}));
+                               measured, packed_model, made.factors}));
     EXPECT_TRUE(validate(map));
     EXPECT_EQ(map.foretold, model.card.localizer);
     SIGHTLINE_ASSIGN(file, map.bytes.read(0, map.bytes.size()));

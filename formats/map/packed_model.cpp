@@ -1,0 +1,129 @@
+#include "formats/map/packed_model.h"
+
+#include <string>
+#include <utility>
+
+#include "formats/reader/map_layout.h"
+
+namespace sightline {
+namespace {
+
+// What precedes the block, and its size.
+std::vector<std::byte> head_of(const PackedModel& model) {
+  ByteWriter writer;
+  const ModelRecord& record = model.record;
+  writer.put(record.encoding_version);
+  writer.append(record.digest.data(), record.digest.size());
+  encode(record.localizer, writer);
+  writer.put<std::uint64_t>(record.card.size());
+  for (const auto& [name, value] : record.card) {
+    writer.put_string(name);
+    writer.put_string(value);
+  }
+  writer.put(record.mean_r_squared);
+  writer.put(static_cast<std::uint8_t>(model.codec));
+  writer.put(model.raw_size);
+  writer.put(model.stored_checksum);
+  ByteWriter sized;
+  sized.put<std::uint64_t>(writer.bytes().size());
+  sized.append(writer.bytes().data(), writer.bytes().size());
+  return sized.take();
+}
+
+bool decode_head(std::span<const std::byte> bytes, PackedModel& model) {
+  ByteReader reader(bytes);
+  ModelRecord& record = model.record;
+  reader.get(record.encoding_version);
+  for (std::uint8_t& byte : record.digest) reader.get(byte);
+  decode(reader, record.localizer);
+  const auto facts = reader.get<std::uint64_t>();
+  if (facts > bytes.size()) return false;
+  record.card.resize(facts);
+  for (auto& [name, value] : record.card) {
+    reader.get_string(name);
+    reader.get_string(value);
+  }
+  reader.get(record.mean_r_squared);
+  model.codec = static_cast<BlockCodec>(reader.get<std::uint8_t>());
+  reader.get(model.raw_size);
+  reader.get(model.stored_checksum);
+  return reader.at_end();
+}
+
+}  // namespace
+
+Result<PackedModel> pack_model(const ErrorModel& model) { return pack_model(record_of(model)); }
+
+Result<PackedModel> pack_model(ModelRecord record) {
+  PackedModel packed;
+  packed.record = std::move(record);
+  const std::vector<std::byte> raw = std::exchange(packed.record.bytes, {});
+  const StoredBlock stored = pack(raw);
+  packed.codec = stored.codec;
+  packed.raw_size = raw.size();
+  packed.stored_checksum = block_checksum(stored.bytes);
+  GrowingBytes block;
+  SIGHTLINE_TRY(block.append(stored.bytes));
+  packed.block = block.take();
+  return packed;
+}
+
+Result<PackedBlock> read_section(const PackedModel& model, std::vector<std::byte>& bytes) {
+  SIGHTLINE_ASSIGN(bytes, model.block.read(0, model.block.size()));
+  // The manifest names its digest, so it need not be required: a vehicle can do without it.
+  return PackedBlock{std::string(kModelSection),
+                     model.record.encoding_version,
+                     false,
+                     model.codec,
+                     1,
+                     model.raw_size,
+                     model.stored_checksum,
+                     model.record.digest,
+                     bytes};
+}
+
+Result<void> validate(const PackedModel& model) {
+  SIGHTLINE_TRY(validate(model.record.localizer));
+  std::vector<std::byte> bytes;
+  SIGHTLINE_ASSIGN(const PackedBlock section, read_section(model, bytes));
+  SIGHTLINE_ASSIGN([[maybe_unused]] const RawBytes raw, checked_bytes(section));
+  return {};
+}
+
+Table dump(const PackedModel& model) {
+  Table table;
+  table.name = "packed-model";
+  table.facts = {{"encoding", std::int64_t{model.record.encoding_version}},
+                 {"sha256", to_hex(model.record.digest)},
+                 {"raw_bytes", static_cast<std::int64_t>(model.raw_size)}};
+  for (const auto& [name, value] : model.record.card) table.facts.emplace_back(name, value);
+  return table;
+}
+
+std::uint64_t payload_size(const PackedModel& model) {
+  return head_of(model).size() + model.block.size();
+}
+
+Result<void> visit_payload(const PackedModel& model, const ByteSink& sink) {
+  SIGHTLINE_TRY(sink(head_of(model)));
+  return model.block.visit(sink);
+}
+
+Result<void> open_payload(const StoredBytes& payload, PackedModel& model) {
+  const Error malformed{ErrorCode::kBadLayer, "the payload of a packed model cannot be decoded", "",
+                        ""};
+  constexpr std::uint64_t kSize = sizeof(std::uint64_t);
+  if (payload.size() < kSize) return malformed;
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> size, payload.read(0, kSize));
+  const auto head_size = ByteReader(size).get<std::uint64_t>();
+  if (head_size > payload.size() - kSize) return malformed;
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> head, payload.read(kSize, head_size));
+  PackedModel opened;
+  if (!decode_head(head, opened)) return malformed;
+  opened.block = payload.part(kSize + head_size, payload.size() - kSize - head_size);
+  SIGHTLINE_TRY(validate(opened));
+  model = std::move(opened);
+  return {};
+}
+
+}  // namespace sightline

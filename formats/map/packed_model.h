@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "formats/artifact_in_pieces.h"
+#include "formats/base/stored_bytes.h"
+#include "formats/map/compiled_map.h"
+#include "formats/map/container/packed_block.h"
+
+namespace sightline {
+
+// An error model, ready for a map file: who writes one does not hold the model, which knows every
+// site that it was trained on.
+struct PackedModel {
+  ModelRecord record;  // without its bytes
+  // The block of section "error-model".
+  BlockCodec codec = BlockCodec::kNone;
+  std::uint64_t raw_size = 0;
+  std::uint64_t stored_checksum = 0;
+  StoredBytes block;
+};
+
+template <>
+struct ArtifactTraits<PackedModel> {
+  static constexpr std::string_view kName = "packed-model";
+  static constexpr std::uint32_t kVersion = 1;
+};
+
+// Errors: disk-full, cannot-write.
+Result<PackedModel> pack_model(const ErrorModel& model);
+Result<PackedModel> pack_model(ModelRecord record);
+
+// The section as container_writer.h takes it; what is stored lies in `bytes`. Error: cannot-read.
+Result<PackedBlock> read_section(const PackedModel& model, std::vector<std::byte>& bytes);
+
+// Unpacks the block. Its content is what record_of() says, or digest-mismatch.
+Result<void> validate(const PackedModel& model);
+Table dump(const PackedModel& model);  // facts: the model card
+
+std::uint64_t payload_size(const PackedModel& model);
+Result<void> visit_payload(const PackedModel& model, const ByteSink& sink);
+Result<void> open_payload(const StoredBytes& payload, PackedModel& model);
+
+}  // namespace sightline

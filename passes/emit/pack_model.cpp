@@ -1,0 +1,10 @@
+#include "passes/emit/pack_model.h"
+
+namespace sightline {
+
+Result<PackedModel> pack_model_step(PassContext& /*ctx*/, const NoOptions& /*options*/,
+                                    const ErrorModel& model) {
+  return pack_model(model);
+}
+
+}  // namespace sightline

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "formats/map/packed_model.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+// The error model as the map file carries it, so that who writes the file need not hold it.
+// Errors: disk-full, cannot-write (temporary files).
+Result<PackedModel> pack_model_step(PassContext& ctx, const NoOptions& options,
+                                    const ErrorModel& model);
+inline constexpr Pass kPackModel{"pack-model", 1, "packed-model",
+                                 "The error model as the map file carries it", &pack_model_step};
+
+}  // namespace sightline

@@ -1,0 +1,60 @@
+#include "formats/map/packed_model.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "formats/base/random.h"
+#include "tests/formats/map/random_map.h"
+
+namespace sightline {
+namespace {
+
+std::vector<std::byte> payload_of(const PackedModel& model) {
+  std::vector<std::byte> payload;
+  EXPECT_TRUE(visit_payload(model, [&](std::span<const std::byte> piece) -> Result<void> {
+    payload.insert(payload.end(), piece.begin(), piece.end());
+    return {};
+  }));
+  EXPECT_EQ(payload.size(), payload_size(model));
+  return payload;
+}
+
+TEST(PackedModel, KeepsTheBytesAndWhatTheRecordSays) {
+  const ModelRecord record = random_map({.seed = 2, .model_size = 5000}).model;
+  const Result<PackedModel> packed = pack_model(record);
+  ASSERT_TRUE(packed);
+  EXPECT_TRUE(packed->record.bytes.empty());
+  PackedModel back;
+  ASSERT_TRUE(open_payload(StoredBytes(payload_of(*packed)), back));
+  EXPECT_TRUE(back.record == packed->record);
+  std::vector<std::byte> stored;
+  const Result<PackedBlock> section = read_section(back, stored);
+  ASSERT_TRUE(section);
+  const Result<RawBytes> raw = checked_bytes(*section);
+  ASSERT_TRUE(raw);
+  EXPECT_TRUE(std::ranges::equal(raw->bytes(), record.bytes));
+  EXPECT_EQ(section->name, "error-model");
+  EXPECT_EQ(section->version, record.encoding_version);
+}
+
+TEST(PackedModel, RefusesAnotherBlockAndEveryCut) {
+  const Result<PackedModel> packed = pack_model(random_map({.seed = 3}).model);
+  ASSERT_TRUE(packed);
+  const std::vector<std::byte> payload = payload_of(*packed);
+  PackedModel back;
+  for (std::size_t size = 0; size < payload.size(); ++size) {
+    const std::vector<std::byte> cut(payload.begin(),
+                                     payload.begin() + static_cast<std::ptrdiff_t>(size));
+    EXPECT_FALSE(open_payload(StoredBytes(cut), back)) << size;
+  }
+  // The block is the last that there is.
+  for (std::size_t i = payload.size() - packed->block.size(); i < payload.size(); ++i) {
+    std::vector<std::byte> damaged = payload;
+    damaged[i] ^= std::byte{4};
+    EXPECT_FALSE(open_payload(StoredBytes(damaged), back)) << i;
+  }
+}
+
+}  // namespace
+}  // namespace sightline
