@@ -9,7 +9,7 @@ namespace sightline {
 namespace {
 
 TEST(SensorProfile, EveryBuiltInProfileIsValidAndSurvivesDisk) {
-  ASSERT_EQ(sensor_profile_names().size(), 29U);
+  ASSERT_EQ(sensor_profile_names().size(), 28U);
   for (const std::string& name : sensor_profile_names()) {
     const Result<SensorProfile> profile = sensor_profile(name);
     ASSERT_TRUE(profile.has_value()) << name;
