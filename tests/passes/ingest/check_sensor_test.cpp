@@ -217,8 +217,8 @@ TEST_F(CheckSensor, NamesASectorThatReturnsFillWhereTheProfileSeesAllRound) {
   ASSERT_TRUE(read().has_value());
   EXPECT_THAT(
       warnings_,
-      ElementsAre(AllOf(HasSubstr("all returns lie within 89."), HasSubstr("where it sees 360"),
-                        HasSubstr("guesses `sensor: hdl-64e`, `azimuth_view_deg: 89."))));
+      ElementsAre(AllOf(HasSubstr("all returns lie within 88.3"), HasSubstr("where it sees 360"),
+                        HasSubstr("guesses `sensor: hdl-64e`, `azimuth_view_deg: 88.3"))));
   options_.azimuth_view_deg = 90.0;
   ASSERT_TRUE(read().has_value());
   EXPECT_THAT(warnings_, IsEmpty());
