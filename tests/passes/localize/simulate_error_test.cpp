@@ -192,9 +192,8 @@ TEST(SimulateError, TakesWhatTheSensorSeesOfATurnAlone) {
     counts.insert(count);
     sum += count;
   }
-  // Voxels at the seams count twice.
-  EXPECT_GE(sum, whole);
-  EXPECT_LT(sum, 1.3 * whole);
+  // Voxels at the seams count twice, or with another centroid not at all.
+  EXPECT_NEAR(sum, whole, 0.2 * whole);
   EXPECT_GE(counts.size(), 3U);
 }
 
