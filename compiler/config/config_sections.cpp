@@ -59,6 +59,7 @@ std::vector<OptionField> option_fields(MapOptions& options) {
   for (OptionField& field : option_fields(options.localizing)) {
     const bool tells_of_sensor = field.name == "sensor" || field.name == "rings" ||
                                  field.name == "height_m" || field.name.ends_with("_beam_deg") ||
+                                 field.name == "azimuth_view_deg" ||
                                  field.name.starts_with("lidar_");
     if (!tells_of_sensor) continue;
     if (field.name == "sensor") {

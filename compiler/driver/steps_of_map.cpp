@@ -33,7 +33,7 @@ namespace {
 // The map's factors, and what sites see of it, for those who look at that.
 Wire<FactorTable> add_factors(Wire<SensorProfile> localizing_sensor, CompilePlan& compile) {
   Plan& plan = compile.plan;
-  compile.depth = plan.run(kCastRays, compile.surface, compile.sites);
+  compile.depth = plan.run(kCastRays, compile.surface, compile.sites, localizing_sensor);
   plan.run(kCastScans, compile.surface, compile.sites, localizing_sensor);
   const FactorsOfSitesOptions seeing{plan.options(kComputeFactors).ranges_m,
                                      plan.options(kCastRays), plan.options(kCastScans)};

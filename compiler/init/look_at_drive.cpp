@@ -79,6 +79,10 @@ void add_sensor(const SensorGuess& guess, const Recording& recording, FoundDrive
     drive.keys.push_back({"lowest_beam_deg", format_double(guess.lowest_beam_deg), ""});
     drive.keys.push_back({"highest_beam_deg", format_double(guess.highest_beam_deg), ""});
   }
+  if (guess.azimuth_view_deg) {
+    drive.keys.push_back({"azimuth_view_deg", format_double(*guess.azimuth_view_deg),
+                          "what returns fill of a turn"});
+  }
   if (guess.height_m) {
     drive.keys.push_back({"height_m", format_double(*guess.height_m),
                           "where most returns near the sensor and below it lie: "

@@ -68,6 +68,8 @@ int main(int argc, char** argv) {
   app.add_option("--drives", options.drives, "localization drives beside the mapping drive")
       ->capture_default_str();
   app.add_option("--beams", options.beams, "16, 32, 64 or 128")->capture_default_str();
+  app.add_option("--sensor", options.sensor,
+                 "instead of --beams: a sensor profile (livox-avia), or a file with its beams");
   app.add_option("--spacing-m", options.spacing_m, "route between two scans, m")
       ->capture_default_str();
   app.add_flag("--by-hand", options.is_by_hand,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "formats/foreign/text/sensor_file.h"
 #include "formats/rotation.h"
 
 namespace sightline::town {
@@ -89,13 +90,20 @@ Result<SensorProfile> town_sensor(int beams) {
   return sensor;
 }
 
+Result<SensorProfile> town_sensor(const std::string& name) {
+  SIGHTLINE_ASSIGN(SensorProfile sensor,
+                   is_sensor_file(name) ? read_sensor_file(name) : sensor_profile(name));
+  sensor.T_vehicle_lidar.translation() = Eigen::Vector3d(0.0, 0.0, sensor.height_m);
+  return sensor;
+}
+
 std::vector<LabelledPoint> spin(const Scene& scene, const SensorProfile& sensor,
                                 double range_sigma_m, const SensorMotion& motion, Random& random) {
-  const auto azimuths = static_cast<int>(std::lround(360.0 / sensor.azimuth_step_deg));
+  const int azimuths = sensor.azimuth_count();
   std::vector<LabelledPoint> points;
   points.reserve(static_cast<std::size_t>(azimuths * sensor.ring_count()));
   for (int step = 0; step < azimuths; ++step) {
-    const double azimuth = to_radians(sensor.azimuth_step_deg * step);
+    const double azimuth = to_radians(sensor.azimuth_deg(step));
     const double share = static_cast<double>(step) / static_cast<double>(azimuths);
     const Pose T_town_lidar = motion(share);
     const Eigen::Vector3d origin_m = T_town_lidar.translation();

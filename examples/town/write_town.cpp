@@ -71,8 +71,12 @@ Result<void> write_scans(const fs::path& folder, const DriveSimulator& drive, in
   return {};
 }
 
+Result<SensorProfile> sensor_of(const WriteTownOptions& options) {
+  return options.sensor.empty() ? town_sensor(options.beams) : town_sensor(options.sensor);
+}
+
 Result<void> write_drive(const WriteTownOptions& options, const Town& town, int number) {
-  SIGHTLINE_ASSIGN(const SensorProfile sensor, town_sensor(options.beams));
+  SIGHTLINE_ASSIGN(const SensorProfile sensor, sensor_of(options));
   DriveOptions drive_options =
       usual_drive(town.options, static_cast<std::uint64_t>(number), sensor);
   drive_options.spacing_m = options.spacing_m;
@@ -120,7 +124,8 @@ std::string describe(const WriteTownOptions& options, const Town& town) {
   if (options.is_swept) json["is_swept"] = true;
   if (options.traffic != 1.0) json["traffic"] = options.traffic;
   if (options.missing_share != 0.0) json["missing_share"] = options.missing_share;
-  json["sensor"] = "generic-" + std::to_string(options.beams);
+  json["sensor"] =
+      options.sensor.empty() ? "generic-" + std::to_string(options.beams) : options.sensor;
   json["origin_world_m"] = {options.origin_world_m.x(), options.origin_world_m.y()};
   json["localization_drives"] = options.drives;
   for (const PartialDrive& part : options.parts) {
@@ -182,6 +187,7 @@ Result<void> write_town(const WriteTownOptions& options) {
                  {},
                  {}};
   }
+  SIGHTLINE_TRY(sensor_of(options));
   SIGHTLINE_ASSIGN(const Town town, make_town(options.town));
   SIGHTLINE_TRY(make_room(options));
   for (int number = 0; number <= options.drives; ++number) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "examples/town/town.h"
@@ -19,8 +20,9 @@ struct PartialDrive {
 struct WriteTownOptions {
   TownOptions town;
   std::filesystem::path out;
-  int drives = 2;  // for localization, 0 to 9, beside the one that maps
-  int beams = 16;  // 16, 32, 64, 128
+  int drives = 2;      // for localization, 0 to 9, beside the one that maps
+  int beams = 16;      // 16, 32, 64, 128
+  std::string sensor;  // a profile or a file instead; empty: the beams
   double spacing_m = 1.0;
   bool is_swept = false;    // as in DriveOptions: a bag instead of scans
   bool is_by_hand = false;  // carried_by_hand() instead of spacing_m
@@ -42,7 +44,7 @@ struct WriteTownOptions {
 // it.
 //   out/town.json                     what was made; written last, so it marks a whole town
 // The same options give the same bytes for any number of threads.
-// Errors: bad-argument, output-exists, disk-full, cannot-write.
+// Errors: bad-argument, output-exists, disk-full, cannot-write, those of town_sensor.
 Result<void> write_town(const WriteTownOptions& options);
 
 }  // namespace sightline::town

@@ -1,157 +1,11 @@
 #include "formats/drive/sensor_profile.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "formats/drive/built_in_sensors.h"
 
 namespace sightline {
 namespace {
-
-// Elevations from `first_deg` to `last_deg`, both included, evenly.
-std::vector<double> even_beams(int count, double first_deg, double last_deg) {
-  std::vector<double> beams;
-  for (int i = 0; i < count; ++i) {
-    beams.push_back(first_deg + (last_deg - first_deg) * i / (count - 1));
-  }
-  return beams;
-}
-
-SensorProfile generic(int rings) {
-  SensorProfile profile;
-  profile.name = "generic-" + std::to_string(rings);
-  profile.beam_elevations_deg = even_beams(rings, -15.0, 15.0);
-  return profile;
-}
-
-// Velodyne VLP-16 manual: 16 beams 2 degrees apart; 0.2 degrees of azimuth at 10 Hz.
-SensorProfile vlp_16() {
-  SensorProfile profile = generic(16);
-  profile.name = "vlp-16";
-  return profile;
-}
-
-// Velodyne HDL-32E manual: 32 beams 4/3 degrees apart, +10.67 to -30.67.
-SensorProfile hdl_32e() {
-  SensorProfile profile;
-  profile.name = "hdl-32e";
-  profile.beam_elevations_deg = even_beams(32, -30.67, 10.67);
-  profile.azimuth_step_deg = 0.16;
-  profile.max_range_m = 100.0;
-  return profile;
-}
-
-// Velodyne HDL-64E S2 manual: the lower bank of 32 beams 1/2 degree apart from -24.33 to -8.83, the
-// upper 1/3 degree apart from -8.33 to +2. Height above ground as KITTI mounts it.
-SensorProfile hdl_64e() {
-  SensorProfile profile;
-  profile.name = "hdl-64e";
-  profile.beam_elevations_deg = even_beams(32, -24.33, -8.83);
-  const std::vector<double> upper = even_beams(32, -8.33, 2.0);
-  profile.beam_elevations_deg.insert(profile.beam_elevations_deg.end(), upper.begin(), upper.end());
-  profile.azimuth_step_deg = 0.1728;
-  profile.max_range_m = 120.0;
-  profile.height_m = 1.73;
-  return profile;
-}
-
-// Ouster OS1-64 (first generation): 64 beams over 33.2 degrees; 1024 columns a turn.
-SensorProfile os1_64() {
-  SensorProfile profile;
-  profile.name = "os1-64";
-  profile.beam_elevations_deg = even_beams(64, -16.6, 16.6);
-  profile.azimuth_step_deg = 360.0 / 1024.0;
-  profile.max_range_m = 120.0;
-  return profile;
-}
-
-SensorProfile named(const std::string& name, std::vector<double> beams_deg, double azimuth_step_deg,
-                    double min_range_m, double max_range_m) {
-  SensorProfile profile;
-  profile.name = name;
-  profile.beam_elevations_deg = std::move(beams_deg);
-  profile.azimuth_step_deg = azimuth_step_deg;
-  profile.min_range_m = min_range_m;
-  profile.max_range_m = max_range_m;
-  return profile;
-}
-
-// Velodyne VLP-32C User Manual: 32 beams, closest between -4 and +1.67 degrees.
-std::vector<double> vlp_32c_beams() {
-  return {-25.0, -15.639, -11.31, -8.843, -7.254, -6.148, -5.333, -4.667, -4.0,   -3.667, -3.333,
-          -3.0,  -2.667,  -2.333, -2.0,   -1.667, -1.333, -1.0,   -0.667, -0.333, 0.0,    0.333,
-          0.667, 1.0,     1.333,  1.667,  2.333,  3.333,  4.667,  7.0,    10.333, 15.0};
-}
-
-// Velodyne VLS-128 (Alpha Prime) User Manual: 0.11 degrees apart from -6.5 to +4.83, wider to -25
-// and +15.
-std::vector<double> vls_128_beams() {
-  std::vector<double> beams = {-25.0,  -19.582, -16.042, -13.565, -11.742, -10.346,
-                               -9.244, -8.352,  -7.65,   -7.15,   -6.85,   -6.65};
-  for (int i = -650; i <= 483; i += 11) beams.push_back(i / 100.0);
-  for (const double upper :
-       {4.98, 5.18, 5.43, 5.73, 6.08, 6.48, 6.98, 7.58, 8.43, 9.7, 11.75, 15.0}) {
-    beams.push_back(upper);
-  }
-  return beams;
-}
-
-// Hesai Pandar64 User Manual: 1/6 degree apart from -6 to +2, wider to -25 and +15.
-std::vector<double> pandar64_beams() {
-  std::vector<double> beams = {-25.0, -19.0, -14.0, -13.0, -12.0, -11.0, -10.0, -9.0, -8.0, -7.0};
-  for (int i = -36; i <= 12; ++i) beams.push_back(i / 6.0);
-  for (const double upper : {3.0, 5.0, 8.0, 11.0, 15.0}) beams.push_back(upper);
-  return beams;
-}
-
-// Hesai Pandar128 User Manual: 1/8 degree apart from -6 to +2, 1/2 from there to -24.5 and +14.
-std::vector<double> pandar128_beams() {
-  std::vector<double> beams = {-25.0};
-  for (int i = 0; i < 37; ++i) beams.push_back(-24.5 + 0.5 * i);
-  for (int i = -48; i <= 16; ++i) beams.push_back(i / 8.0);
-  for (int i = 0; i < 24; ++i) beams.push_back(2.5 + 0.5 * i);
-  beams.push_back(15.0);
-  return beams;
-}
-
-// Ouster OS0, OS1 and OS2 data sheets (rev 06 and 7): beams spread evenly over 90, 45 and 22.5
-// degrees; 1024 columns a turn. The real angles of a unit lie in its metadata.json, which `sensor`
-// takes too.
-void add_ousters(std::vector<SensorProfile>& all) {
-  struct Series {
-    const char* name;
-    double half_deg, min_range_m, max_range_m;
-  };
-  for (const Series& series : {Series{"os0", 45.0, 0.3, 100.0}, Series{"os1", 22.5, 0.3, 120.0},
-                               Series{"os2", 11.25, 1.0, 240.0}}) {
-    for (const int rings : {32, 64, 128}) {
-      std::string name = std::string(series.name) + "-" + std::to_string(rings);
-      if (name == "os1-64") name += "-gen2";  // the first generation has that name
-      all.push_back(named(name, even_beams(rings, -series.half_deg, series.half_deg),
-                          360.0 / 1024.0, series.min_range_m, series.max_range_m));
-    }
-  }
-}
-
-// Of profiles with the same beams the last is recognized (guess_sensor).
-std::vector<SensorProfile> built_in_profiles() {
-  std::vector<SensorProfile> all = {generic(16), generic(32), generic(64), generic(128)};
-  add_ousters(all);
-  // Velodyne Puck Hi-Res data sheet: 16 beams 4/3 degrees apart.
-  all.push_back(named("vlp-16-hires", even_beams(16, -10.0, 10.0), 0.2, 1.0, 100.0));
-  all.push_back(named("vlp-32c", vlp_32c_beams(), 0.2, 1.0, 200.0));
-  all.push_back(named("vls-128", vls_128_beams(), 0.2, 1.0, 245.0));
-  // Hesai PandarXT User Manual.
-  all.push_back(named("xt16", even_beams(16, -15.0, 15.0), 0.18, 0.3, 120.0));
-  all.push_back(named("xt32", even_beams(32, -16.0, 15.0), 0.18, 0.3, 120.0));
-  all.push_back(named("pandar64", pandar64_beams(), 0.2, 0.3, 200.0));
-  all.push_back(named("pandar128", pandar128_beams(), 0.2, 0.3, 200.0));
-  // Livox Mid-360 User Manual: -7 to +52 degrees, 20,000 points a tenth of a second that lie
-  // elsewhere each time. As many spread evenly, on rings as far apart as columns.
-  all.push_back(named("livox-mid-360", even_beams(100, -7.0, 52.0), 1.8, 0.3, 70.0));
-  for (const SensorProfile& profile : {vlp_16(), hdl_32e(), hdl_64e(), os1_64()}) {
-    all.push_back(profile);
-  }
-  return all;
-}
 
 Error invalid(const SensorProfile& profile, const std::string& what) {
   return {ErrorCode::kInvalidArtifact, what, "", "sensor profile " + profile.name};
@@ -161,15 +15,24 @@ bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
 
 }  // namespace
 
+int SensorProfile::azimuth_count() const {
+  return static_cast<int>(std::lround(azimuth_view_deg / azimuth_step_deg));
+}
+
+double SensorProfile::azimuth_deg(int i) const {
+  const double first_deg = sees_all_round() ? 0.0 : -0.5 * (azimuth_count() - 1) * azimuth_step_deg;
+  return first_deg + i * azimuth_step_deg;
+}
+
 std::vector<std::string> sensor_profile_names() {
   std::vector<std::string> names;
-  for (const SensorProfile& profile : built_in_profiles()) names.push_back(profile.name);
+  for (const SensorProfile& profile : built_in_sensors()) names.push_back(profile.name);
   return names;
 }
 
 Result<SensorProfile> sensor_profile(std::string_view name) {
   std::string known;
-  for (SensorProfile& profile : built_in_profiles()) {
+  for (SensorProfile& profile : built_in_sensors()) {
     if (profile.name == name) return std::move(profile);
     known += " " + profile.name;
   }
@@ -191,6 +54,10 @@ Result<void> validate(const SensorProfile& profile) {
   if (!is_positive(profile.azimuth_step_deg) || profile.azimuth_step_deg > 360.0) {
     return invalid(profile, "the azimuth step is not within 0 to 360 degrees");
   }
+  if (!(profile.azimuth_view_deg >= profile.azimuth_step_deg &&
+        profile.azimuth_view_deg <= 360.0)) {
+    return invalid(profile, "the azimuth view is not within one azimuth step to 360 degrees");
+  }
   if (!(profile.min_range_m >= 0.0) || !is_positive(profile.max_range_m) ||
       profile.max_range_m <= profile.min_range_m) {
     return invalid(profile, "the range is empty");
@@ -210,6 +77,9 @@ Table dump(const SensorProfile& profile) {
                  {"min_range_m", profile.min_range_m},
                  {"max_range_m", profile.max_range_m},
                  {"height_m", profile.height_m}};
+  if (!profile.sees_all_round()) {
+    table.facts.emplace_back("azimuth_view_deg", profile.azimuth_view_deg);
+  }
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) {
       table.facts.emplace_back("T_vehicle_lidar_" + std::to_string(row) + std::to_string(column),
@@ -226,7 +96,9 @@ Table dump(const SensorProfile& profile) {
 void encode(const SensorProfile& profile, ByteWriter& writer) {
   writer.put_string(profile.name);
   writer.put_array(profile.beam_elevations_deg);
-  writer.put(profile.azimuth_step_deg);
+  // A step below zero says that the view follows.
+  writer.put(profile.sees_all_round() ? profile.azimuth_step_deg : -profile.azimuth_step_deg);
+  if (!profile.sees_all_round()) writer.put(profile.azimuth_view_deg);
   writer.put(profile.min_range_m);
   writer.put(profile.max_range_m);
   writer.put(profile.height_m);
@@ -237,6 +109,11 @@ void decode(ByteReader& reader, SensorProfile& profile) {
   reader.get_string(profile.name);
   reader.get_array(profile.beam_elevations_deg);
   reader.get(profile.azimuth_step_deg);
+  profile.azimuth_view_deg = 360.0;
+  if (profile.azimuth_step_deg < 0.0) {
+    profile.azimuth_step_deg = -profile.azimuth_step_deg;
+    reader.get(profile.azimuth_view_deg);
+  }
   reader.get(profile.min_range_m);
   reader.get(profile.max_range_m);
   reader.get(profile.height_m);

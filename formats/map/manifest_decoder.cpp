@@ -19,6 +19,7 @@ SensorProfile decode_sensor(const schema::Sensor& sensor) {
   profile.beam_elevations_deg.assign(sensor.beam_elevations_deg()->begin(),
                                      sensor.beam_elevations_deg()->end());
   profile.azimuth_step_deg = sensor.azimuth_step_deg();
+  profile.azimuth_view_deg = sensor.azimuth_view_deg();
   profile.min_range_m = sensor.min_range_m();
   profile.max_range_m = sensor.max_range_m();
   profile.height_m = sensor.height_m();

@@ -27,7 +27,7 @@ flatbuffers::Offset<schema::Sensor> encode_sensor(const SensorProfile& sensor, B
   const schema::Rigid vehicle_from_lidar = to_schema(sensor.T_vehicle_lidar);
   return schema::CreateSensorDirect(builder, sensor.name.c_str(), &sensor.beam_elevations_deg,
                                     sensor.azimuth_step_deg, sensor.min_range_m, sensor.max_range_m,
-                                    sensor.height_m, &vehicle_from_lidar);
+                                    sensor.height_m, &vehicle_from_lidar, sensor.azimuth_view_deg);
 }
 
 flatbuffers::Offset<schema::LocalizerProfile> encode_localizer(const LocalizerProfile& profile,

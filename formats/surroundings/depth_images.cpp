@@ -27,8 +27,8 @@ Result<void> validate(const DepthImages& images) {
                    "");
   }
   for (std::size_t i = 0; i < images.distance_m.size(); ++i) {
-    if (!(images.distance_m[i] >= 0.0F)) {
-      return invalid("a distance is negative or not a number",
+    if (images.distance_m[i] < 0.0F) {
+      return invalid("a distance is negative",
                      "site " + std::to_string(i / images.cells_per_site()));
     }
   }

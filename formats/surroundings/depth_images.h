@@ -19,7 +19,8 @@ struct DepthImages {
   double near_m = 0.5;
   double longest_range_m = 50.0;
   std::uint32_t site_count = 0;
-  std::vector<float> distance_m;  // [site][elevation][azimuth]; +inf where nothing is hit
+  std::vector<float> distance_m;  // [site][elevation][azimuth]; +inf where nothing is hit, NaN
+                                  // out of the sensor's view
 
   [[nodiscard]] std::size_t cells_per_site() const {
     return static_cast<std::size_t>(azimuth_count) * elevation_count;

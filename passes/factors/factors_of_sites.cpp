@@ -72,7 +72,7 @@ class BlockFactors {
 
   [[nodiscard]] Result<SeenFactors> see(const PassContext& ctx, const SiteBlock& block) const {
     SIGHTLINE_ASSIGN(const DepthImages depth,
-                     cast_rays_in_block(options_.rays, caster_, block, ctx.threads));
+                     cast_rays_in_block(options_.rays, caster_, block, sensor_, ctx.threads));
     SIGHTLINE_ASSIGN(const VirtualScans scans,
                      cast_scans_in_block(options_.scans, caster_, block, sensor_, ctx.threads));
     const Sites sites = sites_of(block, sites_);

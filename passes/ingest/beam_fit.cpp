@@ -54,6 +54,23 @@ std::string to_text(const BeamSpan& span) {
   return text.data();
 }
 
+double azimuth_view_deg(std::span<const PointCloudFile> scans) {
+  constexpr std::size_t kLeastReturns = 1000;
+  // A sensor that sees all round has returns at its sides and behind it wherever it stands.
+  constexpr double kWidest_deg = 240.0;
+  std::vector<double> aside_deg;
+  for (const PointCloudFile& scan : scans) {
+    for (const Eigen::Vector3d& point_m : scan.points_m) {
+      if (point_m.squaredNorm() < kNearest_m * kNearest_m) continue;
+      aside_deg.push_back(std::abs(portable_atan2(point_m.y(), point_m.x())) * kDegPerRad);
+    }
+  }
+  if (aside_deg.size() < kLeastReturns) return 360.0;
+  std::ranges::sort(aside_deg);
+  const double view_deg = std::ceil(20.0 * quantile(aside_deg, 1.0 - kStray)) / 10.0;
+  return view_deg <= kWidest_deg ? view_deg : 360.0;
+}
+
 BeamFit fit_beams(const std::vector<double>& elevations, const std::vector<double>& beams_deg) {
   std::vector<std::size_t> hits(beams_deg.size(), 0);
   double sum = 0.0;

@@ -30,6 +30,10 @@ BeamSpan span_of(const std::vector<double>& elevations);
 // "-15.0 to 15.0 degrees"
 std::string to_text(const BeamSpan& span);
 
+// How wide a sector about the sensor's +x axis holds its returns 3 m and farther away but for the
+// 0.2 % farthest outside, degrees, in tenths. 360: they lie all round, or are too few to tell.
+double azimuth_view_deg(std::span<const PointCloudFile> scans);
+
 // How elevations lie among beams.
 struct BeamFit {
   double off = 1.0;     // mean distance to the nearest beam, in gaps between beams; 0.25 by chance

@@ -13,9 +13,9 @@
 
 // A profile is contradicted by what it cannot explain, not by what a place does not show: beams
 // that look at the sky return nothing, so that few returns high up say little. Three things do not
-// depend on the place. Returns lie at beams alone; ground lies below the sensor; and above the
-// horizon, where a place ends, returns become fewer by degrees, while where beams end they stop all
-// at once.
+// depend on the place. Returns lie at beams alone, within the sensor's view in azimuth; ground lies
+// below the sensor; and above the horizon, where a place ends, returns become fewer by degrees,
+// while where beams end they stop all at once.
 //
 // Beams of one LiDAR leave it at up to 0.2 m above each other, and motion taken out of a scan bends
 // it: real ones have up to 0.6 % of their returns over a degree outside their own beams.
@@ -24,6 +24,7 @@ namespace sightline {
 namespace {
 
 constexpr std::size_t kLeastReturns = 1000;
+constexpr double kNearest_m = 3.0;
 constexpr double kMargin_deg = 1.0;
 constexpr double kOutside = 0.02;
 constexpr double kMostlyOutside = 0.5;
@@ -47,6 +48,23 @@ double share_between(const std::vector<double>& elevations, double low_deg, doub
 double share_outside(const std::vector<double>& elevations, const BeamSpan& beams) {
   return 1.0 -
          share_between(elevations, beams.lowest_deg - kMargin_deg, beams.highest_deg + kMargin_deg);
+}
+
+// Of the returns farther than elevations_deg() leaves out.
+double share_out_of_view(const std::vector<PointCloudFile>& scans, const SensorProfile& sensor) {
+  if (sensor.sees_all_round()) return 0.0;
+  const double widest_deg = 0.5 * sensor.azimuth_view_deg + kMargin_deg;
+  double all = 0.0;
+  double outside = 0.0;
+  for (const PointCloudFile& scan : scans) {
+    for (const Eigen::Vector3d& point_m : scan.points_m) {
+      if (point_m.squaredNorm() < kNearest_m * kNearest_m) continue;
+      const double aside_deg = std::abs(portable_atan2(point_m.y(), point_m.x())) * kDegPerRad;
+      all += 1.0;
+      outside += aside_deg > widest_deg ? 1.0 : 0.0;
+    }
+  }
+  return outside / all;
 }
 
 // Whether the last returns are about as dense as all of them: then beams end there, not the place.
@@ -93,8 +111,15 @@ bool are_other_beams(const std::vector<double>& elevations, const SensorProfile&
   return guessed && fit_beams(elevations, guessed->beam_elevations_deg).is_crisp();
 }
 
+// Returns end at the sides of a sector that the profile sees far beyond.
+bool is_view_half_empty(const SensorProfile& sensor, const SensorGuess& guess) {
+  constexpr double kIdleView_deg = 20.0;
+  return guess.azimuth_view_deg &&
+         *guess.azimuth_view_deg < sensor.azimuth_view_deg - kIdleView_deg;
+}
+
 double returns_per_ray(const std::vector<PointCloudFile>& scans, const SensorProfile& sensor) {
-  const double rays = sensor.ring_count() * 360.0 / sensor.azimuth_step_deg;
+  const double rays = sensor.ring_count() * sensor.azimuth_view_deg / sensor.azimuth_step_deg;
   double most = 0.0;
   for (const PointCloudFile& scan : scans) {
     most = std::max(most, static_cast<double>(scan.points_m.size()) / rays);
@@ -121,6 +146,16 @@ std::string contradiction(const std::vector<PointCloudFile>& scans,
   const double outside = share_outside(
       elevations, {sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()});
   if (outside >= kOutside) return percent(outside) + " of the returns lie outside these";
+  const double out_of_view = share_out_of_view(scans, sensor);
+  if (out_of_view >= kOutside) {
+    return percent(out_of_view) + " of the returns lie outside its azimuth view of " +
+           format_double(sensor.azimuth_view_deg) + " degrees";
+  }
+  if (is_view_half_empty(sensor, guess)) {
+    return "all returns lie within " + format_double(*guess.azimuth_view_deg) +
+           " degrees of azimuth about its x axis, where it sees " +
+           format_double(sensor.azimuth_view_deg);
+  }
   if (are_idle_below(elevations, sensor, guess)) {
     return "the lowest see no ground where there is some";
   }
@@ -138,10 +173,14 @@ std::string contradiction(const std::vector<PointCloudFile>& scans,
 }
 
 std::string guess_text(const SensorGuess& guess) {
-  if (!guess.profile.empty()) return "`sensor: " + guess.profile + "`";
+  const std::string view =
+      guess.azimuth_view_deg
+          ? ", `azimuth_view_deg: " + format_double(*guess.azimuth_view_deg) + "`"
+          : "";
+  if (!guess.profile.empty()) return "`sensor: " + guess.profile + "`" + view;
   return "`rings: " + std::to_string(guess.rings) +
          "`, `lowest_beam_deg: " + format_double(guess.lowest_beam_deg) +
-         "`, `highest_beam_deg: " + format_double(guess.highest_beam_deg) + "`";
+         "`, `highest_beam_deg: " + format_double(guess.highest_beam_deg) + "`" + view;
 }
 
 Error misfit(const Recording& recording, const std::vector<double>& elevations,
@@ -173,7 +212,8 @@ Result<void> check_sensor(PassContext& ctx, const Recording& recording) {
   if (what.empty()) return {};
   Error error = misfit(recording, elevations, what, guess);
   const BeamSpan beams{sensor.beam_elevations_deg.front(), sensor.beam_elevations_deg.back()};
-  if (share_outside(elevations, beams) >= kMostlyOutside) {
+  if (share_outside(elevations, beams) >= kMostlyOutside ||
+      share_out_of_view(scans, sensor) >= kMostlyOutside) {
     error.message += ". No map is made with a profile that most returns contradict";
     return error;
   }

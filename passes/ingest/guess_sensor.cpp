@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/drive/sensor_profile.h"
+#include "formats/text/table.h"
 #include "passes/ingest/beam_fit.h"
 
 namespace sightline {
@@ -21,7 +22,9 @@ std::string percent(double share) {
 bool choose_by_beams(const std::vector<double>& elevations, SensorGuess& guess) {
   BeamFit best;
   for (const std::string& name : sensor_profile_names()) {
-    const BeamFit fit = fit_beams(elevations, sensor_profile(name)->beam_elevations_deg);
+    const SensorProfile profile = *sensor_profile(name);
+    if (!profile.sees_all_round()) continue;  // its rings stand for a pattern without any
+    const BeamFit fit = fit_beams(elevations, profile.beam_elevations_deg);
     if (!fit.is_crisp() || fit.off > best.off) continue;
     best = fit;
     guess.profile = name;
@@ -32,11 +35,38 @@ bool choose_by_beams(const std::vector<double>& elevations, SensorGuess& guess) 
   return true;
 }
 
+// Returns that fill the view of a profile that does not see all round, from side to side and at
+// least half of its height: what looks at the sky returns nothing.
+bool choose_by_view(double view_deg, SensorGuess& guess) {
+  constexpr double kNear_deg = 4.0;
+  constexpr double kMargin_deg = 1.0;
+  for (const std::string& name : sensor_profile_names()) {
+    const SensorProfile profile = *sensor_profile(name);
+    const double lowest_deg = profile.beam_elevations_deg.front();
+    const double highest_deg = profile.beam_elevations_deg.back();
+    const double seen_deg = guess.highest_beam_deg - guess.lowest_beam_deg;
+    const bool is_within = guess.lowest_beam_deg >= lowest_deg - kMargin_deg &&
+                           guess.highest_beam_deg <= highest_deg + kMargin_deg;
+    if (profile.sees_all_round() || std::abs(profile.azimuth_view_deg - view_deg) > kNear_deg ||
+        !is_within || seen_deg < 0.5 * (highest_deg - lowest_deg)) {
+      continue;
+    }
+    guess.profile = name;
+    guess.reason =
+        "returns lie within " + format_double(view_deg) + " degrees of azimuth and from " +
+        to_text(BeamSpan{guess.lowest_beam_deg, guess.highest_beam_deg}) + ", which is its view";
+    return true;
+  }
+  return false;
+}
+
 bool choose_by_span(const std::vector<double>& elevations, SensorGuess& guess) {
   constexpr double kNear_deg = 2.0;
   double best_deg = kNear_deg;
   for (const std::string& name : sensor_profile_names()) {
-    const std::vector<double> beams_deg = sensor_profile(name)->beam_elevations_deg;
+    const SensorProfile profile = *sensor_profile(name);
+    if (!profile.sees_all_round()) continue;
+    const std::vector<double>& beams_deg = profile.beam_elevations_deg;
     const double off_deg = std::max(std::abs(beams_deg.front() - guess.lowest_beam_deg),
                                     std::abs(beams_deg.back() - guess.highest_beam_deg));
     if (off_deg > best_deg || fit_beams(elevations, beams_deg).hit < 0.9) continue;
@@ -150,9 +180,13 @@ SensorGuess guess_sensor(std::span<const PointCloudFile> scans) {
     guess.reason = "returns farther than 3 m say nothing of the beams: please name the sensor";
     return guess;
   }
-  if (!choose_by_beams(elevations, guess) && !choose_by_span(elevations, guess)) {
+  const double view_deg = azimuth_view_deg(scans);
+  if (!choose_by_beams(elevations, guess) && !choose_by_view(view_deg, guess) &&
+      !choose_by_span(elevations, guess)) {
     describe_beams(elevations, guess);
   }
+  const bool has_view = !guess.profile.empty() && !sensor_profile(guess.profile)->sees_all_round();
+  if (view_deg < 360.0 && !has_view) guess.azimuth_view_deg = view_deg;
   guess.height_m = middle_height(scans);
   return guess;
 }

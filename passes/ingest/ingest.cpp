@@ -230,6 +230,10 @@ std::vector<OptionField> option_fields(RecordingOptions& options) {
              90.0),
       number("highest_beam_deg", options.highest_beam_deg, "elevation of the highest, degrees",
              -90.0, 90.0),
+      number("azimuth_view_deg", options.azimuth_view_deg,
+             "what the sensor sees of a turn, half to each side of its x axis, degrees; 0: the "
+             "profile's own",
+             0.0, 360.0),
       number("height_m", options.height_m, "sensor above ground, m; 0: the profile's own", 0.0,
              100.0),
       number("lidar_x_m", options.lidar_x_m, "sensor in the vehicle's frame, m", -100.0, 100.0),

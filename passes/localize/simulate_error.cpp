@@ -183,7 +183,8 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
   const LocalizerChoice choice{matching.localizer, matching.coarse_cells, matching.leaf_m,
                                matching.every_return};
   const ScanMaker maker(options, sensor, directions_of(sensor));
-  const RayFan fan{maker.directions(), sensor.min_range_m, reach_m(matching, sensor)};
+  const RayFan fan{maker.directions(), sensor.min_range_m, reach_m(matching, sensor),
+                   AzimuthView(sensor)};
   AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, fan.far_m, 1});
   const SiteCaster caster(surface, sites, fan.far_m, [&](SurfacePatch& patch) {
     survey_another_day(options.relief_m, ctx.seed, patch);

@@ -39,8 +39,9 @@ std::vector<Eigen::Vector3d> directions_of(const DepthImages& images) {
   return directions;
 }
 
-RayFan fan_of(const CastRaysOptions& options, const DepthImages& images) {
-  return {directions_of(images), options.near_m, options.longest_range_m};
+RayFan fan_of(const CastRaysOptions& options, const DepthImages& images,
+              const SensorProfile& sensor) {
+  return {directions_of(images), options.near_m, options.longest_range_m, AzimuthView(sensor)};
 }
 
 TakeDistances take_into(DepthImages& images) {
@@ -86,20 +87,22 @@ std::vector<OptionField> option_fields(CastRaysOptions& options) {
 }
 
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
-                              const TiledSurface& surface, const Sites& sites) {
+                              const TiledSurface& surface, const Sites& sites,
+                              const SensorProfile& sensor) {
   SIGHTLINE_TRY(check_options(options));
   DepthImages images = empty_images(options, sites.sites.size());
   const Result<void> cast =
-      cast_at_sites(ctx, surface, sites, fan_of(options, images), take_into(images));
+      cast_at_sites(ctx, surface, sites, fan_of(options, images, sensor), take_into(images));
   if (!cast) return at_pass(cast.error());
   return images;
 }
 
 Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const SiteCaster& caster,
-                                       const SiteBlock& block, int threads) {
+                                       const SiteBlock& block, const SensorProfile& sensor,
+                                       int threads) {
   SIGHTLINE_TRY(check_options(options));
   DepthImages images = empty_images(options, block.sites.size());
-  SIGHTLINE_TRY(caster.cast(block, fan_of(options, images), threads, take_into(images)));
+  SIGHTLINE_TRY(caster.cast(block, fan_of(options, images, sensor), threads, take_into(images)));
   return images;
 }
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "formats/annotation/sites.h"
+#include "formats/drive/sensor_profile.h"
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/tiled_surface.h"
 #include "passes/pass/pass.h"
@@ -21,15 +22,18 @@ struct CastRaysOptions {
 };
 std::vector<OptionField> option_fields(CastRaysOptions& options);
 
-// What a level sensor would see of the surface from every site: one ray a cell, in map axes, both
-// faces and the ground count. Definition: schemas/definitions.md, `occupancy_ratio`.
+// What a level sensor would see of the surface from every site: one ray a cell that lies in its
+// azimuth view, in map axes, both faces and the ground count. Definition: schemas/definitions.md,
+// `occupancy_ratio`.
 // Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far, or
 // elevations beyond the poles), cannot-read.
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
-                              const TiledSurface& surface, const Sites& sites);
+                              const TiledSurface& surface, const Sites& sites,
+                              const SensorProfile& sensor);
 // The same from the sites of one block. The caster reaches as far as the options.
 Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const SiteCaster& caster,
-                                       const SiteBlock& block, int threads);
+                                       const SiteBlock& block, const SensorProfile& sensor,
+                                       int threads);
 inline constexpr Pass kCastRays{"cast-rays", 3, "depth", "Depth images", &cast_rays};
 
 }  // namespace sightline

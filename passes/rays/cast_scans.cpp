@@ -29,7 +29,7 @@ TakeDistances take_into(const RayFan& fan, double leaf_m, ScanOfSite& scan_of_si
 }
 
 RayFan fan_of(const CastScansOptions& options, const SensorProfile& sensor) {
-  return {beam_directions(sensor), options.near_m, options.longest_range_m};
+  return {beam_directions(sensor), options.near_m, options.longest_range_m, AzimuthView(sensor)};
 }
 
 Error at_pass(Error error) {

@@ -18,13 +18,14 @@ struct CastScansOptions {
 };
 std::vector<OptionField> option_fields(CastScansOptions& options);
 
-// Where the beams of a level sensor point at each azimuth step, the first along map +x; unit
-// length, beam by beam, so that neighbours in the list are neighbours in the world.
+// Where the beams of a level sensor that turns point at each azimuth step, the first along map +x;
+// unit length, beam by beam, so that neighbours in the list are neighbours in the world. Of a
+// sensor that does not see all round AzimuthView tells which of them it has at a site.
 std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor);
 
 // What the localizing sensor would measure at every site: each of its beams at each azimuth step,
-// the first along map +x, cast level from p on the surface and subsampled on the localizer's voxel
-// grid. Definition: schemas/definitions.md, "virtual scan".
+// the first along map +x, that lies in its view, cast level from p on the surface and subsampled on
+// the localizer's voxel grid. Definition: schemas/definitions.md, "virtual scan".
 // Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far),
 // cannot-read.
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,

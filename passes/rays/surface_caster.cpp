@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <new>
 #include <numbers>
@@ -133,7 +134,8 @@ void decide_in_double(const RTCFilterFunctionNArguments* call) {
     if (index != seen_index) seen.emplace(cast.patches[index], cast.p_m);
     seen_index = index;
     const std::size_t lane = RTCRayN_id(call->ray, count, i);
-    // Embree 3.12 asks about rays beyond the last one too, which its caller has masked out.
+    // Embree 3.12 asks about rays beyond the last one too, which its caller has masked out, as it
+    // has those out of view: nothing is below their NaN.
     if (lane >= cast.directions.size()) continue;
     const double distance_m = seen->distance_m(cast.directions[lane]);
     if (!(distance_m >= cast.near_m && distance_m <= cast.far_m)) continue;
@@ -198,30 +200,46 @@ class BlockCaster {
   BlockCaster(const BlockCaster&) = delete;
   BlockCaster& operator=(const BlockCaster&) = delete;
 
-  void cast(const Eigen::Vector3d& p_map_m, std::span<const Packet> packets,
-            std::span<double> distance_m) const {
-    const Eigen::Vector3f origin_m = (p_map_m - origin_m_).cast<float>();
+  void cast(const Site& site, std::span<const Packet> packets, std::span<double> distance_m) const {
+    const Eigen::Vector3f origin_m = (site.p_map_m - origin_m_).cast<float>();
+    const Eigen::Vector2d forward = fan_.view.forward(site);
     ExactCast exact;
     start_query(exact);
     exact.patches = patches_;
-    exact.p_m = p_map_m;
+    exact.p_m = site.p_map_m;
     exact.near_m = fan_.near_m;
     exact.far_m = fan_.far_m;
     exact.margin_m = margin_m(fan_.far_m);
     for (std::size_t first = 0; first < distance_m.size(); first += kPacket) {
       Packet packet = packets[first / kPacket];
-      set_origin(origin_m, packet);
       const std::size_t count = std::min(kPacket, distance_m.size() - first);
       exact.directions = std::span(fan_.directions).subspan(first, count);
       exact.distance_m.fill(kNotHit_m);
+      set_origin(origin_m, packet);
       // Neighbours: a third faster.
-      intersect_8(packet.valid.data(), scene_.get(), exact, EmbreeRays::kNeighbours, packet.rays);
+      if (mask_out_of_view(forward, exact, packet)) {
+        intersect_8(packet.valid.data(), scene_.get(), exact, EmbreeRays::kNeighbours, packet.rays);
+      }
       std::copy_n(exact.distance_m.begin(), count,
                   distance_m.begin() + static_cast<std::ptrdiff_t>(first));
     }
   }
 
  private:
+  // Whether any ray is left.
+  bool mask_out_of_view(const Eigen::Vector2d& forward, ExactCast& exact, Packet& packet) const {
+    if (fan_.view.is_all_round()) return true;
+    bool is_any_left = false;
+    for (std::size_t lane = 0; lane < exact.directions.size(); ++lane) {
+      const bool is_in_view = fan_.view.holds(forward, exact.directions[lane]);
+      is_any_left = is_any_left || is_in_view;
+      if (is_in_view) continue;
+      packet.valid[lane] = 0;
+      exact.distance_m[lane] = std::numeric_limits<double>::quiet_NaN();
+    }
+    return is_any_left;
+  }
+
   Eigen::Vector3d origin_m_;
   const RayFan& fan_;
   std::vector<ExactPatch> patches_;
@@ -264,7 +282,7 @@ Result<void> SiteCaster::cast(const SiteBlock& block, const RayFan& fan, int thr
   const BlockCaster caster(scenes_->device.get(), patches, block, fan);
   parallel_for(block.sites.size(), threads, [&](std::size_t i) {
     std::vector<double> distance_m(fan.directions.size());
-    caster.cast(sites_.sites[block.sites[i]].p_map_m, packets, distance_m);
+    caster.cast(sites_.sites[block.sites[i]], packets, distance_m);
     take(i, distance_m);
   });
   return {};

@@ -9,6 +9,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/surroundings/tiled_surface.h"
 #include "passes/pass/pass_context.h"
+#include "passes/rays/azimuth_view.h"
 #include "passes/rays/site_blocks.h"
 
 // Where rays meet a surface. The home of Embree: nothing else in passes/ knows it.
@@ -21,10 +22,11 @@ struct RayFan {
   std::vector<Eigen::Vector3d> directions;
   double near_m = 0.5;
   double far_m = 50.0;
+  AzimuthView view = {};  // at each site rays out of it are not cast
 };
 
 // distance_m[i] belongs to directions[i]: to the first hit between near_m and far_m, +inf where
-// there is none. Sites are named by their position in what was cast from.
+// there is none, NaN out of view. Sites are named by their position in what was cast from.
 using TakeDistances = std::function<void(std::size_t site, std::span<const double> distance_m)>;
 
 // Casts fans on a surface from sites. Both faces of a patch count, seen at 0.6 degrees or more from

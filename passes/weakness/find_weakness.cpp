@@ -96,6 +96,7 @@ Result<ExplainedStretch> explain(PassContext& ctx, const WeaknessOptions& option
   ViewOptions view_options;
   view_options.range_m = stretch.worst.look.range_m;
   if (map.measurement.leaf_m > 0.0) view_options.leaf_m = map.measurement.leaf_m;
+  view_options.view = AzimuthView(map.sensor);
   const NearNds nds = nds_near(map.ndt, places_m, view_options.range_m + kBeyondRange_m);
   const std::vector<Eigen::Vector3d> directions = beam_directions(map.sensor);
   SIGHTLINE_ASSIGN(const std::vector<SiteView> views,

@@ -76,7 +76,7 @@ Result<std::vector<SiteView>> views_from(PassContext& ctx, const ViewOptions& op
     views[i].site = of[i];
     views[i].p_map_m = sites.sites[of[i]].p_map_m;
   }
-  const RayFan fan{directions, options.near_m, options.range_m};
+  const RayFan fan{directions, options.near_m, options.range_m, options.view};
   const Surface surface = surface_of_nds(map_of(nds, sites.frame));
   SIGHTLINE_TRY(cast_at_sites(ctx, surface, seen_from, fan,
                               [&](std::size_t i, std::span<const double> distance_m) {

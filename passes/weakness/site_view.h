@@ -9,6 +9,7 @@
 #include "formats/surroundings/ndt_map.h"
 #include "passes/factors/virtual/information.h"
 #include "passes/pass/pass_context.h"
+#include "passes/rays/azimuth_view.h"
 
 // What a sensor sees from sites of a map of which nothing but the NDs is known, and what that tells
 // of its pose: the virtual scan and the information of schemas/definitions.md ("Factors from a
@@ -38,8 +39,9 @@ struct ScanVoxel {
 struct SiteView {
   std::size_t site = 0;
   Eigen::Vector3d p_map_m = Eigen::Vector3d::Zero();
-  std::vector<double> distance_m;           // of each beam direction; +inf: it meets nothing
-  std::map<CellKey, ScanVoxel> voxels;      // of the scan thinned on the localizer's voxel grid
+  std::vector<double> distance_m;       // of each beam direction; +inf: it meets nothing, NaN: it
+                                        // is out of view
+  std::map<CellKey, ScanVoxel> voxels;  // of the scan thinned on the localizer's voxel grid
   Matrix6d information = Matrix6d::Zero();  // of the voxels' centroids
 };
 
@@ -47,6 +49,7 @@ struct ViewOptions {
   double near_m = 0.5;
   double range_m = 50.0;  // nothing further is hit
   double leaf_m = 1.0;    // edge of the localizer's voxels
+  AzimuthView view = {};  // of the sensor
 };
 
 // The views from sites of the list, in its order; `directions` as beam_directions() gives them.

@@ -90,7 +90,7 @@ std::vector<TargetHit> hits_of(const Target& target, const SiteView& view,
   for (std::size_t beam = 0; beam < directions.size(); ++beam) {
     const std::optional<double> distance_m =
         distance_to_target_m(target, view.p_map_m, directions[beam]);
-    if (!distance_m || *distance_m > range_m || *distance_m >= view.distance_m[beam]) continue;
+    if (!distance_m || *distance_m > range_m || !(*distance_m < view.distance_m[beam])) continue;
     hits.push_back({beam, *distance_m});
   }
   return hits;

@@ -89,7 +89,7 @@ void measure(std::uint64_t seed, bool has_leaves, int beams, const BenchOptions&
   const double built_s = cpu_s();
   SIGHTLINE_CHECK(surface);
   const Sites sites = sites_along(lane, options.length_m, options.site_spacing_m);
-  const Result<DepthImages> images = cast_rays(ctx, {}, *surface, sites);
+  const Result<DepthImages> images = cast_rays(ctx, {}, *surface, sites, SensorProfile());
   const double cast_s = cpu_s();
   SIGHTLINE_CHECK(images);
   std::printf(

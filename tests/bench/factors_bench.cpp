@@ -69,7 +69,7 @@ struct Bench {
       site.p_map_m = {static_cast<double>(i), 0.3, 1.8};
       sites.sites.push_back(site);
     }
-    depth = *cast_rays(ctx, {}, surface, sites);
+    depth = *cast_rays(ctx, {}, surface, sites, SensorProfile());
     scans = *cast_scans(ctx, {}, surface, sites, sixteen_beams());
   }
 };
@@ -91,7 +91,7 @@ void count_sites(const Bench& made, benchmark::State& state) {
 void depth_images(benchmark::State& state) {
   Bench& made = bench(state);  // before the clock starts
   for (auto _ : state) {
-    SIGHTLINE_CHECK(cast_rays(made.ctx, {}, made.surface, made.sites).has_value());
+    SIGHTLINE_CHECK(cast_rays(made.ctx, {}, made.surface, made.sites, SensorProfile()).has_value());
   }
   count_sites(made, state);
   state.SetItemsProcessed(state.iterations() *

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <fstream>
 #include <map>
+#include <numbers>
 #include <sstream>
 
 #include "examples/town/drive.h"
@@ -214,6 +216,29 @@ TEST_F(TownFiles, RefuseBadArgumentsBeforeAnythingIsWritten) {
     EXPECT_EQ(written.error().code, ErrorCode::kBadArgument);
     EXPECT_FALSE(fs::exists(bad.out)) << fault;
   }
+}
+
+TEST_F(TownFiles, AreWhatANamedSensorSees) {
+  WriteTownOptions ahead = options("ahead");
+  ahead.drives = 0;
+  ahead.sensor = "livox-avia";
+  ASSERT_TRUE(write_town(ahead).has_value());
+  const Result<PointCloudFile> scan = read_point_cloud(ahead.out / "mapping/scans/000001.pcd");
+  ASSERT_TRUE(scan.has_value());
+  EXPECT_GT(scan->points_m.size(), 5000U);
+  double widest = 0.0;
+  for (const Eigen::Vector3d& point_m : scan->points_m) {
+    widest = std::max(widest, std::abs(std::atan2(point_m.y(), point_m.x())));
+  }
+  EXPECT_NEAR(widest, 34.98 * std::numbers::pi / 180.0, 1e-3);
+  std::ifstream facts(ahead.out / "town.json");
+  std::stringstream text;
+  text << facts.rdbuf();
+  EXPECT_NE(text.str().find("\"sensor\": \"livox-avia\""), std::string::npos);
+  WriteTownOptions unknown = options("unknown");
+  unknown.sensor = "livox-avio";
+  EXPECT_EQ(write_town(unknown).error().code, ErrorCode::kUnknownName);
+  EXPECT_FALSE(fs::exists(unknown.out));
 }
 
 }  // namespace

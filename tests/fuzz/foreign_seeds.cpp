@@ -210,6 +210,8 @@ void add_beside_scans(std::vector<Seed>& seeds) {
            with(1, "name: roof\nbeams_deg: [-15, -13.5, 2]\nazimuth_step_deg: 0.2\n"));
   add_seed(seeds, "sensor/seed_even",
            with(1, "beams: 32\nlowest_beam_deg: -16\nhighest_beam_deg: 15\nheight_m: 2\n"));
+  add_seed(seeds, "sensor/seed_view",
+           with(1, "beams: 9\nlowest_beam_deg: -4\nhighest_beam_deg: 4\nazimuth_view_deg: 70.4\n"));
   add_seed(seeds, "sensor/seed_hesai", with(2, "Channel,Elevation,Azimuth\n1,14.8,-1\n2,11,-1\n"));
   add_seed(seeds, "sensor/seed_ouster",
            with(3, R"({"beam_intrinsics":{"beam_altitude_angles":[20.1,0.5,-21]},)"

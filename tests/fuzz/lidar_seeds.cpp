@@ -105,10 +105,23 @@ std::string hesai(bool is_pandar64, char mode) {
   return file;
 }
 
+// Of one turn that takes 6 packets; in high resolution, with confidences and functional safety.
+std::string pandar128(char mode) {
+  std::string file = capture();
+  for (unsigned i = 0; i < 7; ++i) {
+    std::string packet = std::string("\xee\xff\1\4\0\0\x80\2\0\4\1\x15", 12);
+    packet += hesai_blocks(i, 2, 128, 4) + std::string(4 + 17, '\3');
+    packet += std::string(12, '\0') + mode + std::string("\x58\2\x7b\1\2\3\4\5", 8);
+    file += record(400 * i, i, 0, udp(packet + raw(std::uint32_t{400} * i) + '\0'));
+  }
+  return file;
+}
+
 std::string correction(int channels) {
   std::string text = "Channel,Elevation,Azimuth\n";
   for (int i = 1; i <= channels; ++i) {
-    text += std::to_string(i) + "," + std::to_string(10 - i) + ",1.5\n";
+    const int elevation_deg = channels > 64 ? 10 - i / 2 : 10 - i;
+    text += std::to_string(i) + "," + std::to_string(elevation_deg) + ",1.5\n";
   }
   return text;
 }
@@ -134,6 +147,7 @@ void add_lidar_seeds(std::vector<Seed>& seeds) {
   add("hesai_pandar64", 1, correction(64), hesai(true, '\x37'));
   add("hesai_xt16", 1, correction(16), hesai(false, '\x37'));
   add("hesai_xt16_dual", 1, "", hesai(false, '\x39'));
+  add("hesai_pandar128", 1, correction(128), pandar128('\x37'));
   add("hesai_alone", 2, "", hesai(true, '\x39'));
 }
 

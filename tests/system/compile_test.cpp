@@ -228,6 +228,10 @@ TEST(Dump, PrintsEveryTableInEveryFormat) {
   const ProgramResult depth =
       run_sightline("dump " + config() + " -q --what depth --site 3 --format csv");
   EXPECT_EQ(depth.status, 0) << depth.err;
+  const ProgramResult picture =
+      run_sightline("dump " + config() + " -q --what depth --site 3 --format png");
+  EXPECT_EQ(picture.status, 0) << picture.err;
+  EXPECT_EQ(picture.out.substr(1, 3), "PNG");
 }
 
 TEST(Dump, SaysTheSameOfTheMapAsOfTheArtifact) {

@@ -130,7 +130,7 @@ Result<Table> table_of_config(const DumpFlags& flags) {
 Result<PictureSources> sources_of_config(const DumpFlags& flags) {
   std::vector<std::string> names = {"nds", "sites"};
   if (flags.what == "points") names = {"points"};
-  if (flags.what == "depth") names = {"depth", "nds"};
+  if (flags.what == "depth") names = {"depth", "nds", "sites"};
   if (flags.what == "ranges") names = {"nds", "sites", "ranges"};
   SIGHTLINE_ASSIGN(const Made made, make(flags, names));
   const auto& [compile, artifacts] = made;

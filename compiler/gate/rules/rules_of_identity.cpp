@@ -125,6 +125,7 @@ std::vector<Found> find_sensor(const GateInput& input, const Threshold&) {
   Differences differences;
   differences.add("name", old.name, now.name);
   differences.add("beams", old.ring_count(), now.ring_count());
+  differences.add("azimuth view", old.azimuth_view_deg, now.azimuth_view_deg);
   differences.add("least range", old.min_range_m, now.min_range_m);
   differences.add("greatest range", old.max_range_m, now.max_range_m);
   differences.add("height", old.height_m, now.height_m);

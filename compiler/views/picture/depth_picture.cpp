@@ -41,6 +41,7 @@ void draw_scale(double longest_m, std::uint32_t first_row, Raster& raster) {
 }  // namespace
 
 Colour colour_of_distance(double distance_m, double longest_m) {
+  if (std::isnan(distance_m)) return kPaper;
   if (!std::isfinite(distance_m)) return kNothing;
   const double place =
       std::clamp(distance_m / longest_m, 0.0, 1.0) * static_cast<double>(kScale.size() - 1);

@@ -113,13 +113,19 @@ std::string describe_trajectory(const TrajectoryQuality& trajectory) {
                                 trajectory.rms_rotation_residual_rad * 180.0 / std::numbers::pi));
 }
 
+std::string describe_sensor(const SensorProfile& sensor) {
+  const std::string beams = sensor.name + formatted(", %d beams", sensor.ring_count());
+  if (sensor.sees_all_round()) return beams;
+  return beams + formatted(", %.1f degrees of a turn", sensor.azimuth_view_deg);
+}
+
 std::string describe_measurement(const CompiledMap& map) {
   const MeasurementCard& card = map.measurement;
   if (card.reference == ErrorReference::kSimulated) {
     return "simulated error\n" + field("map", card.mapping_drive + ", finished before") +
            field("localization", "nobody drove here") + describe_localizer(map) +
            field("offsets", formatted("%zu starts at every site", card.offsets.size())) +
-           field("sensor", map.sensor.name + formatted(", %d beams", map.sensor.ring_count()));
+           field("sensor", describe_sensor(map.sensor));
   }
   const bool is_known = card.reference == ErrorReference::kKnownPose;
   return "measured error\n" +
@@ -133,7 +139,7 @@ std::string describe_measurement(const CompiledMap& map) {
                               : formatted("%zu starts at every site", card.offsets.size())) +
          field("measured sites", formatted("%u of ", card.measured_site_count) +
                                      std::to_string(map.sites.sites.size())) +
-         field("sensor", map.sensor.name + formatted(", %d beams", map.sensor.ring_count()));
+         field("sensor", describe_sensor(map.sensor));
 }
 
 std::string describe_promise(const LimitPromise& promise, bool is_simulated) {

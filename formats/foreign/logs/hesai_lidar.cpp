@@ -83,7 +83,19 @@ class HesaiLidar : public RotatingLidar {
   [[nodiscard]] double block_us(std::span<const std::byte> bytes, std::size_t block) const {
     const std::size_t before_last =
         (model_.blocks - 1 - block) / std::max<std::size_t>(1, returns(bytes));
-    return model_.last_block_us - model_.block_us * static_cast<double>(before_last);
+    return model_.last_block_us - step_us(bytes) * static_cast<double>(before_last);
+  }
+  [[nodiscard]] bool is_high_resolution(std::span<const std::byte> bytes) const {
+    return model_.state_at > 0 && byte_at(bytes, model_.tail_begin() + model_.state_at) == 0;
+  }
+  // From a block to the next.
+  [[nodiscard]] double step_us(std::span<const std::byte> bytes) const {
+    return is_high_resolution(bytes) ? 0.5 * model_.block_us : model_.block_us;
+  }
+  // In high resolution each half of the firings is a block of its own.
+  [[nodiscard]] double firing_us(std::span<const std::byte> bytes, std::size_t channel) const {
+    const double us = firings_us_[channel];
+    return is_high_resolution(bytes) && us > step_us(bytes) ? us - step_us(bytes) : us;
   }
   [[nodiscard]] double turn_deg_per_us(std::span<const std::byte> bytes, std::size_t block) const;
 
@@ -132,8 +144,15 @@ std::int64_t HesaiLidar::time_ns(std::span<const std::byte> bytes) const {
   return 1'000'000'000 * seconds + 1000 * std::int64_t{us};
 }
 
-// How fast the head turns: the last block has no next, it takes the step before.
+// How fast the head turns, as the packet says, or by the step to the next block: the last block has
+// none, it takes the step before.
 double HesaiLidar::turn_deg_per_us(std::span<const std::byte> bytes, std::size_t block) const {
+  if (model_.speed_at > 0) {
+    constexpr double kDegPerUsOfRpm = 6e-6;
+    constexpr int kMost_rpm = 20'000;  // far beyond any head
+    const int rpm = read_at<std::uint16_t>(bytes, model_.tail_begin() + model_.speed_at);
+    return rpm <= kMost_rpm ? kDegPerUsOfRpm * rpm : 0.0;
+  }
   constexpr unsigned kMost_cdeg = 300;  // over 20 Hz, or packets that do not belong together
   const std::size_t stride = returns(bytes);
   const std::size_t from = block + stride < model_.blocks ? block : block - stride;
@@ -160,12 +179,12 @@ void HesaiLidar::append_block(std::span<const std::byte> bytes, std::size_t bloc
     }
     const HesaiAngles& angles = angles_[channel];
     const double azimuth_deg =
-        0.01 * azimuth_cdeg(bytes, block) + angles.azimuth_deg + turn * firings_us_[channel];
+        0.01 * azimuth_cdeg(bytes, block) + angles.azimuth_deg + turn * firing_us(bytes, channel);
     const Eigen::Vector3d direction =
         direction_of(kRadPerDeg * (90.0 - azimuth_deg), kRadPerDeg * angles.elevation_deg);
     if (add_point(cloud, tick_m * ticks * direction, static_cast<float>(byte_at(bytes, at + 2)))) {
       cloud.time_offset_ns.push_back(
-          static_cast<std::int32_t>(base_ns + whole_ns(start_us + firings_us_[channel])));
+          static_cast<std::int32_t>(base_ns + whole_ns(start_us + firing_us(bytes, channel))));
     }
   }
 }
@@ -213,7 +232,8 @@ Error another_model(std::span<const std::byte> packet) {
   return {ErrorCode::kUnsupportedFormat,
           "found packets of another model of Hesai (" + std::to_string(byte_at(packet, 2)) + "." +
               std::to_string(byte_at(packet, 3)) + ", " + std::to_string(packet.size()) +
-              " bytes), expected Pandar64, PandarXT-32 or PandarXT-16; replay the capture to "
+              " bytes), expected Pandar64, Pandar128 (1.4), PandarXT-32 or PandarXT-16; replay the "
+              "capture to "
               "Hesai's ROS driver "
               "and record its points in a bag, or export the scans as PCD with PandarView",
           "", ""};
@@ -231,6 +251,14 @@ Result<std::unique_ptr<const RotatingLidar>> hesai_lidar(std::span<const std::by
                                                          const std::filesystem::path& correction) {
   const HesaiModel* model = hesai_model_of(first_packet);
   if (model == nullptr) return another_model(first_packet);
+  if (model->needs_correction && correction.empty()) {
+    return Error{ErrorCode::kMissingField,
+                 "packets of a " + std::string(model->name) +
+                     " need the unit's angle correction file, which the sensor's web page saves: "
+                     "put it beside the capture with its name and the ending .csv, or name it as "
+                     "`sensor`",
+                 "", ""};
+  }
   std::vector<HesaiAngles> angles = hesai_nominal_angles(*model);
   std::vector<std::string> warnings;
   if (correction.empty()) {

@@ -35,16 +35,27 @@ struct HesaiModel {
   double last_block_us = 0.0;
   double block_us = 0.0;
   double firing_step_us = 0.0;  // from a channel to the next; 0: they fire in another order
+  // Of a model whose packets have optional parts: which of them (bits of the header's last byte)
+  // this one has, and of which that is asked.
+  std::uint8_t parts = 0;
+  std::uint8_t asked_parts = 0;
+  std::size_t gap_size = 0;  // between the blocks and the tail
+  // In the tail, of a model that says them; 0: it does not.
+  std::size_t state_at = 0;  // operational state, 0: high resolution, twice as many blocks a turn
+  std::size_t speed_at = 0;  // revolutions a minute, u16
+  bool needs_correction = false;  // its nominal azimuths are not known here
 
   [[nodiscard]] std::size_t block_size() const { return 2 + channels * return_size; }
-  [[nodiscard]] std::size_t tail_begin() const { return header_size + blocks * block_size(); }
+  [[nodiscard]] std::size_t tail_begin() const {
+    return header_size + blocks * block_size() + gap_size;
+  }
   [[nodiscard]] std::size_t packet_size() const { return tail_begin() + tail_size; }
 };
 
 // The model of a packet that begins like this; nullptr: none that is read.
 const HesaiModel* hesai_model_of(std::span<const std::byte> packet);
 
-// When each channel fires, microseconds after its block's time.
+// When each channel fires, microseconds after its block's time; not in high resolution.
 std::vector<double> hesai_firings_us(const HesaiModel& model);
 
 // Of a unit that nobody measured.

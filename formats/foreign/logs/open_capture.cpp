@@ -104,13 +104,14 @@ Result<std::shared_ptr<const ScanContainer>> open_capture(const std::filesystem:
   if (found.maker == Maker::kOuster) return open_ouster(path, sensor);
   if (found.maker == Maker::kHesai) return open_hesai(path, sensor, found.first_packet);
   if (found.maker == Maker::kVelodyne || found.datagrams == 0) return open_velodyne_pcap(path);
-  return Error{ErrorCode::kUnsupportedFormat,
-               "found no packets of a LiDAR that is read among the first " +
-                   std::to_string(found.datagrams) +
-                   " datagrams, expected Velodyne (VLP-16, HDL-32E), Hesai (Pandar64, PandarXT-32, "
-                   "PandarXT-16) or Ouster; replay the capture to the sensor's ROS driver and "
-                   "record its points in a bag, or export the scans as PCD with its own tools",
-               path.string(), ""};
+  return Error{
+      ErrorCode::kUnsupportedFormat,
+      "found no packets of a LiDAR that is read among the first " +
+          std::to_string(found.datagrams) +
+          " datagrams, expected Velodyne (VLP-16, HDL-32E), Hesai (Pandar64, Pandar128, "
+          "PandarXT-32, PandarXT-16) or Ouster; replay the capture to the sensor's ROS driver and "
+          "record its points in a bag, or export the scans as PCD with its own tools",
+      path.string(), ""};
 }
 
 }  // namespace sightline

@@ -11,8 +11,8 @@ namespace sightline {
 // Opens a pcap by whose packets it holds: the first data packet of a maker tells.
 //
 // - Velodyne VLP-16 and HDL-32E: whole revolutions (rotating_pcap.h).
-// - Hesai Pandar64, PandarXT-32 and PandarXT-16: whole revolutions; angles of the correction file
-//   beside the capture (hesai_lidar.h).
+// - Hesai Pandar64, Pandar128, PandarXT-32 and PandarXT-16: whole revolutions; angles of the
+//   correction file beside the capture (hesai_lidar.h), which a Pandar128 needs.
 // - Ouster: whole frames; it needs the sensor's metadata beside the capture (ouster_pcap.h).
 //
 // `sensor`: the file that a recording names as its sensor (.json: Ouster's metadata, .csv: Hesai's

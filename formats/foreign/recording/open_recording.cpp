@@ -225,6 +225,7 @@ Result<SensorProfile> sensor_of(const RecordingOptions& options) {
                                                 i / (options.rings - 1));
     }
   }
+  if (options.azimuth_view_deg != 0.0) profile.azimuth_view_deg = options.azimuth_view_deg;
   if (options.height_m != 0.0) profile.height_m = options.height_m;
   profile.T_vehicle_lidar = mounting(options);
   const bool are_of_sensor = options.poses_of == PosesOf::kSensor;

@@ -42,6 +42,7 @@ struct RecordingOptions {
   int rings = 0;                      // 0: the profile's own beams; else this many, evenly from
   double lowest_beam_deg = -15.0;     // here
   double highest_beam_deg = 15.0;     // to here
+  double azimuth_view_deg = 0.0;      // what the sensor sees of a turn; 0: the profile's own
   double height_m = 0.0;              // of the sensor above ground; 0: the profile's own
   // Where the sensor sits in the vehicle's frame: T_vehicle_lidar = translation * Rz(yaw) Ry(pitch)
   // Rx(roll).

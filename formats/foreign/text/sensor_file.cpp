@@ -69,6 +69,8 @@ struct YamlReader {
       even.highest_deg = number;
     } else if (key == "azimuth_step_deg") {
       profile.azimuth_step_deg = number;
+    } else if (key == "azimuth_view_deg") {
+      profile.azimuth_view_deg = number;
     } else if (key == "min_range_m") {
       profile.min_range_m = number;
     } else if (key == "max_range_m") {
@@ -79,8 +81,8 @@ struct YamlReader {
       return file.error(ErrorCode::kUnknownKey,
                         "found " + in_quotes(key) +
                             ", expected name, beams_deg (or beams, lowest_beam_deg, "
-                            "highest_beam_deg), azimuth_step_deg, min_range_m, max_range_m or "
-                            "height_m",
+                            "highest_beam_deg), azimuth_step_deg, azimuth_view_deg, min_range_m, "
+                            "max_range_m or height_m",
                         at_line(line));
     }
     return {};

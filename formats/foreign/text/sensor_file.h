@@ -15,7 +15,8 @@ bool is_sensor_file(std::string_view name);
 //
 // .yaml, one "key: value" a line: `beams_deg: [-15, -13, ...]`, the elevation of each beam, or
 // `beams: 64` with `lowest_beam_deg` and `highest_beam_deg` for even ones; and, where they differ
-// from those of generic-16, `name`, `azimuth_step_deg`, `min_range_m`, `max_range_m`, `height_m`.
+// from those of generic-16, `name`, `azimuth_step_deg`, `azimuth_view_deg` (what the sensor sees of
+// a turn, half to each side of its x axis), `min_range_m`, `max_range_m`, `height_m`.
 // .csv, as Hesai's angle correction: a first line that names columns, among them one that begins
 // with "elevation", degrees, one beam a line.
 // .json, as Ouster's metadata: `beam_altitude_angles`, also within `beam_intrinsics`, and where

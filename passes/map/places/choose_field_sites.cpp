@@ -272,6 +272,10 @@ Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions
     return too_many(rows.size(), options);
   }
   warn_of_places(ctx, options, free, stretch, rows.size());
+  if (!sensor.sees_all_round()) {
+    ctx.warn("the sensor " + sensor.name + " sees " + format_double(sensor.azimuth_view_deg) +
+             " degrees of a turn, and a place is annotated for one heading alone: name a route");
+  }
   Sites sites = sites_of(ctx, free, runs_of(free, grid, rows), options.spacing_m, sensor);
   sites.frame = surface.frame;
   return sites;

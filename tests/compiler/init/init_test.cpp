@@ -401,8 +401,9 @@ TEST_F(Init, RefusesAFolderWithoutADriveAndSaysWhatItPassedOver) {
 TEST(GuessSensor, TellsEveryBuiltInProfileByItsBeams) {
   for (const std::string& name : sensor_profile_names()) {
     const std::vector<double> beams_deg = sensor_profile(name)->beam_elevations_deg;
-    // Beams that see nothing but sky here cannot be told apart.
-    if (beams_deg.back() > 35.0) continue;
+    // Beams that see nothing but sky here, or ground that is too near to count, cannot be told
+    // apart.
+    if (beams_deg.back() > 35.0 || beams_deg.front() < -50.0) continue;
     const std::vector<PointCloudFile> scans = {scan_with(beams_deg, lidar_on({}, 3)),
                                                scan_with(beams_deg, lidar_on({}, 9))};
     const SensorGuess guess = guess_sensor(scans);
@@ -442,6 +443,39 @@ TEST(GuessSensor, AsksForTheNameWhereNothingTells) {
   EXPECT_TRUE(sensor_profile(guess.profile).has_value());
   EXPECT_THAT(guess.reason, HasSubstr("please name the sensor"));
   EXPECT_FALSE(guess.height_m.has_value());
+}
+
+// What lies within the sector alone.
+PointCloudFile cropped(PointCloudFile scan, double view_deg) {
+  std::erase_if(scan.points_m, [&](const Eigen::Vector3d& point_m) {
+    return std::abs(std::atan2(point_m.y(), point_m.x())) > 0.5 * view_deg * kRadians;
+  });
+  return scan;
+}
+
+std::vector<PointCloudFile> cropped_scans(const std::string& name, double view_deg) {
+  const std::vector<double> beams_deg = sensor_profile(name)->beam_elevations_deg;
+  std::vector<PointCloudFile> scans;
+  for (const int scan : {3, 9}) {
+    scans.push_back(cropped(scan_with(beams_deg, lidar_on({}, scan)), view_deg));
+  }
+  return scans;
+}
+
+TEST(GuessSensor, KnowsALivoxAviaByWhatItSees) {
+  const SensorGuess guess = guess_sensor(cropped_scans("livox-avia", 70.4));
+  EXPECT_EQ(guess.profile, "livox-avia") << guess.reason;
+  EXPECT_FALSE(guess.azimuth_view_deg.has_value());
+  EXPECT_NE(guess_sensor(cropped_scans("livox-avia", 120.0)).profile, "livox-avia");
+  EXPECT_NE(guess_sensor(cropped_scans("livox-avia", 360.0)).profile, "livox-avia");
+}
+
+TEST(GuessSensor, SaysHowMuchOfATurnReturnsFill) {
+  const SensorGuess guess = guess_sensor(cropped_scans("hdl-64e", 90.0));
+  EXPECT_EQ(guess.profile, "hdl-64e");
+  ASSERT_TRUE(guess.azimuth_view_deg.has_value());
+  EXPECT_NEAR(*guess.azimuth_view_deg, 90.0, 3.0);
+  EXPECT_FALSE(guess_sensor(cropped_scans("hdl-64e", 360.0)).azimuth_view_deg.has_value());
 }
 
 }  // namespace

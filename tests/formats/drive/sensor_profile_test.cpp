@@ -1,5 +1,6 @@
 #include "formats/drive/sensor_profile.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "tests/support/artifact_checks.h"
@@ -8,7 +9,7 @@ namespace sightline {
 namespace {
 
 TEST(SensorProfile, EveryBuiltInProfileIsValidAndSurvivesDisk) {
-  ASSERT_EQ(sensor_profile_names().size(), 25U);
+  ASSERT_EQ(sensor_profile_names().size(), 28U);
   for (const std::string& name : sensor_profile_names()) {
     const Result<SensorProfile> profile = sensor_profile(name);
     ASSERT_TRUE(profile.has_value()) << name;
@@ -16,6 +17,7 @@ TEST(SensorProfile, EveryBuiltInProfileIsValidAndSurvivesDisk) {
     EXPECT_TRUE(validate(*profile).has_value()) << name;
   }
   expect_survives_disk(*sensor_profile("generic-16"));
+  expect_survives_disk(*sensor_profile("livox-avia"));
 }
 
 TEST(SensorProfile, HasTheBeamsOfTheMakersTables) {
@@ -42,6 +44,12 @@ TEST(SensorProfile, HasTheBeamsOfTheMakersTables) {
   EXPECT_EQ(beams("vls-128").at(116), 4.98);
   EXPECT_EQ(beams("xt32").at(1) - beams("xt32").at(0), 1.0);
   EXPECT_EQ(beams("os2-32").back(), 11.25);
+  EXPECT_EQ(beams("rs-helios-5515").size(), 32U);
+  EXPECT_EQ(beams("rs-helios-5515").front(), -55.0);
+  EXPECT_EQ(beams("rs-helios-5515").at(15), -10.0);
+  EXPECT_EQ(beams("rs-ruby-128").size(), 128U);
+  EXPECT_EQ(beams("rs-ruby-128").at(13), -6.39);
+  EXPECT_EQ(beams("rs-ruby-128").at(115), 3.81);
 }
 
 TEST(SensorProfile, RefusesAnUnknownNameAndListsTheKnown) {
@@ -69,11 +77,46 @@ TEST(SensorProfile, RefusesWhatNoSensorIs) {
   profile.azimuth_step_deg = 0.0;
   expect_refused(profile);
   profile = good;
+  for (const double view_deg : {0.0, 0.1, 361.0, std::numeric_limits<double>::quiet_NaN()}) {
+    profile.azimuth_view_deg = view_deg;
+    expect_refused(profile);
+  }
+  profile = good;
   profile.max_range_m = profile.min_range_m;
   expect_refused(profile);
   profile = good;
   profile.T_vehicle_lidar.linear() *= 2.0;
   expect_refused(profile);
+}
+
+TEST(SensorProfile, OfALivoxAviaSees70DegreesAheadEvenly) {
+  const SensorProfile avia = *sensor_profile("livox-avia");
+  EXPECT_FALSE(avia.sees_all_round());
+  EXPECT_EQ(avia.azimuth_count() * avia.ring_count(), 24'000);
+  EXPECT_NEAR(avia.azimuth_deg(0), -34.98, 1e-9);
+  EXPECT_NEAR(avia.azimuth_deg(159), 34.98, 1e-9);
+  EXPECT_NEAR(avia.azimuth_deg(80) - avia.azimuth_deg(79), 0.44, 1e-9);
+  EXPECT_EQ(avia.beam_elevations_deg.front(), -avia.beam_elevations_deg.back());
+  const SensorProfile round = *sensor_profile("vlp-16");
+  EXPECT_TRUE(round.sees_all_round());
+  EXPECT_EQ(round.azimuth_count(), 1800);
+  EXPECT_EQ(round.azimuth_deg(0), 0.0);
+  EXPECT_EQ(round.azimuth_deg(450), 450 * 0.2);
+}
+
+// As it was before any sensor had a view: maps are compared by such bytes.
+TEST(SensorProfile, ThatSeesAllRoundHasTheBytesItAlwaysHad) {
+  const SensorProfile round = *sensor_profile("vlp-16");
+  ByteWriter expected;
+  expected.put_string(round.name);
+  expected.put_array(round.beam_elevations_deg);
+  for (const double number : {0.2, 1.0, 100.0, 1.8}) expected.put(number);
+  encode(round.T_vehicle_lidar, expected);
+  ByteWriter writer;
+  encode(round, writer);
+  EXPECT_TRUE(std::ranges::equal(writer.bytes(), expected.bytes()));
+  EXPECT_EQ(dump(round).facts.size(), 5U + 12U);
+  EXPECT_EQ(dump(*sensor_profile("livox-avia")).facts.size(), 6U + 12U);
 }
 
 }  // namespace

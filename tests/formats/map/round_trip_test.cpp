@@ -56,6 +56,18 @@ TEST(MapFile, CarriesTheNameOfItsWorldAndNothingOfALocalOne) {
   }
 }
 
+TEST(MapFile, CarriesTheViewOfItsSensorAndNothingOfAFullTurn) {
+  CompiledMap map = random_map({.seed = 3});
+  const std::vector<std::byte> round = encode_map(map);
+  EXPECT_EQ(read_map(round)->sensor.azimuth_view_deg, 360.0);
+  map.sensor.azimuth_view_deg = 70.4;
+  const std::vector<std::byte> ahead = encode_map(map);
+  EXPECT_EQ(read_map(ahead)->sensor.azimuth_view_deg, 70.4);
+  EXPECT_NE(ahead, round);
+  map.sensor.azimuth_view_deg = 400.0;
+  EXPECT_FALSE(validate(map));
+}
+
 TEST(MapFile, OfTheSameMapIsTheSameBytesAlsoAfterReading) {
   const CompiledMap map = random_map({.seed = 3});
   const std::vector<std::byte> file = encode_map(map);

@@ -35,9 +35,11 @@ TEST(DepthImages, RefusesTooFewCells) {
   EXPECT_FALSE(validate(images).has_value());
 }
 
-TEST(DepthImages, RefusesADistanceThatIsNoNumber) {
+TEST(DepthImages, RefusesADistanceBelowZeroAndTakesOneOutOfView) {
   DepthImages images = small_images();
   images.distance_m[9] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(validate(images).has_value());
+  images.distance_m[9] = -1.0F;
   const Result<void> valid = validate(images);
   ASSERT_FALSE(valid.has_value());
   EXPECT_EQ(valid.error().place, "site 1");

@@ -60,7 +60,7 @@ FactorTable factors_of(PassContext& ctx, const Place& place) {
 TEST(FactorsOfSites, AreThoseOfDepthImagesAndVirtualScansOfTheWholeMap) {
   const Place place = street();
   PassContext ctx;
-  const DepthImages depth = *cast_rays(ctx, {}, place.surface, place.sites);
+  const DepthImages depth = *cast_rays(ctx, {}, place.surface, place.sites, SensorProfile());
   const VirtualScans scans = *cast_scans(ctx, {}, place.surface, place.sites, place.sensor);
   const FactorWorld world = *make_factor_world(place.map, default_ranges_m());
   const SeenFactors expected = *compute_factors(ctx, world, place.sites, depth, scans);

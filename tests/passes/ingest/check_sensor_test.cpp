@@ -26,10 +26,12 @@ struct Lidar {
   double smear_deg = 0.0;  // how far returns lie beside their beams, at most
   double azimuth_step_deg = 2.0;
   double range_m = 90.0;
+  double view_deg = 360.0;  // half of it to each side of +x
 };
 
 Lidar lidar(const std::string& name) {
-  return {sensor_profile(name)->beam_elevations_deg, 0.0, 2.0, 90.0};
+  const SensorProfile profile = *sensor_profile(name);
+  return {profile.beam_elevations_deg, 0.0, 2.0, 90.0, profile.azimuth_view_deg};
 }
 
 std::vector<double> even_beams(int count, double lowest_deg, double highest_deg) {
@@ -45,6 +47,7 @@ std::vector<PointXyzi> scan(const BoxWorld& world, const Lidar& lidar, double at
   Random random(5);
   std::vector<PointXyzi> points;
   for (double azimuth_deg = 0.1; azimuth_deg < 360.0; azimuth_deg += lidar.azimuth_step_deg) {
+    if (std::min(azimuth_deg, 360.0 - azimuth_deg) > 0.5 * lidar.view_deg) continue;
     for (const double beam_deg : lidar.beams_deg) {
       const double e_rad =
           (beam_deg + random.uniform(-lidar.smear_deg, lidar.smear_deg)) * kRadians;
@@ -181,6 +184,42 @@ TEST_F(CheckSensor, RefusesAProfileThatMostReturnsContradict) {
 
 TEST_F(CheckSensor, SaysNothingOfAHandfulOfReturns) {
   record(BoxWorld{}, {{-40.0, -30.0}, 0.0, 2.0, 90.0});
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(warnings_, IsEmpty());
+}
+
+TEST_F(CheckSensor, NamesReturnsOutsideTheAzimuthView) {
+  Lidar wide = lidar("livox-avia");
+  wide.view_deg = 80.0;
+  wide.azimuth_step_deg = 1.0;
+  record(random_street(1), wide);
+  options_.sensor = "livox-avia";
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(
+      warnings_,
+      ElementsAre(HasSubstr("% of the returns lie outside its azimuth view of 70.4 degrees")));
+}
+
+TEST_F(CheckSensor, RefusesAViewThatMostReturnsLieOutsideOf) {
+  options_.sensor = "generic-64";
+  options_.azimuth_view_deg = 90.0;
+  record(random_street(1), lidar("generic-64"));
+  const Result<Drive> refused = read();
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnlikeProfile);
+}
+
+TEST_F(CheckSensor, NamesASectorThatReturnsFillWhereTheProfileSeesAllRound) {
+  Lidar cropped = lidar("hdl-64e");
+  cropped.view_deg = 90.0;
+  record(random_street(1), cropped);
+  options_.sensor = "hdl-64e";
+  ASSERT_TRUE(read().has_value());
+  EXPECT_THAT(
+      warnings_,
+      ElementsAre(AllOf(HasSubstr("all returns lie within 88.3"), HasSubstr("where it sees 360"),
+                        HasSubstr("guesses `sensor: hdl-64e`, `azimuth_view_deg: 88.3"))));
+  options_.azimuth_view_deg = 90.0;
   ASSERT_TRUE(read().has_value());
   EXPECT_THAT(warnings_, IsEmpty());
 }

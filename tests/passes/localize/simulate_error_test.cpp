@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
+#include <set>
 
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
@@ -163,6 +165,36 @@ TEST(SimulateError, RefusesWhatItCannotStandFor) {
           .error()
           .code,
       ErrorCode::kMismatchedInputs);
+}
+
+// A quarter of the view has a quarter of the returns, and which quarter is the vehicle's heading.
+TEST(SimulateError, TakesWhatTheSensorSeesOfATurnAlone) {
+  SimulateErrorOptions options = few_looks();
+  options.hidden_deg = 0.0;
+  const auto points_of = [&](double view_deg, double turned_rad) {
+    Scene at = scene();
+    at.sensor.azimuth_view_deg = view_deg;
+    PassContext ctx;
+    for (Site& site : at.sites.sites) {
+      site.T_map_vehicle.rotate(Eigen::AngleAxisd(turned_rad, Eigen::Vector3d::UnitZ()));
+    }
+    const Result<MeasuredError> found =
+        simulate_error(ctx, options, at.surface, at.map, at.sites, at.sensor);
+    EXPECT_TRUE(found.has_value());
+    return found->row(0, 1).point_count;
+  };
+  const std::uint32_t whole = points_of(360.0, 0.0);
+  std::uint32_t sum = 0;
+  std::set<std::uint32_t> counts;
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    const std::uint32_t count = points_of(90.0, quarter * std::numbers::pi / 2.0);
+    EXPECT_LT(count, 0.7 * whole);
+    counts.insert(count);
+    sum += count;
+  }
+  // Voxels at the seams count twice, or with another centroid not at all.
+  EXPECT_NEAR(sum, whole, 0.2 * whole);
+  EXPECT_GE(counts.size(), 3U);
 }
 
 }  // namespace

@@ -30,10 +30,12 @@ Surface surface_of(const ToyWorld& world, double tile_m = 64.0) {
 }
 
 DepthImages must_cast(const Surface& surface, const Sites& sites, int threads = 1,
-                      const CastRaysOptions& options = {}) {
+                      const CastRaysOptions& options = {}, double view_deg = 360.0) {
   PassContext ctx;
   ctx.threads = threads;
-  const Result<DepthImages> images = cast_rays(ctx, options, surface, sites);
+  SensorProfile sensor;
+  sensor.azimuth_view_deg = view_deg;
+  const Result<DepthImages> images = cast_rays(ctx, options, surface, sites, sensor);
   EXPECT_TRUE(images.has_value());
   EXPECT_TRUE(validate(*images).has_value());
   return *images;
@@ -102,7 +104,7 @@ TEST(CastRays, RefusesASurfaceInAnotherFrame) {
   Surface surface = surface_of(world);
   surface.frame.origin_world_m.x() = 64.0;
   PassContext ctx;
-  const Result<DepthImages> images = cast_rays(ctx, {}, surface, world.sites);
+  const Result<DepthImages> images = cast_rays(ctx, {}, surface, world.sites, SensorProfile());
   ASSERT_FALSE(images.has_value());
   EXPECT_EQ(images.error().code, ErrorCode::kMismatchedInputs);
 }
@@ -113,10 +115,32 @@ TEST(CastRays, RefusesElevationsBeyondThePoleAndNearBeyondFar) {
   PassContext ctx;
   CastRaysOptions beyond_pole;
   beyond_pole.elevation_count = 120;
-  EXPECT_EQ(cast_rays(ctx, beyond_pole, surface, world.sites).error().code, ErrorCode::kBadValue);
+  EXPECT_EQ(cast_rays(ctx, beyond_pole, surface, world.sites, SensorProfile()).error().code,
+            ErrorCode::kBadValue);
   CastRaysOptions inverted;
   inverted.near_m = 60.0;
-  EXPECT_EQ(cast_rays(ctx, inverted, surface, world.sites).error().code, ErrorCode::kBadValue);
+  EXPECT_EQ(cast_rays(ctx, inverted, surface, world.sites, SensorProfile()).error().code,
+            ErrorCode::kBadValue);
+}
+
+TEST(CastRays, LeavesOutWhatTheSensorHasNotInView) {
+  ToyWorld world = draw_world(kStreet);
+  const double heading_deg = 100.0;
+  for (Site& site : world.sites.sites) {
+    site.T_map_vehicle.rotate(
+        Eigen::AngleAxisd(heading_deg * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ()));
+  }
+  const Surface surface = surface_of(world);
+  const DepthImages round = must_cast(surface, world.sites);
+  const DepthImages ahead = must_cast(surface, world.sites, 3, {}, 70.4);
+  for (std::size_t i = 0; i < round.distance_m.size(); ++i) {
+    const double azimuth_deg = static_cast<double>(i % 360) + 0.5;
+    if (std::abs(azimuth_deg - heading_deg) <= 35.2) {
+      EXPECT_EQ(ahead.distance_m[i], round.distance_m[i]) << i;
+    } else {
+      EXPECT_TRUE(std::isnan(ahead.distance_m[i])) << i;
+    }
+  }
 }
 
 }  // namespace

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "passes/map/build_surface.h"
+#include "passes/matching/scan_preparation.h"
 #include "tests/support/toy_world.h"
 #include "tests/support/whole_surface.h"
 
@@ -108,6 +110,63 @@ TEST(CastScans, RefusesASurfaceInAnotherFrameAndNearBeyondFar) {
   surface.frame.origin_world_m.x() = 64.0;
   EXPECT_EQ(cast_scans(ctx, {}, surface, world.sites, five_beams()).error().code,
             ErrorCode::kMismatchedInputs);
+}
+
+// Degrees between a direction in the plane and another, 0 to 180.
+double apart_deg(double a_rad, double b_rad) {
+  return std::abs(std::remainder(a_rad - b_rad, 2.0 * std::numbers::pi)) * 180.0 / std::numbers::pi;
+}
+
+// The hits of a sensor that sees all round, those ahead picked out one by one, then thinned.
+TEST(CastScans, OfASensorThatLooksAheadAreThoseOfItsViewAtEachHeading) {
+  const ToyWorld world = draw_world(kStreet);
+  const Surface surface = surface_of(world);
+  SensorProfile sensor = five_beams();
+  sensor.azimuth_view_deg = 70.4;
+  constexpr double kMounted_rad = 0.4;
+  sensor.T_vehicle_lidar.linear() =
+      Eigen::AngleAxisd(kMounted_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  Sites sites = world.sites;
+  for (std::size_t i = 0; i < sites.sites.size(); ++i) {
+    const auto yaw_rad = static_cast<double>(i);
+    // A slope does not turn the view.
+    sites.sites[i].T_map_vehicle.linear() =
+        (Eigen::AngleAxisd(yaw_rad + kMounted_rad, Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(-kMounted_rad, Eigen::Vector3d::UnitZ()))
+            .toRotationMatrix();
+  }
+  const VirtualScans scans = must_cast(surface, sites, sensor);
+  const std::vector<Eigen::Vector3d> directions = beam_directions(five_beams());
+  std::vector<std::vector<Eigen::Vector3d>> expected(sites.sites.size());
+  PassContext ctx;
+  const TakeDistances take = [&](std::size_t site, std::span<const double> distance_m) {
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      const double azimuth_rad = std::atan2(directions[i].y(), directions[i].x());
+      const double heading_rad = static_cast<double>(site) + kMounted_rad;
+      if (apart_deg(azimuth_rad, heading_rad) > 35.2) continue;
+      if (std::isfinite(distance_m[i])) {
+        expected[site].emplace_back(distance_m[i] * directions[i]);
+      }
+    }
+  };
+  ASSERT_TRUE(cast_at_sites(ctx, surface, sites, {directions, 0.5, 50.0}, take));
+  for (std::size_t site = 0; site < sites.sites.size(); ++site) {
+    const std::vector<Eigen::Vector3d> thinned = voxel_subsample(expected[site], scans.leaf_m);
+    EXPECT_GT(thinned.size(), 5U);
+    EXPECT_TRUE(std::ranges::equal(scans.points_of(site), thinned)) << site;
+  }
+}
+
+TEST(CastScans, OfASensorThatLooksStraightUpLieAheadOfTheVehicle) {
+  const ToyWorld world = draw_world(kStreet);
+  SensorProfile up = five_beams();
+  up.azimuth_view_deg = 90.0;
+  up.T_vehicle_lidar.linear() =
+      Eigen::AngleAxisd(-0.5 * std::numbers::pi, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  for (const Eigen::Vector3d& point_m : must_cast(surface_of(world), world.sites, up).points_m) {
+    EXPECT_GT(point_m.x(), 0.0);
+  }
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ TEST_P(DepthFidelity, ShadesNothingThatLiesBehind) {
   const Result<Surface> surface = whole(build_surface(ctx, {}, drive_along(lane, caster, drive)));
   ASSERT_TRUE(surface.has_value());
   const Sites sites = sites_along(lane, kLength_m, 6.0);
-  const Result<DepthImages> images = cast_rays(ctx, {}, *surface, sites);
+  const Result<DepthImages> images = cast_rays(ctx, {}, *surface, sites, SensorProfile());
   ASSERT_TRUE(images.has_value());
   const std::vector<TrueRay> truth = true_rays(lane, caster, sites, *images);
   const Fidelity outside_leaves =

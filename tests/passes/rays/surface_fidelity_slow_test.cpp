@@ -106,7 +106,7 @@ TEST_P(SurfaceFidelity, AgreesWithTheExactTownInEveryElevationBand) {
   PassContext ctx;
   const Result<Surface> surface = whole(build_surface(ctx, {}, views.points));
   ASSERT_TRUE(surface.has_value());
-  const Result<DepthImages> images = cast_rays(ctx, {}, *surface, views.sites);
+  const Result<DepthImages> images = cast_rays(ctx, {}, *surface, views.sites, SensorProfile());
   ASSERT_TRUE(images.has_value());
   ASSERT_EQ(images->distance_m.size(), views.exact_m.size());
   const Fidelity all = fidelity_of(*images, views.exact_m, 0, 31);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "formats/grid/cell_moments.h"
 #include "passes/factors/virtual/crlb.h"
@@ -121,6 +122,27 @@ TEST(TargetGain, OfABoardThatNothingSeesIsNone) {
   const Matrix6d found =
       information_with_target(scene.views.front(), {}, {scene.nds, {}, scene.directions, 1.0});
   EXPECT_EQ(found, scene.views.front().information);
+}
+
+TEST(TargetGain, IsThatOfBeamsInView) {
+  CorridorScene scene;
+  const Target target = board(scene);
+  const std::vector<TargetHit> round = hits_of(target, scene.views.front(), scene.directions, 50.0);
+  SensorProfile sensor = corridor_sensor();
+  sensor.azimuth_view_deg = 70.4;
+  scene.options.view = AzimuthView(sensor);
+  const Eigen::Vector3d to_board_m = target.foot_map_m - scene.views.front().p_map_m;
+  const double ahead_rad = std::atan2(to_board_m.y(), to_board_m.x());
+  const auto hits_facing = [&](double yaw_rad) {
+    scene.sites.sites[2].T_map_vehicle.linear() =
+        Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Result<std::vector<SiteView>> seen =
+        views_from(scene.ctx, scene.options, scene.nds, scene.sites, {2}, scene.directions);
+    EXPECT_TRUE(seen.has_value());
+    return hits_of(target, seen->front(), scene.directions, 50.0).size();
+  };
+  EXPECT_EQ(hits_facing(ahead_rad), round.size());
+  EXPECT_EQ(hits_facing(ahead_rad + std::numbers::pi), 0U);
 }
 
 }  // namespace

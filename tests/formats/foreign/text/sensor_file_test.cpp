@@ -33,6 +33,12 @@ TEST(SensorFile, OfYamlHoldsBeamsAndWhatDiffersFromTheUsual) {
   EXPECT_EQ(even->beam_elevations_deg, (std::vector<double>{-10.0, 0.0, 10.0}));
   EXPECT_EQ(even->name, "my-64");
   EXPECT_EQ(even->height_m, 2.0);
+  EXPECT_TRUE(even->sees_all_round());
+  const Result<SensorProfile> ahead =
+      read("ahead.yaml", "beams_deg: [-10, 10]\nazimuth_step_deg: 0.1\nazimuth_view_deg: 120\n");
+  ASSERT_TRUE(ahead) << to_string(ahead.error());
+  EXPECT_EQ(ahead->azimuth_view_deg, 120.0);
+  EXPECT_EQ(ahead->azimuth_count(), 1200);
 }
 
 TEST(SensorFile, OfAMakerIsReadAsItIs) {
@@ -61,6 +67,11 @@ TEST(SensorFile, RefusesWhatIsNoSensor) {
               HasSubstr("expected 2 to 1024"));
   EXPECT_THAT(error_of("a.yaml", "beams_deg: [91, 92]\n"), HasSubstr("SL1003"));
   EXPECT_THAT(error_of("a.yaml", "beams_deg: [1]\n"), HasSubstr("found one beam"));
+  for (const char* view : {"0", "0.1", "361", "-70"}) {
+    EXPECT_THAT(error_of("a.yaml", std::string("beams_deg: [1, 2]\nazimuth_view_deg: ") + view),
+                HasSubstr("the azimuth view is not within"))
+        << view;
+  }
   EXPECT_THAT(error_of("a.yaml", "hello\n"), HasSubstr("expected 'key: value'"));
   EXPECT_THAT(error_of("a.csv", "a,b\n1,2\n"), HasSubstr("found no column of elevations"));
   EXPECT_THAT(error_of("a.json", "{\"a\": 1}"), HasSubstr("beam_altitude_angles"));

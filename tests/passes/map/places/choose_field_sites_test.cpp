@@ -64,10 +64,11 @@ struct Chosen {
   std::vector<std::string> warnings;
 };
 
-Chosen chosen(const Surface& surface, const ChooseFieldSitesOptions& options = {},
-              int threads = 1) {
+Chosen chosen(const Surface& surface, const ChooseFieldSitesOptions& options = {}, int threads = 1,
+              double view_deg = 360.0) {
   SensorProfile sensor = *sensor_profile("vlp-16");
   sensor.height_m = 1.8;
+  sensor.azimuth_view_deg = view_deg;
   sensor.T_vehicle_lidar.translation() = Eigen::Vector3d(0.5, 0.0, 1.8);
   std::vector<std::string> warnings;
   PassContext ctx;
@@ -293,6 +294,12 @@ TEST(ChooseFieldSites, RefusesWhatNobodyCouldAnnotate) {
   EXPECT_EQ(many.sites.error().code, ErrorCode::kTooManyPlaces);
   EXPECT_NE(many.sites.error().message.find("96 places"), std::string::npos)
       << many.sites.error().message;
+}
+
+TEST(ChooseFieldSites, SayThatAPlaceIsOfOneHeadingToASensorThatDoesNotSeeAllRound) {
+  const Chosen made = chosen(street(), {}, 1, 70.4);
+  ASSERT_EQ(made.warnings.size(), 2U);
+  EXPECT_NE(made.warnings[1].find("sees 70.4 degrees of a turn"), std::string::npos);
 }
 
 }  // namespace

@@ -158,7 +158,7 @@ def write_ouster(folder, name, profile, first_ns, mtu):
     (folder / (name + ".json")).write_text(text + "\n")
 
 
-# ---- Hesai. User Manuals of Pandar64, PandarXT-32 and PandarXT-16.
+# ---- Hesai. User Manuals of Pandar64, Pandar128, PandarXT-32 and PandarXT-16.
 
 STEP_DEG = 3.0  # a block; far faster than any head turns, so that firing times show
 
@@ -213,6 +213,53 @@ class Xt:
         year, *rest = utc
         tail = bytes(10) + struct.pack("<BH6BIB", mode, 600, year - 1900, *rest, us, 0x42)
         return head + body + tail + struct.pack("<I", 7)
+
+
+# Pandar128: microseconds after the block's start, and the channels that fire then.
+PANDAR128_FIRINGS_US = """
+0.776:3,10,20,91,96,113,119,126 2.431:4,11,21,90,98,99,116,125 4.436:1,5,25,92,100,105,114,121
+6.441:7,12,18,93,104,109,122,127 12.666:28,33,34,43,53,54,72,87 17.236:37,42,57,59,63,64,78,84
+19.521:30,31,41,52,66,67,77,80 21.806:44,46,49,58,71,75,85,88 28.554:2,13,16,97,102,107,120,128
+30.559:6,15,22,95,103,106,117,124 32.564:8,17,19,24,101,108,112,115 34.219:9,14,23,94,110,111,118,123
+36.224:32,45,50,51,65,76,79,86 38.509:26,35,47,48,61,68,70,73 43.079:27,29,39,40,60,62,74,89
+52.219:36,38,55,56,69,81,82,83
+"""
+
+
+class Pandar128:
+    """Protocol 1.4. In high resolution the second half of a block's firings is a block of its own."""
+
+    channels, blocks, last_us, tick_m = 128, 2, 3.148, 0.004
+
+    def __init__(self, is_fine, has_safety, has_confidence):
+        self.name = "hesai_pandar128" + ("_fine" if is_fine else "")
+        self.is_fine, self.has_safety, self.has_confidence = is_fine, has_safety, has_confidence
+        self.block_us = 27.778 if is_fine else 55.556
+        self.firings_us = {}
+        for group in PANDAR128_FIRINGS_US.split():
+            us, channels = group.split(":")
+            for channel in channels.split(","):
+                self.firings_us[int(channel)] = float(us)
+
+    def firing_us(self, channel):
+        us = self.firings_us[channel]
+        return us - 27.778 if self.is_fine and us > 27.778 else us
+
+    def packet(self, blocks, utc, us, mode):
+        flags = 1 | (4 if self.has_safety else 0) | (16 if self.has_confidence else 0)
+        head = b"\xee\xff\x01\x04\0\0" + bytes([128, 2, 0, 4, 2 if mode == 0x39 else 1, flags])
+        body = b""
+        for azimuth, units in blocks:
+            body += struct.pack("<H", azimuth)
+            for unit in units:
+                body += struct.pack("<HB", *unit) + (b"\xc8" if self.has_confidence else b"")
+        body += b"\x11\x22\x33\x44"  # a checksum, which nobody reads
+        safety = bytes(range(17)) if self.has_safety else b""
+        year, *rest = utc
+        rpm = round(STEP_DEG / self.block_us * 1e6 / 6)
+        tail = bytes(9) + struct.pack("<HBBH6BIB", 0, 0 if self.is_fine else 2, mode, rpm, year - 1900,
+                                      *rest, us, 0x42)
+        return head + body + safety + tail + struct.pack("<I", 7) + bytes(4)
 
 
 def hesai_angles(channels):
@@ -273,6 +320,8 @@ def main():
     write_hesai(folder, Pandar64(), 1, False)
     write_hesai(folder, Xt(32), 2, False)
     write_hesai(folder, Xt(16), 1, True)
+    write_hesai(folder, Pandar128(False, True, False), 1, False)
+    write_hesai(folder, Pandar128(True, False, True), 1, True)
 
 
 if __name__ == "__main__":
