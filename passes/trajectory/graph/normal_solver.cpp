@@ -33,6 +33,48 @@ std::vector<PlacedBlock> placed_blocks(const Equations& all,
   return placed;
 }
 
+// Of (L L^T)^-1 = Z the entries where L has any, in the order of L, whose rows ascend in each
+// column with the diagonal first. Of column j, below the diagonal,
+//   Z_ij = -sum_k Z_ik L_kj / L_jj and then Z_jj = (1 / L_jj - sum_k L_kj Z_kj) / L_jj,
+// with k over the rows of column j. Where i and k are among these, L has an entry (i, k) too.
+std::vector<double> inverse_where_held(const Eigen::SparseMatrix<double>& L) {
+  const int* const begin = L.outerIndexPtr();
+  const int* const rows = L.innerIndexPtr();
+  const double* const values = L.valuePtr();
+  std::vector<double> inverse(static_cast<std::size_t>(L.nonZeros()));
+  std::vector<int> place_of(static_cast<std::size_t>(L.rows()), -1);  // in the column, of its rows
+  std::vector<double> sums;
+  for (int j = static_cast<int>(L.cols()) - 1; j >= 0; --j) {
+    const int first = begin[j] + 1;
+    const int count = begin[j + 1] - first;
+    sums.assign(static_cast<std::size_t>(count), 0.0);
+    for (int n = 0; n < count; ++n) place_of[static_cast<std::size_t>(rows[first + n])] = n;
+    for (int n = 0; n < count; ++n) {
+      const int k = rows[first + n];
+      const double of_k = values[first + n];
+      double sum = of_k * inverse[static_cast<std::size_t>(begin[k])];
+      for (int at = begin[k] + 1; at < begin[k + 1]; ++at) {
+        const int place = place_of[static_cast<std::size_t>(rows[at])];
+        if (place < 0) continue;
+        const double entry = inverse[static_cast<std::size_t>(at)];
+        sum += entry * values[first + place];
+        sums[static_cast<std::size_t>(place)] += entry * of_k;
+      }
+      sums[static_cast<std::size_t>(n)] += sum;
+    }
+    const double diagonal = values[begin[j]];
+    double own = 1.0 / diagonal;
+    for (int n = 0; n < count; ++n) {
+      const double entry = -sums[static_cast<std::size_t>(n)] / diagonal;
+      inverse[static_cast<std::size_t>(first + n)] = entry;
+      own -= values[first + n] * entry;
+      place_of[static_cast<std::size_t>(rows[first + n])] = -1;
+    }
+    inverse[static_cast<std::size_t>(begin[j])] = own / diagonal;
+  }
+  return inverse;
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> elimination_places(const Equations& all) {
@@ -99,12 +141,21 @@ Eigen::VectorXd NormalSolver::solve(const Eigen::VectorXd& right) const {
   return solution;
 }
 
-Matrix6d NormalSolver::inverse_block(std::uint32_t pose) const {
-  const auto row = 6 * static_cast<Eigen::Index>(place_of_[pose]);
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(llt_.rows(), 6);
-  unit.block<6, 6>(row, 0).setIdentity();
-  const Eigen::MatrixXd columns = llt_.solve(unit);
-  return columns.block<6, 6>(row, 0);
+std::vector<Matrix6d> NormalSolver::inverse_blocks() const {
+  const Eigen::SparseMatrix<double>& factor = llt_.matrixL().nestedExpression();
+  const std::vector<double> inverse = inverse_where_held(factor);
+  std::vector<Matrix6d> blocks(place_of_.size());
+  for (std::size_t pose = 0; pose < place_of_.size(); ++pose) {
+    const auto first = static_cast<int>(6 * place_of_[pose]);
+    for (int j = 0; j < 6; ++j) {
+      // Below the diagonal come the rows of the same pose first.
+      const auto at = static_cast<std::size_t>(factor.outerIndexPtr()[first + j]);
+      for (int i = j; i < 6; ++i) {
+        blocks[pose](i, j) = blocks[pose](j, i) = inverse[at + static_cast<std::size_t>(i - j)];
+      }
+    }
+  }
+  return blocks;
 }
 
 }  // namespace sightline

@@ -20,8 +20,10 @@ class NormalSolver {
   [[nodiscard]] bool factor(const Equations& all);
   // What the matrix takes to `right`.
   [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& right) const;
-  // The block of a pose on the diagonal of the inverse.
-  [[nodiscard]] Matrix6d inverse_block(std::uint32_t pose) const;
+  // The blocks of all poses on the diagonal of the inverse, from the entries of the inverse where
+  // the factor has any (Takahashi, Fagan, Chin, 1973; Erisman and Tinney, 1975): time and memory
+  // are those of factoring, where solving for each pose would take the square of the poses.
+  [[nodiscard]] std::vector<Matrix6d> inverse_blocks() const;
 
  private:
   std::vector<std::uint32_t> place_of_;  // of each pose, in the order of elimination

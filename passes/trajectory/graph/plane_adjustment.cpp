@@ -29,8 +29,6 @@ constexpr double kStopStep_rad = 1e-5;
 constexpr std::size_t kCachedScans = 600;
 // Tiles whose equations are made side by side.
 constexpr std::size_t kTilesAtOnce = 8;
-// Covariances are computed once in so many keys and interpolated between.
-constexpr std::size_t kCovarianceStep = 8;
 // Planes of one wall are not independent: so many of them say as much as one would alone.
 constexpr double kDependentPlanes = 25.0;
 
@@ -138,23 +136,6 @@ Result<void> add_planes(PassContext& ctx, const std::vector<Pose>& poses, ScanCa
   return {};
 }
 
-// The covariance of some keys, the others interpolated.
-std::vector<Matrix6d> covariances(const NormalSolver& solver, std::size_t count) {
-  std::vector<Matrix6d> all(count);
-  std::size_t before = 0;
-  for (std::size_t key = 0; key < count; ++key) {
-    if (key % kCovarianceStep != 0 && key + 1 != count) continue;
-    const Matrix6d own = solver.inverse_block(static_cast<std::uint32_t>(key));
-    all[key] = 0.5 * (own + own.transpose());
-    for (std::size_t k = before + 1; k < key; ++k) {
-      const double share = static_cast<double>(k - before) / static_cast<double>(key - before);
-      all[k] = (1.0 - share) * all[before] + share * all[key];
-    }
-    before = key;
-  }
-  return all;
-}
-
 // Scans between two keys are moved as these are, each in proportion to its nearness in number.
 Adjustment spread(const std::vector<Pose>& start, const std::vector<std::uint32_t>& keys,
                   const std::vector<Pose>& moved_keys, const std::vector<Matrix6d>& covariance) {
@@ -215,7 +196,7 @@ Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const 
   for (auto& [key, block] : planes.blocks) block /= kDependentPlanes;
   add_graph(graph, poses, planes);
   if (!solver.factor(planes)) return no_solution();
-  return spread(start, keys, poses, covariances(solver, keys.size()));
+  return spread(start, keys, poses, solver.inverse_blocks());
 }
 
 Matrix6d moved_by(const Eigen::Vector3d& arm_m, const Matrix6d& covariance) {

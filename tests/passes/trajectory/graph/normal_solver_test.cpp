@@ -54,10 +54,13 @@ TEST(NormalSolver, SolvesAsTheDenseMatrixDoes) {
     const Eigen::VectorXd expected = matrix.ldlt().solve(all.gradient);
     EXPECT_LT((solver.solve(all.gradient) - expected).norm(), 1e-10 * expected.norm());
     const Eigen::MatrixXd inverse = matrix.inverse();
+    const std::vector<Matrix6d> blocks = solver.inverse_blocks();
+    ASSERT_EQ(blocks.size(), poses);
     for (std::uint32_t pose = 0; pose < poses; ++pose) {
       const Eigen::Index at = 6 * static_cast<Eigen::Index>(pose);
       const Matrix6d own = inverse.block<6, 6>(at, at);
-      EXPECT_LT((solver.inverse_block(pose) - own).norm(), 1e-10 * own.norm());
+      EXPECT_LT((blocks[pose] - own).norm(), 1e-10 * own.norm());
+      EXPECT_EQ(blocks[pose], blocks[pose].transpose());
     }
   }
 }
