@@ -1,7 +1,9 @@
-#include "formats/drive/built_in_sensors.h"
+// The sensors that sensor_profile() knows by name.
 
 #include <string>
 #include <utility>
+
+#include "formats/drive/sensor_profile.h"
 
 namespace sightline {
 namespace {
@@ -169,8 +171,7 @@ void add_ousters(std::vector<SensorProfile>& all) {
   }
 }
 
-}  // namespace
-
+// Of profiles with the same beams the last is recognized (guess_sensor).
 std::vector<SensorProfile> built_in_sensors() {
   std::vector<SensorProfile> all = {generic(16), generic(32), generic(64), generic(128)};
   add_ousters(all);
@@ -193,6 +194,26 @@ std::vector<SensorProfile> built_in_sensors() {
     all.push_back(profile);
   }
   return all;
+}
+
+}  // namespace
+
+std::vector<std::string> sensor_profile_names() {
+  std::vector<std::string> names;
+  for (const SensorProfile& profile : built_in_sensors()) names.push_back(profile.name);
+  return names;
+}
+
+Result<SensorProfile> sensor_profile(std::string_view name) {
+  std::string known;
+  for (SensorProfile& profile : built_in_sensors()) {
+    if (profile.name == name) return std::move(profile);
+    known += " " + profile.name;
+  }
+  return Error{ErrorCode::kUnknownName,
+               "unknown sensor profile '" + std::string(name) + "', expected one of" + known +
+                   ", or a file (.yaml, .csv, .json) with its beams",
+               "", ""};
 }
 
 }  // namespace sightline

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "formats/drive/built_in_sensors.h"
-
 namespace sightline {
 namespace {
 
@@ -22,24 +20,6 @@ int SensorProfile::azimuth_count() const {
 double SensorProfile::azimuth_deg(int i) const {
   const double first_deg = sees_all_round() ? 0.0 : -0.5 * (azimuth_count() - 1) * azimuth_step_deg;
   return first_deg + i * azimuth_step_deg;
-}
-
-std::vector<std::string> sensor_profile_names() {
-  std::vector<std::string> names;
-  for (const SensorProfile& profile : built_in_sensors()) names.push_back(profile.name);
-  return names;
-}
-
-Result<SensorProfile> sensor_profile(std::string_view name) {
-  std::string known;
-  for (SensorProfile& profile : built_in_sensors()) {
-    if (profile.name == name) return std::move(profile);
-    known += " " + profile.name;
-  }
-  return Error{ErrorCode::kUnknownName,
-               "unknown sensor profile '" + std::string(name) + "', expected one of" + known +
-                   ", or a file (.yaml, .csv, .json) with its beams",
-               "", ""};
 }
 
 Result<void> validate(const SensorProfile& profile) {
