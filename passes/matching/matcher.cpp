@@ -79,7 +79,9 @@ void describe(const MatchScore& at, MatchResult& result) {
   result.has_covariance = false;
   const Eigen::LLT<Matrix6d> cholesky(result.hessian);
   if (cholesky.info() != Eigen::Success) return;
-  const Matrix6d inverse = cholesky.solve(Matrix6d::Identity());
+  // By columns: of a whole matrix Eigen solves blocks at once, on arm64 by fused products.
+  Matrix6d inverse;
+  for (int i = 0; i < 6; ++i) inverse.col(i) = cholesky.solve(Vector6d::Unit(i));
   if (!inverse.allFinite()) return;
   result.covariance = 0.5 * (inverse + inverse.transpose());
   result.has_covariance = true;
