@@ -101,7 +101,7 @@ std::vector<LabelledPoint> spin(const Scene& scene, const SensorProfile& sensor,
                                 double range_sigma_m, const SensorMotion& motion, Random& random) {
   const int azimuths = sensor.azimuth_count();
   std::vector<LabelledPoint> points;
-  points.reserve(static_cast<std::size_t>(azimuths * sensor.ring_count()));
+  points.reserve(static_cast<std::size_t>(azimuths) * sensor.beam_elevations_deg.size());
   for (int step = 0; step < azimuths; ++step) {
     const double azimuth = to_radians(sensor.azimuth_deg(step));
     const double share = static_cast<double>(step) / static_cast<double>(azimuths);

@@ -1,6 +1,7 @@
 #include "compiler/views/text/describe.h"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
@@ -165,7 +166,7 @@ std::string histogram(const RangeTable& ranges, std::size_t limit) {
     const double share = static_cast<double>(counts[i]) / static_cast<double>(ranges.site_count);
     text += formatted("    %7s %7zu  %5.1f %%  ", to_text(ranges.looks[i]).c_str(), counts[i],
                       100.0 * share) +
-            std::string(static_cast<std::size_t>(kWidth * share + 0.5), '#') + "\n";
+            std::string(static_cast<std::size_t>(std::lround(kWidth * share)), '#') + "\n";
   }
   return text;
 }

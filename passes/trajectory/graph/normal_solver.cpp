@@ -41,24 +41,25 @@ std::vector<double> inverse_where_held(const Eigen::SparseMatrix<double>& L) {
   const int* const begin = L.outerIndexPtr();
   const int* const rows = L.innerIndexPtr();
   const double* const values = L.valuePtr();
-  std::vector<double> inverse(static_cast<std::size_t>(L.nonZeros()));
-  std::vector<int> place_of(static_cast<std::size_t>(L.rows()), -1);  // in the column, of its rows
+  std::vector<double> held(static_cast<std::size_t>(L.nonZeros()));
+  double* const inverse = held.data();
+  std::vector<int> places(static_cast<std::size_t>(L.rows()), -1);
+  int* const place_of = places.data();  // in the column, of its rows
   std::vector<double> sums;
   for (int j = static_cast<int>(L.cols()) - 1; j >= 0; --j) {
     const int first = begin[j] + 1;
     const int count = begin[j + 1] - first;
     sums.assign(static_cast<std::size_t>(count), 0.0);
-    for (int n = 0; n < count; ++n) place_of[static_cast<std::size_t>(rows[first + n])] = n;
+    for (int n = 0; n < count; ++n) place_of[rows[first + n]] = n;
     for (int n = 0; n < count; ++n) {
       const int k = rows[first + n];
       const double of_k = values[first + n];
-      double sum = of_k * inverse[static_cast<std::size_t>(begin[k])];
+      double sum = of_k * inverse[begin[k]];
       for (int at = begin[k] + 1; at < begin[k + 1]; ++at) {
-        const int place = place_of[static_cast<std::size_t>(rows[at])];
+        const int place = place_of[rows[at]];
         if (place < 0) continue;
-        const double entry = inverse[static_cast<std::size_t>(at)];
-        sum += entry * values[first + place];
-        sums[static_cast<std::size_t>(place)] += entry * of_k;
+        sum += inverse[at] * values[first + place];
+        sums[static_cast<std::size_t>(place)] += inverse[at] * of_k;
       }
       sums[static_cast<std::size_t>(n)] += sum;
     }
@@ -66,13 +67,13 @@ std::vector<double> inverse_where_held(const Eigen::SparseMatrix<double>& L) {
     double own = 1.0 / diagonal;
     for (int n = 0; n < count; ++n) {
       const double entry = -sums[static_cast<std::size_t>(n)] / diagonal;
-      inverse[static_cast<std::size_t>(first + n)] = entry;
+      inverse[first + n] = entry;
       own -= values[first + n] * entry;
-      place_of[static_cast<std::size_t>(rows[first + n])] = -1;
+      place_of[rows[first + n]] = -1;
     }
-    inverse[static_cast<std::size_t>(begin[j])] = own / diagonal;
+    inverse[begin[j]] = own / diagonal;
   }
-  return inverse;
+  return held;
 }
 
 }  // namespace
