@@ -25,7 +25,9 @@ class CachedDigests : public DigestMemory {
   [[nodiscard]] std::optional<std::vector<std::byte>> load(const Digest& key) const override {
     if (!cache_.is_enabled()) return std::nullopt;
     Result<ArtifactCache::Content> found = cache_.load(kName, key);
-    return found ? *std::move(found) : std::nullopt;
+    if (!found || !*found) return std::nullopt;
+    cache_.mark_used(kName, key);
+    return *std::move(found);
   }
   void store(const Digest& key, std::span<const std::byte> content) const override {
     if (cache_.is_enabled()) (void)cache_.store(kName, key, content);

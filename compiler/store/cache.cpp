@@ -1,5 +1,8 @@
 #include "compiler/store/cache.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -76,6 +79,12 @@ Result<void> store_object(const std::filesystem::path& file, const ObjectName& n
   return store_object(file, name, [&](const ByteSink& sink) { return sink(content); });
 }
 
+std::vector<Digest> keys_of_parts(std::span<const std::byte> content) {
+  std::vector<Digest> parts(content.size() / sizeof(Digest));
+  if (!parts.empty()) std::memcpy(parts.data(), content.data(), parts.size() * sizeof(Digest));
+  return parts;
+}
+
 }  // namespace
 
 std::filesystem::path place_of(const ObjectName& name) {
@@ -87,6 +96,17 @@ std::filesystem::path place_of(const ObjectName& name) {
   if (!name.kind.ends_with(kPart)) return stem_of(name.kind, name.key) + ".sla";
   const std::string pass = pass_before(kPart);
   return std::filesystem::path(file_stem(pass) + kPartFolder) / (stem_of(pass, name.key) + ".sla");
+}
+
+std::vector<std::filesystem::path> places_of_parts(const ObjectName& list,
+                                                   std::span<const std::byte> content) {
+  std::vector<std::filesystem::path> places;
+  if (!list.kind.ends_with(kPartList)) return places;
+  const std::string pass = list.kind.substr(0, list.kind.size() - kPartList.size());
+  for (const Digest& part : keys_of_parts(content)) {
+    places.push_back(place_of(part_name(pass, part)));
+  }
+  return places;
 }
 
 ArtifactCache::ArtifactCache(std::filesystem::path directory) : directory_(std::move(directory)) {
@@ -132,6 +152,14 @@ Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
   return store_object(file_of(pass, key), {pass, key}, content);
 }
 
+void ArtifactCache::mark_used(const std::string& pass, const Digest& key) const {
+  if (!is_enabled()) return;
+  for (const std::string_view beside : {std::string_view(), kPartList, kWarnings}) {
+    const std::filesystem::path file = directory_ / place_of({pass + std::string(beside), key});
+    (void)::utimensat(AT_FDCWD, file.c_str(), nullptr, AT_SYMLINK_NOFOLLOW);
+  }
+}
+
 Result<ArtifactCache::Content> ArtifactCache::load_part(const std::string& pass,
                                                         const Digest& part) const {
   if (!is_enabled()) return Content();
@@ -159,8 +187,7 @@ std::optional<ArtifactCache::PartCount> ArtifactCache::part_count(const std::str
   const ObjectName name{pass + std::string(kPartList), key};
   const Result<Content> content = load_object(directory_ / place_of(name), name);
   if (!content || !*content || (*content)->size() % sizeof(Digest) != 0) return std::nullopt;
-  std::vector<Digest> parts((*content)->size() / sizeof(Digest));
-  if (!parts.empty()) std::memcpy(parts.data(), (*content)->data(), (*content)->size());
+  const std::vector<Digest> parts = keys_of_parts(**content);
   PartCount count;
   count.all = parts.size();
   for (const Digest& part : parts) {

@@ -40,6 +40,10 @@ class ArtifactCache {
   [[nodiscard]] Result<void> store(const std::string& pass, const Digest& key,
                                    const WriteInto& content) const;
 
+  // What a run counts on without loading it is used too: its files are as if written now, so that
+  // they outlive prune_cache(). Where that is not allowed nothing is lost but time.
+  void mark_used(const std::string& pass, const Digest& key) const;
+
   // Parts of artifacts, each by a key of its own, since artifacts of two keys may have parts in
   // common: in a folder of the pass. A part that cannot be kept is made again by the next run, so
   // that is not told.
@@ -77,5 +81,8 @@ class ArtifactCache {
 
 // Where an object of this name lies in a cache, relative to its folder.
 std::filesystem::path place_of(const ObjectName& name);
+// Of the parts that a list of parts names; none where it is none.
+std::vector<std::filesystem::path> places_of_parts(const ObjectName& list,
+                                                   std::span<const std::byte> content);
 
 }  // namespace sightline

@@ -1,5 +1,7 @@
+#include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "compiler/cli/console.h"
 #include "compiler/commands/commands.h"
@@ -11,19 +13,27 @@ namespace {
 struct CacheFlags {
   std::string folder;
   bool prunes = false;
+  int unused_days = -1;
 };
 
 double mebibytes(std::uint64_t bytes) { return static_cast<double>(bytes) / (1024.0 * 1024.0); }
 
 Result<void> look(const CacheFlags& flags) {
-  SIGHTLINE_ASSIGN(const CacheContents contents, look_at_cache(flags.folder));
+  std::optional<std::chrono::hours> unused_for;
+  if (flags.unused_days >= 0) unused_for = std::chrono::hours(24) * flags.unused_days;
+  SIGHTLINE_ASSIGN(const CacheContents contents, look_at_cache(flags.folder, unused_for));
   std::printf("%llu objects of %.1f MiB, %llu unfinished files of runs at work here\n",
               static_cast<unsigned long long>(contents.object_count),
               mebibytes(contents.object_bytes),
               static_cast<unsigned long long>(contents.busy_count));
   if (flags.prunes) SIGHTLINE_TRY(prune_cache(contents));
+  const char* const what_became = flags.prunes ? ", removed" : "";
+  if (unused_for) {
+    std::printf("%zu objects of %.1f MiB that no run used for %d days%s\n", contents.unused.size(),
+                mebibytes(contents.unused_bytes), flags.unused_days, what_became);
+  }
   std::printf("%zu files of %.1f MiB of no use%s\n", contents.useless.size(),
-              mebibytes(contents.useless_bytes), flags.prunes ? ", removed" : "");
+              mebibytes(contents.useless_bytes), what_became);
   for (const std::filesystem::path& path : contents.useless) {
     print_text(path.string() + "\n");
   }
@@ -41,13 +51,23 @@ Verb cache_verb() {
       "Of no use are unfinished files of runs that were killed, and objects that are damaged or "
       "lie in the place of others. Every run removes what it can prove to be left by a killed run "
       "on its own machine. --prune removes also what other machines and earlier boots left: not "
-      "while another machine is at work in the same folder. What is finished stays, of earlier "
-      "configurations too: who wants the space removes the folder.\n\n"
+      "while another machine is at work in the same folder.\n\n"
+      "What is finished stays, of earlier configurations too, so a cache grows with every change. "
+      "--unused-days asks what no run has found or made for so long, and --prune then removes that "
+      "too; a run that wants it once more makes it anew. Parts stay with the artifact that they "
+      "were made for. Who wants all of the space removes the folder.\n\n"
       "Who may write to a cache decides what is compiled from it. Compile what you release with "
       "--no-cache, or with a cache that nobody else can write to.";
-  verb.examples = {"sightline cache .sightline-cache", "sightline cache .sightline-cache --prune"};
+  verb.examples = {"sightline cache .sightline-cache", "sightline cache .sightline-cache --prune",
+                   "sightline cache .sightline-cache --prune --unused-days 30"};
   verb.positionals = {{.name = "FOLDER", .help = "The cache", .target = &flags->folder}};
-  verb.flags = {{.names = "--prune", .help = "Remove what is of no use", .target = &flags->prunes}};
+  verb.flags = {{.names = "--prune", .help = "Remove what is of no use", .target = &flags->prunes},
+                {.names = "--unused-days",
+                 .value = "N",
+                 .help = "Also what no run used for so many days",
+                 .target = &flags->unused_days,
+                 .minimum = 0,
+                 .maximum = 100000}};
   verb.run = [flags] { return exit_status_of(look(*flags)); };
   return verb;
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "compiler/store/prune.h"
 #include "formats/base/atomic_file.h"
 #include "formats/base/temporary_name.h"
@@ -102,6 +104,38 @@ TEST_F(Cache, PrunesWhatIsOfNoUseAndNothingElse) {
     EXPECT_TRUE(fs::exists(folder_ / name)) << name;
   }
   EXPECT_EQ(look_at_cache(folder_ / "missing").error().code, ErrorCode::kFileNotFound);
+}
+
+// As if no run had used it for ten days.
+void grow_old(const fs::path& path) {
+  fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(240));
+}
+
+TEST_F(Cache, RemovesWhatNoRunUsedForLongWhereItIsAsked) {
+  const ArtifactCache cache(folder_);
+  for (const Digest& key : {key_, other_}) {
+    ASSERT_TRUE(cache.store("pass", key, content_));
+    ASSERT_TRUE(cache.store_warnings("pass", key, {"a warning"}));
+    cache.store_part_list("pass", key, std::vector<Digest>{key});
+    cache.store_part("pass", key, content_);
+  }
+  for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
+    if (entry.is_regular_file()) grow_old(entry.path());
+  }
+  EXPECT_EQ(look_at_cache(folder_)->unused.size(), 0U) << "nobody asked";
+  EXPECT_EQ(look_at_cache(folder_, std::chrono::hours(480))->unused.size(), 0U);
+  cache.mark_used("pass", other_);
+  const Result<CacheContents> contents = look_at_cache(folder_, std::chrono::hours(120));
+  ASSERT_TRUE(contents);
+  EXPECT_EQ(contents->unused.size(), 4U);
+  EXPECT_EQ(contents->object_count, 4U);
+  ASSERT_TRUE(prune_cache(*contents));
+  EXPECT_FALSE(cache.has("pass", key_));
+  EXPECT_EQ(*cache.load_part("pass", key_), ArtifactCache::Content());
+  EXPECT_FALSE(cache.part_count("pass", key_));
+  EXPECT_EQ(*cache.load("pass", other_), content_);
+  EXPECT_EQ(*cache.load_part("pass", other_), content_) << "the part of a list that is used";
+  EXPECT_EQ(cache.load_warnings("pass", other_).size(), 1U);
 }
 
 }  // namespace
