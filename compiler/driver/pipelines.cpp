@@ -150,12 +150,13 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   add_localization_errors(config, localized, {plan, compile.ndt, compile.sites, measuring},
                           compile);
   const Wire<FactorTable> factors = add_choice(config, compile);
+  // From here on nobody needs the model whole.
+  const Wire<PackedModel> packed_model = plan.run(kPackModel, compile.model);
   CalibratePlanOptions tracking = plan.options(kCalibratePlan);
   tracking.matching = measuring;
   tracking.reach_m = plan.options(kEmitMap).reach_m;
   compile.look_plan = plan.run_as("", kCalibratePlan, tracking, localized.undistorted,
                                   localized.trajectory, compile.ndt, compile.sites, compile.ranges);
-  const Wire<PackedModel> packed_model = plan.run(kPackModel, compile.model);
   EmitMapOptions emitting = plan.options(kEmitMap);
   emitting.mapping_scans = scan_shares(config).mapping;
   compile.map =

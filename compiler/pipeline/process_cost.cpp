@@ -18,8 +18,14 @@ double process_cpu_s() {
 }
 
 // Linux keeps the peak since the process began; writing 5 here starts it anew. Where that is not
-// allowed the peak is that of the whole run so far.
-void reset_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
+// allowed the peak is that of the whole run so far. What the allocator keeps of one step would
+// count as memory of the next one.
+void reset_peak_memory() {
+#ifdef __GLIBC__
+  ::malloc_trim(0);
+#endif
+  std::ofstream("/proc/self/clear_refs") << "5";
+}
 
 double peak_memory_mib() {
   std::ifstream status("/proc/self/status");

@@ -5,8 +5,8 @@ namespace sightline {
 // CPU time of this process so far, all threads, user and system.
 double process_cpu_s();
 
-// The largest memory that this process had since reset_peak_memory(); since it began where the
-// system does not let a process forget that.
+// The largest memory that this process had since reset_peak_memory(), which gives what was freed
+// back to the system; since it began where the system does not let a process forget that.
 void reset_peak_memory();
 double peak_memory_mib();
 

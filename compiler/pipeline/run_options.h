@@ -16,6 +16,8 @@ struct RunOptions {
   std::filesystem::path cache_directory;  // empty: nothing is kept
   std::vector<std::string> print_after;   // names of steps
   std::string stop_after;                 // name of a step; empty: to the end
+  // Else what is wanted is made and stored, and let go after its last use like all that is not.
+  bool keeps_wanted = true;
   // Where several processes share the work: what this one takes first.
   WorkShare share;
   // Whether a step may run; what may not has to be in the cache. Empty: all may.

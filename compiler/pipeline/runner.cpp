@@ -61,13 +61,14 @@ class Runner {
     report.name = step_of(scheduled).name;
     const Stamp begin{.cpu_s = process_cpu_s()};
     reset_peak_memory();
-    if (scheduled.is_needed) {
+    if (scheduled.is_stored) cache_.mark_used(report.name, scheduled.key.key);
+    if (scheduled.is_needed && !waits(scheduled)) {
       SIGHTLINE_TRY(obtain(scheduled, report));
     } else {
       report.from_cache = true;
       report.reason = scheduled.is_stored ? "unchanged" : "not needed";
-      repeat_warnings(scheduled, report);
     }
+    if (report.from_cache) repeat_warnings(scheduled, report);
     let_go(scheduled);
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin.wall;
     report.wall_s = wall.count();
@@ -77,6 +78,11 @@ class Runner {
   }
 
  private:
+  // What another step takes is loaded when it is taken: until then memory has no need of it.
+  [[nodiscard]] static bool waits(const Scheduled& scheduled) {
+    return scheduled.is_stored && !scheduled.is_wanted;
+  }
+
   // A step without an output in the cache has to be there to be of use.
   [[nodiscard]] bool may_run(const Scheduled& scheduled) const {
     return !scheduled.is_kept || !options_.may_run || options_.may_run(step_of(scheduled).name);
@@ -90,7 +96,8 @@ class Runner {
     return *plan_.artifact({step.output}).type;
   }
 
-  // Loads the output of a step or makes it.
+  // Loads the output of a step or makes it. What the step had to say when it was made is not
+  // repeated.
   Result<void> obtain(const Scheduled& scheduled, StepReport& report) {
     const PassStep& step = step_of(scheduled);
     std::shared_ptr<const void> output;
@@ -100,7 +107,6 @@ class Runner {
     report.from_cache = output != nullptr;
     if (output) {
       report.reason = "unchanged";
-      repeat_warnings(scheduled, report);
     } else {
       report.reason = reason_to_run(cache_.last_record(step.name), scheduled.key.record);
       if (!may_run(scheduled)) return work_missing(step.name);
@@ -114,7 +120,7 @@ class Runner {
     return {};
   }
 
-  // Inputs are there, unless an object of the cache turned out to be damaged.
+  // Those that are not there are in the cache, unless an object turned out to be damaged.
   Result<void> obtain_inputs(const PassStep& step) {
     for (const std::size_t input : step.inputs) {
       if (artifacts_.has({input})) continue;
@@ -127,11 +133,11 @@ class Runner {
     return {};
   }
 
-  // What no later step takes and nobody wants.
+  // What no later step takes and nobody wants to have.
   void let_go(const Scheduled& done) {
     for (const Scheduled& scheduled : list_) {
       if (scheduled.step > done.step) break;
-      if (scheduled.is_wanted) continue;
+      if (scheduled.is_wanted && options_.keeps_wanted) continue;
       const std::size_t output = step_of(scheduled).output;
       const bool is_taken = std::ranges::any_of(list_, [&](const Scheduled& later) {
         return later.step > done.step && later.is_needed &&

@@ -18,7 +18,7 @@ struct Scheduled {
   StepKey key;
   bool is_kept = false;    // its output can be in the cache
   bool is_stored = false;  // it seems to be
-  bool is_wanted = false;  // its output stays in memory
+  bool is_wanted = false;  // its output stays in memory, if the options say so
   bool is_needed = false;  // by the caller or by a step that runs
   [[nodiscard]] bool runs() const { return is_needed && !is_stored; }
 };

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 #include <memory>
 
@@ -48,9 +49,12 @@ Result<void> work(const WorkFlags& flags) {
   RunOptions options = options_in(work, stage);
   options.threads = flags.run.threads;
   options.share = flags.share;
-  const std::vector<AnyWire> outputs = outputs_of(work.compile, stage);
-  const std::vector<AnyWire> own = share_of(outputs, flags.share);
-  for (const std::vector<AnyWire>& wanted : {own, outputs}) {
+  options.keeps_wanted = false;  // others take it from the store
+  std::vector<AnyWire> others = outputs_of(work.compile, stage);
+  const std::vector<AnyWire> own = share_of(others, flags.share);
+  std::erase_if(others,
+                [&](const AnyWire& output) { return std::ranges::find(own, output) != own.end(); });
+  for (const std::vector<AnyWire>& wanted : {own, others}) {
     if (wanted.empty()) continue;
     SIGHTLINE_TRY(run_steps(plan, wanted, flags.run, options, work.config, work.artifacts));
   }

@@ -277,6 +277,33 @@ TEST_F(Runner, LetsGoWhatNobodyWants) {
   options_.cache_directory = scratch_folder();
 }
 
+TEST_F(Runner, LetsGoWhatIsWantedTooWhereItIsOnlyToBeStored) {
+  options_.keeps_wanted = false;
+  for (const int calls : {2, 2}) {
+    ASSERT_TRUE(run(2));
+    EXPECT_EQ(g_calls, calls);
+    EXPECT_FALSE(artifacts_.has(sum_));
+    EXPECT_FALSE(artifacts_.has(scaled_));
+  }
+  options_.keeps_wanted = true;
+  ASSERT_TRUE(run(2));
+  EXPECT_EQ(g_calls, 2);
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
+}
+
+TEST_F(Runner, LoadsWhatAStepTakesWhenItIsTaken) {
+  ASSERT_TRUE(run(2));
+  for (const std::filesystem::path& object : objects_of("add")) std::filesystem::remove(object);
+  std::vector<std::string> loaded_too_early;
+  observer_.finished = [&](const StepReport& report) {
+    if (artifacts_.has(scaled_)) loaded_too_early.push_back(report.name);
+  };
+  ASSERT_TRUE(run(2, 3, Wants::kSum));
+  EXPECT_EQ(g_calls, 3);
+  EXPECT_EQ(artifacts_.get(sum_).value, 9);
+  EXPECT_EQ(loaded_too_early, std::vector<std::string>{});
+}
+
 TEST_F(Runner, RepeatsTheWarningsOfWhatItFindsInTheCache) {
   ASSERT_TRUE(run(2));
   for (const Wants wants : {Wants::kAll, Wants::kSum}) {
