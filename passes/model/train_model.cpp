@@ -1,6 +1,7 @@
 #include "passes/model/train_model.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "formats/base/random.h"
@@ -72,20 +73,22 @@ Result<RegressionForest> grow_whole_forest(const PassContext& ctx, const TrainMo
                      mix(ctx.seed, kWholeForestKey), ctx.threads);
 }
 
+// Takes the places, which are let go once they are rows.
 Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
-                            const DrivenPlaces& places) {
+                            DrivenPlaces places) {
   TrainModelOptions options = wanted;
   SIGHTLINE_ASSIGN(TrainingSet training_set, prepare_training_set(ctx, places, options));
+  ErrorModel model;
+  model.card = training_card(ctx, options, training_set, places.places.front().drives.front());
   PredictedError predicted;
   predicted.looks = places.places.front().factors.looks;
   predicted.limits_m = options.limits_m;
+  places = {};
   const OutOfFoldOptions out_of_fold_options{forest_options(options), options.buffer_m,
                                              static_cast<std::size_t>(options.most_rows)};
   SIGHTLINE_ASSIGN(OutOfFold out_of_fold, predict_out_of_fold(ctx, out_of_fold_options,
                                                               training_set, std::move(predicted)));
   SIGHTLINE_ASSIGN(RegressionForest forest, grow_whole_forest(ctx, options, training_set));
-  ErrorModel model;
-  model.card = training_card(ctx, options, training_set, places.places.front().drives.front());
   model.card.curve = fit_curve(predicted_shares(training_set, out_of_fold.predicted));
   put_on_curve(model.card.curve, out_of_fold.predicted);
   // From here on P(error <= limit) is what came true out of fold.
@@ -104,15 +107,47 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   return model;
 }
 
+// A place where it lies: of two models that learn from it, each takes what it needs.
+struct PlaceInUse {
+  const std::string& name;
+  const Sites& sites;
+  const FactorTable& factors;
+  std::span<const MeasuredError> drives;
+  RecordingCards recordings;
+};
+
+// Without what the looks that take a sample say.
+FactorTable of_ranges(const FactorTable& all) {
+  return {all.looks, all.factors, all.site_count, all.values, {}};
+}
+MeasuredError of_ranges(const MeasuredError& all) {
+  return {all.drive,   all.matching,     all.reference, all.looks,
+          all.offsets, all.scan_of_site, all.rows,      {}};
+}
+
+DrivenPlaces ranges_of(const std::vector<PlaceInUse>& places) {
+  DrivenPlaces ranges;
+  for (const PlaceInUse& place : places) {
+    DrivenPlace& of_place = ranges.places.emplace_back(
+        DrivenPlace{place.name, place.sites, of_ranges(place.factors), {}, place.recordings});
+    for (const MeasuredError& drive : place.drives) of_place.drives.push_back(of_ranges(drive));
+  }
+  return ranges;
+}
+
 // The same places by the looks that take a sample; none unless every place and drive knows them.
-DrivenPlaces samples_of(const DrivenPlaces& places) {
+DrivenPlaces samples_of(const std::vector<PlaceInUse>& places) {
+  const bool all_know = std::ranges::all_of(places, [](const PlaceInUse& place) {
+    return !place.factors.of_samples.empty() &&
+           std::ranges::none_of(
+               place.drives, [](const MeasuredError& drive) { return drive.of_samples.empty(); });
+  });
   DrivenPlaces samples;
-  for (const DrivenPlace& place : places.places) {
-    if (place.factors.of_samples.empty()) return {};
+  if (!all_know) return samples;
+  for (const PlaceInUse& place : places) {
     DrivenPlace& of_samples = samples.places.emplace_back(DrivenPlace{
         place.name, place.sites, place.factors.of_samples.front(), {}, place.recordings});
     for (const MeasuredError& drive : place.drives) {
-      if (drive.of_samples.empty()) return {};
       of_samples.drives.push_back(drive.of_samples.front());
     }
   }
@@ -121,11 +156,11 @@ DrivenPlaces samples_of(const DrivenPlaces& places) {
 
 // A model of the ranges, and within it one of the looks that take a sample.
 Result<ErrorModel> train_both(PassContext& ctx, const TrainModelOptions& wanted,
-                              const DrivenPlaces& places) {
-  SIGHTLINE_ASSIGN(ErrorModel model, train_on(ctx, wanted, places));
-  const DrivenPlaces samples = samples_of(places);
+                              const std::vector<PlaceInUse>& places) {
+  SIGHTLINE_ASSIGN(ErrorModel model, train_on(ctx, wanted, ranges_of(places)));
+  DrivenPlaces samples = samples_of(places);
   if (samples.places.empty()) return model;
-  SIGHTLINE_ASSIGN(ErrorModel of_samples, train_on(ctx, wanted, samples));
+  SIGHTLINE_ASSIGN(ErrorModel of_samples, train_on(ctx, wanted, std::move(samples)));
   model.of_samples.push_back(std::move(of_samples));
   return model;
 }
@@ -168,7 +203,11 @@ Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted
     ctx.warn(
         "the model learns from one place alone: where it annotates another, nothing is promised");
   }
-  return train_both(ctx, wanted, places);
+  std::vector<PlaceInUse> in_use;
+  for (const DrivenPlace& place : places.places) {
+    in_use.push_back({place.name, place.sites, place.factors, place.drives, place.recordings});
+  }
+  return train_both(ctx, wanted, in_use);
 }
 
 namespace {
@@ -189,8 +228,8 @@ Result<ErrorModel> own_evidence_of_both(const std::vector<double>& limits_m, con
 
 // From one place; where that is too little, what its own scans say.
 Result<ErrorModel> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
-                              const DrivenPlace& place) {
-  Result<ErrorModel> model = train_both(ctx, wanted, {{place}});
+                              const PlaceInUse& place) {
+  Result<ErrorModel> model = train_both(ctx, wanted, {place});
   const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||
                                        model.error().code == ErrorCode::kNoTrainingRows);
   if (!is_too_short) return model;
@@ -212,7 +251,8 @@ Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& w
   if (measured.reference == ErrorReference::kSimulated) {
     return own_evidence_of_both(wanted.limits_m, sites, factors, measured, recordings);
   }
-  return learn_here(ctx, wanted, {measured.drive, sites, factors, {measured}, recordings});
+  return learn_here(ctx, wanted,
+                    {measured.drive, sites, factors, std::span(&measured, 1), recordings});
 }
 
 Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptions& wanted,
