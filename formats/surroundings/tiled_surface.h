@@ -72,7 +72,8 @@ class TiledSurfaceWriter {
 
  private:
   TiledSurface made_;
-  GrowingBytes bytes_;
+  static constexpr std::size_t kMostInMemory = std::size_t{16} << 20;  // of half a kilometre
+  GrowingBytes bytes_{kMostInMemory};
 };
 
 template <>

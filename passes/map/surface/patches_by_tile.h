@@ -40,7 +40,8 @@ class PatchesByTile {
   std::mutex mutex_;
   std::map<TileKey, std::vector<Piece>> pieces_;
   std::uint64_t count_ = 0;
-  GrowingBytes growing_;
+  static constexpr std::size_t kMostInMemory = std::size_t{16} << 20;  // of half a kilometre
+  GrowingBytes growing_{kMostInMemory};
   Result<void> written_;
   StoredBytes bytes_;
 };
