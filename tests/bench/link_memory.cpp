@@ -3,7 +3,7 @@
 // cluster's store holds them; then they are read back and the map file is made of them, as
 // `sightline link` does, while the largest memory of the process is counted.
 //
-// usage: link_memory MAP.slmap COPIES
+// usage: link_memory MAP.slmap COPIES [OUTPUT.slmap]
 
 #include <algorithm>
 #include <cstdio>
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "compiler/pipeline/process_cost.h"
+#include "formats/base/atomic_file.h"
 #include "formats/base/stored_bytes.h"
 #include "formats/map/map_reader.h"
 #include "passes/emit/emit_map.h"
@@ -137,7 +138,7 @@ X loaded(const StoredBytes& bytes) {
   return *from_bytes<X>(*bytes.read(0, bytes.size()));
 }
 
-int run(const std::string& file, int copies) {
+int run(const std::string& file, int copies, const std::string& output) {
   return_freed_memory();
   Result<CompiledMap> read = read_map(file);
   if (!read) {
@@ -194,17 +195,21 @@ int run(const std::string& file, int copies) {
   }
   std::printf("linked: %.0f MiB at most, %.1f s of CPU, a file of %.0f MiB\n", peak_memory_mib(),
               process_cpu_s() - begin_s, static_cast<double>(linked->bytes.size()) / (1 << 20));
-  return EXIT_SUCCESS;
+  if (output.empty()) return EXIT_SUCCESS;
+  const auto write = [&](const ByteSink& sink) { return linked->bytes.visit(sink); };
+  const Result<void> written = write_file_atomically(output, write, IfExists::kReplace);
+  if (!written) std::fprintf(stderr, "%s\n", to_string(written.error()).c_str());
+  return written ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
 }  // namespace
 }  // namespace sightline
 
 int main(int argc, char** argv) {
-  const int copies = argc == 3 ? std::atoi(argv[2]) : 0;
+  const int copies = argc == 3 || argc == 4 ? std::atoi(argv[2]) : 0;
   if (copies < 1) {
-    std::fprintf(stderr, "usage: link_memory MAP.slmap COPIES\n");
+    std::fprintf(stderr, "usage: link_memory MAP.slmap COPIES [OUTPUT.slmap]\n");
     return EXIT_FAILURE;
   }
-  return sightline::run(argv[1], copies);
+  return sightline::run(argv[1], copies, argc == 4 ? argv[3] : "");
 }
