@@ -13,6 +13,7 @@
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/join_pieces.h"
 #include "passes/trajectory/pieces/tell_pieces.h"
+#include "passes/trajectory/pieces/tied_pieces.h"
 #include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"
 
@@ -75,8 +76,10 @@ Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryO
   SIGHTLINE_ASSIGN(Adjustment adjusted,
                    adjust_to_planes(ctx, drive, key_graph, solution.T_map_pose, keys));
   // Where no given pose pulls the way out of shape, matching each scan to many at once is nearer to
-  // the truth than planes are, which lend it only their covariance.
-  const bool is_loose = !pieces.edges.empty() || std::ranges::count(odometry.is_far, true) > 0;
+  // the truth than planes are, which lend it only their covariance: they bend a straight street.
+  // What hangs by a scan that was found from afar is set right by planes.
+  const bool is_loose = !are_tied(odometry, pieces.edges, graph.loops) ||
+                        std::ranges::count(odometry.is_far, true) > 0;
   if (!refines && !is_loose) adjusted.T_map_lidar = solution.T_map_pose;
   Trajectory trajectory = trajectory_of(drive, graph, solution, adjusted);
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
