@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 
+#include "compiler/config/recordings.h"
 #include "compiler/gate/settings.h"
 #include "formats/annotation/measured_drives.h"
 #include "formats/foreign/maps/apollo_map.h"
@@ -61,14 +62,42 @@ std::map<std::string, std::string> shared_values(AnnotationOptions annotation) {
   return values;
 }
 
-void resolve(const std::filesystem::path& folder, RecordingOptions& recording) {
+// `folder` is that of the configuration.
+void resolve(const std::filesystem::path& folder, std::string& path) {
+  if (!path.empty()) path = (folder / path).lexically_normal().string();
+}
+
+// `are_several`: poses and stamps are names of files that lie with each (recordings.h).
+void resolve(const std::filesystem::path& folder, bool are_several, RecordingOptions& recording) {
+  resolve(folder, recording.scans);
+  resolve(folder, recording.calibration);
+  if (!are_several) {
+    resolve(folder, recording.poses);
+    resolve(folder, recording.stamps);
+  }
+  if (is_sensor_file(recording.sensor)) resolve(folder, recording.sensor);
+}
+
+void resolve_all(const std::filesystem::path& folder, CompileConfig& config) {
+  resolve(folder, !config.mapping_recordings.empty(), config.mapping);
+  resolve(folder, !config.localization_recordings.empty(), config.localization);
+  resolve(folder, false, config.evaluation);
+  for (RecordingOptions& sensor : config.other_sensors) resolve(folder, false, sensor);
+  for (RecordingOptions& later : config.later_mapping) resolve(folder, false, later);
+  for (RecordingOptions& later : config.later_localization) resolve(folder, false, later);
   for (std::string* path :
-       {&recording.scans, &recording.poses, &recording.stamps, &recording.calibration}) {
-    if (!path->empty()) *path = (folder / *path).lexically_normal().string();
+       {&config.outside.file, &config.outside.evaluation_file, &config.map.points,
+        &config.base_poses, &config.mapping_recordings, &config.localization_recordings}) {
+    resolve(folder, *path);
   }
-  if (is_sensor_file(recording.sensor)) {
-    recording.sensor = (folder / recording.sensor).lexically_normal().string();
-  }
+  if (!config.route.is_everywhere()) resolve(folder, config.route.file);
+}
+
+Result<void> expand_all(CompileConfig& config) {
+  SIGHTLINE_TRY(expand_recordings("mapping", config.mapping_recordings, config.mapping,
+                                  config.later_mapping));
+  return expand_recordings("localization", config.localization_recordings, config.localization,
+                           config.later_localization);
 }
 
 // The drives of the list under `localization`.
@@ -183,20 +212,12 @@ Result<void> read_compile_config(const std::filesystem::path& file,
   if (has_file) {
     SIGHTLINE_TRY(read_yaml(file, sections));
   }
-  for (RecordingOptions* recording : {&config.mapping, &config.localization, &config.evaluation}) {
-    resolve(file.parent_path(), *recording);
-  }
-  for (RecordingOptions& sensor : config.other_sensors) resolve(file.parent_path(), sensor);
-  for (RecordingOptions& later : config.later_mapping) resolve(file.parent_path(), later);
-  for (RecordingOptions& later : config.later_localization) resolve(file.parent_path(), later);
-  for (std::string* path : {&config.outside.file, &config.outside.evaluation_file,
-                            &config.map.points, &config.route.file, &config.base_poses}) {
-    if (path == &config.route.file && config.route.is_everywhere()) continue;
-    if (!path->empty()) *path = (file.parent_path() / *path).lexically_normal().string();
-  }
+  resolve_all(file.parent_path(), config);
   for (const std::string& assignment : overrides) {
     SIGHTLINE_TRY(set_override(assignment, sections));
   }
+  const Result<void> expanded = expand_all(config);
+  if (!expanded) return in_file(expanded.error(), file.string());
   for (RecordingOptions* recording : {&config.mapping, &config.localization, &config.evaluation}) {
     recording->world = config.annotation.world;
   }

@@ -76,6 +76,8 @@ struct CompileConfig {
   // More drives that make the map, in the order of their days; a deque, since sections point into
   // it. What such a drive does not say of itself is as in the first.
   std::deque<RecordingOptions> later_mapping;
+  // In their place a folder of recordings, or a file that lists them (recordings.h).
+  std::string mapping_recordings;
   // Where the scans of these drives were in a map that was shipped (.slposes): they stay there.
   // Empty: all poses are found anew.
   std::string base_poses;
@@ -86,9 +88,10 @@ struct CompileConfig {
   RecordingOptions localization;  // no scans: see AnnotationOptions::split
   // More drives that are localized in the map, each by itself.
   std::deque<RecordingOptions> later_localization;
-  RecordingOptions evaluation;   // an independent drive, for `evaluate`
-  OutsideErrorsOptions outside;  // section import-errors
-  PassSettings passes;           // options of passes, with what they share
+  std::string localization_recordings;  // as mapping_recordings
+  RecordingOptions evaluation;          // an independent drive, for `evaluate`
+  OutsideErrorsOptions outside;         // section import-errors
+  PassSettings passes;                  // options of passes, with what they share
 
   [[nodiscard]] bool has_map() const { return !map.points.empty(); }
   [[nodiscard]] bool is_split() const { return localization.scans.empty() && !has_map(); }
@@ -117,7 +120,8 @@ std::string later_localization_role(std::size_t index);
 // name (the drives' sections point into `config`, those of passes hold their options), then the
 // overrides
 // ("section.key=value"). Paths become relative to the file's folder; options of passes become
-// `config.passes`. Errors: those of read_yaml and set_override, missing-key (no mapping drive
+// `config.passes`. Folders and lists of recordings become drives. Errors: those of read_yaml,
+// set_override and expand_recordings, missing-key (no mapping drive
 // and no finished map, or such a map without a route),
 // bad-value (an empty list of drives, one that is named twice under `localization`, errors from
 // outside of several drives; a mapping drive beside a finished map, or what such a map cannot do

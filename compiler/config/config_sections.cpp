@@ -23,8 +23,15 @@ ConfigSection sensor_section(std::size_t index, RecordingOptions& options) {
 // A section of one drive, or of a list of them. What tells drives of one vehicle apart is each
 // one's own, the rest is as in the first unless it is said.
 ConfigSection drives_section(const std::string& name, const std::string& help,
-                             RecordingOptions& first, std::deque<RecordingOptions>& more) {
+                             RecordingOptions& first, std::deque<RecordingOptions>& more,
+                             std::string& recordings) {
   ConfigSection section{name, help, option_fields(first)};
+  section.fields.push_back(text(
+      "recordings", recordings,
+      "several drives in place of `scans` or a list: a folder of recordings, taken in natural "
+      "order of their paths, or a file with a path a line (behind a tab, its poses); poses and "
+      "stamps are then names of files that lie with the scans of each or beside them, the other "
+      "keys hold for all"));
   section.one_more = [&first, &more] {
     RecordingOptions& later = more.emplace_back(first);
     for (std::string* own : {&later.name, &later.scans, &later.poses, &later.stamps}) own->clear();
@@ -37,7 +44,7 @@ ConfigSection mapping_section(CompileConfig& config) {
   return drives_section("mapping",
                         "The drive that makes the map; or a list of drives of one vehicle, in the "
                         "order of their days, each with what differs from the first",
-                        config.mapping, config.later_mapping);
+                        config.mapping, config.later_mapping, config.mapping_recordings);
 }
 
 ConfigSection localization_section(CompileConfig& config) {
@@ -45,7 +52,8 @@ ConfigSection localization_section(CompileConfig& config) {
                         "A second drive that is matched against the map to measure error; or a "
                         "list of drives, each measured by itself: the first has to come near the "
                         "map, the others say what differs from it",
-                        config.localization, config.later_localization);
+                        config.localization, config.later_localization,
+                        config.localization_recordings);
 }
 
 // A finished map: the keys of a drive that tell of its sensor.

@@ -52,6 +52,11 @@ Result<InputFiles> input_files(const CompileConfig& config, const fs::path& file
   for (const RecordingOptions* recording : recordings) {
     SIGHTLINE_TRY(add_recording(*recording, inputs));
   }
+  for (const std::string& named : {config.mapping_recordings, config.localization_recordings}) {
+    if (named.empty()) continue;
+    std::error_code ignored;
+    (fs::is_directory(named, ignored) ? inputs.folders : inputs.files).emplace_back(named);
+  }
   if (config.has_map()) {
     const std::string& map = config.map.points;
     SIGHTLINE_ASSIGN(const std::vector<fs::path> pieces,

@@ -82,7 +82,11 @@ Drives assign_roles(std::vector<FoundDrive> found, const fs::path& folder) {
                 "of its own",
                 drives);
     } else if (drives.drives.size() == 3) {
-      pass_over(drive, "three drives have their roles already", drives);
+      pass_over(drive,
+                "three drives have their roles already; `recordings: FOLDER` in place of `scans` "
+                "takes all that lie in a folder, under mapping to make one map of them, under "
+                "localization to measure each",
+                drives);
     } else {
       drives.drives.push_back(std::move(drive));
     }

@@ -1,0 +1,113 @@
+#include "compiler/config/recordings.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "compiler/driver/configuration.h"
+#include "compiler/driver/pipelines.h"
+#include "formats/base/atomic_file.h"
+#include "tests/support/scratch_folder.h"
+
+namespace sightline {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<CompileConfig> load(const std::string& yaml,
+                           const std::vector<std::string>& overrides = {}) {
+  const fs::path file = scratch_folder() / "recordings_test" / "drive.yaml";
+  EXPECT_TRUE(write_file_atomically(file, yaml, IfExists::kReplace));
+  return load_compile_config(file, overrides);
+}
+
+std::vector<std::string> steps_of(const CompilePlan& compile) {
+  std::vector<std::string> names;
+  for (const PassStep& step : compile.plan.steps()) names.push_back(step.name);
+  return names;
+}
+
+void touch(const fs::path& file) {
+  fs::create_directories(file.parent_path());
+  EXPECT_TRUE(write_file_atomically(file, "", IfExists::kReplace)) << file;
+}
+
+// Two folders of scans, each with its poses beside it.
+fs::path drives_of_a_week() {
+  const fs::path folder = scratch_folder() / "recordings_test" / "week";
+  fs::remove_all(folder);
+  for (const char* day : {"day_10", "day_9"}) {
+    for (const char* scan : {"0.pcd", "1.pcd"}) touch(folder / day / "scans" / scan);
+    touch(folder / day / "poses.tum");
+  }
+  return folder;
+}
+
+TEST(Recordings, TakesAFolderOfRecordings) {
+  const fs::path folder = drives_of_a_week();
+  const Result<CompileConfig> config =
+      load("mapping: {recordings: week, sensor: vlp-16, poses: poses.tum}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_EQ(config->mapping.scans, (folder / "day_9/scans").string()) << "9 comes before 10";
+  EXPECT_EQ(config->mapping.name, "day_9/scans");
+  EXPECT_EQ(config->mapping.poses, (folder / "day_9/poses.tum").string());
+  ASSERT_EQ(config->later_mapping.size(), 1U);
+  EXPECT_EQ(config->later_mapping[0].scans, (folder / "day_10/scans").string());
+  EXPECT_EQ(config->later_mapping[0].poses, (folder / "day_10/poses.tum").string());
+  EXPECT_EQ(config->later_mapping[0].sensor, "vlp-16");
+  // The same steps as of a list.
+  const Result<CompileConfig> list =
+      load("mapping: [{scans: week/day_9/scans}, {scans: week/day_10/scans}]\n");
+  ASSERT_TRUE(list.has_value());
+  EXPECT_EQ(steps_of(compile_plan(*config)), steps_of(compile_plan(*list)));
+}
+
+TEST(Recordings, TakesAFileThatListsRecordings) {
+  const fs::path folder = drives_of_a_week();
+  ASSERT_TRUE(write_file_atomically(folder / "list.txt",
+                                    "# by day\n\nday_10/scans\r\nday_9/scans\tday_10/poses.tum\n",
+                                    IfExists::kReplace));
+  const Result<CompileConfig> config =
+      load("mapping: {scans: a}\nlocalization: {recordings: week/list.txt}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  EXPECT_FALSE(config->is_split());
+  EXPECT_EQ(config->localization.scans, (folder / "day_10/scans").string()) << "as it is listed";
+  EXPECT_EQ(config->localization.poses, "");
+  ASSERT_EQ(config->later_localization.size(), 1U);
+  EXPECT_EQ(config->later_localization[0].poses, (folder / "day_10/poses.tum").string());
+  // Named on the command line, from where one stands.
+  const Result<CompileConfig> named =
+      load("mapping: {scans: a}\n", {"localization.recordings=" + (folder / "list.txt").string()});
+  ASSERT_TRUE(named.has_value()) << to_string(named.error());
+  EXPECT_EQ(named->later_localization.size(), 1U);
+}
+
+TEST(Recordings, RefusesWhatIsNone) {
+  const fs::path folder = drives_of_a_week();
+  fs::create_directories(folder / "empty");
+  touch(folder / "none.txt");
+  ASSERT_TRUE(write_file_atomically(folder / "long.txt", "a\tb\tc\n", IfExists::kReplace));
+  const auto refused = [](const std::string& text, ErrorCode code, const std::string& says) {
+    const Result<CompileConfig> config = load(text);
+    ASSERT_FALSE(config.has_value()) << text;
+    EXPECT_EQ(config.error().code, code) << to_string(config.error());
+    EXPECT_NE(to_string(config.error()).find(says), std::string::npos) << to_string(config.error());
+  };
+  refused("mapping: {recordings: week, scans: a}\n", ErrorCode::kBadValue,
+          "mapping.recordings: found scans or a name beside it");
+  refused("mapping: [{recordings: week}, {scans: a}]\n", ErrorCode::kBadValue,
+          "found a list of drives beside it");
+  refused("mapping: {recordings: month}\n", ErrorCode::kFileNotFound, "recordings_test/month");
+  refused("mapping: {recordings: week/empty}\n", ErrorCode::kEmptyDirectory,
+          "mapping.recordings: no recording was found in it");
+  refused("mapping: {recordings: week/none.txt}\n", ErrorCode::kMalformedText,
+          "the list names no recording");
+  refused("mapping: {recordings: week/long.txt}\n", ErrorCode::kMalformedText, "line 1");
+  refused("mapping: {recordings: week, poses: track.tum}\n", ErrorCode::kFileNotFound,
+          "found no file 'track.tum' with these scans or beside them");
+  refused("mapping: {scans: a}\nlocalization: {recordings: week, stamps: t.txt}\n",
+          ErrorCode::kFileNotFound, "localization.recordings: found no file 't.txt'");
+}
+
+}  // namespace
+}  // namespace sightline
