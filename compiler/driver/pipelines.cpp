@@ -159,10 +159,14 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
                                   localized.trajectory, compile.ndt, compile.sites, compile.ranges);
   EmitMapOptions emitting = plan.options(kEmitMap);
   emitting.mapping_scans = scan_shares(config).mapping;
-  compile.map =
-      plan.run_as("", kEmitMap, emitting, compile.drive, localized.drive, compile.packed_nds,
-                  compile.sites, compile.predicted, compile.ranges, compile.measured, packed_model,
-                  factors, compile.look_plan, compile.sharpness, compile.trajectory);
+  const auto emit = [&](const auto& pass, const auto&... more) {
+    return plan.run_as("", pass, emitting, compile.drive, localized.drive, compile.packed_nds,
+                       compile.sites, compile.predicted, compile.ranges, compile.measured,
+                       packed_model, factors, compile.look_plan, compile.sharpness,
+                       compile.trajectory, more...);
+  };
+  const bool is_of_several = compile.tile_drives.is_connected();
+  compile.map = is_of_several ? emit(kEmitMapOfDrives, compile.tile_drives) : emit(kEmitMap);
   return compile;
 }
 

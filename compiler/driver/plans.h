@@ -21,6 +21,7 @@
 #include "formats/surroundings/depth_images.h"
 #include "formats/surroundings/sharpness.h"
 #include "formats/surroundings/surface_points.h"
+#include "formats/surroundings/tile_drives.h"
 #include "formats/surroundings/tiled_surface.h"
 
 // What the pipelines of verbs are made of: plans with the wires that their users provide or look
@@ -104,6 +105,7 @@ struct CompilePlan {
   Wire<RangeTable> ranges;
   Wire<CalibratedPlan> look_plan;
   Wire<Sharpness> sharpness;
+  Wire<TileDrives> tile_drives;  // where several drives make the map; else not connected
   Wire<Evaluation> evaluation;
   Wire<MapFile> map;
 };

@@ -16,6 +16,7 @@
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
 #include "passes/map/choose_sites.h"
+#include "passes/map/count_drives.h"
 #include "passes/map/places/choose_field_sites.h"
 #include "passes/map/places/choose_route_sites.h"
 #include "passes/map/remove_moving.h"
@@ -132,6 +133,9 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   // From here on a scan is as if it had been measured at once.
   compile.points = plan.run_as("", kRemoveMoving, moving, compile.undistorted, mapping.trajectory);
   // From here on all that is left stood still.
+  if (!config.later_mapping.empty()) {
+    compile.tile_drives = plan.run(kCountDrives, mapping.drive, compile.points);
+  }
   compile.ndt = plan.run(kBuildNdt, compile.points);
   compile.packed_nds = plan.run(kPackNds, compile.ndt);
   compile.surface = plan.run(kBuildSurface, compile.points);

@@ -35,6 +35,7 @@ constexpr std::array kStages = {
     PassStage{"complete-trajectory", Stage::kGraph, Stage::kGraph},
     PassStage{"undistort-scans", Stage::kTiles, Stage::kTiles},
     PassStage{"remove-moving", Stage::kTiles, Stage::kTiles},
+    PassStage{"count-drives", Stage::kTiles, Stage::kTiles},
     PassStage{"build-ndt", Stage::kTiles, Stage::kTiles},
     PassStage{"pack-nds", Stage::kTiles, Stage::kTiles},
     PassStage{"build-surface", Stage::kTiles, Stage::kTiles},

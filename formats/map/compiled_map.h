@@ -20,6 +20,7 @@
 #include "formats/reader/map_layout.h"
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/sharpness.h"
+#include "formats/surroundings/tile_drives.h"
 
 namespace sightline {
 
@@ -113,6 +114,7 @@ struct CompiledMap {
   std::vector<LimitQuality> look_quality;       // likewise of the looks that take a sample
   std::optional<Sharpness> sharpness;           // none in maps made before it was measured
   std::optional<TrajectoryQuality> trajectory;  // none in maps made before it was kept
+  std::optional<TileDrives> tile_drives;        // of a map of several drives
   FactorTable factors;  // for engineers; without any factor where the map was stripped of them
 };
 
@@ -133,7 +135,7 @@ Result<void> validate_factors(const FactorTable& factors, const Sites& sites,
 Table dump(const CompiledMap& map);
 
 // One artifact of the map as a table: nds, sites, predicted, ranges, factors,
-// model. Errors: unknown-name;
+// model, drives. Errors: unknown-name; bad-layer where the map has none of it;
 // of the model those of model_of().
 Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();

@@ -82,6 +82,7 @@ Result<void> validate_bounds(const CompiledMap& map) {
   // Beyond this the offset of a mean from the centre of its cell overflows.
   constexpr double kLargestCell_m = 200.0;
   if (map.ndt.cell_m > kLargestCell_m) return invalid("cells of more than 200 m");
+  if (map.tile_drives) SIGHTLINE_TRY(validate(*map.tile_drives));
   for (std::size_t i = 1; i < map.definitions.size(); ++i) {
     if (map.definitions[i - 1].name >= map.definitions[i].name) {
       return invalid("the names of definitions do not ascend");

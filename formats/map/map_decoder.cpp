@@ -4,6 +4,7 @@
 
 #include "formats/map/container/contents_layer.h"
 #include "formats/map/container/map_digests.h"
+#include "formats/map/drives_section.h"
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
@@ -179,6 +180,10 @@ Result<void> MapDecoder::visit_section(const PackedBlock& block) {
   SIGHTLINE_ASSIGN(const RawBytes raw, raw_bytes(block));
   for (ExpectedFactors& expected : factors_) {
     if (block.name == expected.names) return decode_factor_names(raw.bytes(), expected.table);
+  }
+  if (block.name == kDrivesSection && block.version == kDrivesSectionVersion) {
+    SIGHTLINE_ASSIGN(map_.tile_drives, decode_drives(raw.bytes(), block.row_count));
+    return {};
   }
   if (block.name != kModelSection) return {};
   if (sha256(raw.bytes()) != map_.model.digest) {

@@ -1,9 +1,11 @@
 #include "formats/map/map_writer.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <utility>
 
+#include "formats/map/drives_section.h"
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
@@ -58,6 +60,21 @@ std::vector<BlockParts> sections_of(const FactorTable& factors) {
   return sections;
 }
 
+// Which drives each tile is from; none where one alone made the map.
+std::vector<BlockParts> sections_of(const std::optional<TileDrives>& tile_drives) {
+  if (!tile_drives) return {};
+  return {{std::string(kDrivesSection), kDrivesSectionVersion, false, tile_drives->rows.size(),
+           true, encode_drives(*tile_drives)}};
+}
+
+// All but the model.
+std::vector<BlockParts> sections_of(const FactorTable& factors,
+                                    const std::optional<TileDrives>& tile_drives) {
+  std::vector<BlockParts> sections = sections_of(factors);
+  std::ranges::move(sections_of(tile_drives), std::back_inserter(sections));
+  return sections;
+}
+
 // Sites and NDs of a tile, either of which may be missing.
 struct TileOfParts {
   const std::vector<std::uint32_t>* sites = nullptr;
@@ -89,7 +106,7 @@ ContainerParts parts_of(const CompiledMap& map) {
   SIGHTLINE_CHECK(validate(map));
   ContainerParts parts;
   parts.manifest = encode_manifest(map);
-  parts.sections = sections_of(map.factors);
+  parts.sections = sections_of(map.factors, map.tile_drives);
   if (!map.model.bytes.empty()) {
     parts.sections.push_back(
         {std::string(kModelSection), map.model.encoding_version, false, 1, true, map.model.bytes});
@@ -114,7 +131,8 @@ Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& writ
   std::vector<std::byte> bytes;
   SIGHTLINE_ASSIGN(PackedBlock model, read_section(parts.model, bytes));
   std::vector<SelfContainedBlock> own;
-  for (const BlockParts& section : sections_of(parts.factors)) own.push_back(packed(section));
+  for (const BlockParts& section : sections_of(parts.factors, map.tile_drives))
+    own.push_back(packed(section));
   std::vector<PackedBlock> sections = {std::move(model)};
   for (const SelfContainedBlock& section : own) sections.push_back(section.block);
   std::ranges::sort(sections, {}, &PackedBlock::name);

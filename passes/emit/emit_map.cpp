@@ -161,6 +161,7 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   if (inputs.mapping_trajectory != nullptr) {
     map.trajectory = quality_of(*inputs.mapping_trajectory);
   }
+  if (inputs.tile_drives != nullptr) map.tile_drives = *inputs.tile_drives;
   map.quality.resize(map.ranges.promises.size());
   if (!map.ranges.of_samples.empty()) map.look_quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
@@ -280,6 +281,19 @@ Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, c
   return emit_map(ctx, options,
                   {mapping, localization, nds, sites, predicted, ranges, measured, model, factors,
                    &plan, &sharpness, &mapping_trajectory});
+}
+
+Result<MapFile> emit_map_of_drives(PassContext& ctx, const EmitMapOptions& options,
+                                   const Drive& mapping, const Drive& localization,
+                                   const PackedNds& nds, const Sites& sites,
+                                   const PredictedError& predicted, const RangeTable& ranges,
+                                   const MeasuredError& measured, const PackedModel& model,
+                                   const FactorTable& factors, const CalibratedPlan& plan,
+                                   const Sharpness& sharpness, const Trajectory& mapping_trajectory,
+                                   const TileDrives& tile_drives) {
+  return emit_map(ctx, options,
+                  {mapping, localization, nds, sites, predicted, ranges, measured, model, factors,
+                   &plan, &sharpness, &mapping_trajectory, &tile_drives});
 }
 
 }  // namespace sightline

@@ -21,6 +21,7 @@
 #include "formats/map/packed_model.h"
 #include "formats/map/packed_nds.h"
 #include "formats/surroundings/sharpness.h"
+#include "formats/surroundings/tile_drives.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -49,6 +50,7 @@ struct EmitMapInputs {
   const CalibratedPlan* plan = nullptr;            // where vehicles that track are told one
   const Sharpness* sharpness = nullptr;            // where it was measured
   const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
+  const TileDrives* tile_drives = nullptr;         // where several drives made the map
 };
 
 // Joins what the passes before it made into the file of a map, tile by tile. The map id names the
@@ -70,6 +72,17 @@ Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, c
                               const FactorTable& factors, const CalibratedPlan& plan,
                               const Sharpness& sharpness, const Trajectory& mapping_trajectory);
 inline constexpr Pass kEmitMap{"emit-map", 8, "map", "The map file", &emit_map_step};
+
+// The same of several drives: the map says which of them, and so which days, each tile is from.
+Result<MapFile> emit_map_of_drives(PassContext& ctx, const EmitMapOptions& options,
+                                   const Drive& mapping, const Drive& localization,
+                                   const PackedNds& nds, const Sites& sites,
+                                   const PredictedError& predicted, const RangeTable& ranges,
+                                   const MeasuredError& measured, const PackedModel& model,
+                                   const FactorTable& factors, const CalibratedPlan& plan,
+                                   const Sharpness& sharpness, const Trajectory& mapping_trajectory,
+                                   const TileDrives& tile_drives);
+inline constexpr Pass kEmitMapOfDrives = variant_of(kEmitMap, &emit_map_of_drives);
 
 // The same of a finished map that was annotated (schemas/definitions.md, "Annotating a finished
 // map"): `recordings` names it first, `measured` is of a drive through it or simulated, the sensor

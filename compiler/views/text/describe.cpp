@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "compiler/views/text/describe_drives.h"
+
 namespace sightline {
 namespace {
 
@@ -255,6 +257,7 @@ std::string describe_model(const ModelRecord& model) {
 std::string describe(const CompiledMap& map) {
   std::string text = describe_map(map) + describe_measurement(map);
   if (map.trajectory) text += describe_trajectory(*map.trajectory);
+  if (map.tile_drives) text += describe_drives(*map.tile_drives);
   if (map.sharpness) text += to_text(*map.sharpness) + "\n";
   text += "ranges\n" + field("rule", std::string(selection_name(map.ranges.selection)) +
                                          formatted(", dilated by %g m", map.ranges.dilation_m));

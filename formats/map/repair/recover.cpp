@@ -7,6 +7,7 @@
 
 #include "formats/map/container/contents_layer.h"
 #include "formats/map/container/map_digests.h"
+#include "formats/map/drives_section.h"
 #include "formats/map/factor_layer.h"
 #include "formats/map/layers.h"
 #include "formats/map/manifest.h"
@@ -225,6 +226,14 @@ Result<void> decode_model(const MapContainer& container, CompiledMap& map) {
   return {};
 }
 
+Result<void> decode_tile_drives(const MapContainer& container, CompiledMap& map) {
+  const schema::Block* entry = find_section(container, kDrivesSection);
+  if (entry == nullptr || entry->version() != kDrivesSectionVersion) return {};
+  SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));
+  SIGHTLINE_ASSIGN(map.tile_drives, decode_drives(raw.bytes(), entry->row_count()));
+  return {};
+}
+
 void tell(const std::string& what, const Result<void>& result, std::vector<std::string>& lost) {
   if (!result) lost.push_back(what + ": " + to_string(result.error()));
 }
@@ -235,10 +244,12 @@ void decode_for_engineers(const Result<MapContainer>& container,
                           Recovered& recovered) {
   if (!container) {
     recovered.lost.push_back(
-        "the factors and the error model, if it had any: the directory is lost");
+        "the factors, the error model and the drives of each tile, if it had any: the directory is "
+        "lost");
     return;
   }
   tell("the factors", decode_all_factors(*container, tiles, ids, recovered.map), recovered.lost);
+  tell("the drives of each tile", decode_tile_drives(*container, recovered.map), recovered.lost);
   tell("the error model", decode_model(*container, recovered.map), recovered.lost);
 }
 

@@ -1,0 +1,22 @@
+#include "compiler/views/text/describe_drives.h"
+
+#include <algorithm>
+
+namespace sightline {
+
+std::string describe_drives(const TileDrives& tiles) {
+  constexpr std::size_t kNameWidth = 22;  // as the other fields that `inspect` prints
+  std::string text = "drives\n";
+  for (std::uint32_t i = 0; i < tiles.drives.size(); ++i) {
+    const MappedDrive& drive = tiles.drives[i];
+    const std::string day = day_of(drive.begin_ns);
+    const auto count = std::ranges::count(tiles.rows, i, &TileDrive::drive);
+    std::string name = drive.name;
+    name.resize(std::max(kNameWidth, name.size()), ' ');
+    text += "  " + name + " " + (day.empty() ? "day not known" : day) + ", in " +
+            std::to_string(count) + " tiles\n";
+  }
+  return text;
+}
+
+}  // namespace sightline

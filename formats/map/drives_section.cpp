@@ -1,0 +1,27 @@
+#include "formats/map/drives_section.h"
+
+#include <string>
+
+namespace sightline {
+
+std::vector<std::byte> encode_drives(const TileDrives& tiles) {
+  ByteWriter writer;
+  encode(tiles, writer);
+  return writer.take();
+}
+
+Result<TileDrives> decode_drives(std::span<const std::byte> raw, std::uint64_t row_count) {
+  TileDrives tiles;
+  ByteReader reader(raw);
+  decode(reader, tiles);
+  if (!reader.at_end() || tiles.rows.size() != row_count) {
+    return Error{ErrorCode::kBadLayer,
+                 "found " + std::to_string(raw.size()) + " bytes of the drives of tiles, in " +
+                     std::to_string(row_count) + " rows",
+                 "", ""};
+  }
+  SIGHTLINE_TRY(validate(tiles));
+  return tiles;
+}
+
+}  // namespace sightline

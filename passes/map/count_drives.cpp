@@ -1,0 +1,127 @@
+#include "passes/map/count_drives.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "passes/pass/work_in_parts.h"
+
+namespace sightline {
+namespace {
+
+// Fewer in a tile say nothing of it: a ray through a gap, the corner of something next door.
+constexpr std::uint32_t kLeastReturns = 10;
+
+using ScanCounts = std::map<TileKey, std::uint32_t>;
+
+// Of one drive, as SurfacePointReader numbers them.
+std::vector<std::size_t> scans_apart(const SurfacePoints& points, std::uint32_t part,
+                                     double step_m) {
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < points.scans.size(); ++i) {
+    if (points.scans[i].part != part) continue;
+    const Eigen::Vector3d at_m = points.scans[i].T_map_lidar.translation();
+    const bool is_far =
+        chosen.empty() ||
+        (at_m - points.scans[chosen.back()].T_map_lidar.translation()).norm() >= step_m;
+    if (is_far) chosen.push_back(i);
+  }
+  return chosen;
+}
+
+Result<ScanCounts> counts_of(const SurfacePoints& points, const std::vector<std::size_t>& scans,
+                             double tile_m) {
+  const SurfacePointReader reader(points, scans);
+  ScanCounts counts;
+  for (const std::size_t scan : scans) {
+    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> standing_m, reader.standing(scan));
+    ScanCounts returns;
+    for (const Eigen::Vector3d& point_m : standing_m) {
+      ++returns[{floor_to_int(point_m.x() / tile_m), floor_to_int(point_m.y() / tile_m)}];
+    }
+    for (const auto& [tile, count] : returns) {
+      if (count >= kLeastReturns) ++counts[tile];
+    }
+  }
+  return counts;
+}
+
+std::vector<std::byte> to_bytes(const ScanCounts& counts) {
+  ByteWriter writer;
+  writer.put<std::uint64_t>(counts.size());
+  for (const auto& [tile, count] : counts) {
+    writer.put(tile.x);
+    writer.put(tile.y);
+    writer.put(count);
+  }
+  return writer.take();
+}
+
+bool from_bytes(std::span<const std::byte> bytes, ScanCounts& counts) {
+  ByteReader reader(bytes);
+  const std::size_t count = reader.get_count(3 * sizeof(std::uint32_t));
+  for (std::size_t i = 0; i < count; ++i) {
+    TileKey tile;
+    reader.get(tile.x);
+    reader.get(tile.y);
+    reader.get(counts[tile]);
+    if (counts[tile] == 0) return false;
+  }
+  return reader.at_end() && counts.size() == count;
+}
+
+// In the order of the drives, without any row.
+std::vector<MappedDrive> drives_of(const Drive& drive) {
+  std::vector<MappedDrive> drives;
+  for (const ScanInfo& scan : drive.scans) {
+    while (drives.size() <= scan.part) {
+      const auto part = static_cast<std::uint32_t>(drives.size());
+      drives.push_back({drive.name_of_part(part), scan.stamp_ns, scan.stamp_ns});
+    }
+    drives[scan.part].end_ns = std::max(drives[scan.part].end_ns, scan.stamp_ns);
+  }
+  return drives;
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(CountDrivesOptions& options) {
+  return {shared(number("tile_m", options.tile_m, "edge of a map tile, m", 8.0, 1024.0)),
+          number("step_m", options.step_m,
+                 "scans of a drive that are looked at lie at least so far apart, m", 0.0, 100.0)};
+}
+
+Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& options,
+                                const Drive& drive, const SurfacePoints& points) {
+  TileDrives tiles{options.tile_m, drives_of(drive), {}};
+  for (const PlacedScan& scan : points.scans) {
+    if (scan.part < tiles.drives.size()) continue;
+    return Error{ErrorCode::kMismatchedInputs, "the points are of more drives than there are", "",
+                 "pass count-drives"};
+  }
+  std::vector<ScanCounts> counts(tiles.drives.size());
+  const auto scans_of = [&](std::size_t part) {
+    return scans_apart(points, static_cast<std::uint32_t>(part), options.step_m);
+  };
+  const PartedWork work{
+      counts.size(),
+      [&](std::size_t part) { return content_of_parts(points, scans_of(part), ByteWriter()); },
+      [&](std::size_t part) -> Result<std::vector<std::byte>> {
+        SIGHTLINE_ASSIGN(const ScanCounts made, counts_of(points, scans_of(part), options.tile_m));
+        return to_bytes(made);
+      },
+      [&](std::size_t part, std::span<const std::byte> bytes) {
+        return from_bytes(bytes, counts[part]);
+      }};
+  SIGHTLINE_TRY(work_in_parts(ctx, work, ctx.threads));
+  for (std::uint32_t part = 0; part < counts.size(); ++part) {
+    for (const auto& [tile, count] : counts[part]) tiles.rows.push_back({tile, part, count});
+  }
+  std::ranges::sort(tiles.rows, {}, [](const TileDrive& row) {
+    return std::tuple(row.tile.x, row.tile.y, row.drive);
+  });
+  return tiles;
+}
+
+}  // namespace sightline

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "formats/drive/drive.h"
+#include "formats/surroundings/surface_points.h"
+#include "formats/surroundings/tile_drives.h"
+#include "passes/pass/pass.h"
+
+namespace sightline {
+
+struct CountDrivesOptions {
+  double tile_m = 64.0;
+  double step_m = 2.0;  // scans of a drive that are looked at lie at least so far apart
+};
+std::vector<OptionField> option_fields(CountDrivesOptions& options);
+
+// Of a map of several drives: how many of each one's scans left ten standing returns or more in
+// each tile, in the map frame. Of every drive scans step_m apart are looked at, from its first on:
+// which days a tile is from does not hang on single scans, and reading all of them once more would.
+// Errors: mismatched-inputs (the points are not of this drive), and what reading a scan says.
+Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& options,
+                                const Drive& drive, const SurfacePoints& points);
+inline constexpr Pass kCountDrives{"count-drives", 1, "tile-drives",
+                                   "Which drives, and so which days, each tile is from",
+                                   &count_drives};
+
+}  // namespace sightline

@@ -1,0 +1,74 @@
+#include "formats/map/drives_section.h"
+
+#include <gtest/gtest.h>
+
+#include "formats/map/map_reader.h"
+#include "formats/map/map_writer.h"
+#include "formats/map/repair/recover.h"
+#include "tests/formats/map/random_map.h"
+
+namespace sightline {
+namespace {
+
+TileDrives two_drives() {
+  return {64.0,
+          {{"monday", 1'777'852'800'000'000'000, 1'777'852'900'000'000'000}, {"tuesday", 0, 5}},
+          {{{-1, 2}, 0, 3}, {{0, 0}, 0, 1}, {{0, 0}, 1, 7}}};
+}
+
+TEST(DrivesSection, IsPartOfAMapAndChangesNoDigestThatAVehicleReliesOn) {
+  const CompiledMap bare = random_map({.seed = 3});
+  CompiledMap map = bare;
+  map.tile_drives = two_drives();
+  const std::vector<std::byte> file = encode_map(map);
+  const Result<CompiledMap> back = read_map(file);
+  ASSERT_TRUE(back) << to_string(back.error());
+  EXPECT_EQ(back->tile_drives, map.tile_drives);
+  EXPECT_EQ(format_table(*dump(*back, "drives"), TableFormat::kCsv),
+            "# tile_m: 64\n"
+            "tile_x,tile_y,drive,day,scan_count\n"
+            "-1,2,monday,2026-05-04,3\n"
+            "0,0,monday,2026-05-04,1\n"
+            "0,0,tuesday,,7\n");
+  const std::vector<std::byte> bare_file = encode_map(bare);
+  EXPECT_FALSE(read_map(bare_file)->tile_drives.has_value());
+  EXPECT_EQ(dump(bare, "drives").error().code, ErrorCode::kBadLayer);
+  EXPECT_EQ(verify_map(file)->root_digest, verify_map(bare_file)->root_digest);
+  const Result<Recovered> recovered = recover_map(file);
+  ASSERT_TRUE(recovered) << to_string(recovered.error());
+  EXPECT_EQ(recovered->map.tile_drives, map.tile_drives);
+}
+
+TEST(DrivesSection, IsRefusedWhenCutShortAtEveryByte) {
+  const std::vector<std::byte> raw = encode_drives(two_drives());
+  EXPECT_EQ(*decode_drives(raw, 3), two_drives());
+  EXPECT_EQ(decode_drives(raw, 2).error().code, ErrorCode::kBadLayer);
+  for (std::size_t size = 0; size < raw.size(); ++size) {
+    EXPECT_FALSE(decode_drives(std::span(raw).first(size), 3)) << size;
+  }
+}
+
+TEST(DrivesSection, DamagedAtAnyByteIsRefusedOrValid) {
+  const std::vector<std::byte> raw = encode_drives(two_drives());
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    std::vector<std::byte> damaged = raw;
+    damaged[i] ^= std::byte{0xff};
+    const Result<TileDrives> tiles = decode_drives(damaged, 3);
+    EXPECT_TRUE(!tiles || validate(*tiles)) << i;
+  }
+}
+
+TEST(DrivesSection, RefusesRowsOutOfOrderAndDrivesThatAreNone) {
+  TileDrives tiles = two_drives();
+  std::swap(tiles.rows[1], tiles.rows[2]);
+  EXPECT_EQ(validate(tiles).error().code, ErrorCode::kInvalidArtifact);
+  tiles = two_drives();
+  tiles.rows[2].drive = 2;
+  EXPECT_EQ(validate(tiles).error().code, ErrorCode::kInvalidArtifact);
+  tiles = two_drives();
+  tiles.drives[0].end_ns = 0;
+  EXPECT_EQ(validate(tiles).error().code, ErrorCode::kInvalidArtifact);
+}
+
+}  // namespace
+}  // namespace sightline
