@@ -64,14 +64,16 @@ Wire<FactorTable> add_choice(const CompileConfig& config, CompilePlan& compile) 
                                   : plan.run(kPredictError, compile.model, compile.sites,
                                              compile.factors, compile.cards);
   // From here on every site's prediction comes from trees that never saw its place.
+  const bool is_of_several = has_history && compile.measured_drives.is_connected();
+  const Wire<FactorTable> factors =
+      is_of_several ? plan.run(kAddHistory, compile.factors, compile.measured_drives,
+                               compile.predicted, compile.model, compile.cards)
+                    : compile.factors;
   compile.ranges =
-      plan.run(kChooseRanges, compile.sites, compile.predicted, compile.model, compile.factors);
+      plan.run(kChooseRanges, compile.sites, compile.predicted, compile.model, factors);
   compile.evaluation = plan.run(kEvaluateRanges, compile.sites, compile.predicted, compile.ranges,
                                 compile.factors, compile.measured);
-  const bool is_of_several = has_history && compile.measured_drives.is_connected();
-  return is_of_several
-             ? plan.run(kAddHistory, compile.factors, compile.measured_drives, compile.predicted)
-             : compile.factors;
+  return factors;
 }
 
 // Annotates a finished map.

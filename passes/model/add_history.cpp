@@ -5,19 +5,40 @@
 #include "passes/model/forest/measured_columns.h"
 
 namespace sightline {
+namespace {
+
+// Of the drive that was named as this one, from 0 on.
+bool is_independent(std::uint32_t number, const ErrorModel& model,
+                    const RecordingCards& recordings) {
+  const auto card =
+      std::ranges::find(recordings.cards, localization_role(number), &RecordingCard::role);
+  if (card == recordings.cards.end()) return false;
+  const auto count_in = [&](const RecordingCards& cards) {
+    return std::ranges::count(cards.cards, card->digest, &RecordingCard::digest);
+  };
+  return count_in(recordings) == 1 &&
+         std::ranges::none_of(model.card.places, [&](const PlaceCard& place) {
+           return count_in(place.recordings) > 0;
+         });
+}
+
+}  // namespace
 
 Result<FactorTable> add_history(PassContext&, const NoOptions&, const FactorTable& factors,
-                                const MeasuredDrives& measured, const PredictedError& predicted) {
+                                const MeasuredDrives& measured, const PredictedError& predicted,
+                                const ErrorModel& model, const RecordingCards& recordings) {
   const bool is_told = std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0;
   if (!is_told) return factors;
   FactorTable table = factors;
-  for (const MeasuredError& drive : measured.drives) {
+  for (std::size_t i = 0; i < measured.drives.size(); ++i) {
+    const MeasuredError& drive = measured.drives[i];
     if (drive.scan_of_site.size() != factors.site_count || drive.looks != factors.looks) {
       return Error{ErrorCode::kMismatchedInputs,
                    "drive '" + drive.drive + "' was measured at other sites or ranges", "",
                    "pass add-history"};
     }
-    table = with_measured_columns(table, drive);
+    table =
+        with_measured_columns(table, drive, is_independent(measured.numbers[i], model, recordings));
   }
   return table;
 }

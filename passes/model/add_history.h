@@ -1,19 +1,24 @@
 #pragma once
 
+#include "formats/annotation/error_model.h"
 #include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_drives.h"
 #include "formats/annotation/predicted_error.h"
+#include "formats/drive/recording_cards.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
 
 // The factors, and beside them what each of several drives measured, where the predictions were
 // told of them: so they can be made again from the map (passes/model/forest/measured_columns.h).
-// Error: mismatched-inputs where factors and errors are of different sites or looks.
+// A drive is independent whose recording is named once, and is behind neither the map nor a place
+// that the model learnt from. Error: mismatched-inputs where factors and errors are of different
+// sites or looks.
 Result<FactorTable> add_history(PassContext& ctx, const NoOptions& options,
                                 const FactorTable& factors, const MeasuredDrives& measured,
-                                const PredictedError& predicted);
-inline constexpr Pass kAddHistory{"add-history", 1, "factors-with-history",
+                                const PredictedError& predicted, const ErrorModel& model,
+                                const RecordingCards& recordings);
+inline constexpr Pass kAddHistory{"add-history", 2, "factors-with-history",
                                   "What several drives measured, beside the factors", &add_history};
 
 }  // namespace sightline

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "passes/model/floor.h"
+#include "passes/model/heard_drives.h"
 
 namespace sightline {
 namespace {
@@ -68,17 +69,20 @@ void withdraw_where_capped(const Choice& before, const Choice& choice, LimitProm
       "what the model would promise";
 }
 
+double block_count_of(const Sites& sites) {
+  constexpr double kBlock_m = 60.0;
+  return std::floor(static_cast<double>(sites.sites.size()) * sites.spacing_m / kBlock_m);
+}
+
 // The floor, and what it makes of the promise.
 void put_floor(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
                LimitPromise& promise, Choice& choice) {
-  constexpr double kBlock_m = 60.0;
   const Sites& sites = inputs.sites;
   const FloorOptions floor{
       .static_coverage = static_coverage(options, promise),
       .is_promised = promise.is_earned,
       .alpha = promise.alpha,
-      .block_count =
-          std::floor(static_cast<double>(sites.sites.size()) * sites.spacing_m / kBlock_m),
+      .block_count = block_count_of(sites),
       .explained = explained_share(inputs.model),
       .is_too_short = inputs.model.card.fold_count == 0,
       .is_simulated = inputs.model.card.reference == ErrorReference::kSimulated};
@@ -94,21 +98,71 @@ void put_floor(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
   promise.statement = *reason;
 }
 
+// What predictions ask for at p*, `coverage` being what a static answer must reach.
+Choice choose_at(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
+                 const PredictedError& predicted, std::size_t limit, const Thresholds& thresholds,
+                 double coverage) {
+  Choice choice = choose_by_probability(predicted, limit, thresholds);
+  mark_extrapolated(predicted, choice);
+  if (options.extrapolated_takes_static) {
+    refused_take_static(inputs.evidence, predicted.limits_m[limit], coverage, choice);
+  }
+  dilate(route_of(inputs.sites), options.dilation_m, choice);
+  return choice;
+}
+
 // One limit's choice before the floor and what a tighter limit allows.
 Choice choose_for_limit(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
                         std::size_t limit, LimitPromise& promise) {
-  const PredictedError& predicted = inputs.predicted;
-  withdraw_elsewhere(predicted, promise);
-  Choice choice = choose_by_probability(predicted, limit,
-                                        {promise.probability_threshold, promise.history_threshold});
-  mark_extrapolated(predicted, choice);
-  if (options.extrapolated_takes_static) {
-    refused_take_static(inputs.evidence, predicted.limits_m[limit],
-                        static_coverage(options, promise), choice);
-  }
+  withdraw_elsewhere(inputs.predicted, promise);
+  Choice choice = choose_at(options, inputs, inputs.predicted, limit,
+                            {promise.probability_threshold, promise.history_threshold},
+                            static_coverage(options, promise));
   withdraw_where_unlike(choice, promise);
-  dilate(route_of(inputs.sites), options.dilation_m, choice);
   return choice;
+}
+
+std::optional<HeardAnswer> hear(const ChooseRangesOptions& options, const ChoiceInputs& inputs,
+                                std::size_t limit, const LimitPromise& promise) {
+  const bool is_controlled = options.risk_control != RiskControl::kFixed;
+  if (!is_controlled || inputs.left_out.empty()) return std::nullopt;
+  const HearingOptions hearing{.limit_m = promise.limit_m,
+                               .coverage = static_coverage(options, promise),
+                               .is_promised = promise.is_earned,
+                               .threshold = promise.history_threshold,
+                               .alpha = promise.alpha,
+                               .block_count = block_count_of(inputs.sites)};
+  return hear_drives(inputs.left_out, inputs.evidence, hearing,
+                     [&](const PredictedError& predicted, double threshold) {
+                       return choose_at(options, inputs, predicted, limit,
+                                        {promise.probability_threshold, threshold},
+                                        hearing.coverage);
+                     });
+}
+
+// What the drives say holds where they were; elsewhere the floor does.
+void take_heard(const ChooseRangesOptions& options, const ChoiceInputs& inputs, std::size_t limit,
+                const HeardAnswer& heard, LimitPromise& promise, Choice& choice) {
+  const std::vector<std::uint8_t>& has_history = inputs.predicted.has_history;
+  Choice of_sites = choose_at(options, inputs, inputs.predicted, limit,
+                              {promise.probability_threshold, heard.threshold},
+                              static_coverage(options, promise));
+  if (std::ranges::count(has_history, std::uint8_t{0}) > 0) {
+    put_floor(options, inputs, promise, choice);
+  }
+  for (std::size_t site = 0; site < has_history.size(); ++site) {
+    if (has_history[site] == 0) continue;
+    choice.range_index[site] = of_sites.range_index[site];
+    choice.flags[site] = of_sites.flags[site];
+    if (!heard.everywhere) continue;
+    take_static(inputs.evidence, promise.limit_m, *heard.everywhere, site, choice);
+  }
+  promise.history_threshold = heard.threshold;
+  if (promise.is_earned && !heard.keeps_promise) {
+    promise.is_earned = false;
+    promise.statement = "nothing is promised: another answer is cheaper and proven here";
+  }
+  promise.statement += "; " + to_text(heard, promise.limit_m);
 }
 
 }  // namespace
@@ -143,7 +197,12 @@ Chosen choose_all_by_probability(const ChooseRangesOptions& options, const Choic
       promise = joined(promise, calibrator.next(CaseKind::kHistory, limit), everywhere);
     }
     Choice choice = choose_for_limit(options, inputs, limit, promise);
-    put_floor(options, inputs, promise, choice);
+    const std::optional<HeardAnswer> heard = hear(options, inputs, limit, promise);
+    if (heard) {
+      take_heard(options, inputs, limit, *heard, promise, choice);
+    } else {
+      put_floor(options, inputs, promise, choice);
+    }
     if (limit > 0) {
       const Choice uncapped = choice;
       cap_by_tighter(chosen.choices.back(), choice);

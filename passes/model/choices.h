@@ -6,6 +6,7 @@
 
 #include "passes/model/calibration.h"
 #include "passes/model/choice_options.h"
+#include "passes/model/left_out.h"
 #include "passes/model/own_evidence.h"
 #include "passes/model/selection.h"
 
@@ -41,6 +42,7 @@ struct ChoiceInputs {
   const PredictedError& predicted;
   const ErrorModel& model;
   const OwnEvidence& evidence;
+  const std::vector<LeftOutDrive>& left_out;  // none where fewer than two drives were told
 };
 
 struct Chosen {

@@ -169,7 +169,8 @@ namespace {
 // Of one table's looks.
 Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wanted,
                               const Sites& sites, const PredictedError& predicted,
-                              const ErrorModel& model, const FactorTable& factors) {
+                              const ErrorModel& model, const FactorTable& factors,
+                              const std::vector<LeftOutDrive>& left_out) {
   SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors));
   const ChooseRangesOptions options = with_alpha_of(predicted.looks, wanted);
   SIGHTLINE_ASSIGN(OwnEvidence evidence, own_evidence_of(factors));
@@ -178,7 +179,7 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wante
   }
   add_measured(sites, predicted, model, evidence);
   const bool is_mean = options.selection == Selection::kMean;
-  const ChoiceInputs inputs{sites, predicted, model, evidence};
+  const ChoiceInputs inputs{sites, predicted, model, evidence, left_out};
   RangeTable table = to_table(predicted, is_mean ? choose_all_by_mean(options, inputs)
                                                  : choose_all_by_probability(options, inputs));
   table.selection = options.selection;
@@ -198,15 +199,23 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wante
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const FactorTable& factors) {
-  SIGHTLINE_ASSIGN(RangeTable table, choose_own(ctx, options, sites, predicted, model, factors));
+  SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors));
+  std::vector<LeftOutDrive> left_out;
+  if (std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0) {
+    SIGHTLINE_ASSIGN(left_out,
+                     leave_out_in_turn(ctx, model, sites, factors, predicted.support_margin));
+  }
+  SIGHTLINE_ASSIGN(RangeTable table,
+                   choose_own(ctx, options, sites, predicted, model, factors, left_out));
   if (predicted.of_samples.empty()) return table;
   if (model.of_samples.empty() || factors.of_samples.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions tell of looks that take a sample, model or factors do not", "", ""};
   }
-  SIGHTLINE_ASSIGN(RangeTable of_samples,
-                   choose_own(ctx, options, sites, predicted.of_samples.front(),
-                              model.of_samples.front(), factors.of_samples.front()));
+  SIGHTLINE_ASSIGN(
+      RangeTable of_samples,
+      choose_own(ctx, options, sites, predicted.of_samples.front(), model.of_samples.front(),
+                 factors.of_samples.front(), samples_of(left_out)));
   table.of_samples.push_back(std::move(of_samples));
   return table;
 }

@@ -36,11 +36,13 @@ namespace sightline {
 // one place promises nothing in another. Of a map that nobody scanned (FactorTable's column
 // `simulated`) all sites are flagged kSimulatedAnswer but those where a drive was measured since,
 // and nothing is promised by a model that did not learn from such maps. Looks that take a sample
-// are chosen likewise.
+// are chosen likewise. Where the factors hold what two drives or more measured (add-history), sites
+// with history take what these drives say, each left out in turn (passes/model/heard_drives.h), in
+// place of the floor.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const FactorTable& factors);
-inline constexpr Pass kChooseRanges{"choose-ranges", 12, "ranges", "How far to look",
+inline constexpr Pass kChooseRanges{"choose-ranges", 13, "ranges", "How far to look",
                                     &choose_ranges};
 
 // What a model can promise of places like its own, a sentence for each limit and kind of site;

@@ -10,27 +10,10 @@
 namespace sightline {
 namespace {
 
-// A promise is worth this much: a static answer must be cheaper by more than a tenth to replace it.
-constexpr double kPromiseWorth = 1.1;
-
 std::string percent(double share) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1f %%", 100.0 * share);
   return text;
-}
-
-void take_static(const OwnEvidence& evidence, double limit_m, std::uint8_t range_index,
-                 std::size_t site, Choice& choice) {
-  choice.range_index[site] = range_index;
-  choice.flags[site] &= static_cast<std::uint8_t>(~kUnmet);
-  choice.flags[site] |= kStatic;
-  const double error_m = evidence.error_m[evidence.shape().index(site, range_index)];
-  if (error_m > limit_m) choice.flags[site] |= kUnmet;
-}
-
-// By conformal risk control (passes/model/risk_control.h), sites in place of blocks of misses.
-bool is_proven(const FloorOptions& options, double coverage) {
-  return 1.0 - coverage + coverage / (options.block_count + 1.0) <= options.alpha;
 }
 
 // The static answer that is to replace `choice`; nothing where the choice is no dearer.
@@ -42,7 +25,10 @@ std::optional<StaticAnswer> cheaper_static(const OwnEvidence& evidence, double l
     const StaticAnswer answer = best_static(evidence, limit_m, least_coverage);
     const bool covers = answer.standing.coverage >= std::min(own.coverage, least_coverage);
     if (!covers || answer.standing.cost * worth >= own.cost) return std::nullopt;
-    if (options.is_promised && !is_proven(options, answer.standing.coverage)) return std::nullopt;
+    if (options.is_promised &&
+        !is_proven(options.block_count, options.alpha, answer.standing.coverage)) {
+      return std::nullopt;
+    }
     return answer;
   };
   if (own.coverage <= 0.0) return std::nullopt;
@@ -83,6 +69,19 @@ std::uint8_t cheapest_within(const OwnEvidence& evidence, double limit_m, std::s
 }
 
 }  // namespace
+
+bool is_proven(double block_count, double alpha, double coverage) {
+  return 1.0 - coverage + coverage / (block_count + 1.0) <= alpha;
+}
+
+void take_static(const OwnEvidence& evidence, double limit_m, std::uint8_t range_index,
+                 std::size_t site, Choice& choice) {
+  choice.range_index[site] = range_index;
+  choice.flags[site] &= static_cast<std::uint8_t>(~kUnmet);
+  choice.flags[site] |= kStatic;
+  const double error_m = evidence.error_m[evidence.shape().index(site, range_index)];
+  if (error_m > limit_m) choice.flags[site] |= kUnmet;
+}
 
 double explained_share(const ErrorModel& model) {
   std::vector<double> residuals, totals;

@@ -18,6 +18,13 @@ namespace sightline {
 // are one.
 double explained_share(const ErrorModel& model);
 
+// A promise is worth this much: a static answer must be cheaper by more than a tenth to replace it.
+inline constexpr double kPromiseWorth = 1.1;
+
+// Whether blocks of route prove that a share of misses of 1 - coverage stays within alpha, by
+// conformal risk control (passes/model/risk_control.h), sites in place of blocks of misses.
+bool is_proven(double block_count, double alpha, double coverage);
+
 struct FloorOptions {
   double static_coverage = 0.95;  // that a static answer must reach by the street's own evidence
   bool is_promised = false;       // the choice comes with a promise, which a static answer loses
@@ -54,6 +61,10 @@ std::optional<std::string> apply_floor(const OwnEvidence& evidence, double limit
 // the sentence says what is taken.
 std::string take_simulated(const OwnEvidence& evidence, double limit_m, double static_coverage,
                            const DilatedRoute& dilated, Choice& choice);
+
+// Gives a site the static answer, flagged in the same way.
+void take_static(const OwnEvidence& evidence, double limit_m, std::uint8_t range_index,
+                 std::size_t site, Choice& choice);
 
 // Gives refused sites (kExtrapolated) the static answer, flagged in the same way.
 void refused_take_static(const OwnEvidence& evidence, double limit_m, double static_coverage,

@@ -17,11 +17,11 @@ constexpr MeasuredColumn kMeasuredColumns[] = {{"measured_mean_m", &ErrorRow::me
                                                {"measured_p90_m", &ErrorRow::p90_m},
                                                {"measured_lost_share", &ErrorRow::lost_share}};
 constexpr double kNotMeasured = -1.0;
+constexpr const char* kIndependent = "measured_is_independent";
 
 // Of the drive with this number, from 0 on.
-std::string name_of(const MeasuredColumn& column, std::size_t drive) {
-  return drive == 0 ? column.name
-                    : std::string(column.name) + "[" + std::to_string(drive + 1) + "]";
+std::string name_of(const char* column, std::size_t drive) {
+  return drive == 0 ? column : std::string(column) + "[" + std::to_string(drive + 1) + "]";
 }
 
 std::optional<std::size_t> column_of(const FactorTable& factors, const std::string& name) {
@@ -32,7 +32,7 @@ std::optional<std::size_t> column_of(const FactorTable& factors, const std::stri
 
 std::size_t drives_in(const FactorTable& factors) {
   std::size_t count = 0;
-  while (column_of(factors, name_of(kMeasuredColumns[0], count))) ++count;
+  while (column_of(factors, name_of(kMeasuredColumns[0].name, count))) ++count;
   return count;
 }
 
@@ -44,7 +44,7 @@ std::optional<MeasuredError> drive_of_columns(const FactorTable& factors, std::s
   measured.rows.resize(measured.shape().size(factors.site_count));
   const SiteShape shape = measured.shape();
   for (const MeasuredColumn& column : kMeasuredColumns) {
-    const std::optional<std::size_t> factor = column_of(factors, name_of(column, drive));
+    const std::optional<std::size_t> factor = column_of(factors, name_of(column.name, drive));
     if (!factor) return std::nullopt;
     for (std::size_t row = 0; row < measured.rows.size(); ++row) {
       const double value = factors.at(shape.site_of(row), shape.row_of(row), *factor);
@@ -61,12 +61,14 @@ std::optional<MeasuredError> drive_of_columns(const FactorTable& factors, std::s
 
 }  // namespace
 
-FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured) {
+FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured,
+                                  bool is_independent) {
   FactorTable table = factors;
   const std::size_t drive = drives_in(factors);
   for (const MeasuredColumn& column : kMeasuredColumns) {
-    table.factors.push_back(name_of(column, drive));
+    table.factors.push_back(name_of(column.name, drive));
   }
+  if (is_independent) table.factors.push_back(name_of(kIndependent, drive));
   table.values.clear();
   const std::size_t factor_count = factors.factors.size();
   const SiteShape shape{factors.looks.size()};
@@ -78,12 +80,21 @@ FactorTable with_measured_columns(const FactorTable& factors, const MeasuredErro
     for (const MeasuredColumn& column : kMeasuredColumns) {
       table.values.push_back(is_measured ? measured.rows[row].*column.number : kNotMeasured);
     }
+    if (is_independent) table.values.push_back(1.0);
   }
   if (measured.of_samples.empty()) return table;
   for (FactorTable& samples : table.of_samples) {
-    samples = with_measured_columns(samples, measured.of_samples.front());
+    samples = with_measured_columns(samples, measured.of_samples.front(), is_independent);
   }
   return table;
+}
+
+std::vector<bool> independence_of_columns(const FactorTable& factors) {
+  std::vector<bool> is_independent;
+  for (std::size_t drive = 0; drive < drives_in(factors); ++drive) {
+    is_independent.push_back(column_of(factors, name_of(kIndependent, drive)).has_value());
+  }
+  return is_independent;
 }
 
 bool has_measured_columns(const FactorTable& factors) { return drives_in(factors) > 0; }

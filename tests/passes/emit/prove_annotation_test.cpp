@@ -107,16 +107,17 @@ TEST(ProveAnnotation, MakesThemAgainWithWhatSeveralDrivesMeasured) {
       ctx, {}, model(), place.sites, place.factors, told, place.recordings);
   ASSERT_TRUE(predicted.has_value()) << to_string(predicted.error());
   map.predicted = *predicted;
-  const Result<FactorTable> factors = add_history(ctx, {}, map.factors, told, *predicted);
+  const Result<FactorTable> factors =
+      add_history(ctx, {}, map.factors, told, *predicted, model(), place.recordings);
   ASSERT_TRUE(factors.has_value());
   map.factors = *factors;
-  EXPECT_EQ(map.factors.factors.back(), "measured_lost_share[3]");
+  EXPECT_EQ(map.factors.factors.back(), "measured_is_independent[3]");
   map.ranges = *choose_ranges(ctx, {}, place.sites, *predicted, model(), map.factors);
   map.quality = quality_of(map, MeasuredError{});
   const Result<AnnotationProof> proof = prove(map);
   ASSERT_TRUE(proof.has_value()) << to_string(proof.error());
   EXPECT_EQ(proof->history_count, 120u);
-  map.factors.values.end()[-3] += 0.5;  // an error of the last drive
+  map.factors.values.end()[-4] += 0.5;  // an error of the last drive
   EXPECT_EQ(code_of(map), ErrorCode::kDigestMismatch);
 }
 

@@ -1,0 +1,169 @@
+#include "passes/model/heard_drives.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "formats/base/parallel.h"
+#include "formats/text/table.h"
+#include "passes/model/floor.h"
+
+namespace sightline {
+namespace {
+
+constexpr int kThresholdSteps = 200;  // as in calibration.cpp
+
+// A site that a drive passed which was left out, and others too.
+struct HeardCase {
+  std::size_t drive = 0;
+  std::size_t site = 0;
+};
+
+std::vector<HeardCase> cases_of(std::span<const LeftOutDrive> left_out) {
+  std::vector<HeardCase> cases;
+  for (std::size_t drive = 0; drive < left_out.size(); ++drive) {
+    const LeftOutDrive& one = left_out[drive];
+    for (std::size_t site = 0; site < one.predicted.site_count; ++site) {
+      const bool is_case =
+          one.measured.scan_of_site[site] >= 0 && one.predicted.has_history[site] == 1;
+      if (is_case) cases.push_back({drive, site});
+    }
+  }
+  return cases;
+}
+
+// Judges answers on the cases.
+class Judge {
+ public:
+  Judge(std::span<const LeftOutDrive> left_out, const OwnEvidence& evidence, double limit_m)
+      : left_out_(left_out), evidence_(evidence), limit_m_(limit_m), cases_(cases_of(left_out)) {}
+
+  [[nodiscard]] std::size_t case_count() const { return cases_.size(); }
+
+  [[nodiscard]] Standing of_rule(const RuleAt& rule_at, double threshold) const {
+    std::vector<Choice> choices;
+    for (const LeftOutDrive& drive : left_out_) {
+      choices.push_back(rule_at(drive.predicted, threshold));
+    }
+    return standing([&](const HeardCase& of) { return choices[of.drive].range_index[of.site]; });
+  }
+  [[nodiscard]] Standing of_static(std::uint8_t range) const {
+    return standing([&](const HeardCase&) { return range; });
+  }
+
+ private:
+  template <class RangeOf>
+  [[nodiscard]] Standing standing(const RangeOf& range_of) const {
+    std::vector<double> within;
+    std::vector<double> costs;
+    for (const HeardCase& of : cases_) {
+      const std::size_t range = range_of(of);
+      const double error_m = left_out_[of.drive].measured.row(of.site, range).mean_m;
+      within.push_back(error_m <= limit_m_ ? 1.0 : 0.0);
+      costs.push_back(evidence_.cost[evidence_.shape().index(of.site, range)]);
+    }
+    const auto count = static_cast<double>(cases_.size());
+    return {ordered_sum(within) / count, ordered_sum(costs) / count};
+  }
+
+  std::span<const LeftOutDrive> left_out_;
+  const OwnEvidence& evidence_;
+  double limit_m_;
+  std::vector<HeardCase> cases_;
+};
+
+bool covers(const Standing& standing, double coverage) {
+  constexpr double kRounding =
+      1e-12;  // shares of cases that are equal may differ in their last bit
+  return standing.coverage >= coverage - kRounding;
+}
+
+// Covers more; of equal ones cheaper.
+bool is_better(const Standing& a, const Standing& b) {
+  return a.coverage > b.coverage || (a.coverage == b.coverage && a.cost < b.cost);
+}
+
+HeardAnswer best_of_rule(const Judge& judge, double coverage, const RuleAt& rule_at) {
+  HeardAnswer most;
+  HeardAnswer least;
+  bool is_found = false;
+  for (int step = kThresholdSteps; step >= 1; --step) {
+    const double threshold = static_cast<double>(step) / kThresholdSteps;
+    const Standing standing = judge.of_rule(rule_at, threshold);
+    if (step == kThresholdSteps || is_better(standing, most.standing)) {
+      most.threshold = threshold;
+      most.standing = standing;
+    }
+    if (!covers(standing, coverage)) {
+      if (is_found) break;
+      continue;
+    }
+    is_found = true;
+    least.threshold = threshold;
+    least.standing = standing;
+  }
+  return is_found ? least : most;
+}
+
+HeardAnswer best_static_of(const Judge& judge, double coverage, const OwnEvidence& evidence) {
+  HeardAnswer best;
+  bool does_cover = false;
+  for (std::size_t look = 0; look < evidence.looks.size(); ++look) {
+    const auto range = static_cast<std::uint8_t>(look);
+    const Standing standing = judge.of_static(range);
+    const bool covers_too = covers(standing, coverage);
+    const bool is_cheaper = standing.cost < best.standing.cost;
+    const bool is_chosen = !best.everywhere || (covers_too && (!does_cover || is_cheaper)) ||
+                           (!covers_too && !does_cover && is_better(standing, best.standing));
+    if (!is_chosen) continue;
+    best.everywhere = range;
+    best.standing = standing;
+    does_cover = covers_too;
+  }
+  return best;
+}
+
+// Of two answers: one that covers before one that does not; else the cheaper of those that do, the
+// better of those that do not.
+bool is_preferred(const HeardAnswer& a, const HeardAnswer& b, double coverage) {
+  const bool a_covers = covers(a.standing, coverage);
+  const bool b_covers = covers(b.standing, coverage);
+  if (a_covers != b_covers) return a_covers;
+  return a_covers ? a.standing.cost < b.standing.cost : is_better(a.standing, b.standing);
+}
+
+}  // namespace
+
+std::optional<HeardAnswer> hear_drives(std::span<const LeftOutDrive> left_out,
+                                       const OwnEvidence& evidence, const HearingOptions& options,
+                                       const RuleAt& rule_at) {
+  const Judge judge(left_out, evidence, options.limit_m);
+  if (judge.case_count() == 0) return std::nullopt;
+  const HeardAnswer rule = best_of_rule(judge, options.coverage, rule_at);
+  const HeardAnswer everywhere = best_static_of(judge, options.coverage, evidence);
+  HeardAnswer answer = is_preferred(everywhere, rule, options.coverage) ? everywhere : rule;
+  answer.keeps_promise = !options.is_promised;
+  if (options.is_promised) {
+    HeardAnswer promised = rule;
+    promised.threshold = std::max(rule.threshold, options.threshold);
+    promised.standing = judge.of_rule(rule_at, promised.threshold);
+    const bool is_worth =
+        answer.standing.cost * kPromiseWorth < promised.standing.cost &&
+        answer.standing.coverage >= std::min(promised.standing.coverage, options.coverage) &&
+        is_proven(options.block_count, options.alpha, answer.standing.coverage);
+    if (!is_worth) answer = promised;
+    answer.keeps_promise = !is_worth;
+  }
+  answer.case_count = judge.case_count();
+  answer.drive_count = left_out.size();
+  return answer;
+}
+
+std::string to_text(const HeardAnswer& answer, double limit_m) {
+  char share[32];
+  std::snprintf(share, sizeof share, "%.1f %%", 100.0 * answer.standing.coverage);
+  return "of " + std::to_string(answer.drive_count) +
+         " drives here, each left out in turn and foretold by the others, " + share +
+         " of the sites were within " + format_double(limit_m) + " m at such answers";
+}
+
+}  // namespace sightline

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "passes/model/left_out.h"
+#include "passes/model/own_evidence.h"
+#include "passes/model/selection.h"
+
+// What the drives of a street, each left out in turn, say of a rule: evidence of the next drive,
+// where the map's own scans flatter.
+
+namespace sightline {
+
+struct HearingOptions {
+  double limit_m = 0.1;
+  double coverage = 0.95;    // that an answer must reach on the drives left out
+  bool is_promised = false;  // the rule at `threshold` comes with a promise
+  double threshold = 0.0;    // p* of sites with history
+  double alpha = 0.05;       // of that promise
+  double block_count = 0.0;  // of route, 60 m each
+};
+
+// The choice of the rule for sites with history at a threshold, from one drive's predictions.
+using RuleAt = std::function<Choice(const PredictedError& predicted, double threshold)>;
+
+struct HeardAnswer {
+  double threshold = 0.0;                  // of the rule, at sites with history
+  std::optional<std::uint8_t> everywhere;  // in its place one range at all of them
+  bool keeps_promise = true;
+  Standing standing;  // over the cases: sites of a drive left out that others drove by
+  std::size_t case_count = 0;
+  std::size_t drive_count = 0;
+};
+
+// The cheapest answer that covers `coverage` of the cases: the rule at the least threshold at
+// which, and at every stricter one, it does, or the best static answer. Where no answer does, the
+// one that covers most. A promise is kept, at a threshold no less strict than its own, unless
+// another answer is cheaper by more than a tenth and proven (passes/model/floor.h). Nothing where
+// there are no cases.
+std::optional<HeardAnswer> hear_drives(std::span<const LeftOutDrive> left_out,
+                                       const OwnEvidence& evidence, const HearingOptions& options,
+                                       const RuleAt& rule_at);
+
+// One sentence, without its full stop.
+std::string to_text(const HeardAnswer& answer, double limit_m);
+
+}  // namespace sightline

@@ -1,0 +1,170 @@
+#include "passes/model/heard_drives.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "formats/base/random.h"
+
+namespace sightline {
+namespace {
+
+// A street of sites 1 m apart, by looks of which each costs as much as its number, from 1 on.
+struct Street {
+  std::vector<LeftOutDrive> left_out;
+  OwnEvidence evidence;
+};
+
+// P(error <= 0.1 m) of each site and look; and, drive by drive, what was measured there.
+Street street_of(const std::vector<std::vector<double>>& probability,
+                 const std::vector<std::vector<std::vector<double>>>& error_m) {
+  Street street;
+  const std::size_t look_count = probability.front().size();
+  for (std::size_t look = 0; look < look_count; ++look) {
+    street.evidence.looks.push_back(every_return(10.0 * static_cast<double>(look + 1)));
+  }
+  street.evidence.site_count = static_cast<std::uint32_t>(probability.size());
+  for (std::size_t site = 0; site < probability.size(); ++site) {
+    for (std::size_t look = 0; look < look_count; ++look) {
+      street.evidence.error_m.push_back(0.0);
+      street.evidence.cost.push_back(static_cast<double>(look + 1));
+    }
+  }
+  for (const std::vector<std::vector<double>>& of_drive : error_m) {
+    LeftOutDrive drive;
+    drive.predicted.looks = drive.measured.looks = street.evidence.looks;
+    drive.predicted.limits_m = {0.1};
+    drive.predicted.site_count = street.evidence.site_count;
+    drive.predicted.has_history.assign(probability.size(), 1);
+    drive.measured.scan_of_site.assign(probability.size(), 0);
+    for (std::size_t site = 0; site < probability.size(); ++site) {
+      for (std::size_t look = 0; look < look_count; ++look) {
+        drive.predicted.within_probability.push_back(probability[site][look]);
+        drive.measured.rows.emplace_back().mean_m = of_drive[site][look];
+      }
+    }
+    street.left_out.push_back(std::move(drive));
+  }
+  return street;
+}
+
+Choice rule_at(const PredictedError& predicted, double threshold) {
+  return choose_by_probability(predicted, 0, {threshold, threshold});
+}
+
+HeardAnswer heard(const Street& street, const HearingOptions& options) {
+  const std::optional<HeardAnswer> answer =
+      hear_drives(street.left_out, street.evidence, options, rule_at);
+  EXPECT_TRUE(answer.has_value());
+  return answer.value_or(HeardAnswer{});
+}
+
+// The second of two sites is hard, and the model knows it.
+Street hard_and_easy() {
+  return street_of({{0.9, 0.95}, {0.3, 0.95}},
+                   {{{0.05, 0.05}, {0.2, 0.05}}, {{0.05, 0.05}, {0.2, 0.05}}});
+}
+
+TEST(HeardDrives, TakeTheLeastThresholdThatCovers) {
+  const HeardAnswer answer = heard(hard_and_easy(), {.coverage = 0.99});
+  EXPECT_FALSE(answer.everywhere.has_value());
+  EXPECT_NEAR(answer.threshold, 0.305, 1e-12) << "above it the hard site takes the dearer look";
+  EXPECT_EQ(answer.standing.coverage, 1.0);
+  EXPECT_EQ(answer.standing.cost, 1.5);
+  EXPECT_EQ(answer.case_count, 4U);
+  EXPECT_EQ(answer.drive_count, 2U);
+  EXPECT_EQ(to_text(answer, 0.1),
+            "of 2 drives here, each left out in turn and foretold by the others, 100.0 % of the "
+            "sites were within 0.1 m at such answers");
+  EXPECT_NEAR(heard(hard_and_easy(), {.coverage = 0.5}).standing.cost, 1.0, 1e-12);
+}
+
+TEST(HeardDrives, TakeOneAnswerEverywhereWhereTheModelIsDearerForNothing) {
+  const Street street = street_of({{0.1, 0.95}, {0.1, 0.95}},
+                                  {{{0.05, 0.05}, {0.05, 0.05}}, {{0.05, 0.05}, {0.05, 0.05}}});
+  HearingOptions options{.coverage = 0.99, .is_promised = true, .threshold = 0.5, .alpha = 0.05};
+  options.block_count = 5.0;
+  EXPECT_TRUE(heard(street, options).keeps_promise) << "five blocks prove nothing";
+  EXPECT_EQ(heard(street, options).threshold, 0.5);
+  options.block_count = 30.0;
+  EXPECT_FALSE(heard(street, options).keeps_promise);
+  EXPECT_EQ(heard(street, options).standing.cost, 1.0);
+}
+
+// A promise is about the mean over places; where this one is harder, more is asked for.
+TEST(HeardDrives, AskForMoreThanThePromiseWhereTheStreetIsHarder) {
+  const HeardAnswer answer =
+      heard(hard_and_easy(), {.coverage = 0.99, .is_promised = true, .threshold = 0.2});
+  EXPECT_TRUE(answer.keeps_promise);
+  EXPECT_NEAR(answer.threshold, 0.305, 1e-12);
+  EXPECT_EQ(
+      heard(hard_and_easy(), {.coverage = 0.99, .is_promised = true, .threshold = 0.9}).threshold,
+      0.9)
+      << "never less strict than what was promised";
+}
+
+TEST(HeardDrives, CountOnlyWhatOthersDroveBy) {
+  Street street = hard_and_easy();
+  street.left_out[0].measured.scan_of_site[1] = -1;
+  street.left_out[1].predicted.has_history[0] = 0;
+  EXPECT_EQ(heard(street, {}).case_count, 2U);
+  for (LeftOutDrive& drive : street.left_out) drive.predicted.has_history = {0, 0};
+  EXPECT_FALSE(hear_drives(street.left_out, street.evidence, {}, rule_at).has_value());
+}
+
+// Honest predictions: a site with P misses with probability 1 - P, on every drive anew.
+Street honest_street(Random& random, std::size_t drive_count) {
+  std::vector<std::vector<double>> probability;
+  for (int site = 0; site < 200; ++site) {
+    std::vector<double> of_site;
+    for (int look = 0; look < 4; ++look) {
+      of_site.push_back(std::clamp(random.uniform(0.4, 0.8) + 0.15 * look, 0.0, 1.0));
+    }
+    probability.push_back(of_site);
+  }
+  std::vector<std::vector<std::vector<double>>> error_m(drive_count);
+  for (std::vector<std::vector<double>>& of_drive : error_m) {
+    for (const std::vector<double>& of_site : probability) {
+      std::vector<double>& errors = of_drive.emplace_back();
+      for (const double p : of_site) errors.push_back(random.uniform() < p ? 0.05 : 0.3);
+    }
+  }
+  return street_of(probability, error_m);
+}
+
+TEST(HeardDrives, ALooserCoverageNeverCostsMoreAndWhatCanBeCoveredIs) {
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    Random random(seed);
+    const Street street = honest_street(random, 3);
+    double dearest = 0.0;
+    for (const double coverage : {0.6, 0.7, 0.8, 0.9, 0.95}) {
+      const HeardAnswer answer = heard(street, {.coverage = coverage});
+      EXPECT_GE(answer.standing.coverage, coverage) << seed;
+      EXPECT_GE(answer.standing.cost, dearest) << seed;
+      dearest = answer.standing.cost;
+    }
+  }
+}
+
+// What six drives that are left out say comes true on a seventh.
+TEST(HeardDrives, ForetellTheNextDrive) {
+  double within = 0.0;
+  double count = 0.0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    Random random(seed);
+    Street street = honest_street(random, 7);
+    const LeftOutDrive next = street.left_out.back();
+    street.left_out.pop_back();
+    const HeardAnswer answer = heard(street, {.coverage = 0.9});
+    const Choice choice = rule_at(next.predicted, answer.threshold);
+    for (std::size_t site = 0; site < street.evidence.site_count; ++site) {
+      const std::size_t look = answer.everywhere.value_or(choice.range_index[site]);
+      within += next.measured.row(site, look).mean_m <= 0.1 ? 1.0 : 0.0;
+      count += 1.0;
+    }
+  }
+  EXPECT_GE(within / count, 0.895);
+}
+
+}  // namespace
+}  // namespace sightline
