@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <memory>
+#include <span>
+#include <utility>
 
 #include "compiler/cli/common_flags.h"
 #include "compiler/cli/run_flags.h"
@@ -67,15 +70,29 @@ std::vector<PointXyzi> means_of(const NdtMap& ndt) {
   return points;
 }
 
+// Some rows at a time: the text of a long street is as large as its table. Takes the rows.
+Result<void> write_rows(Table table, const ByteSink& sink) {
+  constexpr std::size_t kRowsAtOnce = 4096;
+  Table piece{table.name, table.columns, {}, {}};
+  const std::string head = format_table(piece, TableFormat::kCsv);
+  SIGHTLINE_TRY(sink(std::as_bytes(std::span(head))));
+  for (std::size_t first = 0; first < table.rows.size(); first += kRowsAtOnce) {
+    const std::size_t count = std::min(kRowsAtOnce, table.rows.size() - first);
+    const auto begin = table.rows.begin() + static_cast<std::ptrdiff_t>(first);
+    piece.rows.assign(std::make_move_iterator(begin),
+                      std::make_move_iterator(begin + static_cast<std::ptrdiff_t>(count)));
+    const std::string text = format_table(piece, TableFormat::kCsv);
+    SIGHTLINE_TRY(sink(std::as_bytes(std::span(text)).subspan(head.size())));
+  }
+  return {};
+}
+
 // A table whose first line names its columns; what is true of all of it goes to `facts`.
-Result<void> export_rows(const ExportFlags& flags, Table table, KeptLooks kept, Table& facts) {
-  std::string name = table.name;
-  keep_looks(kept, table);
-  if (kept == KeptLooks::kSamples) name += kLooksSuffix;
-  for (const auto& [fact, value] : table.facts) facts.rows.push_back({name, fact, value});
-  table.facts.clear();
-  return write_file_atomically(fs::path(flags.answers.output) / (name + ".csv"),
-                               format_table(table, TableFormat::kCsv), flags.if_exists());
+Result<void> export_rows(const ExportFlags& flags, Table table, Table& facts) {
+  for (const auto& [fact, value] : table.facts) facts.rows.push_back({table.name, fact, value});
+  const fs::path file = fs::path(flags.answers.output) / (table.name + ".csv");
+  const auto write = [&](const ByteSink& sink) { return write_rows(std::move(table), sink); };
+  return write_file_atomically(file, write, flags.if_exists());
 }
 
 Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map, const World& world) {
@@ -90,9 +107,12 @@ Result<void> export_tables(const ExportFlags& flags, const CompiledMap& map, con
     }
     const bool has_looks = !map.ranges.of_samples.empty() &&
                            std::ranges::find(table.columns, "look") != table.columns.end();
-    SIGHTLINE_TRY(export_rows(flags, table, KeptLooks::kRanges, facts));
+    Table samples;
+    if (has_looks) samples = take_samples(table);
+    keep_looks(KeptLooks::kRanges, table);
+    SIGHTLINE_TRY(export_rows(flags, std::move(table), facts));
     if (has_looks) {
-      SIGHTLINE_TRY(export_rows(flags, table, KeptLooks::kSamples, facts));
+      SIGHTLINE_TRY(export_rows(flags, std::move(samples), facts));
     }
   }
   return write_file_atomically(fs::path(flags.answers.output) / "facts.csv",
@@ -114,8 +134,8 @@ Result<void> export_map(const ExportFlags& flags) {
     return write_pcd_binary(flags.answers.output, means_of(map.ndt), flags.if_exists());
   }
   if (flags.format == "ply") {
-    return write_file_atomically(flags.answers.output, nd_ellipsoids_ply(map.ndt),
-                                 flags.if_exists());
+    const auto write = [&](const ByteSink& sink) { return write_nd_ellipsoids(map.ndt, sink); };
+    return write_file_atomically(flags.answers.output, write, flags.if_exists());
   }
   if (flags.format == "geojson") {
     SIGHTLINE_ASSIGN(const std::string json, to_geojson(map, world));

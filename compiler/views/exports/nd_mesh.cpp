@@ -1,8 +1,10 @@
 #include "compiler/views/exports/nd_mesh.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
+#include <span>
 #include <string>
 
 #include "compiler/views/exports/export_frame.h"
@@ -99,9 +101,19 @@ void put_vertices(const Nd& nd, const Sphere& sphere, const Eigen::Vector3d& shi
   }
 }
 
+void put_faces(const Sphere& sphere, std::size_t first_vertex, ByteWriter& writer) {
+  for (const Face& face : sphere.faces) {
+    writer.put(std::uint8_t{3});
+    for (const std::int32_t vertex : face) {
+      writer.put(static_cast<std::int32_t>(first_vertex) + vertex);
+    }
+  }
+}
+
 }  // namespace
 
-std::vector<std::byte> nd_ellipsoids_ply(const NdtMap& map) {
+Result<void> write_nd_ellipsoids(const NdtMap& map, const ByteSink& sink) {
+  constexpr std::size_t kNdsAtOnce = 1024;  // a mebibyte
   const Sphere sphere = divided(icosahedron());
   const std::string header =
       "ply\nformat binary_little_endian 1.0\n"
@@ -112,19 +124,24 @@ std::vector<std::byte> nd_ellipsoids_ply(const NdtMap& map) {
       "property uchar green\nproperty uchar blue\nelement face " +
       std::to_string(map.nds.size() * kEllipsoidFaces) +
       "\nproperty list uchar int vertex_indices\nend_header\n";
-  ByteWriter writer;
-  writer.append(header.data(), header.size());
+  SIGHTLINE_TRY(sink(std::as_bytes(std::span(header))));
   const Eigen::Vector3d shift_m = export_shift_m(map.frame);
-  for (const Nd& nd : map.nds) put_vertices(nd, sphere, shift_m, writer);
-  std::int32_t first = 0;
-  for (std::size_t i = 0; i < map.nds.size(); ++i) {
-    for (const Face& face : sphere.faces) {
-      writer.put(std::uint8_t{3});
-      for (const std::int32_t vertex : face) writer.put(first + vertex);
+  // Hands over what `put` writes of each ND.
+  const auto put_all = [&](const auto& put) -> Result<void> {
+    for (std::size_t first = 0; first < map.nds.size(); first += kNdsAtOnce) {
+      ByteWriter writer;
+      const std::size_t end = std::min(first + kNdsAtOnce, map.nds.size());
+      for (std::size_t i = first; i < end; ++i) put(i, writer);
+      SIGHTLINE_TRY(sink(writer.bytes()));
     }
-    first += static_cast<std::int32_t>(kEllipsoidVertices);
-  }
-  return writer.take();
+    return {};
+  };
+  SIGHTLINE_TRY(put_all([&](std::size_t i, ByteWriter& writer) {
+    put_vertices(map.nds[i], sphere, shift_m, writer);
+  }));
+  return put_all([&](std::size_t i, ByteWriter& writer) {
+    put_faces(sphere, i * kEllipsoidVertices, writer);
+  });
 }
 
 }  // namespace sightline

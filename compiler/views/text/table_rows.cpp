@@ -1,8 +1,10 @@
 #include "compiler/views/text/table_rows.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "compiler/views/picture/dump_picture.h"
+#include "formats/base/check.h"
 #include "formats/drive/look.h"
 
 namespace sightline {
@@ -62,6 +64,20 @@ void keep_looks(KeptLooks kept, Table& table) {
         });
     if (says_nothing || (column == look && kept == KeptLooks::kRanges)) erase_column(column, table);
   }
+}
+
+Table take_samples(Table& table) {
+  const auto found = std::ranges::find(table.columns, "look");
+  SIGHTLINE_CHECK(found != table.columns.end());
+  const auto look = static_cast<std::size_t>(found - table.columns.begin());
+  const auto first =
+      std::stable_partition(table.rows.begin(), table.rows.end(),
+                            [&](const std::vector<Cell>& row) { return !is_sample(row[look]); });
+  Table samples{table.name, table.columns, {}, table.facts};
+  samples.rows.assign(std::make_move_iterator(first), std::make_move_iterator(table.rows.end()));
+  table.rows.erase(first, table.rows.end());
+  keep_looks(KeptLooks::kSamples, samples);
+  return samples;
 }
 
 }  // namespace sightline

@@ -25,5 +25,8 @@ inline constexpr std::string_view kLooksSuffix = "-looks";
 // without the columns that are then empty. Any other table is left as it is.
 enum class KeptLooks { kRanges, kSamples };
 void keep_looks(KeptLooks kept, Table& table);
+// Moves the rows that keep_looks() would keep of samples, as it would leave them; the other rows
+// stay. Of a table that tells of looks.
+Table take_samples(Table& table);
 
 }  // namespace sightline

@@ -16,10 +16,11 @@ namespace {
 // Every vertex of an ellipsoid is two standard deviations from the mean: its Mahalanobis distance
 // by the raw covariance is 2.
 TEST(NdMesh, IsReadByPclAndLiesAtTwoStandardDeviations) {
-  NdtMap ndt = random_map({.seed = 3, .nd_count = 40}).ndt;
+  NdtMap ndt = random_map({.seed = 3, .nd_count = 1500}).ndt;  // more than one piece
   ndt.frame.origin_world_m = {64.0, -128.0, 0.0};
   const std::filesystem::path file = scratch_folder() / "nds.ply";
-  ASSERT_TRUE(write_file_atomically(file, nd_ellipsoids_ply(ndt), IfExists::kReplace));
+  const auto write = [&](const ByteSink& sink) { return write_nd_ellipsoids(ndt, sink); };
+  ASSERT_TRUE(write_file_atomically(file, write, IfExists::kReplace));
   pcl::PolygonMesh mesh;
   ASSERT_EQ(pcl::io::loadPLYFile(file.string(), mesh), 0);
   pcl::PointCloud<pcl::PointXYZRGB> vertices;

@@ -39,6 +39,22 @@ TEST(KeepLooks, LeavesLooksThatTakeASampleWithTheirName) {
   EXPECT_EQ(table.rows[1][2], Cell(std::string("100 m, 650 returns, 40 points")));
 }
 
+TEST(KeepLooks, RowsOfSamplesAreMovedAsTheyWouldBeKept) {
+  Table table = two_kinds();
+  Table kept = table;
+  keep_looks(KeptLooks::kSamples, kept);
+  const Table taken = take_samples(table);
+  EXPECT_EQ(taken.name, kept.name);
+  EXPECT_EQ(taken.columns, kept.columns);
+  EXPECT_EQ(taken.rows, kept.rows);
+  EXPECT_EQ(table.columns, two_kinds().columns);
+  ASSERT_EQ(table.rows.size(), 4U);
+  Table of_ranges = two_kinds();
+  keep_looks(KeptLooks::kRanges, of_ranges);
+  keep_looks(KeptLooks::kRanges, table);
+  EXPECT_EQ(table.rows, of_ranges.rows);
+}
+
 TEST(KeepLooks, LeavesATableThatTellsOfNoLooks) {
   Table table;
   table.name = "sites";
