@@ -192,6 +192,43 @@ class Inputs(Faults):
             self.assertIn("SL2020", done.stderr)
             self.assertLess(time.monotonic() - began, 5)
 
+    def assert_takes_little_memory(self, command, **options):
+        """It is refused or done before what has no end was read into memory."""
+        def cap():
+            resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
+
+        done = self.sightline(*command, preexec_fn=cap, **options)
+        self.assert_known(done, command)
+        self.assertNotIn("SL8005", done.stderr, command)
+        return done
+
+    def test_a_line_without_end_is_not_read_to_its_end(self):
+        drive = f"{self.folder}/drive"
+        shutil.copytree(f"{self.made}/town/mapping/scans", f"{drive}/scans")
+        for name in ("notes.csv", "readme.txt"):
+            with open(f"{drive}/{name}", "w") as file:
+                file.write("0")
+                file.truncate(100_000_000_000)
+        began = time.monotonic()
+        done = self.assert_takes_little_memory(("init", drive, "-o", f"{self.folder}/drive.yaml"))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertLess(time.monotonic() - began, 20)
+        with open("/dev/zero", "rb") as endless:
+            done = self.assert_takes_little_memory(("key", f"{self.folder}/k", "--passphrase-file", "-"), stdin=endless)
+        self.assertIn("SL4009", done.stderr)
+
+    def test_a_capture_of_nothing_ends_quickly(self):
+        with open(f"{self.folder}/hole.pcap", "wb") as file:
+            file.write(bytes.fromhex("d4c3b2a1020004000000000000000000ffff000001000000"))
+            file.truncate(100_000_000_000)
+        began = time.monotonic()
+        for command in (("compile", f"{self.made}/town/town.yaml", "--set", f"mapping.scans={self.folder}/hole.pcap",
+                         "-o", f"{self.folder}/x"), ("init", f"{self.folder}/hole.pcap")):
+            done = self.sightline(*command)
+            self.assert_known(done, command)
+            self.assertEqual(done.returncode, 65, done.stderr)
+        self.assertLess(time.monotonic() - began, 20)
+
     def test_what_a_file_says_steers_no_terminal(self):
         name = "scan\x1b[2J\x9b31m\r.pcd"
         os.mkdir(f"{self.folder}/scans")
