@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <optional>
 #include <sstream>
 
@@ -55,10 +54,14 @@ bool looks_like_text(const fs::path& file) {
   return std::ranges::find(kEndings, lower_extension(file)) != kEndings.end();
 }
 
-// Columns of the first line that is no comment, where all of them are numbers; else 0.
+// Columns of the first line that is no comment, where all of them are numbers; else 0, also where
+// that line does not end near the beginning.
 std::size_t columns_of_numbers(const fs::path& file) {
-  if (!open_regular_file(file.string())) return 0;  // a pipe would wait
-  std::ifstream stream(file);
+  constexpr std::size_t kMostBytes = 64 * 1024;
+  const Result<std::string> beginning = read_beginning(file.string(), kMostBytes);
+  if (!beginning) return 0;
+  const bool is_cut = beginning->size() == kMostBytes;
+  std::istringstream stream(is_cut ? beginning->substr(0, beginning->rfind('\n') + 1) : *beginning);
   for (std::string line; std::getline(stream, line);) {
     std::ranges::replace(line, ',', ' ');
     std::istringstream words(line);

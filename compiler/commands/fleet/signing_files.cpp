@@ -27,15 +27,26 @@ std::optional<std::int64_t> days_ahead(std::string_view text) {
   return days;
 }
 
+// No longer than a file of it may be.
+Result<std::optional<std::string>> first_line_of_stdin() {
+  std::string line;
+  for (char c = 0; std::cin.get(c) && c != '\n';) {
+    if (line.size() == kLargestRecord) {
+      return Error{
+          ErrorCode::kTooLarge,
+          "more than " + std::to_string(kLargestRecord) + " bytes, which no passphrase has",
+          "stdin", ""};
+    }
+    line += c;
+  }
+  return std::optional<std::string>(line);
+}
+
 }  // namespace
 
 Result<std::optional<std::string>> read_passphrase(const std::string& file) {
   if (file.empty()) return std::optional<std::string>();
-  std::string line;
-  if (file == "-") {
-    std::getline(std::cin, line);
-    return std::optional<std::string>(line);
-  }
+  if (file == "-") return first_line_of_stdin();
   SIGHTLINE_ASSIGN(const std::string text, read_short_text(file, kLargestRecord));
   return std::optional<std::string>(text.substr(0, text.find('\n')));
 }

@@ -255,6 +255,10 @@ Result<bool> PcapReader::next_classic(PcapPacket& packet) {
                                                   " bytes, expected at most " +
                                                   std::to_string(kMostFrame));
   }
+  // No packet, but a hole in the file, which may be of any length.
+  if (size == 0 && number(header.data() + 12) == 0) {
+    return error(ErrorCode::kMalformedHeader, "found a packet of 0 bytes");
+  }
   std::vector<std::byte> frame(size);
   file_.read(reinterpret_cast<char*>(frame.data()), size);
   if (file_.gcount() != static_cast<std::streamsize>(size)) {

@@ -242,6 +242,8 @@ TEST_F(VelodynePcapTest, RefusesWhatItCannotDecodeAndSaysWhy) {
   EXPECT_EQ(refusal(noise), ErrorCode::kMalformedHeader);
   const std::string back = whole + record(kDay_s, 0, packet(kVlp16, 0, 40, 799'999'999));
   EXPECT_EQ(refusal(back), ErrorCode::kTimeRunsBackwards);
+  // A hole in the place of packets would be walked through for as long as it is.
+  EXPECT_EQ(refusal(whole + std::string(16, '\0')), ErrorCode::kMalformedHeader);
   std::string link = whole;
   link[20] = 5;
   EXPECT_EQ(refusal(link), ErrorCode::kUnsupportedFormat);
