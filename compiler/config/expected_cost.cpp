@@ -11,6 +11,7 @@
 #include "compiler/pipeline/schedule.h"
 #include "formats/foreign/recording/recording.h"
 #include "formats/text/text_grid.h"
+#include "passes/map/places/field_limits.h"
 
 namespace sightline {
 namespace {
@@ -41,9 +42,9 @@ constexpr double kUseOfThreads = 0.85;
 
 // Of a finished map, for each place: one core, and memory.
 constexpr const char* kOfPlaces =
-    "time    about 0.07 s of one core for each place, memory about 0.18 MiB: a place every metre "
-    "of "
-    "a route;\n        how many everywhere, --stop-after choose-field-sites tells\n";
+    "time    about 0.07 s of one core for each place, memory about 6.5 KiB beside 200 MiB: a place "
+    "every metre of\n        a route. Once the places are chosen (--stop-after choose-field-sites, "
+    "or choose-route-sites), this tries\n        some of them and says more\n";
 
 // Measured on streets of 0.4 to 20 km and on one of 64 beams (tests/bench/README.md, "A long
 // street"): what one process takes.
@@ -165,6 +166,14 @@ std::string room_line(const char* what, double needed_mib, double free_mib) {
   return line + (needed_mib > free_mib ? ": too little\n" : "\n");
 }
 
+std::string text_of(const ExpectedPlaces& places) {
+  return "time    about " + time_text(places.cpu_s) + " of one core for " +
+         std::to_string(places.count) + " places, of which " + std::to_string(places.tried_count) +
+         " were tried\n" +
+         room_line("memory  ", memory_of_places_mib(static_cast<double>(places.count)),
+                   free_memory_mib());
+}
+
 }  // namespace
 
 ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
@@ -225,6 +234,7 @@ std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache
                                                     : "-"});
   }
   text += aligned(grid, FirstColumn::kLeft);
+  if (cost.places) return text + text_of(*cost.places);
   if (cost.drives.empty()) return text + kOfPlaces;
   text += "time    about " + time_text(wall_s) + " on " + std::to_string(cost.threads) +
           " threads, " + time_text(0.4 * wall_s) + " to " + time_text(2.5 * wall_s) + "\n";

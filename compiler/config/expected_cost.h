@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,12 +26,20 @@ struct ExpectedDrive {
   double points_per_scan = 0.0;
 };
 
+// Of a finished map: what its places take from here to the map.
+struct ExpectedPlaces {
+  std::size_t count = 0;
+  std::size_t tried_count = 0;  // of them
+  double cpu_s = 0.0;           // one core
+};
+
 struct ExpectedCost {
   std::vector<ExpectedDrive> drives;
   std::vector<ExpectedStep> steps;  // in running order
   int threads = 1;
   double memory_mib = 0.0;
-  double cache_mib = 0.0;  // that the run would add to it
+  double cache_mib = 0.0;                               // that the run would add to it
+  std::optional<ExpectedPlaces> places = std::nullopt;  // where they are known and were tried
 };
 
 // Of the steps that run_plan() would take. The recordings of the plan must be in `artifacts`.
@@ -39,7 +48,8 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
                            const ArtifactSet& artifacts);
 
 // For people, beside what this machine has: memory that is free, and room in the folder of the
-// cache (empty: none is kept). Without a drive, in a finished map, what a place takes.
+// cache (empty: none is kept). Without a drive, in a finished map, what its places take, or one of
+// them.
 std::string to_text(const ExpectedCost& cost, const std::filesystem::path& cache_directory);
 
 }  // namespace sightline

@@ -49,21 +49,21 @@ const ArtifactType& artifact_type() {
     type.check = [](const void* x) { return validate(*static_cast<const X*>(x)); };
     type.print = [](const void* x) { return dump(*static_cast<const X*>(x)); };
     type.refers_outside = requires { ArtifactTraits<X>::kRefersOutside; };
-    if constexpr (Encodable<X>) {
+    if constexpr (InPieces<X>) {
+      type.write = [](const void* x, const ByteSink& sink) {
+        return visit_bytes(*static_cast<const X*>(x), sink);
+      };
+      type.read = [](const StoredBytes& stored) -> Result<std::shared_ptr<const void>> {
+        SIGHTLINE_ASSIGN(X artifact, from_stored<X>(stored));
+        return std::shared_ptr<const void>(std::make_shared<const X>(std::move(artifact)));
+      };
+    } else if constexpr (Encodable<X>) {
       type.write = [](const void* x, const ByteSink& sink) {
         return sink(to_bytes(*static_cast<const X*>(x)));
       };
       type.read = [](const StoredBytes& stored) -> Result<std::shared_ptr<const void>> {
         SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, stored.read(0, stored.size()));
         SIGHTLINE_ASSIGN(X artifact, from_bytes<X>(bytes));
-        return std::shared_ptr<const void>(std::make_shared<const X>(std::move(artifact)));
-      };
-    } else if constexpr (InPieces<X>) {
-      type.write = [](const void* x, const ByteSink& sink) {
-        return visit_bytes(*static_cast<const X*>(x), sink);
-      };
-      type.read = [](const StoredBytes& stored) -> Result<std::shared_ptr<const void>> {
-        SIGHTLINE_ASSIGN(X artifact, from_stored<X>(stored));
         return std::shared_ptr<const void>(std::make_shared<const X>(std::move(artifact)));
       };
     }

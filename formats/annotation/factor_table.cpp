@@ -1,11 +1,12 @@
 #include "formats/annotation/factor_table.h"
 
 #include <algorithm>
-
 #include <cmath>
 #include <set>
+#include <span>
 
 #include "formats/annotation/of_samples.h"
+#include "formats/base/check.h"
 
 namespace sightline {
 namespace {
@@ -14,22 +15,34 @@ Error invalid(std::string message, std::string place) {
   return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
 }
 
+// Of the i-th value of a site.
+std::size_t factor_of(const FactorTable& table, std::size_t i) {
+  if (i < table.shared_count) return i;
+  return table.shared_count +
+         (i - table.shared_count) % (table.factors.size() - table.shared_count);
+}
+
 Result<void> validate_own(const FactorTable& table) {
   SIGHTLINE_TRY(validate(table.looks));
   if (table.factors.empty()) return invalid("a factor table needs factors", "");
   if (std::set(table.factors.begin(), table.factors.end()).size() != table.factors.size()) {
     return invalid("two factors have the same name", "");
   }
-  const SiteShape shape = table.shape();
-  if (table.values.size() != shape.size(table.site_count)) {
+  if (table.shared_count > table.factors.size()) {
+    return invalid("found " + std::to_string(table.shared_count) + " factors that looks share of " +
+                       std::to_string(table.factors.size()),
+                   "");
+  }
+  const std::size_t per_site = table.values_per_site();
+  if (table.values.size() != per_site * table.site_count) {
     return invalid("found " + std::to_string(table.values.size()) + " values, expected " +
-                       std::to_string(shape.size(table.site_count)),
+                       std::to_string(per_site * table.site_count),
                    "");
   }
   for (std::size_t i = 0; i < table.values.size(); ++i) {
     if (!std::isfinite(table.values[i])) {
-      return invalid(table.factors[shape.column_of(i)] + " is not finite",
-                     "site " + std::to_string(shape.site_of(i)));
+      return invalid(table.factors[factor_of(table, i % per_site)] + " is not finite",
+                     "site " + std::to_string(i / per_site));
     }
   }
   return {};
@@ -37,20 +50,55 @@ Result<void> validate_own(const FactorTable& table) {
 
 const std::vector<Look>& looks_of(const FactorTable& table) { return table.looks; }
 
-void encode_own(const FactorTable& table, ByteWriter& writer) {
+// All before the values themselves.
+void encode_head(const FactorTable& table, ByteWriter& writer) {
   encode(table.looks, writer);
   writer.put<std::uint64_t>(table.factors.size());
   for (const std::string& factor : table.factors) writer.put_string(factor);
   writer.put(table.site_count);
-  writer.put_array(table.values);
+  writer.put(table.shared_count);
+  writer.put<std::uint64_t>(table.values.size());
 }
 
-void decode_own(ByteReader& reader, FactorTable& table) {
+void decode_head(ByteReader& reader, FactorTable& table) {
   decode(reader, table.looks);
   table.factors.resize(reader.get_count(sizeof(std::uint64_t)));
   for (std::string& factor : table.factors) reader.get_string(factor);
   reader.get(table.site_count);
+  reader.get(table.shared_count);
+}
+
+void decode_own(ByteReader& reader, FactorTable& table) {
+  decode_head(reader, table);
   reader.get_array(table.values);
+}
+
+Result<void> visit_own(const FactorTable& table, const ByteSink& sink) {
+  ByteWriter head;
+  encode_head(table, head);
+  SIGHTLINE_TRY(sink(head.bytes()));
+  return sink(std::as_bytes(std::span(table.values)));
+}
+
+Error undecodable() {
+  return {ErrorCode::kBadLayer, "the payload of a factor-table cannot be decoded", "", ""};
+}
+
+// From `offset` on, which moves behind it.
+Result<void> open_own(const StoredBytes& payload, std::uint64_t& offset, FactorTable& table) {
+  constexpr std::uint64_t kLongestHead = 1 << 20;  // names of factors are words
+  const std::uint64_t rest = payload.size() - offset;
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> head,
+                   payload.read(offset, std::min(rest, kLongestHead)));
+  ByteReader reader(head);
+  decode_head(reader, table);
+  const auto count = reader.get<std::uint64_t>();
+  if (!reader.ok() || count > (rest - reader.offset()) / sizeof(double)) return undecodable();
+  offset += reader.offset();
+  table.values.resize(count);
+  SIGHTLINE_TRY(payload.read(offset, std::as_writable_bytes(std::span(table.values))));
+  offset += count * sizeof(double);
+  return {};
 }
 
 // A cell that the table has no factor for stays empty.
@@ -90,9 +138,41 @@ Table dump(const FactorTable& table) {
 }
 
 void encode(const FactorTable& table, ByteWriter& writer) {
-  encode_both(table, writer, encode_own);
+  const auto append = [&](std::span<const std::byte> piece) -> Result<void> {
+    writer.append(piece.data(), piece.size());
+    return {};
+  };
+  const Result<void> written = visit_payload(table, append);
+  SIGHTLINE_CHECK(written.has_value());
 }
 
 void decode(ByteReader& reader, FactorTable& table) { decode_both(reader, table, decode_own); }
+
+std::uint64_t payload_size(const FactorTable& table) {
+  ByteWriter counting = ByteWriter::that_counts();
+  encode(table, counting);
+  return counting.count();
+}
+
+Result<void> visit_payload(const FactorTable& table, const ByteSink& sink) {
+  SIGHTLINE_TRY(visit_own(table, sink));
+  const auto sample_tables = static_cast<std::uint8_t>(table.of_samples.size());
+  SIGHTLINE_TRY(sink(std::as_bytes(std::span(&sample_tables, 1))));
+  for (const FactorTable& samples : table.of_samples) SIGHTLINE_TRY(visit_own(samples, sink));
+  return {};
+}
+
+Result<void> open_payload(const StoredBytes& payload, FactorTable& table) {
+  std::uint64_t offset = 0;
+  SIGHTLINE_TRY(open_own(payload, offset, table));
+  if (offset == payload.size()) return undecodable();
+  std::uint8_t sample_tables = 0;
+  SIGHTLINE_TRY(payload.read(offset++, std::as_writable_bytes(std::span(&sample_tables, 1))));
+  if (sample_tables > 1) return undecodable();
+  table.of_samples.resize(sample_tables);
+  for (FactorTable& samples : table.of_samples) SIGHTLINE_TRY(open_own(payload, offset, samples));
+  if (offset != payload.size()) return undecodable();
+  return validate(table);
+}
 
 }  // namespace sightline

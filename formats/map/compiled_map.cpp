@@ -127,7 +127,11 @@ ModelRecord record_of(const ErrorModel& model) {
   std::vector<double> r_squared;
   for (const RangeCard& range : model.ranges) r_squared.push_back(range.r_squared);
   record.mean_r_squared = mean_of(r_squared);
+  // A model of a large field is a large part of what memory holds.
+  ByteWriter counting = ByteWriter::that_counts();
+  encode(model, counting);
   ByteWriter writer;
+  writer.reserve(counting.count());
   encode(model, writer);
   record.bytes = writer.take();
   record.digest = sha256(record.bytes);

@@ -21,6 +21,18 @@ struct FactorLayout {
 
 Error bad(ErrorCode code, std::string message) { return {code, std::move(message), "", ""}; }
 
+// Of one site, [look][factor].
+void put_values(const FactorTable& factors, std::size_t site, std::byte* into) {
+  std::vector<double> values;
+  values.reserve(factors.looks.size() * factors.factors.size());
+  for (std::size_t look = 0; look < factors.looks.size(); ++look) {
+    for (std::size_t factor = 0; factor < factors.factors.size(); ++factor) {
+      values.push_back(factors.at(site, look, factor));
+    }
+  }
+  std::memcpy(into, values.data(), sizeof(double) * values.size());
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_factor_layer(const FactorTable& factors,
@@ -28,10 +40,8 @@ std::vector<std::byte> encode_factor_layer(const FactorTable& factors,
   const FactorLayout layout(sites.size(), factors);
   std::vector<std::byte> raw(layout.size);
   std::memcpy(raw.data(), sites.data(), sites.size_bytes());
-  const std::size_t row_values = layout.row_size / sizeof(double);
   for (std::size_t row = 0; row < sites.size(); ++row) {
-    std::memcpy(raw.data() + layout.values + row * layout.row_size,
-                factors.values.data() + sites[row] * row_values, layout.row_size);
+    put_values(factors, sites[row], raw.data() + layout.values + row * layout.row_size);
   }
   return raw;
 }

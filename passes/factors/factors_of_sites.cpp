@@ -170,7 +170,7 @@ Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptio
   table.values.resize(shape.size(sites.sites.size()));
   SIGHTLINE_ASSIGN(TileDigests patch_digests, digests_of(surface));
   const BlockFactors factors(options, map, surface, std::move(patch_digests), sites, sensor);
-  std::vector<BlockRows> rows_of_block(factors.blocks().size());
+  std::vector<BlockRows> counts(factors.blocks().size());  // without values
   PartedWork work;
   work.count = factors.blocks().size();
   work.content = [&](std::size_t part) { return factors.content(factors.blocks()[part]); };
@@ -179,20 +179,20 @@ Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptio
     return to_bytes({seen.point_count, seen.unmatched_count, std::move(seen.table.values)});
   };
   work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
-    BlockRows& rows = rows_of_block[part];
-    return from_bytes(bytes, rows) &&
-           rows.values.size() == shape.size(factors.blocks()[part].sites.size());
-  };
-  // Blocks one after another, their sites side by side: one block's views at a time are in memory.
-  SIGHTLINE_TRY(work_in_parts(ctx, work, /*threads=*/1));
-  BlockRows sum;
-  for (std::size_t part = 0; part < rows_of_block.size(); ++part) {
-    const BlockRows& rows = rows_of_block[part];
+    BlockRows rows;
     const std::vector<std::size_t>& members = factors.blocks()[part].sites;
+    if (!from_bytes(bytes, rows) || rows.values.size() != shape.size(members.size())) return false;
     for (std::size_t i = 0; i < members.size(); ++i) {
       std::copy_n(rows.values.begin() + static_cast<std::ptrdiff_t>(shape.size(i)), shape.size(1),
                   table.values.begin() + static_cast<std::ptrdiff_t>(shape.size(members[i])));
     }
+    counts[part] = {rows.point_count, rows.unmatched_count, {}};
+    return true;
+  };
+  // Blocks one after another, their sites side by side: one block's views at a time are in memory.
+  SIGHTLINE_TRY(work_in_parts(ctx, work, /*threads=*/1));
+  BlockRows sum;
+  for (const BlockRows& rows : counts) {
     sum.point_count += rows.point_count;
     sum.unmatched_count += rows.unmatched_count;
   }

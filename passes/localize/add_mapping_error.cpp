@@ -43,18 +43,38 @@ Result<std::size_t> stand_in_of(const FactorTable& factors) {
   return mismatched(std::string("the factors have no ") + kStandIn);
 }
 
+// What a table is made of.
+struct Columns {
+  const FactorTable& factors;
+  std::size_t stand_in = 0;
+  bool has_mark = false;  // the column that says where evidence comes from
+
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> all = factors.factors;
+    if (has_mark) all.emplace_back(kSimulatedColumn);
+    return all;
+  }
+  void put(std::size_t site, std::size_t look, std::vector<double>& values) const {
+    for (std::size_t f = 0; f < factors.factors.size(); ++f) {
+      values.push_back(factors.at(site, look, f));
+    }
+    if (has_mark) values.push_back(1.0);
+  }
+};
+
 // Two more columns.
-FactorTable with_columns(const FactorTable& factors, std::size_t stand_in,
-                         const OwnErrors& errors) {
-  const std::size_t before = factors.factors.size();
-  FactorTable table = factors;
+FactorTable with_columns(const Columns& columns, const OwnErrors& errors) {
+  const FactorTable& factors = columns.factors;
+  FactorTable table;
+  table.looks = factors.looks;
+  table.factors = columns.names();
   table.factors.insert(table.factors.end(), {"own_error", "mapping_error"});
-  table.values.clear();
-  table.values.reserve(factors.values.size() / before * table.factors.size());
+  table.site_count = factors.site_count;
+  table.values.reserve(table.shape().size(table.site_count));
   for (std::size_t site = 0; site < factors.site_count; ++site) {
     for (std::size_t look = 0; look < factors.looks.size(); ++look) {
-      for (std::size_t f = 0; f < before; ++f) table.values.push_back(factors.at(site, look, f));
-      const double stand_in_m = factors.at(site, look, stand_in);
+      columns.put(site, look, table.values);
+      const double stand_in_m = factors.at(site, look, columns.stand_in);
       table.values.push_back(errors.own_m(site, look).value_or(stand_in_m));
       table.values.push_back(errors.mapping_m(site, look).value_or(stand_in_m));
     }
@@ -62,31 +82,31 @@ FactorTable with_columns(const FactorTable& factors, std::size_t stand_in,
   return table;
 }
 
-// The factors of looks that take a sample: those of the longest range at every look, then the two
-// columns above, then what the looks say together and what each costs.
+// The factors of looks that take a sample: those of the longest range, which all looks share, then
+// the two columns above, then what the looks say together and what each costs.
 constexpr const char* kSampleColumns[] = {"own_error",          "mapping_error",
                                           "mapping_error_mean", "mapping_error_max",
                                           "look_number",        "match_cost"};
 
-FactorTable factors_of_samples(const FactorTable& factors, std::size_t stand_in,
-                               const std::vector<Look>& looks, const OwnErrors& errors) {
+FactorTable factors_of_samples(const Columns& columns, const std::vector<Look>& looks,
+                               const OwnErrors& errors) {
   FactorTable table;
   table.looks = looks;
-  table.factors = factors.factors;
+  table.factors = columns.names();
+  table.shared_count = static_cast<std::uint32_t>(table.factors.size());
   table.factors.insert(table.factors.end(), std::begin(kSampleColumns), std::end(kSampleColumns));
-  table.site_count = factors.site_count;
-  const std::size_t longest = factors.looks.size() - 1;
-  for (std::size_t site = 0; site < factors.site_count; ++site) {
-    const double stand_in_m = factors.at(site, longest, stand_in);
+  table.site_count = columns.factors.site_count;
+  table.values.reserve(table.values_per_site() * table.site_count);
+  const std::size_t longest = columns.factors.looks.size() - 1;
+  for (std::size_t site = 0; site < table.site_count; ++site) {
+    columns.put(site, longest, table.values);
+    const double stand_in_m = columns.factors.at(site, longest, columns.stand_in);
     std::vector<double> mapping_m;
     for (std::size_t look = 0; look < looks.size(); ++look) {
       mapping_m.push_back(errors.mapping_m(site, look).value_or(stand_in_m));
     }
     const double mean_m = ordered_sum(mapping_m) / static_cast<double>(mapping_m.size());
     for (std::size_t look = 0; look < looks.size(); ++look) {
-      for (std::size_t f = 0; f < factors.factors.size(); ++f) {
-        table.values.push_back(factors.at(site, longest, f));
-      }
       table.values.insert(
           table.values.end(),
           {errors.own_m(site, look).value_or(stand_in_m), mapping_m[look], mean_m,
@@ -109,12 +129,13 @@ Result<void> check_measured(const FactorTable& map_factors, const MeasuredError&
 
 // Both tables. `samples`: of each measurement's of_samples.
 Result<FactorTable> with_errors(const FactorTable& map_factors, const MeasuredError& own,
-                                const OwnErrors& ranges, const OwnErrors& samples) {
+                                const OwnErrors& ranges, const OwnErrors& samples,
+                                bool has_mark = false) {
   SIGHTLINE_ASSIGN(const std::size_t stand_in, stand_in_of(map_factors));
-  FactorTable table = with_columns(map_factors, stand_in, ranges);
+  const Columns columns{map_factors, stand_in, has_mark};
+  FactorTable table = with_columns(columns, ranges);
   for (const MeasuredError& own_samples : own.of_samples) {
-    table.of_samples.push_back(
-        factors_of_samples(map_factors, stand_in, own_samples.looks, samples));
+    table.of_samples.push_back(factors_of_samples(columns, own_samples.looks, samples));
   }
   return table;
 }
@@ -129,20 +150,6 @@ ErrorOf as_evidence(ErrorOf errors_m) {
     const std::optional<double> error_m = errors_m(site, look);
     return error_m ? std::optional(kEvidenceFactor * *error_m) : std::nullopt;
   };
-}
-
-// With the column that says where evidence comes from.
-FactorTable with_mark(const FactorTable& factors) {
-  const std::size_t before = factors.factors.size();
-  FactorTable table = factors;
-  table.factors.emplace_back(kSimulatedColumn);
-  table.values.clear();
-  for (std::size_t row = 0; row < factors.values.size() / before; ++row) {
-    const auto first = factors.values.begin() + static_cast<std::ptrdiff_t>(row * before);
-    table.values.insert(table.values.end(), first, first + static_cast<std::ptrdiff_t>(before));
-    table.values.push_back(1.0);
-  }
-  return table;
 }
 
 // Of the looks that take a sample, where there are any.
@@ -178,11 +185,10 @@ Result<FactorTable> add_simulated_error(PassContext&, const NoOptions&,
                                         const FactorTable& map_factors,
                                         const MeasuredError& simulated) {
   SIGHTLINE_TRY(check_measured(map_factors, simulated));
-  const FactorTable marked = with_mark(map_factors);
   const ErrorOf of_ranges = errors_of(simulated);
   const ErrorOf of_samples = sample_errors_of(simulated);
-  return with_errors(marked, simulated, {as_evidence(of_ranges), of_ranges},
-                     {as_evidence(of_samples), of_samples});
+  return with_errors(map_factors, simulated, {as_evidence(of_ranges), of_ranges},
+                     {as_evidence(of_samples), of_samples}, /*has_mark=*/true);
 }
 
 }  // namespace sightline

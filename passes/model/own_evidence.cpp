@@ -23,6 +23,7 @@ std::optional<std::size_t> column_of(const FactorTable& factors, std::string_vie
 
 std::vector<double> values_of(const FactorTable& factors, std::size_t column) {
   std::vector<double> values;
+  values.reserve(factors.looks.size() * factors.site_count);
   for (std::size_t site = 0; site < factors.site_count; ++site) {
     for (std::size_t range = 0; range < factors.looks.size(); ++range) {
       values.push_back(factors.at(site, range, column));

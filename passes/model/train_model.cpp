@@ -118,7 +118,7 @@ struct PlaceInUse {
 
 // Without what the looks that take a sample say.
 FactorTable of_ranges(const FactorTable& all) {
-  return {all.looks, all.factors, all.site_count, all.values, {}};
+  return {all.looks, all.factors, all.site_count, all.shared_count, all.values, {}};
 }
 MeasuredError of_ranges(const MeasuredError& all) {
   return {all.drive,   all.matching,     all.reference, all.looks,

@@ -118,6 +118,22 @@ TEST(AnnotateAnew, SaysBeforehandWhatAPlaceTakesAndHowManyThereAre) {
   EXPECT_THAT(counted.err, HasSubstr("minutes of one core"));
 }
 
+// Once they are chosen some are tried, and what the trials found is not kept.
+TEST(AnnotateAnew, TriesSomePlacesOnceTheyAreChosen) {
+  const std::string everywhere =
+      "--route everywhere --cache " + (fresh_folder() / "cache").string();
+  const ProgramResult counted =
+      annotate(utm_map(), everywhere + " --stop-after choose-field-sites");
+  ASSERT_EQ(counted.status, 0) << counted.err;
+  for (int i = 0; i < 2; ++i) {
+    const ProgramResult dry = annotate(utm_map(), everywhere + " --dry-run");
+    EXPECT_EQ(dry.status, 0) << dry.err;
+    EXPECT_THAT(dry.out, HasSubstr(" of one core for "));
+    EXPECT_THAT(dry.out, HasSubstr(" were tried"));
+    EXPECT_THAT(dry.out, HasSubstr("are free"));
+  }
+}
+
 TEST(AnnotateAnew, RefusesWhatItCannotDo) {
   const std::string route = " --route " + in_town("mapping/poses.tum");
   const std::string output = (fresh_folder() / "anew.slmap").string();

@@ -115,6 +115,8 @@ TEST(Annotate, NdsAreThoseOfTheDriveThatMadeThePoints) {
     }
     near += off_m < 1e-3 ? 1 : 0;
   }
+  RecordProperty("nds_by_drive", static_cast<int>(by_drive.size()));
+  RecordProperty("nds_within_1_mm", static_cast<int>(near));
   // Coordinates of the export are floats: a point on a face may change its cell.
   EXPECT_GT(static_cast<double>(near), 0.99 * static_cast<double>(by_drive.size()));
 }

@@ -10,6 +10,7 @@
 #include "compiler/driver/pipelines.h"
 #include "compiler/driver/provenance.h"
 #include "compiler/driver/provide_inputs.h"
+#include "compiler/driver/tried_places.h"
 #include "compiler/views/text/describe.h"
 #include "compiler/views/text/factor_report.h"
 #include "formats/base/atomic_file.h"
@@ -91,6 +92,16 @@ Result<void> write_depfile(const CompileFlags& flags, const CompileConfig& confi
                                IfExists::kReplace);
 }
 
+// What the compile would take.
+Result<void> foretell(const CompileFlags& flags, const CompileConfig& config,
+                      const CompilePlan& compile, const ArtifactSet& artifacts) {
+  const RunOptions options = run_options(flags.run, config);
+  ExpectedCost cost = expected_cost(compile.plan, told_of(compile), options, config, artifacts);
+  SIGHTLINE_ASSIGN(cost.places, try_places(compile, options, artifacts));
+  print_text(to_text(cost, options.cache_directory));
+  return {};
+}
+
 Setter risk_setter(CompileFlags& flags) {
   return [&flags](const std::string& alpha) -> Result<void> {
     flags.run.overrides.push_back("choose-ranges.alpha=" + alpha);
@@ -124,12 +135,7 @@ Result<void> compile_to_map(const CompileFlags& flags, const CompileConfig& conf
     SIGHTLINE_ASSIGN(ErrorModel model, read_model(flags.model));
     artifacts.provide(compile.given_model, std::move(model));
   }
-  if (flags.is_dry) {
-    const RunOptions options = run_options(flags.run, config);
-    print_text(to_text(expected_cost(compile.plan, told_of(compile), options, config, artifacts),
-                       options.cache_directory));
-    return {};
-  }
+  if (flags.is_dry) return foretell(flags, config, compile, artifacts);
   std::vector<AnyWire> wanted = told_of(compile);
   if (!flags.poses.empty()) wanted.push_back(compile.released);
   SIGHTLINE_ASSIGN(const std::vector<StepReport> reports,

@@ -2,6 +2,7 @@
 
 #include <zstd.h>
 
+#include <memory>
 #include <string>
 
 #include "formats/reader/map_layout.h"
@@ -12,13 +13,14 @@ StoredBlock pack(std::span<const std::byte> raw) {
   // Slow to write, as quick to read as any level: a map is written once and read by many.
   constexpr int kLevel = 15;
   StoredBlock block;
-  block.bytes.resize(ZSTD_compressBound(raw.size()));
-  const std::size_t size =
-      ZSTD_compress(block.bytes.data(), block.bytes.size(), raw.data(), raw.size(), kLevel);
+  // Memory that is not written to takes none: of a large block little is.
+  const std::size_t room = ZSTD_compressBound(raw.size());
+  const auto packed = std::make_unique_for_overwrite<std::byte[]>(room);
+  const std::size_t size = ZSTD_compress(packed.get(), room, raw.data(), raw.size(), kLevel);
   if (ZSTD_isError(size) == 0 && size <= raw.size() - raw.size() / 16 &&
       raw.size() / kMostExpansion <= size) {
     block.codec = BlockCodec::kZstd;
-    block.bytes.resize(size);
+    block.bytes.assign(packed.get(), packed.get() + size);
   } else {
     block.bytes.assign(raw.begin(), raw.end());
   }

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "formats/base/parallel.h"
+#include "passes/map/places/field_limits.h"
 #include "passes/map/places/free_ground.h"
 #include "passes/map/places/free_heading.h"
 #include "passes/map/places/level_site.h"
@@ -18,17 +19,10 @@ constexpr const char* kPlace = "pass choose-field-sites";
 
 // The raster that tells what is free is finer than the grid, and half a metre at most.
 constexpr double kFinest_m = 0.5;
-// What a map of more ground would take to look at: a raster of 10 GiB.
-constexpr double kMostGround_m2 = 2e7;
 // From the place that a user names to free ground.
 constexpr double kNear_m = 10.0;
 // The sensor sits on the roof.
 constexpr double kAboveSensor_m = 0.2;
-// What a place takes from here to the map, on average over sensors of 16 and 64 beams: seconds of
-// one core, and memory (tests/bench/README.md, "The field").
-constexpr double kCpuOfPlace_s = 0.07;
-constexpr double kMemoryOfPlace_mib = 0.18;
-
 // Numbers between commas. Error: bad-value.
 Result<std::vector<double>> numbers_of(const std::string& name, const std::string& text,
                                        std::size_t count) {
@@ -170,19 +164,6 @@ std::vector<std::vector<std::uint32_t>> runs_of(const FreeGround& free, const Gr
   return runs;
 }
 
-Error too_many(std::size_t count, const ChooseFieldSitesOptions& options) {
-  char text[256];
-  std::snprintf(text, sizeof text,
-                "found %zu places, %s apart, and at most %d were asked for "
-                "(choose-field-sites.most_places): they would take about %.1f GiB of memory and "
-                "%.1f hours of one core; choose a part of the map (within), a wider spacing_m, or "
-                "raise it",
-                count, metres(options.spacing_m).c_str(), options.most_places,
-                static_cast<double>(count) * kMemoryOfPlace_mib / 1024.0,
-                static_cast<double>(count) * kCpuOfPlace_s / 3600.0);
-  return {ErrorCode::kTooManyPlaces, text, "", kPlace};
-}
-
 void warn_of_places(const PassContext& ctx, const ChooseFieldSitesOptions& options,
                     const FreeGround& free, std::uint32_t stretch, std::size_t count) {
   const double square_m2 = free.step_m() * free.step_m();
@@ -198,7 +179,7 @@ void warn_of_places(const PassContext& ctx, const ChooseFieldSitesOptions& optio
                 count, metres(options.spacing_m).c_str(),
                 static_cast<double>(free.stretch_sizes()[stretch]) * square_m2,
                 static_cast<double>(apart) * square_m2, free.stretch_sizes().size() - 1,
-                std::ceil(places * kCpuOfPlace_s / 60.0), places * kMemoryOfPlace_mib / 1024.0);
+                std::ceil(places * kCpuOfPlace_s / 60.0), memory_of_places_mib(places) / 1024.0);
   ctx.warn(text);
 }
 
@@ -241,25 +222,26 @@ std::vector<OptionField> option_fields(ChooseFieldSitesOptions& options) {
            "empty: the largest stretch of ground"),
       text("within", options.within,
            "a part of the map, \"x0, y0, x1, y1\" in its own coordinates; empty: all of it"),
-      integer("most_places", options.most_places, "more are refused", 1, 100'000'000)};
+      number("memory_gib", options.memory_gib,
+             "places that would take more memory than this are refused, GiB", 0.25, 1000.0),
+      integer("most_places", options.most_places,
+              "more are refused, whatever memory they take; 0: as many as memory_gib holds", 0,
+              100'000'000)};
 }
 
 Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions& options,
-                                 const TiledSurface& tiled, const SensorProfile& sensor) {
-  SIGHTLINE_ASSIGN(const Surface surface, tiled.whole());
-  SIGHTLINE_ASSIGN(const Eigen::AlignedBox2d box_m, wanted_box(options, surface.frame));
-  const GroundFloors floors(surface);
+                                 const TiledSurface& surface, const SensorProfile& sensor) {
+  SIGHTLINE_ASSIGN(const Eigen::AlignedBox2d box_m, wanted_box(options, surface.frame()));
+  SIGHTLINE_ASSIGN(const GroundFloors floors, floors_of(surface));
   const double ground_m2 = static_cast<double>(floors.columns().size()) * GroundFloors::kColumn_m *
                            GroundFloors::kColumn_m;
-  if (ground_m2 > kMostGround_m2) {
-    return too_many(static_cast<std::size_t>(ground_m2 / (options.spacing_m * options.spacing_m)),
-                    options);
-  }
+  SIGHTLINE_TRY(check_ground(ground_m2, options));
   const Grid grid = grid_of(options.spacing_m);
   const VehicleRoom room{options.width_m,
                          std::max(options.height_m, sensor.height_m + kAboveSensor_m)};
-  const FreeGround free(surface, floors, grid.step_m, room, ctx.threads);
-  SIGHTLINE_ASSIGN(const std::uint32_t stretch, wanted_stretch(options, surface.frame, free));
+  SIGHTLINE_ASSIGN(const FreeGround free,
+                   FreeGround::over(surface, floors, grid.step_m, room, ctx.threads));
+  SIGHTLINE_ASSIGN(const std::uint32_t stretch, wanted_stretch(options, surface.frame(), free));
   const std::vector<std::uint32_t> rows = rows_of(free, grid, stretch, box_m);
   if (rows.empty()) {
     return Error{ErrorCode::kNoGround,
@@ -268,16 +250,14 @@ Result<Sites> choose_field_sites(PassContext& ctx, const ChooseFieldSitesOptions
                      (options.within.empty() ? "" : " in " + options.within),
                  "", kPlace};
   }
-  if (rows.size() > static_cast<std::size_t>(options.most_places)) {
-    return too_many(rows.size(), options);
-  }
+  SIGHTLINE_TRY(check_places(rows.size(), options));
   warn_of_places(ctx, options, free, stretch, rows.size());
   if (!sensor.sees_all_round()) {
     ctx.warn("the sensor " + sensor.name + " sees " + format_double(sensor.azimuth_view_deg) +
              " degrees of a turn, and a place is annotated for one heading alone: name a route");
   }
   Sites sites = sites_of(ctx, free, runs_of(free, grid, rows), options.spacing_m, sensor);
-  sites.frame = surface.frame;
+  sites.frame = surface.frame();
   return sites;
 }
 

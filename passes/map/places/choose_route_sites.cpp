@@ -72,8 +72,7 @@ std::vector<Place> places_of(const Way& way, double spacing_m) {
 struct Ground {
   const GroundFloors& floors;
   const PointGrid& patches;  // in the plane
-  // Height of the vehicle's origin above ground.
-  double vehicle_m = 0.0;
+  double vehicle_m = 0.0;    // height of the vehicle's origin above ground
 };
 
 // By the height that the line tells, where it tells any.
@@ -140,12 +139,19 @@ void bridge_holes(std::vector<Place>& places) {
   }
 }
 
+// Of ground that was seen: what is told from ground beside it reaches far over holes.
+std::vector<double> seen_floors(const GroundFloors& floors, const Eigen::Vector2d& at_m) {
+  std::vector<double> seen_m = floors.at(at_m);
+  std::erase_if(seen_m, [&](double floor_m) { return !floors.is_seen_around(at_m, floor_m); });
+  return seen_m;
+}
+
 std::vector<Place> laid_places(const Way& way, double spacing_m, const Ground& ground) {
   std::vector<Place> places = places_of(way, spacing_m);
   for (Place& place : places) {
     const Eigen::Vector3d level_m(place.at_map_m.x(), place.at_map_m.y(), 0.0);
     if (!ground.patches.nearest(level_m, kOffMap_m)) place.fate = Fate::kOffMap;
-    if (place.fate == Fate::kKept) place.floors_m = ground.floors.at(level_m.head<2>());
+    if (place.fate == Fate::kKept) place.floors_m = seen_floors(ground.floors, level_m.head<2>());
   }
   if (way.line.heights == RouteHeights::kNone) {
     lay_by_continuity(places);
@@ -249,25 +255,28 @@ std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options) {
 }
 
 Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions& options,
-                                 const Route& route, const TiledSurface& tiled,
+                                 const Route& route, const TiledSurface& surface,
                                  const SensorProfile& sensor) {
-  SIGHTLINE_ASSIGN(const Surface surface, tiled.whole());
-  const GroundFloors floors(surface);
+  GroundFloors floors;
   std::vector<Eigen::Vector3d> level_m;
-  for (const SurfacePatch& patch : surface.patches) {
-    level_m.emplace_back(patch.centre_m.x(), patch.centre_m.y(), 0.0);
+  for (const PatchTile& place : surface.tiles()) {
+    SIGHTLINE_ASSIGN(const Surface tile, surface.tile(place));
+    floors.add(tile);
+    for (const SurfacePatch& patch : tile.patches) {
+      level_m.emplace_back(patch.centre_m.x(), patch.centre_m.y(), 0.0);
+    }
   }
   const PointGrid patches(level_m, kOffMap_m);
   const Ground ground{floors, patches, vehicle_above_ground_m(sensor)};
   Sites sites;
-  sites.frame = surface.frame;
+  sites.frame = surface.frame();
   sites.spacing_m = options.spacing_m;
   Tally tally;
   for (std::size_t i = 0; i < route.lines.size(); ++i) {
     const RouteLine& line = route.lines[i];
     Way way{line, line.points_world_m};
     for (Eigen::Vector3d& point_m : way.points_m) {
-      point_m -= surface.frame.origin_world_m;
+      point_m -= surface.frame().origin_world_m;
       if (line.heights == RouteHeights::kNone) point_m.z() = 0.0;
     }
     for (int direction = 0; direction < (line.is_both_ways ? 2 : 1); ++direction) {
@@ -280,7 +289,7 @@ Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions
   }
   if (sites.sites.empty()) {
     Eigen::Vector3d first_m = route.lines.front().points_world_m.front();
-    first_m -= surface.frame.origin_world_m;
+    first_m -= surface.frame().origin_world_m;
     first_m.z() = 0.0;
     return nowhere(route, tally, patches, first_m);
   }

@@ -28,7 +28,7 @@ std::vector<OptionField> option_fields(ChooseRouteSitesOptions& options);
 Result<Sites> choose_route_sites(PassContext& ctx, const ChooseRouteSitesOptions& options,
                                  const Route& route, const TiledSurface& surface,
                                  const SensorProfile& sensor);
-inline constexpr Pass kChooseRouteSites{"choose-route-sites", 2, "sites",
+inline constexpr Pass kChooseRouteSites{"choose-route-sites", 3, "sites",
                                         "Places to annotate along a route", &choose_route_sites};
 
 }  // namespace sightline

@@ -100,13 +100,21 @@ std::vector<CellKey> footprint(double width_m, double step_m) {
 
 }  // namespace
 
-FreeGround::FreeGround(const Surface& surface, const GroundFloors& floors, double step_m,
-                       const VehicleRoom& room, int threads)
-    : step_m_(step_m), places_(all_floors(floors, step_m, threads)) {
-  index();
-  keep_free(obstructed(surface, room.height_m), room.width_m, threads);
-  keep_near_seen(floors);
-  find_stretches();
+Result<FreeGround> FreeGround::over(const TiledSurface& surface, const GroundFloors& floors,
+                                    double step_m, const VehicleRoom& room, int threads) {
+  FreeGround free;
+  free.step_m_ = step_m;
+  free.places_ = all_floors(floors, step_m, threads);
+  free.index();
+  std::vector<std::uint8_t> is_obstructed(free.places_.size(), 0);
+  for (const PatchTile& place : surface.tiles()) {
+    SIGHTLINE_ASSIGN(const Surface tile, surface.tile(place));
+    free.add_obstructed(tile, room.height_m, is_obstructed);
+  }
+  free.keep_free(is_obstructed, room.width_m, threads);
+  free.keep_near_seen(floors);
+  free.find_stretches();
+  return free;
 }
 
 void FreeGround::index() {
@@ -146,8 +154,8 @@ std::uint32_t FreeGround::next(const GroundPlace& from, std::int32_t x, std::int
 }
 
 // Where something solid is above a floor and below the roof of a vehicle on it.
-std::vector<std::uint8_t> FreeGround::obstructed(const Surface& surface, double height_m) const {
-  std::vector<std::uint8_t> is_obstructed(places_.size(), 0);
+void FreeGround::add_obstructed(const Surface& tile, double height_m,
+                                std::vector<std::uint8_t>& is_obstructed) const {
   const auto stand = [&](const Eigen::Vector3d& solid_m) {
     const auto x = static_cast<std::int32_t>(std::lround(solid_m.x() / step_m_));
     const auto y = static_cast<std::int32_t>(std::lround(solid_m.y() / step_m_));
@@ -162,11 +170,10 @@ std::vector<std::uint8_t> FreeGround::obstructed(const Surface& surface, double 
     const double above_m = solid_m.z() - places_[below].ground_m;
     if (above_m > kOver_m && above_m < height_m) is_obstructed[below] = 1;
   };
-  for (const SurfacePatch& patch : surface.patches) {
+  for (const SurfacePatch& patch : tile.patches) {
     const double square_m = 2.0 * patch.half_side_m / kPatchSquares;
     visit_solid_squares(patch, static_cast<int>(std::ceil(square_m / step_m_)), stand);
   }
-  return is_obstructed;
 }
 
 void FreeGround::keep_free(const std::vector<std::uint8_t>& is_obstructed, double width_m,

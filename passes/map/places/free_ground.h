@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/grid/flat_cell_map.h"
-#include "formats/surroundings/surface.h"
+#include "formats/surroundings/tiled_surface.h"
 #include "passes/map/places/ground_floors.h"
 
 namespace sightline {
@@ -31,9 +31,10 @@ class FreeGround {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  // The same for any number of threads. `floors` is that of the surface.
-  FreeGround(const Surface& surface, const GroundFloors& floors, double step_m,
-             const VehicleRoom& room, int threads);
+  // The same for any number of threads. `floors` are those of the surface, of which one tile at a
+  // time is in memory. Error: cannot-read.
+  static Result<FreeGround> over(const TiledSurface& surface, const GroundFloors& floors,
+                                 double step_m, const VehicleRoom& room, int threads);
 
   [[nodiscard]] double step_m() const { return step_m_; }
   // Ascending by (x, y, ground_m).
@@ -54,7 +55,8 @@ class FreeGround {
   void index();
   template <class Use>
   void visit_around(std::uint32_t place, const Use& use) const;
-  [[nodiscard]] std::vector<std::uint8_t> obstructed(const Surface& surface, double height_m) const;
+  void add_obstructed(const Surface& tile, double height_m,
+                      std::vector<std::uint8_t>& is_obstructed) const;
   void keep_free(const std::vector<std::uint8_t>& is_obstructed, double width_m, int threads);
   void keep_near_seen(const GroundFloors& floors);
   void keep(const std::vector<std::uint8_t>& is_kept);

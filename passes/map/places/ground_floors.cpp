@@ -62,7 +62,7 @@ std::vector<CellKey> columns_under(const SurfacePatch& patch) {
 
 }  // namespace
 
-GroundFloors::GroundFloors(const Surface& surface) {
+void GroundFloors::add(const Surface& surface) {
   const bool is_wide = surface.cell_m > kColumn_m;
   for (const SurfacePatch& patch : surface.patches) {
     if (patch.normal.z() < kSteepestGround || std::popcount(patch.solid) < kLeastSquares) continue;
@@ -77,6 +77,15 @@ GroundFloors::GroundFloors(const Surface& surface) {
   }
 }
 
+Result<GroundFloors> floors_of(const TiledSurface& surface) {
+  GroundFloors floors;
+  for (const PatchTile& place : surface.tiles()) {
+    SIGHTLINE_ASSIGN(const Surface tile, surface.tile(place));
+    floors.add(tile);
+  }
+  return floors;
+}
+
 bool GroundFloors::is_seen(const Eigen::Vector2d& place_map_m, double height_m) const {
   const std::vector<Level>* levels =
       columns_.find(column_of({place_map_m.x(), place_map_m.y(), 0.0}));
@@ -85,21 +94,32 @@ bool GroundFloors::is_seen(const Eigen::Vector2d& place_map_m, double height_m) 
          });
 }
 
-std::vector<double> GroundFloors::at(const Eigen::Vector2d& place_map_m) const {
-  std::vector<Seen> seen;
+template <class Use>
+void GroundFloors::visit_around(const Eigen::Vector2d& place_map_m, const Use& use) const {
   const CellKey middle = column_of({place_map_m.x(), place_map_m.y(), 0.0});
   std::size_t column = 0;
   for (int dx = -kColumnsAround; dx <= kColumnsAround; ++dx) {
     for (int dy = -kColumnsAround; dy <= kColumnsAround; ++dy, ++column) {
       const std::vector<Level>* levels = columns_.find({middle.x + dx, middle.y + dy, 0});
       if (levels == nullptr) continue;
-      for (const Level& level : *levels) {
-        const Eigen::Vector2d off_m = place_map_m - level.place_m;
-        seen.push_back(
-            {level.height_m + level.slope_x * off_m.x() + level.slope_y * off_m.y(), column});
-      }
+      for (const Level& level : *levels) use(level, column);
     }
   }
+}
+
+bool GroundFloors::is_seen_around(const Eigen::Vector2d& place_map_m, double height_m) const {
+  bool is_there = false;
+  visit_around(place_map_m, [&](const Level& level, std::size_t) {
+    is_there |= level.is_seen && std::abs(level.height_at_m(place_map_m) - height_m) <= kStep_m;
+  });
+  return is_there;
+}
+
+std::vector<double> GroundFloors::at(const Eigen::Vector2d& place_map_m) const {
+  std::vector<Seen> seen;
+  visit_around(place_map_m, [&](const Level& level, std::size_t column) {
+    seen.push_back({level.height_at_m(place_map_m), column});
+  });
   std::ranges::sort(seen, {}, [](const Seen& s) { return std::pair(s.height_m, s.column); });
   std::vector<double> floors_m;
   for (std::size_t first = 0; first < seen.size();) {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "formats/grid/flat_cell_map.h"
-#include "formats/surroundings/surface.h"
+#include "formats/surroundings/tiled_surface.h"
 
 namespace sightline {
 
@@ -15,7 +15,10 @@ class GroundFloors {
  public:
   static constexpr double kColumn_m = 1.0;  // edge of the columns that patches are sorted into
 
-  explicit GroundFloors(const Surface& surface);
+  GroundFloors() = default;  // of nothing
+  explicit GroundFloors(const Surface& surface) { add(surface); }
+  // What lies in further tiles, after those before them in the surface's order.
+  void add(const Surface& tile);
 
   // Heights over a place of the map, ascending. The lowest level that more than a third of the
   // square of 3 m around it has; each further one at least 2.5 m above the one below, where level
@@ -26,6 +29,8 @@ class GroundFloors {
   // True where level ground of about that height was seen in the column of a place, not only told
   // from ground beside it (ground_gaps.h).
   [[nodiscard]] bool is_seen(const Eigen::Vector2d& place_map_m, double height_m) const;
+  // The same of the square of 3 m around the place, by the planes told at it.
+  [[nodiscard]] bool is_seen_around(const Eigen::Vector2d& place_map_m, double height_m) const;
 
   // Columns that have a level patch, in no promised order, each once. Elsewhere there is a floor
   // within a column of them at most.
@@ -37,8 +42,19 @@ class GroundFloors {
     Eigen::Vector2d place_m = Eigen::Vector2d::Zero();
     double slope_x = 0.0, slope_y = 0.0;  // of the patch's plane
     bool is_seen = true;
+
+    [[nodiscard]] double height_at_m(const Eigen::Vector2d& place_map_m) const {
+      const Eigen::Vector2d off_m = place_map_m - place_m;
+      return height_m + slope_x * off_m.x() + slope_y * off_m.y();
+    }
   };
+  // Calls use(level, number of its column) for the levels in the square of 3 m around a place.
+  template <class Use>
+  void visit_around(const Eigen::Vector2d& place_map_m, const Use& use) const;
   FlatCellMap<std::vector<Level>> columns_;  // keys with z = 0
 };
+
+// Of a whole surface, of which one tile at a time is in memory. Error: cannot-read.
+Result<GroundFloors> floors_of(const TiledSurface& surface);
 
 }  // namespace sightline

@@ -61,40 +61,53 @@ std::optional<MeasuredError> drive_of_columns(const FactorTable& factors, std::s
 
 }  // namespace
 
-FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured,
-                                  bool is_independent) {
-  FactorTable table = factors;
+namespace {
+
+// Without the looks that take a sample.
+FactorTable with_own_columns(const FactorTable& factors, const MeasuredError& measured,
+                             bool is_independent) {
+  FactorTable table;
+  table.looks = factors.looks;
+  table.factors = factors.factors;
+  table.site_count = factors.site_count;
+  table.shared_count = factors.shared_count;
   const std::size_t drive = drives_in(factors);
   for (const MeasuredColumn& column : kMeasuredColumns) {
     table.factors.push_back(name_of(column.name, drive));
   }
   if (is_independent) table.factors.push_back(name_of(kIndependent, drive));
-  table.values.clear();
-  const std::size_t factor_count = factors.factors.size();
-  const SiteShape shape{factors.looks.size()};
-  for (std::size_t row = 0; row < shape.size(factors.site_count); ++row) {
-    const auto values = factors.values.begin() + static_cast<std::ptrdiff_t>(row * factor_count);
-    table.values.insert(table.values.end(), values,
-                        values + static_cast<std::ptrdiff_t>(factor_count));
-    const bool is_measured = measured.scan_of_site[shape.site_of(row)] >= 0;
-    for (const MeasuredColumn& column : kMeasuredColumns) {
-      table.values.push_back(is_measured ? measured.rows[row].*column.number : kNotMeasured);
+  table.values.reserve(table.values_per_site() * table.site_count);
+  for (std::size_t site = 0; site < factors.site_count; ++site) {
+    for (std::size_t f = 0; f < factors.shared_count; ++f) {
+      table.values.push_back(factors.at(site, 0, f));
     }
-    if (is_independent) table.values.push_back(1.0);
-  }
-  if (measured.of_samples.empty()) return table;
-  for (FactorTable& samples : table.of_samples) {
-    samples = with_measured_columns(samples, measured.of_samples.front(), is_independent);
+    const bool is_measured = measured.scan_of_site[site] >= 0;
+    for (std::size_t look = 0; look < factors.looks.size(); ++look) {
+      for (std::size_t f = factors.shared_count; f < factors.factors.size(); ++f) {
+        table.values.push_back(factors.at(site, look, f));
+      }
+      for (const MeasuredColumn& column : kMeasuredColumns) {
+        table.values.push_back(is_measured ? measured.row(site, look).*column.number
+                                           : kNotMeasured);
+      }
+      if (is_independent) table.values.push_back(1.0);
+    }
   }
   return table;
 }
 
-std::vector<bool> independence_of_columns(const FactorTable& factors) {
-  std::vector<bool> is_independent;
-  for (std::size_t drive = 0; drive < drives_in(factors); ++drive) {
-    is_independent.push_back(column_of(factors, name_of(kIndependent, drive)).has_value());
+}  // namespace
+
+FactorTable with_measured_columns(const FactorTable& factors, const MeasuredError& measured,
+                                  bool is_independent) {
+  FactorTable table = with_own_columns(factors, measured, is_independent);
+  for (const FactorTable& samples : factors.of_samples) {
+    table.of_samples.push_back(
+        measured.of_samples.empty()
+            ? samples
+            : with_own_columns(samples, measured.of_samples.front(), is_independent));
   }
-  return is_independent;
+  return table;
 }
 
 bool has_measured_columns(const FactorTable& factors) { return drives_in(factors) > 0; }

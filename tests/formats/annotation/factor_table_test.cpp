@@ -18,7 +18,61 @@ FactorTable small_table() {
   return table;
 }
 
-TEST(FactorTable, SurvivesDisk) { expect_survives_disk(small_table()); }
+// The first factor is the same at both looks of a site.
+FactorTable shared_table() {
+  FactorTable table = small_table();
+  table.shared_count = 1;
+  table.values = {1, 9.5, 14.5, 3, 10, 12.25};
+  return table;
+}
+
+FactorTable table_with_samples() {
+  FactorTable table = small_table();
+  FactorTable samples = shared_table();
+  samples.looks = {{.range_m = 100.0, .return_count = 650, .point_count = 40},
+                   {.range_m = 100.0, .return_count = 1944, .point_count = 80}};
+  table.of_samples.push_back(samples);
+  return table;
+}
+
+TEST(FactorTable, SurvivesDisk) {
+  expect_survives_disk(small_table());
+  expect_survives_disk(shared_table());
+  expect_survives_disk(table_with_samples());
+}
+
+TEST(FactorTable, FactorsThatLooksShareStandOnceAndAreReadAtEveryLook) {
+  FactorTable apart = small_table();
+  apart.values = {1, 9.5, 1, 14.5, 3, 10, 3, 12.25};
+  EXPECT_EQ(dump(shared_table()).rows, dump(apart).rows);
+  EXPECT_EQ(shared_table().values_per_site(), 3U);
+}
+
+// As a store holds it: the bytes of the whole, which are refused cut short or with a changed bit
+// unless they are a table that is valid.
+TEST(FactorTable, InPiecesIsTheSameAndNoOtherPayloadIsTaken) {
+  const FactorTable table = table_with_samples();
+  ByteWriter writer;
+  encode(table, writer);
+  const std::vector<std::byte> payload = writer.take();
+  EXPECT_EQ(payload_size(table), payload.size());
+  FactorTable back;
+  ASSERT_TRUE(open_payload(StoredBytes(payload), back));
+  EXPECT_EQ(to_bytes(back), to_bytes(table));
+  for (std::size_t size = 0; size < payload.size(); ++size) {
+    FactorTable cut;
+    std::vector<std::byte> bytes = payload;
+    bytes.resize(size);
+    EXPECT_FALSE(open_payload(StoredBytes(std::move(bytes)), cut)) << size;
+  }
+  for (std::size_t bit = 0; bit < 8 * payload.size(); ++bit) {
+    std::vector<std::byte> changed = payload;
+    changed[bit / 8] ^= std::byte{1} << (bit % 8);
+    FactorTable found;
+    if (!open_payload(StoredBytes(std::move(changed)), found)) continue;
+    EXPECT_TRUE(validate(found)) << bit;
+  }
+}
 
 TEST(FactorTable, DumpsOneRowForEachSiteAndRange) {
   const Table text = dump(small_table());
@@ -48,6 +102,16 @@ TEST(FactorTable, NamesTheFactorAndSiteThatAreNotFinite) {
   ASSERT_FALSE(valid.has_value());
   EXPECT_EQ(valid.error().message, "r_average is not finite");
   EXPECT_EQ(valid.error().place, "site 1");
+  FactorTable shared = shared_table();
+  shared.values[3] = std::nan("");
+  EXPECT_EQ(validate(shared).error().message, "feature_count is not finite");
+  EXPECT_EQ(validate(shared).error().place, "site 1");
+}
+
+TEST(FactorTable, RefusesToShareMoreFactorsThanThereAre) {
+  FactorTable table = shared_table();
+  table.shared_count = 3;
+  EXPECT_FALSE(validate(table).has_value());
 }
 
 TEST(FactorTable, RefusesTooFewValues) {

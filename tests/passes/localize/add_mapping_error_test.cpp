@@ -114,6 +114,7 @@ TEST(AddMappingError, GivesLooksThatTakeASampleATableOfTheirOwn) {
   ASSERT_EQ(table->of_samples.size(), 1U);
   const FactorTable& samples = table->of_samples.front();
   EXPECT_EQ(samples.looks, looks);
+  EXPECT_EQ(samples.shared_count, drive.factors.factors.size()) << "not once for each look";
   const auto at = [&](std::size_t site, std::size_t look, const std::string& name) {
     const auto found = std::ranges::find(samples.factors, name);
     return samples.at(site, look, static_cast<std::size_t>(found - samples.factors.begin()));

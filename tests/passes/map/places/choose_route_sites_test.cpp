@@ -116,6 +116,36 @@ TEST(ChooseRouteSites, AShortHoleIsBridgedAndALongOneEndsTheRun) {
   EXPECT_NE(warnings[0].find("without ground"), std::string::npos) << warnings[0];
 }
 
+// Patches for ground between ground (ground_gaps.h), which are two cells wide.
+void add_told_floor(double from_m, double to_m, double height_m, Surface& surface) {
+  const std::size_t first = surface.patches.size();
+  add_floor(from_m, to_m, height_m, surface);
+  for (std::size_t i = first; i < surface.patches.size(); ++i) {
+    surface.patches[i].half_side_m = surface.cell_m;
+  }
+}
+
+TEST(ChooseRouteSites, GroundThatNobodySawCarriesNobodyOverALongHoleOrBeyondTheMap) {
+  Surface holed = street();
+  std::erase_if(holed.patches, [](const SurfacePatch& patch) {
+    const double x_m = patch.centre_m.x();
+    return (x_m > 10.0 && x_m < 16.0) || (x_m > 25.0 && x_m < 42.0);
+  });
+  add_told_floor(10.0, 16.0, 0.1, holed);
+  add_told_floor(25.0, 42.0, 0.1, holed);
+  add_told_floor(50.0, 55.0, 0.1, holed);
+  const auto [sites, warnings] = chosen(holed, {line(0.0, 60.0)});
+  ASSERT_TRUE(sites.has_value());
+  EXPECT_EQ(sites->sites[13].run, 0U) << "a short hole is bridged";
+  for (const Site& site : sites->sites) {
+    const double x_m = site.T_map_vehicle.translation().x();
+    EXPECT_FALSE(x_m > 26.5 && x_m < 40.5) << x_m;
+    EXPECT_LT(x_m, 51.5);
+  }
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("without ground"), std::string::npos) << warnings[0];
+}
+
 // A bridge over the middle of the street.
 TEST(ChooseRouteSites, TheFloorIsThatWhichTheLineComesFrom) {
   Surface bridged = street();
