@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <string_view>
+#include <vector>
 
 #include "formats/base/regular_file.h"
+#include "passes/pass/options.h"
 
 namespace sightline {
 namespace {
@@ -27,10 +30,6 @@ std::string first_bytes(const fs::path& path) {
 
 bool has_ending(const fs::path& path, std::initializer_list<std::string_view> endings) {
   return std::ranges::find(endings, path.extension().string()) != endings.end();
-}
-
-bool holds_many_scans(const fs::path& path) {
-  return has_ending(path, {".bag", ".db3", ".mcap", ".pcap", ".pcapng"});
 }
 
 std::string folder_of(const fs::path& path) {
@@ -75,7 +74,8 @@ bool may_be_mistaken(const Error& error, FileKind kind) {
     case ErrorCode::kCannotRead:
       return kind == FileKind::kFolder;
     case ErrorCode::kCannotOpen:  // of what lists a folder
-      return kind != FileKind::kFolder && error.message.find("folder") != std::string::npos;
+      return kind != FileKind::kFolder && error.message.find("folder") != std::string::npos &&
+             !(kind == FileKind::kRecording && holds_many_scans(error.file));
     case ErrorCode::kMalformedText:
       return kind != FileKind::kFolder && kind != FileKind::kConfiguration;
     case ErrorCode::kBadMagic:
@@ -85,7 +85,47 @@ bool may_be_mistaken(const Error& error, FileKind kind) {
   }
 }
 
+// The entry of a folder whose name is nearest, small and capital letters apart first.
+std::string nearest_entry(const fs::path& folder, const std::string& name) {
+  constexpr std::size_t kMost = 10'000;
+  const auto lower = [](std::string text) {
+    std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+    return text;
+  };
+  std::vector<std::string> names;
+  std::error_code failure;
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, failure);
+       !failure && entry != fs::directory_iterator() && names.size() < kMost;
+       entry.increment(failure)) {
+    names.push_back(entry->path().filename().string());
+  }
+  std::ranges::sort(names);  // the order of a folder is nobody's
+  const auto same = std::ranges::find(names, lower(name), lower);
+  return same != names.end() ? *same : nearest_name(name, names);
+}
+
+// Why a path may lead nowhere.
+std::string hint_of_missing(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::exists(fs::symlink_status(path, ignored))) return "";  // a link to nowhere says so itself
+  const std::string text = path.string();
+  if (text.find('\\') != std::string::npos) return "; folders are divided by /, not by a backslash";
+  if (text.starts_with('~') || text.find("/~") != std::string::npos ||
+      text.find('$') != std::string::npos) {
+    return "; ~ and $ stand for nothing here: write the whole path";
+  }
+  if (text.find_first_of("*?") != std::string::npos) {
+    return "; patterns stand for nothing here: name the folder";
+  }
+  const std::string near = nearest_entry(path.parent_path(), path.filename().string());
+  return near.empty() ? "" : "; did you mean " + (path.parent_path() / near).string() + "?";
+}
+
 }  // namespace
+
+bool holds_many_scans(const fs::path& path) {
+  return has_ending(path, {".bag", ".db3", ".mcap", ".pcap", ".pcapng"});
+}
 
 std::optional<FileKind> kind_of_file(const fs::path& path) {
   std::error_code failure;
@@ -109,6 +149,10 @@ std::optional<FileKind> kind_of_file(const fs::path& path) {
 
 Error explain_wrong_file(Error error) {
   if (error.file.empty()) return error;
+  if (error.code == ErrorCode::kFileNotFound) {
+    error.message += hint_of_missing(error.file);
+    return error;
+  }
   const std::optional<FileKind> kind = kind_of_file(error.file);
   if (!kind || !may_be_mistaken(error, *kind)) return error;
   error.place.clear();

@@ -18,7 +18,16 @@ Result<ConfigSection*> find_section(std::string_view name, std::vector<ConfigSec
     if (section.name == name) return &section;
     known.push_back(section.name);
   }
-  return unknown_key(name, "at the top level", known);
+  Error error = unknown_key(name, "at the top level", known);
+  const auto owner = std::ranges::find_if(sections, [&](const ConfigSection& section) {
+    return std::ranges::find(section.fields, name, &OptionField::name) != section.fields.end();
+  });
+  if (owner != sections.end()) {
+    error.message = "'" + std::string(name) +
+                    "' stands at the top level; it belongs in a section: " + owner->name + ": {" +
+                    std::string(name) + ": ...}";
+  }
+  return error;
 }
 
 Result<OptionField*> find_field(std::string_view name, ConfigSection& section) {
@@ -63,7 +72,10 @@ Result<void> read_section(const YamlNode& node, ConfigSection& section) {
 Result<void> read_sections(const std::string& text, std::vector<ConfigSection>& sections) {
   SIGHTLINE_ASSIGN(const YamlNode root, parse_yaml(text));
   if (root.kind != YamlNode::Kind::kMap) {
-    return Error{ErrorCode::kMalformedText, "a configuration is a map of sections", "", "line 1"};
+    return Error{ErrorCode::kMalformedText,
+                 "a configuration is a map of sections, such as mapping: {scans: FOLDER}; "
+                 "`sightline init FOLDER -o drive.yaml` writes one",
+                 "", "line 1"};
   }
   for (std::size_t i = 0; i < root.keys.size(); ++i) {
     const Result<ConfigSection*> section = find_section(root.keys[i].scalar, sections);

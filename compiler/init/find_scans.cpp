@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "formats/base/regular_file.h"
+#include "formats/foreign/clouds/read_point_cloud.h"
 #include "formats/foreign/recording/open_scan_container.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/text/lower_extension.h"
@@ -16,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDeepest = 4;
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // some editors' before UTF-8
 
 bool is_hidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
@@ -54,25 +56,42 @@ bool looks_like_text(const fs::path& file) {
   return std::ranges::find(kEndings, lower_extension(file)) != kEndings.end();
 }
 
+// Words of a line, and how many of them are numbers; none of a comment.
+struct Columns {
+  std::size_t count = 0;
+  std::size_t numbers = 0;
+};
+
+Columns columns_of(std::string line) {
+  std::ranges::replace(line, ',', ' ');
+  std::istringstream words(line);
+  Columns columns;
+  for (std::string word; words >> word; ++columns.count) {
+    if (columns.count == 0 && word.starts_with('#')) break;
+    std::istringstream number(word);
+    double value = 0.0;
+    columns.numbers += number >> value && number.eof() ? 1U : 0U;
+  }
+  return columns;
+}
+
 // Columns of the first line that is no comment, where all of them are numbers; else 0, also where
-// that line does not end near the beginning.
+// that line does not end near the beginning. A line of names may stand before it.
 std::size_t columns_of_numbers(const fs::path& file) {
   constexpr std::size_t kMostBytes = 64 * 1024;
   const Result<std::string> beginning = read_beginning(file.string(), kMostBytes);
   if (!beginning) return 0;
   const bool is_cut = beginning->size() == kMostBytes;
   std::istringstream stream(is_cut ? beginning->substr(0, beginning->rfind('\n') + 1) : *beginning);
+  bool is_first = true;
   for (std::string line; std::getline(stream, line);) {
-    std::ranges::replace(line, ',', ' ');
-    std::istringstream words(line);
-    std::size_t columns = 0;
-    for (std::string word; words >> word; ++columns) {
-      if (columns == 0 && word.starts_with('#')) break;
-      std::istringstream number(word);
-      double value = 0.0;
-      if (!(number >> value) || !number.eof()) return 0;
-    }
-    if (columns > 0) return columns;
+    if (is_first && line.starts_with(kByteOrderMark)) line.erase(0, kByteOrderMark.size());
+    const Columns columns = columns_of(line);
+    if (columns.count == 0) continue;
+    const bool is_head = is_first && columns.numbers == 0;
+    is_first = false;
+    if (is_head) continue;
+    return columns.numbers == columns.count ? columns.count : 0;
   }
   return 0;
 }
@@ -137,6 +156,23 @@ void look_into(const fs::path& folder, int depth, ScanSearch& search) {
   for (const fs::path& inner : listing->folders) look_into(inner, depth + 1, search);
 }
 
+// A file that is no recording of many scans: how it is to be converted, or what is wanted.
+Result<void> refuse_other_file(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return {};
+  constexpr std::array<std::string_view, 13> kForeign = {".osf", ".lvx", ".lvx2", ".laz", ".e57",
+                                                         ".zip", ".7z",  ".tar",  ".tgz", ".gz",
+                                                         ".xz",  ".zst", ".xyz"};
+  if (std::ranges::find(kForeign, lower_extension(file)) != kForeign.end()) {
+    const Result<PointCloudFile> scan = read_point_cloud(file);
+    if (!scan && scan.error().code == ErrorCode::kUnsupportedFormat) return scan.error();
+  }
+  return Error{ErrorCode::kCannotOpen,
+               "no folder, and no bag of ROS (.bag, .db3, .mcap) or capture (.pcap, .pcapng) by "
+               "what it begins with; expected one of these, of poses the folder with their scans",
+               file.string(), ""};
+}
+
 }  // namespace
 
 Result<ScanSearch> find_scans(const fs::path& folder) {
@@ -150,6 +186,7 @@ Result<ScanSearch> find_scans(const fs::path& folder) {
   if (is_scan_container(start)) {
     search.found.push_back({start, {}, {}});
   } else {
+    SIGHTLINE_TRY(refuse_other_file(start));
     SIGHTLINE_TRY(list_folder(start));
     look_into(start, 0, search);
   }

@@ -53,7 +53,9 @@ Result<void> set_fields(const YamlNode& node, const std::string& where,
                         std::vector<OptionField>& fields, const std::vector<std::string>& others) {
   if (node.kind == YamlNode::Kind::kNull) return {};
   if (node.kind != YamlNode::Kind::kMap) {
-    return placed({ErrorCode::kBadValue, where + " must be a map of keys", "", ""}, node);
+    const auto scans = std::ranges::find(fields, "scans", &OptionField::name);
+    const std::string example = scans == fields.end() ? "" : ", such as {scans: FOLDER}";
+    return placed({ErrorCode::kBadValue, where + " must be a map of keys" + example, "", ""}, node);
   }
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const YamlNode& key = node.keys[i];

@@ -1,6 +1,7 @@
 #include "compiler/pipeline/yaml_tree.h"
 
 #include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/yaml.h>
 
 #include <map>
@@ -104,6 +105,16 @@ void refuse_second_document(const std::string& text) {
   while (parser.HandleNextDocument(counter)) continue;
 }
 
+// What people mean to write where yaml-cpp understands nothing.
+std::string hint(const YAML::Exception& exception, const std::string& text) {
+  const bool has_tab = text.starts_with('\t') || text.find("\n\t") != std::string::npos;
+  if (has_tab) return "; a line begins with a tab, YAML takes blanks alone";
+  if (exception.msg == YAML::ErrorMsg::MAP_VALUE) {
+    return "; keys of one section begin in one column, each with a blank behind its colon";
+  }
+  return "";
+}
+
 Error too_large() {
   return {ErrorCode::kMalformedText,
           "more than " + std::to_string(kLargestYaml) + " bytes, which no configuration has", "",
@@ -131,10 +142,7 @@ Result<YamlNode> parse_yaml(const std::string& text) {
     refuse_second_document(text);
     return TreeBuilder().build(YAML::Load(text), 0);
   } catch (const YAML::Exception& exception) {
-    const bool has_tab = text.starts_with('\t') || text.find("\n\t") != std::string::npos;
-    return Error{ErrorCode::kMalformedText,
-                 "not YAML: " + exception.msg +
-                     (has_tab ? "; a line begins with a tab, YAML takes blanks alone" : ""),
+    return Error{ErrorCode::kMalformedText, "not YAML: " + exception.msg + hint(exception, text),
                  "", "line " + std::to_string(exception.mark.line + 1)};
   }
 }

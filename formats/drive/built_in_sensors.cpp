@@ -196,6 +196,25 @@ std::vector<SensorProfile> built_in_sensors() {
   return all;
 }
 
+// Small letters and digits alone: "VLP-16" and "vlp_16" are "vlp16".
+std::string letters_of(std::string_view name) {
+  std::string letters;
+  for (const char c : name) {
+    const bool is_upper = c >= 'A' && c <= 'Z';
+    const bool is_kept = is_upper || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+    if (is_kept) letters += static_cast<char>(is_upper ? c - 'A' + 'a' : c);
+  }
+  return letters;
+}
+
+// "VLP16" and "Velodyne VLP-16" mean vlp-16, "HDL64" hdl-64e.
+bool is_meant(std::string_view profile, std::string_view name) {
+  constexpr std::size_t kEnough = 4;
+  const std::string wanted = letters_of(name);
+  const std::string known = letters_of(profile);
+  return wanted.ends_with(known) || (wanted.size() >= kEnough && known.starts_with(wanted));
+}
+
 }  // namespace
 
 std::vector<std::string> sensor_profile_names() {
@@ -206,13 +225,15 @@ std::vector<std::string> sensor_profile_names() {
 
 Result<SensorProfile> sensor_profile(std::string_view name) {
   std::string known;
+  std::string meant;
   for (SensorProfile& profile : built_in_sensors()) {
     if (profile.name == name) return std::move(profile);
     known += " " + profile.name;
+    if (is_meant(profile.name, name)) meant = "; did you mean " + profile.name + "?";
   }
   return Error{ErrorCode::kUnknownName,
                "unknown sensor profile '" + std::string(name) + "', expected one of" + known +
-                   ", or a file (.yaml, .csv, .json) with its beams",
+                   ", or a file (.yaml, .csv, .json) with its beams" + meant,
                "", ""};
 }
 

@@ -1,6 +1,7 @@
 #include "passes/pass/options.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -21,8 +22,27 @@ Error bad_value(const OptionField& field, std::string_view found, const std::str
           field.name + ": found '" + std::string(found) + "', expected " + expected, "", ""};
 }
 
+// " (metres)": of numbers, by the end of their name.
+std::string unit_of(const OptionField& field) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kUnits = {
+      {{"_m", "metres"}, {"_deg", "degrees"}, {"_s", "seconds"}, {"_hz", "a second"}}};
+  for (const auto& [end, unit] : kUnits) {
+    if (field.name.ends_with(end)) return " (" + std::string(unit) + ")";
+  }
+  return "";
+}
+
 std::string interval(const OptionField& field) {
-  return "a number in [" + format_double(field.minimum) + ", " + format_double(field.maximum) + "]";
+  return "a number in [" + format_double(field.minimum) + ", " + format_double(field.maximum) +
+         "]" + unit_of(field);
+}
+
+// A number written with a decimal comma.
+std::string hint_of_comma(std::string_view text) {
+  const std::size_t comma = text.find(',');
+  if (comma == std::string_view::npos) return "";
+  return "; decimals are written with a point: " + std::string(text.substr(0, comma)) + "." +
+         std::string(text.substr(comma + 1));
 }
 
 template <class T>
@@ -55,7 +75,7 @@ Result<void> set_int(const OptionField& field, int& value, std::string_view text
 Result<void> set_double(const OptionField& field, double& value, std::string_view text) {
   double number = 0.0;
   if (!parse_number(text, number) || !is_within(field, number)) {
-    return bad_value(field, text, interval(field));
+    return bad_value(field, text, interval(field) + hint_of_comma(text));
   }
   value = number;
   return {};

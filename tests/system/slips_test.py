@@ -11,6 +11,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import tarfile
 import tempfile
 
 SIGHTLINE, CORPUS, RECORDINGS = (str(pathlib.Path(p).resolve()) for p in sys.argv[1:4])
@@ -33,6 +34,11 @@ SLIPS = [
     ("a map to init", "init town.slmap", None, "this is a compiled map"),
     ("a model to report", "report town.slmodel -o m.html", CORRUPT, "this is an error model"),
     ("the report of a configuration", "report drive.yaml -o m.html", USAGE, "add --map FILE"),
+    ("poses to init", "init poses.tum", SYSTEM, "the folder with their scans"),
+    ("an archive to init", "init drive.tar.gz", INPUT, "tar -xf"),
+    ("a recording of Ouster's to init", "init drive.osf", INPUT, "ouster-cli source in.osf save out.pcap"),
+    ("a capture that is none to init", "init broken.pcap", SYSTEM, "by what it begins with"),
+    ("poses to compile", "compile poses.yaml -o m.slmap", INPUT, "mapping: {scans: FOLDER}"),
     ("no drive to evaluate by", "evaluate drive.yaml --map town.slmap", USAGE, "where there is one drive, that one again"),
     # Words of the command line.
     ("a verb misspelt", "complie drive.yaml", USAGE, "compile"),
@@ -50,6 +56,8 @@ SLIPS = [
     # Paths.
     ("a configuration that is not there", "compile drives.yaml -o m.slmap", INPUT, "drives.yaml"),
     ("an output that is there", "compile drive.yaml -o town.slmap", USAGE, "--force"),
+    ("the configuration as output", "compile drive.yaml -o drive.yaml --force", SYSTEM, "name another file"),
+    ("capital letters", "compile Drive.yaml -o m.slmap", INPUT, "did you mean drive.yaml?"),
     ("a folder as output", "compile drive.yaml -o velodyne", SYSTEM, "only a regular file"),
     ("an output below a file", "compile drive.yaml -o town.slmap/m.slmap", SYSTEM, "in the way"),
     ("init of a folder that is not there", "init recording", INPUT, "no such"),
@@ -59,14 +67,24 @@ SLIPS = [
     ("a key misspelt", "compile key.yaml -o m.slmap", USAGE, "did you mean 'scans'"),
     ("a section misspelt", "compile section.yaml -o m.slmap", USAGE, "did you mean 'mapping'"),
     ("a tab in YAML", "compile tab.yaml -o m.slmap", INPUT, "takes blanks alone"),
+    ("keys that begin in other columns", "compile column.yaml -o m.slmap", INPUT, "begin in one column"),
+    ("keys of a drive without its section", "compile flat.yaml -o m.slmap", USAGE, "mapping: {scans: ...}"),
+    ("a folder in place of a section", "compile word.yaml -o m.slmap", USAGE, "such as {scans: FOLDER}"),
+    ("limits in centimetres", "compile drive.yaml -o m.slmap --set annotation.limits_m=10,25", USAGE, "(metres)"),
+    ("a decimal comma", "compile drive.yaml -o m.slmap --set build-ndt.cell_m=1,5", USAGE, "1.5"),
     ("a number out of range", "compile range.yaml -o m.slmap", USAGE, "0.1"),
     ("no mapping drive", "compile empty.yaml -o m.slmap", USAGE, "sightline init"),
     ("a world misspelt", "compile world.yaml -o m.slmap", USAGE, "utm:ZONE"),
     ("a sensor misspelt", "compile sensor.yaml -o m.slmap", USAGE, "vlp-16"),
+    ("the maker's name of a sensor", "compile maker.yaml -o m.slmap", USAGE, "did you mean vlp-16?"),
     ("a file of beams misspelt", "compile beams.yaml -o m.slmap", USAGE, "azimuth_step_deg"),
     # The recording.
     ("the folder one too high", "compile high.yaml -o m.slmap", INPUT, "velodyne"),
-    ("a folder that is not there", "compile missing.yaml -o m.slmap", INPUT, "relative to the folder of the configuration"),
+    ("a folder misspelt", "compile missing.yaml -o m.slmap", INPUT, "folder of the configuration); did you mean velodyne?"),
+    ("a backslash", "compile backslash.yaml -o m.slmap", INPUT, "divided by /"),
+    ("a home folder", "compile home.yaml -o m.slmap", INPUT, "write the whole path"),
+    ("a pattern of files", "compile pattern.yaml -o m.slmap", INPUT, "name the folder"),
+    ("an empty file among the scans", "compile hole.yaml -o m.slmap", INPUT, "its row out of the poses"),
     ("one scan as the folder", "compile single.yaml -o m.slmap", None, "folder"),
     ("two formats in a folder", "compile mixed.yaml -o m.slmap", INPUT, "SL2019"),
     ("a pointer of Git LFS", "compile lfs.yaml -o m.slmap", INPUT, "git lfs pull"),
@@ -78,6 +96,10 @@ SLIPS = [
     # Poses.
     ("poses that are not there", "compile no_poses.yaml -o m.slmap", INPUT, "relative to the folder of the configuration"),
     ("too few poses", "compile few.yaml -o m.slmap", INPUT, "supply all, or name no poses"),
+    ("poses of another clock", "compile clock.yaml -o m.slmap", INPUT, "by 2 h, as time zones do"),
+    ("poses with decimal commas", "compile comma.yaml -o m.slmap", INPUT, "points in numbers"),
+    ("poses with names above their columns", "compile named.yaml --stop-after ingest", 0, ""),
+    ("names of another order", "compile order.yaml -o m.slmap", INPUT, "in the order t x y z qx qy qz qw"),
     ("poses of six columns", "compile columns.yaml -o m.slmap", INPUT, "12 (KITTI), 8 (TUM)"),
     ("quaternions that are none", "compile norm.yaml -o m.slmap", INPUT, "SL2011"),
     ("w first in quaternions: they are turned", "compile w_first.yaml --stop-after ingest", 0, "w x y z"),
@@ -141,6 +163,18 @@ def write_files(folder):
     write("poses.tum", tum.format(*["0 0 0 1"] * 6))
     write("norm.tum", tum.format(*["0 0 0 2"] * 6))
     write("w_first.tum", tum.format(*["1 0 0 0"] * 6))
+    write("named.csv", "timestamp,x,y,z,qx,qy,qz,qw\r\n" + tum.format(*["0 0 0 1"] * 6).replace(" ", ",").replace("\n", "\r\n"))
+    write("order.csv", "timestamp,x,y,z,qw,qx,qy,qz\n" + tum.format(*["1 0 0 0"] * 6).replace(" ", ","))
+    write("comma.csv", tum.format(*["0 0 0 1"] * 6).replace(".", ",").replace(" ", ";"))
+    write("later.tum", "".join(f"{7200 + i}.0 {i} 0 0 0 0 0 1\n" for i in range(6)))
+    write("times.txt", "".join(f"{i}.0\n" for i in range(6)))
+    write("poses.yaml", "1 0 0 0 0 1 0 0 0 0 1 0\n")
+    write("broken.pcap", "no capture\n")
+    write("drive.osf", "no text\n")
+    with tarfile.open(folder / "drive.tar.gz", "w:gz") as archive:
+        archive.add(folder / "velodyne" / "000000.pcd", "000000.pcd")
+    write("hole/0.pcd", scan_text(0))
+    write("hole/1.pcd", "")
     write("few.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n" * 3)
     write("columns.txt", "0 1 2 3 4 5\n" * 6)
     write("beams_of_mine.yaml", "beams_deg: [1, 2]\nstep: 0.2\n")
@@ -170,6 +204,13 @@ def write_files(folder):
             "sensor": "mapping: {scans: velodyne, sensor: vlp16}",
             "beams": "mapping: {scans: velodyne, sensor: beams_of_mine.yaml}",
             "high": "mapping: {scans: high}", "missing": "mapping: {scans: velodine}",
+            "backslash": "mapping: {scans: drives\\velodyne}", "home": "mapping: {scans: ~/velodyne}",
+            "pattern": "mapping: {scans: velodyne/*.pcd}", "hole": "mapping: {scans: hole}",
+            "column": "mapping:\n scans: velodyne\n  sensor: vlp-16", "flat": drive.replace(", ", "\n"),
+            "word": "mapping: velodyne", "maker": "mapping: {scans: velodyne, sensor: Velodyne VLP-16}",
+            "clock": f"mapping: {{{drive}, poses: later.tum, stamps: times.txt}}",
+            "comma": f"mapping: {{{drive}, poses: comma.csv}}", "named": f"mapping: {{{drive}, poses: named.csv}}",
+            "order": f"mapping: {{{drive}, poses: order.csv}}",
             "single": "mapping: {scans: velodyne/000000.pcd}", "mixed": "mapping: {scans: mixed}",
             "lfs": "mapping: {scans: lfs}", "laz": "mapping: {scans: laz}", "link": "mapping: {scans: link}",
             "topic": "mapping: {scans: drive.mcap, topic: /lidar}",
@@ -184,9 +225,10 @@ def write_files(folder):
 
 
 def message_of(run):
-    lines = [line for line in run.stderr.splitlines() if "SL" in line or "warning" in line] or \
-        run.stderr.splitlines() or [""]
-    return lines[-1]
+    lines = [line for line in run.stderr.splitlines() if "SL" in line or "warning" in line]
+    if not lines and run.returncode == 0:
+        return "none: it is read as it is"
+    return (lines or run.stderr.splitlines() or [""])[-1]
 
 
 def main():

@@ -71,6 +71,7 @@ constexpr std::string_view kNotAScan =
 constexpr std::string_view kColumns =
     "text without a header is not read; give it a PCD header (FIELDS x y z, DATA ascii), for "
     "example with CloudCompare";
+constexpr std::string_view kArchive = "a tar archive; unpack it with `tar -xf`";
 constexpr std::string_view kLivoxFile =
     "Livox's LVX is not read; convert it to a bag with livox_ros_driver (`roslaunch "
     "livox_ros_driver lvx_to_rosbag.launch lvx_file_path:=in.lvx`), or to LAS with Livox Viewer";
@@ -84,7 +85,9 @@ constexpr StrangeName kStrangeNames[] = {
     {".asc", kColumns},
     {".pts", kColumns},
     {".json", "JSON is not read; save the points as PCD"},
-    {".osf", "Ouster's OSF is not read; convert it with `ouster-cli source in.osf save out.bag`"},
+    {".osf", "Ouster's OSF is not read; convert it with `ouster-cli source in.osf save out.pcap`"},
+    {".tar", kArchive},
+    {".tgz", kArchive},
     {".lvx", kLivoxFile},
     {".lvx2", kLivoxFile},
 };
@@ -173,10 +176,17 @@ FloatEvidence evidence_of(const FileBytes& file) {
 }
 
 Result<PointCloudFile> parse_unpacked(const FileBytes& file) {
-  if (file.bytes.empty()) return file.error(ErrorCode::kEmptyScan, "the file is empty", at_byte(0));
+  constexpr const char* kRemedy = "; take it out of the folder, and its row out of the poses";
+  if (file.bytes.empty()) {
+    return file.error(ErrorCode::kEmptyScan, std::string("the file is empty") + kRemedy,
+                      at_byte(0));
+  }
   SIGHTLINE_TRY(refuse_unsupported_formats(file));
-  SIGHTLINE_ASSIGN(PointCloudFile cloud, parse_by_kind(file, lower_extension(file.file)));
-  return with_returns(std::move(cloud), file.file, "");
+  Result<PointCloudFile> cloud = parse_by_kind(file, lower_extension(file.file));
+  if (cloud) return with_returns(*std::move(cloud), file.file, "");
+  Error error = cloud.error();
+  if (error.code == ErrorCode::kEmptyScan) error.message += kRemedy;
+  return error;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "formats/base/regular_file.h"
 #include "formats/foreign/recording/scan_files.h"
@@ -141,6 +142,25 @@ std::optional<PoseRow> pose_at(const std::vector<PoseRow>& rows, std::int64_t st
   return pose;
 }
 
+// Where the poses lie in time, and how clocks of two kinds come to be that far apart.
+std::string span_of(const std::vector<PoseRow>& rows, std::int64_t stamp_ns) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  constexpr std::int64_t kHour_s = 3600;
+  constexpr std::int64_t kLeastOff_s = 600;
+  const std::int64_t first_ns = *rows.front().stamp_ns;
+  const std::int64_t last_ns = *rows.back().stamp_ns;
+  std::string text = "; they run from " + format_stamp(first_ns) + " to " + format_stamp(last_ns);
+  if (stamp_ns >= first_ns && stamp_ns <= last_ns) return text + ", with a gap of over 1 s there";
+  const std::int64_t off_s = (stamp_ns - first_ns) / kSecond_ns;
+  const std::int64_t hours = (off_s + (off_s < 0 ? -kHour_s : kHour_s) / 2) / kHour_s;
+  if (std::abs(off_s) < kLeastOff_s) return text;
+  text += ", so the clocks of scans and poses differ";
+  const bool is_zone =
+      hours != 0 && std::abs(hours) <= 14 && std::abs(off_s - hours * kHour_s) < kLeastOff_s;
+  if (is_zone) text += " by " + std::to_string(std::abs(hours)) + " h, as time zones do";
+  return text + ": write both in one";
+}
+
 Result<std::vector<PoseRow>> poses_by_time(const std::string& path, const Files& files,
                                            const std::vector<PoseRow>& rows,
                                            const Stamps& stamps_ns) {
@@ -149,7 +169,7 @@ Result<std::vector<PoseRow>> poses_by_time(const std::string& path, const Files&
     const std::optional<PoseRow> pose = pose_at(rows, *stamps_ns[i]);
     if (!pose) {
       return fewer_poses(path, "no poses around time " + format_stamp(*stamps_ns[i]) + " s of " +
-                                   files[i].filename().string());
+                                   files[i].filename().string() + span_of(rows, *stamps_ns[i]));
     }
     poses.push_back(*pose);
   }

@@ -21,7 +21,8 @@ TopicChoice topics_of(const MessageLog& log, TypeTest is_type) {
   for (const auto& [number, channel] : log.channels()) {
     if (channel.message_count == 0) continue;
     if (channel.encoding && is_type(channel.type)) choice.fitting.insert(channel.topic);
-    choice.all += " " + channel.topic + " (" + channel.type + ")";
+    choice.all += " " + channel.topic + " (" + channel.type +
+                  (channel.encoding ? ")" : ", neither in CDR nor in the form of ROS 1)");
   }
   return choice;
 }

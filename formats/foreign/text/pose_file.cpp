@@ -1,7 +1,10 @@
 #include "formats/foreign/text/pose_file.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "formats/foreign/clouds/cloud_parsers.h"
 #include "formats/foreign/text/geodetic_parsers.h"
@@ -126,6 +129,42 @@ Error backwards(const FileBytes& file, std::size_t line, std::int64_t before_ns,
                     at_line(line));
 }
 
+bool is_line_of_names(const std::vector<std::string_view>& words) {
+  return std::ranges::none_of(
+      words, [](std::string_view word) { return to_number<double>(word).has_value(); });
+}
+
+// "t x y z qx qy qz qw" in the words of many writers (timestamp, pos_x, orientation.w), in this
+// order.
+bool names_tum_columns(const std::vector<std::string_view>& words) {
+  constexpr std::array<char, kTumColumns> kLast = {0, 'x', 'y', 'z', 'x', 'y', 'z', 'w'};
+  if (words.size() != kTumColumns || !is_line_of_names(words)) return false;
+  for (std::size_t i = 1; i < kTumColumns; ++i) {
+    if ((words[i].back() | 0x20) != kLast[i]) return false;
+  }
+  return true;
+}
+
+// What stands in a file of another layout, and what to do with it; empty: nothing known.
+std::string foreign_layout(const std::vector<std::string_view>& words) {
+  const bool has_semicolons = std::ranges::any_of(
+      words, [](std::string_view word) { return word.find(';') != std::string_view::npos; });
+  if (has_semicolons) {
+    return "; columns are divided by ';', and a comma may be a decimal one: write blanks between "
+           "columns and points in numbers";
+  }
+  if (is_line_of_names(words)) {
+    return "; this line names columns: they are read in the order t x y z qx qy qz qw";
+  }
+  return "";
+}
+
+// Without the mark that some editors of Windows put before UTF-8.
+std::string_view without_byte_order_mark(std::string_view text) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";
+  return text.starts_with(kMark) ? text.substr(kMark.size()) : text;
+}
+
 // Calls row(line number, words) for every line that is neither blank nor a comment.
 template <class Body>
 Result<void> for_each_row(const FileBytes& file, Body body) {
@@ -134,13 +173,19 @@ Result<void> for_each_row(const FileBytes& file, Body body) {
                       "a git-LFS pointer lies here; run `git lfs pull` where it was cloned",
                       at_line(1));
   }
-  LineReader reader(file.text());
+  LineReader reader(without_byte_order_mark(file.text()));
   std::string_view line;
   std::vector<std::string_view> words;
-  while (reader.next(line)) {
+  for (bool is_first = true; reader.next(line);) {
     split_words(line, words, " \t\r,");
     if (words.empty() || words.front().starts_with('#')) continue;
-    SIGHTLINE_TRY(body(reader.number(), words));
+    const bool is_head = std::exchange(is_first, false) && names_tum_columns(words);
+    if (is_head) continue;
+    const Result<void> taken = body(reader.number(), words);
+    if (taken) continue;
+    Error error = taken.error();
+    error.message += foreign_layout(words);
+    return error;
   }
   return {};
 }

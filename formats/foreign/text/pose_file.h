@@ -20,12 +20,12 @@ enum class PoseFormat {
   kApollo,  // 9: id t x y z qx qy qz qw
 };
 
-// Reads poses, one a line; blank lines and lines that begin with # are skipped, columns may be
-// apart by blanks, tabs or commas. Rotations that are off by rounding (norm of a quaternion or
-// products of the matrix's rows within 1e-3) are made exact; times are taken from their decimal
-// digits, so nanoseconds survive. Errors, with the line: file-not-found, cannot-read,
-// git-lfs-pointer, malformed-pose, not-a-rotation, time-runs-backwards (a time that is not after
-// the one before).
+// Reads poses, one a line; blank lines, lines that begin with # and a first line that names the
+// columns of kTum in their order are skipped, columns may be apart by blanks, tabs or commas.
+// Rotations that are off by rounding (norm of a quaternion or products of the matrix's rows within
+// 1e-3) are made exact; times are taken from their decimal digits, so nanoseconds survive. Errors,
+// with the line: file-not-found, cannot-read, git-lfs-pointer, malformed-pose, not-a-rotation,
+// time-runs-backwards (a time that is not after the one before).
 Result<std::vector<PoseRow>> read_poses(const std::filesystem::path& path, PoseFormat format);
 
 // Writes "t x y z qx qy qz qw", with every digit that reads back as the same number; a row without

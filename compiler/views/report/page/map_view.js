@@ -48,7 +48,8 @@ function drawMarks(page, map) {
   const shown = markOf("site-mark", 18);
   onSelect((site) => {
     shown.setLatLng(at(site)).addTo(map);
-    if (!map.getBounds().pad(-0.1).contains(at(site))) map.panTo(at(site));
+    // The ends of a route that fills the map lie inside this: the page opens with all of it.
+    if (!map.getBounds().pad(-0.03).contains(at(site))) map.panTo(at(site));
   });
   const pointed = markOf("pointed-mark", 14);
   onPoint((site) => {

@@ -50,7 +50,10 @@ Result<void> Db3File::add_topics() {
         if (!id || !name || !type || !format || !channel_of_topic_.emplace(*id, number).second) {
           return database_.damaged("found a topic without number, name, type or format, or twice");
         }
-        channels_[number] = {std::string(*name), ros1_type_name(*type), encoding_named(*format), 0};
+        // Tools that rewrite recordings leave it out; ros2 bag itself writes nothing but CDR.
+        const std::string_view encoding = format->empty() ? "cdr" : std::string_view(*format);
+        channels_[number] = {std::string(*name), ros1_type_name(*type), encoding_named(encoding),
+                             0};
         return {};
       });
 }

@@ -102,8 +102,8 @@ TEST(ScanFiles, AFileOfAFormatThatIsNotReadSaysHowToConvertIt) {
     return files ? std::string("read") : to_string(files.error());
   };
   const std::filesystem::path osf = folder.write("drive.osf", std::string("\0\0\0\x24OSF!", 8));
-  EXPECT_THAT(said(osf), testing::HasSubstr("ouster-cli source in.osf save out.bag"));
-  EXPECT_THAT(said(folder.path()), testing::HasSubstr("ouster-cli source in.osf save out.bag"));
+  EXPECT_THAT(said(osf), testing::HasSubstr("ouster-cli source in.osf save out.pcap"));
+  EXPECT_THAT(said(folder.path()), testing::HasSubstr("ouster-cli source in.osf save out.pcap"));
   const ScratchFolder other;
   EXPECT_THAT(said(other.write("a.lvx2", "livox_tech")), testing::HasSubstr("livox_ros_driver"));
   EXPECT_THAT(said(other.write("a.e57", "ASTM-E57")), testing::HasSubstr("CloudCompare"));

@@ -160,6 +160,27 @@ TEST(Db3, ThatWasNotClosedIsRefusedWithTheRemedy) {
   EXPECT_NE(error.message.find("drive.db3-wal"), std::string::npos);
 }
 
+// `bytes` with each `from` made `to`, which is as long.
+std::string replaced(std::string bytes, std::string_view from, std::string_view to) {
+  for (std::size_t at = bytes.find(from); at != std::string::npos; at = bytes.find(from, at)) {
+    bytes.replace(at, from.size(), to);
+  }
+  return bytes;
+}
+
+// As tools leave it that rewrite recordings: in SQLite's row of a topic the text of its encoding,
+// of 3 bytes (type 19), becomes that of the column behind it, which was empty (type 13).
+TEST(Db3, WithoutANameOfTheEncodingIsReadAndWithAnotherSaysSo) {
+  const std::string whole = content_of("drive.db3");
+  EXPECT_EQ(read_bytes(replaced(whole, "\x13\x0d/", "\x0d\x13/")), read_bytes(whole));
+  const std::string other = replaced(whole, "cdr", "xml");
+  const MemoryFile file(std::as_bytes(std::span(other)));
+  const Error error = open_bag(file.path(), "/points").error();
+  EXPECT_NE(error.message.find("/points (sensor_msgs/PointCloud2, neither in CDR"),
+            std::string::npos)
+      << error.message;
+}
+
 class BagFolder : public testing::Test {
  protected:
   Error error_of(const std::string& metadata) {

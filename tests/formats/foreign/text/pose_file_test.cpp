@@ -42,6 +42,32 @@ TEST(PoseFile, ReadsKittiTumAndApolloByTheirColumns) {
   EXPECT_TRUE(apollo->at(0).T_world_vehicle.isApprox(tum->at(0).T_world_vehicle));
 }
 
+TEST(PoseFile, ReadsWhatSpreadsheetsAndWindowsWrite) {
+  const ScratchFolder folder;
+  for (const char* head :
+       {"timestamp,x,y,z,qx,qy,qz,qw\n", "t,pos_x,pos_y,pos_z,q.X,q.Y,q.Z,q.W\r\n", "\xef\xbb\xbf",
+        "\xef\xbb\xbf# t x y z qx qy qz qw\n"}) {
+    const auto poses = read(folder, std::string(head) + "1.5,10,20,30,0,0,1,0\r\n");
+    ASSERT_TRUE(poses.has_value()) << head << to_string(poses.error());
+    ASSERT_EQ(poses->size(), 1U) << head;
+    EXPECT_EQ(poses->at(0).stamp_ns, 1'500'000'000);
+  }
+}
+
+TEST(PoseFile, SaysWhatToDoWithAnotherLayout) {
+  const ScratchFolder folder;
+  const auto complaint = [&](std::string_view text) {
+    const auto poses = read(folder, text);
+    return poses ? std::string() : to_string(poses.error());
+  };
+  const std::string w_first = complaint("t x y z qw qx qy qz\n0 1 2 3 1 0 0 0\n");
+  EXPECT_NE(w_first.find("in the order t x y z qx qy qz qw"), std::string::npos) << w_first;
+  const std::string commas = complaint("0,5;1,0;2,0;3,0;0,0;0,0;0,0;1,0\n");
+  EXPECT_NE(commas.find("points in numbers"), std::string::npos) << commas;
+  // A line of names further down is no head.
+  EXPECT_NE(complaint("0 1 2 3 0 0 0 1\nt x y z qx qy qz qw\n"), "");
+}
+
 TEST(PoseFile, TimesKeepEveryNanosecond) {
   EXPECT_EQ(parse_stamp_ns("1223328152.391680"), 1223328152391680000);
   EXPECT_EQ(parse_stamp_ns("1567410201.7452047"), 1567410201745204700);
