@@ -10,6 +10,7 @@
 #include "formats/foreign/recording/open_scan_container.h"
 #include "formats/foreign/recording/scan_files.h"
 #include "formats/foreign/text/lower_extension.h"
+#include "formats/foreign/text/text_lines.h"
 
 namespace sightline {
 namespace {
@@ -17,7 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDeepest = 4;
-constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // some editors' before UTF-8
 
 bool is_hidden(const fs::path& path) { return path.filename().string().starts_with('.'); }
 
@@ -85,8 +85,8 @@ std::size_t columns_of_numbers(const fs::path& file) {
   std::istringstream stream(is_cut ? beginning->substr(0, beginning->rfind('\n') + 1) : *beginning);
   bool is_first = true;
   for (std::string line; std::getline(stream, line);) {
-    if (is_first && line.starts_with(kByteOrderMark)) line.erase(0, kByteOrderMark.size());
-    const Columns columns = columns_of(line);
+    const Columns columns =
+        columns_of(std::string(is_first ? without_byte_order_mark(line) : line));
     if (columns.count == 0) continue;
     const bool is_head = is_first && columns.numbers == 0;
     is_first = false;

@@ -113,9 +113,7 @@ Result<void> sort_once(std::vector<OutsideError>& errors) {
 }
 
 Result<std::vector<OutsideError>> parse(std::string_view text) {
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  LineReader lines(text);
+  LineReader lines(without_byte_order_mark(text));
   std::string_view line;
   Words words;
   std::optional<Places> places;

@@ -159,12 +159,6 @@ std::string foreign_layout(const std::vector<std::string_view>& words) {
   return "";
 }
 
-// Without the mark that some editors of Windows put before UTF-8.
-std::string_view without_byte_order_mark(std::string_view text) {
-  constexpr std::string_view kMark = "\xef\xbb\xbf";
-  return text.starts_with(kMark) ? text.substr(kMark.size()) : text;
-}
-
 // Calls row(line number, words) for every line that is neither blank nor a comment.
 template <class Body>
 Result<void> for_each_row(const FileBytes& file, Body body) {

@@ -39,6 +39,12 @@ class LineReader {
   bool last_has_end_ = true;
 };
 
+// Without the mark that some editors of Windows put before UTF-8.
+inline std::string_view without_byte_order_mark(std::string_view text) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";
+  return text.starts_with(kMark) ? text.substr(kMark.size()) : text;
+}
+
 // Words between any of the separators, none of them empty. `words` is reused.
 inline void split_words(std::string_view line, std::vector<std::string_view>& words,
                         std::string_view separators = " \t\r") {

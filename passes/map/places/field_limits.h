@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "formats/base/result.h"
-#include "passes/map/places/choose_field_sites.h"
+#include "passes/map/places/field_options.h"
 
 // What places everywhere take, and how many are too many (tests/bench/README.md, "The field").
 
