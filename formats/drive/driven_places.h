@@ -30,7 +30,7 @@ struct DrivenPlaces {
 template <>
 struct ArtifactTraits<DrivenPlaces> {
   static constexpr std::string_view kName = "driven-places";
-  static constexpr std::uint32_t kVersion = 2;
+  static constexpr std::uint32_t kVersion = 3;
 };
 
 // Every part is valid in itself and belongs to its place. Errors: mismatched-inputs where sites,
