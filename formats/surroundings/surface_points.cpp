@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "formats/base/check.h"
 
@@ -219,11 +220,17 @@ Result<std::vector<Eigen::Vector3d>> SurfacePointReader::read(std::size_t part,
   const PlacedScan& placed = points_.scans[part];
   SIGHTLINE_ASSIGN(const Scan scan, points_.store->read(placed.index));
   chosen_m.reserve(wants_moving ? 0 : scan.points_m.size());
+  // Neighbours on a ring lie in one voxel more often than not.
+  std::optional<CellKey> last;
+  bool is_moving = false;
   for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
     if (!is_within_range(placed, point_lidar_m)) continue;
     const Eigen::Vector3d point_m = placed.T_map_lidar * point_lidar_m;
-    const bool is_moving =
-        moved_.size() > 0 && moved_.find(cell_key(point_m, points_.voxel_m)) != CellIndex::kNone;
+    if (moved_.size() > 0) {
+      const CellKey key = cell_key(point_m, points_.voxel_m);
+      if (last != key) is_moving = moved_.find(key) != CellIndex::kNone;
+      last = key;
+    }
     if (is_moving == wants_moving) chosen_m.push_back(point_m);
   }
   return chosen_m;

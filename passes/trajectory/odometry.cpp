@@ -1,9 +1,11 @@
 #include "passes/trajectory/odometry.h"
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <utility>
 
+#include "formats/base/parallel.h"
 #include "formats/rotation.h"
 #include "passes/trajectory/pieces/even_motion.h"
 #include "passes/trajectory/pieces/place_widely.h"
@@ -31,6 +33,15 @@ struct ReadScan {
   std::vector<Eigen::Vector3d> upright_to_map_m;  // of to_map_m
 };
 
+Result<ReadScan> read_scan(const Drive& drive, std::size_t k) {
+  ReadScan scan;
+  SIGHTLINE_ASSIGN(scan.thinned, read_thinned(drive, k));
+  const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
+  scan.upright_m = upright_points(scan.thinned.to_match_m, level);
+  scan.upright_to_map_m = upright_points(scan.thinned.to_map_m, level);
+  return scan;
+}
+
 // Where a scan is found, with the overlap that speaks for it.
 struct Found {
   LocalMatch match;
@@ -52,8 +63,8 @@ class Follower {
         map_(local_map_m),
         upright_(local_map_m) {}
 
-  Result<void> take(std::size_t k) {
-    SIGHTLINE_ASSIGN(const ReadScan scan, read(k));
+  void take(const ReadScan& scan) {
+    const std::size_t k = odometry.T_map_lidar.size();
     if (k == 0) {
       append(given_[0].value_or(drive_.sensor.T_vehicle_lidar), false, {});
     } else if (has_given_step(k)) {
@@ -62,7 +73,6 @@ class Follower {
       follow_alone(k, scan);
     }
     remember(k, scan);
-    return {};
   }
   Odometry odometry;
 
@@ -77,15 +87,6 @@ class Follower {
     return drive_.scans[k].stamp_ns - drive_.scans[k - 1].stamp_ns;
   }
   [[nodiscard]] const Pose& T_map_before() const { return odometry.T_map_lidar.back(); }
-
-  Result<ReadScan> read(std::size_t k) const {
-    ReadScan scan;
-    SIGHTLINE_ASSIGN(scan.thinned, read_thinned(drive_, k));
-    const Eigen::Matrix3d level = drive_.sensor.T_vehicle_lidar.linear();
-    scan.upright_m = upright_points(scan.thinned.to_match_m, level);
-    scan.upright_to_map_m = upright_points(scan.thinned.to_map_m, level);
-    return scan;
-  }
 
   // Where scan k may be, by what is known of its motion; the likeliest first.
   [[nodiscard]] std::vector<Pose> predictions(std::size_t k) const {
@@ -238,6 +239,39 @@ class Follower {
   bool is_map_empty_ = true;
 };
 
+// Errors: the first that reading a scan says.
+Result<void> follow_read(PassContext& ctx, std::size_t scan_count,
+                         std::span<const Result<ReadScan>> scans, Follower& follower) {
+  for (const Result<ReadScan>& scan : scans) {
+    if (!scan) return scan.error();
+    follower.take(*scan);
+    ctx.progress(follower.odometry.T_map_lidar.size(), scan_count);
+  }
+  return {};
+}
+
+// Each scan waits for those before it, but to be read: that is done ahead, side by side.
+Result<void> follow_all(PassContext& ctx, const Drive& drive, Follower& follower) {
+  constexpr std::size_t kAhead = 8;  // scans
+  const std::size_t count = drive.scans.size();
+  std::vector<Result<ReadScan>> read;
+  for (std::size_t end = 0;;) {
+    std::vector<Result<ReadScan>> next(std::min(kAhead, count - end), ReadScan{});
+    Result<void> followed;
+    parallel_for(1 + next.size(), ctx.threads, [&](std::size_t i) {
+      if (i == 0) {
+        followed = follow_read(ctx, count, read, follower);
+      } else {
+        next[i - 1] = read_scan(drive, end + i - 1);
+      }
+    });
+    SIGHTLINE_TRY(followed);
+    if (next.empty()) return {};
+    end += next.size();
+    read = std::move(next);
+  }
+}
+
 }  // namespace
 
 std::int64_t longest_step_ns(const Drive& drive) {
@@ -260,10 +294,7 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
                  "drive " + drive.name};
   }
   Follower follower(drive, given, local_map_m);
-  for (std::size_t k = 0; k < count; ++k) {
-    SIGHTLINE_TRY(follower.take(k));
-    ctx.progress(k + 1, count);
-  }
+  SIGHTLINE_TRY(follow_all(ctx, drive, follower));
   return std::move(follower.odometry);
 }
 

@@ -45,6 +45,64 @@ std::vector<std::size_t> spread_evenly(std::size_t count, std::size_t most) {
   }
 }
 
+// From cell to cell along a ray. Each axis has its own sum of steps, from the sensor on, so that
+// the cells are the same wherever one begins to look.
+class CellWalk {
+ public:
+  CellWalk(const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction, double cell_m)
+      : cell_(cell_key(from_m, cell_m)),
+        x_(from_m.x(), direction.x(), cell_m, cell_.x),
+        y_(from_m.y(), direction.y(), cell_m, cell_.y),
+        z_(from_m.z(), direction.z(), cell_m, cell_.z) {}
+
+  [[nodiscard]] const CellKey& cell() const { return cell_; }
+  [[nodiscard]] double entered_m() const { return entered_m_; }
+
+  // Through the nearest face, of equals the first axis'. Without a branch, which would be guessed
+  // wrong every other time.
+  void go_on() {
+    const bool is_x = x_.next_m <= y_.next_m && x_.next_m <= z_.next_m;
+    const bool is_y = !is_x && y_.next_m <= z_.next_m;
+    const bool is_z = !is_x && !is_y;
+    entered_m_ = std::min(x_.next_m, std::min(y_.next_m, z_.next_m));
+    x_.go_on_if(is_x, cell_.x);
+    y_.go_on_if(is_y, cell_.y);
+    z_.go_on_if(is_z, cell_.z);
+  }
+
+  // Goes on, at least once, to the first cell that is entered at a distance or beyond.
+  void skip_to(double distance_m) {
+    x_.skip_to(distance_m, cell_.x);
+    y_.skip_to(distance_m, cell_.y);
+    z_.skip_to(distance_m, cell_.z);
+    go_on();
+  }
+
+ private:
+  struct Axis {
+    double next_m = std::numeric_limits<double>::infinity();  // to the next face
+    double step_m = std::numeric_limits<double>::infinity();
+    std::int32_t step = 1;
+
+    Axis(double from_m, double along, double cell_m, std::int32_t at) : step(along > 0.0 ? 1 : -1) {
+      if (along == 0.0) return;
+      step_m = cell_m / std::abs(along);
+      next_m = ((at + (along > 0.0 ? 1 : 0)) * cell_m - from_m) / along;
+    }
+    void go_on_if(bool goes, std::int32_t& at) {
+      next_m = goes ? next_m + step_m : next_m;
+      at += goes ? step : 0;
+    }
+    void skip_to(double distance_m, std::int32_t& at) {
+      for (; next_m < distance_m; next_m += step_m) at += step;
+    }
+  };
+
+  CellKey cell_;
+  double entered_m_ = 0.0;
+  Axis x_, y_, z_;
+};
+
 class ScanSights {
  public:
   explicit ScanSights(const PatchGrid& grid) : grid_(grid) {}
@@ -72,14 +130,15 @@ class ScanSights {
   void add(std::uint32_t patch, int square, bool is_return) {
     if (square >= 0) sights.push_back({patch, static_cast<std::uint8_t>(square), is_return});
   }
-  void look_into(const CellKey& cell, const Ray& ray);
+  void look_at(std::span<const std::uint32_t> patches, const CellKey& cell, const Ray& ray);
 
   const PatchGrid& grid_;
 };
 
 // Each patch counts in the cell in which the ray crosses it.
-void ScanSights::look_into(const CellKey& cell, const Ray& ray) {
-  for (const std::uint32_t patch : grid_.patches_at(cell)) {
+void ScanSights::look_at(std::span<const std::uint32_t> patches, const CellKey& cell,
+                         const Ray& ray) {
+  for (const std::uint32_t patch : patches) {
     const PatchPlane& plane = grid_.plane(patch);
     const double slope = plane.normal.dot(ray.direction);
     if (std::abs(slope) < kLeastSlope) continue;
@@ -94,41 +153,22 @@ void ScanSights::look_into(const CellKey& cell, const Ray& ray) {
 }
 
 void ScanSights::follow_ray(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
-  const double cell_m = grid_.cell_m();
   const double range_m = (to_m - from_m).norm();
   const Ray ray{from_m, (to_m - from_m) / range_m, range_m};
-  // From the sensor on, so that its cells are the same whatever part of the street the grid holds.
   const PatchGrid::Stretch stretch = grid_.stretch_of(from_m, ray.direction);
   const double last_m = std::min({range_m - kLeastBeyond_m, kLongestPass_m, stretch.leave_m});
   if (!(stretch.enter_m < last_m)) return;
-  const CellKey first = cell_key(from_m, cell_m);
-  std::array<std::int32_t, 3> at = {first.x, first.y, first.z};
-  std::array<std::int32_t, 3> step{};
-  Eigen::Vector3d next_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d step_m = next_m;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<std::size_t>(axis);
-    const double along = ray.direction[axis];
-    step[i] = along > 0.0 ? 1 : -1;
-    if (along == 0.0) continue;
-    step_m[axis] = cell_m / std::abs(along);
-    next_m[axis] = ((at[i] + (along > 0.0 ? 1 : 0)) * cell_m - from_m[axis]) / along;
-  }
-  CellKey block = PatchGrid::block_of(first);
-  std::uint64_t held = grid_.held_cells(block);
-  for (double entered_m = 0.0; entered_m < last_m;) {
-    if (entered_m >= stretch.enter_m) {
-      const CellKey cell{at[0], at[1], at[2]};
-      if (PatchGrid::block_of(cell) != block) {
-        block = PatchGrid::block_of(cell);
-        held = grid_.held_cells(block);
-      }
-      if ((held & PatchGrid::bit_of(cell)) != 0) look_into(cell, ray);
+  CellWalk walk(from_m, ray.direction, grid_.cell_m());
+  if (stretch.enter_m > 0.0) walk.skip_to(stretch.enter_m);
+  CellKey key = PatchGrid::block_of(walk.cell());
+  PatchBlock block = grid_.block_at(key);
+  for (; walk.entered_m() < last_m; walk.go_on()) {
+    const CellKey cell = walk.cell();
+    if (PatchGrid::block_of(cell) != key) {
+      key = PatchGrid::block_of(cell);
+      block = grid_.block_at(key);
     }
-    int axis = 0;
-    entered_m = next_m.minCoeff(&axis);
-    next_m[axis] += step_m[axis];
-    at[static_cast<std::size_t>(axis)] += step[static_cast<std::size_t>(axis)];
+    look_at(grid_.patches_at(cell, block), cell, ray);
   }
 }
 

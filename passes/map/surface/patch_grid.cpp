@@ -50,36 +50,52 @@ Eigen::Vector3d PatchPlane::middle_m(int square) const {
 }
 
 PatchGrid::PatchGrid(std::span<const SurfacePatch> patches, double cell_m) : cell_m_(cell_m) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> reached;  // cell, patch
-  std::vector<CellKey> keys;
+  std::vector<CellKey> cells;         // that patches reach, patch by patch
+  std::vector<std::size_t> ends;      // of the patches in them
+  std::vector<CellKey> cells_of_one;  // ascending
   planes_.reserve(patches.size());
   for (const SurfacePatch& patch : patches) {
-    const auto number = static_cast<std::uint32_t>(planes_.size());
     planes_.emplace_back(patch);
-    cells_of(planes_.back(), cell_m, keys);
-    for (const CellKey& key : keys) reached.emplace_back(cells_.insert(key).number, number);
+    cells_of(planes_.back(), cell_m, cells_of_one);
+    cells.insert(cells.end(), cells_of_one.begin(), cells_of_one.end());
+    ends.push_back(cells.size());
   }
-  std::ranges::sort(reached);
-  begin_.assign(cells_.size() + 1, 0);
-  reaching_.reserve(reached.size());
-  for (const auto& [cell, patch] : reached) {
-    ++begin_[cell + 1];
-    reaching_.push_back(patch);
+  number_cells(cells);
+  // A cell's begin stands one further on until its patches have moved it there.
+  reaching_.resize(cells.size());
+  std::uint32_t patch = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    while (i == ends[patch]) ++patch;
+    const std::size_t number = number_in(block_at(block_of(cells[i])), bit_of(cells[i]));
+    reaching_[begin_[number + 1]++] = patch;
+  }
+}
+
+// Fills blocks, their cells' begins and the bounds of all.
+void PatchGrid::number_cells(std::span<const CellKey> cells) {
+  if (!cells.empty()) low_ = high_ = cells.front();
+  for (const CellKey& cell : cells) {
+    low_ = {std::min(low_.x, cell.x), std::min(low_.y, cell.y), std::min(low_.z, cell.z)};
+    high_ = {std::max(high_.x, cell.x), std::max(high_.y, cell.y), std::max(high_.z, cell.z)};
+    const std::uint32_t block = blocks_.insert(block_of(cell)).number;
+    blocks_.values()[block].held |= bit_of(cell);
+  }
+  std::uint32_t count = 0;
+  for (PatchBlock& block : blocks_.values()) {
+    block.first_cell = count;
+    count += static_cast<std::uint32_t>(std::popcount(block.held));
+  }
+  begin_.assign(count + 2, 0);
+  for (const CellKey& cell : cells) {
+    ++begin_[number_in(block_at(block_of(cell)), bit_of(cell)) + 2];
   }
   for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
-  if (!cells_.empty()) low_ = high_ = cells_.keys().front();
-  for (const CellKey& key : cells_.keys()) {
-    low_ = {std::min(low_.x, key.x), std::min(low_.y, key.y), std::min(low_.z, key.z)};
-    high_ = {std::max(high_.x, key.x), std::max(high_.y, key.y), std::max(high_.z, key.z)};
-    const std::uint32_t block = blocks_.insert(block_of(key)).number;
-    blocks_.values()[block] |= bit_of(key);
-  }
 }
 
 // A cell wider on all sides, which is more than rounding moves.
 PatchGrid::Stretch PatchGrid::stretch_of(const Eigen::Vector3d& from_m,
                                          const Eigen::Vector3d& direction) const {
-  if (cells_.empty()) return {};
+  if (blocks_.empty()) return {};
   const Eigen::Vector3d low_m = cell_m_ * Eigen::Vector3d(low_.x - 1, low_.y - 1, low_.z - 1);
   const Eigen::Vector3d high_m = cell_m_ * Eigen::Vector3d(high_.x + 2, high_.y + 2, high_.z + 2);
   Stretch stretch{0.0, std::numeric_limits<double>::infinity()};
@@ -94,17 +110,6 @@ PatchGrid::Stretch PatchGrid::stretch_of(const Eigen::Vector3d& from_m,
     stretch.leave_m = std::min(stretch.leave_m, std::max(to_low_m, to_high_m));
   }
   return stretch;
-}
-
-std::span<const std::uint32_t> PatchGrid::patches_at(const CellKey& cell) const {
-  const std::uint32_t number = cells_.number_of(cell);
-  if (number == FlatCellMap<char>::kNone) return {};
-  return std::span(reaching_).subspan(begin_[number], begin_[number + 1] - begin_[number]);
-}
-
-std::uint64_t PatchGrid::held_cells(const CellKey& block) const {
-  const std::uint64_t* held = blocks_.find(block);
-  return held == nullptr ? 0 : *held;
 }
 
 }  // namespace sightline

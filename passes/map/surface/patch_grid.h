@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -23,6 +24,12 @@ struct PatchPlane {
   [[nodiscard]] Eigen::Vector3d middle_m(int square) const;
 };
 
+// The cells of a block that hold patches have consecutive numbers, in the order of their bits.
+struct PatchBlock {
+  std::uint64_t held = 0;        // the bits of those cells
+  std::uint32_t first_cell = 0;  // the number of the first one
+};
+
 // Finds the patches that reach into a cell of a grid. Most cells hold none, so that one look at a
 // block of 4 x 4 x 4 of them answers for many.
 class PatchGrid {
@@ -32,7 +39,9 @@ class PatchGrid {
   [[nodiscard]] double cell_m() const { return cell_m_; }
   [[nodiscard]] const PatchPlane& plane(std::uint32_t patch) const { return planes_[patch]; }
   // Ascending; none for most cells.
-  [[nodiscard]] std::span<const std::uint32_t> patches_at(const CellKey& cell) const;
+  [[nodiscard]] std::span<const std::uint32_t> patches_at(const CellKey& cell) const {
+    return patches_at(cell, block_at(block_of(cell)));
+  }
 
   // A stretch of a ray outside of which it meets no cell that holds a patch; no stretch where
   // enter_m > leave_m.
@@ -49,18 +58,33 @@ class PatchGrid {
   }
 
   static CellKey block_of(const CellKey& cell) { return {cell.x >> 2, cell.y >> 2, cell.z >> 2}; }
-  // The bits of the cells of a block that hold patches.
-  [[nodiscard]] std::uint64_t held_cells(const CellKey& block) const;
   static std::uint64_t bit_of(const CellKey& cell) {
     return std::uint64_t{1} << ((cell.x & 3) | (cell.y & 3) << 2 | (cell.z & 3) << 4);
   }
+  // Of a block, by its key: without any cell where there are no patches.
+  [[nodiscard]] PatchBlock block_at(const CellKey& block) const {
+    const PatchBlock* found = blocks_.find(block);
+    return found == nullptr ? PatchBlock{} : *found;
+  }
+  // Of a cell of this block.
+  [[nodiscard]] std::span<const std::uint32_t> patches_at(const CellKey& cell,
+                                                          const PatchBlock& block) const {
+    const std::uint64_t bit = bit_of(cell);
+    if ((block.held & bit) == 0) return {};
+    const std::size_t number = number_in(block, bit);
+    return std::span(reaching_).subspan(begin_[number], begin_[number + 1] - begin_[number]);
+  }
 
  private:
+  static std::uint32_t number_in(const PatchBlock& block, std::uint64_t bit) {
+    return block.first_cell + static_cast<std::uint32_t>(std::popcount(block.held & (bit - 1)));
+  }
+  void number_cells(std::span<const CellKey> cells);
+
   double cell_m_;
   CellKey low_{0, 0, 0}, high_{-1, -1, -1};  // of the cells that hold patches, both included
   std::vector<PatchPlane> planes_;
-  FlatCellMap<std::uint64_t> blocks_;
-  FlatCellMap<char> cells_;
+  FlatCellMap<PatchBlock> blocks_;
   std::vector<std::uint32_t> begin_;  // by number of the cell, into reaching_; and the end
   std::vector<std::uint32_t> reaching_;
 };

@@ -70,6 +70,22 @@ TEST(PatchEvidence, FollowsNoRayWithoutAnOrigin) {
   EXPECT_EQ(sum(counts.returns), 1);
 }
 
+TEST(PatchEvidence, CountsTheSamePassesWhereverTheCellsOfItsGridBegin) {
+  Random random(5);
+  std::vector<Eigen::Vector3d> points_m;
+  for (int i = 0; i < 500; ++i) {
+    points_m.emplace_back(20.0, random.uniform(-1.0, 2.0), random.uniform(-1.0, 2.0));
+  }
+  SurfacePatch beside_the_sensor = wall();
+  beside_the_sensor.centre_m = {-0.2, 3.0, 0.3};
+  const SquareCounts alone = seen(wall(), scan_of(points_m));
+  const PatchGrid grid(std::vector<SurfacePatch>{beside_the_sensor, wall()}, 0.5);
+  PatchEvidence evidence(grid, 2);
+  evidence.add(std::vector<SeenScan>{scan_of(points_m)}, 1);
+  EXPECT_GT(sum(alone.passes), 50);
+  EXPECT_EQ(evidence.counts()[1].passes, alone.passes);
+}
+
 TEST(PatchEvidence, CountsAPassOnceHoweverManyCellsThePatchReachesInto) {
   Random random(3);
   for (int i = 0; i < 500; ++i) {
