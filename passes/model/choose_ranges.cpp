@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "passes/model/choices.h"
+#include "passes/model/choice/choices.h"
 
 namespace sightline {
 namespace {

@@ -10,7 +10,7 @@
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
 #include "formats/base/result.h"
-#include "passes/model/choice_options.h"
+#include "passes/model/choice/choice_options.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -27,18 +27,18 @@ namespace sightline {
 // says what is missing. A looser limit never looks further than a tighter one. No range good
 // enough: the most probable, flagged kUnmet.
 // Sites whose own answer is extrapolated are flagged, and take the street's static answer
-// (passes/model/own_evidence.h, with a coverage of 1 - alpha, 95 % where alpha controls nothing)
-// unless options say otherwise. Under every choice by probability lies a floor: where the model
-// explains nothing out of fold, or the static answer is cheaper and covers as much by what the
-// map's own scans found, that answer is taken at all sites (passes/model/floor.h), flagged kStatic,
-// and nothing is promised. Errors: mismatched-inputs where sites, predictions, model and factors
-// differ in count, ranges or limits, or the factors tell nothing of the map's own scans. A model of
-// one place promises nothing in another. Of a map that nobody scanned (FactorTable's column
-// `simulated`) all sites are flagged kSimulatedAnswer but those where a drive was measured since,
-// and nothing is promised by a model that did not learn from such maps. Looks that take a sample
-// are chosen likewise. Where the factors hold what two drives or more measured (add-history), sites
-// with history take what these drives say, each left out in turn (passes/model/heard_drives.h), in
-// place of the floor.
+// (passes/model/choice/own_evidence.h, with a coverage of 1 - alpha, 95 % where alpha controls
+// nothing) unless options say otherwise. Under every choice by probability lies a floor: where the
+// model explains nothing out of fold, or the static answer is cheaper and covers as much by what
+// the map's own scans found, that answer is taken at all sites (passes/model/choice/floor.h),
+// flagged kStatic, and nothing is promised. Errors: mismatched-inputs where sites, predictions,
+// model and factors differ in count, ranges or limits, or the factors tell nothing of the map's own
+// scans. A model of one place promises nothing in another. Of a map that nobody scanned
+// (FactorTable's column `simulated`) all sites are flagged kSimulatedAnswer but those where a drive
+// was measured since, and nothing is promised by a model that did not learn from such maps. Looks
+// that take a sample are chosen likewise. Where the factors hold what two drives or more measured
+// (add-history), sites with history take what these drives say, each left out in turn
+// (passes/model/choice/heard_drives.h), in place of the floor.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
                                  const ErrorModel& model, const FactorTable& factors);

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "formats/base/parallel.h"
+#include "passes/model/choice/own_evidence.h"
 #include "passes/model/forest/feature_rows.h"
 #include "passes/model/forest/forest_prediction.h"
-#include "passes/model/own_evidence.h"
 
 namespace sightline {
 namespace {

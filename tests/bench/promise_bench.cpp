@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/base/atomic_file.h"
-#include "passes/model/calibration.h"
+#include "passes/model/promise/calibration.h"
 
 // What a model of many places promises of each of them, and what the place's drives observed. The
 // model holds out whole places, so each is predicted by trees of the others; its threshold is set

@@ -9,7 +9,7 @@
 #include "formats/annotation/sites.h"
 #include "formats/annotation/street_type.h"
 #include "formats/evaluation/evaluation.h"
-#include "passes/model/selection.h"
+#include "passes/model/choice/selection.h"
 
 // Figures of evaluate-ranges, each worked out from what was measured.
 

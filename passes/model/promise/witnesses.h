@@ -6,7 +6,7 @@
 
 #include "formats/annotation/error_model.h"
 #include "formats/annotation/range_table.h"
-#include "passes/model/selection.h"
+#include "passes/model/choice/selection.h"
 
 namespace sightline {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "formats/annotation/range_table.h"
-#include "passes/model/witnesses.h"
+#include "passes/model/promise/witnesses.h"
 
 // The one sentence of a promise: of which drives and places, what is promised, or why nothing is.
 

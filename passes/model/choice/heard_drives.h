@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "passes/model/left_out.h"
-#include "passes/model/own_evidence.h"
-#include "passes/model/selection.h"
+#include "passes/model/choice/left_out.h"
+#include "passes/model/choice/own_evidence.h"
+#include "passes/model/choice/selection.h"
 
 // What the drives of a street, each left out in turn, say of a rule: evidence of the next drive,
 // where the map's own scans flatter.
@@ -40,8 +40,8 @@ struct HeardAnswer {
 // The cheapest answer that covers `coverage` of the cases: the rule at the least threshold at
 // which, and at every stricter one, it does, or the best static answer. Where no answer does, the
 // one that covers most. A promise is kept, at a threshold no less strict than its own, unless
-// another answer is cheaper by more than a tenth and proven (passes/model/floor.h). Nothing where
-// there are no cases.
+// another answer is cheaper by more than a tenth and proven (passes/model/choice/floor.h). Nothing
+// where there are no cases.
 std::optional<HeardAnswer> hear_drives(std::span<const LeftOutDrive> left_out,
                                        const OwnEvidence& evidence, const HearingOptions& options,
                                        const RuleAt& rule_at);

@@ -1,4 +1,4 @@
-#include "passes/model/selection.h"
+#include "passes/model/choice/selection.h"
 
 #include <gtest/gtest.h>
 

@@ -4,11 +4,11 @@
 #include <utility>
 #include <vector>
 
-#include "passes/model/calibration.h"
-#include "passes/model/choice_options.h"
-#include "passes/model/left_out.h"
-#include "passes/model/own_evidence.h"
-#include "passes/model/selection.h"
+#include "passes/model/choice/choice_options.h"
+#include "passes/model/choice/left_out.h"
+#include "passes/model/choice/own_evidence.h"
+#include "passes/model/choice/selection.h"
+#include "passes/model/promise/calibration.h"
 
 // The choices of choose-ranges, limit after limit, each with its promise.
 

@@ -1,4 +1,4 @@
-#include "passes/model/heard_drives.h"
+#include "passes/model/choice/heard_drives.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "passes/model/witnesses.h"
+#include "passes/model/promise/witnesses.h"
 
 #include <algorithm>
 #include <limits>

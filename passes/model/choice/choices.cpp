@@ -1,11 +1,11 @@
-#include "passes/model/choices.h"
+#include "passes/model/choice/choices.h"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "passes/model/floor.h"
-#include "passes/model/heard_drives.h"
+#include "passes/model/choice/floor.h"
+#include "passes/model/choice/heard_drives.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "passes/model/promise_text.h"
+#include "passes/model/promise/promise_text.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,7 +1,7 @@
-#include "passes/model/calibration.h"
+#include "passes/model/promise/calibration.h"
 
-#include "passes/model/promise_text.h"
-#include "passes/model/risk_control.h"
+#include "passes/model/promise/promise_text.h"
+#include "passes/model/promise/risk_control.h"
 
 namespace sightline {
 namespace {

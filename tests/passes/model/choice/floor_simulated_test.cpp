@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "formats/base/random.h"
+#include "passes/model/choice/floor.h"
 #include "passes/model/choose_ranges.h"
-#include "passes/model/floor.h"
 #include "tests/support/handmade_model.h"
 
 // What a place takes where simulation alone decides.

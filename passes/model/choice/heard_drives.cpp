@@ -1,11 +1,11 @@
-#include "passes/model/heard_drives.h"
+#include "passes/model/choice/heard_drives.h"
 
 #include <algorithm>
 #include <cstdio>
 
 #include "formats/base/parallel.h"
 #include "formats/text/table.h"
-#include "passes/model/floor.h"
+#include "passes/model/choice/floor.h"
 
 namespace sightline {
 namespace {

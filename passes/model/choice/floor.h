@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "formats/annotation/error_model.h"
-#include "passes/model/own_evidence.h"
-#include "passes/model/selection.h"
+#include "passes/model/choice/own_evidence.h"
+#include "passes/model/choice/selection.h"
 
 // A floor under every choice: no model may look farther than the street's own evidence asks for.
 
@@ -22,7 +22,7 @@ double explained_share(const ErrorModel& model);
 inline constexpr double kPromiseWorth = 1.1;
 
 // Whether blocks of route prove that a share of misses of 1 - coverage stays within alpha, by
-// conformal risk control (passes/model/risk_control.h), sites in place of blocks of misses.
+// conformal risk control (passes/model/promise/risk_control.h), sites in place of blocks of misses.
 bool is_proven(double block_count, double alpha, double coverage);
 
 struct FloorOptions {

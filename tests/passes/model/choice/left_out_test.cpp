@@ -1,4 +1,4 @@
-#include "passes/model/left_out.h"
+#include "passes/model/choice/left_out.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "passes/model/floor.h"
+#include "passes/model/choice/floor.h"
 
 #include <gtest/gtest.h>
 

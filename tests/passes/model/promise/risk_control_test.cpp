@@ -1,4 +1,4 @@
-#include "passes/model/risk_control.h"
+#include "passes/model/promise/risk_control.h"
 
 #include <gtest/gtest.h>
 
