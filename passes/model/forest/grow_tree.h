@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "formats/annotation/regression_forest.h"
+#include "passes/model/forest/ranked_columns.h"
 
 namespace sightline {
 
@@ -26,11 +27,16 @@ struct TreeOptions {
   double feature_share = 0.4;  // of the features, tried at each split
 };
 
+// A label of which many can be added up exactly, in any order: the nearest multiple of 2^-30 m,
+// where all labels together are below 2^23 m.
+double summable_label(double label);
+
 // A regression tree of a random forest (Breiman 2001) on a bootstrap sample: at each split that
 // feature of some drawn ones, and that threshold, which leaves the least squared deviation from the
-// means of both sides. The same tree, bit for bit, as dlib's random_forest_regression_trainer makes
-// of these samples with the same seed, in a fraction of its time: values are ranked once, and a
-// split sorts ranks by their digits. `samples` is not empty.
-GrownTree grow_tree(const TreeSamples& samples, const TreeOptions& options, std::uint64_t seed);
+// means of both sides. Of labels that are summable_label() the same tree, bit for bit, as dlib's
+// random_forest_regression_trainer makes of these samples with the same seed, in a fraction of its
+// time. `ranks` are those of the samples' rows, which are not empty.
+GrownTree grow_tree(const TreeSamples& samples, const RankedColumns& ranks,
+                    const TreeOptions& options, std::uint64_t seed);
 
 }  // namespace sightline

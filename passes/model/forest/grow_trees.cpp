@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "formats/base/parallel.h"
@@ -12,9 +13,8 @@
 namespace sightline {
 namespace {
 
-// At most `most` of the samples, drawn without putting back; all of them where they are no more.
+// `most` of the samples, which are more, drawn without putting back.
 TreeSamples drawn(const TreeSamples& samples, std::size_t most, std::uint64_t seed) {
-  if (samples.rows.size() <= most) return samples;
   std::vector<std::size_t> order(samples.rows.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   Random random(seed);
@@ -36,17 +36,22 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Lab
   SIGHTLINE_CHECK(!training.rows.empty() && training.rows.size() == training.labels.size());
   TreeSamples samples;
   samples.feature_count = features.names.size();
-  samples.labels = training.labels;
+  for (const double label : training.labels) samples.labels.push_back(summable_label(label));
   for (const std::uint32_t row : training.rows) samples.rows.push_back(features.row(row));
+  const TreeOptions tree_options{static_cast<std::size_t>(options.least_leaf_rows),
+                                 options.feature_share};
+  const auto tree_rows = static_cast<std::size_t>(options.tree_rows);
   try {
+    // Trees of all rows share their ranks.
+    std::optional<RankedColumns> ranks;
+    if (samples.rows.size() <= tree_rows) ranks.emplace(samples.rows, samples.feature_count);
     return parallel_map<GrownTree>(
         static_cast<std::size_t>(options.tree_count), threads, [&](std::size_t i) {
           const std::uint64_t tree_seed = mix(seed, i);
-          const TreeSamples own =
-              drawn(samples, static_cast<std::size_t>(options.tree_rows), tree_seed);
-          return grow_tree(
-              own, {static_cast<std::size_t>(options.least_leaf_rows), options.feature_share},
-              tree_seed);
+          if (ranks) return grow_tree(samples, *ranks, tree_options, tree_seed);
+          const TreeSamples own = drawn(samples, tree_rows, tree_seed);
+          return grow_tree(own, RankedColumns(own.rows, own.feature_count), tree_options,
+                           tree_seed);
         });
   } catch (const std::exception& failure) {
     return Error{ErrorCode::kOutOfMemory,

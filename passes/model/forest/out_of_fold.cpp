@@ -147,13 +147,15 @@ void predict_part(const PassContext& ctx, const TrainingSet& training_set,
   store(part.rows, prediction, out.predicted);
   const std::vector<std::uint32_t> judged =
       thinned(part.rows, kImportanceRows / part.part_count + 1);
-  out.squares[0] += squared_error(
-      training_set, judged, prepared.predict(training_set.features, judged, ctx.threads).mean);
+  // Of means alone: shares within limits would take as long again.
+  const PreparedForest means(forest, {});
+  out.squares[0] += squared_error(training_set, judged,
+                                  means.predict(training_set.features, judged, ctx.threads).mean);
   const std::size_t feature_count = training_set.features.names.size();
   const std::vector<double> shuffled =
       parallel_map<double>(feature_count, ctx.threads, [&](std::size_t feature) {
         const std::uint64_t key = kShuffleKey + part.number * feature_count + feature;
-        return shuffled_squared_error(training_set, prepared, judged, feature, mix(ctx.seed, key));
+        return shuffled_squared_error(training_set, means, judged, feature, mix(ctx.seed, key));
       });
   for (std::size_t i = 0; i < feature_count; ++i) out.squares[1 + i] += shuffled[i];
   out.judged_count += labelled_count(training_set, judged);

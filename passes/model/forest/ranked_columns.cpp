@@ -93,7 +93,7 @@ void sort_keyed_rows(std::span<KeyedRow> rows, std::span<KeyedRow> scratch, int 
 }
 
 RankedColumns::RankedColumns(const std::vector<const float*>& rows, std::size_t feature_count)
-    : row_count_(rows.size()), ranks_(rows.size() * feature_count) {
+    : row_count_(rows.size()), feature_count_(feature_count), ranks_(rows.size() * feature_count) {
   std::vector<KeyedRow> order(rows.size());
   std::vector<KeyedRow> scratch(rows.size());
   for (std::size_t feature = 0; feature < feature_count; ++feature) {
@@ -105,8 +105,8 @@ RankedColumns::RankedColumns(const std::vector<const float*>& rows, std::size_t 
     for (std::size_t i = 0; i < order.size(); ++i) {
       if (i > 0 && key_of(order[i]) != key_of(order[i - 1])) ++rank;
       ranks_[feature * row_count_ + row_of(order[i])] = rank;
+      orders_.push_back(row_of(order[i]));
     }
-    bits_.push_back(static_cast<int>(std::bit_width(rank)));
   }
 }
 

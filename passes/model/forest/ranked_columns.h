@@ -26,16 +26,20 @@ class RankedColumns {
   // Values are finite; rows[i] has one for each feature.
   RankedColumns(const std::vector<const float*>& rows, std::size_t feature_count);
 
+  [[nodiscard]] std::size_t feature_count() const { return feature_count_; }
   [[nodiscard]] const std::uint32_t* column(std::size_t feature) const {
     return &ranks_[feature * row_count_];
   }
-  // Ranks of a feature are below 2^bits(feature).
-  [[nodiscard]] int bits(std::size_t feature) const { return bits_[feature]; }
+  // Rows, ascending by rank, then by their numbers.
+  [[nodiscard]] std::span<const std::uint32_t> order(std::size_t feature) const {
+    return std::span(orders_).subspan(feature * row_count_, row_count_);
+  }
 
  private:
-  std::size_t row_count_ = 0;
-  std::vector<int> bits_;             // of each feature
-  std::vector<std::uint32_t> ranks_;  // [feature][row]
+  std::size_t row_count_;
+  std::size_t feature_count_;
+  std::vector<std::uint32_t> ranks_;   // [feature][row]
+  std::vector<std::uint32_t> orders_;  // [feature]
 };
 
 }  // namespace sightline
