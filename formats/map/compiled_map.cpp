@@ -87,7 +87,7 @@ Table dump(const CompiledMap& map) {
 }
 
 std::vector<std::string> dump_names() {
-  return {"nds", "sites", "predicted", "ranges", "factors", "model", "drives"};
+  return {"nds", "sites", "predicted", "ranges", "factors", "model", "tile-drives"};
 }
 
 Result<Table> dump(const CompiledMap& map, std::string_view name) {
@@ -105,16 +105,10 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
     SIGHTLINE_ASSIGN(const ErrorModel model, model_of(map.model));
     return dump(model);
   }
-  if (name == "drives") {
-    if (!map.tile_drives) {
-      return Error{ErrorCode::kBadLayer, "the map is of one drive, or does not say of which", "",
-                   ""};
-    }
-    return dump(*map.tile_drives);
-  }
+  if (name == "tile-drives") return dump(map.tile_drives.value_or(TileDrives{}));
   return Error{ErrorCode::kUnknownName,
                "a map has no \"" + std::string(name) +
-                   "\", only nds, sites, predicted, ranges, factors, model and drives",
+                   "\", only nds, sites, predicted, ranges, factors, model and tile-drives",
                "", ""};
 }
 

@@ -135,7 +135,7 @@ Result<void> validate_factors(const FactorTable& factors, const Sites& sites,
 Table dump(const CompiledMap& map);
 
 // One artifact of the map as a table: nds, sites, predicted, ranges, factors,
-// model, drives. Errors: unknown-name; bad-layer where the map has none of it;
+// model, tile-drives (no row where one drive made the map). Errors: unknown-name;
 // of the model those of model_of().
 Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();

@@ -64,6 +64,7 @@ std::vector<std::string> dumpable_names() {
       if (tells_of_looks(plan.artifact(wire))) names.push_back(name + std::string(kLooksSuffix));
     }
   }
+  names.emplace_back("tile-drives");  // of several drives
   return names;
 }
 
