@@ -86,6 +86,10 @@ class Follower {
   [[nodiscard]] std::int64_t step_ns(std::size_t k) const {
     return drive_.scans[k].stamp_ns - drive_.scans[k - 1].stamp_ns;
   }
+  // After which the last steps do not say how far the drive has gone on.
+  [[nodiscard]] bool is_jump(std::size_t k) const {
+    return step_ns(k) > longest_step_ns_ || begins_part(k);
+  }
   [[nodiscard]] const Pose& T_map_before() const { return odometry.T_map_lidar.back(); }
 
   // Where scan k may be, by what is known of its motion; the likeliest first.
@@ -126,7 +130,10 @@ class Follower {
 
   void follow_with_given(std::size_t k, const ReadScan& scan) {
     const std::vector<Pose> starts = predictions(k);
-    const Found found = follow_from(starts, scan);
+    Found found;
+    // Behind a jump the given pose stands: what was seen before it may be far from here, and a
+    // street that looks like another would speak against poses that are right.
+    if (!is_jump(k)) found = follow_from(starts, scan);
     const bool is_matched = found.match.is_good();
     if (is_matched) average_.add(found.match, found.overlap);
     const Pose T_map_lidar = is_matched ? found.match.T_map_lidar : starts.back();
@@ -135,11 +142,10 @@ class Follower {
   }
 
   void follow_alone(std::size_t k, const ReadScan& scan) {
-    const bool is_jump = step_ns(k) > longest_step_ns_ || begins_part(k);
     Found found;
-    if (!is_jump) found = find(k, scan);
+    if (!is_jump(k)) found = find(k, scan);
     if (!found.is_believed) {
-      begin_piece({static_cast<std::uint32_t>(k), is_jump,
+      begin_piece({static_cast<std::uint32_t>(k), is_jump(k),
                    found.match.is_good() ? found.overlap.value_or(0.0) : 0.0,
                    found.overlap_elsewhere});
       return;

@@ -136,6 +136,27 @@ TEST(EstimateTrajectory, SaysNothingOfGivenPosesThatAreRight) {
   EXPECT_TRUE(estimate_trajectory(ctx, {}, test.drive).has_value());
 }
 
+// Half a minute without scans, 300 m on in a street that looks like the one before.
+TEST(EstimateTrajectory, SaysNothingOfGivenPosesThatAreRightBehindAPause) {
+  TestDrive test = street_drive(7, 12, 0.9);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < 12; ++i) {
+    scans.push_back(*test.drive.store->read(i < 6 ? i : i - 6));
+    Pose given = test.truth.poses[i < 6 ? i : i - 6].T_map_vehicle;
+    if (i >= 6) {
+      given.translation().x() += 300.0;
+      test.drive.scans[i].stamp_ns += 30'000'000'000;
+    }
+    test.drive.scans[i].T_world_vehicle = given;
+  }
+  test.drive.store = memory_scan_store(scans);
+  PassContext ctx;
+  ctx.warning_sink = [&](const std::string& message) { ADD_FAILURE() << message; };
+  const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, test.drive);
+  ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+  EXPECT_EQ(trajectory->source, PoseSource::kGiven);
+}
+
 // As when a receiver is silent between houses.
 TEST(EstimateTrajectory, BridgesAStretchWithoutGivenPosesAndSaysHowWellPosesAreKnown) {
   TestDrive test = street_drive(8, 9, 1.0);
