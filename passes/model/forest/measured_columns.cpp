@@ -59,10 +59,6 @@ std::optional<MeasuredError> drive_of_columns(const FactorTable& factors, std::s
   return measured;
 }
 
-}  // namespace
-
-namespace {
-
 // Without the looks that take a sample.
 FactorTable with_own_columns(const FactorTable& factors, const MeasuredError& measured,
                              bool is_independent) {
@@ -108,6 +104,14 @@ FactorTable with_measured_columns(const FactorTable& factors, const MeasuredErro
             : with_own_columns(samples, measured.of_samples.front(), is_independent));
   }
   return table;
+}
+
+std::vector<bool> independence_of_columns(const FactorTable& factors) {
+  std::vector<bool> is_independent;
+  for (std::size_t drive = 0; drive < drives_in(factors); ++drive) {
+    is_independent.push_back(column_of(factors, name_of(kIndependent, drive)).has_value());
+  }
+  return is_independent;
 }
 
 bool has_measured_columns(const FactorTable& factors) { return drives_in(factors) > 0; }
