@@ -26,13 +26,18 @@ struct DumpFlags {
   std::string box;  // empty: everything
 };
 
-// The plans of a compile from drives and of one from a finished map, in which every pass runs.
+// The plans of a compile from one drive, from several and from a finished map, in which every pass
+// runs.
 std::vector<Plan> complete_plans() {
   CompileConfig config;
   config.localization.scans = "any";
-  CompileConfig finished = config;
+  CompileConfig several;
+  several.localization.scans = "any";
+  several.later_mapping.emplace_back();
+  CompileConfig finished;
+  finished.localization.scans = "any";
   finished.map.points = "any";
-  return {compile_plan(config).plan, compile_plan(finished).plan};
+  return {compile_plan(config).plan, compile_plan(several).plan, compile_plan(finished).plan};
 }
 
 // Of everything that these plans make.
@@ -64,7 +69,6 @@ std::vector<std::string> dumpable_names() {
       if (tells_of_looks(plan.artifact(wire))) names.push_back(name + std::string(kLooksSuffix));
     }
   }
-  names.emplace_back("tile-drives");  // of several drives
   return names;
 }
 
