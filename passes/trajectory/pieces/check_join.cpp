@@ -14,7 +14,7 @@ namespace sightline {
 namespace {
 
 // Scans that are asked, at most; and how far apart on the way, at least.
-constexpr double kMostAsked = 12.0;
+constexpr std::size_t kMostAsked = 12;
 constexpr double kAskEvery_m = 10.0;
 // What passes this near, odometry's drift aside, sees the same.
 constexpr double kNear_m = 6.0;
@@ -22,7 +22,7 @@ constexpr double kDriftShare = 0.01;
 constexpr double kLargestDrift_m = 4.0;
 // So much of a scan meets what was seen in the same place, of houses that were rebuilt since too.
 constexpr double kLeastOverlap = 0.5;
-// Fewer say nothing; of more, this share must fit.
+// Of a piece that has as many, fewer that come near are no proof; of more, this share must fit.
 constexpr std::size_t kFewestAsked = 3;
 constexpr double kLeastShareFitting = 0.66;
 
@@ -46,17 +46,31 @@ Seen seen_by(const Odometry& odometry, std::span<const ScanRange> ranges) {
 }
 
 // Of a piece, evenly along its way.
-std::vector<std::uint32_t> asked_scans(const Odometry& odometry, const ScanRange& range) {
-  const double way_m = odometry.driven_m[range.end - 1] - odometry.driven_m[range.begin];
-  const double step_m = std::max(kAskEvery_m, way_m / kMostAsked);
+std::vector<std::uint32_t> scans_along(const Odometry& odometry, const ScanRange& range) {
   std::vector<std::uint32_t> scans;
   double next_m = odometry.driven_m[range.begin];
   for (std::uint32_t k = range.begin; k < range.end; ++k) {
     if (odometry.driven_m[k] < next_m) continue;
-    next_m = odometry.driven_m[k] + step_m;
+    next_m = odometry.driven_m[k] + kAskEvery_m;
     scans.push_back(k);
   }
   return scans;
+}
+
+// A scan of the piece and the one of the others that it passes nearest.
+struct Asked {
+  std::uint32_t scan = 0;
+  std::size_t near = 0;  // of Seen::scans
+  Pose T_others_lidar = Pose::Identity();
+  double drift_m = 0.0;
+};
+
+// At most so many, evenly spread over them.
+std::vector<Asked> thinned_out(const std::vector<Asked>& all) {
+  if (all.size() <= kMostAsked) return all;
+  std::vector<Asked> some;
+  for (std::size_t i = 0; i < kMostAsked; ++i) some.push_back(all[i * all.size() / kMostAsked]);
+  return some;
 }
 
 // Whether a scan meets what was seen where it is laid. Errors: what reading a scan says.
@@ -75,23 +89,28 @@ Result<bool> fits(const Drive& drive, const Visit& visit, std::uint32_t scan,
 Result<bool> fits_all_along(const Drive& drive, const Odometry& odometry,
                             std::span<const ScanRange> others, const LaidPiece& laid) {
   const Seen seen = seen_by(odometry, others);
-  std::size_t asked = 0;
-  std::size_t fitting = 0;
-  for (const std::uint32_t scan : asked_scans(odometry, laid.scans)) {
+  const std::vector<std::uint32_t> along = scans_along(odometry, laid.scans);
+  std::vector<Asked> near;
+  for (const std::uint32_t scan : along) {
     const Pose T_others_lidar = laid.T_others_piece * odometry.T_map_lidar[scan];
     const double way_m = std::abs(odometry.driven_m[scan] - odometry.driven_m[laid.from]);
     const double drift_m = std::min(kDriftShare * way_m, kLargestDrift_m);
-    const std::optional<NearPoint> near =
+    const std::optional<NearPoint> nearest =
         seen.places.nearest(T_others_lidar.translation(), kNear_m + drift_m);
-    if (!near) continue;
-    const auto& [middle, range] = seen.scans[near->index];
+    if (nearest) near.push_back({scan, nearest->index, T_others_lidar, drift_m});
+  }
+  // A long piece that only touches the others may as well lie anywhere else.
+  if (near.size() < kFewestAsked) return along.size() < kFewestAsked;
+  const std::vector<Asked> asked = thinned_out(near);
+  std::size_t fitting = 0;
+  for (const Asked& one : asked) {
+    const auto& [middle, range] = seen.scans[one.near];
     SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive, odometry, range, middle));
-    SIGHTLINE_ASSIGN(const bool does_fit, fits(drive, visit, scan, T_others_lidar, 1.0 + drift_m));
-    ++asked;
+    SIGHTLINE_ASSIGN(const bool does_fit,
+                     fits(drive, visit, one.scan, one.T_others_lidar, 1.0 + one.drift_m));
     fitting += does_fit ? 1 : 0;
   }
-  return asked < kFewestAsked ||
-         static_cast<double>(fitting) >= kLeastShareFitting * static_cast<double>(asked);
+  return static_cast<double>(fitting) >= kLeastShareFitting * static_cast<double>(asked.size());
 }
 
 }  // namespace sightline
