@@ -233,6 +233,23 @@ TEST(Pieces, OfADriveThatFitsAtItsBeginningAloneAreNotJoined) {
   EXPECT_EQ(pieces_in(*told.trajectory), 2u);
 }
 
+// The second drive begins where the first one ends and goes on: what a few metres say of forty is
+// not enough, though here it would be right.
+TEST(Pieces, OfADriveThatOnlyTouchesAnotherAreNotJoined) {
+  constexpr int kCount = 41;
+  const BoxWorld street = random_street(4);
+  const std::vector<Pose> first = along_street(-30.0, kCount);
+  const double end_m = first.back().translation().x();
+  const std::vector<Pose> second = along_street(end_m - 4.0, kCount);
+  TestDrive test = drive_through(street, joined(first, second), 0.5);
+  for (std::size_t i = kCount; i < test.drive.scans.size(); ++i) test.drive.scans[i].part = 1;
+  test.drive.later_parts = {"tuesday"};
+  const Told told = run(test.drive);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(pieces_in(*told.trajectory), 2u);
+  EXPECT_FALSE(told.warnings.empty());
+}
+
 // The same street, but nothing to tell where along it: walls without any feature, after a pause.
 TEST(Pieces, AreNotJoinedWhereAllPlacesLookAlike) {
   BoxWorld world;
