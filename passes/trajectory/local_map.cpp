@@ -14,20 +14,20 @@ constexpr double kFineCell_m = 1.0;
 constexpr double kLeastPoints = 6.0;
 // lambda_1 of a valid ND ("NDT map" in schemas/definitions.md, v1).
 constexpr double kLeastExtent_m2 = 1e-6;
-// Standard deviations across and along the surface of a cell.
+// Standard deviations across and along the surface of a cell. The thinner a wall is taken to be,
+// the tighter it binds a scan, and the nearer a scan must be to be drawn by it.
 constexpr double kThinnest_m = 0.05;
+constexpr double kSharplyThinnest_m = 0.01;
 constexpr double kAlong_m = 2.0;
 // A scan joins the local map when the vehicle has come this far since the last one that did.
 constexpr double kKeyframeStep_m = 1.0;
 constexpr double kKeyframeTurn_rad = 0.1;
 
-}  // namespace
-
 // A wall holds a point in its normal; along the wall the points of a cell end where the field of
 // view did, not where the wall does. Taken for shape, that end would tilt each scan a little,
 // always the same way.
-Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
-  Eigen::Vector3d variance_m2 = nd.eigenvalues_m2.cwiseMax(kThinnest_m * kThinnest_m);
+Eigen::Matrix3d information_per_m2(const Nd& nd, double thinnest_m) {
+  Eigen::Vector3d variance_m2 = nd.eigenvalues_m2.cwiseMax(thinnest_m * thinnest_m);
   const double along_m2 = kAlong_m * kAlong_m;
   const int dimensions = dimension_class(nd);
   if (dimensions == 2) {
@@ -39,6 +39,16 @@ Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
     if (!is_upright) variance_m2[1] = variance_m2[2] = along_m2;
   }
   return nd.eigenvectors * variance_m2.cwiseInverse().asDiagonal() * nd.eigenvectors.transpose();
+}
+
+Eigen::Matrix3d sharp_information_per_m2(const Nd& nd) {
+  return information_per_m2(nd, kSharplyThinnest_m);
+}
+
+}  // namespace
+
+Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
+  return information_per_m2(nd, kThinnest_m);
 }
 
 RollingCells::Cell& RollingCells::cell_of(const Eigen::Vector3d& point_m) {
@@ -74,7 +84,7 @@ void RollingCells::forget_empty_cells() {
   for (const Cell& cell : cells_) index_.add(cell.key);
 }
 
-MatchGrid RollingCells::grid() {
+NdtMap RollingCells::nds() {
   forget_empty_cells();
   NdtMap map;
   map.cell_m = cell_m_;
@@ -83,15 +93,26 @@ MatchGrid RollingCells::grid() {
     if (std::exchange(cell.is_changed, false)) cell.nd = nd_of(cell.key, cell.moments, cell_m_);
     if (cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2) map.nds.push_back(cell.nd);
   }
-  return make_match_grid(map, surface_information_per_m2);
+  return map;
 }
+
+namespace {
+
+LocalGrids grids_of(RollingCells& coarse, RollingCells& fine) {
+  const NdtMap fine_nds = fine.nds();
+  return {make_match_grid(coarse.nds(), surface_information_per_m2),
+          make_match_grid(fine_nds, surface_information_per_m2),
+          make_match_grid(fine_nds, sharp_information_per_m2)};
+}
+
+}  // namespace
 
 LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m) {
   RollingCells coarse(kCoarseCell_m);
   RollingCells fine(kFineCell_m);
   coarse.add(points_m, 1.0);
   fine.add(points_m, 1.0);
-  return {coarse.grid(), fine.grid()};
+  return grids_of(coarse, fine);
 }
 
 LocalMap::LocalMap(double reach_m)
@@ -110,7 +131,7 @@ void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_m
     fine_.add(scans_.front().points_m, -1.0);
     scans_.pop_front();
   }
-  grids_ = {coarse_.grid(), fine_.grid()};
+  grids_ = grids_of(coarse_, fine_);
   T_map_last_ = T_map_lidar;
 }
 

@@ -19,10 +19,12 @@ namespace sightline {
 // What an ND says of a point beside it: as much as its cell's surface holds it, and no more.
 Eigen::Matrix3d surface_information_per_m2(const Nd& nd);
 
-// NDs of the same points in cells of 2 m, which draw from afar, and of 1 m, which are sharp.
+// NDs of the same points in cells of 2 m, which draw from afar, and of 1 m; those once more with
+// walls as thin as they are seen, for the last centimetre.
 struct LocalGrids {
   MatchGrid coarse;
   MatchGrid fine;
+  MatchGrid sharp;
 };
 LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m);
 
@@ -35,7 +37,7 @@ class RollingCells {
   void add(const std::vector<Eigen::Vector3d>& points_m, double sign);
   // Of the cells that hold enough of them; only cells that changed since the last time are
   // computed anew.
-  MatchGrid grid();
+  NdtMap nds();
 
  private:
   struct Cell {

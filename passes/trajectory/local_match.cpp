@@ -20,6 +20,8 @@ constexpr double kFarthest_m = 70.0;
 constexpr double kLeastLikelihood = 1.2;
 constexpr double kLeastScoredShare = 0.15;
 constexpr double kSearchStep_m = 1.0;
+// Thin walls that move a scan farther draw it to another place.
+constexpr double kMostSharpened_m = 0.2;
 
 }  // namespace
 
@@ -68,6 +70,14 @@ LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vecto
   result.scored_share =
       points_m.empty() ? 0.0 : fine.scored_points / static_cast<double>(points_m.size());
   return result;
+}
+
+Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+               const LocalMatch& found) {
+  const MatchResult sharp = match(grids.sharp, points_m, found.T_map_lidar);
+  const double moved_m =
+      (sharp.T_map_sensor.translation() - found.T_map_lidar.translation()).norm();
+  return moved_m <= kMostSharpened_m ? tidied(sharp.T_map_sensor) : found.T_map_lidar;
 }
 
 LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,

@@ -41,6 +41,11 @@ Pose tidied(const Pose& pose);
 LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                          const Pose& T_map_start);
 
+// A match that is believed, to the last centimetre. A drive of a kilometre bends by a third of what
+// it does without (16 beams, generated towns).
+Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+               const LocalMatch& found);
+
 // The same from starts up to `reach_m` around in the plane; the best end.
 LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                           const Pose& T_map_start, double reach_m);

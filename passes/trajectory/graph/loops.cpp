@@ -94,8 +94,9 @@ Result<std::optional<GraphEdge>> confirm(const Drive& drive, const Odometry& odo
   SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> visit_m,
                    visit_points_m(drive, odometry, candidate.earlier));
   SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, candidate.later));
+  const LocalGrids visit = local_grids(visit_m);
   const LocalMatch match =
-      search_locally(local_grids(visit_m), scan.to_match_m, odometry.T_map_lidar[candidate.later],
+      search_locally(visit, scan.to_match_m, odometry.T_map_lidar[candidate.later],
                      1.0 + drift_m(odometry, candidate));
   if (match.likelihood < kLeastLikelihood || match.scored_share < kLeastScoredShare) {
     return std::optional<GraphEdge>();
@@ -103,7 +104,8 @@ Result<std::optional<GraphEdge>> confirm(const Drive& drive, const Odometry& odo
   GraphEdge edge;
   edge.from = static_cast<std::uint32_t>(candidate.earlier);
   edge.to = static_cast<std::uint32_t>(candidate.later);
-  edge.T_from_to = odometry.T_map_lidar[candidate.earlier].inverse() * match.T_map_lidar;
+  edge.T_from_to =
+      odometry.T_map_lidar[candidate.earlier].inverse() * sharpened(visit, scan.to_match_m, match);
   edge.sigma_m = kLoopSigma_m;
   edge.sigma_rad = kLoopSigma_rad;
   return std::optional<GraphEdge>(edge);

@@ -73,6 +73,22 @@ TEST(EstimateTrajectoryInATown, GoesRoundABlockWithoutPoses) {
   EXPECT_LT((by_found.translation() - by_truth.translation()).norm(), 0.001 * 235.0);
 }
 
+// Of the first two scans, 1 m apart, the best match is that of a vehicle that stands: rings lie on
+// rings in a street of bare walls.
+TEST(EstimateTrajectoryInATown, BeginsAtFullSpeedInABareStreet) {
+  const Result<town::Town> made = town::make_town({1, 2000.0, false});
+  ASSERT_TRUE(made.has_value());
+  town::DriveOptions options = town::usual_drive(made->options, 2, *town::town_sensor(16));
+  options.from_m = 600.0;
+  options.length_m = 60.0;
+  const Result<town::DriveSimulator> simulator = town::DriveSimulator::make(*made, options);
+  ASSERT_TRUE(simulator.has_value());
+  PassContext ctx = two_threads();
+  const Result<Trajectory> found = estimate_trajectory(ctx, {}, without_poses(*simulator));
+  ASSERT_TRUE(found.has_value()) << to_string(found.error());
+  EXPECT_LT(rmse_m(poses_of(*found), simulator->T_town_vehicle(), true), 0.05);
+}
+
 TEST(AlignDriveInATown, TellsASecondDriveWithoutPosesInTheMapOfTheFirst) {
   const Result<town::Town> made = town::make_town({2, 100.0, false});
   ASSERT_TRUE(made.has_value());

@@ -1,4 +1,4 @@
-#include "passes/trajectory/pieces/even_motion.h"
+#include "passes/trajectory/following/even_motion.h"
 
 #include <algorithm>
 
@@ -11,6 +11,7 @@ namespace {
 // is known of the speed, and where matching has failed.
 constexpr double kSearchReach_m = 3.0;
 
+constexpr std::int64_t kShortestJump_ns = 1'000'000'000;
 // Even motion is carried on through so many times the step that it was seen on.
 constexpr double kMostSteps = 10.0;
 constexpr double kNewShare = 0.1;
@@ -44,6 +45,17 @@ LocalMatch best_of(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& 
 }
 
 }  // namespace
+
+std::int64_t longest_step_ns(const Drive& drive) {
+  std::vector<std::int64_t> steps_ns;
+  for (std::size_t i = 1; i < drive.scans.size(); ++i) {
+    steps_ns.push_back(drive.scans[i].stamp_ns - drive.scans[i - 1].stamp_ns);
+  }
+  if (steps_ns.empty()) return kShortestJump_ns;
+  const auto middle = steps_ns.begin() + static_cast<std::ptrdiff_t>(steps_ns.size() / 2);
+  std::ranges::nth_element(steps_ns, middle);
+  return std::max(kShortestJump_ns, 3 * *middle);
+}
 
 Pose carried_on(const TimedStep& step, std::int64_t time_ns) {
   if (step.time_ns <= 0 || time_ns == step.time_ns) return step.T_before_after;

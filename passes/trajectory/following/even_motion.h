@@ -4,11 +4,15 @@
 #include <optional>
 #include <vector>
 
+#include "formats/drive/drive.h"
 #include "passes/trajectory/local_match.h"
 
 // Following a vehicle that moves about evenly; part of estimate-trajectory.
 
 namespace sightline {
+
+// A pause after which a drive is not followed on: 1 s, and three times the usual step.
+std::int64_t longest_step_ns(const Drive& drive);
 
 // A step of the vehicle's motion and how long it took.
 struct TimedStep {

@@ -1,0 +1,271 @@
+#include "passes/trajectory/following/follower.h"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+namespace sightline {
+namespace {
+
+// Where less of a scan's upright returns meets the local map than this, or than this share of what
+// is usual, it is looked for farther around: steps of a few metres still have 0.7.
+constexpr double kPoorOverlap = 0.6;
+constexpr double kPoorShare = 0.75;
+// Less is met by chance: a place is not believed.
+constexpr double kLeastOverlap = 0.35;
+// A drop below this share of what is usual is not believed of a scan that was not searched for.
+constexpr double kLeastShareOfUsual = 0.5;
+// So much more must meet the map than in any other place; and than where even motion leads.
+constexpr double kClearly = 0.08;
+// Where the first step of a piece may lead, asked every so much; places nearer than that are one.
+constexpr double kFirstStep_m = 4.0;
+constexpr double kAskedEvery_m = 1.0;
+constexpr double kSamePlace_m = 0.3;
+// So many are followed, those in which most of the scan meets what was seen before it.
+constexpr std::size_t kMostFirstSteps = 4;
+
+}  // namespace
+
+Result<ReadScan> read_scan(const Drive& drive, std::size_t index) {
+  ReadScan scan;
+  SIGHTLINE_ASSIGN(scan.thinned, read_thinned(drive, index));
+  const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
+  scan.upright_m = upright_points(scan.thinned.to_match_m, level);
+  scan.upright_to_map_m = upright_points(scan.thinned.to_map_m, level);
+  return scan;
+}
+
+Follower::Follower(const Drive& drive, const std::vector<std::optional<Pose>>& given,
+                   double local_map_m)
+    : drive_(&drive),
+      given_(&given),
+      local_map_m_(local_map_m),
+      longest_step_ns_(longest_step_ns(drive)),
+      map_(local_map_m),
+      upright_(local_map_m) {}
+
+void Follower::take(const ReadScan& scan) {
+  const std::size_t k = odometry.T_map_lidar.size();
+  if (k == 0) {
+    append((*given_)[0].value_or(drive_->sensor.T_vehicle_lidar), false, {});
+  } else if (has_given_step(k)) {
+    follow_with_given(k, scan);
+  } else {
+    follow_alone(k, scan);
+  }
+  remember(scan);
+}
+
+void Follower::take_there(const ReadScan& scan, const LocalMatch& match) {
+  Found found;
+  found.match = match;
+  found.overlap = upright_.overlap(scan.upright_m, match.T_map_lidar);
+  step_to(odometry.T_map_lidar.size(), scan, found);
+  remember(scan);
+}
+
+void Follower::begin_with(const ReadScan& scan, const TimedStep& step) {
+  const Pose start =
+      tidied(T_map_before() * carried_on(step, step_ns(odometry.T_map_lidar.size())));
+  const LocalMatch match = match_locally(map_.grids(), scan.thinned.to_match_m, start);
+  if (match.is_good()) {
+    take_there(scan, match);
+  } else {
+    take(scan);
+  }
+}
+
+TimedStep Follower::last_step() const { return steps_.empty() ? TimedStep{} : steps_.front(); }
+
+bool Follower::is_at_first_step() const {
+  const std::size_t k = odometry.T_map_lidar.size();
+  return k > 0 && k < drive_->scans.size() && steps_.empty() && !is_jump(k) && !has_given_step(k);
+}
+
+std::vector<LocalMatch> Follower::first_steps(const ReadScan& scan) const {
+  std::vector<std::pair<double, LocalMatch>> ends;  // by overlap
+  const int reach = static_cast<int>(kFirstStep_m / kAskedEvery_m);
+  for (int i = -reach; i <= reach; ++i) {
+    for (int j = -reach; j <= reach; ++j) {
+      const Eigen::Vector3d offset_m(i * kAskedEvery_m, j * kAskedEvery_m, 0.0);
+      if (offset_m.norm() > kFirstStep_m) continue;
+      Pose start = T_map_before();
+      start.translation() += start.linear() * offset_m;
+      const LocalMatch end = match_locally(map_.grids(), scan.thinned.to_match_m, start);
+      const std::optional<double> overlap = upright_.overlap(scan.upright_m, end.T_map_lidar);
+      if (end.is_good() && overlap) ends.emplace_back(*overlap, end);
+    }
+  }
+  std::ranges::stable_sort(ends, std::greater<>(), [](const auto& end) { return end.first; });
+  std::vector<LocalMatch> distinct;
+  for (const auto& [overlap, end] : ends) {
+    const bool is_known = std::ranges::any_of(distinct, [&](const LocalMatch& other) {
+      return (other.T_map_lidar.translation() - end.T_map_lidar.translation()).norm() <
+             kSamePlace_m;
+    });
+    if (!is_known) distinct.push_back(end);
+    if (distinct.size() == kMostFirstSteps) break;
+  }
+  return distinct;
+}
+
+bool Follower::begins_part(std::size_t k) const {
+  return drive_->scans[k].part != drive_->scans[k - 1].part;
+}
+bool Follower::has_given_step(std::size_t k) const {
+  return (*given_)[k - 1] && (*given_)[k] && !begins_part(k);
+}
+std::int64_t Follower::step_ns(std::size_t k) const {
+  return drive_->scans[k].stamp_ns - drive_->scans[k - 1].stamp_ns;
+}
+// After which the last steps do not say how far the drive has gone on.
+bool Follower::is_jump(std::size_t k) const {
+  return step_ns(k) > longest_step_ns_ || begins_part(k);
+}
+
+// Where scan k may be, by what is known of its motion; the likeliest first.
+std::vector<Pose> Follower::predictions(std::size_t k) const {
+  std::vector<Pose> starts;
+  if (was_found_widely_) starts.push_back(moved_on(k));
+  for (const TimedStep& step : steps_) {
+    starts.push_back(T_map_before() * carried_on(step, step_ns(k)));
+  }
+  if (steps_.empty()) starts.push_back(T_map_before());
+  if (has_given_step(k)) {
+    starts.push_back(T_map_before() * (*given_)[k - 1]->inverse() * *(*given_)[k]);
+  }
+  for (Pose& start : starts) start = tidied(start);
+  return starts;
+}
+
+// On as the last step led, without its turn: who looks aside walks on.
+Pose Follower::moved_on(std::size_t k) const {
+  Pose start = T_map_before();
+  if (steps_.empty()) return start;
+  const Pose T_map_last_but_one = T_map_before() * steps_.front().T_before_after.inverse();
+  const Pose straight = carried_on(
+      {Eigen::Translation3d(T_map_before().translation() - T_map_last_but_one.translation()) *
+           Pose::Identity(),
+       steps_.front().time_ns},
+      step_ns(k));
+  start.translation() += straight.translation();
+  return start;
+}
+
+Follower::Found Follower::follow_from(const std::vector<Pose>& starts, const ReadScan& scan) const {
+  Found found;
+  found.match = follow(map_.grids(), scan.thinned.to_match_m, starts, T_map_before(), average_);
+  found.overlap = upright_.overlap(scan.upright_m, found.match.T_map_lidar);
+  return found;
+}
+
+void Follower::follow_with_given(std::size_t k, const ReadScan& scan) {
+  const std::vector<Pose> starts = predictions(k);
+  Found found;
+  // Behind a jump the given pose stands: what was seen before it may be far from here, and a
+  // street that looks like another would speak against poses that are right.
+  if (!is_jump(k)) found = follow_from(starts, scan);
+  const bool is_matched = found.match.is_good();
+  if (is_matched) average_.add(found.match, found.overlap);
+  const Pose T_map_lidar = is_matched ? found.match.T_map_lidar : starts.back();
+  steps_ = {{T_map_before().inverse() * T_map_lidar, step_ns(k)}};
+  append(T_map_lidar, is_matched, found.overlap);
+}
+
+void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
+  Found found;
+  if (!is_jump(k)) found = find(k, scan);
+  if (!found.is_believed) {
+    begin_piece({static_cast<std::uint32_t>(k), is_jump(k),
+                 found.match.is_good() ? found.overlap.value_or(0.0) : 0.0,
+                 found.overlap_elsewhere});
+    return;
+  }
+  step_to(k, scan, found);
+}
+
+void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) {
+  average_.add(found.match, found.overlap);
+  const Pose T_map_lidar = sharpened(map_.grids(), scan.thinned.to_match_m, found.match);
+  const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
+  was_found_widely_ = found.is_wide;
+  if (found.is_wide && !steps_.empty()) {
+    // The drive may have jumped and go on as before, or be as fast as that.
+    steps_ = {step, steps_.front()};
+  } else {
+    steps_ = {step};
+  }
+  append(T_map_lidar, true, found.overlap);
+  odometry.is_far.back() = found.is_far;
+}
+
+bool Follower::is_poor(const Found& found) const {
+  if (!found.match.is_good()) return true;
+  const double least = std::max(kPoorOverlap, kPoorShare * average_.overlap);
+  return found.overlap && *found.overlap < least;
+}
+
+// Where even motion leads; where that is poor, turned or wherever else it is.
+Follower::Found Follower::find(std::size_t k, const ReadScan& scan) const {
+  Found found = follow_from(predictions(k), scan);
+  found.is_believed = found.match.is_good();
+  if (!is_poor(found)) return found;
+  const double least = std::max(kLeastOverlap, kLeastShareOfUsual * average_.overlap);
+  const double overlap = found.match.is_good() ? found.overlap.value_or(1.0) : 0.0;
+  found.is_believed = found.is_believed && overlap >= least;
+  const LocalSurroundings there{map_.grids(), upright_};
+  const SoughtScan sought{scan.thinned.to_match_m, scan.upright_m};
+  const std::optional<WidePlacement> turned =
+      place_turned(there, sought, {moved_on(k), T_map_before()});
+  if (turned && turned->overlap >= std::max(least, overlap + kClearly)) {
+    const Found near{turned->match, turned->overlap, 0.0, true, true};
+    if (!is_poor(near)) return near;
+  }
+  return find_widely(there, sought, found);
+}
+
+Follower::Found Follower::find_widely(const LocalSurroundings& there, const SoughtScan& sought,
+                                      const Found& followed) const {
+  const std::optional<WidePlacement> wide = place_widely(there, sought, T_map_before(), {});
+  const double overlap = followed.match.is_good() ? followed.overlap.value_or(1.0) : 0.0;
+  if (!wide || wide->overlap < overlap + kClearly) return followed;
+  const bool is_other = are_elsewhere(wide->match.T_map_lidar, followed.match.T_map_lidar);
+  const double elsewhere =
+      is_other ? std::max(overlap, wide->overlap_elsewhere) : wide->overlap_elsewhere;
+  const bool is_believed = wide->overlap >= kLeastOverlap && wide->overlap >= elsewhere + kClearly;
+  return {wide->match, wide->overlap, elsewhere, is_believed, true, true};
+}
+
+// With a map of its own, and nothing known of the speed.
+void Follower::begin_piece(const PieceStart& start) {
+  odometry.piece_starts.push_back(start);
+  was_found_widely_ = false;
+  map_ = LocalMap(local_map_m_);
+  upright_ = UprightMap(local_map_m_);
+  average_ = {};
+  steps_.clear();
+  is_map_empty_ = true;
+  append(T_map_before(), false, {});
+}
+
+void Follower::append(const Pose& T_map_lidar, bool is_matched, std::optional<double> overlap) {
+  const bool is_first = odometry.T_map_lidar.empty();
+  const double step_m =
+      is_first ? 0.0 : (T_map_lidar.translation() - T_map_before().translation()).norm();
+  odometry.driven_m.push_back(is_first ? 0.0 : odometry.driven_m.back() + step_m);
+  odometry.T_map_lidar.push_back(T_map_lidar);
+  odometry.is_matched.push_back(is_matched || is_first);
+  odometry.is_far.push_back(false);
+  odometry.piece.push_back(static_cast<std::uint32_t>(odometry.piece_starts.size()));
+  odometry.overlap.push_back(overlap);
+}
+
+void Follower::remember(const ReadScan& scan) {
+  const Pose& T_map_lidar = odometry.T_map_lidar.back();
+  if (!is_map_empty_ && !map_.wants(T_map_lidar)) return;
+  is_map_empty_ = false;
+  map_.add(scan.thinned.to_map_m, T_map_lidar, odometry.driven_m.back());
+  upright_.add(scan.upright_to_map_m, T_map_lidar, odometry.driven_m.back());
+}
+
+}  // namespace sightline

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "formats/base/result.h"
+#include "formats/drive/drive.h"
+#include "formats/geometry.h"
+#include "passes/trajectory/following/even_motion.h"
+#include "passes/trajectory/following/followed_scans.h"
+#include "passes/trajectory/local_map.h"
+#include "passes/trajectory/local_match.h"
+#include "passes/trajectory/pieces/place_widely.h"
+#include "passes/trajectory/pieces/scan_overlap.h"
+
+// Part of estimate-trajectory.
+
+namespace sightline {
+
+// A scan as it is matched, and as it is remembered.
+struct ReadScan {
+  ThinnedScan thinned;
+  std::vector<Eigen::Vector3d> upright_m;         // of to_match_m
+  std::vector<Eigen::Vector3d> upright_to_map_m;  // of to_map_m
+};
+// Errors: what reading a scan says.
+Result<ReadScan> read_scan(const Drive& drive, std::size_t index);
+
+// Follows a drive from scan to scan, as run_odometry promises.
+class Follower {
+ public:
+  // Drive and poses must outlive it and its copies.
+  Follower(const Drive& drive, const std::vector<std::optional<Pose>>& given, double local_map_m);
+
+  void take(const ReadScan& scan);
+  // The same where the scan was found by other means.
+  void take_there(const ReadScan& scan, const LocalMatch& match);
+
+  // The first step of a piece, begun as even motion by a step that was seen later.
+  void begin_with(const ReadScan& scan, const TimedStep& step);
+  // Of no motion where a piece just began.
+  [[nodiscard]] TimedStep last_step() const;
+
+  // Whether the next scan makes a piece's first step, of which nothing is known.
+  [[nodiscard]] bool is_at_first_step() const;
+  // Where the scan of a first step may be: the good matches within 4 m, four at most, the one first
+  // in which most of the scan's upright returns meet those before it.
+  [[nodiscard]] std::vector<LocalMatch> first_steps(const ReadScan& scan) const;
+
+  Odometry odometry;
+
+ private:
+  // Where a scan is found, with the overlap that speaks for it.
+  struct Found {
+    LocalMatch match;
+    std::optional<double> overlap;
+    double overlap_elsewhere = 0.0;
+    bool is_believed = false;
+    bool is_wide = false;  // not where even motion leads
+    bool is_far = false;   // found by the search farther around
+  };
+
+  [[nodiscard]] const Pose& T_map_before() const { return odometry.T_map_lidar.back(); }
+  [[nodiscard]] bool begins_part(std::size_t k) const;
+  [[nodiscard]] bool has_given_step(std::size_t k) const;
+  [[nodiscard]] std::int64_t step_ns(std::size_t k) const;
+  [[nodiscard]] bool is_jump(std::size_t k) const;
+  [[nodiscard]] std::vector<Pose> predictions(std::size_t k) const;
+  [[nodiscard]] Pose moved_on(std::size_t k) const;
+
+  [[nodiscard]] Found follow_from(const std::vector<Pose>& starts, const ReadScan& scan) const;
+  [[nodiscard]] bool is_poor(const Found& found) const;
+  [[nodiscard]] Found find(std::size_t k, const ReadScan& scan) const;
+  [[nodiscard]] Found find_widely(const LocalSurroundings& there, const SoughtScan& sought,
+                                  const Found& followed) const;
+
+  void follow_with_given(std::size_t k, const ReadScan& scan);
+  void follow_alone(std::size_t k, const ReadScan& scan);
+  void step_to(std::size_t k, const ReadScan& scan, const Found& found);
+  void begin_piece(const PieceStart& start);
+  void append(const Pose& T_map_lidar, bool is_matched, std::optional<double> overlap);
+  void remember(const ReadScan& scan);
+
+  const Drive* drive_;
+  const std::vector<std::optional<Pose>>* given_;
+  double local_map_m_;
+  std::int64_t longest_step_ns_;
+  LocalMap map_;
+  UprightMap upright_;
+  RunningAverage average_;
+  std::vector<TimedStep> steps_;  // that the drive may go on with
+  bool was_found_widely_ = false;
+  bool is_map_empty_ = true;
+};
+
+}  // namespace sightline
