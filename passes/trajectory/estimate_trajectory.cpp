@@ -73,14 +73,14 @@ Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryO
   const std::vector<std::uint32_t> keys = key_scans(odometry);
   const PoseGraph key_graph =
       graph_of_keys(graph, odometry, priors_of(options, way_m, given, keys), keys);
-  SIGHTLINE_ASSIGN(Adjustment adjusted,
-                   adjust_to_planes(ctx, drive, key_graph, solution.T_map_pose, keys));
   // Where no given pose pulls the way out of shape, matching each scan to many at once is nearer to
   // the truth than planes are, which lend it only their covariance: they bend a straight street.
   // What hangs by a scan that was found from afar is set right by planes.
   const bool is_loose = !are_tied(odometry, pieces.edges, graph.loops) ||
                         std::ranges::count(odometry.is_far, true) > 0;
-  if (!refines && !is_loose) adjusted.T_map_lidar = solution.T_map_pose;
+  const auto by_planes = refines || is_loose ? adjust_to_planes : weigh_by_planes;
+  SIGHTLINE_ASSIGN(const Adjustment adjusted,
+                   by_planes(ctx, drive, key_graph, solution.T_map_pose, keys));
   Trajectory trajectory = trajectory_of(drive, graph, solution, adjusted);
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     trajectory.poses[i].piece = pieces.piece[i];

@@ -173,18 +173,38 @@ bool moves_more(const Eigen::VectorXd& step, std::vector<Pose>& poses) {
   return longest_m >= kStopStep_m || largest_rad >= kStopStep_rad;
 }
 
+std::vector<Pose> poses_of_keys(const std::vector<Pose>& start,
+                                const std::vector<std::uint32_t>& keys) {
+  std::vector<Pose> poses;
+  for (const std::uint32_t scan : keys) poses.push_back(start[scan]);
+  return poses;
+}
+
+Equations no_equations(std::size_t pose_count) {
+  return {{}, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * pose_count))};
+}
+
+// All scans, moved as their keys were, with what planes at these poses say of their covariance.
+Result<Adjustment> weighed(const PoseGraph& graph, const std::vector<Pose>& start,
+                           const std::vector<std::uint32_t>& keys, const std::vector<Pose>& poses,
+                           Equations& planes, NormalSolver& solver) {
+  for (auto& [key, block] : planes.blocks) block /= kDependentPlanes;
+  add_graph(graph, poses, planes);
+  if (!solver.factor(planes)) return no_solution();
+  return spread(start, keys, poses, solver.inverse_blocks());
+}
+
 }  // namespace
 
 Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const PoseGraph& graph,
                                     const std::vector<Pose>& start,
                                     const std::vector<std::uint32_t>& keys) {
-  std::vector<Pose> poses;
-  for (const std::uint32_t scan : keys) poses.push_back(start[scan]);
+  std::vector<Pose> poses = poses_of_keys(start, keys);
   ScanCache cache(drive, keys);
   NormalSolver solver;
   Equations planes;
   for (int round = 0; round < kMostRounds; ++round) {
-    planes = {{}, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(6 * poses.size()))};
+    planes = no_equations(poses.size());
     SIGHTLINE_TRY(add_planes(ctx, poses, cache, planes));
     const std::map<BlockKey, Matrix6d> of_planes_alone = blocks_below_graph(graph, poses, planes);
     add_graph(graph, poses, planes);
@@ -193,10 +213,20 @@ Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const 
     for (const auto& [key, block] : of_planes_alone) planes.blocks[key] = block;
     if (is_done) break;
   }
-  for (auto& [key, block] : planes.blocks) block /= kDependentPlanes;
-  add_graph(graph, poses, planes);
-  if (!solver.factor(planes)) return no_solution();
-  return spread(start, keys, poses, solver.inverse_blocks());
+  return weighed(graph, start, keys, poses, planes, solver);
+}
+
+Result<Adjustment> weigh_by_planes(PassContext& ctx, const Drive& drive, const PoseGraph& graph,
+                                   const std::vector<Pose>& start,
+                                   const std::vector<std::uint32_t>& keys) {
+  const std::vector<Pose> poses = poses_of_keys(start, keys);
+  ScanCache cache(drive, keys);
+  NormalSolver solver;
+  Equations planes = no_equations(poses.size());
+  SIGHTLINE_TRY(add_planes(ctx, poses, cache, planes));
+  SIGHTLINE_ASSIGN(Adjustment adjustment, weighed(graph, start, keys, poses, planes, solver));
+  adjustment.T_map_lidar = start;
+  return adjustment;
 }
 
 Matrix6d moved_by(const Eigen::Vector3d& arm_m, const Matrix6d& covariance) {

@@ -8,8 +8,6 @@
 namespace sightline {
 namespace {
 
-constexpr std::uint32_t kLeastLoops = 5;
-
 using PiecePair = std::pair<std::uint32_t, std::uint32_t>;
 
 PiecePair pieces_of(const Odometry& odometry, const GraphEdge& edge) {
@@ -25,7 +23,7 @@ bool are_tied(const Odometry& odometry, const std::vector<GraphEdge>& joins,
   std::vector<std::uint32_t> group(odometry.piece_starts.size() + 1);  // by piece
   std::iota(group.begin(), group.end(), 0U);
   for (const auto& [pair, count] : loop_count) {
-    if (count < kLeastLoops) continue;
+    if (count < kTyingLoops) continue;
     std::ranges::replace(group, std::uint32_t{group[pair.second]},
                          std::uint32_t{group[pair.first]});
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "passes/trajectory/graph/pose_graph.h"
@@ -8,6 +9,9 @@
 // Part of estimate-trajectory.
 
 namespace sightline {
+
+// So many loops between two pieces hold them.
+inline constexpr std::uint32_t kTyingLoops = 5;
 
 // Whether loops hold all that edges join: pieces of odometry with five loops or more between them,
 // one every 5 m of way, are tied, and so are those that are tied to one piece. What is joined by an

@@ -1,6 +1,7 @@
 #include "passes/trajectory/released/extend_released.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/join_pieces.h"
 #include "passes/trajectory/pieces/tell_pieces.h"
+#include "passes/trajectory/pieces/tied_pieces.h"
 #include "passes/trajectory/stretch_of_drive.h"
 #include "passes/trajectory/sweep/turn_trial.h"
 #include "passes/trajectory/sweep/undistorted.h"
@@ -218,17 +220,34 @@ std::vector<std::uint32_t> keys_beside(const Followed& all, const std::vector<Po
   return keys;
 }
 
-// All scans as planes lay them that several saw, where released ones do not move.
+// Whether five loops or more hold each piece of the others that was joined to released scans: then
+// the pose graph lays them better than planes do ("Trajectories" in schemas/definitions.md).
+bool are_held_by_loops(const Followed& all, const JoinedPieces& joined,
+                       const std::vector<GraphEdge>& loops) {
+  std::map<std::uint32_t, std::uint32_t> loop_count;  // by run
+  for (const GraphEdge& edge : joined.edges) loop_count[all.odometry.piece[edge.to]];
+  for (const GraphEdge& edge : loops) {
+    if (edge.from < all.first) ++loop_count[all.odometry.piece[edge.to]];
+  }
+  return std::ranges::all_of(loop_count, [&](const auto& run) {
+    return run.first < all.released_runs || run.second >= kTyingLoops;
+  });
+}
+
+// All scans as loops or, where these are few, planes lay them that several saw; released ones do
+// not move.
 Result<Adjustment> adjusted(PassContext& ctx, const Drive& drive, const Followed& all,
-                            std::vector<GraphEdge> edges, const std::vector<Pose>& poses) {
+                            std::vector<GraphEdge> edges, const std::vector<Pose>& poses,
+                            bool stays) {
   const std::vector<std::uint32_t> keys = keys_beside(all, poses);
   std::vector<GraphPrior> priors;
   for (std::uint32_t i = 0; i < keys.size() && keys[i] < all.first; ++i) {
     priors.push_back({i, poses[keys[i]], kReleasedSigma_m, kReleasedSigma_rad});
   }
   const PoseGraph graph{{}, std::move(edges), {}, {}};
-  return adjust_to_planes(ctx, drive, graph_of_keys(graph, all.odometry, std::move(priors), keys),
-                          poses, keys);
+  const auto by_planes = stays ? weigh_by_planes : adjust_to_planes;
+  return by_planes(ctx, drive, graph_of_keys(graph, all.odometry, std::move(priors), keys), poses,
+                   keys);
 }
 
 Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& options,
@@ -252,9 +271,11 @@ Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& o
       all.odometry.T_map_lidar.begin(),
       all.odometry.T_map_lidar.begin() + static_cast<std::ptrdiff_t>(all.first));
   poses.insert(poses.end(), solution.T_map_pose.begin(), solution.T_map_pose.end());
+  const bool stays = are_held_by_loops(all, joined, loops);
   std::vector<GraphEdge> edges = joined.edges;
   edges.insert(edges.end(), loops.begin(), loops.end());
-  SIGHTLINE_ASSIGN(const Adjustment adjustment, adjusted(ctx, seen, all, std::move(edges), poses));
+  SIGHTLINE_ASSIGN(const Adjustment adjustment,
+                   adjusted(ctx, seen, all, std::move(edges), poses, stays));
   Trajectory extended = released;
   extended.source = std::max(released.source, own.source);
   extended.odometry_edges += static_cast<std::uint32_t>(graph.odometry.size());
