@@ -98,7 +98,8 @@ std::vector<LocalMatch> Follower::first_steps(const ReadScan& scan) const {
   }
   std::ranges::stable_sort(ends, std::greater<>(), [](const auto& end) { return end.first; });
   std::vector<LocalMatch> distinct;
-  for (const auto& [overlap, end] : ends) {
+  for (const std::pair<double, LocalMatch>& of_overlap : ends) {
+    const LocalMatch& end = of_overlap.second;
     const bool is_known = std::ranges::any_of(distinct, [&](const LocalMatch& other) {
       return (other.T_map_lidar.translation() - end.T_map_lidar.translation()).norm() <
              kSamePlace_m;
