@@ -10,6 +10,7 @@ namespace {
 constexpr std::size_t kTrialScans = 10;
 // Who meets so much less than the best is given up before.
 constexpr double kFarBehind = 0.1;
+// Who begins at the speed that was found out is believed where no more than this is lost.
 constexpr double kAsGood = 0.005;
 // Two that are nearer to each other go one way.
 constexpr double kOneWay_m = 0.3;
@@ -50,12 +51,15 @@ void FirstSteps::begin_trials(const ReadScan& scan) {
   before_ = followed_;
   const Follower& before = before_.front();
   followed_.front().take(scan);
-  if (!followed_.front().odometry.is_matched.back()) return;
-  for (const LocalMatch& step : before.first_steps(scan)) {
+  const bool is_found = followed_.front().odometry.is_matched.back();
+  const std::vector<LocalMatch> steps =
+      is_found ? before.first_steps(scan) : std::vector<LocalMatch>();
+  for (const LocalMatch& step : steps) {
     Follower other = before;
     other.take_there(scan, step);
     if (!are_one(other, followed_.front())) followed_.push_back(std::move(other));
   }
+  if (followed_.size() == 1) forget_trial();
 }
 
 // Those that came to where a better one is, or lie far behind the best.
@@ -87,12 +91,16 @@ void FirstSteps::end_trials() {
   for (std::size_t i = 1; i < scans_.size(); ++i) again.take(scans_[i]);
   const bool is_as_good = worth(again) >= worth(best) - kAsGood;
   followed_ = {is_as_good ? std::move(again) : std::move(best)};
+  forget_trial();
+}
+
+void FirstSteps::forget_trial() {
   before_.clear();
   scans_.clear();
 }
 
 Odometry FirstSteps::take_odometry() && {
-  if (!before_.empty() && followed_.size() > 1) end_trials();
+  if (followed_.size() > 1) end_trials();
   return std::move(followed_.front().odometry);
 }
 

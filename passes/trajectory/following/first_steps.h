@@ -18,6 +18,7 @@ class FirstSteps {
  public:
   explicit FirstSteps(Follower follower) : followed_{std::move(follower)} {}
 
+  // The next scan of the drive.
   void take(const ReadScan& scan);
   // Ends with the likeliest where the drive ends before ten scans have told.
   [[nodiscard]] Odometry take_odometry() &&;
@@ -27,6 +28,7 @@ class FirstSteps {
   void begin_trials(const ReadScan& scan);
   void forget_beaten();
   void end_trials();
+  void forget_trial();
 
   // One where the first step is known; else the one first whose first step matches best.
   std::vector<Follower> followed_;

@@ -1,7 +1,6 @@
 #include "passes/trajectory/released/extend_released.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -220,18 +219,21 @@ std::vector<std::uint32_t> keys_beside(const Followed& all, const std::vector<Po
   return keys;
 }
 
-// Whether five loops or more hold each piece of the others that was joined to released scans: then
-// the pose graph lays them better than planes do ("Trajectories" in schemas/definitions.md).
+// Whether five loops or more to released scans hold each run that was joined to them: then the pose
+// graph lays them better than planes do ("Trajectories" in schemas/definitions.md).
 bool are_held_by_loops(const Followed& all, const JoinedPieces& joined,
                        const std::vector<GraphEdge>& loops) {
-  std::map<std::uint32_t, std::uint32_t> loop_count;  // by run
-  for (const GraphEdge& edge : joined.edges) loop_count[all.odometry.piece[edge.to]];
+  const auto later = joined.piece.begin() + static_cast<std::ptrdiff_t>(all.first);
+  const std::uint32_t last_released_piece = *std::max_element(joined.piece.begin(), later);
+  std::vector<std::uint32_t> loop_count(all.of_run.size());
   for (const GraphEdge& edge : loops) {
     if (edge.from < all.first) ++loop_count[all.odometry.piece[edge.to]];
   }
-  return std::ranges::all_of(loop_count, [&](const auto& run) {
-    return run.first < all.released_runs || run.second >= kTyingLoops;
-  });
+  for (std::size_t i = all.first; i < joined.piece.size(); ++i) {
+    const bool is_joined = joined.piece[i] <= last_released_piece;
+    if (is_joined && loop_count[all.odometry.piece[i]] < kTyingLoops) return false;
+  }
+  return true;
 }
 
 // All scans as loops or, where these are few, planes lay them that several saw; released ones do
