@@ -68,12 +68,13 @@ struct Told {
   std::vector<std::string> warnings;
 };
 
-Told extend(const Drive& drive, const ReleasedPoses& released) {
+Told extend(const Drive& drive, const ReleasedPoses& released,
+            const EstimateTrajectoryOptions& options = {}) {
   std::vector<std::string> warnings;
   PassContext ctx;
   ctx.threads = 2;
   ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
-  Result<Trajectory> trajectory = extend_released(ctx, {}, drive, released);
+  Result<Trajectory> trajectory = extend_released(ctx, options, drive, released);
   return {std::move(trajectory), std::move(warnings)};
 }
 
@@ -142,6 +143,23 @@ TEST(ExtendReleased, LaysADriveWithPosesWhereTheyPutIt) {
   ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
   expect_kept(*told.trajectory, released);
   EXPECT_LT(largest_error_m(*told.trajectory, all.truth), 0.1);
+}
+
+// Where no loop holds a drive, planes that both drives saw lay it.
+TEST(ExtendReleased, LaysADriveWithPosesByPlanesWhereNoLoopHoldsIt) {
+  TestDrive all = drives({{4, 0.0}, {4, 8.0}});
+  for (std::size_t i = 0; i < 2 * kCount; ++i) {
+    Pose pose = all.truth.poses[i].T_map_vehicle;
+    if (i >= kCount) pose.translation() += Eigen::Vector3d(0.0, 0.15, 0.1);
+    all.drive.scans[i].T_world_vehicle = pose;
+  }
+  const ReleasedPoses released = shipped(all, 1);
+  EstimateTrajectoryOptions options;
+  options.closes_loops = false;
+  const Told told = extend(all.drive, released, options);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  expect_kept(*told.trajectory, released);
+  EXPECT_LT(largest_error_m(*told.trajectory, all.truth), 0.05);
 }
 
 TEST(ExtendReleased, LaysApartWhatMeetsNothingAndNamesIt) {
