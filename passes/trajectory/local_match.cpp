@@ -80,19 +80,26 @@ Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& poin
   return moved_m <= kMostSharpened_m ? tidied(sharp.T_map_sensor) : found.T_map_lidar;
 }
 
-LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
-                          const Pose& T_map_start, double reach_m) {
-  LocalMatch best;
+std::vector<Pose> starts_around(const Pose& T_map_start, double reach_m) {
+  std::vector<Pose> starts;
   const int steps = static_cast<int>(reach_m / kSearchStep_m);
   for (int i = -steps; i <= steps; ++i) {
     for (int j = -steps; j <= steps; ++j) {
       const Eigen::Vector3d offset_m(i * kSearchStep_m, j * kSearchStep_m, 0.0);
       if (offset_m.norm() > reach_m) continue;
-      Pose start = T_map_start;
-      start.translation() += T_map_start.linear() * offset_m;
-      const LocalMatch match = match_locally(grids, points_m, start);
-      if (match.is_better_than(best)) best = match;
+      starts.push_back(T_map_start);
+      starts.back().translation() += T_map_start.linear() * offset_m;
     }
+  }
+  return starts;
+}
+
+LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
+                          const Pose& T_map_start, double reach_m) {
+  LocalMatch best;
+  for (const Pose& start : starts_around(T_map_start, reach_m)) {
+    const LocalMatch match = match_locally(grids, points_m, start);
+    if (match.is_better_than(best)) best = match;
   }
   return best;
 }

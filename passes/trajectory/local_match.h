@@ -46,7 +46,10 @@ LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vecto
 Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                const LocalMatch& found);
 
-// The same from starts up to `reach_m` around in the plane; the best end.
+// Starts 1 m apart, up to `reach_m` around in the sensor's plane.
+std::vector<Pose> starts_around(const Pose& T_map_start, double reach_m);
+
+// Matched locally from each of them; the best end.
 LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                           const Pose& T_map_start, double reach_m);
 

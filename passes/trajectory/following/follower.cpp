@@ -17,9 +17,8 @@ constexpr double kLeastOverlap = 0.35;
 constexpr double kLeastShareOfUsual = 0.5;
 // So much more must meet the map than in any other place; and than where even motion leads.
 constexpr double kClearly = 0.08;
-// Where the first step of a piece may lead, asked every so much; places nearer than that are one.
+// How far the first step of a piece may lead; ends nearer to each other than that are one.
 constexpr double kFirstStep_m = 4.0;
-constexpr double kAskedEvery_m = 1.0;
 constexpr double kSamePlace_m = 0.3;
 // So many are followed, those in which most of the scan meets what was seen before it.
 constexpr std::size_t kMostFirstSteps = 4;
@@ -84,17 +83,10 @@ bool Follower::is_at_first_step() const {
 
 std::vector<LocalMatch> Follower::first_steps(const ReadScan& scan) const {
   std::vector<std::pair<double, LocalMatch>> ends;  // by overlap
-  const int reach = static_cast<int>(kFirstStep_m / kAskedEvery_m);
-  for (int i = -reach; i <= reach; ++i) {
-    for (int j = -reach; j <= reach; ++j) {
-      const Eigen::Vector3d offset_m(i * kAskedEvery_m, j * kAskedEvery_m, 0.0);
-      if (offset_m.norm() > kFirstStep_m) continue;
-      Pose start = T_map_before();
-      start.translation() += start.linear() * offset_m;
-      const LocalMatch end = match_locally(map_.grids(), scan.thinned.to_match_m, start);
-      const std::optional<double> overlap = upright_.overlap(scan.upright_m, end.T_map_lidar);
-      if (end.is_good() && overlap) ends.emplace_back(*overlap, end);
-    }
+  for (const Pose& start : starts_around(T_map_before(), kFirstStep_m)) {
+    const LocalMatch end = match_locally(map_.grids(), scan.thinned.to_match_m, start);
+    const std::optional<double> overlap = upright_.overlap(scan.upright_m, end.T_map_lidar);
+    if (end.is_good() && overlap) ends.emplace_back(*overlap, end);
   }
   std::ranges::stable_sort(ends, std::greater<>(), [](const auto& end) { return end.first; });
   std::vector<LocalMatch> distinct;
