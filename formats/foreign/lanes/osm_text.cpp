@@ -197,10 +197,13 @@ struct Insertion {
 };
 
 // Before a place: at the begin of its line where nothing else stands there, else on lines between.
+// A carriage return that stands alone there stays alone: with a line feed behind it, it would be a
+// line end of another manner.
 Insertion before(std::string_view text, std::size_t at, std::string lines, const Manner& manner) {
   const std::optional<std::string_view> indent = indent_of(text, at);
   if (indent) return {at - indent->size(), std::move(lines)};
-  return {at, manner.line_end + std::move(lines)};
+  const std::string apart = at > 0 && text[at - 1] == '\r' ? " " : "";
+  return {at, apart + manner.line_end + std::move(lines)};
 }
 
 // The first child of one of these names; the last child where none has one.
