@@ -2,8 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 
 #include "passes/trajectory/stretch_of_drive.h"
 #include "tests/support/box_world.h"
@@ -82,8 +83,12 @@ void expect_kept(const Trajectory& found, const ReleasedPoses& released) {
   ASSERT_GE(found.poses.size(), released.trajectory.poses.size());
   for (std::size_t i = 0; i < released.trajectory.poses.size(); ++i) {
     const Pose& was = released.trajectory.poses[i].T_map_vehicle;
-    EXPECT_EQ(std::memcmp(was.data(), found.poses[i].T_map_vehicle.data(), 16 * sizeof(double)), 0)
-        << i;
+    const Pose& is = found.poses[i].T_map_vehicle;
+    for (Eigen::Index k = 0; k < was.matrix().size(); ++k) {
+      EXPECT_EQ(std::bit_cast<std::uint64_t>(was.data()[k]),
+                std::bit_cast<std::uint64_t>(is.data()[k]))
+          << "pose " << i << ", number " << k;
+    }
   }
 }
 
