@@ -59,14 +59,14 @@ void survey_another_day(double relief_m, std::uint64_t seed, SurfacePatch& patch
   patch.centre_m += relief_m * random.normal() * patch.normal;
 }
 
-// Azimuth by azimuth, beam by beam from below, as sensors turn.
+// Beam by beam from below, and around in each: rays that are cast together lie close together.
 std::vector<Eigen::Vector3d> directions_of(const SensorProfile& sensor) {
   const auto azimuth_count = static_cast<int>(std::lround(360.0 / sensor.azimuth_step_deg));
   std::vector<Eigen::Vector3d> directions;
-  for (int i = 0; i < azimuth_count; ++i) {
-    // Half a step off, so that no ray runs along an axis of the map.
-    const double azimuth_rad = (i + 0.5) * sensor.azimuth_step_deg * kRadPerDeg;
-    for (const double elevation_deg : sensor.beam_elevations_deg) {
+  for (const double elevation_deg : sensor.beam_elevations_deg) {
+    for (int i = 0; i < azimuth_count; ++i) {
+      // Half a step off, so that no ray runs along an axis of the map.
+      const double azimuth_rad = (i + 0.5) * sensor.azimuth_step_deg * kRadPerDeg;
       directions.push_back(direction_of(azimuth_rad, elevation_deg * kRadPerDeg));
     }
   }
@@ -78,39 +78,56 @@ class ScanMaker {
  public:
   ScanMaker(const SimulateErrorOptions& options, const SensorProfile& sensor,
             std::vector<Eigen::Vector3d> directions)
-      : options_(options), sensor_(sensor), directions_(std::move(directions)) {}
+      : options_(options), sensor_(sensor), directions_(std::move(directions)) {
+    for (const Eigen::Vector3d& direction : directions_) {
+      azimuth_rad_.push_back(portable_atan2(direction.y(), direction.x()));
+    }
+  }
 
   [[nodiscard]] const std::vector<Eigen::Vector3d>& directions() const { return directions_; }
 
+  // The middle of what traffic hides.
+  [[nodiscard]] static double hidden_rad(std::uint64_t seed) {
+    Random random(seed);
+    return drawn_azimuth_rad(random);
+  }
+  [[nodiscard]] bool is_hidden(std::size_t ray, double hidden_rad) const {
+    const double off_rad = std::remainder(azimuth_rad_[ray] - hidden_rad, 2.0 * std::numbers::pi);
+    return std::abs(off_rad) < 0.5 * options_.hidden_deg * kRadPerDeg;
+  }
+
+  // Of distances that are NaN where a ray is hidden.
   [[nodiscard]] Scan scan(const Site& site, std::span<const double> distance_m,
                           std::uint64_t seed) const {
     const Eigen::Matrix3d R_lidar_map =
         (site.T_map_vehicle.linear() * sensor_.T_vehicle_lidar.linear()).transpose();
     Random random(seed);
-    const double hidden_rad = random.uniform(-std::numbers::pi, std::numbers::pi);
+    drawn_azimuth_rad(random);
     Scan scan;
-    for (std::size_t i = 0; i < directions_.size(); ++i) {
+    // As sensors turn: azimuth by azimuth, beam by beam.
+    const std::size_t beam_count = sensor_.beam_elevations_deg.size();
+    const std::size_t azimuth_count = directions_.size() / beam_count;
+    for (std::size_t turn = 0; turn < directions_.size(); ++turn) {
+      const std::size_t i = turn % beam_count * azimuth_count + turn / beam_count;
       // As many numbers for each ray, whatever becomes of it: sites that see the same hear the
       // same.
       const bool is_missing = random.uniform() < options_.missing_share;
       const double noise_m = options_.range_noise_m * random.normal();
       if (is_missing || !std::isfinite(distance_m[i])) continue;
-      if (is_hidden(directions_[i], hidden_rad)) continue;
       scan.points_m.emplace_back((distance_m[i] + noise_m) * (R_lidar_map * directions_[i]));
     }
     return scan;
   }
 
  private:
-  [[nodiscard]] bool is_hidden(const Eigen::Vector3d& direction, double hidden_rad) const {
-    const double azimuth_rad = portable_atan2(direction.y(), direction.x());
-    const double off_rad = std::remainder(azimuth_rad - hidden_rad, 2.0 * std::numbers::pi);
-    return std::abs(off_rad) < 0.5 * options_.hidden_deg * kRadPerDeg;
+  static double drawn_azimuth_rad(Random& random) {
+    return random.uniform(-std::numbers::pi, std::numbers::pi);
   }
 
   const SimulateErrorOptions& options_;
   const SensorProfile& sensor_;
   std::vector<Eigen::Vector3d> directions_;
+  std::vector<double> azimuth_rad_;
 };
 
 // As far as any look reaches that the sensor does.
@@ -183,20 +200,30 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
   const LocalizerChoice choice{matching.localizer, matching.coarse_cells, matching.leaf_m,
                                matching.every_return};
   const ScanMaker maker(options, sensor, directions_of(sensor));
-  const RayFan fan{maker.directions(), sensor.min_range_m, reach_m(matching, sensor),
-                   AzimuthView(sensor)};
-  AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, fan.far_m, 1});
-  const SiteCaster caster(surface, sites, fan.far_m, [&](SurfacePatch& patch) {
+  const RayFan whole{maker.directions(), sensor.min_range_m, reach_m(matching, sensor),
+                     AzimuthView(sensor)};
+  AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, whole.far_m, 1});
+  const SiteCaster caster(surface, sites, whole.far_m, [&](SurfacePatch& patch) {
     survey_another_day(options.relief_m, ctx.seed, patch);
   });
   MeasuredError simulated = empty_result(matching, map, sites.sites.size());
   // Blocks one after another, so that one scene at a time is in memory; sites side by side.
   const auto fill = [&](std::size_t part, MeasuredError& rows) -> Result<void> {
     const SiteBlock& block = caster.blocks()[part];
+    const auto seed_of = [&](std::size_t i) {
+      return mix(mix(ctx.seed, kScanSeed), block.sites[i]);
+    };
+    std::vector<double> hidden_rad;
+    for (std::size_t i = 0; i < block.sites.size(); ++i) {
+      hidden_rad.push_back(ScanMaker::hidden_rad(seed_of(i)));
+    }
+    RayFan fan = whole;
+    fan.wants = [&](std::size_t i, std::size_t ray) {
+      return !maker.is_hidden(ray, hidden_rad[i]);
+    };
     const auto take = [&](std::size_t i, std::span<const double> distance_m) {
-      const std::size_t site = block.sites[i];
-      const Site& at = sites.sites[site];
-      const Scan scan = maker.scan(at, distance_m, mix(mix(ctx.seed, kScanSeed), site));
+      const Site& at = sites.sites[block.sites[i]];
+      const Scan scan = maker.scan(at, distance_m, seed_of(i));
       const std::shared_ptr<const AreaLocalizer> area =
           localizers.at(at.T_map_vehicle.translation());
       const std::unique_ptr<SiteLocalizer> localizer =
@@ -218,8 +245,8 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
     }
     DigestBuilder builder;
     builder.add(writer.bytes());
-    builder.add(patches.within(box_around(places_m, fan.far_m + kBeside_m)));
-    builder.add(nds.within(box_around(places_m, fan.far_m + kFarthestFound_m + kBeside_m)));
+    builder.add(patches.within(box_around(places_m, whole.far_m + kBeside_m)));
+    builder.add(nds.within(box_around(places_m, whole.far_m + kFarthestFound_m + kBeside_m)));
     return builder.finish();
   };
   SIGHTLINE_TRY(

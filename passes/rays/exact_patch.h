@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -25,6 +26,25 @@ inline ExactPatch exact_patch(const SurfacePatch& patch) {
   const Eigen::Vector3d side = side_of(patch);
   return {patch.centre_m,           patch.normal,      side,
           patch.normal.cross(side), patch.half_side_m, patch.solid};
+}
+
+// What is solid of a patch lies between these places along its sides, in halves of a side from its
+// centre.
+struct SolidBounds {
+  double low_along, high_along;
+  double low_across, high_across;
+};
+
+// Of one solid square or more.
+inline SolidBounds bounds_of_solid(std::uint64_t solid) {
+  static_assert(kPatchSquares == 8, "a row of square_at() is a byte");
+  std::uint64_t columns = solid | solid >> 32;
+  columns |= columns >> 16;
+  columns = (columns | columns >> 8) & 0xFF;
+  const auto edge = [](int square) { return square * (2.0 / kPatchSquares) - 1.0; };
+  return {edge(std::countr_zero(columns)), edge(64 - std::countl_zero(columns)),
+          edge(std::countr_zero(solid) / kPatchSquares),
+          edge((63 - std::countl_zero(solid)) / kPatchSquares + 1)};
 }
 
 // A patch as seen from the place where rays begin.

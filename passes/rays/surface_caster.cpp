@@ -146,9 +146,25 @@ void decide_in_double(const RTCFilterFunctionNArguments* call) {
   }
 }
 
-// Four corners of each patch, relative to the block and further out by the margin. A quadrangle has
-// a tight box around it where a disc has a cube, so that far fewer boxes overlap on walls and
-// ground.
+// Around what is solid of a patch, relative to the block and further out by the margin. Of what
+// rays meet of whole patches two thirds are open, and a quadrangle has a tight box around it where
+// a disc has a cube, so that far fewer boxes overlap on walls and ground.
+std::array<Eigen::Vector3d, 4> corners_m(const ExactPatch& patch, const Eigen::Vector3d& origin_m,
+                                         double margin) {
+  const Eigen::Vector3d centre_m = patch.centre_m - origin_m;
+  if (patch.solid == 0) return {centre_m, centre_m, centre_m, centre_m};
+  const SolidBounds solid = bounds_of_solid(patch.solid);
+  const auto at_m = [&](double along_m, double across_m) -> Eigen::Vector3d {
+    return centre_m + along_m * patch.side + across_m * patch.other_side;
+  };
+  const double low_u_m = solid.low_along * patch.half_side_m - margin;
+  const double high_u_m = solid.high_along * patch.half_side_m + margin;
+  const double low_v_m = solid.low_across * patch.half_side_m - margin;
+  const double high_v_m = solid.high_across * patch.half_side_m + margin;
+  return {at_m(low_u_m, low_v_m), at_m(high_u_m, low_v_m), at_m(high_u_m, high_v_m),
+          at_m(low_u_m, high_v_m)};
+}
+
 RTCGeometry geometry_of(RTCDevice device, std::span<const ExactPatch> patches,
                         const Eigen::Vector3d& origin_m, double margin) {
   const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
@@ -163,16 +179,10 @@ RTCGeometry geometry_of(RTCDevice device, std::span<const ExactPatch> patches,
   }
   std::fill_n(vertices, 12, 0.0F);  // without any patch: one of no extent
   std::iota(corners, corners + 4 * count, 0U);
-  for (std::size_t i = 0; i < patches.size(); ++i) {
-    const double half_m = patches[i].half_side_m + margin;
-    const Eigen::Vector3d u_m = half_m * patches[i].side;
-    const Eigen::Vector3d v_m = half_m * patches[i].other_side;
-    const Eigen::Vector3d centre_m = patches[i].centre_m - origin_m;
-    const std::array<Eigen::Vector3d, 4> around_m = {centre_m - u_m - v_m, centre_m + u_m - v_m,
-                                                     centre_m + u_m + v_m, centre_m - u_m + v_m};
-    for (std::size_t corner = 0; corner < 4; ++corner) {
-      const Eigen::Vector3f at_m = around_m[corner].cast<float>();
-      std::copy_n(at_m.data(), 3, vertices + 3 * (4 * i + corner));
+  for (const ExactPatch& patch : patches) {
+    for (const Eigen::Vector3d& corner_m : corners_m(patch, origin_m, margin)) {
+      const Eigen::Vector3f at_m = corner_m.cast<float>();
+      vertices = std::copy_n(at_m.data(), 3, vertices);
     }
   }
   rtcSetGeometryIntersectFilterFunction(geometry, &decide_in_double);
@@ -200,7 +210,9 @@ class BlockCaster {
   BlockCaster(const BlockCaster&) = delete;
   BlockCaster& operator=(const BlockCaster&) = delete;
 
-  void cast(const Site& site, std::span<const Packet> packets, std::span<double> distance_m) const {
+  // `number` is the site's in the block.
+  void cast(const Site& site, std::size_t number, std::span<const Packet> packets,
+            std::span<double> distance_m) const {
     const Eigen::Vector3f origin_m = (site.p_map_m - origin_m_).cast<float>();
     const Eigen::Vector2d forward = fan_.view.forward(site);
     ExactCast exact;
@@ -216,8 +228,12 @@ class BlockCaster {
       exact.directions = std::span(fan_.directions).subspan(first, count);
       exact.distance_m.fill(kNotHit_m);
       set_origin(origin_m, packet);
+      const auto is_left_out = [&](std::size_t lane) {
+        return !fan_.view.holds(forward, exact.directions[lane]) ||
+               (fan_.wants && !fan_.wants(number, first + lane));
+      };
       // Neighbours: a third faster.
-      if (mask_out_of_view(forward, exact, packet)) {
+      if (takes_all_ || mask(is_left_out, exact, packet)) {
         intersect_8(packet.valid.data(), scene_.get(), exact, EmbreeRays::kNeighbours, packet.rays);
       }
       std::copy_n(exact.distance_m.begin(), count,
@@ -227,13 +243,13 @@ class BlockCaster {
 
  private:
   // Whether any ray is left.
-  bool mask_out_of_view(const Eigen::Vector2d& forward, ExactCast& exact, Packet& packet) const {
-    if (fan_.view.is_all_round()) return true;
+  static bool mask(const auto& is_left_out, ExactCast& exact, Packet& packet) {
     bool is_any_left = false;
     for (std::size_t lane = 0; lane < exact.directions.size(); ++lane) {
-      const bool is_in_view = fan_.view.holds(forward, exact.directions[lane]);
-      is_any_left = is_any_left || is_in_view;
-      if (is_in_view) continue;
+      if (!is_left_out(lane)) {
+        is_any_left = true;
+        continue;
+      }
       packet.valid[lane] = 0;
       exact.distance_m[lane] = std::numeric_limits<double>::quiet_NaN();
     }
@@ -242,6 +258,7 @@ class BlockCaster {
 
   Eigen::Vector3d origin_m_;
   const RayFan& fan_;
+  const bool takes_all_ = fan_.view.is_all_round() && !fan_.wants;
   std::vector<ExactPatch> patches_;
   Scene scene_;
 };
@@ -282,7 +299,7 @@ Result<void> SiteCaster::cast(const SiteBlock& block, const RayFan& fan, int thr
   const BlockCaster caster(scenes_->device.get(), patches, block, fan);
   parallel_for(block.sites.size(), threads, [&](std::size_t i) {
     std::vector<double> distance_m(fan.directions.size());
-    caster.cast(sites_.sites[block.sites[i]], packets, distance_m);
+    caster.cast(sites_.sites[block.sites[i]], i, packets, distance_m);
     take(i, distance_m);
   });
   return {};
@@ -296,7 +313,13 @@ Result<void> cast_at_sites(PassContext& ctx, const TiledSurface& surface, const 
   const SiteCaster caster(surface, sites, fan.far_m);
   std::atomic<std::size_t> done = 0;
   for (const SiteBlock& block : caster.blocks()) {
-    SIGHTLINE_TRY(caster.cast(block, fan, ctx.threads,
+    RayFan of_block = fan;
+    if (fan.wants) {
+      of_block.wants = [&](std::size_t i, std::size_t ray) {
+        return fan.wants(block.sites[i], ray);
+      };
+    }
+    SIGHTLINE_TRY(caster.cast(block, of_block, ctx.threads,
                               [&](std::size_t i, std::span<const double> distance_m) {
                                 take(block.sites[i], distance_m);
                                 ctx.progress(++done, sites.sites.size());

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "formats/base/random.h"
+#include "passes/rays/exact_patch.h"
 #include "passes/rays/site_blocks.h"
 
 namespace sightline {
@@ -37,6 +38,8 @@ Surface random_surface(std::uint64_t seed, int count, const Eigen::Vector3d& aro
     patch.normal = random_direction(random);
     patch.half_side_m = random.uniform(0.2, 0.8);
     if (random.uniform() < 0.5) patch.solid = random.next() | 1;
+    // A few squares close together, or none.
+    if (random.uniform() < 0.3) patch.solid &= 0x7070700ULL << random.next() % 38;
     if (taken.insert(patch.key).second) surface.patches.push_back(patch);
   }
   return surface;
@@ -200,6 +203,65 @@ TEST(SurfaceCaster, GoesOnThroughTheOpenSquaresOfAPatch) {
       cast(surface, {0.0, 0.0, 0.0}, {open_m.normalized(), solid_m.normalized()}, 0.5, 50.0);
   EXPECT_NEAR(found_m[0], 1.1 * open_m.norm(), 1e-9);
   EXPECT_NEAR(found_m[1], solid_m.norm(), 1e-9);
+}
+
+TEST(SurfaceCaster, CastsOnlyTheRaysThatAreAskedFor) {
+  const Surface surface = random_surface(9, 6000, {10.0, 20.0, 3.0});
+  Random random(10);
+  Sites sites;  // of several blocks
+  for (int i = 0; i < 6; ++i) {
+    Site site;
+    site.p_map_m = {10.0 + 15.0 * i, 20.0, 3.0};
+    sites.sites.push_back(site);
+  }
+  RayFan fan{{}, 0.5, 60.0};
+  for (int i = 0; i < 1003; ++i) fan.directions.push_back(random_direction(random));
+  const auto found = [&](const RayFan& asked) {
+    PassContext ctx;
+    std::vector<std::vector<double>> found_m(sites.sites.size());
+    EXPECT_TRUE(cast_at_sites(ctx, surface, sites, asked,
+                              [&](std::size_t site, std::span<const double> distance_m) {
+                                found_m[site].assign(distance_m.begin(), distance_m.end());
+                              }));
+    return found_m;
+  };
+  const std::vector<std::vector<double>> all_m = found(fan);
+  const auto is_asked = [](std::size_t site, std::size_t ray) { return (ray / 5 + site) % 3 != 0; };
+  RayFan some = fan;
+  some.wants = is_asked;
+  const std::vector<std::vector<double>> some_m = found(some);
+  for (std::size_t site = 0; site < sites.sites.size(); ++site) {
+    for (std::size_t ray = 0; ray < fan.directions.size(); ++ray) {
+      if (is_asked(site, ray)) {
+        EXPECT_EQ(some_m[site][ray], all_m[site][ray]);
+      } else {
+        EXPECT_TRUE(std::isnan(some_m[site][ray]));
+      }
+    }
+  }
+}
+
+TEST(SurfaceCaster, BoundsHoldWhatIsSolidAndNoMore) {
+  Random random(11);
+  for (int i = 0; i < 20000; ++i) {
+    // From one square to all.
+    std::uint64_t solid = random.next();
+    for (std::uint64_t fewer = random.next() % 6; fewer > 0; --fewer) solid &= random.next();
+    solid |= std::uint64_t{1} << random.next() % 64;
+    SolidBounds plain{1.0, -1.0, 1.0, -1.0};
+    for (int square = 0; square < 64; ++square) {
+      if ((solid >> square & 1) == 0) continue;
+      const double along = square % kPatchSquares / 4.0 - 1.0;
+      const double across = square / kPatchSquares / 4.0 - 1.0;
+      plain = {std::min(plain.low_along, along), std::max(plain.high_along, along + 0.25),
+               std::min(plain.low_across, across), std::max(plain.high_across, across + 0.25)};
+    }
+    const SolidBounds bounds = bounds_of_solid(solid);
+    ASSERT_EQ(bounds.low_along, plain.low_along);
+    ASSERT_EQ(bounds.high_along, plain.high_along);
+    ASSERT_EQ(bounds.low_across, plain.low_across);
+    ASSERT_EQ(bounds.high_across, plain.high_across);
+  }
 }
 
 TEST(SurfaceCaster, SeesNothingWhereThereIsNoSurface) {
