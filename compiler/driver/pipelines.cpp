@@ -12,6 +12,7 @@
 #include "passes/localize/track_drive.h"
 #include "passes/model/add_history.h"
 #include "passes/model/choose_ranges.h"
+#include "passes/model/history_of_map.h"
 #include "passes/model/judge/evaluate_ranges.h"
 #include "passes/model/predict_error.h"
 #include "passes/model/train_model.h"
@@ -56,8 +57,9 @@ Wire<FactorTable> add_choice(const CompileConfig& config, CompilePlan& compile) 
   Plan& plan = compile.plan;
   const bool is_given = compile.given_model.is_connected();
   compile.model = add_model(compile);
-  // What was simulated is no history.
-  const bool is_measured = compile.measured != compile.simulated;
+  // What was simulated is no history; what the map knew before is.
+  const bool is_measured =
+      compile.measured != compile.simulated || compile.measured_drives.is_connected();
   const bool has_history =
       is_given && is_measured && config.passes.options(kPredictError).history == HistoryUse::kAuto;
   compile.predicted = has_history ? add_prediction_with_history(compile)
@@ -76,6 +78,26 @@ Wire<FactorTable> add_choice(const CompileConfig& config, CompilePlan& compile) 
   return factors;
 }
 
+// What drives found in a compiled map before it is annotated anew, behind those that are localized
+// in it now. Only a model that is given hears them: one that learns here has no other drives to
+// learn it from.
+void add_history_of_map(const CompileConfig& config, CompilePlan& compile) {
+  const Wire<CompiledMap>& map = compile.finished.compiled;
+  if (!map.is_connected() || !compile.given_model.is_connected()) return;
+  Plan& plan = compile.plan;
+  const HistoryOfMapOptions options{plan.options(kMeasureError).site_radius_m};
+  const auto behind = [&](const auto& pass, const auto& now) {
+    return plan.run_as("", pass, options, map, compile.sites, compile.localizing_sensor, now);
+  };
+  if (compile.measured_drives.is_connected()) {
+    compile.measured_drives = behind(kHistoryOfMapAndDrives, compile.measured_drives);
+  } else if (config.localization.scans.empty()) {
+    compile.measured_drives = behind(kHistoryOfMap, compile.simulated);
+  } else {
+    compile.measured_drives = behind(kHistoryOfMapAndDrive, compile.measured);
+  }
+}
+
 // Annotates a finished map.
 CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
   Plan& plan = compile.plan;
@@ -89,6 +111,7 @@ CompilePlan annotate_plan(const CompileConfig& config, CompilePlan compile) {
                             {plan, compile.ndt, compile.sites, measuring_options(config, plan)},
                             compile);
   }
+  add_history_of_map(config, compile);
   // From here on places that a drive passed have been measured; the others stay simulated.
   const Wire<FactorTable> factors = add_choice(config, compile);
   const Wire<PackedModel> packed_model = plan.run(kPackModel, compile.model);

@@ -99,7 +99,8 @@ struct CompilePlan {
   Wire<MeasuredError> simulated;          // in a finished map
   // Of the localization drive, of several each in turn; in a finished map without: simulated.
   Wire<MeasuredError> measured;
-  Wire<MeasuredDrives> measured_drives;  // of several localization drives; else not connected
+  // Of several localization drives, or with what a compiled map knew before; else not connected.
+  Wire<MeasuredDrives> measured_drives;
   Wire<ErrorModel> model;                // given or trained
   Wire<PredictedError> predicted;
   Wire<RangeTable> ranges;

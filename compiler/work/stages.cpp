@@ -54,6 +54,7 @@ constexpr std::array kStages = {
     PassStage{"add-mapping-error", Stage::kSites, Stage::kSites},
     PassStage{"join-errors", Stage::kLearn, Stage::kLearn},
     PassStage{"pool-errors", Stage::kLearn, Stage::kLearn},
+    PassStage{"history-of-map", Stage::kLearn, Stage::kLearn},
     PassStage{"train-model", Stage::kLearn, Stage::kLearn},
     PassStage{"predict-error", Stage::kLearn, Stage::kLearn},
     PassStage{"add-history", Stage::kLearn, Stage::kLearn},

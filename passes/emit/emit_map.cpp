@@ -254,6 +254,11 @@ Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, co
                               const PackedModel& model, const FactorTable& factors,
                               const SensorProfile& sensor, const RecordingCards& recordings,
                               const CompiledMap& earlier) {
+  if (has_measured_columns(earlier.factors) && !has_measured_columns(factors)) {
+    ctx.warn(
+        "what drives measured in the map before is not told in this one: a model that was made "
+        "elsewhere (--model) hears it, where sensor, ranges, looks and localizer are the same");
+  }
   EmitMapOptions options = wanted;
   options.world = earlier.world;
   return emit_annotated_map(ctx, options, nds, sites, predicted, ranges, measured, model, factors,

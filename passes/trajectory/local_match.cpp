@@ -22,6 +22,8 @@ constexpr double kLeastScoredShare = 0.15;
 constexpr double kSearchStep_m = 1.0;
 // Thin walls that move a scan farther draw it to another place.
 constexpr double kMostSharpened_m = 0.2;
+constexpr double kShortestStep_m = 5e-4;
+constexpr double kShortestStep_rad = 1e-5;
 
 }  // namespace
 
@@ -73,8 +75,13 @@ LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vecto
 }
 
 Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
-               const LocalMatch& found) {
-  const MatchResult sharp = match(grids.sharp, points_m, found.T_map_lidar);
+               const LocalMatch& found, LastStep last) {
+  MatchOptions options;
+  if (last == LastStep::kShortest) {
+    options.stop_step_m = kShortestStep_m;
+    options.stop_step_rad = kShortestStep_rad;
+  }
+  const MatchResult sharp = match(grids.sharp, points_m, found.T_map_lidar, options);
   const double moved_m =
       (sharp.T_map_sensor.translation() - found.T_map_lidar.translation()).norm();
   return moved_m <= kMostSharpened_m ? tidied(sharp.T_map_sensor) : found.T_map_lidar;

@@ -41,10 +41,14 @@ Pose tidied(const Pose& pose);
 LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                          const Pose& T_map_start);
 
+// Where a last match ends: steps that are short beside what is asked of a pose, or beside what a
+// drive of kilometres adds up.
+enum class LastStep { kShort, kShortest };
+
 // A match that is believed, to the last centimetre. A drive of a kilometre bends by a third of what
 // it does without (16 beams, generated towns).
 Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
-               const LocalMatch& found);
+               const LocalMatch& found, LastStep last = LastStep::kShort);
 
 // Starts 1 m apart, up to `reach_m` around in the sensor's plane.
 std::vector<Pose> starts_around(const Pose& T_map_start, double reach_m);

@@ -39,10 +39,19 @@ constexpr const char* kFirst =
     "localization:\n- {scans: drive_1/scans, poses: drive_1/poses.tum}\n";
 constexpr const char* kSecond = "- {scans: drive_2/scans, poses: drive_2/poses.tum}\n";
 
+// The map with the first drive, annotated anew.
+constexpr const char* kFromCompiled =
+    "annotation: {ranges_m: [10, 30], looks: paper}\n"
+    "map: {points: first.slmap, sensor: generic-16}\nroute: {file: mapping/poses.tum}\n"
+    "choose-route-sites: {spacing_m: 1.3}\nmeasure-error: {offset_count: 2, reference: known}\n"
+    "train-model: {trees: 10}\n";
+
 struct Maps {
   CompiledMap without;     // any drive
   CompiledMap with_first;  // which drove the first half
   CompiledMap with_both;   // the second drove all
+  CompiledMap anew;        // from the map with the first drive, without any drive
+  CompiledMap anew_with_second;
 };
 
 CompiledMap read(const fs::path& file) {
@@ -79,6 +88,16 @@ const Maps& maps() {
     maps.without = annotated("without", "");
     maps.with_first = annotated("first", kFirst);
     maps.with_both = annotated("both", std::string(kFirst) + kSecond);
+    const auto annotated_anew = [&](const std::string& name, const std::string& more) {
+      const fs::path file = town / (name + ".slmap");
+      std::string config = kFromCompiled;
+      run("compile " + write(name + ".yaml", config + more) + " -q --model " + model + " -o " +
+          file.string());
+      return read(file);
+    };
+    maps.anew = annotated_anew("anew", "");
+    maps.anew_with_second =
+        annotated_anew("anew_with_second", std::string("localization:\n") + kSecond);
     return maps;
   }();
   return kMaps;
@@ -144,6 +163,47 @@ TEST(AnnotateDrives, ThrowNothingAwayThatWasKnownBefore) {
   EXPECT_EQ(std::ranges::count(maps().with_both.predicted.has_history, std::uint8_t{1}),
             std::ssize(maps().with_both.predicted.has_history));
   EXPECT_GE(both.at(both.site_count - 1, 0, column(both, "measured_mean_m[2]")), 0.0);
+}
+
+// [site]: what a drive measured there at the shortest range, -1 where nothing.
+std::vector<double> measured_of(const CompiledMap& map, const std::string& drive) {
+  const std::size_t mean = column(map.factors, "measured_mean_m" + drive);
+  std::vector<double> found;
+  for (std::size_t site = 0; site < map.factors.site_count; ++site) {
+    found.push_back(map.factors.at(site, 0, mean));
+  }
+  return found;
+}
+
+TEST(AnnotateDrives, StayHistoryWhereTheCompiledMapIsAnnotatedAnew) {
+  const CompiledMap& first = maps().with_first;
+  const CompiledMap& anew = maps().anew;
+  ASSERT_EQ(anew.sites.sites.size(), first.sites.sites.size());
+  EXPECT_EQ(measured_of(anew, ""), measured_of(first, ""));
+  EXPECT_EQ(anew.predicted.has_history, first.predicted.has_history);
+  for (std::size_t site = 0; site < anew.sites.sites.size(); ++site) {
+    EXPECT_EQ(is_simulated(anew, site), is_simulated(first, site)) << site;
+  }
+  // A drive that is localized now comes first, those of the map follow.
+  const CompiledMap& both = maps().anew_with_second;
+  EXPECT_EQ(measured_of(both, "[2]"), measured_of(first, ""));
+  EXPECT_EQ(std::ranges::count(measured_of(both, ""), -1.0), 0);
+  EXPECT_EQ(std::ranges::count(both.predicted.has_history, std::uint8_t{1}),
+            std::ssize(both.predicted.has_history));
+}
+
+TEST(AnnotateDrives, AreNamedWhereTheMapThatIsMadeAnewCannotTellThem) {
+  const fs::path town = scratch_folder() / "driven";
+  maps();
+  const std::string output = (town / "learnt_anew.slmap").string();
+  const ProgramResult learnt =
+      run_sightline("compile " + (town / "anew.yaml").string() + " -q -o " + output);
+  EXPECT_EQ(learnt.status, 0) << learnt.err;
+  EXPECT_THAT(learnt.err, testing::HasSubstr("what drives measured in the map before is not told"));
+  const ProgramResult other =
+      run_sightline("compile " + (town / "anew.yaml").string() + " -q --force --model " +
+                    (town / "own.slmodel").string() + " --set map.sensor=hdl-32e -o " + output);
+  EXPECT_THAT(other.err, testing::HasSubstr("is left out: its sensor was generic-16"));
 }
 
 }  // namespace

@@ -22,6 +22,9 @@ constexpr double kFirstStep_m = 4.0;
 constexpr double kSamePlace_m = 0.3;
 // So many are followed, those in which most of the scan meets what was seen before it.
 constexpr std::size_t kMostFirstSteps = 4;
+// Before a piece is so long its walls are those of few scans, which lie where these were put: a
+// match that ends at shorter steps goes on towards what they have in common by chance.
+constexpr double kShortestStepsFrom_m = 20.0;
 
 }  // namespace
 
@@ -179,7 +182,9 @@ void Follower::follow_alone(std::size_t k, const ReadScan& scan) {
 
 void Follower::step_to(std::size_t k, const ReadScan& scan, const Found& found) {
   average_.add(found.match, found.overlap);
-  const Pose T_map_lidar = sharpened(map_.grids(), scan.thinned.to_match_m, found.match);
+  const bool is_long = odometry.driven_m.back() - piece_began_m_ >= kShortestStepsFrom_m;
+  const Pose T_map_lidar = sharpened(map_.grids(), scan.thinned.to_match_m, found.match,
+                                     is_long ? LastStep::kShortest : LastStep::kShort);
   const TimedStep step{T_map_before().inverse() * T_map_lidar, step_ns(k)};
   was_found_widely_ = found.is_wide;
   if (found.is_wide && !steps_.empty()) {
@@ -239,6 +244,7 @@ void Follower::begin_piece(const PieceStart& start) {
   steps_.clear();
   is_map_empty_ = true;
   append(T_map_before(), false, {});
+  piece_began_m_ = odometry.driven_m.back();
 }
 
 void Follower::append(const Pose& T_map_lidar, bool is_matched, std::optional<double> overlap) {

@@ -94,6 +94,7 @@ class Follower {
   std::vector<TimedStep> steps_;  // that the drive may go on with
   bool was_found_widely_ = false;
   bool is_map_empty_ = true;
+  double piece_began_m_ = 0.0;  // of the way driven
 };
 
 }  // namespace sightline

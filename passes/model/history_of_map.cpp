@@ -1,0 +1,143 @@
+#include "passes/model/history_of_map.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "formats/grid/point_grid.h"
+#include "passes/model/forest/measured_columns.h"
+
+namespace sightline {
+namespace {
+
+// [site]: the site of the map that speaks for it.
+using Speakers = std::vector<std::optional<std::size_t>>;
+
+Speakers speakers_of(const MeasuredError& drive, const Sites& of_map, const Sites& sites,
+                     double radius_m) {
+  std::vector<std::size_t> measured;
+  std::vector<Eigen::Vector3d> places_m;
+  for (std::size_t site = 0; site < of_map.sites.size(); ++site) {
+    if (drive.scan_of_site[site] < 0) continue;
+    measured.push_back(site);
+    places_m.push_back(of_map.sites[site].p_map_m);
+  }
+  const PointGrid grid(places_m);
+  Speakers speakers;
+  for (const Site& site : sites.sites) {
+    const std::optional<NearPoint> near =
+        grid.nearest(site.p_map_m, radius_m, [](const NearPoint&) { return true; });
+    speakers.push_back(near ? std::optional(measured[near->index]) : std::nullopt);
+  }
+  return speakers;
+}
+
+// The rows of a drive, or of its looks that take a sample, at other sites.
+MeasuredError at_sites(const MeasuredError& drive, const Speakers& speakers,
+                       const MeasuredError& like) {
+  MeasuredError moved;
+  moved.drive = drive.drive;
+  moved.matching = like.matching;
+  moved.looks = drive.looks;
+  moved.offsets = like.offsets;
+  moved.rows.resize(moved.shape().size(speakers.size()));
+  for (std::size_t site = 0; site < speakers.size(); ++site) {
+    moved.scan_of_site.push_back(speakers[site] ? 0 : -1);
+    for (std::size_t look = 0; speakers[site] && look < moved.looks.size(); ++look) {
+      moved.rows[moved.shape().index(site, look)] = drive.row(*speakers[site], look);
+    }
+  }
+  for (std::size_t i = 0; i < drive.of_samples.size(); ++i) {
+    moved.of_samples.push_back(at_sites(drive.of_samples[i], speakers, like.of_samples[i]));
+    moved.of_samples.back().drive = drive.drive;
+  }
+  return moved;
+}
+
+bool has_looks_of(const MeasuredError& drive, const MeasuredError& like) {
+  if (drive.looks != like.looks || drive.of_samples.size() != like.of_samples.size()) return false;
+  for (std::size_t i = 0; i < drive.of_samples.size(); ++i) {
+    if (!has_looks_of(drive.of_samples[i], like.of_samples[i])) return false;
+  }
+  return true;
+}
+
+// Why what the map keeps of a drive says nothing here; empty: it does.
+std::string reason_to_leave_out(const MeasuredError& drive, const CompiledMap& map,
+                                const SensorProfile& sensor, const MeasuredError& like) {
+  if (to_bytes(map.sensor) != to_bytes(sensor)) {
+    return "its sensor was " + map.sensor.name +
+           ", or sat elsewhere on the vehicle, and here it is " + sensor.name;
+  }
+  if (map.model.localizer != like.matching.localizer) {
+    return "it was localized by " + to_text(map.model.localizer) + ", here it is " +
+           to_text(like.matching.localizer);
+  }
+  return has_looks_of(drive, like) ? "" : "it was measured by other ranges or looks";
+}
+
+// Adds those of the map behind the drives that are there.
+Result<void> add_those_of_map(const PassContext& ctx, const HistoryOfMapOptions& options,
+                              const CompiledMap& map, const Sites& sites,
+                              const SensorProfile& sensor, const MeasuredError& like,
+                              MeasuredDrives& drives) {
+  if (!(map.sites.frame == sites.frame)) {
+    return Error{ErrorCode::kMismatchedInputs, "the map's sites lie in another frame", "",
+                 "pass history-of-map"};
+  }
+  const std::vector<MeasuredError> known = measured_of_columns(map.factors);
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    MeasuredError drive = known[i];
+    drive.drive = "drive " + std::to_string(i + 1) + " of the map";
+    const std::uint32_t number = drives.named_count++;
+    const std::string reason = reason_to_leave_out(drive, map, sensor, like);
+    if (!reason.empty()) {
+      ctx.warn("what the map knows of its drive " + std::to_string(i + 1) +
+               " is left out: " + reason);
+      continue;
+    }
+    drives.drives.push_back(
+        at_sites(drive, speakers_of(drive, map.sites, sites, options.site_radius_m), like));
+    drives.numbers.push_back(number);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<OptionField> option_fields(HistoryOfMapOptions& options) {
+  return {shared(number("site_radius_m", options.site_radius_m,
+                        "a site that was measured speaks for those no farther from it, m", 0.0,
+                        100.0))};
+}
+
+Result<MeasuredDrives> history_of_map(PassContext& ctx, const HistoryOfMapOptions& options,
+                                      const CompiledMap& map, const Sites& sites,
+                                      const SensorProfile& sensor, const MeasuredError& like) {
+  MeasuredDrives drives;
+  SIGHTLINE_TRY(add_those_of_map(ctx, options, map, sites, sensor, like, drives));
+  return drives;
+}
+
+Result<MeasuredDrives> history_of_map_and_drive(PassContext& ctx,
+                                                const HistoryOfMapOptions& options,
+                                                const CompiledMap& map, const Sites& sites,
+                                                const SensorProfile& sensor,
+                                                const MeasuredError& now) {
+  return history_of_map_and_drives(ctx, options, map, sites, sensor, {{now}, {0}, 1});
+}
+
+Result<MeasuredDrives> history_of_map_and_drives(PassContext& ctx,
+                                                 const HistoryOfMapOptions& options,
+                                                 const CompiledMap& map, const Sites& sites,
+                                                 const SensorProfile& sensor,
+                                                 const MeasuredDrives& now) {
+  MeasuredDrives drives = now;
+  if (now.drives.empty()) return drives;  // nothing says how errors are told here
+  SIGHTLINE_TRY(add_those_of_map(ctx, options, map, sites, sensor, now.drives.front(), drives));
+  return drives;
+}
+
+}  // namespace sightline
