@@ -101,7 +101,7 @@ struct CompilePlan {
   Wire<MeasuredError> measured;
   // Of several localization drives, or with what a compiled map knew before; else not connected.
   Wire<MeasuredDrives> measured_drives;
-  Wire<ErrorModel> model;                // given or trained
+  Wire<ErrorModel> model;  // given or trained
   Wire<PredictedError> predicted;
   Wire<RangeTable> ranges;
   Wire<CalibratedPlan> look_plan;

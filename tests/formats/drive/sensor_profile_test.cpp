@@ -37,6 +37,9 @@ TEST(SensorProfile, HasTheBeamsOfTheMakersTables) {
   EXPECT_EQ(beams("pandar64").front(), -25.0);
   EXPECT_EQ(beams("pandar64").at(58), 2.0);
   EXPECT_EQ(beams("pandar128").size(), 128U);
+  EXPECT_EQ(beams("pandar128").front(), -25.016);
+  EXPECT_EQ(beams("pandar128").at(86), 0.0);
+  EXPECT_EQ(beams("pandar128").back(), 14.436);
   EXPECT_EQ(beams("vlp-32c").size(), 32U);
   EXPECT_EQ(beams("vls-128").size(), 128U);
   EXPECT_EQ(beams("vls-128").at(11), -6.65);
