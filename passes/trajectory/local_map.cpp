@@ -61,6 +61,11 @@ RollingCells::Cell& RollingCells::cell_of(const Eigen::Vector3d& point_m) {
   return cells_[last_];
 }
 
+const MatchGrid& SharpGrid::grid() const {
+  std::call_once(once_, [this] { grid_ = make_match_grid(nds_, sharp_information_per_m2); });
+  return grid_;
+}
+
 void RollingCells::add(const std::vector<Eigen::Vector3d>& points_m, double sign) {
   for (const Eigen::Vector3d& point_m : points_m) {
     Cell& cell = cell_of(point_m);
@@ -99,10 +104,10 @@ NdtMap RollingCells::nds() {
 namespace {
 
 LocalGrids grids_of(RollingCells& coarse, RollingCells& fine) {
-  const NdtMap fine_nds = fine.nds();
-  return {make_match_grid(coarse.nds(), surface_information_per_m2),
-          make_match_grid(fine_nds, surface_information_per_m2),
-          make_match_grid(fine_nds, sharp_information_per_m2)};
+  NdtMap fine_nds = fine.nds();
+  MatchGrid fine_grid = make_match_grid(fine_nds, surface_information_per_m2);
+  return {make_match_grid(coarse.nds(), surface_information_per_m2), std::move(fine_grid),
+          std::make_shared<const SharpGrid>(std::move(fine_nds))};
 }
 
 }  // namespace

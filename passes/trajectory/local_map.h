@@ -4,6 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <memory>
+#include <mutex>
+#include <utility>
 #include <vector>
 
 #include "formats/geometry.h"
@@ -19,12 +22,24 @@ namespace sightline {
 // What an ND says of a point beside it: as much as its cell's surface holds it, and no more.
 Eigen::Matrix3d surface_information_per_m2(const Nd& nd);
 
-// NDs of the same points in cells of 2 m, which draw from afar, and of 1 m; those once more with
-// walls as thin as they are seen, for the last centimetre.
+// NDs with walls as thin as they are seen, for the last centimetre. The grid is made when it is
+// first asked for: scans that given poses lead never do. Safe from several threads.
+class SharpGrid {
+ public:
+  explicit SharpGrid(NdtMap nds) : nds_(std::move(nds)) {}
+  [[nodiscard]] const MatchGrid& grid() const;
+
+ private:
+  NdtMap nds_;
+  mutable std::once_flag once_;
+  mutable MatchGrid grid_;
+};
+
+// NDs of the same points in cells of 2 m, which draw from afar, and of 1 m; those once more, sharp.
 struct LocalGrids {
   MatchGrid coarse;
   MatchGrid fine;
-  MatchGrid sharp;
+  std::shared_ptr<const SharpGrid> sharp = std::make_shared<const SharpGrid>(NdtMap{});
 };
 LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m);
 

@@ -81,7 +81,7 @@ Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& poin
     options.stop_step_m = kShortestStep_m;
     options.stop_step_rad = kShortestStep_rad;
   }
-  const MatchResult sharp = match(grids.sharp, points_m, found.T_map_lidar, options);
+  const MatchResult sharp = match(grids.sharp->grid(), points_m, found.T_map_lidar, options);
   const double moved_m =
       (sharp.T_map_sensor.translation() - found.T_map_lidar.translation()).norm();
   return moved_m <= kMostSharpened_m ? tidied(sharp.T_map_sensor) : found.T_map_lidar;

@@ -251,8 +251,10 @@ TEST(SurfaceCaster, BoundsHoldWhatIsSolidAndNoMore) {
     SolidBounds plain{1.0, -1.0, 1.0, -1.0};
     for (int square = 0; square < 64; ++square) {
       if ((solid >> square & 1) == 0) continue;
-      const double along = square % kPatchSquares / 4.0 - 1.0;
-      const double across = square / kPatchSquares / 4.0 - 1.0;
+      const int column = square % kPatchSquares;
+      const int row = square / kPatchSquares;
+      const double along = column / 4.0 - 1.0;
+      const double across = row / 4.0 - 1.0;
       plain = {std::min(plain.low_along, along), std::max(plain.high_along, along + 0.25),
                std::min(plain.low_across, across), std::max(plain.high_across, across + 0.25)};
     }
