@@ -1,12 +1,11 @@
 #include "passes/model/history_of_map.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "formats/grid/point_grid.h"
+#include "passes/model/forest/history.h"
 #include "passes/model/forest/measured_columns.h"
 
 namespace sightline {
@@ -17,19 +16,12 @@ using Speakers = std::vector<std::optional<std::size_t>>;
 
 Speakers speakers_of(const MeasuredError& drive, const Sites& of_map, const Sites& sites,
                      double radius_m) {
-  std::vector<std::size_t> measured;
-  std::vector<Eigen::Vector3d> places_m;
-  for (std::size_t site = 0; site < of_map.sites.size(); ++site) {
-    if (drive.scan_of_site[site] < 0) continue;
-    measured.push_back(site);
-    places_m.push_back(of_map.sites[site].p_map_m);
-  }
-  const PointGrid grid(places_m);
+  const MeasuredPlaces measured = places_measured_by(drive, of_map);
   Speakers speakers;
   for (const Site& site : sites.sites) {
     const std::optional<NearPoint> near =
-        grid.nearest(site.p_map_m, radius_m, [](const NearPoint&) { return true; });
-    speakers.push_back(near ? std::optional(measured[near->index]) : std::nullopt);
+        measured.grid.nearest(site.p_map_m, radius_m, [](const NearPoint&) { return true; });
+    speakers.push_back(near ? std::optional(measured.sites[near->index]) : std::nullopt);
   }
   return speakers;
 }

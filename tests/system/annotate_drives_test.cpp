@@ -203,6 +203,7 @@ TEST(AnnotateDrives, AreNamedWhereTheMapThatIsMadeAnewCannotTellThem) {
   const ProgramResult other =
       run_sightline("compile " + (town / "anew.yaml").string() + " -q --force --model " +
                     (town / "own.slmodel").string() + " --set map.sensor=hdl-32e -o " + output);
+  EXPECT_EQ(other.status, 0) << other.err;
   EXPECT_THAT(other.err, testing::HasSubstr("is left out: its sensor was generic-16"));
 }
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
 #include "formats/base/portable_math.h"
-#include "formats/grid/point_grid.h"
 
 namespace sightline {
 namespace {
@@ -21,18 +21,11 @@ double log_error(double error_m) { return portable_log(std::max(error_m, kLeastE
 // on a tie.
 std::vector<std::vector<std::size_t>> measured_near(const Sites& sites,
                                                     const MeasuredError& measured) {
-  std::vector<std::size_t> known;
-  std::vector<Eigen::Vector3d> places_m;
-  for (std::size_t site = 0; site < sites.sites.size(); ++site) {
-    if (measured.scan_of_site[site] < 0) continue;
-    known.push_back(site);
-    places_m.push_back(sites.sites[site].p_map_m);
-  }
-  const PointGrid grid(places_m);
+  const MeasuredPlaces places = places_measured_by(measured, sites);
   std::vector<std::vector<std::size_t>> near(sites.sites.size());
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
-    for (const NearPoint& point : grid.within(sites.sites[site].p_map_m, kReach_m)) {
-      near[site].push_back(known[point.index]);
+    for (const NearPoint& point : places.grid.within(sites.sites[site].p_map_m, kReach_m)) {
+      near[site].push_back(places.sites[point.index]);
     }
   }
   return near;
@@ -117,6 +110,17 @@ const std::vector<std::string>& all_features() {
 constexpr std::size_t kFeaturesOfOneDrive = 8;
 
 }  // namespace
+
+MeasuredPlaces places_measured_by(const MeasuredError& drive, const Sites& sites) {
+  std::vector<std::size_t> measured;
+  std::vector<Eigen::Vector3d> places_m;
+  for (std::size_t site = 0; site < sites.sites.size(); ++site) {
+    if (drive.scan_of_site[site] < 0) continue;
+    measured.push_back(site);
+    places_m.push_back(sites.sites[site].p_map_m);
+  }
+  return {std::move(measured), PointGrid(places_m)};
+}
 
 const std::vector<std::string>& history_features(HistoryKind kind) {
   static const std::vector<std::string> kOfOne(

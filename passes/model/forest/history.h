@@ -7,6 +7,7 @@
 
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/sites.h"
+#include "formats/grid/point_grid.h"
 #include "passes/model/forest/feature_rows.h"
 
 // What earlier drives found at a place, told as features (schemas/definitions.md, "Measured
@@ -17,6 +18,13 @@ namespace sightline {
 // What a model was told of: where no place of its training had two earlier drives or more, how they
 // differ is no feature.
 enum class HistoryKind : std::uint8_t { kOfOneDrive, kOfSeveral };
+
+// The sites that a drive measured, found by their places in the map frame.
+struct MeasuredPlaces {
+  std::vector<std::size_t> sites;  // ascending; by index of a point of the grid
+  PointGrid grid;
+};
+MeasuredPlaces places_measured_by(const MeasuredError& drive, const Sites& sites);
 
 // Names of the features, "history_known" first; logs are natural, of errors in metres. Those of
 // several drives are those of one, and more behind them.

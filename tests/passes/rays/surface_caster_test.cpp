@@ -230,8 +230,10 @@ TEST(SurfaceCaster, CastsOnlyTheRaysThatAreAskedFor) {
   RayFan some = fan;
   some.wants = is_asked;
   const std::vector<std::vector<double>> some_m = found(some);
+  int hits = 0;
   for (std::size_t site = 0; site < sites.sites.size(); ++site) {
     for (std::size_t ray = 0; ray < fan.directions.size(); ++ray) {
+      hits += std::isfinite(some_m[site][ray]) ? 1 : 0;
       if (is_asked(site, ray)) {
         EXPECT_EQ(some_m[site][ray], all_m[site][ray]);
       } else {
@@ -239,6 +241,7 @@ TEST(SurfaceCaster, CastsOnlyTheRaysThatAreAskedFor) {
       }
     }
   }
+  EXPECT_GT(hits, 500);
 }
 
 TEST(SurfaceCaster, BoundsHoldWhatIsSolidAndNoMore) {
