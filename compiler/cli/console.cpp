@@ -15,6 +15,7 @@
 #include <mutex>
 
 #include "compiler/cli/color.h"
+#include "compiler/cli/remaining_time.h"
 #include "formats/base/printable.h"
 
 namespace sightline {
@@ -37,12 +38,12 @@ std::size_t terminal_width() {
 class ProgressLine {
  public:
   ProgressLine(bool is_shown, std::vector<double> expected_s)
-      : is_shown_(is_shown), expected_s_(std::move(expected_s)) {}
+      : is_shown_(is_shown), remaining_(std::move(expected_s)) {}
 
   void start(std::size_t step, std::size_t steps, const std::string& name) {
     const std::lock_guard<std::mutex> lock(mutex_);
     head_ = fmt::format("[{}/{}] {}", step + 1, steps, name);
-    step_ = step;
+    remaining_.start(step);
     begin_ = drawn_ = Clock::now();
     draw(head_);
   }
@@ -56,8 +57,8 @@ class ProgressLine {
     if (done > 0) {
       const double left_s = seconds_left(seconds_since(begin_), done, total);
       line += "  " + clock_text(left_s) + " left";
-      if (step_ + 1 < expected_s_.size()) {
-        line += ", " + clock_text(left_s + later_s()) + " of the whole run";
+      if (const std::optional<double> run_s = remaining_.of_run_s(left_s)) {
+        line += ", " + clock_text(*run_s) + " of the whole run";
       }
     }
     draw(line);
@@ -66,9 +67,7 @@ class ProgressLine {
   void finish(const StepReport& report) {
     const std::lock_guard<std::mutex> lock(mutex_);
     draw("");
-    if (step_ >= expected_s_.size() || report.from_cache) return;
-    taken_s_ += report.wall_s;
-    foreseen_s_ += expected_s_[step_];
+    remaining_.finish(report);
   }
 
   void wipe() {
@@ -81,21 +80,9 @@ class ProgressLine {
     if (!is_shown_) return;
     std::fprintf(stderr, "\r\033[K%s", line.substr(0, terminal_width() - 1).c_str());
   }
-  // Of the steps after this one: as expected, times how wrong that was so far.
-  [[nodiscard]] double later_s() const {
-    double later_s = 0.0;
-    for (std::size_t i = step_ + 1; i < expected_s_.size(); ++i) later_s += expected_s_[i];
-    constexpr double kEnough_s = 2.0;  // to tell this machine from the one that was measured
-    const bool is_known = foreseen_s_ > kEnough_s;
-    return later_s * (is_known ? std::clamp(taken_s_ / foreseen_s_, 0.1, 10.0) : 1.0);
-  }
-
   const bool is_shown_;
-  const std::vector<double> expected_s_;  // of each step; empty: not known
   std::mutex mutex_;
-  std::size_t step_ = 0;
-  double taken_s_ = 0.0;  // by the steps that ran, and what was expected of them
-  double foreseen_s_ = 0.0;
+  RemainingTime remaining_;
   std::string head_;
   Clock::time_point begin_;
   Clock::time_point drawn_;
@@ -167,17 +154,6 @@ RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s
   return observer;
 }
 
-std::string clock_text(double seconds) {
-  const int whole = static_cast<int>(seconds + 0.5);
-  char text[32];
-  if (whole < 3600) {
-    std::snprintf(text, sizeof text, "%d:%02d", whole / 60, whole % 60);
-  } else {
-    std::snprintf(text, sizeof text, "%d:%02d:%02d", whole / 3600, whole / 60 % 60, whole % 60);
-  }
-  return text;
-}
-
 void print_text(std::string_view text) {
   const std::string shown = printable(text);
   (void)std::fwrite(shown.data(), 1, shown.size(), stdout);
@@ -186,11 +162,6 @@ void print_text(std::string_view text) {
 void print_data(std::string_view data) {
   if (::isatty(STDOUT_FILENO) == 1) return print_text(data);
   (void)std::fwrite(data.data(), 1, data.size(), stdout);
-}
-
-double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {
-  const double share = static_cast<double>(done) / static_cast<double>(total);
-  return elapsed_s * (1.0 - share) / share;
 }
 
 int report_error(const Error& error) {

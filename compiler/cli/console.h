@@ -23,16 +23,10 @@ enum class Verbosity {
 // that each of its steps is expected to take. `printed` tables go to stdout as CSV.
 RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s = {});
 
-// "1:05", "2:03:00"
-std::string clock_text(double seconds);
-
 // On stdout, with what could steer a terminal escaped (printable()): for words out of files.
 void print_text(std::string_view text);
 // On stdout as it is, unless that is a terminal: then as print_text().
 void print_data(std::string_view data);
-
-// Of a pass that has done so much in this time, if it goes on like this.
-double seconds_left(double elapsed_s, std::size_t done, std::size_t total);
 
 // "SL2006 truncated-scan: ..." on stderr; returns the exit status that belongs to it.
 int report_error(const Error& error);

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "compiler/cli/console.h"
+#include "compiler/cli/remaining_time.h"
 
 namespace sightline {
 namespace {
@@ -23,11 +23,13 @@ double rounded(double seconds) { return std::round(seconds * 1000.0) / 1000.0; }
 
 class JsonLines {
  public:
-  explicit JsonLines(int descriptor) : descriptor_(descriptor) {}
+  JsonLines(int descriptor, std::vector<double> expected_s)
+      : descriptor_(descriptor), remaining_(std::move(expected_s)) {}
 
   void start(std::size_t step, std::size_t steps, const std::string& name) {
     const std::lock_guard<std::mutex> lock(mutex_);
     pass_ = {{"pass", name}, {"step", step + 1}, {"steps", steps}};
+    remaining_.start(step);
     begin_ = Clock::now();
     told_ = {};
     told_done_ = 0;
@@ -43,7 +45,13 @@ class JsonLines {
     told_done_ = done;
     const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
     Json rest = {{"done", done}, {"total", total}, {"elapsed_s", rounded(elapsed_s)}};
-    if (done > 0) rest["remaining_s"] = rounded(seconds_left(elapsed_s, done, total));
+    if (done > 0) {
+      const double left_s = seconds_left(elapsed_s, done, total);
+      rest["remaining_s"] = rounded(left_s);
+      if (const std::optional<double> run_s = remaining_.of_run_s(left_s)) {
+        rest["run_remaining_s"] = rounded(*run_s);
+      }
+    }
     write("progress", rest);
   }
   void warn(const std::string& pass, const std::string& message) {
@@ -52,6 +60,7 @@ class JsonLines {
   }
   void finish(const StepReport& report) {
     const std::lock_guard<std::mutex> lock(mutex_);
+    remaining_.finish(report);
     write("finished", {{"wall_s", rounded(report.wall_s)},
                        {"cpu_s", rounded(report.cpu_s)},
                        {"peak_memory_mib", std::round(report.peak_memory_mib)},
@@ -74,6 +83,7 @@ class JsonLines {
 
   const int descriptor_;
   std::mutex mutex_;
+  RemainingTime remaining_;
   Json pass_ = Json::object();
   Clock::time_point begin_;
   Clock::time_point told_;
@@ -92,9 +102,9 @@ std::function<void(Arguments...)> both(std::function<void(Arguments...)> first,
 
 }  // namespace
 
-RunObserver json_observer(int descriptor) {
+RunObserver json_observer(int descriptor, std::vector<double> expected_s) {
   std::signal(SIGPIPE, SIG_IGN);
-  const auto lines = std::make_shared<JsonLines>(descriptor);
+  const auto lines = std::make_shared<JsonLines>(descriptor, std::move(expected_s));
   RunObserver observer;
   observer.started = [lines](std::size_t step, std::size_t steps, const std::string& name) {
     lines->start(step, steps, name);

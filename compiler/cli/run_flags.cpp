@@ -30,14 +30,14 @@ Result<void> choose_kernel(const std::string& name) {
 }
 
 // JSON on stderr stands there alone; on a descriptor of its own beside what people see.
-Result<RunObserver> observer_of(const RunFlags& flags, std::vector<double> expected_s) {
+Result<RunObserver> observer_of(const RunFlags& flags, const std::vector<double>& expected_s) {
   const RunObserver console = console_observer(flags.is_quiet     ? Verbosity::kQuiet
                                                : flags.is_verbose ? Verbosity::kVerbose
                                                                   : Verbosity::kNormal,
-                                               std::move(expected_s));
+                                               expected_s);
   if (flags.json_progress == 0) return console;
   SIGHTLINE_TRY(check_progress_descriptor(flags.json_progress));
-  RunObserver json = json_observer(flags.json_progress);
+  RunObserver json = json_observer(flags.json_progress, expected_s);
   if (flags.json_progress != STDERR_FILENO) return both(console, std::move(json));
   json.printed = console.printed;
   return json;
@@ -122,7 +122,7 @@ Result<std::vector<StepReport>> run_steps(const Plan& plan, const std::vector<An
   for (const ExpectedStep& step : expected_cost(plan, wanted, options, config, artifacts).steps) {
     expected_s.push_back(step.wall_s);
   }
-  SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags, std::move(expected_s)));
+  SIGHTLINE_ASSIGN(const RunObserver observer, observer_of(flags, expected_s));
   explain_interruption(!options.cache_directory.empty());
   std::vector<StepReport> reports;
   const Result<void> run = run_plan(plan, wanted, options, observer, artifacts, reports);

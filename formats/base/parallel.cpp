@@ -1,18 +1,60 @@
 #include "formats/base/parallel.h"
 
+#ifdef __SANITIZE_THREAD__
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#else
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+#endif
 
 namespace sightline {
+namespace {
 
-void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
-  if (threads == 1 || count < 2) {
-    for (std::size_t i = 0; i < count; ++i) body(i);
-    return;
-  }
+#ifdef __SANITIZE_THREAD__
+
+// Threads that ThreadSanitizer knows: TBB is not instrumented, and what a task reads that was
+// written before it began would be told as a race.
+void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
+  std::atomic<std::size_t> next = 0;
+  std::mutex mutex;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    try {
+      for (std::size_t i = next++; i < count; i = next++) body(i);
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      failure = std::current_exception();
+      next = count;
+    }
+  };
+  const std::size_t wanted =
+      threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
+  std::vector<std::thread> helpers;
+  for (std::size_t i = 1; i < std::min(wanted, count); ++i) helpers.emplace_back(work);
+  work();
+  for (std::thread& helper : helpers) helper.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+#else
+
+void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
   oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
   arena.execute(
       [&] { oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); }); });
+}
+
+#endif
+
+}  // namespace
+
+void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
+  if (threads != 1 && count > 1) return run_on_threads(count, threads, body);
+  for (std::size_t i = 0; i < count; ++i) body(i);
 }
 
 double ordered_sum(std::span<const double> values) {

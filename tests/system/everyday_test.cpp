@@ -63,6 +63,7 @@ void expect_progress(const std::vector<Json>& lines) {
     const double remaining_s = line.at("remaining_s");
     EXPECT_GE(remaining_s, 0.0);
     EXPECT_EQ(remaining_s == 0.0, done == line.at("total")) << line;
+    EXPECT_GE(line.at("run_remaining_s"), remaining_s) << line;
   }
   EXPECT_EQ(lines.back().at("steps"), finished);
   EXPECT_GT(told, 3U);
