@@ -16,8 +16,8 @@ namespace sightline {
 //    "peak_memory_mib":211.0,"from_cache":false}
 // Steps count from 1; "remaining_s" is of the pass, absent before anything is done, and
 // "run_remaining_s" of the whole run, where `expected_s` names the seconds that each of its steps
-// is expected to take. Progress comes at most five times a second, the last of a pass always. Lines are written whole. A reader that
-// has gone away ends the reports, not the run.
+// is expected to take. Progress comes at most five times a second, the last of a pass always. Lines
+// are written whole. A reader that has gone away ends the reports, not the run.
 RunObserver json_observer(int descriptor, std::vector<double> expected_s = {});
 
 // Error: bad-argument where the descriptor is not open for writing.
