@@ -25,7 +25,7 @@ class RemainingTime {
  private:
   std::vector<double> expected_s_;
   std::size_t step_ = 0;
-  double taken_s_ = 0.0;    // by the steps that ran
+  double taken_s_ = 0.0;     // by the steps that ran
   double foreseen_s_ = 0.0;  // of these
 };
 
