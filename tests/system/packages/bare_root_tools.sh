@@ -21,6 +21,7 @@ make_bare_root() {
     tail -3 "$work/debootstrap.log"
     skip "debootstrap cannot make a root here"
   }
+  echo force-unsafe-io > "$root/etc/dpkg/dpkg.cfg.d/unsafe-io"  # the root is thrown away: no package waits for the disk
   cp /etc/resolv.conf "$root/etc/resolv.conf"
   # What tells apt how to reach the mirror from here.
   cp -r /etc/apt/apt.conf.d/. "$root/etc/apt/apt.conf.d/"
