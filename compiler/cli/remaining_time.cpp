@@ -1,6 +1,7 @@
 #include "compiler/cli/remaining_time.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace sightline {
@@ -26,7 +27,7 @@ double seconds_left(double elapsed_s, std::size_t done, std::size_t total) {
 }
 
 std::string clock_text(double seconds) {
-  const int whole = static_cast<int>(seconds + 0.5);
+  const int whole = static_cast<int>(std::lround(seconds));
   char text[32];
   if (whole < 3600) {
     std::snprintf(text, sizeof text, "%d:%02d", whole / 60, whole % 60);
