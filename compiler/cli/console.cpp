@@ -6,13 +6,12 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "compiler/cli/color.h"
 #include "compiler/cli/remaining_time.h"
@@ -57,9 +56,8 @@ class ProgressLine {
     if (done > 0) {
       const double left_s = seconds_left(seconds_since(begin_), done, total);
       line += "  " + clock_text(left_s) + " left";
-      if (const std::optional<double> run_s = remaining_.of_run_s(left_s)) {
-        line += ", " + clock_text(*run_s) + " of the whole run";
-      }
+      const std::optional<double> run_s = remaining_.of_run_s(left_s);
+      if (run_s && *run_s > left_s) line += ", " + clock_text(*run_s) + " of the whole run";
     }
     draw(line);
   }
@@ -80,6 +78,7 @@ class ProgressLine {
     if (!is_shown_) return;
     std::fprintf(stderr, "\r\033[K%s", line.substr(0, terminal_width() - 1).c_str());
   }
+
   const bool is_shown_;
   std::mutex mutex_;
   RemainingTime remaining_;
