@@ -96,10 +96,20 @@ class Fleet(unittest.TestCase):
         self.state = f"{self.folder}/vehicle"
         os.mkdir(self.site)
         os.mkdir(self.state)
-        self.root("root.1", ["alice", "bob"], ["alice", "bob"])
-        shutil.copy(f"{self.site}/root.1", f"{self.state}/root")
         self.nginx = None
         self.serve()
+        # All cases of a class begin alike.
+        begun = f"{self.made}/begun"
+        if not os.path.exists(begun):
+            self.begin()
+            for folder in (self.site, self.state):
+                shutil.copytree(folder, f"{begun}/{os.path.basename(folder)}")
+        else:
+            shutil.copytree(begun, self.folder, dirs_exist_ok=True)
+
+    def begin(self):
+        self.root("root.1", ["alice", "bob"], ["alice", "bob"])
+        shutil.copy(f"{self.site}/root.1", f"{self.state}/root")
 
     def tearDown(self):
         self.stop()
@@ -260,13 +270,21 @@ class Updates(Fleet):
         self.assert_updates(1)
         self.assertIn("/v1.slmap HTTP/1.1\" 206", self.access_log())
 
+    def what_it_goes_on_from(self):
+        """Every folder and file of the vehicle with what it holds, and which of them are one file under two names."""
+        first = {}
+        return tuple((str(path), path.is_dir() or (sha256(path), first.setdefault(path.stat().st_ino, str(path))))
+                     for path in sorted(pathlib.Path(self.state).rglob("*")))
+
     def kill_at_every_command(self):
-        """Before every single command of the vehicle's script in turn; returns how many there were."""
+        """Before every single command of the vehicle's script in turn; returns how many there were. From each state that a
+        kill leaves the vehicle goes on once."""
         with open(f"{self.folder}/killer", "w") as file:
             file.write("set -T\ncount=0\ntrap '((++count == KILL_AT)) && kill -KILL $$; :' DEBUG\n")
         saved = f"{self.folder}/saved"
         shutil.copytree(self.state, saved)
         old, new = sha256(f"{saved}/map.slmap"), sha256(f"{self.made}/v2.slmap")
+        gone_on_from = set()
         at = 0
         while True:
             at += 1
@@ -274,9 +292,13 @@ class Updates(Fleet):
             shutil.copytree(saved, self.state)
             killed = self.vehicle(environment={"BASH_ENV": f"{self.folder}/killer", "KILL_AT": str(at)})
             self.assertIn(sha256(f"{self.state}/map.slmap"), (old, new), f"killed at command {at}")
-            self.assert_updates(2)
-            self.assertEqual(sha256(f"{self.state}/map.slmap.previous"), old)
+            left = self.what_it_goes_on_from()
+            if left not in gone_on_from:
+                gone_on_from.add(left)
+                self.assert_updates(2)
+                self.assertEqual(sha256(f"{self.state}/map.slmap.previous"), old)
             if killed.returncode == 0:
+                print(f"killed before each of {at - 1} commands, which left {len(gone_on_from)} states")
                 return at - 1
             self.assertEqual(killed.returncode, -signal.SIGKILL)
 
@@ -287,8 +309,8 @@ class Updates(Fleet):
 
 
 class Attacks(Fleet):
-    def setUp(self):
-        super().setUp()
+    def begin(self):
+        super().begin()
         self.start_with(1)
 
     def test_wrong_key(self):
