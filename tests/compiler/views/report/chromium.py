@@ -39,13 +39,20 @@ class Browser:
         os.close(from_browser)
         self.buffer = b""
         self.next_id = 0
-        self.session = None
+        self.session = self.target = None
+        self.new_window(width, height, dark)
+
+    def new_window(self, width, height, dark=False):
+        """In the place of the one before; nothing that was said or asked for is kept."""
+        self.session, before = None, self.target
         self.complaints = []  # errors and warnings of the console, exceptions
         self.requests = []  # addresses that the page asked for
         self.events = []
-        target = self.call("Target.createTarget", url="about:blank", newWindow=True, width=width,
-                           height=height)["targetId"]
-        self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self.target = self.call("Target.createTarget", url="about:blank", newWindow=True, width=width,
+                                height=height)["targetId"]
+        if before:
+            self.call("Target.closeTarget", targetId=before)
+        self.session = self.call("Target.attachToTarget", targetId=self.target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
         self.call("Emulation.setEmulatedMedia",
@@ -75,6 +82,8 @@ class Browser:
         return json.loads(message)
 
     def note(self, message):
+        if message.get("sessionId") != self.session:
+            return  # of the window before
         method, params = message.get("method"), message.get("params", {})
         self.events.append(method)
         if method == "Network.requestWillBeSent":
