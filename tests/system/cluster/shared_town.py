@@ -22,8 +22,8 @@ localization: {scans: drive_1/scans, poses: drive_1/poses.tum}
 """
 
 # So that one compile takes a few seconds.
-QUICK = [word for setting in ("train-model.trees=5", "measure-error.offset_count=3", "measure-error.reference=known",
-                              "build-surface.cell_m=1.0", "cast-rays.azimuth_count=180",
+QUICK = [word for setting in ("train-model.trees=5", "measure-error.offset_count=2", "measure-error.reference=known",
+                              "build-surface.cell_m=2.0", "cast-rays.azimuth_count=180",
                               "remove-moving.carve_range_m=30")
          for word in ("--set", setting)]
 
@@ -45,7 +45,7 @@ def contents(folder):
 class Town:
     """Recordings of a street of 60 m and the configurations of its compiles."""
 
-    def __init__(self, sightline, write_town, folder, spacing_m=2):
+    def __init__(self, sightline, write_town, folder, spacing_m=3):
         self.program = pathlib.Path(sightline)
         self.folder = pathlib.Path(folder)
         run(write_town, "--seed", 3, "--length-m", 60, "--spacing-m", spacing_m, "--drives", 2, "--output", self.folder)
