@@ -56,21 +56,39 @@ Result<CompileConfig> load_config(const TrainFlags& flags, const std::string& fi
   return config;
 }
 
-Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig& config,
-                                    const std::string& file) {
-  RunFlags run = flags.run;
-  run.config_file = file;
-  CompilePlan compile = compile_plan(config);
-  const bool are_several = compile.measured_drives.is_connected();
-  std::vector<Wire<MeasuredError>> drives;
-  if (!are_several) drives.push_back(compile.measured);
-  if (flags.with_evaluation) drives.push_back(measure_evaluation_drive(config, compile));
+// A place whose recordings are open, with what will be asked of it.
+struct OpenPlace {
+  CompileConfig config;
+  RunFlags run;
+  CompilePlan compile;
+  std::vector<Wire<MeasuredError>> drives;  // none where a list of them is measured together
   ArtifactSet artifacts;
-  SIGHTLINE_TRY(provide_drives(compile, cache_directory(run), artifacts));
+};
+
+Result<OpenPlace> open_place(const TrainFlags& flags, const std::string& file) {
+  OpenPlace place;
+  SIGHTLINE_ASSIGN(place.config, load_config(flags, file));
+  place.run = flags.run;
+  place.run.config_file = file;
+  place.compile = compile_plan(place.config);
+  if (!place.compile.measured_drives.is_connected()) {
+    place.drives.push_back(place.compile.measured);
+  }
+  if (flags.with_evaluation) {
+    place.drives.push_back(measure_evaluation_drive(place.config, place.compile));
+  }
+  SIGHTLINE_TRY(provide_drives(place.compile, cache_directory(place.run), place.artifacts));
+  return place;
+}
+
+Result<MeasuredPlace> measure_place(OpenPlace place) {
+  const CompilePlan& compile = place.compile;
+  ArtifactSet& artifacts = place.artifacts;
+  const bool are_several = compile.measured_drives.is_connected();
   std::vector<AnyWire> wanted = {compile.sites, compile.factors};
   if (are_several) wanted.emplace_back(compile.measured_drives);
-  wanted.insert(wanted.end(), drives.begin(), drives.end());
-  SIGHTLINE_TRY(run_steps(compile.plan, wanted, run, config, artifacts));
+  wanted.insert(wanted.end(), place.drives.begin(), place.drives.end());
+  SIGHTLINE_TRY(run_steps(compile.plan, wanted, place.run, place.config, artifacts));
   MeasuredPlace measured;
   measured.place = {"",
                     artifacts.get(compile.sites),
@@ -82,7 +100,7 @@ Result<MeasuredPlace> measure_place(const TrainFlags& flags, const CompileConfig
     measured.place.drives = several.drives;
     measured.place.recordings = without_left_out(measured.place.recordings, several);
   }
-  for (const Wire<MeasuredError> drive : drives) {
+  for (const Wire<MeasuredError> drive : place.drives) {
     measured.place.drives.push_back(artifacts.get(drive));
   }
   DigestBuilder key;
@@ -100,20 +118,24 @@ struct TrainingPlaces {
   CompileConfig first_config;
 };
 
+// Every configuration and recording is opened before the first is measured, which takes minutes.
 Result<TrainingPlaces> measure_places(const TrainFlags& flags) {
+  std::vector<OpenPlace> open;
+  for (const std::string& file : flags.configs) {
+    SIGHTLINE_ASSIGN(OpenPlace place, open_place(flags, file));
+    open.push_back(std::move(place));
+  }
   TrainingPlaces training;
-  std::vector<DrivenPlace>& places = training.places.places;
+  training.first_config = open.front().config;
   DigestBuilder key;
   const std::vector<std::string> names = place_names(flags.configs);
-  for (const std::string& file : flags.configs) {
-    SIGHTLINE_ASSIGN(const CompileConfig config, load_config(flags, file));
-    if (places.empty()) training.first_config = config;
-    if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", file.c_str());
-    SIGHTLINE_ASSIGN(MeasuredPlace measured, measure_place(flags, config, file));
-    measured.place.name = names[places.size()];
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    if (!flags.run.is_quiet) std::fprintf(stderr, "place %s\n", flags.configs[i].c_str());
+    SIGHTLINE_ASSIGN(MeasuredPlace measured, measure_place(std::move(open[i])));
+    measured.place.name = names[i];
     key.add(measured.place.name);
     key.add(measured.key);
-    places.push_back(std::move(measured.place));
+    training.places.places.push_back(std::move(measured.place));
   }
   training.key = key.finish();
   return training;

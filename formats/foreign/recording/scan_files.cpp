@@ -61,6 +61,10 @@ Result<Candidates> list_candidates(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder, failure)) {
     return Error{ErrorCode::kFileNotFound, "there is no such folder", folder.string(), ""};
   }
+  if (std::filesystem::is_other(folder, failure)) {
+    return Error{ErrorCode::kCannotRead, "neither a folder nor a regular file", folder.string(),
+                 ""};
+  }
   std::filesystem::directory_iterator entry(folder, failure);
   Candidates candidates;
   while (!failure && entry != std::filesystem::directory_iterator()) {

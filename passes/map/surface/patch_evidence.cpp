@@ -50,12 +50,9 @@ std::vector<std::size_t> spread_evenly(std::size_t count, std::size_t most) {
 class CellWalk {
  public:
   CellWalk(const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction, double cell_m)
-      : cell_(cell_key(from_m, cell_m)),
-        x_(from_m.x(), direction.x(), cell_m, cell_.x),
-        y_(from_m.y(), direction.y(), cell_m, cell_.y),
-        z_(from_m.z(), direction.z(), cell_m, cell_.z) {}
+      : CellWalk(from_m, direction, cell_m, cell_key(from_m, cell_m)) {}
 
-  [[nodiscard]] const CellKey& cell() const { return cell_; }
+  [[nodiscard]] CellKey cell() const { return {x_.at, y_.at, z_.at}; }
   [[nodiscard]] double entered_m() const { return entered_m_; }
 
   // Through the nearest face, of equals the first axis'. Without a branch, which would be guessed
@@ -65,16 +62,16 @@ class CellWalk {
     const bool is_y = !is_x && y_.next_m <= z_.next_m;
     const bool is_z = !is_x && !is_y;
     entered_m_ = std::min(x_.next_m, std::min(y_.next_m, z_.next_m));
-    x_.go_on_if(is_x, cell_.x);
-    y_.go_on_if(is_y, cell_.y);
-    z_.go_on_if(is_z, cell_.z);
+    x_.go_on_if(is_x);
+    y_.go_on_if(is_y);
+    z_.go_on_if(is_z);
   }
 
   // Goes on, at least once, to the first cell that is entered at a distance or beyond.
   void skip_to(double distance_m) {
-    x_.skip_to(distance_m, cell_.x);
-    y_.skip_to(distance_m, cell_.y);
-    z_.skip_to(distance_m, cell_.z);
+    x_.skip_to(distance_m);
+    y_.skip_to(distance_m);
+    z_.skip_to(distance_m);
     go_on();
   }
 
@@ -83,22 +80,29 @@ class CellWalk {
     double next_m = std::numeric_limits<double>::infinity();  // to the next face
     double step_m = std::numeric_limits<double>::infinity();
     std::int32_t step = 1;
+    std::int32_t at = 0;
 
-    Axis(double from_m, double along, double cell_m, std::int32_t at) : step(along > 0.0 ? 1 : -1) {
+    Axis(double from_m, double along, double cell_m, std::int32_t begin)
+        : step(along > 0.0 ? 1 : -1), at(begin) {
       if (along == 0.0) return;
       step_m = cell_m / std::abs(along);
       next_m = ((at + (along > 0.0 ? 1 : 0)) * cell_m - from_m) / along;
     }
-    void go_on_if(bool goes, std::int32_t& at) {
+    void go_on_if(bool goes) {
       next_m = goes ? next_m + step_m : next_m;
       at += goes ? step : 0;
     }
-    void skip_to(double distance_m, std::int32_t& at) {
+    void skip_to(double distance_m) {
       for (; next_m < distance_m; next_m += step_m) at += step;
     }
   };
 
-  CellKey cell_;
+  CellWalk(const Eigen::Vector3d& from_m, const Eigen::Vector3d& direction, double cell_m,
+           const CellKey& begin)
+      : x_(from_m.x(), direction.x(), cell_m, begin.x),
+        y_(from_m.y(), direction.y(), cell_m, begin.y),
+        z_(from_m.z(), direction.z(), cell_m, begin.z) {}
+
   double entered_m_ = 0.0;
   Axis x_, y_, z_;
 };

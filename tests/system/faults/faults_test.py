@@ -201,13 +201,75 @@ class Inputs(Faults):
                     "admit --root root.1 --next-root pipe", "admit --root root.1 --seen pipe release", "cache pipe"]
         for command in commands:
             for target in ("pipe", "/dev/zero", "/dev/null"):
-                words = [target if word == "pipe" else word for word in command.split()]
-                began = time.monotonic()
-                done = self.sightline(*words, cwd=folder, stdin=subprocess.DEVNULL)
-                self.assert_known(done, words)
-                self.assertNotEqual(done.returncode, 0, words)
-                self.assertLess(time.monotonic() - began, 20, words)
-                self.assertFalse(os.path.exists(f"{folder}/x"), words)
+                self.assert_refused_at_once([target if word == "pipe" else word for word in command.split()], folder)
+
+    def assert_refused_at_once(self, words, folder):
+        began = time.monotonic()
+        done = self.sightline(*words, cwd=folder, stdin=subprocess.DEVNULL)
+        self.assert_known(done, words)
+        self.assertNotEqual(done.returncode, 0, words)
+        self.assertLess(time.monotonic() - began, 20, words)
+        self.assertFalse(os.path.exists(f"{folder}/x"), words)
+        return done
+
+    def test_a_pipe_or_device_is_refused_at_once_where_the_ending_says_what_it_is(self):
+        folder = self.fresh()
+        os.mkdir(f"{folder}/planned")
+        endings = (".csv", ".db3", ".geojson", ".json", ".las", ".mcap", ".osm", ".pcap", ".pcd", ".ply", ".slmodel", ".slposes",
+                   ".tum", ".xml", ".yaml")
+        town = "compile town/town.yaml -o x --set"
+        commands = [f"annotate v1.slmap -o x --route odd{ending}" for ending in (".csv", ".geojson", ".osm", ".tum")]
+        commands += [f"annotate odd{ending} -o x --route everywhere --sensor hdl-64e" for ending in (".las", ".pcd", ".ply")]
+        commands += [f"{town} mapping.scans=odd{ending}" for ending in (".db3", ".mcap", ".pcap", ".pcd")]
+        commands += [f"{town} mapping.sensor=odd{ending}" for ending in (".csv", ".json", ".xml", ".yaml")]
+        commands += [f"{town} mapping.poses=odd{ending}" for ending in (".csv", ".json", ".tum")]
+        commands += [f"{town} mapping.stamps=odd.csv", f"{town} base.poses=odd.slposes", "train town/town.yaml odd.yaml -o x",
+                     "compile town/town.yaml -o x --model odd.slmodel", "gate v1.slmap --rules odd.yaml",
+                     "gate v1.slmap --evaluation odd.json", "report v1.slmap -o x --gate odd.json",
+                     "export v1.slmap -o x --format lanelet2 --lanes odd.osm", "evaluate odd.yaml --map v1.slmap",
+                     "status planned", "work planned --stage drives", "link planned -o x"]
+        for kind in (os.mkfifo, lambda path: os.symlink("/dev/zero", path), lambda path: os.symlink("/dev/null", path)):
+            paths = [f"{folder}/odd{ending}" for ending in endings] + [f"{folder}/planned/plan.json"]
+            for path in paths:
+                kind(path)
+            for command in commands:
+                self.assert_refused_at_once(command.split(), folder)
+            for path in paths:
+                os.remove(path)
+
+    def test_training_opens_every_place_before_it_measures_one(self):
+        folder = self.fresh()
+        os.mkfifo(f"{folder}/odd.yaml")
+        pathlib.Path(folder, "hole.yaml").write_text("mapping: {scans: town/nowhere}\n")
+        for second in ("odd.yaml", "missing.yaml", "hole.yaml"):
+            done = self.assert_refused_at_once(["train", "town/town.yaml", second, "-o", "x"], folder)
+            self.assertNotIn("place town", done.stderr)
+
+    def test_what_is_nested_deeply_is_refused(self):
+        depth = 200_000
+        texts = {"brackets.yaml": "[" * depth, "maps.yaml": "{a: " * depth,
+                 "brackets.json": "[" * depth, "maps.json": '{"a":' * depth,
+                 "closed.geojson": '{"type": "FeatureCollection", "features": ' + "[" * depth + "]" * depth + "}",
+                 "maps.geojson": '{"a":' * depth, "open.osm": "<osm>" + "<node>" * depth,
+                 "closed.osm": "<osm>" + "<node>" * depth + "</node>" * depth + "</osm>",
+                 "bag/metadata.yaml": "[" * depth, "bag/drive.db3": "", "planned/plan.json": "[" * depth,
+                 "apollo/config.xml": "<boost_serialization>" + "<a>" * depth, "apollo/map/000/north/x": ""}
+        folder = self.fresh()
+        for name, text in texts.items():
+            path = pathlib.Path(folder, name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        town = "compile town/town.yaml -o x"
+        for command in ("compile brackets.yaml -o x", "compile maps.yaml -o x", f"{town} --set mapping.sensor=maps.yaml",
+                        f"{town} --set mapping.sensor=brackets.json", f"{town} --set mapping.poses=brackets.json",
+                        f"{town} --set mapping.scans=bag", f"{town} --model maps.json", "gate v1.slmap --rules brackets.yaml",
+                        "gate v1.slmap --rules maps.yaml", "gate v1.slmap --evaluation maps.json",
+                        "report v1.slmap -o x --gate maps.json", "annotate v1.slmap -o x --route maps.geojson",
+                        "annotate v1.slmap -o x --route closed.geojson", "annotate v1.slmap -o x --route open.osm",
+                        "annotate v1.slmap -o x --route closed.osm",
+                        "export v1.slmap -o x --format lanelet2 --lanes closed.osm", "status planned",
+                        "annotate apollo -o x --route everywhere --sensor hdl-64e"):
+            self.assertRegex(self.assert_refused_at_once(command.split(), folder).stderr, "error SL[24]", command)
 
     def test_198_megabytes_of_comments_end_quickly(self):
         with open(f"{self.folder}/long.yaml", "w") as file:
