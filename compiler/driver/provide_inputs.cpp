@@ -38,8 +38,12 @@ class CachedDigests : public DigestMemory {
   ArtifactCache cache_;
 };
 
+// Of all drives together. The passes that work tile by tile have some 300 scans of 16 beams in use
+// at a time, or 180 of 64.
+constexpr std::size_t kScanMemory_bytes = std::size_t{256} << 20;
+
 Result<void> provide_recording(const RecordingInput& input, const CachedDigests& digests,
-                               ArtifactSet& artifacts) {
+                               const std::shared_ptr<ScanMemory>& memory, ArtifactSet& artifacts) {
   Result<Recording> recording = open_recording(input.options, /*threads=*/0, &digests);
   if (!recording) {
     Error error = recording.error();
@@ -49,6 +53,7 @@ Result<void> provide_recording(const RecordingInput& input, const CachedDigests&
     }
     return error;
   }
+  recording->memory = memory;
   const Digest digest = recording->digest;
   artifacts.provide(input.sensor, recording->sensor);
   artifacts.provide(input.recording, std::move(*recording), digest);
@@ -185,7 +190,8 @@ Result<void> provide_base(const CompilePlan& compile, ArtifactSet& artifacts) {
 
 Result<void> provide_drive(const EvaluatePlan& evaluate,
                            const std::filesystem::path& cache_directory, ArtifactSet& artifacts) {
-  SIGHTLINE_TRY(provide_recording(evaluate.recording, CachedDigests(cache_directory), artifacts));
+  SIGHTLINE_TRY(provide_recording(evaluate.recording, CachedDigests(cache_directory),
+                                  std::make_shared<ScanMemory>(kScanMemory_bytes), artifacts));
   return provide_outside(evaluate.outside, artifacts);
 }
 
@@ -196,8 +202,9 @@ Result<void> provide_drives(const CompilePlan& compile,
   SIGHTLINE_TRY(provide_finished(compile, artifacts));
   SIGHTLINE_TRY(provide_base(compile, artifacts));
   const CachedDigests digests(cache_directory);
+  const auto memory = std::make_shared<ScanMemory>(kScanMemory_bytes);
   for (const RecordingInput& input : compile.recordings) {
-    SIGHTLINE_TRY(provide_recording(input, digests, artifacts));
+    SIGHTLINE_TRY(provide_recording(input, digests, memory, artifacts));
   }
   SIGHTLINE_TRY(check_localization_drives(compile, artifacts));
   artifacts.provide(compile.cards, recording_cards(compile, artifacts));

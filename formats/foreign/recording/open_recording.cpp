@@ -279,7 +279,8 @@ Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t 
 }
 
 std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording) {
-  return std::make_shared<RecordedScanStore>(recording);
+  auto store = std::make_shared<const RecordedScanStore>(recording);
+  return recording.memory ? ScanMemory::before(std::move(store), recording.memory) : store;
 }
 
 }  // namespace sightline

@@ -51,10 +51,10 @@ Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_
 // read_point_cloud.
 Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t index);
 
-// Reads scans from their files one at a time and checks them again each time; index = position in
-// recording.scans. Point times become offsets from the scan's stamp; where they count from a clock
-// of their own (no time within 2 s of the stamp), the first point is at the stamp. Keeps what it
-// needs of the recording.
+// Reads scans from their files one at a time and checks them again each time, but for those that
+// recording.memory still holds; index = position in recording.scans. Point times become offsets
+// from the scan's stamp; where they count from a clock of their own (no time within 2 s of the
+// stamp), the first point is at the stamp. Keeps what it needs of the recording.
 std::shared_ptr<const ScanStore> recorded_scan_store(const Recording& recording);
 
 }  // namespace sightline

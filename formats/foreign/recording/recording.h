@@ -10,6 +10,7 @@
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
+#include "formats/drive/scan_memory.h"
 #include "formats/foreign/clouds/floats/float_columns.h"
 #include "formats/foreign/logs/scan_container.h"
 #include "formats/foreign/text/pose_file.h"
@@ -72,10 +73,12 @@ struct Recording {
   std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
   // Of scans without a header: as given, or as found when they were opened.
   std::optional<FloatColumns> columns;
-  std::vector<TurnRate> turn_rates;   // of a bag's inertial unit; empty: there are none to use
-  bool has_quaternions = false;       // poses are quaternions of a text file, read as x y z w
-  std::vector<std::string> warnings;  // what was assumed, for the person who brought it
-  // Names everything above but the warnings: equal for equal contents, wherever the folder lies.
+  std::vector<TurnRate> turn_rates;    // of a bag's inertial unit; empty: there are none to use
+  bool has_quaternions = false;        // poses are quaternions of a text file, read as x y z w
+  std::vector<std::string> warnings;   // what was assumed, for the person who brought it
+  std::shared_ptr<ScanMemory> memory;  // which keeps scans that were read; nullptr: none does
+  // Names everything above but warnings and memory: equal for equal contents, wherever the folder
+  // lies.
   Digest digest{};
 };
 

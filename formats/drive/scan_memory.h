@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "formats/drive/drive.h"
+
+namespace sightline {
+
+// Scans that were read, up to a bound of memory, shared by the drives of one run. Passes that work
+// tile by tile ask for a scan once for each tile that it reaches, which costs most where scans are
+// compressed or lie far away. Which scan makes room for another is a matter of chance, from a fixed
+// seed: whoever asks for all scans in turn, again and again, would else never find one.
+class ScanMemory {
+ public:
+  // A scan takes 12 bytes a point, 24 where its coordinates are no floats, and 4 more with times.
+  explicit ScanMemory(std::size_t most_bytes);
+  ~ScanMemory();
+  ScanMemory(const ScanMemory&) = delete;
+  ScanMemory& operator=(const ScanMemory&) = delete;
+
+  // The store with this memory before it: gives the same scans, bit by bit, for as long as both are
+  // alive. A scan that could not be read is asked for again.
+  static std::shared_ptr<const ScanStore> before(std::shared_ptr<const ScanStore> store,
+                                                 std::shared_ptr<ScanMemory> memory);
+
+  [[nodiscard]] std::size_t bytes() const;  // that are in use
+
+ private:
+  class Store;
+  struct Kept;
+  std::unique_ptr<Kept> kept_;
+};
+
+}  // namespace sightline
