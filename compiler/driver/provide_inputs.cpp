@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -38,9 +39,11 @@ class CachedDigests : public DigestMemory {
   ArtifactCache cache_;
 };
 
-// Of all drives together. The passes that work tile by tile have some 300 scans of 16 beams in use
-// at a time, or 180 of 64.
-constexpr std::size_t kScanMemory_bytes = std::size_t{256} << 20;
+// Of all drives together. A tile of 128 m is reached by the scans of 330 m, one a metre: so many of
+// 32 beams, or half of them of 64.
+std::shared_ptr<ScanMemory> new_scan_memory() {
+  return std::make_shared<ScanMemory>(std::size_t{256} << 20, 400);
+}
 
 Result<void> provide_recording(const RecordingInput& input, const CachedDigests& digests,
                                const std::shared_ptr<ScanMemory>& memory, ArtifactSet& artifacts) {
@@ -191,7 +194,7 @@ Result<void> provide_base(const CompilePlan& compile, ArtifactSet& artifacts) {
 Result<void> provide_drive(const EvaluatePlan& evaluate,
                            const std::filesystem::path& cache_directory, ArtifactSet& artifacts) {
   SIGHTLINE_TRY(provide_recording(evaluate.recording, CachedDigests(cache_directory),
-                                  std::make_shared<ScanMemory>(kScanMemory_bytes), artifacts));
+                                  new_scan_memory(), artifacts));
   return provide_outside(evaluate.outside, artifacts);
 }
 
@@ -202,7 +205,7 @@ Result<void> provide_drives(const CompilePlan& compile,
   SIGHTLINE_TRY(provide_finished(compile, artifacts));
   SIGHTLINE_TRY(provide_base(compile, artifacts));
   const CachedDigests digests(cache_directory);
-  const auto memory = std::make_shared<ScanMemory>(kScanMemory_bytes);
+  const std::shared_ptr<ScanMemory> memory = new_scan_memory();
   for (const RecordingInput& input : compile.recordings) {
     SIGHTLINE_TRY(provide_recording(input, digests, memory, artifacts));
   }

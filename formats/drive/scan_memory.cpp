@@ -67,7 +67,8 @@ struct PackedScan {
 }  // namespace
 
 struct ScanMemory::Kept {
-  explicit Kept(std::size_t most) : most_bytes(most) {}
+  Kept(std::size_t bytes_bound, std::size_t scans_bound)
+      : most_bytes(bytes_bound), most_scans(scans_bound) {}
 
   std::shared_ptr<const PackedScan> find(const Key& key) {
     const std::scoped_lock lock(mutex);
@@ -78,8 +79,10 @@ struct ScanMemory::Kept {
   void insert(const Key& key, std::shared_ptr<const PackedScan> scan) {
     const std::scoped_lock lock(mutex);
     const std::size_t wanted = scan->bytes();
-    if (wanted > most_bytes || place_of.contains(key)) return;
-    while (bytes + wanted > most_bytes) remove(chance.below(scans.size()));
+    if (wanted > most_bytes || most_scans == 0 || place_of.contains(key)) return;
+    while (bytes + wanted > most_bytes || scans.size() >= most_scans) {
+      remove(chance.below(scans.size()));
+    }
     scans.reserve(scans.size() + 1);
     place_of.emplace(key, scans.size());
     scans.emplace_back(key, std::move(scan));
@@ -94,6 +97,7 @@ struct ScanMemory::Kept {
   }
 
   const std::size_t most_bytes;
+  const std::size_t most_scans;
   std::size_t bytes = 0;
   std::uint64_t store_count = 0;
   std::mutex mutex;
@@ -151,7 +155,8 @@ class ScanMemory::Store : public ScanStore {
   std::uint64_t number_ = 0;
 };
 
-ScanMemory::ScanMemory(std::size_t most_bytes) : kept_(std::make_unique<Kept>(most_bytes)) {}
+ScanMemory::ScanMemory(std::size_t most_bytes, std::size_t most_scans)
+    : kept_(std::make_unique<Kept>(most_bytes, most_scans)) {}
 
 ScanMemory::~ScanMemory() = default;
 

@@ -14,7 +14,7 @@ namespace sightline {
 class ScanMemory {
  public:
   // A scan takes 12 bytes a point, 24 where its coordinates are no floats, and 4 more with times.
-  explicit ScanMemory(std::size_t most_bytes);
+  ScanMemory(std::size_t most_bytes, std::size_t most_scans);
   ~ScanMemory();
   ScanMemory(const ScanMemory&) = delete;
   ScanMemory& operator=(const ScanMemory&) = delete;
