@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "compiler/pipeline/schedule.h"
+#include "formats/drive/scan_memory.h"
 #include "formats/foreign/recording/recording.h"
 #include "formats/text/text_grid.h"
 #include "passes/map/places/field_limits.h"
@@ -58,6 +59,19 @@ struct Size {
   double million_points = 0.0;
   bool has_poses = true;
 };
+
+// Of the scans that stay in memory, of all drives.
+double kept_scans_mib(const std::map<std::string, Size>& sizes) {
+  Size all;
+  for (const auto& [role, size] : sizes) {
+    all.scans += size.scans;
+    all.million_points += size.million_points;
+  }
+  constexpr double kMost = static_cast<double>(ScanMemory::kMost_scans);
+  const double share = all.scans > kMost ? kMost / all.scans : 1.0;
+  const double bytes = 12e6 * all.million_points * share;
+  return std::min(bytes, static_cast<double>(ScanMemory::kMost_bytes)) / (1 << 20);
+}
 
 // Bytes of a point in a binary file, on average over the forms that are common.
 constexpr double kBytesOfPoint = 18.0;
@@ -213,7 +227,8 @@ ExpectedCost expected_cost(const Plan& plan, const std::vector<AnyWire>& wanted,
     missing_s += run.is_in_cache ? 0.0 : needed_s;
     cost.steps.push_back({run.name, run.is_in_cache, run.is_in_cache ? 0.0 : needed_s});
   }
-  cost.memory_mib = kLeast_mib + kThread_mib * cost.threads + kScan_mib * mapping.scans;
+  cost.memory_mib =
+      kLeast_mib + kThread_mib * cost.threads + kScan_mib * mapping.scans + kept_scans_mib(sizes);
   const double missing = total_s > 0.0 ? missing_s / total_s : 0.0;
   if (!options.cache_directory.empty()) cost.cache_mib = missing * kCacheOfScan_mib * mapping.scans;
   return cost;

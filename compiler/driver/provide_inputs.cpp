@@ -39,10 +39,9 @@ class CachedDigests : public DigestMemory {
   ArtifactCache cache_;
 };
 
-// Of all drives together. A tile of 128 m is reached by the scans of 330 m, one a metre: so many of
-// 32 beams, or half of them of 64.
+// For all drives together.
 std::shared_ptr<ScanMemory> new_scan_memory() {
-  return std::make_shared<ScanMemory>(std::size_t{256} << 20, 400);
+  return std::make_shared<ScanMemory>(ScanMemory::kMost_bytes, ScanMemory::kMost_scans);
 }
 
 Result<void> provide_recording(const RecordingInput& input, const CachedDigests& digests,

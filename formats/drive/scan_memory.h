@@ -13,6 +13,11 @@ namespace sightline {
 // seed: whoever asks for all scans in turn, again and again, would else never find one.
 class ScanMemory {
  public:
+  // What a compile may keep. A tile of 128 m is reached by the scans of 330 m, one a metre: so many
+  // of 32 beams, or half of them of 64.
+  static constexpr std::size_t kMost_bytes = std::size_t{256} << 20;
+  static constexpr std::size_t kMost_scans = 400;
+
   // A scan takes 12 bytes a point, 24 where its coordinates are no floats, and 4 more with times.
   ScanMemory(std::size_t most_bytes, std::size_t most_scans);
   ~ScanMemory();
