@@ -85,7 +85,7 @@ TEST(ScanMemory, FindsSomeScansThoughAllAreAskedForInTurn) {
 }
 
 TEST(ScanMemory, HoldsFloatsInHalfTheBytes) {
-  std::size_t bytes[2];
+  std::size_t bytes[2] = {};
   for (const std::size_t index : {std::size_t{4}, std::size_t{5}}) {
     const auto memory = std::make_shared<ScanMemory>(1 << 20, 100);
     const auto store = std::make_shared<CountingStore>(1);
