@@ -111,7 +111,7 @@ class Shares(SharedWork):
         expected = self.town.compiled(f"{self.folder}/one.slmap", *options, config=self.town.config_of_two_days)
         shared = self.fresh(*options, config=self.town.config_of_two_days)
         for stage in STAGES:
-            for worker in [shared.start(stage, f"{k}/2") for k in (2, 1)]:
+            for worker in [shared.start(stage, f"{k}/3") for k in (3, 1, 2)]:
                 _, told = worker.communicate()
                 self.assertEqual(worker.returncode, 0, told)
         self.assert_links_to(expected, shared)
