@@ -104,6 +104,12 @@ std::string cost_text(const StepReport& report) {
                      report.cpu_s, report.peak_memory_mib);
 }
 
+// Where the output of a step comes from.
+std::string_view origin(const StepReport& report) {
+  if (!report.from_cache) return "done";
+  return report.reason == kNotNeeded ? kNotNeeded : "from the cache";
+}
+
 void end_interrupted(std::string_view text) {
   (void)!::write(STDERR_FILENO, text.data(), text.size());
   ::_exit(exit_status(ErrorCode::kInterrupted));
@@ -142,8 +148,7 @@ RunObserver console_observer(Verbosity verbosity, std::vector<double> expected_s
   observer.finished = [line, is_quiet, is_verbose](const StepReport& report) {
     line->finish(report);
     if (is_quiet) return;
-    logger()->info("{:<28} {:>7.1f} s  {}{}", report.name, report.wall_s,
-                   report.from_cache ? "from the cache" : "done",
+    logger()->info("{:<28} {:>7.1f} s  {}{}", report.name, report.wall_s, origin(report),
                    is_verbose ? cost_text(report) : "");
   };
   observer.printed = [line](const std::string& /*pass*/, const Table& table) {
@@ -174,10 +179,10 @@ std::string time_table(const std::vector<StepReport>& reports) {
   double wall_s = 0.0;
   double cpu_s = 0.0;
   for (const StepReport& report : reports) {
-    std::snprintf(line, sizeof line, "%-28s %9.2f %8.2f %10.0f%s\n", report.name.c_str(),
-                  report.wall_s, report.cpu_s, report.peak_memory_mib,
-                  report.from_cache ? "  (cache)" : "");
+    std::snprintf(line, sizeof line, "%-28s %9.2f %8.2f %10.0f", report.name.c_str(), report.wall_s,
+                  report.cpu_s, report.peak_memory_mib);
     text += line;
+    text += report.from_cache ? "  (" + std::string(origin(report)) + ")\n" : "\n";
     wall_s += report.wall_s;
     cpu_s += report.cpu_s;
   }

@@ -66,7 +66,7 @@ class Runner {
       SIGHTLINE_TRY(obtain(scheduled, report));
     } else {
       report.from_cache = true;
-      report.reason = scheduled.is_stored ? "unchanged" : "not needed";
+      report.reason = scheduled.is_stored ? "unchanged" : kNotNeeded;
     }
     if (report.from_cache) repeat_warnings(scheduled, report);
     let_go(scheduled);

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/pipeline/artifact_set.h"
@@ -10,10 +11,13 @@
 namespace sightline {
 
 // What happened to one step.
+// The reason of a step whose output no step that ran takes, and which is not in the cache.
+inline constexpr std::string_view kNotNeeded = "not needed";
+
 struct StepReport {
   std::string name;
   bool from_cache = false;
-  std::string reason;  // why it ran, or "unchanged"
+  std::string reason;  // why it ran, "unchanged", or kNotNeeded
   double wall_s = 0.0;
   double cpu_s = 0.0;
   double peak_memory_mib = 0.0;  // of the process while the step ran

@@ -8,10 +8,6 @@
 namespace sightline {
 namespace {
 
-Error invalid(const std::string& place, const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", place};
-}
-
 bool are_finite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(),
                      [](double value) { return std::isfinite(value); });
@@ -22,33 +18,36 @@ Result<void> validate_card(const ErrorModel& model) {
   const std::vector<double> numbers = {card.feature_share, card.block_m, card.buffer_m,
                                        card.labelled_route_m};
   if (!are_finite(numbers) || *std::min_element(numbers.begin(), numbers.end()) < 0.0) {
-    return invalid("model card", "found a number that is negative or not finite");
+    return invalid_artifact("found a number that is negative or not finite", "model card");
   }
   if (!std::isfinite(card.curve.offset) || !std::isfinite(card.curve.slope) ||
       card.curve.slope <= 0.0) {
-    return invalid("model card", "the curve of its probabilities does not rise");
+    return invalid_artifact("the curve of its probabilities does not rise", "model card");
   }
   if (reference_name(card.reference).empty()) {
-    return invalid("model card", "found an unknown reference");
+    return invalid_artifact("found an unknown reference", "model card");
   }
   SIGHTLINE_TRY(validate(card.localizer));
   if (card.places.empty() ||
       (card.hold_out != "blocks" && card.hold_out != "drives" && card.hold_out != "places")) {
-    return invalid("model card", "it names no place, or holds out no blocks, drives or places");
+    return invalid_artifact("it names no place, or holds out no blocks, drives or places",
+                            "model card");
   }
   for (const PlaceCard& place : card.places) {
     if (!std::isfinite(place.labelled_route_m) || place.labelled_route_m < 0.0) {
-      return invalid("model card", "the route of place '" + place.name + "' makes no sense");
+      return invalid_artifact("the route of place '" + place.name + "' makes no sense",
+                              "model card");
     }
     const Result<void> named = validate(place.recordings);
     if (!named) {
-      return invalid("model card, place '" + place.name + "', " + named.error().place,
-                     named.error().message);
+      return invalid_artifact(named.error().message,
+                              "model card, place '" + place.name + "', " + named.error().place);
     }
   }
   if (card.tree_count != model.forest.trees.size()) {
-    return invalid("model card", "found " + std::to_string(model.forest.trees.size()) +
-                                     " trees, expected " + std::to_string(card.tree_count));
+    return invalid_artifact("found " + std::to_string(model.forest.trees.size()) +
+                                " trees, expected " + std::to_string(card.tree_count),
+                            "model card");
   }
   return {};
 }
@@ -56,19 +55,22 @@ Result<void> validate_card(const ErrorModel& model) {
 Result<void> validate_features(const ErrorModel& model) {
   if (model.features.size() != model.forest.feature_count ||
       model.features.back().name != "range_m") {
-    return invalid("", "found " + std::to_string(model.features.size()) + " features, expected " +
-                           std::to_string(model.forest.feature_count) + " that end in range_m");
+    return invalid_artifact("found " + std::to_string(model.features.size()) +
+                                " features, expected " +
+                                std::to_string(model.forest.feature_count) + " that end in range_m",
+                            "");
   }
   for (const FeatureCard& feature : model.features) {
     const std::size_t count = model.ranges.size();
     if (feature.support_min.size() != count || feature.support_max.size() != count ||
         !are_finite(feature.support_min) || !are_finite(feature.support_max) ||
         !std::isfinite(feature.importance_m)) {
-      return invalid("feature " + feature.name, "its support or importance makes no sense");
+      return invalid_artifact("its support or importance makes no sense",
+                              "feature " + feature.name);
     }
     for (std::size_t range = 0; range < count; ++range) {
       if (feature.support_min[range] > feature.support_max[range]) {
-        return invalid("feature " + feature.name, "its support ends before it begins");
+        return invalid_artifact("its support ends before it begins", "feature " + feature.name);
       }
     }
   }
@@ -77,14 +79,14 @@ Result<void> validate_features(const ErrorModel& model) {
 
 Result<void> validate_ranges(const ErrorModel& model) {
   if (model.ranges.size() != model.out_of_fold.looks.size()) {
-    return invalid("", "the model card and the predictions name other ranges");
+    return invalid_artifact("the model card and the predictions name other ranges", "");
   }
   for (std::size_t range = 0; range < model.ranges.size(); ++range) {
     const RangeCard& card = model.ranges[range];
     if (card.range_m != model.out_of_fold.looks[range].range_m ||
         !are_finite({card.mean_error_m, card.r_squared, card.rmse_m, card.history_r_squared,
                      card.history_rmse_m})) {
-      return invalid("range " + std::to_string(range), "its card makes no sense");
+      return invalid_artifact("its card makes no sense", "range " + std::to_string(range));
     }
   }
   return {};
@@ -95,7 +97,8 @@ Result<void> validate_sites(const ErrorModel& model) {
   if (model.out_of_fold.site_count != count ||
       model.measured_mean_m.size() != model.shape().size(count) ||
       !are_finite(model.measured_mean_m)) {
-    return invalid("", "predictions or labels do not fill " + std::to_string(count) + " sites");
+    return invalid_artifact("predictions or labels do not fill " + std::to_string(count) + " sites",
+                            "");
   }
   std::size_t labelled_count = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -107,16 +110,18 @@ Result<void> validate_sites(const ErrorModel& model) {
         site.drive >= model.card.places[site.place].drives.size() ||
         site.block >= model.card.block_count ||
         static_cast<std::size_t>(site.street) >= kStreetTypeCount) {
-      return invalid("site " + std::to_string(i), "its place, order or block makes no sense");
+      return invalid_artifact("its place, order or block makes no sense",
+                              "site " + std::to_string(i));
     }
     labelled_count += site.has_label;
   }
   const std::size_t most_rows = model.shape().size(labelled_count);
   if (model.forest.labels.size() > most_rows ||
       model.forest.labels.size() % model.ranges.size() != 0) {
-    return invalid("", "found " + std::to_string(model.forest.labels.size()) +
-                           " training rows, expected " + std::to_string(model.ranges.size()) +
-                           " for each of at most " + std::to_string(labelled_count) + " sites");
+    return invalid_artifact("found " + std::to_string(model.forest.labels.size()) +
+                                " training rows, expected " + std::to_string(model.ranges.size()) +
+                                " for each of at most " + std::to_string(labelled_count) + " sites",
+                            "");
   }
   return {};
 }
@@ -129,7 +134,7 @@ Result<void> validate_streets(const ErrorModel& model) {
     const bool is_share = card.coverage >= 0.0 && card.coverage <= 1.0;
     if (!is_known || !is_share || card.case_count == 0 ||
         !are_finite({card.limit_m, card.mean_range_m, card.mean_error_m})) {
-      return invalid("street type " + std::to_string(i), "its card makes no sense");
+      return invalid_artifact("its card makes no sense", "street type " + std::to_string(i));
     }
   }
   return {};

@@ -11,10 +11,6 @@
 namespace sightline {
 namespace {
 
-Error invalid(std::string message, std::string place) {
-  return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
-}
-
 // Of the i-th value of a site.
 std::size_t factor_of(const FactorTable& table, std::size_t i) {
   if (i < table.shared_count) return i;
@@ -24,25 +20,26 @@ std::size_t factor_of(const FactorTable& table, std::size_t i) {
 
 Result<void> validate_own(const FactorTable& table) {
   SIGHTLINE_TRY(validate(table.looks));
-  if (table.factors.empty()) return invalid("a factor table needs factors", "");
+  if (table.factors.empty()) return invalid_artifact("a factor table needs factors", "");
   if (std::set(table.factors.begin(), table.factors.end()).size() != table.factors.size()) {
-    return invalid("two factors have the same name", "");
+    return invalid_artifact("two factors have the same name", "");
   }
   if (table.shared_count > table.factors.size()) {
-    return invalid("found " + std::to_string(table.shared_count) + " factors that looks share of " +
-                       std::to_string(table.factors.size()),
-                   "");
+    return invalid_artifact("found " + std::to_string(table.shared_count) +
+                                " factors that looks share of " +
+                                std::to_string(table.factors.size()),
+                            "");
   }
   const std::size_t per_site = table.values_per_site();
   if (table.values.size() != per_site * table.site_count) {
-    return invalid("found " + std::to_string(table.values.size()) + " values, expected " +
-                       std::to_string(per_site * table.site_count),
-                   "");
+    return invalid_artifact("found " + std::to_string(table.values.size()) + " values, expected " +
+                                std::to_string(per_site * table.site_count),
+                            "");
   }
   for (std::size_t i = 0; i < table.values.size(); ++i) {
     if (!std::isfinite(table.values[i])) {
-      return invalid(table.factors[factor_of(table, i % per_site)] + " is not finite",
-                     "site " + std::to_string(i / per_site));
+      return invalid_artifact(table.factors[factor_of(table, i % per_site)] + " is not finite",
+                              "site " + std::to_string(i / per_site));
     }
   }
   return {};

@@ -5,7 +5,7 @@
 namespace sightline {
 namespace {
 
-Error invalid(const MeasuredError& drive, const std::string& message) {
+Error invalid_drive(const MeasuredError& drive, const std::string& message) {
   return {ErrorCode::kInvalidArtifact, message, "", "drive '" + drive.drive + "'"};
 }
 
@@ -16,10 +16,11 @@ Result<void> validate_beside(const MeasuredError& first, const MeasuredError& dr
                              drive.of_samples.size() == first.of_samples.size() &&
                              (first.of_samples.empty() ||
                               drive.of_samples.front().looks == first.of_samples.front().looks);
-  if (!is_of_one_map) return invalid(drive, "its sites or looks are not those of the first drive");
+  if (!is_of_one_map)
+    return invalid_drive(drive, "its sites or looks are not those of the first drive");
   if (drive.matching.localizer == first.matching.localizer) return {};
-  return invalid(drive, "it was localized by " + to_text(drive.matching.localizer) +
-                            ", the first drive by " + to_text(first.matching.localizer));
+  return invalid_drive(drive, "it was localized by " + to_text(drive.matching.localizer) +
+                                  ", the first drive by " + to_text(first.matching.localizer));
 }
 
 }  // namespace
@@ -46,7 +47,7 @@ Result<void> validate(const MeasuredDrives& measured) {
   std::uint32_t least = 0;
   for (std::size_t i = 0; i < measured.drives.size(); ++i) {
     if (measured.numbers[i] < least || measured.numbers[i] >= measured.named_count) {
-      return invalid(measured.drives[i], "its number is not between those beside it");
+      return invalid_drive(measured.drives[i], "its number is not between those beside it");
     }
     least = measured.numbers[i] + 1;
     SIGHTLINE_TRY(validate_beside(measured.drives.front(), measured.drives[i]));

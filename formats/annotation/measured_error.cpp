@@ -31,27 +31,24 @@ constexpr RowField kRowFields[] = {{"mean_m", &ErrorRow::mean_m},
                                    {"max_time_ms", &ErrorRow::max_time_ms}};
 static_assert(std::size(kRowFields) * sizeof(double) + sizeof(std::uint32_t) == kBytesPerRow);
 
-Error invalid(const std::string& message, const std::string& place) {
-  return {ErrorCode::kInvalidArtifact, message, "", place};
-}
-
 Result<void> validate_setup(const MeasuredError& measured) {
-  if (reference_name(measured.reference).empty()) return invalid("found an unknown reference", "");
+  if (reference_name(measured.reference).empty())
+    return invalid_artifact("found an unknown reference", "");
   SIGHTLINE_TRY(validate(measured.matching.localizer));
-  if (measured.matching.site_step == 0) return invalid("found a step of 0 sites", "");
+  if (measured.matching.site_step == 0) return invalid_artifact("found a step of 0 sites", "");
   SIGHTLINE_TRY(validate(measured.looks));
   for (std::size_t i = 0; i < measured.offsets.size(); ++i) {
     const InitialOffset& offset = measured.offsets[i];
     if (!std::isfinite(offset.x_m) || !std::isfinite(offset.y_m) || !std::isfinite(offset.z_m) ||
         !std::isfinite(offset.yaw_rad)) {
-      return invalid("found an offset that is not finite", "offset " + std::to_string(i));
+      return invalid_artifact("found an offset that is not finite", "offset " + std::to_string(i));
     }
   }
   if (measured.rows.size() != measured.shape().size(measured.scan_of_site.size())) {
-    return invalid("found " + std::to_string(measured.rows.size()) + " rows for " +
-                       std::to_string(measured.scan_of_site.size()) + " sites and " +
-                       std::to_string(measured.looks.size()) + " looks",
-                   "");
+    return invalid_artifact("found " + std::to_string(measured.rows.size()) + " rows for " +
+                                std::to_string(measured.scan_of_site.size()) + " sites and " +
+                                std::to_string(measured.looks.size()) + " looks",
+                            "");
   }
   return {};
 }
@@ -61,16 +58,17 @@ Result<void> validate_row(const ErrorRow& row, bool has_scan, const std::string&
   for (const RowField& field : kRowFields) {
     const double value = row.*field.value;
     if (!std::isfinite(value) || value < 0.0) {
-      return invalid(std::string("found ") + field.name + " = " + format_double(value) +
-                         ", expected a finite number that is not negative",
-                     place);
+      return invalid_artifact(std::string("found ") + field.name + " = " + format_double(value) +
+                                  ", expected a finite number that is not negative",
+                              place);
     }
     is_zero = is_zero && value == 0.0;
   }
-  if (!has_scan && !is_zero) return invalid("found a result where no scan was matched", place);
+  if (!has_scan && !is_zero)
+    return invalid_artifact("found a result where no scan was matched", place);
   if (row.lost_share > 1.0) {
-    return invalid("found lost_share = " + format_double(row.lost_share) + ", expected at most 1",
-                   place);
+    return invalid_artifact(
+        "found lost_share = " + format_double(row.lost_share) + ", expected at most 1", place);
   }
   return {};
 }
@@ -79,7 +77,7 @@ Result<void> validate_own(const MeasuredError& measured) {
   SIGHTLINE_TRY(validate_setup(measured));
   for (std::size_t site = 0; site < measured.scan_of_site.size(); ++site) {
     if (measured.scan_of_site[site] < -1) {
-      return invalid(
+      return invalid_artifact(
           "found scan " + std::to_string(measured.scan_of_site[site]) + ", expected an index or -1",
           "site " + std::to_string(site));
     }

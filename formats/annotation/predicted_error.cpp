@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-Error invalid(std::size_t site, const std::string& message) {
+Error invalid_site(std::size_t site, const std::string& message) {
   return {ErrorCode::kInvalidArtifact, message, "", "site " + std::to_string(site)};
 }
 
@@ -41,14 +41,14 @@ Result<void> validate_shape(const PredictedError& predicted) {
 Result<void> validate_pair(const PredictedError& predicted, std::size_t site, std::size_t range) {
   const double mean_m = predicted.mean(site, range);
   if (!std::isfinite(mean_m) || mean_m < 0.0) {
-    return invalid(site, "found a predicted mean error of " + format_double(mean_m) + " m");
+    return invalid_site(site, "found a predicted mean error of " + format_double(mean_m) + " m");
   }
   double previous = 0.0;
   for (std::size_t limit = 0; limit < predicted.limits_m.size(); ++limit) {
     const double probability = predicted.probability(site, range, limit);
     if (!(probability >= previous && probability <= 1.0)) {
-      return invalid(site, "found a probability of " + format_double(probability) + ", expected " +
-                               format_double(previous) + " to 1");
+      return invalid_site(site, "found a probability of " + format_double(probability) +
+                                    ", expected " + format_double(previous) + " to 1");
     }
     previous = probability;
   }
@@ -59,11 +59,11 @@ Result<void> validate_own(const PredictedError& predicted) {
   SIGHTLINE_TRY(validate_shape(predicted));
   for (std::size_t site = 0; site < predicted.site_count; ++site) {
     if (predicted.out_of_fold[site] > 1 || predicted.has_history[site] > 1) {
-      return invalid(site, "found a flag that is neither 0 nor 1");
+      return invalid_site(site, "found a flag that is neither 0 nor 1");
     }
     for (std::size_t range = 0; range < predicted.looks.size(); ++range) {
       if (predicted.extrapolated[predicted.mean_shape().index(site, range)] > 1) {
-        return invalid(site, "found a flag that is neither 0 nor 1");
+        return invalid_site(site, "found a flag that is neither 0 nor 1");
       }
       SIGHTLINE_TRY(validate_pair(predicted, site, range));
     }

@@ -8,10 +8,6 @@
 namespace sightline {
 namespace {
 
-Error invalid(const std::string& place, const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", place};
-}
-
 bool is_share(double value) { return value >= 0.0 && value <= 1.0; }
 
 Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
@@ -19,17 +15,19 @@ Result<void> validate_promise(const RangeTable& table, std::size_t limit) {
   const double above_m = limit == 0 ? 0.0 : table.promises[limit - 1].limit_m;
   const std::string place = "limit " + std::to_string(limit);
   if (!std::isfinite(promise.limit_m) || promise.limit_m <= above_m) {
-    return invalid(place, "found a limit of " + format_double(promise.limit_m) +
-                              " m, expected ascending ones above 0");
+    return invalid_artifact("found a limit of " + format_double(promise.limit_m) +
+                                " m, expected ascending ones above 0",
+                            place);
   }
   if (!is_share(promise.probability_threshold) || !is_share(promise.history_threshold) ||
       !is_share(promise.alpha) || !is_share(promise.delta) ||
       !is_share(promise.calibration_miss_share)) {
-    return invalid(place, "a threshold, alpha, delta or share of misses lies outside 0 to 1");
+    return invalid_artifact("a threshold, alpha, delta or share of misses lies outside 0 to 1",
+                            place);
   }
   if (promise.scope > PromiseScope::kNextDrive ||
       (promise.is_earned && promise.scope != PromiseScope::kNextDrive)) {
-    return invalid(place, "a promise is about the next drive, and this one is not");
+    return invalid_artifact("a promise is about the next drive, and this one is not", place);
   }
   return {};
 }
@@ -38,19 +36,21 @@ Result<void> validate_shape(const RangeTable& table) {
   const std::size_t pairs = table.shape().size(table.site_count);
   SIGHTLINE_TRY(validate(table.looks));
   if (table.looks.size() > 256 || table.promises.empty()) {
-    return invalid("", "found " + std::to_string(table.looks.size()) + " looks and " +
-                           std::to_string(table.promises.size()) +
-                           " limits, expected 1 to 256 and at least 1");
+    return invalid_artifact("found " + std::to_string(table.looks.size()) + " looks and " +
+                                std::to_string(table.promises.size()) +
+                                " limits, expected 1 to 256 and at least 1",
+                            "");
   }
   if (table.range_index.size() != pairs || table.flags.size() != pairs) {
-    return invalid("", "choices do not fill " + std::to_string(table.site_count) + " sites x " +
-                           std::to_string(table.promises.size()) + " limits");
+    return invalid_artifact("choices do not fill " + std::to_string(table.site_count) +
+                                " sites x " + std::to_string(table.promises.size()) + " limits",
+                            "");
   }
   if (table.selection != Selection::kMean && table.selection != Selection::kProbability) {
-    return invalid("", "found an unknown selection");
+    return invalid_artifact("found an unknown selection", "");
   }
   if (!std::isfinite(table.dilation_m) || table.dilation_m < 0.0) {
-    return invalid("", "found a dilation of " + format_double(table.dilation_m) + " m");
+    return invalid_artifact("found a dilation of " + format_double(table.dilation_m) + " m", "");
   }
   return {};
 }
@@ -59,14 +59,15 @@ Result<void> validate_choice(const RangeTable& table, std::size_t site, std::siz
   const std::size_t i = table.shape().index(site, limit);
   const std::string place = "site " + std::to_string(site);
   if (table.range_index[i] >= table.looks.size()) {
-    return invalid(place, "found range " + std::to_string(table.range_index[i]) + " of " +
-                              std::to_string(table.looks.size()));
+    return invalid_artifact("found range " + std::to_string(table.range_index[i]) + " of " +
+                                std::to_string(table.looks.size()),
+                            place);
   }
   if ((table.flags[i] & ~(kUnmet | kExtrapolated | kStatic | kSimulatedAnswer)) != 0) {
-    return invalid(place, "found an unknown flag");
+    return invalid_artifact("found an unknown flag", place);
   }
   if (limit > 0 && table.range_index[i] > table.range_index[i - 1]) {
-    return invalid(place, "a looser limit looks further than a tighter one");
+    return invalid_artifact("a looser limit looks further than a tighter one", place);
   }
   return {};
 }
@@ -107,10 +108,10 @@ void append_promises(const RangeTable& table, const std::string& prefix, Table& 
 Result<void> validate_plan(const RangeTable& table) {
   if (!table.plan) return {};
   if (takes_every_return(table.looks.front())) {
-    return invalid("", "found a plan of looks in a table of ranges");
+    return invalid_artifact("found a plan of looks in a table of ranges", "");
   }
   const Result<void> valid = validate(*table.plan);
-  return valid ? valid : invalid(valid.error().place, valid.error().message);
+  return valid ? valid : invalid_artifact(valid.error().message, valid.error().place);
 }
 
 Result<void> validate_own(const RangeTable& table) {

@@ -17,7 +17,7 @@ constexpr std::uint16_t kRightIsLeaf = 0x4000;
 constexpr std::uint32_t kFeatureLimit = 0x4000;
 constexpr std::size_t kBytesPerNode = sizeof(std::uint16_t) + sizeof(float);
 
-Error invalid(std::size_t tree, const std::string& message) {
+Error invalid_tree(std::size_t tree, const std::string& message) {
   return {ErrorCode::kInvalidArtifact, message, "", "tree " + std::to_string(tree)};
 }
 
@@ -62,16 +62,17 @@ bool number_children(const std::vector<std::uint16_t>& flags, std::vector<TreeNo
 
 Result<void> validate_leaves(const RegressionTree& tree, std::size_t t, std::size_t label_count) {
   if (tree.leaf_of_label.size() != label_count) {
-    return invalid(t, "found " + std::to_string(tree.leaf_of_label.size()) +
-                          " labels in leaves, expected " + std::to_string(label_count));
+    return invalid_tree(t, "found " + std::to_string(tree.leaf_of_label.size()) +
+                               " labels in leaves, expected " + std::to_string(label_count));
   }
   std::vector<bool> is_used(tree.leaf_count(), false);
   for (const std::uint32_t leaf : tree.leaf_of_label) {
-    if (leaf >= tree.leaf_count()) return invalid(t, "a label lies in a leaf that is not there");
+    if (leaf >= tree.leaf_count())
+      return invalid_tree(t, "a label lies in a leaf that is not there");
     is_used[leaf] = true;
   }
   if (std::find(is_used.begin(), is_used.end(), false) != is_used.end()) {
-    return invalid(t, "found a leaf without a label");
+    return invalid_tree(t, "found a leaf without a label");
   }
   return {};
 }
@@ -80,13 +81,14 @@ Result<void> validate_tree(const RegressionForest& forest, std::size_t t) {
   const RegressionTree& tree = forest.trees[t];
   for (const TreeNode& node : tree.nodes) {
     if (node.feature >= forest.feature_count || !std::isfinite(node.threshold)) {
-      return invalid(t, "a split asks feature " + std::to_string(node.feature) + " of " +
-                            std::to_string(forest.feature_count) + ", or has no finite threshold");
+      return invalid_tree(t, "a split asks feature " + std::to_string(node.feature) + " of " +
+                                 std::to_string(forest.feature_count) +
+                                 ", or has no finite threshold");
     }
   }
   std::vector<TreeNode> numbered = tree.nodes;
   if (!number_children(flags_of(tree.nodes), numbered) || numbered != tree.nodes) {
-    return invalid(t, "nodes are not in preorder or leaves not from left to right");
+    return invalid_tree(t, "nodes are not in preorder or leaves not from left to right");
   }
   return validate_leaves(tree, t, forest.labels.size());
 }

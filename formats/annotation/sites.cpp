@@ -9,7 +9,7 @@
 namespace sightline {
 namespace {
 
-Error invalid(std::size_t site, const std::string& message) {
+Error invalid_site(std::size_t site, const std::string& message) {
   return {ErrorCode::kInvalidArtifact, message, "", "site " + std::to_string(site)};
 }
 
@@ -19,15 +19,16 @@ Result<void> validate_order(const Sites& sites, std::size_t i) {
   if (starts_run) {
     const std::uint32_t expected = i == 0 ? 0 : sites.sites[i - 1].run + 1;
     if (site.run != expected || site.s_m != 0.0) {
-      return invalid(i, "found run " + std::to_string(site.run) + " starting at " +
-                            format_double(site.s_m) + " m, expected run " +
-                            std::to_string(expected) + " at 0 m");
+      return invalid_site(i, "found run " + std::to_string(site.run) + " starting at " +
+                                 format_double(site.s_m) + " m, expected run " +
+                                 std::to_string(expected) + " at 0 m");
     }
     return {};
   }
   if (!(site.s_m > sites.sites[i - 1].s_m) || !std::isfinite(site.s_m)) {
-    return invalid(i, "found " + format_double(site.s_m) + " m after " +
-                          format_double(sites.sites[i - 1].s_m) + " m, expected ascending ones");
+    return invalid_site(i, "found " + format_double(site.s_m) + " m after " +
+                               format_double(sites.sites[i - 1].s_m) +
+                               " m, expected ascending ones");
   }
   return {};
 }
@@ -61,10 +62,10 @@ Result<void> validate(const Sites& sites) {
   for (std::size_t i = 0; i < sites.sites.size(); ++i) {
     SIGHTLINE_TRY(validate_order(sites, i));
     if (!is_rigid(sites.sites[i].T_map_vehicle)) {
-      return invalid(i, "found a pose that is no rigid motion");
+      return invalid_site(i, "found a pose that is no rigid motion");
     }
     if (!sites.sites[i].p_map_m.allFinite()) {
-      return invalid(i, "found a sensor origin that is not finite");
+      return invalid_site(i, "found a sensor origin that is not finite");
     }
   }
   return {};

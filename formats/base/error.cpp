@@ -1,5 +1,7 @@
 #include "formats/base/error.h"
 
+#include <utility>
+
 #include "formats/base/check.h"
 
 namespace sightline {
@@ -138,6 +140,10 @@ std::string to_string(const Error& error) {
   if (!error.place.empty()) text += (error.file.empty() ? "(" : " (") + error.place + ")";
   if (!error.file.empty() || !error.place.empty()) text += ": ";
   return text + error.message;
+}
+
+Error invalid_artifact(std::string message, std::string place) {
+  return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
 }
 
 Error in_file(Error error, const std::string& path) {

@@ -129,6 +129,10 @@ struct Error {
 // "SL2006 truncated-scan: drive/0001.pcd (byte 4096): message"
 std::string to_string(const Error& error);
 
+// kInvalidArtifact: an artifact holds what cannot be, at `place` of it ("" where that is the
+// whole).
+Error invalid_artifact(std::string message, std::string place);
+
 // The same error, told of a file where it names none yet.
 Error in_file(Error error, const std::string& path);
 

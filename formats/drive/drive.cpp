@@ -29,7 +29,7 @@ class MemoryScanStore : public ScanStore {
   std::vector<Scan> scans_;
 };
 
-Error invalid(std::size_t scan, const std::string& what) {
+Error invalid_scan(std::size_t scan, const std::string& what) {
   return {ErrorCode::kInvalidArtifact, what, "", "scan " + std::to_string(scan)};
 }
 
@@ -106,10 +106,10 @@ Result<void> check_order(const Drive& drive, std::size_t i) {
   }
   const std::uint32_t step = scan.part - before.part;
   if (step > 1 || (step == 1 && scan.stamp_ns - before.stamp_ns < kPauseBetweenParts_ns)) {
-    return invalid(i, "its part of the drive does not follow that of the scan before it");
+    return invalid_scan(i, "its part of the drive does not follow that of the scan before it");
   }
   if (scan.recording_index <= before.recording_index) {
-    return invalid(i, "its place in the recording is not after that of the scan before it");
+    return invalid_scan(i, "its place in the recording is not after that of the scan before it");
   }
   return {};
 }
@@ -172,13 +172,13 @@ Result<void> validate(const Drive& drive) {
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     const ScanInfo& scan = drive.scans[i];
     if (scan.T_world_vehicle && !is_rigid(*scan.T_world_vehicle)) {
-      return invalid(i, "its pose is no rotation and translation");
+      return invalid_scan(i, "its pose is no rotation and translation");
     }
     if (scan.part > drive.later_parts.size() || (i == 0 && scan.part != 0)) {
-      return invalid(i, "it is of a part that the drive does not have");
+      return invalid_scan(i, "it is of a part that the drive does not have");
     }
     if (scan.sensor_index > drive.other_sensors.size()) {
-      return invalid(i, "it is of a sensor that the drive does not have");
+      return invalid_scan(i, "it is of a sensor that the drive does not have");
     }
     SIGHTLINE_TRY(i == 0 ? Result<void>() : check_order(drive, i));
   }

@@ -10,10 +10,6 @@
 namespace sightline {
 namespace {
 
-Error invalid(const std::string& message, const std::string& place) {
-  return {ErrorCode::kInvalidArtifact, message, "", place};
-}
-
 std::vector<double> numbers_of(const DriveTracks& tracks, std::size_t rule,
                                double TrackStep::*number) {
   std::vector<double> numbers;
@@ -46,15 +42,17 @@ Result<void> validate_rules(const DriveTracks& tracks) {
   const std::size_t limit_count = tracks.limits_m.size();
   if (limit_count == 0 || tracks.rules.size() <= limit_count || tracks.scans.empty() ||
       tracks.steps.size() != tracks.rules.size() * tracks.scans.size()) {
-    return invalid("a replay needs limits, static ranges and scans, and a step for each", "");
+    return invalid_artifact("a replay needs limits, static ranges and scans, and a step for each",
+                            "");
   }
   for (std::size_t i = 0; i < tracks.rules.size(); ++i) {
     if (!is_in_place(tracks, i)) {
-      return invalid("a rule is out of place", "rule " + std::to_string(i));
+      return invalid_artifact("a rule is out of place", "rule " + std::to_string(i));
     }
   }
   if (tracks.rules.back().is_static() && takes_every_return(tracks.rules.back().look)) return {};
-  return invalid("the last rule is no static range, which the others are compared with", "");
+  return invalid_artifact("the last rule is no static range, which the others are compared with",
+                          "");
 }
 
 }  // namespace
@@ -109,7 +107,8 @@ Result<void> validate(const DriveTracks& tracks) {
   const bool is_known = tracks.reference == ErrorReference::kKnownPose ||
                         tracks.reference == ErrorReference::kFullRangeMatch;
   if (!is_known || !(tracks.lost_beyond_m > 0.0) || !std::isfinite(tracks.lost_beyond_m)) {
-    return invalid("the reference is unknown, or no distance says when a track is lost", "");
+    return invalid_artifact("the reference is unknown, or no distance says when a track is lost",
+                            "");
   }
   SIGHTLINE_TRY(validate_rules(tracks));
   for (std::size_t i = 0; i < tracks.steps.size(); ++i) {
@@ -118,13 +117,13 @@ Result<void> validate(const DriveTracks& tracks) {
     const bool are_usable = std::ranges::all_of(
         numbers, [](double number) { return std::isfinite(number) && number >= 0.0; });
     if (!are_usable || step.flags > (kTrackBegins | kTrackLost | kTrackSecondLook)) {
-      return invalid("a step makes no sense", "step " + std::to_string(i));
+      return invalid_artifact("a step makes no sense", "step " + std::to_string(i));
     }
   }
   for (const TrackedScan& scan : tracks.scans) {
     if (!std::isfinite(scan.p_x_map_m + scan.p_y_map_m)) {
-      return invalid("the place of a scan is not finite",
-                     "scan " + std::to_string(scan.recording_index));
+      return invalid_artifact("the place of a scan is not finite",
+                              "scan " + std::to_string(scan.recording_index));
     }
   }
   return {};

@@ -11,10 +11,6 @@ bool is_printable(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
 }
 
-Error invalid(const std::string& message) {
-  return {ErrorCode::kInvalidArtifact, message, "", "localizer"};
-}
-
 }  // namespace
 
 bool is_localizer_name(std::string_view name) {
@@ -24,16 +20,20 @@ bool is_localizer_name(std::string_view name) {
 
 Result<void> validate(const LocalizerProfile& profile) {
   if (!is_localizer_name(profile.name)) {
-    return invalid("found a name of " + std::to_string(profile.name.size()) +
-                   " characters, expected 1 to 64 printable ones without a blank or '/'");
+    return invalid_artifact(
+        "found a name of " + std::to_string(profile.name.size()) +
+            " characters, expected 1 to 64 printable ones without a blank or '/'",
+        "localizer");
   }
   for (std::size_t i = 0; i < profile.parameters.size(); ++i) {
     const auto& [name, value] = profile.parameters[i];
     if (!is_printable(name) || !is_printable(value)) {
-      return invalid("parameter " + std::to_string(i) + " is not printable ASCII");
+      return invalid_artifact("parameter " + std::to_string(i) + " is not printable ASCII",
+                              "localizer");
     }
     if (i > 0 && profile.parameters[i - 1].first >= name) {
-      return invalid("the names of parameters do not ascend at '" + name + "'");
+      return invalid_artifact("the names of parameters do not ascend at '" + name + "'",
+                              "localizer");
     }
   }
   return {};

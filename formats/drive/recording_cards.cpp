@@ -5,7 +5,7 @@
 namespace sightline {
 namespace {
 
-Error invalid(const RecordingCard& card, const std::string& message) {
+Error invalid_card(const RecordingCard& card, const std::string& message) {
   return {ErrorCode::kInvalidArtifact, message, "", "recording '" + card.role + "'"};
 }
 
@@ -17,9 +17,10 @@ Result<void> validate(const RecordingCards& recordings) {
   }
   std::set<std::string> roles;
   for (const RecordingCard& card : recordings.cards) {
-    if (card.role.empty() || card.name.empty()) return invalid(card, "its role or name is empty");
-    if (!roles.insert(card.role).second) return invalid(card, "found its role twice");
-    if (card.digest == Digest{}) return invalid(card, "its digest was never taken");
+    if (card.role.empty() || card.name.empty())
+      return invalid_card(card, "its role or name is empty");
+    if (!roles.insert(card.role).second) return invalid_card(card, "found its role twice");
+    if (card.digest == Digest{}) return invalid_card(card, "its digest was never taken");
   }
   return {};
 }

@@ -5,7 +5,7 @@
 namespace sightline {
 namespace {
 
-Error invalid(const SensorProfile& profile, const std::string& what) {
+Error invalid_profile(const SensorProfile& profile, const std::string& what) {
   return {ErrorCode::kInvalidArtifact, what, "", "sensor profile " + profile.name};
 }
 
@@ -24,27 +24,28 @@ double SensorProfile::azimuth_deg(int i) const {
 
 Result<void> validate(const SensorProfile& profile) {
   const std::vector<double>& beams = profile.beam_elevations_deg;
-  if (beams.empty()) return invalid(profile, "no beams");
+  if (beams.empty()) return invalid_profile(profile, "no beams");
   for (std::size_t i = 0; i < beams.size(); ++i) {
     if (!(std::abs(beams[i]) <= 90.0)) {
-      return invalid(profile, "a beam's elevation is not within -90 to 90 degrees");
+      return invalid_profile(profile, "a beam's elevation is not within -90 to 90 degrees");
     }
-    if (i > 0 && !(beams[i] > beams[i - 1])) return invalid(profile, "beams do not ascend");
+    if (i > 0 && !(beams[i] > beams[i - 1])) return invalid_profile(profile, "beams do not ascend");
   }
   if (!is_positive(profile.azimuth_step_deg) || profile.azimuth_step_deg > 360.0) {
-    return invalid(profile, "the azimuth step is not within 0 to 360 degrees");
+    return invalid_profile(profile, "the azimuth step is not within 0 to 360 degrees");
   }
   if (!(profile.azimuth_view_deg >= profile.azimuth_step_deg &&
         profile.azimuth_view_deg <= 360.0)) {
-    return invalid(profile, "the azimuth view is not within one azimuth step to 360 degrees");
+    return invalid_profile(profile,
+                           "the azimuth view is not within one azimuth step to 360 degrees");
   }
   if (!(profile.min_range_m >= 0.0) || !is_positive(profile.max_range_m) ||
       profile.max_range_m <= profile.min_range_m) {
-    return invalid(profile, "the range is empty");
+    return invalid_profile(profile, "the range is empty");
   }
-  if (!std::isfinite(profile.height_m)) return invalid(profile, "the height is not finite");
+  if (!std::isfinite(profile.height_m)) return invalid_profile(profile, "the height is not finite");
   if (!is_rigid(profile.T_vehicle_lidar)) {
-    return invalid(profile, "T_vehicle_lidar is no rotation and translation");
+    return invalid_profile(profile, "T_vehicle_lidar is no rotation and translation");
   }
   return {};
 }

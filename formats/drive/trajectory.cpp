@@ -6,7 +6,7 @@
 namespace sightline {
 namespace {
 
-Error invalid(std::size_t pose, const std::string& message) {
+Error invalid_pose(std::size_t pose, const std::string& message) {
   return {ErrorCode::kInvalidArtifact, message, "", "pose " + std::to_string(pose)};
 }
 
@@ -71,21 +71,22 @@ Result<void> validate(const Trajectory& trajectory) {
   for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
     const TrajectoryPose& pose = trajectory.poses[i];
     if (pose.piece > pieces || (pose.overlap && !(*pose.overlap >= 0.0 && *pose.overlap <= 1.0))) {
-      return invalid(i, "found a piece out of order or an overlap that is no share");
+      return invalid_pose(i, "found a piece out of order or an overlap that is no share");
     }
     pieces = std::max(pieces, pose.piece + 1);
-    if (!is_rigid(pose.T_map_vehicle)) return invalid(i, "found a pose that is no rigid motion");
-    if (!is_covariance(pose.covariance)) return invalid(i, "found a covariance that is none");
+    if (!is_rigid(pose.T_map_vehicle))
+      return invalid_pose(i, "found a pose that is no rigid motion");
+    if (!is_covariance(pose.covariance)) return invalid_pose(i, "found a covariance that is none");
     if (i == 0) continue;
     const TrajectoryPose& before = trajectory.poses[i - 1];
     if (pose.recording_index <= before.recording_index) {
-      return invalid(i, "found recording index " + std::to_string(pose.recording_index) +
-                            " after " + std::to_string(before.recording_index) +
-                            ", expected ascending ones");
+      return invalid_pose(i, "found recording index " + std::to_string(pose.recording_index) +
+                                 " after " + std::to_string(before.recording_index) +
+                                 ", expected ascending ones");
     }
     if (pose.stamp_ns < before.stamp_ns) {
-      return invalid(i, "found stamp " + std::to_string(pose.stamp_ns) + " after " +
-                            std::to_string(before.stamp_ns) + " ns, expected ascending ones");
+      return invalid_pose(i, "found stamp " + std::to_string(pose.stamp_ns) + " after " +
+                                 std::to_string(before.stamp_ns) + " ns, expected ascending ones");
     }
   }
   return {};

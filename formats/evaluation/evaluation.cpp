@@ -8,24 +8,21 @@
 namespace sightline {
 namespace {
 
-Error invalid(const std::string& message, const std::string& place) {
-  return {ErrorCode::kInvalidArtifact, message, "", place};
-}
-
 Result<void> validate_shape(const Evaluation& evaluation) {
   const std::size_t pairs = evaluation.sites.size() * evaluation.statics.size();
   const std::size_t rule_count = evaluation.limits_m.size() * kRuleCount;
   if (evaluation.sites.empty() || evaluation.statics.empty() || evaluation.limits_m.empty()) {
-    return invalid("an evaluation needs judged sites, ranges and limits", "");
+    return invalid_artifact("an evaluation needs judged sites, ranges and limits", "");
   }
   if (evaluation.rules.size() != rule_count || evaluation.error_m.size() != pairs ||
       evaluation.time_ms.size() != pairs ||
       evaluation.chosen_range_index.size() != rule_count * evaluation.sites.size()) {
-    return invalid("scores or choices do not fill the judged sites, ranges and limits", "");
+    return invalid_artifact("scores or choices do not fill the judged sites, ranges and limits",
+                            "");
   }
   if (evaluation.out_of_fold_count > evaluation.sites.size() ||
       !std::isfinite(evaluation.stretch_m)) {
-    return invalid("counts or the length of the worst stretch make no sense", "");
+    return invalid_artifact("counts or the length of the worst stretch make no sense", "");
   }
   return {};
 }
@@ -42,7 +39,8 @@ Result<void> validate_rules(const Evaluation& evaluation) {
     if (!is_in_place || !are_shares || !is_finite(kRuleFields, score) ||
         score.worst_begin_site > score.worst_end_site ||
         score.worst_end_site >= evaluation.site_count) {
-      return invalid("a score is out of place or makes no sense", "rule " + std::to_string(i));
+      return invalid_artifact("a score is out of place or makes no sense",
+                              "rule " + std::to_string(i));
     }
   }
   return {};
@@ -54,11 +52,13 @@ Result<void> validate_sites(const Evaluation& evaluation) {
     const bool follows = i == 0 || evaluation.sites[i - 1].site < site.site;
     if (!follows || site.site >= evaluation.site_count || !is_finite(kSiteFields, site) ||
         static_cast<std::size_t>(site.street) >= kStreetTypeCount) {
-      return invalid("a judged site is out of order or place", "site " + std::to_string(i));
+      return invalid_artifact("a judged site is out of order or place",
+                              "site " + std::to_string(i));
     }
   }
   for (const std::uint8_t index : evaluation.chosen_range_index) {
-    if (index >= evaluation.statics.size()) return invalid("a chosen range is not there", "");
+    if (index >= evaluation.statics.size())
+      return invalid_artifact("a chosen range is not there", "");
   }
   return {};
 }
@@ -73,7 +73,8 @@ Result<void> validate_streets(const Evaluation& evaluation) {
                             score.site_share > 0.0 && score.site_share <= 1.0;
     if (!is_known || !are_shares || score.site_count == 0 ||
         score.site_count > evaluation.sites.size() || !is_finite(kStreetFields, score)) {
-      return invalid("the score of a type of street makes no sense", "row " + std::to_string(i));
+      return invalid_artifact("the score of a type of street makes no sense",
+                              "row " + std::to_string(i));
     }
   }
   return {};
@@ -88,12 +89,14 @@ Result<void> validate(const Evaluation& evaluation) {
   if (valid) valid = validate_streets(evaluation);
   if (!valid) return valid;
   for (const StaticScore& score : evaluation.statics) {
-    if (!is_finite(kStaticFields, score)) return invalid("a static score is not finite", "");
+    if (!is_finite(kStaticFields, score))
+      return invalid_artifact("a static score is not finite", "");
   }
   for (const ReliabilityBin& bin : evaluation.reliability) {
-    if (!is_finite(kBinFields, bin)) return invalid("a reliability bin is not finite", "");
+    if (!is_finite(kBinFields, bin)) return invalid_artifact("a reliability bin is not finite", "");
   }
-  if (evaluation.of_samples.size() > 1) return invalid("looks are judged more than once", "");
+  if (evaluation.of_samples.size() > 1)
+    return invalid_artifact("looks are judged more than once", "");
   for (const LookEvaluation& looks : evaluation.of_samples) SIGHTLINE_TRY(validate(looks));
   return {};
 }

@@ -51,7 +51,7 @@ std::size_t encoded_tile_size() {
   return writer.bytes().size();
 }
 
-Error invalid(const char* message, const TileKey& tile) {
+Error invalid_tile(const char* message, const TileKey& tile) {
   return {ErrorCode::kInvalidArtifact, message, "",
           "tile " + std::to_string(tile.x) + ", " + std::to_string(tile.y)};
 }
@@ -61,7 +61,7 @@ Result<void> append_unpacked(const PackedNds& nds, const PackedNdTile& tile, Ndt
   SIGHTLINE_ASSIGN(const PackedBlock block, read_layer(nds, tile, bytes));
   SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(block));
   if (raw.bytes().size() != NdtLayout(tile.nd_count).size) {
-    return invalid("a layer is of another size than its NDs take", tile.key);
+    return invalid_tile("a layer is of another size than its NDs take", tile.key);
   }
   return decode_ndt_layer(raw.bytes(), tile.nd_count, tile.key, map);
 }
@@ -123,14 +123,15 @@ Result<void> validate(const PackedNds& nds) {
   std::uint64_t count = 0;
   for (std::size_t i = 0; i < nds.tiles.size(); ++i) {
     const PackedNdTile& tile = nds.tiles[i];
-    if (tile.nd_count == 0) return invalid("a tile without NDs", tile.key);
-    if (i > 0 && !(nds.tiles[i - 1].key < tile.key)) return invalid("tiles must ascend", tile.key);
+    if (tile.nd_count == 0) return invalid_tile("a tile without NDs", tile.key);
+    if (i > 0 && !(nds.tiles[i - 1].key < tile.key))
+      return invalid_tile("tiles must ascend", tile.key);
     of_tile.nds.clear();
     SIGHTLINE_TRY(append_unpacked(nds, tile, of_tile));
     SIGHTLINE_TRY(validate(of_tile));
     count += tile.nd_count;
   }
-  if (count != nds.nd_count) return invalid("the tiles do not hold all NDs", {});
+  if (count != nds.nd_count) return invalid_tile("the tiles do not hold all NDs", {});
   return {};
 }
 

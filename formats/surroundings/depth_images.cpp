@@ -3,33 +3,26 @@
 #include <cmath>
 
 namespace sightline {
-namespace {
-
-Error invalid(std::string message, std::string place) {
-  return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
-}
-
-}  // namespace
 
 Result<void> validate(const DepthImages& images) {
   if (images.azimuth_count == 0 || images.elevation_count == 0) {
-    return invalid("a depth image has no cells", "");
+    return invalid_artifact("a depth image has no cells", "");
   }
   const bool numbers_make_sense =
       std::isfinite(images.first_elevation_deg) && images.elevation_step_deg > 0.0 &&
       images.near_m >= 0.0 && images.longest_range_m > images.near_m &&
       std::isfinite(images.elevation_step_deg) && std::isfinite(images.longest_range_m);
-  if (!numbers_make_sense) return invalid("elevations or range limits make no sense", "");
+  if (!numbers_make_sense) return invalid_artifact("elevations or range limits make no sense", "");
   const std::size_t expected = images.site_count * images.cells_per_site();
   if (images.distance_m.size() != expected) {
-    return invalid("found " + std::to_string(images.distance_m.size()) + " cells, expected " +
-                       std::to_string(expected),
-                   "");
+    return invalid_artifact("found " + std::to_string(images.distance_m.size()) +
+                                " cells, expected " + std::to_string(expected),
+                            "");
   }
   for (std::size_t i = 0; i < images.distance_m.size(); ++i) {
     if (images.distance_m[i] < 0.0F) {
-      return invalid("a distance is negative",
-                     "site " + std::to_string(i / images.cells_per_site()));
+      return invalid_artifact("a distance is negative",
+                              "site " + std::to_string(i / images.cells_per_site()));
     }
   }
   return {};

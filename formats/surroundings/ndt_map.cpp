@@ -10,24 +10,20 @@ namespace {
 
 std::string place_of(std::size_t index) { return "nd " + std::to_string(index); }
 
-Error invalid(std::string message, std::string place) {
-  return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
-}
-
 Result<void> validate_nd(const Nd& nd, double cell_m, std::size_t index) {
   if (!nd.mean_m.allFinite() || !nd.covariance_m2.allFinite()) {
-    return invalid("mean or covariance is not finite", place_of(index));
+    return invalid_artifact("mean or covariance is not finite", place_of(index));
   }
-  if (nd.point_count < 2) return invalid("fewer than 2 points", place_of(index));
+  if (nd.point_count < 2) return invalid_artifact("fewer than 2 points", place_of(index));
   constexpr double kGridReach_cells = 0x1.0p30;
   if (nd.mean_m.cwiseAbs().maxCoeff() > kGridReach_cells * cell_m ||
       cell_key(nd.mean_m, cell_m) != nd.key) {
-    return invalid("the mean lies outside its cell", place_of(index));
+    return invalid_artifact("the mean lies outside its cell", place_of(index));
   }
   const Eigen::Vector3d& lambda = nd.eigenvalues_m2;
   const bool descending = lambda[0] >= lambda[1] && lambda[1] >= lambda[2] && lambda[2] >= 0.0;
   if (!descending || !nd.eigenvectors.allFinite()) {
-    return invalid("eigenvalues must be descending and not negative", place_of(index));
+    return invalid_artifact("eigenvalues must be descending and not negative", place_of(index));
   }
   return {};
 }
@@ -76,15 +72,16 @@ int dimension_class(const Nd& nd) {
 
 Result<void> validate(const NdtMap& map) {
   if (!is_tiling(map.cell_m, map.tile_m)) {
-    return invalid("a tile of " + std::to_string(map.tile_m) + " m is no multiple of a cell of " +
-                       std::to_string(map.cell_m) + " m",
-                   "");
+    return invalid_artifact("a tile of " + std::to_string(map.tile_m) +
+                                " m is no multiple of a cell of " + std::to_string(map.cell_m) +
+                                " m",
+                            "");
   }
-  if (!map.frame.origin_world_m.allFinite()) return invalid("the frame is not finite", "");
+  if (!map.frame.origin_world_m.allFinite()) return invalid_artifact("the frame is not finite", "");
   for (std::size_t i = 0; i < map.nds.size(); ++i) {
     SIGHTLINE_TRY(validate_nd(map.nds[i], map.cell_m, i));
     if (i > 0 && !(order_of(map.nds[i - 1], map) < order_of(map.nds[i], map))) {
-      return invalid("cells must ascend by tile and key", place_of(i));
+      return invalid_artifact("cells must ascend by tile and key", place_of(i));
     }
   }
   return {};

@@ -6,21 +6,17 @@
 namespace sightline {
 namespace {
 
-Error invalid(std::string message, std::string place) {
-  return {ErrorCode::kInvalidArtifact, std::move(message), "", std::move(place)};
-}
-
 Result<void> validate_patch(const SurfacePatch& patch, std::size_t index) {
   const bool is_unit = std::abs(patch.normal.squaredNorm() - 1.0) < 1e-9;
   if (!patch.centre_m.allFinite() || !is_unit) {
-    return invalid("the centre is not finite or the normal not of unit length",
-                   "patch " + std::to_string(index));
+    return invalid_artifact("the centre is not finite or the normal not of unit length",
+                            "patch " + std::to_string(index));
   }
   if (!(patch.half_side_m > 0.0) || !std::isfinite(patch.half_side_m)) {
-    return invalid("the side is not positive", "patch " + std::to_string(index));
+    return invalid_artifact("the side is not positive", "patch " + std::to_string(index));
   }
   if (patch.solid == 0) {
-    return invalid("none of its squares is solid", "patch " + std::to_string(index));
+    return invalid_artifact("none of its squares is solid", "patch " + std::to_string(index));
   }
   return {};
 }
@@ -50,14 +46,16 @@ SurfaceOrder order_of(const SurfacePatch& patch, const Surface& surface) {
 
 Result<void> validate(const Surface& surface) {
   if (!is_tiling(surface.cell_m, surface.tile_m)) {
-    return invalid("a tile is no multiple of a surface cell", "");
+    return invalid_artifact("a tile is no multiple of a surface cell", "");
   }
-  if (!surface.frame.origin_world_m.allFinite()) return invalid("the frame is not finite", "");
+  if (!surface.frame.origin_world_m.allFinite())
+    return invalid_artifact("the frame is not finite", "");
   for (std::size_t i = 0; i < surface.patches.size(); ++i) {
     SIGHTLINE_TRY(validate_patch(surface.patches[i], i));
     if (i > 0 &&
         !(order_of(surface.patches[i - 1], surface) < order_of(surface.patches[i], surface))) {
-      return invalid("patches must ascend by tile, key and side", "patch " + std::to_string(i));
+      return invalid_artifact("patches must ascend by tile, key and side",
+                              "patch " + std::to_string(i));
     }
   }
   return {};

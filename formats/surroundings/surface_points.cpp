@@ -9,14 +9,11 @@
 namespace sightline {
 namespace {
 
-Error invalid(const std::string& message, const std::string& place) {
-  return Error{ErrorCode::kInvalidArtifact, message, "", place};
-}
-
 Result<void> validate(const PlacedScan& scan, const std::string& place) {
-  if (!is_rigid(scan.T_map_lidar)) return invalid("its pose is no rotation and translation", place);
+  if (!is_rigid(scan.T_map_lidar))
+    return invalid_artifact("its pose is no rotation and translation", place);
   if (!(scan.min_range_m >= 0.0 && scan.max_range_m >= scan.min_range_m)) {
-    return invalid("its ranges make no sense", place);
+    return invalid_artifact("its ranges make no sense", place);
   }
   return {};
 }
@@ -105,22 +102,23 @@ std::optional<Digest> content_of_parts(const SurfacePoints& points,
 Result<void> validate(const SurfacePoints& points) {
   if (!points.frame.origin_world_m.allFinite() || !std::isfinite(points.voxel_m) ||
       points.voxel_m < 0.0) {
-    return invalid("the surface points' origin or voxel size makes no sense", "");
+    return invalid_artifact("the surface points' origin or voxel size makes no sense", "");
   }
   for (std::size_t i = 0; i < points.points_m.size(); ++i) {
     if (points.points_m[i].allFinite()) continue;
-    return invalid("found a point that is not finite", "standing point " + std::to_string(i));
+    return invalid_artifact("found a point that is not finite",
+                            "standing point " + std::to_string(i));
   }
   for (std::size_t i = 0; i < points.scans.size(); ++i) {
     const std::string place = "scan " + std::to_string(i);
     SIGHTLINE_TRY(validate(points.scans[i], place));
     if (i > 0 && points.scans[i].index <= points.scans[i - 1].index) {
-      return invalid("its index is not after that of the scan before it", place);
+      return invalid_artifact("its index is not after that of the scan before it", place);
     }
   }
   for (std::size_t i = 1; i < points.moved_voxels.size(); ++i) {
     if (points.moved_voxels[i - 1] < points.moved_voxels[i]) continue;
-    return invalid("the voxels that moved are not in order", "voxel " + std::to_string(i));
+    return invalid_artifact("the voxels that moved are not in order", "voxel " + std::to_string(i));
   }
   return {};
 }

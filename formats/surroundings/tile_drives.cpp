@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kRowSize = 4 * sizeof(std::uint32_t);
 
-Error invalid(const std::string& message, std::size_t row) {
+Error invalid_row(const std::string& message, std::size_t row) {
   return {ErrorCode::kInvalidArtifact, message, "", "row " + std::to_string(row)};
 }
 
@@ -42,10 +42,10 @@ Result<void> validate(const TileDrives& tiles) {
   for (std::size_t i = 0; i < tiles.rows.size(); ++i) {
     const TileDrive& row = tiles.rows[i];
     if (row.drive >= tiles.drives.size() || row.scan_count == 0) {
-      return invalid("found a drive that is not known, or that left nothing there", i);
+      return invalid_row("found a drive that is not known, or that left nothing there", i);
     }
     if (i > 0 && place_of(tiles.rows[i - 1]) >= place_of(row)) {
-      return invalid("rows are not ascending by tile and drive", i);
+      return invalid_row("rows are not ascending by tile and drive", i);
     }
   }
   return {};

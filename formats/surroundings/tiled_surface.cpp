@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kEncodedTile = 2 * sizeof(std::int32_t) + sizeof(std::uint64_t);
 
-Error invalid(std::string message, const TileKey& tile) {
+Error invalid_tile(std::string message, const TileKey& tile) {
   return {ErrorCode::kInvalidArtifact, std::move(message), "",
           "tile " + std::to_string(tile.x) + ", " + std::to_string(tile.y)};
 }
@@ -36,17 +36,17 @@ std::vector<std::byte> head_of(const TiledSurface& surface) {
 Result<void> validate_tile(const TiledSurface& surface, const PatchTile& tile) {
   SIGHTLINE_ASSIGN(const Surface of_tile, surface.tile(tile));
   const auto in_tile = [&](Error error) {
-    error.place = invalid("", tile.key).place + ", " + error.place;
+    error.place = invalid_tile("", tile.key).place + ", " + error.place;
     return error;
   };
   const Result<void> checked = validate(of_tile);
   if (!checked) return in_tile(checked.error());
   for (const SurfacePatch& patch : of_tile.patches) {
     if (tile_of(patch.key, surface.cell_m(), surface.tile_m()) != tile.key) {
-      return invalid("a patch lies in another tile", tile.key);
+      return invalid_tile("a patch lies in another tile", tile.key);
     }
     if (patch.half_side_m > surface.widest_half_side_m()) {
-      return invalid("a patch is wider than the widest", tile.key);
+      return invalid_tile("a patch is wider than the widest", tile.key);
     }
   }
   return {};
@@ -130,9 +130,9 @@ Result<void> validate(const TiledSurface& surface) {
   SIGHTLINE_TRY(validate(Surface{surface.frame(), surface.cell_m(), surface.tile_m(), {}}));
   for (std::size_t i = 0; i < surface.tiles().size(); ++i) {
     const PatchTile& tile = surface.tiles()[i];
-    if (tile.count == 0) return invalid("a tile without patches", tile.key);
+    if (tile.count == 0) return invalid_tile("a tile without patches", tile.key);
     if (i > 0 && !(surface.tiles()[i - 1].key < tile.key)) {
-      return invalid("tiles must ascend", tile.key);
+      return invalid_tile("tiles must ascend", tile.key);
     }
     SIGHTLINE_TRY(validate_tile(surface, tile));
   }

@@ -20,12 +20,12 @@ constexpr std::array<std::string_view, kColumnCount> kNames = {"scan", "look", "
 using Words = std::vector<std::string_view>;
 using Places = std::array<std::size_t, kColumnCount>;  // of each column among the words
 
-Error at_line(ErrorCode code, const std::string& message, std::size_t line) {
+Error error_at_line(ErrorCode code, const std::string& message, std::size_t line) {
   return {code, message, "", "line " + std::to_string(line)};
 }
 
 Error malformed(const std::string& message, std::size_t line) {
-  return at_line(ErrorCode::kMalformedText, message, line);
+  return error_at_line(ErrorCode::kMalformedText, message, line);
 }
 
 std::string_view trimmed(std::string_view word) {
@@ -70,7 +70,7 @@ Result<Places> places_of(const Words& words, std::size_t line) {
   const auto missing = std::ranges::find(places, words.size());
   if (missing == places.end()) return places;
   const auto column = static_cast<std::size_t>(missing - places.begin());
-  return at_line(ErrorCode::kMissingField,
+  return error_at_line(ErrorCode::kMissingField,
                  "no column " + std::string(kNames[column]) +
                      ": the first line names scan, look, start and error",
                  line);
