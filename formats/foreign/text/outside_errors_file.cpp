@@ -71,9 +71,9 @@ Result<Places> places_of(const Words& words, std::size_t line) {
   if (missing == places.end()) return places;
   const auto column = static_cast<std::size_t>(missing - places.begin());
   return error_at_line(ErrorCode::kMissingField,
-                 "no column " + std::string(kNames[column]) +
-                     ": the first line names scan, look, start and error",
-                 line);
+                       "no column " + std::string(kNames[column]) +
+                           ": the first line names scan, look, start and error",
+                       line);
 }
 
 Result<OutsideError> error_of(const Words& words, const Places& places, std::size_t line) {
