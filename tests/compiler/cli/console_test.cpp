@@ -27,9 +27,9 @@ std::string line_of(const std::string& text, const std::string& name) {
 }
 
 TEST(TimeTable, SaysWhereAnOutputComesFromUnlessItWasMade) {
-  const std::string text = time_table({row("ingest", true, std::string(kNotNeeded)),
-                                       row("build-ndt", true, "unchanged"),
-                                       row("emit-map", false, "its inputs changed")});
+  const std::string text =
+      time_table({row("ingest", true, std::string(kNotNeeded)), row("build-ndt", true, "unchanged"),
+                  row("emit-map", false, "its inputs changed")});
   EXPECT_THAT(line_of(text, "ingest"), HasSubstr("(not needed)"));
   EXPECT_THAT(line_of(text, "build-ndt"), HasSubstr("(from the cache)"));
   EXPECT_THAT(line_of(text, "emit-map"), Not(HasSubstr("(")));
