@@ -20,6 +20,8 @@ set(SIGHTLINE_BATCH_BYTES 24000)
 set(SIGHTLINE_BATCH_FILES 6)
 # How many batches of a target a source may still join.
 set(SIGHTLINE_OPEN_BATCHES 4)
+# A source with more headers of ours takes seconds by itself.
+set(SIGHTLINE_BATCH_HEADERS 9)
 
 # What a source defines for itself: the words that its unnamed namespaces define, of functions as `name(`, and macros. A
 # definition stands at the beginning of a line, its name is the last word before a bracket, `=` or `;`. Some words that are
@@ -72,8 +74,8 @@ endfunction()
 
 # Puts the sources of a target into batches that are compiled as one file each. What a file of a batch defines for itself occurs
 # in no other one of it: so each keeps its meaning, and none takes another's function for one of a header. Sources with
-# options of their own, those of several targets, those with headers that take seconds, and those that replace an operator of
-# the whole program are compiled alone.
+# options of their own, those of several targets, those with headers that take seconds or many of them, and those that replace an
+# operator of the whole program are compiled alone.
 function(sightline_compile_in_batches target)
   get_target_property(sources ${target} SOURCES)
   get_target_property(folder ${target} SOURCE_DIR)
@@ -91,8 +93,10 @@ function(sightline_compile_in_batches target)
       continue()
     endif()
     file(READ ${file} text)
-    if(text MATCHES "\n#include <(pcl|ceres|CLI|dlib|embree3|octomap)/|\nvoid[*] operator new" OR has_COMPILE_OPTIONS OR
-       has_COMPILE_DEFINITIONS OR has_SKIP_PRECOMPILE_HEADERS)
+    string(REGEX MATCHALL "\n#include \"" headers "${text}")
+    list(LENGTH headers header_count)
+    if(header_count GREATER SIGHTLINE_BATCH_HEADERS OR text MATCHES "\n#include <(pcl|ceres|CLI|dlib|embree3|octomap)/|\nvoid[*] operator new" OR
+       has_COMPILE_OPTIONS OR has_COMPILE_DEFINITIONS OR has_SKIP_PRECOMPILE_HEADERS)
       continue()
     endif()
     sightline_own_words("${text}" words)
