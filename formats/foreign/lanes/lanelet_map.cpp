@@ -192,7 +192,9 @@ class LaneletReader {
     const LineByShare of_right(right.points_m);
     if (left_of(left.points_m, of_right.at(0.5)) > 0.0) reverse(left);
     if (left_of(right.points_m, of_left.at(0.5)) < 0.0) reverse(right);
-    lanelet.length_m = std::max(of_left.length_m(), of_right.length_m());
+    // Of the sides as they are now: the other way round a sum of lengths may round otherwise.
+    lanelet.length_m =
+        std::max(LineByShare(left.points_m).length_m(), LineByShare(right.points_m).length_m());
   }
 
   const RouteText& file_;
