@@ -16,8 +16,8 @@ if(SIGHTLINE_BUILD_TESTS)
 endif()
 
 # What a batch may hold: more would make one file's rebuild long, less the whole build.
-set(SIGHTLINE_BATCH_BYTES 24000)
-set(SIGHTLINE_BATCH_FILES 6)
+set(SIGHTLINE_BATCH_BYTES 16000)
+set(SIGHTLINE_BATCH_FILES 5)
 # How many batches of a target a source may still join.
 set(SIGHTLINE_OPEN_BATCHES 4)
 # A source with more headers of ours takes seconds by itself.
@@ -72,8 +72,8 @@ function(sightline_is_without text words output)
   endforeach()
 endfunction()
 
-# Puts the sources of a target into batches that are compiled as one file each. What a file of a batch defines for itself occurs
-# in no other one of it: so each keeps its meaning, and none takes another's function for one of a header. Sources with
+# Puts the sources of a target into batches that are compiled as one file each. What a file of a batch defines for itself no
+# other one of it calls or names: so each keeps its meaning, and none takes another's function for one of a header. Sources with
 # options of their own, those of several targets, those with headers that take seconds or many of them, and those that replace an
 # operator of the whole program are compiled alone.
 function(sightline_compile_in_batches target)

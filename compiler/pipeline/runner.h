@@ -10,14 +10,14 @@
 
 namespace sightline {
 
-// What happened to one step.
-// The reason of a step whose output no step that ran takes, and which is not in the cache.
+// The reason of a step whose output is not in the cache, and which no step that runs takes.
 inline constexpr std::string_view kNotNeeded = "not needed";
 
+// What happened to one step.
 struct StepReport {
   std::string name;
-  bool from_cache = false;
-  std::string reason;  // why it ran, "unchanged", or kNotNeeded
+  bool from_cache = false;  // or not needed
+  std::string reason;       // why it ran, "unchanged", or kNotNeeded
   double wall_s = 0.0;
   double cpu_s = 0.0;
   double peak_memory_mib = 0.0;  // of the process while the step ran

@@ -16,8 +16,9 @@ Result<void> validate_beside(const MeasuredError& first, const MeasuredError& dr
                              drive.of_samples.size() == first.of_samples.size() &&
                              (first.of_samples.empty() ||
                               drive.of_samples.front().looks == first.of_samples.front().looks);
-  if (!is_of_one_map)
+  if (!is_of_one_map) {
     return invalid_drive(drive, "its sites or looks are not those of the first drive");
+  }
   if (drive.matching.localizer == first.matching.localizer) return {};
   return invalid_drive(drive, "it was localized by " + to_text(drive.matching.localizer) +
                                   ", the first drive by " + to_text(first.matching.localizer));

@@ -32,8 +32,9 @@ constexpr RowField kRowFields[] = {{"mean_m", &ErrorRow::mean_m},
 static_assert(std::size(kRowFields) * sizeof(double) + sizeof(std::uint32_t) == kBytesPerRow);
 
 Result<void> validate_setup(const MeasuredError& measured) {
-  if (reference_name(measured.reference).empty())
+  if (reference_name(measured.reference).empty()) {
     return invalid_artifact("found an unknown reference", "");
+  }
   SIGHTLINE_TRY(validate(measured.matching.localizer));
   if (measured.matching.site_step == 0) return invalid_artifact("found a step of 0 sites", "");
   SIGHTLINE_TRY(validate(measured.looks));
@@ -64,8 +65,9 @@ Result<void> validate_row(const ErrorRow& row, bool has_scan, const std::string&
     }
     is_zero = is_zero && value == 0.0;
   }
-  if (!has_scan && !is_zero)
+  if (!has_scan && !is_zero) {
     return invalid_artifact("found a result where no scan was matched", place);
+  }
   if (row.lost_share > 1.0) {
     return invalid_artifact(
         "found lost_share = " + format_double(row.lost_share) + ", expected at most 1", place);

@@ -67,8 +67,9 @@ Result<void> validate_leaves(const RegressionTree& tree, std::size_t t, std::siz
   }
   std::vector<bool> is_used(tree.leaf_count(), false);
   for (const std::uint32_t leaf : tree.leaf_of_label) {
-    if (leaf >= tree.leaf_count())
+    if (leaf >= tree.leaf_count()) {
       return invalid_tree(t, "a label lies in a leaf that is not there");
+    }
     is_used[leaf] = true;
   }
   if (std::find(is_used.begin(), is_used.end(), false) != is_used.end()) {
@@ -189,8 +190,9 @@ void decode(ByteReader& reader, RegressionForest& forest) {
                               forest.rows.size() / forest.feature_count == forest.labels.size();
   const bool are_few =
       forest.trees.empty() || forest.labels.size() <= kMostTreeLabels / forest.trees.size();
-  if (!reader.ok() || !are_rows_whole || !are_few || !asks_known_features(forest))
+  if (!reader.ok() || !are_rows_whole || !are_few || !asks_known_features(forest)) {
     return reader.fail();
+  }
   fill_leaves(forest);
 }
 

@@ -17,8 +17,9 @@ Result<void> validate(const RecordingCards& recordings) {
   }
   std::set<std::string> roles;
   for (const RecordingCard& card : recordings.cards) {
-    if (card.role.empty() || card.name.empty())
+    if (card.role.empty() || card.name.empty()) {
       return invalid_card(card, "its role or name is empty");
+    }
     if (!roles.insert(card.role).second) return invalid_card(card, "found its role twice");
     if (card.digest == Digest{}) return invalid_card(card, "its digest was never taken");
   }

@@ -5,16 +5,18 @@ namespace sightline {
 Result<void> validate(const Route& route) {
   if (route.lines.empty()) return invalid_artifact("found a route without a line", route.name);
   for (const RouteLine& line : route.lines) {
-    if (line.heights > RouteHeights::kVehicle)
+    if (line.heights > RouteHeights::kVehicle) {
       return invalid_artifact("unknown heights", line.name);
+    }
     if (line.points_world_m.size() < 2) {
       return invalid_artifact("found " + std::to_string(line.points_world_m.size()) +
                                   " points of a line, expected two or more",
                               line.name);
     }
     for (const Eigen::Vector3d& point_m : line.points_world_m) {
-      if (!point_m.allFinite())
+      if (!point_m.allFinite()) {
         return invalid_artifact("found a point that is not finite", line.name);
+      }
     }
   }
   return {};

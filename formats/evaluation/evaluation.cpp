@@ -57,8 +57,9 @@ Result<void> validate_sites(const Evaluation& evaluation) {
     }
   }
   for (const std::uint8_t index : evaluation.chosen_range_index) {
-    if (index >= evaluation.statics.size())
+    if (index >= evaluation.statics.size()) {
       return invalid_artifact("a chosen range is not there", "");
+    }
   }
   return {};
 }
@@ -89,14 +90,16 @@ Result<void> validate(const Evaluation& evaluation) {
   if (valid) valid = validate_streets(evaluation);
   if (!valid) return valid;
   for (const StaticScore& score : evaluation.statics) {
-    if (!is_finite(kStaticFields, score))
+    if (!is_finite(kStaticFields, score)) {
       return invalid_artifact("a static score is not finite", "");
+    }
   }
   for (const ReliabilityBin& bin : evaluation.reliability) {
     if (!is_finite(kBinFields, bin)) return invalid_artifact("a reliability bin is not finite", "");
   }
-  if (evaluation.of_samples.size() > 1)
+  if (evaluation.of_samples.size() > 1) {
     return invalid_artifact("looks are judged more than once", "");
+  }
   for (const LookEvaluation& looks : evaluation.of_samples) SIGHTLINE_TRY(validate(looks));
   return {};
 }

@@ -47,8 +47,9 @@ Result<void> validate_choice(const PredictedError& predicted, const RangeTable& 
 
 Result<void> validate_agreement(const CompiledMap& map) {
   const std::size_t sites = map.sites.sites.size();
-  if (!(map.ndt.frame == map.sites.frame))
+  if (!(map.ndt.frame == map.sites.frame)) {
     return invalid_artifact("NDs and sites lie in different frames", "compiled map");
+  }
   if (sites == 0) return invalid_artifact("found no site", "compiled map");
   SIGHTLINE_TRY(validate_choice(map.predicted, map.ranges, sites, map.quality));
   if (map.predicted.of_samples.size() != map.ranges.of_samples.size()) {
@@ -69,8 +70,9 @@ Result<void> validate_agreement(const CompiledMap& map) {
 }
 
 Result<void> validate_bounds(const CompiledMap& map) {
-  if (!is_world_name(map.world))
+  if (!is_world_name(map.world)) {
     return invalid_artifact("the name of its world is empty or not printable", "compiled map");
+  }
   if (map.ranges.looks.size() > kMostRanges || map.ranges.promises.size() > kMostLimits) {
     return invalid_artifact("more ranges or limits than a map can hold", "compiled map");
   }
@@ -89,8 +91,9 @@ Result<void> validate_bounds(const CompiledMap& map) {
   }
   // Beyond this the offset of a mean from the centre of its cell overflows.
   constexpr double kLargestCell_m = 200.0;
-  if (map.ndt.cell_m > kLargestCell_m)
+  if (map.ndt.cell_m > kLargestCell_m) {
     return invalid_artifact("cells of more than 200 m", "compiled map");
+  }
   if (map.tile_drives) SIGHTLINE_TRY(validate(*map.tile_drives));
   for (std::size_t i = 1; i < map.definitions.size(); ++i) {
     if (map.definitions[i - 1].name >= map.definitions[i].name) {

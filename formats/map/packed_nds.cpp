@@ -124,8 +124,9 @@ Result<void> validate(const PackedNds& nds) {
   for (std::size_t i = 0; i < nds.tiles.size(); ++i) {
     const PackedNdTile& tile = nds.tiles[i];
     if (tile.nd_count == 0) return invalid_tile("a tile without NDs", tile.key);
-    if (i > 0 && !(nds.tiles[i - 1].key < tile.key))
+    if (i > 0 && !(nds.tiles[i - 1].key < tile.key)) {
       return invalid_tile("tiles must ascend", tile.key);
+    }
     of_tile.nds.clear();
     SIGHTLINE_TRY(append_unpacked(nds, tile, of_tile));
     SIGHTLINE_TRY(validate(of_tile));

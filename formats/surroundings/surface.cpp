@@ -48,8 +48,9 @@ Result<void> validate(const Surface& surface) {
   if (!is_tiling(surface.cell_m, surface.tile_m)) {
     return invalid_artifact("a tile is no multiple of a surface cell", "");
   }
-  if (!surface.frame.origin_world_m.allFinite())
+  if (!surface.frame.origin_world_m.allFinite()) {
     return invalid_artifact("the frame is not finite", "");
+  }
   for (std::size_t i = 0; i < surface.patches.size(); ++i) {
     SIGHTLINE_TRY(validate_patch(surface.patches[i], i));
     if (i > 0 &&

@@ -10,8 +10,9 @@ namespace sightline {
 namespace {
 
 Result<void> validate(const PlacedScan& scan, const std::string& place) {
-  if (!is_rigid(scan.T_map_lidar))
+  if (!is_rigid(scan.T_map_lidar)) {
     return invalid_artifact("its pose is no rotation and translation", place);
+  }
   if (!(scan.min_range_m >= 0.0 && scan.max_range_m >= scan.min_range_m)) {
     return invalid_artifact("its ranges make no sense", place);
   }
