@@ -192,16 +192,15 @@ void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& /*tra
   points.store = drive.store;
 }
 
-SurfacePointReader::SurfacePointReader(const SurfacePoints& points) : points_(points) {
+SurfacePointReader::SurfacePointReader(const SurfacePoints& points)
+    : points_(points), moved_(points.moved_voxels) {
   SIGHTLINE_CHECK(points.scans.empty() || points.store != nullptr);
-  for (const CellKey& key : points.moved_voxels) moved_.add(key);
 }
 
 SurfacePointReader::SurfacePointReader(const SurfacePoints& points,
                                        std::span<const std::size_t> parts)
-    : points_(points) {
+    : points_(points), moved_(moved_voxels_near(points, parts)) {
   SIGHTLINE_CHECK(points.scans.empty() || points.store != nullptr);
-  for (const CellKey& key : moved_voxels_near(points, parts)) moved_.add(key);
 }
 
 std::size_t SurfacePointReader::part_count() const {
@@ -225,9 +224,9 @@ Result<std::vector<Eigen::Vector3d>> SurfacePointReader::read(std::size_t part,
   for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
     if (!is_within_range(placed, point_lidar_m)) continue;
     const Eigen::Vector3d point_m = placed.T_map_lidar * point_lidar_m;
-    if (moved_.size() > 0) {
+    if (!moved_.empty()) {
       const CellKey key = cell_key(point_m, points_.voxel_m);
-      if (last != key) is_moving = moved_.find(key) != CellIndex::kNone;
+      if (last != key) is_moving = moved_.contains(key);
       last = key;
     }
     if (is_moving == wants_moving) chosen_m.push_back(point_m);

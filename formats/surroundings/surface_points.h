@@ -10,7 +10,7 @@
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
 #include "formats/geometry.h"
-#include "formats/grid/cell_index.h"
+#include "formats/grid/cell_set.h"
 #include "formats/surroundings/ndt_map.h"
 
 namespace sightline {
@@ -93,7 +93,7 @@ class SurfacePointReader {
                                                           bool wants_moving) const;
 
   const SurfacePoints& points_;
-  CellIndex moved_;
+  CellSet moved_;
 };
 
 }  // namespace sightline

@@ -62,7 +62,7 @@ Box2 reach_of_tile(const CarveOptions& options, const TileKey& tile) {
   return with_halo(box_of(tile, options.tile_m), reach_of_judgement_m(options.voxel_m));
 }
 
-// A voxel that scans are asked about, apart from the table of all, which is walked once a scan.
+// A voxel that scans are asked about, apart from the table of all; these are walked once a scan.
 struct AskedVoxel {
   Eigen::Vector3d mean_m;
   float above_ground_m;
@@ -71,10 +71,11 @@ struct AskedVoxel {
   std::uint32_t misses = 0;
 };
 
-// Voxels of which it is told together whether they are near a sensor.
+// Asked voxels of which it is told together whether they are near a sensor.
 struct Column {
   Box2 box;
-  std::vector<AskedVoxel> voxels;
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
 };
 
 class TileCarver {
@@ -123,23 +124,42 @@ class TileCarver {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
       if (reach_.exteriorDistance(origin_m) > scans_[k].max_range_m) continue;
       SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
+      returns_m_.clear();
       for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
         if (!is_within_range(scans_[k], point_lidar_m)) continue;
-        add_return(scans_[k].T_map_lidar * point_lidar_m, k);
+        returns_m_.push_back(scans_[k].T_map_lidar * point_lidar_m);
       }
+      add_returns(k);
     }
     return {};
   }
 
-  void add_return(const Eigen::Vector3d& point_m, std::uint32_t k) {
+  // Those of scan k. Voxels are asked for ahead: they lie anywhere in memory.
+  void add_returns(std::uint32_t k) {
+    constexpr std::size_t kAhead = 12;
+    keys_.resize(returns_m_.size());
+    cell_keys(returns_m_, options_.voxel_m, keys_);
+    runs_.resize(keys_.size());
+    runs_.resize(find_runs(keys_, runs_));
     // By the voxel's centre, so that a voxel belongs to one tile as a whole.
-    const CellKey key = cell_key(point_m, options_.voxel_m);
-    const Eigen::Vector2d at_m = centre_m(key, options_.voxel_m);
-    if (!reach_.contains(at_m)) return;
-    const std::uint32_t v = seen_.insert(key).number;
+    std::erase_if(runs_, [&](const CellRun& run) {
+      return !reach_.contains(centre_m(run.key, options_.voxel_m));
+    });
+    numbers_.resize(runs_.size());
+    for (std::size_t i = 0; i < runs_.size(); ++i) {
+      if (i + kAhead < runs_.size()) seen_.prefetch(runs_[i + kAhead].key);
+      numbers_[i] = seen_.insert(runs_[i].key).number;
+    }
+    for (std::size_t i = 0; i < runs_.size(); ++i) {
+      if (i + kAhead < runs_.size()) __builtin_prefetch(&seen_.values()[numbers_[i + kAhead]], 1);
+      add_run(numbers_[i], std::span(returns_m_).subspan(runs_[i].begin, runs_[i].count), k);
+    }
+  }
+
+  void add_run(std::uint32_t v, std::span<const Eigen::Vector3d> returns_m, std::uint32_t k) {
     SeenVoxel& voxel = seen_.values()[v];
-    voxel.sum_m += point_m;
-    ++voxel.point_count;
+    for (const Eigen::Vector3d& return_m : returns_m) voxel.sum_m += return_m;
+    voxel.point_count += static_cast<std::uint32_t>(returns_m.size());
     if (voxel.hits > 0 && voxel.last_scan == k) return;
     ++voxel.hits;
     if (of_drives_) of_drives_->add_hit(v, scans_[k].part);
@@ -147,54 +167,51 @@ class TileCarver {
     hit_voxels_[k].push_back(v);
   }
 
-  // For each voxel that stands above the ground, those asked about that touch it.
-  void gather_neighbours(const std::vector<Column>& asked) {
+  // For each voxel that stands above the ground, those asked about that touch it; and its own place
+  // among these.
+  void gather_neighbours() {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> touching;  // what stands, what is asked
-    for (const Column& column : asked) {
-      for (const AskedVoxel& voxel : column.voxels) {
-        for (const std::uint32_t near : neighbours(seen_, voxel.number, 1)) {
-          if (!seen_.values()[near].is_ground) touching.emplace_back(near, voxel.number);
-        }
+    asked_of_.assign(seen_.size(), kNone);
+    for (std::uint32_t asked = 0; asked < asked_.size(); ++asked) {
+      asked_of_[asked_[asked].number] = asked;
+      for (const std::uint32_t near : neighbours(seen_, asked_[asked].number, 1)) {
+        if (!seen_.values()[near].is_ground) touching.emplace_back(near, asked);
       }
     }
     near_begin_.assign(seen_.size() + 2, 0);
-    for (const auto& [standing, voxel] : touching) ++near_begin_[standing + 2];
+    for (const auto& [standing, asked] : touching) ++near_begin_[standing + 2];
     std::partial_sum(near_begin_.begin(), near_begin_.end(), near_begin_.begin());
     near_.resize(touching.size());
-    for (const auto& [standing, voxel] : touching) near_[near_begin_[standing + 1]++] = voxel;
+    for (const auto& [standing, asked] : touching) near_[near_begin_[standing + 1]++] = asked;
   }
 
   Result<void> carve() {
-    std::vector<Column> columns = columns_to_ask_about();
-    gather_neighbours(columns);
+    const std::vector<Column> columns = columns_to_ask_about();
+    gather_neighbours();
     ScanRays rays;
-    std::vector<Eigen::Vector3d> returns_m;
-    std::vector<std::uint32_t> spared_by(seen_.size(), kNoScan);
+    spared_by_.assign(asked_.size(), kNone);
     for (std::uint32_t k = 0; k < scans_.size(); ++k) {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
       if (reach_.exteriorDistance(origin_m) > options_.carve_range_m) continue;
       SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
-      spare_what_it_hit(k, spared_by);
-      returns_m.clear();
+      spare_what_it_hit(k);
+      returns_m_.clear();
       for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
-        if (is_within_range(scans_[k], point_lidar_m)) returns_m.push_back(point_lidar_m);
+        if (is_within_range(scans_[k], point_lidar_m)) returns_m_.push_back(point_lidar_m);
       }
-      rays.take(returns_m);
-      for (Column& column : columns) {
+      rays.take(returns_m_);
+      for (const Column& column : columns) {
         if (column.box.exteriorDistance(origin_m) > options_.carve_range_m) continue;
-        for (AskedVoxel& voxel : column.voxels) {
-          if (spared_by[voxel.number] == k) continue;
+        for (std::uint32_t asked = column.begin; asked < column.end; ++asked) {
+          if (spared_by_[asked] == k) continue;
+          AskedVoxel& voxel = asked_[asked];
           if (!looks_through(scans_[k].T_map_lidar, rays, voxel)) continue;
           ++voxel.misses;
           if (of_drives_) of_drives_->add_miss(voxel.number, scans_[k].part);
         }
       }
     }
-    for (const Column& column : columns) {
-      for (const AskedVoxel& voxel : column.voxels) {
-        seen_.values()[voxel.number].misses = voxel.misses;
-      }
-    }
+    for (const AskedVoxel& voxel : asked_) seen_.values()[voxel.number].misses = voxel.misses;
     if (of_drives_) of_drives_->conclude(seen_);
     return {};
   }
@@ -216,7 +233,8 @@ class TileCarver {
                          std::accumulate(scan_counts.begin(), scan_counts.end(), std::size_t{0}));
   }
 
-  std::vector<Column> columns_to_ask_about() const {
+  // Fills asked_.
+  std::vector<Column> columns_to_ask_about() {
     std::vector<std::pair<TileKey, std::uint32_t>> order;
     for (std::uint32_t v = 0; v < seen_.size(); ++v) {
       const Eigen::Vector2d at_m = centre_m(seen_.keys()[v], options_.voxel_m) / kColumn_m;
@@ -227,22 +245,24 @@ class TileCarver {
     std::vector<std::size_t> scan_counts;
     for (std::size_t i = 0; i < order.size(); ++i) {
       if (i == 0 || order[i].first != order[i - 1].first) {
-        columns.push_back({box_of(order[i].first, kColumn_m), {}});
+        const auto begin = static_cast<std::uint32_t>(asked_.size());
+        columns.push_back({box_of(order[i].first, kColumn_m), begin, begin});
         scan_counts = scans_near(columns.back().box);
       }
       const std::uint32_t v = order[i].second;
       if (stands_anyway_here(v, scan_counts)) continue;
       const SeenVoxel& voxel = seen_.values()[v];
-      columns.back().voxels.push_back({voxel.mean_m(), voxel.above_ground_m, voxel.is_ground, v});
+      asked_.push_back({voxel.mean_m(), voxel.above_ground_m, voxel.is_ground, v});
+      ++columns.back().end;
     }
     return columns;
   }
 
   // A scan does not contradict what it hit, nor what is beside something standing that it hit.
-  void spare_what_it_hit(std::uint32_t k, std::vector<std::uint32_t>& spared_by) const {
+  void spare_what_it_hit(std::uint32_t k) {
     for (const std::uint32_t v : hit_voxels_[k]) {
-      spared_by[v] = k;
-      for (std::size_t i = near_begin_[v]; i < near_begin_[v + 1]; ++i) spared_by[near_[i]] = k;
+      if (asked_of_[v] != kNone) spared_by_[asked_of_[v]] = k;
+      for (std::size_t i = near_begin_[v]; i < near_begin_[v + 1]; ++i) spared_by_[near_[i]] = k;
     }
   }
 
@@ -265,7 +285,7 @@ class TileCarver {
            (at_m.array() < tile_.max().array()).all();
   }
 
-  static constexpr std::uint32_t kNoScan = 0xffffffff;
+  static constexpr std::uint32_t kNone = 0xffffffff;
 
   const CarveOptions& options_;
   const ScanStore& store_;
@@ -277,8 +297,16 @@ class TileCarver {
   std::optional<DriveEvidence> of_drives_;  // where scans of several drives are here
   SeenVoxels seen_;
   std::vector<std::vector<std::uint32_t>> hit_voxels_;  // of each scan, each once
-  std::vector<std::uint32_t> near_;
-  std::vector<std::size_t> near_begin_;  // of each voxel in near_
+  std::vector<AskedVoxel> asked_;
+  std::vector<std::uint32_t> asked_of_;   // of each voxel in asked_, or kNone
+  std::vector<std::uint32_t> spared_by_;  // of those asked: the last scan that is not asked
+  std::vector<std::uint32_t> near_;       // in asked_
+  std::vector<std::size_t> near_begin_;   // of each voxel in near_
+  // Of one scan; kept for their memory.
+  std::vector<Eigen::Vector3d> returns_m_;
+  std::vector<CellKey> keys_;
+  std::vector<CellRun> runs_;
+  std::vector<std::uint32_t> numbers_;
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "passes/trajectory/odometry.h"
 
 #include <algorithm>
+#include <atomic>
 #include <span>
 #include <string>
 #include <utility>
@@ -8,32 +9,47 @@
 #include "formats/base/parallel.h"
 #include "passes/trajectory/following/first_steps.h"
 #include "passes/trajectory/following/follower.h"
+#include "passes/trajectory/following/scan_runs.h"
 
 namespace sightline {
 namespace {
 
+// Tells how many scans of all runs are followed.
+class Progress {
+ public:
+  Progress(const PassContext& ctx, std::span<const ScanRun> runs) : ctx_(ctx) {
+    for (const ScanRun& run : runs) total_ += run.end - run.first;
+  }
+  void add_one() { ctx_.progress(++done_, total_); }
+
+ private:
+  const PassContext& ctx_;
+  std::size_t total_ = 0;
+  std::atomic<std::size_t> done_ = 0;
+};
+
 // Errors: the first that reading a scan says.
-Result<void> follow_read(PassContext& ctx, std::size_t scan_count,
-                         std::span<const Result<ReadScan>> scans, FirstSteps& follower) {
+Result<void> follow_read(std::span<const Result<ReadScan>> scans, FirstSteps& follower,
+                         Progress& progress) {
   for (const Result<ReadScan>& scan : scans) {
     if (!scan) return scan.error();
     follower.take(*scan);
-    ctx.progress(follower.scan_count(), scan_count);
+    progress.add_one();
   }
   return {};
 }
 
 // Each scan waits for those before it, but to be read: that is done ahead, side by side.
-Result<void> follow_all(PassContext& ctx, const Drive& drive, FirstSteps& follower) {
+Result<void> follow_run(const Drive& drive, const ScanRun& run, int threads, FirstSteps& follower,
+                        Progress& progress) {
   constexpr std::size_t kAhead = 8;  // scans
-  const std::size_t count = drive.scans.size();
   std::vector<Result<ReadScan>> read;
-  for (std::size_t end = 0;;) {
-    std::vector<Result<ReadScan>> next(std::min(kAhead, count - end), ReadScan{});
+  for (std::size_t end = run.first;;) {
+    std::vector<Result<ReadScan>> next(std::min(kAhead, run.end - end), ReadScan{});
     Result<void> followed;
-    parallel_for(1 + next.size(), ctx.threads, [&](std::size_t i) {
+    parallel_for(1 + next.size(), threads, [&](std::size_t i) {
       if (i == 0) {
-        followed = follow_read(ctx, count, read, follower);
+        followed = follow_read(read, follower, progress);
       } else {
         next[i - 1] = read_scan(drive, end + i - 1);
       }
@@ -55,9 +71,17 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
                  "found " + std::to_string(count) + " scans, expected at least 2 to match", "",
                  "drive " + drive.name};
   }
-  FirstSteps follower(Follower(drive, given, local_map_m));
-  SIGHTLINE_TRY(follow_all(ctx, drive, follower));
-  return std::move(follower).take_odometry();
+  const std::vector<ScanRun> runs = scan_runs(drive, given, local_map_m);
+  Progress progress(ctx, runs);
+  std::vector<Result<void>> done(runs.size());
+  std::vector<Odometry> followed(runs.size());
+  parallel_for(runs.size(), ctx.threads, [&](std::size_t i) {
+    FirstSteps follower(Follower(drive, given, local_map_m, runs[i].first));
+    done[i] = follow_run(drive, runs[i], ctx.threads, follower, progress);
+    followed[i] = std::move(follower).take_odometry();
+  });
+  for (const Result<void>& one : done) SIGHTLINE_TRY(one);
+  return joined_runs(runs, followed);
 }
 
 }  // namespace sightline

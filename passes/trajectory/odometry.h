@@ -20,7 +20,9 @@ namespace sightline {
 // where time jumps or a part of the drive begins, the scan begins a new piece with a map of its
 // own, where the last scan was.
 // `given`, one a scan, are T_map_lidar where a recording has them: they put the first scan in its
-// place, and carry on where matching fails. Errors: drive-too-short, and what reading a scan says.
+// place, and carry on where matching fails. Parts of a drive, and stretches that given poses lead
+// to, are followed side by side (scan_runs.h), each with a local map of its own. Errors:
+// drive-too-short, and what reading a scan says.
 Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive& drive,
                               const std::vector<std::optional<Pose>>& given);
 

@@ -38,18 +38,19 @@ Result<ReadScan> read_scan(const Drive& drive, std::size_t index) {
 }
 
 Follower::Follower(const Drive& drive, const std::vector<std::optional<Pose>>& given,
-                   double local_map_m)
+                   double local_map_m, std::size_t first)
     : drive_(&drive),
       given_(&given),
       local_map_m_(local_map_m),
+      first_(first),
       longest_step_ns_(longest_step_ns(drive)),
       map_(local_map_m),
       upright_(local_map_m) {}
 
 void Follower::take(const ReadScan& scan) {
-  const std::size_t k = odometry.T_map_lidar.size();
-  if (k == 0) {
-    append((*given_)[0].value_or(drive_->sensor.T_vehicle_lidar), false, {});
+  const std::size_t k = next_scan();
+  if (k == first_) {
+    append((*given_)[k].value_or(drive_->sensor.T_vehicle_lidar), false, {});
   } else if (has_given_step(k)) {
     follow_with_given(k, scan);
   } else {
@@ -62,13 +63,12 @@ void Follower::take_there(const ReadScan& scan, const LocalMatch& match) {
   Found found;
   found.match = match;
   found.overlap = upright_.overlap(scan.upright_m, match.T_map_lidar);
-  step_to(odometry.T_map_lidar.size(), scan, found);
+  step_to(next_scan(), scan, found);
   remember(scan);
 }
 
 void Follower::begin_with(const ReadScan& scan, const TimedStep& step) {
-  const Pose start =
-      tidied(T_map_before() * carried_on(step, step_ns(odometry.T_map_lidar.size())));
+  const Pose start = tidied(T_map_before() * carried_on(step, step_ns(next_scan())));
   const LocalMatch match = match_locally(map_.grids(), scan.thinned.to_match_m, start);
   if (match.is_good()) {
     take_there(scan, match);
@@ -80,8 +80,9 @@ void Follower::begin_with(const ReadScan& scan, const TimedStep& step) {
 TimedStep Follower::last_step() const { return steps_.empty() ? TimedStep{} : steps_.front(); }
 
 bool Follower::is_at_first_step() const {
-  const std::size_t k = odometry.T_map_lidar.size();
-  return k > 0 && k < drive_->scans.size() && steps_.empty() && !is_jump(k) && !has_given_step(k);
+  const std::size_t k = next_scan();
+  return k > first_ && k < drive_->scans.size() && steps_.empty() && !is_jump(k) &&
+         !has_given_step(k);
 }
 
 std::vector<LocalMatch> Follower::first_steps(const ReadScan& scan) const {

@@ -32,8 +32,9 @@ Result<ReadScan> read_scan(const Drive& drive, std::size_t index);
 // Follows a drive from scan to scan, as run_odometry promises.
 class Follower {
  public:
-  // Drive and poses must outlive it and its copies.
-  Follower(const Drive& drive, const std::vector<std::optional<Pose>>& given, double local_map_m);
+  // Begins at scan `first`. Drive and poses must outlive it and its copies.
+  Follower(const Drive& drive, const std::vector<std::optional<Pose>>& given, double local_map_m,
+           std::size_t first);
 
   void take(const ReadScan& scan);
   // The same where the scan was found by other means.
@@ -50,7 +51,7 @@ class Follower {
   // in which most of the scan's upright returns meet those before it.
   [[nodiscard]] std::vector<LocalMatch> first_steps(const ReadScan& scan) const;
 
-  Odometry odometry;
+  Odometry odometry;  // from the first scan on
 
  private:
   // Where a scan is found, with the overlap that speaks for it.
@@ -64,6 +65,7 @@ class Follower {
   };
 
   [[nodiscard]] const Pose& T_map_before() const { return odometry.T_map_lidar.back(); }
+  [[nodiscard]] std::size_t next_scan() const { return first_ + odometry.T_map_lidar.size(); }
   [[nodiscard]] bool begins_part(std::size_t k) const;
   [[nodiscard]] bool has_given_step(std::size_t k) const;
   [[nodiscard]] std::int64_t step_ns(std::size_t k) const;
@@ -87,6 +89,7 @@ class Follower {
   const Drive* drive_;
   const std::vector<std::optional<Pose>>* given_;
   double local_map_m_;
+  std::size_t first_;  // scan
   std::int64_t longest_step_ns_;
   LocalMap map_;
   UprightMap upright_;

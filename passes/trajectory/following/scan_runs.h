@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "formats/drive/drive.h"
+#include "formats/geometry.h"
+#include "passes/trajectory/following/followed_scans.h"
+
+// A drive in runs of scans that are followed side by side; part of estimate-trajectory.
+
+namespace sightline {
+
+// Followed from `first` on; what comes before `begin` is there for the local map alone.
+struct ScanRun {
+  std::size_t first = 0;
+  std::size_t begin = 0;
+  std::size_t end = 0;  // one behind the last
+};
+
+// Ascending, without a gap from `begin` to `begin`. A run begins with each part of the drive, which
+// nothing before it leads to, and, where `given` (T_map_lidar, one a scan) leads from scan to scan,
+// about every five `local_map_m` of the way. Of a given way that moves nowhere there is one run.
+std::vector<ScanRun> scan_runs(const Drive& drive, const std::vector<std::optional<Pose>>& given,
+                               double local_map_m);
+
+// What was found of each run, from its first scan on, as that of one drive: each is laid where the
+// one before it ended. What begins with a part begins a piece.
+Odometry joined_runs(std::span<const ScanRun> runs, const std::vector<Odometry>& followed);
+
+}  // namespace sightline
