@@ -31,13 +31,13 @@ void add_runs_within(const GivenWay& given, double local_map_m, std::vector<Scan
   }
 }
 
+// Of a run, behind what is there already.
 void append_scan(const Odometry& from, std::size_t k, const Pose& T_joined_found, Odometry& to) {
   const Pose T_map_lidar = tidied(T_joined_found * from.T_map_lidar[k]);
   const double step_m =
-      to.T_map_lidar.empty() || k == 0
-          ? 0.0
-          : (from.T_map_lidar[k].translation() - from.T_map_lidar[k - 1].translation()).norm();
-  to.driven_m.push_back((to.driven_m.empty() ? 0.0 : to.driven_m.back()) + step_m);
+      k == 0 ? 0.0
+             : (from.T_map_lidar[k].translation() - from.T_map_lidar[k - 1].translation()).norm();
+  to.driven_m.push_back(to.driven_m.back() + step_m);
   to.T_map_lidar.push_back(T_map_lidar);
   to.is_matched.push_back(from.is_matched[k]);
   to.is_far.push_back(from.is_far[k]);

@@ -26,8 +26,9 @@ struct ScanRun {
 std::vector<ScanRun> scan_runs(const Drive& drive, const std::vector<std::optional<Pose>>& given,
                                double local_map_m);
 
-// What was found of each run, from its first scan on, as that of one drive: each is laid where the
-// one before it ended. What begins with a part begins a piece.
+// What was found of each run (one or more), from its `first` scan on and in a frame of its own, as
+// that of one drive in the frame of the first run: each is laid where the one before it ended. What
+// begins with a part begins a piece.
 Odometry joined_runs(std::span<const ScanRun> runs, const std::vector<Odometry>& followed);
 
 }  // namespace sightline

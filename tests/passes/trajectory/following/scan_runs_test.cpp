@@ -22,7 +22,9 @@ Drive drive_of(std::size_t scans) {
 // Along x.
 GivenPoses evenly_given(std::size_t count, double step_m) {
   GivenPoses given;
-  for (std::size_t i = 0; i < count; ++i) given.emplace_back(pose_at(step_m * double(i), 0.0, 0.0));
+  for (std::size_t i = 0; i < count; ++i) {
+    given.emplace_back(pose_at(step_m * static_cast<double>(i), 0.0, 0.0));
+  }
   return given;
 }
 
