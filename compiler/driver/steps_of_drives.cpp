@@ -101,18 +101,12 @@ Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDriv
     options.starts.count = 0;
   }
   options.site_step = 1;
-  const auto measured_as = [&](const std::string& role) {
-    return plan.run_as(role, kMeasureError, options, mapping.undistorted, mapping.trajectory,
-                       compile.ndt, compile.sites);
-  };
-  const Wire<MeasuredError> own = measured_as("own");
+  options.shares_climbs = true;
+  const Wire<MeasuredError> own = plan.run_as("own", kMeasureError, options, mapping.undistorted,
+                                              mapping.trajectory, compile.ndt, compile.sites);
   // A model that learnt one half of a drive from the other would believe it too much elsewhere.
   if (learns_here) return plan.run(kAddOwnError, map_factors, own);
-  const bool are_one = options.reference == ErrorReference::kKnownPose;
-  options.reference = ErrorReference::kKnownPose;
-  options.is_mapping_drive = true;
-  const Wire<MeasuredError> by_pose = are_one ? own : measured_as("mapping");
-  return plan.run(kAddMappingError, map_factors, own, by_pose, compile.recordings.front().sensor,
+  return plan.run(kAddMappingError, map_factors, own, compile.recordings.front().sensor,
                   localizing_sensor);
 }
 

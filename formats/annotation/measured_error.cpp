@@ -8,7 +8,7 @@ namespace sightline {
 namespace {
 
 constexpr std::size_t kBytesPerOffset = 4 * sizeof(double);
-constexpr std::size_t kBytesPerRow = 13 * sizeof(double) + sizeof(std::uint32_t);
+constexpr std::size_t kBytesPerRow = 14 * sizeof(double) + sizeof(std::uint32_t);
 
 // The numbers of a row but point_count, with the names they are printed under, in the order of dump
 // and encoding.
@@ -24,6 +24,7 @@ constexpr RowField kRowFields[] = {{"mean_m", &ErrorRow::mean_m},
                                    {"lateral_m", &ErrorRow::lateral_m},
                                    {"yaw_rad", &ErrorRow::yaw_rad},
                                    {"lost_share", &ErrorRow::lost_share},
+                                   {"from_given_m", &ErrorRow::from_given_m},
                                    {"mean_iterations", &ErrorRow::mean_iterations},
                                    {"mean_work", &ErrorRow::mean_work},
                                    {"max_work", &ErrorRow::max_work},

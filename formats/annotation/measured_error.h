@@ -40,6 +40,7 @@ struct ErrorRow {
   double lateral_m = 0.0;         // along its y
   double yaw_rad = 0.0;           // mean absolute
   double lost_share = 0.0;        // runs that ended more than 0.5 m off
+  double from_given_m = 0.0;      // mean 3D distance from the pose that the scan came with
   std::uint32_t point_count = 0;  // of the subsampled scan
   double mean_iterations = 0.0;
   double mean_work = 0.0;  // points x iterations: deterministic stand-in for time
@@ -87,7 +88,7 @@ struct MeasuredError {
 template <>
 struct ArtifactTraits<MeasuredError> {
   static constexpr std::string_view kName = "measured-error";
-  static constexpr std::uint32_t kVersion = 4;
+  static constexpr std::uint32_t kVersion = 5;
 };
 
 Result<void> validate(const MeasuredError& measured);

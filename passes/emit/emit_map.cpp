@@ -16,9 +16,9 @@ namespace {
 // Versions of the definitions in schemas/definitions.md by which a map's numbers were computed.
 const std::vector<NamedVersion>& definitions() {
   static const std::vector<NamedVersion> kDefinitions = {{"choice-of-range", 4},
-                                                         {"factor-of-mapping-drive", 2},
+                                                         {"factor-of-mapping-drive", 3},
                                                          {"factors-of-the-paper", 1},
-                                                         {"factors-of-virtual-scan", 2},
+                                                         {"factors-of-virtual-scan", 3},
                                                          {"localizers", 3},
                                                          {"looks", 1},
                                                          {"measured-error", 2},

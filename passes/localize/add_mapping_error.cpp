@@ -28,10 +28,10 @@ struct OwnErrors {
 
 std::optional<double> unknown(std::size_t, std::size_t) { return std::nullopt; }
 
-ErrorOf errors_of(const MeasuredError& measured) {
-  return [&measured](std::size_t site, std::size_t look) -> std::optional<double> {
+ErrorOf errors_of(const MeasuredError& measured, double ErrorRow::*error_m) {
+  return [&measured, error_m](std::size_t site, std::size_t look) -> std::optional<double> {
     if (measured.scan_of_site[site] < 0) return std::nullopt;
-    return measured.row(site, look).mean_m;
+    return measured.row(site, look).*error_m;
   };
 }
 
@@ -153,40 +153,42 @@ ErrorOf as_evidence(ErrorOf errors_m) {
 }
 
 // Of the looks that take a sample, where there are any.
-ErrorOf sample_errors_of(const MeasuredError& measured) {
-  return measured.of_samples.empty() ? ErrorOf(unknown) : errors_of(measured.of_samples.front());
+ErrorOf sample_errors_of(const MeasuredError& measured, double ErrorRow::*error_m) {
+  return measured.of_samples.empty() ? ErrorOf(unknown)
+                                     : errors_of(measured.of_samples.front(), error_m);
 }
 
 }  // namespace
 
 Result<FactorTable> add_mapping_error(PassContext& ctx, const NoOptions&,
                                       const FactorTable& map_factors, const MeasuredError& own,
-                                      const MeasuredError& by_pose,
                                       const SensorProfile& mapping_sensor,
                                       const SensorProfile& localizing_sensor) {
   SIGHTLINE_TRY(check_measured(map_factors, own));
-  SIGHTLINE_TRY(check_measured(map_factors, by_pose));
   if (to_bytes(mapping_sensor) != to_bytes(localizing_sensor)) {
     ctx.warn("sensor " + mapping_sensor.name + " made the map and " + localizing_sensor.name +
              " is to localize in it: mapping_error is what virtual scans tell");
     return with_errors(map_factors, own, {unknown, unknown}, {unknown, unknown});
   }
-  return with_errors(map_factors, own, {errors_of(own), errors_of(by_pose)},
-                     {sample_errors_of(own), sample_errors_of(by_pose)});
+  return with_errors(
+      map_factors, own,
+      {errors_of(own, &ErrorRow::mean_m), errors_of(own, &ErrorRow::from_given_m)},
+      {sample_errors_of(own, &ErrorRow::mean_m), sample_errors_of(own, &ErrorRow::from_given_m)});
 }
 
 Result<FactorTable> add_own_error(PassContext&, const NoOptions&, const FactorTable& map_factors,
                                   const MeasuredError& own) {
   SIGHTLINE_TRY(check_measured(map_factors, own));
-  return with_errors(map_factors, own, {errors_of(own), unknown}, {sample_errors_of(own), unknown});
+  return with_errors(map_factors, own, {errors_of(own, &ErrorRow::mean_m), unknown},
+                     {sample_errors_of(own, &ErrorRow::mean_m), unknown});
 }
 
 Result<FactorTable> add_simulated_error(PassContext&, const NoOptions&,
                                         const FactorTable& map_factors,
                                         const MeasuredError& simulated) {
   SIGHTLINE_TRY(check_measured(map_factors, simulated));
-  const ErrorOf of_ranges = errors_of(simulated);
-  const ErrorOf of_samples = sample_errors_of(simulated);
+  const ErrorOf of_ranges = errors_of(simulated, &ErrorRow::mean_m);
+  const ErrorOf of_samples = sample_errors_of(simulated, &ErrorRow::mean_m);
   return with_errors(map_factors, simulated, {as_evidence(of_ranges), of_ranges},
                      {as_evidence(of_samples), of_samples}, /*has_mark=*/true);
 }

@@ -10,23 +10,21 @@
 namespace sightline {
 
 // The factors of a map and two more: how far off the scans that made the map end when they are
-// localized in it. It is known before any other drive, and sees what a virtual scan does not:
-// clutter, dropouts, what was removed as moving. `own_error` (m), as `own` of these sites found,
-// judged as the localization drive is: evidence that a choice is held against. `mapping_error` (m),
-// as `by_pose` found, judged by the poses that they made the map with: for models to learn from.
-// `virtual_error` stands in at sites that were not measured, and everywhere, which a warning says,
-// where the mapping sensor is not the one that will localize. Looks that take a sample get a table
-// of their own (FactorTable::of_samples): the factors of the longest range, `own_error` and
-// `mapping_error` of each look, mean and greatest `mapping_error` of all looks, the look's number,
-// and `match_cost`, what a localization by it costs, in matched points. Definition:
-// schemas/definitions.md, "Factor from the mapping drive". Error: mismatched-inputs (other sites or
-// ranges, no virtual_error).
+// localized in it, as `own` of these sites found. It is known before any other drive, and sees what
+// a virtual scan does not: clutter, dropouts, what was removed as moving. `own_error` (m), judged
+// as the localization drive is: evidence that a choice is held against. `mapping_error` (m), judged
+// by the poses that they made the map with: for models to learn from. `virtual_error` stands in at
+// sites that were not measured, and everywhere, which a warning says, where the mapping sensor is
+// not the one that will localize. Looks that take a sample get a table of their own
+// (FactorTable::of_samples): the factors of the longest range, `own_error` and `mapping_error` of
+// each look, mean and greatest `mapping_error` of all looks, the look's number, and `match_cost`,
+// what a localization by it costs, in matched points. Definition: schemas/definitions.md, "Factor
+// from the mapping drive". Error: mismatched-inputs (other sites or ranges, no virtual_error).
 Result<FactorTable> add_mapping_error(PassContext& ctx, const NoOptions& options,
                                       const FactorTable& map_factors, const MeasuredError& own,
-                                      const MeasuredError& by_pose,
                                       const SensorProfile& mapping_sensor,
                                       const SensorProfile& localizing_sensor);
-inline constexpr Pass kAddMappingError{"add-mapping-error", 3, "factors",
+inline constexpr Pass kAddMappingError{"add-mapping-error", 4, "factors",
                                        "The factor from the mapping drive", &add_mapping_error};
 
 // The same where a model is to learn from a drive that both makes the map and is localized in it:

@@ -118,6 +118,7 @@ ErrorRow row_of(std::span<const OutsideError> starts) {
   ErrorRow row;
   const auto count = static_cast<double>(errors_m.size());
   row.mean_m = ordered_sum(errors_m) / count;
+  row.from_given_m = row.mean_m;
   row.lost_share = static_cast<double>(lost_count) / count;
   std::ranges::sort(errors_m);
   row.median_m = quantile_of_sorted(errors_m, 0.5);

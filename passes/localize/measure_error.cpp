@@ -38,9 +38,13 @@ constexpr std::size_t kSitesInPart = 16;
 // Makes localizers of places.
 class Localizing {
  public:
-  Localizing(const LocalizerChoice& choice, const SensorProfile& sensor, const NdtMap& map,
+  Localizing(const MeasureErrorOptions& options, const SensorProfile& sensor, const NdtMap& map,
              const AreaLocalizers::Options& areas)
-      : choice_(choice), sensor_(sensor), map_(map), areas_(map, areas) {}
+      : choice_{options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
+        shares_climbs_(options.shares_climbs),
+        sensor_(sensor),
+        map_(map),
+        areas_(map, areas) {}
 
   // Of the area of a place; PCL's takes its own part of the map.
   [[nodiscard]] std::shared_ptr<const AreaLocalizer> area_at(const Eigen::Vector3d& p_map_m) {
@@ -53,11 +57,12 @@ class Localizing {
 
   // Refers to the area.
   [[nodiscard]] std::unique_ptr<SiteLocalizer> localizer_in(const AreaLocalizer& area) const {
-    return make_site_localizer({choice_, sensor_, map_, area.own, area.of_samples});
+    return make_site_localizer({choice_, sensor_, map_, area.own, area.of_samples, shares_climbs_});
   }
 
  private:
   LocalizerChoice choice_;
+  bool shares_climbs_ = false;
   const SensorProfile& sensor_;
   const NdtMap& map_;
   AreaLocalizers areas_;
@@ -227,7 +232,7 @@ MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map
 }
 
 ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory& trajectory) {
-  const bool is_known = options.is_mapping_drive || trajectory.source != PoseSource::kEstimated;
+  const bool is_known = trajectory.source != PoseSource::kEstimated;
   return is_known ? options.reference : ErrorReference::kFullRangeMatch;
 }
 
@@ -267,11 +272,9 @@ Result<MeasuredError> measure(PassContext& ctx, const MeasureErrorOptions& wante
                    scans_of_sites(ctx, options, measuring, sites, presence));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
   MeasuredError measured = empty_result(measuring, matching_card(options, map), scans);
-  Localizing localizing(
-      {options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
-      localization_drive.sensor, map,
-      {options.localizer, options.coarse_cells, longest_match_m(measuring),
-       static_cast<std::size_t>(std::max(ctx.threads, 1))});
+  Localizing localizing(options, localization_drive.sensor, map,
+                        {options.localizer, options.coarse_cells, longest_match_m(measuring),
+                         static_cast<std::size_t>(std::max(ctx.threads, 1))});
   SIGHTLINE_TRY(measure_sites(ctx, measuring, localizing, scans, measured));
   return measured;
 }

@@ -31,7 +31,9 @@ struct MeasureErrorOptions {
   ErrorReference reference = ErrorReference::kFullRangeMatch;
   LocalizerKind localizer = LocalizerKind::kSearching;  // "Localizers" in schemas/definitions.md
   int coarse_cells = 1;
-  bool is_mapping_drive = false;  // its poses made the map, and are its reference wherever from
+  // Starts of a scan take over what earlier ones found (SharedClimbs): a half of the time, hardly
+  // other errors. Not for what is judged: a vehicle has one start, and takes all of its time.
+  bool shares_climbs = false;
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 // Of a pass that matches scans as measure-error does: `own` and, shared, those of its matching,
@@ -61,7 +63,7 @@ MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map
 Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
                                     const Drive& localization_drive, const Trajectory& trajectory,
                                     const NdtMap& map, const Sites& sites);
-inline constexpr Pass kMeasureError{"measure-error", 10, "measured",
+inline constexpr Pass kMeasureError{"measure-error", 11, "measured",
                                     "Localization error of a drive", &measure_error};
 
 // The same of one of several drives: one that comes near no site keeps rows of zeros everywhere,

@@ -46,8 +46,8 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
              localizer_names()),
       integer("coarse_cells", options.coarse_cells,
               "matches first on cells so many times as long as the map's; 1 does not", 1, 16),
-      shared(flag("is_mapping_drive", options.is_mapping_drive,
-                  "the drive's poses made the map and are its reference"))};
+      shared(flag("shares_climbs", options.shares_climbs,
+                  "starts of a scan take over what earlier ones found"))};
 }
 
 std::vector<OptionField> with_matching(std::vector<OptionField> own,

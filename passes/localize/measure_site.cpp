@@ -12,8 +12,9 @@
 namespace sightline {
 namespace {
 
-void add_run(const MatchResult& result, const Pose& T_map_reference, double count, ErrorRow& row) {
-  const Pose T_reference_found = T_map_reference.inverse(Eigen::Isometry) * result.T_map_sensor;
+void add_run(const MatchResult& result, const ReferencedScan& scan, double count, ErrorRow& row) {
+  const Pose T_reference_found =
+      scan.T_map_reference.inverse(Eigen::Isometry) * result.T_map_sensor;
   const Eigen::Vector3d off_m = T_reference_found.translation();
   const double yaw_rad = portable_atan2(T_reference_found(1, 0), T_reference_found(0, 0));
   const auto work = static_cast<double>(result.work);
@@ -22,6 +23,8 @@ void add_run(const MatchResult& result, const Pose& T_map_reference, double coun
   row.lateral_m += std::abs(off_m.y()) / count;
   row.yaw_rad += std::abs(yaw_rad) / count;
   row.lost_share += (off_m.norm() > kLostBeyond_m ? 1.0 : 0.0) / count;
+  row.from_given_m +=
+      (result.T_map_sensor.translation() - scan.T_map_given.translation()).norm() / count;
   row.mean_iterations += result.iterations / count;
   row.mean_work += work / count;
   row.max_work = std::max(row.max_work, work);
@@ -42,7 +45,7 @@ ErrorRow measure_row(const std::vector<InitialOffset>& offsets, const Look& look
     const double begin_ms = thread_cpu_ms();
     const MatchResult result = localizer.match(T_map_reference * start_pose(offset));
     const double time_ms = cut_ms + thread_cpu_ms() - begin_ms;
-    add_run(result, T_map_reference, count, row);
+    add_run(result, scan, count, row);
     row.mean_time_ms += time_ms / count;
     row.max_time_ms = std::max(row.max_time_ms, time_ms);
     errors_m.push_back((result.T_map_sensor.translation() - T_map_reference.translation()).norm());
@@ -78,7 +81,8 @@ Result<void> measure_site(const SiteMeasuring& measuring, SiteLocalizer& localiz
   const Pose& T_map_given = measuring.trajectory.poses[scan_index].T_map_vehicle;
   localizer.go_to(T_map_given.translation(),
                   mix(measuring.seed, measuring.drive.scans[scan_index].recording_index));
-  const ReferencedScan referenced{scan, reference_pose(measuring, localizer, scan, T_map_given)};
+  const ReferencedScan referenced{scan, reference_pose(measuring, localizer, scan, T_map_given),
+                                  T_map_given};
   measure_scan(measuring.offsets, measuring.looks, referenced, localizer, rows.rows);
   measure_scan(measuring.offsets, measuring.samples, referenced, localizer, rows.samples);
   return {};

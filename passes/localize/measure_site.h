@@ -30,10 +30,11 @@ struct SiteRows {
   std::vector<ErrorRow> samples;  // of SiteMeasuring::samples
 };
 
-// A scan, and where the vehicle was.
+// A scan, where the vehicle was, and the pose that the scan came with.
 struct ReferencedScan {
   const Scan& scan;
   Pose T_map_reference = Pose::Identity();
+  Pose T_map_given = Pose::Identity();
 };
 
 // Appends the rows of one scan, which is matched by each look from every offset.

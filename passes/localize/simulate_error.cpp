@@ -228,7 +228,7 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
           localizers.at(at.T_map_vehicle.translation());
       const std::unique_ptr<SiteLocalizer> localizer =
           make_site_localizer({choice, sensor, map, area->own, area->of_samples});
-      measure_into({scan, at.T_map_vehicle}, i, *localizer, rows);
+      measure_into({scan, at.T_map_vehicle, at.T_map_vehicle}, i, *localizer, rows);
     };
     return caster.cast(block, fan, ctx.threads, take);
   };

@@ -44,6 +44,7 @@ struct SiteLocalizerInputs {
   const NdtMap& map;
   const Localizer& own;
   const Localizer& of_samples;
+  bool shares_climbs = false;  // LookMatching's; of this program's localizers alone
 };
 std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs);
 

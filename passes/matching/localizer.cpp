@@ -1,25 +1,15 @@
 #include "passes/matching/localizer.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <optional>
 #include <utility>
 
 #include "formats/base/check.h"
-#include "formats/symmetric_eigen.h"
 #include "passes/matching/coarse_map.h"
 
 // Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A level that
 // only shows the way may end far from its optimum and needs few points; what it costs is small
 // beside the last level, which starts so near that it takes three or four evaluations.
-//
-// Why a search: between two long walls the score has a chain of optima along the street, a metre or
-// so apart, and a start a metre off climbs the wrong one. The right one is nearly always the
-// highest. The first level's Hessian tells the loose direction, a handful of looks at the blurred
-// score along it tell where another optimum is, and the last level's score, of all points, decides
-// between the two.
 
 namespace sightline {
 namespace {
@@ -51,96 +41,6 @@ MatchLevel annealed_level(std::size_t number, std::size_t count, const Localizer
   level.is_thin = true;
   level.stop_step_m = (number == 0 ? 1.0 : 0.5) * options.lead_stop_m;
   return level;
-}
-
-constexpr double kProbeSpacing_m = 0.3;  // the blurred score's peaks are wider
-constexpr int kProbes = 5;               // to each side
-constexpr double kWorthTrying = 0.9;     // of the score where the first level ended
-constexpr double kSame_m = 0.15;         // optima nearer than this are one
-
-// The horizontal direction that the score constrains least, of length 1, all other motions free to
-// follow; nothing where no direction is loose.
-std::optional<Eigen::Vector2d> loose_direction(const Matrix6d& hessian, double loose_below) {
-  const HorizontalCurvature curvature = horizontal_curvature(hessian);
-  if (!(curvature.weak < loose_below * curvature.strong)) return std::nullopt;
-  return curvature.weak_direction;
-}
-
-struct Search {
-  std::span<const MatchLevel> levels;
-  double search_m = 0.0;
-  double loose_below = 0.5;
-  Pose T_map_start;
-  MatchOptions options;
-  int iterations = 0;  // what all parts together took
-  std::uint64_t work = 0;
-};
-
-MatchResult climb(std::span<const MatchLevel> levels, const Pose& T_map_start, Search& search,
-                  ScanForMatch& scan) {
-  const MatchResult result = match(levels, scan, T_map_start, search.options);
-  search.iterations += result.iterations;
-  search.work += result.work;
-  return result;
-}
-
-Pose shifted(const Pose& pose, const Eigen::Vector2d& shift_m) {
-  Pose result = pose;
-  result.translation().head<2>() += shift_m;
-  return result;
-}
-
-// The best of the first level's other optima along a direction, roughly; nothing where there is
-// none that is worth trying.
-std::optional<Pose> other_optimum(const MatchResult& lead, const Eigen::Vector2d& direction,
-                                  Search& search, ScanForMatch& scan) {
-  std::array<double, 2 * kProbes + 1> scores{};
-  const auto pose_of = [&](int probe) {
-    return shifted(lead.T_map_sensor, probe * kProbeSpacing_m * direction);
-  };
-  const auto index_of = [](int probe) {
-    return static_cast<std::size_t>(std::int64_t{probe} + kProbes);
-  };
-  for (int probe = -kProbes; probe <= kProbes; ++probe) {
-    scores[index_of(probe)] = kernel_score_alone(*search.levels[0].grid, scan, scan.thin_count,
-                                                 pose_of(probe), search.options.kernel);
-    ++search.iterations;
-    search.work += scan.thin_count;
-  }
-  const auto score_of = [&](int probe) {
-    return std::abs(probe) > kProbes ? 0.0 : scores[index_of(probe)];
-  };
-  int best = 0;
-  for (int probe = -kProbes; probe <= kProbes; ++probe) {
-    const double score = score_of(probe);
-    const bool is_peak = score > score_of(probe - 1) && score >= score_of(probe + 1);
-    const Eigen::Vector3d off_m = pose_of(probe).translation() - search.T_map_start.translation();
-    if (std::abs(probe) < 2 || !is_peak || off_m.head<2>().norm() > search.search_m) continue;
-    if (score > (best == 0 ? kWorthTrying * score_of(0) : score_of(best))) best = probe;
-  }
-  if (best == 0) return std::nullopt;
-  return pose_of(best);
-}
-
-MatchResult localize_searching(Search& search, ScanForMatch& scan) {
-  const std::span<const MatchLevel> first = search.levels.first(1);
-  const std::span<const MatchLevel> rest = search.levels.subspan(1);
-  const MatchResult lead = climb(first, search.T_map_start, search, scan);
-  const std::optional<Eigen::Vector2d> direction =
-      lead.scored_points > 0 ? loose_direction(lead.hessian, search.loose_below) : std::nullopt;
-  const std::optional<Pose> other =
-      direction ? other_optimum(lead, *direction, search, scan) : std::nullopt;
-  MatchResult best = climb(rest, lead.T_map_sensor, search, scan);
-  if (other) {
-    const Pose T_map_other = climb(first, *other, search, scan).T_map_sensor;
-    if ((T_map_other.translation() - lead.T_map_sensor.translation()).norm() > kSame_m) {
-      const MatchResult found = climb(rest, T_map_other, search, scan);
-      if (found.score > best.score) best = found;
-    }
-  }
-  best.iterations = search.iterations;
-  best.work = search.work;
-  return best;
 }
 
 constexpr std::string_view kNames[] = {"plain", "annealed", "searching", "pcl-ndt"};
@@ -225,16 +125,6 @@ Localizer localizer_for_samples(const Localizer& annealed) {
   return localizer;
 }
 
-HorizontalCurvature horizontal_curvature(const Matrix6d& hessian) {
-  const Eigen::Matrix<double, 2, 4> mixed = hessian.topRightCorner<2, 4>();
-  Eigen::Matrix4d others = hessian.bottomRightCorner<4, 4>();
-  others.diagonal().array() += 1e-6 * others.diagonal().cwiseAbs().maxCoeff();
-  const Eigen::Matrix<double, 4, 2> followed = others.ldlt().solve(mixed.transpose());
-  const Eigen::Matrix2d schur = hessian.topLeftCorner<2, 2>() - mixed * followed;
-  const SymmetricEigen<2> eigen = symmetric_eigen<2>(0.5 * (schur + schur.transpose()));
-  return {eigen.values[0], eigen.values[1], eigen.vectors.col(0)};
-}
-
 ScanForMatch make_scan_for_match(const Localizer& localizer,
                                  std::span<const Eigen::Vector3d> points_m) {
   return make_scan_for_match(points_m, lead_stride(localizer, points_m.size()));
@@ -254,7 +144,7 @@ ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter,
 }
 
 MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
-                     const MatchOptions& options) {
+                     const MatchOptions& options, SharedClimbs* shared) {
   const std::size_t count = localizer.levels.size();
   if (count == 1) return match(*localizer.levels[0].grid, scan, T_map_start, options);
   SIGHTLINE_CHECK(count > 0 && count <= kMostLevels);
@@ -271,8 +161,8 @@ MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose&
   if (localizer.is_annealed) stop_where_points_rest(scan, std::span(levels).first(count));
   const std::span<const MatchLevel> all = std::span(levels).first(count);
   if (localizer.search_m <= 0.0) return match(all, scan, T_map_start, options);
-  Search search{all, localizer.search_m, localizer.loose_below, T_map_start, options};
-  return localize_searching(search, scan);
+  const OptimumSearch search{all, localizer.search_m, localizer.loose_below, options};
+  return search_optimum(search, T_map_start, scan, shared);
 }
 
 MatchResult settle(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,

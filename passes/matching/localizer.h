@@ -10,6 +10,7 @@
 #include "formats/drive/drive.h"
 #include "formats/surroundings/ndt_map.h"
 #include "passes/matching/matcher.h"
+#include "passes/matching/optimum_search.h"
 #include "passes/matching/scan_cutter.h"
 
 namespace sightline {
@@ -74,10 +75,11 @@ ScanForMatch make_scan_for_match(const Localizer& localizer, ScanCutter& cutter,
 
 // The pose of `scan`, made for this localizer, in the map. The limits on steps in `options` are
 // those of the last level; an annealed one stops turning where no point moves farther than
-// stop_step_m, whatever stop_step_rad is. Never fails: `stop` says what happened. Allocates
-// nothing.
+// stop_step_m, whatever stop_step_rad is. Never fails: `stop` says what happened. A searching one
+// takes over from `shared`, and adds to it, what earlier starts of this scan found; without it
+// nothing is allocated.
 MatchResult localize(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
-                     const MatchOptions& options = {});
+                     const MatchOptions& options = {}, SharedClimbs* shared = nullptr);
 
 // The last level alone, from a start that is nearly right, as a vehicle foretells it that tracks.
 MatchResult settle(const Localizer& localizer, ScanForMatch& scan, const Pose& T_map_start,
@@ -86,13 +88,5 @@ MatchResult settle(const Localizer& localizer, ScanForMatch& scan, const Pose& T
 // No pose that localize() or settle() finds is farther from its start: there are at most three
 // climbs of 35 steps of 0.2 m, and 1.5 m between two of them.
 inline constexpr double kFarthestFound_m = 24.0;
-
-// How sharply the score is peaked in the plane, all other motions free to follow: the Schur
-// complement of a MatchResult's Hessian, 1/m^2. Allocates nothing.
-struct HorizontalCurvature {
-  double weak = 0.0, strong = 0.0;
-  Eigen::Vector2d weak_direction = Eigen::Vector2d::UnitX();  // of length 1
-};
-HorizontalCurvature horizontal_curvature(const Matrix6d& hessian);
 
 }  // namespace sightline

@@ -5,7 +5,7 @@
 
 #include "formats/base/portable_math.h"
 #include "formats/rotation.h"
-#include "passes/matching/localizer.h"
+#include "passes/matching/horizontal_curvature.h"
 
 namespace sightline {
 namespace {

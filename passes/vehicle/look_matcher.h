@@ -16,6 +16,8 @@ struct LookMatching {
   const SensorProfile& sensor;
   double leaf_m = 1.0;
   bool takes_every_return = false;  // within a range, as ScanCut says
+  // Starts of one scan take over what earlier ones found, where the cut does not depend on them.
+  bool shares_climbs = false;
 };
 
 // Localizes one scan after the other: what measure-error measures and what a vehicle does, so that
@@ -41,6 +43,7 @@ class LookMatcher {
   ScanCutter near_cutter_;
   LookCutter cutter_;
   ScanForMatch cut_;
+  SharedClimbs climbs_;  // of this cut
   Look look_;
 };
 

@@ -12,7 +12,8 @@
 namespace sightline {
 namespace {
 
-constexpr double kHidden_rad = 0.5 * std::numbers::pi;  // of azimuth
+constexpr std::size_t kViews = 4;
+constexpr double kHidden_rad = 0.5 * std::numbers::pi;  // of azimuth, in each view
 constexpr double kNoise_m = 0.085;                      // the most, each coordinate
 constexpr std::uint64_t kNoiseSeed = 0x7669727475616cULL;
 
@@ -39,12 +40,12 @@ double angle_between(double a_rad, double b_rad) {
   return apart_rad <= std::numbers::pi ? apart_rad : std::abs(2.0 * std::numbers::pi - apart_rad);
 }
 
-// What start k of `count` sees: as if something large stood near, another side for every start.
-void see_disturbed(const VirtualPlace& place, std::span<const double> azimuths_rad, std::size_t k,
-                   std::size_t count, std::vector<Eigen::Vector3d>& seen_m) {
+// What a view shows: as if something large stood near, on another side in each.
+void see_disturbed(const VirtualPlace& place, std::span<const double> azimuths_rad,
+                   std::size_t view, std::vector<Eigen::Vector3d>& seen_m) {
   const double hidden_rad =
-      2.0 * std::numbers::pi * static_cast<double>(5 * k % count) / static_cast<double>(count);
-  Random random(mix(kNoiseSeed, k));
+      2.0 * std::numbers::pi * static_cast<double>(view) / static_cast<double>(kViews);
+  Random random(mix(kNoiseSeed, view));
   seen_m.clear();
   for (std::size_t i = 0; i < place.points_m.size(); ++i) {
     Eigen::Vector3d noise_m;
@@ -64,8 +65,8 @@ double rival_score(const Localizer& localizer, const VirtualPlace& place, ScanFo
     Pose T_map_scan = Pose::Identity();
     T_map_scan.translation() =
         place.p_map_m + steps * kStep_m * Eigen::Vector3d(heading.cos, heading.sin, 0.0);
-    return kernel_score_alone(*localizer.levels.front().grid, scan, scan.points_m.size(),
-                              T_map_scan, MatchKernel::kFastest);
+    return kernel_score_alone(*localizer.levels.front().grid, scan, scan.thin_count, T_map_scan,
+                              MatchKernel::kFastest);
   };
   const double here = score_at(0);
   if (!(here > 0.0)) return 1.0;
@@ -87,12 +88,17 @@ VirtualMatch virtual_match(const Localizer& localizer, const VirtualPlace& place
   VirtualMatch result;
   std::vector<Eigen::Vector3d> seen_m;
   ScanForMatch scan;
-  for (std::size_t k = 0; k < offsets.size(); ++k) {
-    see_disturbed(place, azimuths_rad, k, offsets.size(), seen_m);
+  SharedClimbs climbs;
+  for (std::size_t view = 0; view < kViews; ++view) {
+    see_disturbed(place, azimuths_rad, view, seen_m);
     fill_scan_for_match(seen_m, lead_stride(localizer, seen_m.size()), scan);
-    const Pose T_map_found = localize(localizer, scan, start_of(place, offsets[k])).T_map_sensor;
-    result.error_m +=
-        (T_map_found.translation() - place.p_map_m).norm() / static_cast<double>(offsets.size());
+    climbs.clear();
+    for (std::size_t k = view; k < offsets.size(); k += kViews) {
+      const Pose T_map_start = start_of(place, offsets[k]);
+      const MatchResult found = localize(localizer, scan, T_map_start, {}, &climbs);
+      result.error_m += (found.T_map_sensor.translation() - place.p_map_m).norm() /
+                        static_cast<double>(offsets.size());
+    }
   }
   fill_scan_for_match(place.points_m, lead_stride(localizer, place.points_m.size()), scan);
   result.rival_score = rival_score(localizer, place, scan);

@@ -19,10 +19,10 @@ struct VirtualPlace {
 };
 
 struct VirtualMatch {
-  // Mean distance from p over the starts of "Measured error", a quarter of the view hidden from
-  // each.
+  // Mean distance from p over the starts of "Measured error", which see four views, a quarter of
+  // the azimuths hidden in each.
   double error_m = 0.0;
-  // The best score 0.5 to 2.5 m off along the loose direction, over that at p.
+  // The best score 0.5 to 2.5 m off along the loose direction, over that at p, of points that lead.
   double rival_score = 1.0;
 };
 VirtualMatch virtual_match(const Localizer& localizer, const VirtualPlace& place);

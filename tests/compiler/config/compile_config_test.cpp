@@ -260,8 +260,6 @@ TEST(CompileConfig, TakesErrorsOfALocalizerOutsideInPlaceOfMeasuringThem) {
   EXPECT_EQ(to_text(*outside_localizer(config->outside)), "my-ndt v4 (box_m=60, voxel_m=3)");
   EXPECT_EQ(option_of(*config, "import-errors", "scans"), "odd");
   EXPECT_EQ(option_of(*config, "measure-error", "scans"), "no such option");
-  EXPECT_EQ(option_of(*config, "measure-error:mapping", "localizer"), "no such option")
-      << "a split drive has no mapping error";
 }
 
 TEST(CompileConfig, RefusesALocalizerOutsideThatAVehicleCouldNotName) {
@@ -284,7 +282,7 @@ TEST(CompileConfig, MakesTheFactorOfTheMappingDriveByItsOwnLocalizerWhoeverLocal
     return;
   }
   EXPECT_EQ(option_of(*config, "measure-error", "localizer"), "pcl-ndt");
-  EXPECT_EQ(option_of(*config, "measure-error:mapping", "localizer"), "searching");
+  EXPECT_EQ(option_of(*config, "measure-error:own", "localizer"), "searching");
 }
 
 TEST(CompileConfig, RefusesNoDriveAndTwoWaysToLocalize) {

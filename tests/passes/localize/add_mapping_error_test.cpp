@@ -10,18 +10,14 @@ namespace sightline {
 namespace {
 
 // A synthetic drive whose last factor is called as the one that stands in; site 2 was not measured.
+// Its scans end twice as far from the poses that they came with as from the reference.
 SyntheticDrive small_drive() {
   SyntheticDrive drive =
       synthetic_drive(4, {.site_count = 5, .ranges_m = {10.0, 20.0}, .has_paper_factors = false});
   drive.factors.factors.back() = "virtual_error";
   drive.measured.scan_of_site[2] = -1;
+  for (ErrorRow& row : drive.measured.rows) row.from_given_m = 2.0 * row.mean_m;
   return drive;
-}
-
-// The same scans against another reference: errors of half the size.
-MeasuredError judged_otherwise(MeasuredError measured) {
-  for (ErrorRow& row : measured.rows) row.mean_m *= 0.5;
-  return measured;
 }
 
 struct Told {
@@ -34,8 +30,8 @@ Told told(const SyntheticDrive& drive, const std::string& localizing_sensor = "v
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   Result<FactorTable> table =
-      add_mapping_error(ctx, {}, drive.factors, judged_otherwise(drive.measured), drive.measured,
-                        *sensor_profile("vlp-16"), *sensor_profile(localizing_sensor));
+      add_mapping_error(ctx, {}, drive.factors, drive.measured, *sensor_profile("vlp-16"),
+                        *sensor_profile(localizing_sensor));
   return {std::move(table), std::move(warnings)};
 }
 
@@ -68,7 +64,7 @@ TEST(AddMappingError, TellsWhatWasMeasuredAndElsewhereWhatTheVirtualScanSays) {
   for_each_row(*table, drive.factors,
                [&](std::size_t site, std::size_t range, double own_m, double mapping_m) {
                  EXPECT_EQ(mapping_m, site == 2 ? drive.factors.at(site, range, 2)
-                                                : drive.measured.row(site, range).mean_m);
+                                                : drive.measured.row(site, range).from_given_m);
                  EXPECT_EQ(own_m, site == 2 ? mapping_m : 0.5 * mapping_m);
                });
 }
@@ -107,7 +103,7 @@ TEST(AddMappingError, GivesLooksThatTakeASampleATableOfTheirOwn) {
                                    {.range_m = 100.0, .return_count = 1944, .point_count = 80}};
   drive.measured.of_samples = {drive.measured};
   drive.measured.of_samples.front().looks = looks;
-  for (ErrorRow& row : drive.measured.of_samples.front().rows) row.mean_m *= 0.1;
+  for (ErrorRow& row : drive.measured.of_samples.front().rows) row.from_given_m *= 0.1;
   const auto [table, warnings] = told(drive);
   ASSERT_TRUE(table.has_value());
   ASSERT_TRUE(validate(*table).has_value());
@@ -121,7 +117,8 @@ TEST(AddMappingError, GivesLooksThatTakeASampleATableOfTheirOwn) {
   };
   const MeasuredError& measured = drive.measured.of_samples.front();
   for (std::size_t site = 0; site < samples.site_count; ++site) {
-    const double errors_m[] = {measured.row(site, 0).mean_m, measured.row(site, 1).mean_m};
+    const double errors_m[] = {measured.row(site, 0).from_given_m,
+                               measured.row(site, 1).from_given_m};
     for (std::size_t look = 0; look < looks.size(); ++look) {
       EXPECT_EQ(at(site, look, "feature_count"), drive.factors.at(site, 1, 0)) << "longest range";
       EXPECT_EQ(at(site, look, "look_number"), static_cast<double>(look));

@@ -202,8 +202,41 @@ TEST(MeasureError, KnowsNoPoseOfADriveThatWasPlacedByMatchingAndSaysSo) {
   ASSERT_TRUE(measured.has_value());
   EXPECT_EQ(measured->reference, ErrorReference::kFullRangeMatch);
   EXPECT_NE(warning.find("has no known poses"), std::string::npos) << warning;
-  options.is_mapping_drive = true;  // its poses made the map
-  EXPECT_EQ(measure(world, options)->reference, ErrorReference::kKnownPose);
+}
+
+TEST(MeasureError, SaysHowFarFromThePosesThatScansCameWith) {
+  const World world = make_world();
+  MeasureErrorOptions options = two_ranges();
+  const Result<MeasuredError> full = measure(world, options);
+  options.reference = ErrorReference::kKnownPose;
+  const Result<MeasuredError> known = measure(world, options);
+  ASSERT_TRUE(full.has_value() && known.has_value());
+  bool differs = false;
+  for (std::size_t i = 0; i < full->rows.size(); ++i) {
+    EXPECT_NEAR(known->rows[i].from_given_m, known->rows[i].mean_m, 1e-12);
+    differs = differs || std::abs(full->rows[i].from_given_m - full->rows[i].mean_m) > 1e-4;
+  }
+  EXPECT_TRUE(differs) << "the match at full range is another reference";
+}
+
+TEST(MeasureError, StartsThatShareClimbsEndNearWhereEachEndsAlone) {
+  const World world = make_world();
+  MeasureErrorOptions options = two_looks();
+  const Result<MeasuredError> alone = measure(world, options);
+  options.shares_climbs = true;
+  const Result<MeasuredError> sharing = measure(world, options);
+  ASSERT_TRUE(alone.has_value() && sharing.has_value());
+  bool differs = false;
+  for (std::size_t i = 0; i < alone->rows.size(); ++i) {
+    EXPECT_NEAR(sharing->rows[i].mean_m, alone->rows[i].mean_m, 0.005);
+    differs = differs || sharing->rows[i].mean_m != alone->rows[i].mean_m;
+  }
+  EXPECT_TRUE(differs);
+  const MeasuredError& samples = alone->of_samples.front();
+  for (std::size_t site = 0; site < samples.scan_of_site.size(); ++site) {
+    EXPECT_EQ(sharing->of_samples.front().row(site, 0).mean_m, samples.row(site, 0).mean_m)
+        << "a cut that depends on its start is nobody else's";
+  }
 }
 
 TEST(MeasureError, CountsSitesWithoutAScan) {

@@ -93,29 +93,6 @@ TEST(Localizer, InAStreetWithCellsOfAMetreLosesNoneOf64StartsAndEndsWithinHalfAC
   EXPECT_LT(errors_m.back(), 0.5);
 }
 
-// A lane of smooth walls 6 m apart, along x, with pilasters of 0.4 m at places drawn once: seen
-// from inside, the score has an optimum wherever some of them meet others.
-std::vector<Eigen::Vector3d> lane_points(std::uint64_t seed, double reach_m, int count) {
-  Random places(17);
-  std::vector<double> pilasters_m;
-  for (double x_m = -30.0; x_m < 30.0; x_m += places.uniform(0.8, 3.0)) pilasters_m.push_back(x_m);
-  Random random(seed);
-  std::vector<Eigen::Vector3d> points_m;
-  for (int i = 0; i < count; ++i) {
-    const double x_m = random.uniform(-reach_m, reach_m);
-    const double side = i % 2 == 0 ? 1.0 : -1.0;
-    const bool is_pilaster = std::ranges::any_of(
-        pilasters_m, [&](double at_m) { return std::abs(x_m + 0.7 * side - at_m) < 0.2; });
-    const double wall_m = side * (is_pilaster ? 2.6 : 3.0);
-    const Eigen::Vector3d noise_m = 0.02 * random_vector(random, -1.0, 1.0);
-    const bool is_ground = i % 5 == 0;
-    points_m.push_back(noise_m + (is_ground
-                                      ? Eigen::Vector3d(x_m, random.uniform(-3.0, 3.0), -1.7)
-                                      : Eigen::Vector3d(x_m, wall_m, random.uniform(-1.7, 3.0))));
-  }
-  return points_m;
-}
-
 TEST(Localizer, SearchingFindsItsWayInALaneWhereMostStartsEndInAnotherOptimum) {
   const NdtMap map = simple_map(lane_points(1, 30.0, 120000), 2.0);
   const std::vector<Eigen::Vector3d> points_m = voxel_subsample(lane_points(2, 12.0, 6000), 0.5);
