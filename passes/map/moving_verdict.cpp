@@ -1,8 +1,8 @@
 #include "passes/map/moving_verdict.h"
 
-#include <map>
 #include <unordered_map>
 
+#include "formats/grid/cell_blocks.h"
 #include "passes/map/voxel_ground.h"
 
 // A voxel is judged by its own evidence first, then by that of its surroundings, both ways:
@@ -43,24 +43,52 @@ struct Surroundings {
   int strong = 0;
 };
 
-Surroundings surroundings(const SeenVoxels& seen, const std::vector<std::uint8_t>& moved,
-                          std::size_t v) {
-  Surroundings around;
-  for (const std::uint32_t near : neighbours(seen, v, kSteps)) {
-    const SeenVoxel& voxel = seen.values()[near];
-    around.moved += moved[near];
-    around.strong += !voxel.is_ground && log_odds(voxel) >= kStrongLogOdds ? 1 : 0;
+// Calls visit(voxel, another around it) for each voxel that is asked about, block by block.
+template <class IsAsked, class Visit>
+void visit_around(const CellBlocks& blocks, const IsAsked& is_asked, const Visit& visit) {
+  CellWindow around(blocks, {kSteps, kSteps, kSteps}, {kSteps, kSteps, kSteps});
+  for (std::size_t block = 0; block < blocks.size(); ++block) {
+    bool is_there = false;
+    for (const auto& [key, v] : blocks.cells(block)) {
+      if (!is_asked(v)) continue;
+      if (!is_there) around.move_to(block);
+      is_there = true;
+      for (int x = -kSteps; x <= kSteps; ++x) {
+        for (int y = -kSteps; y <= kSteps; ++y) {
+          for (int z = -kSteps; z <= kSteps; ++z) {
+            const std::uint32_t near = around.number_of({key.x + x, key.y + y, key.z + z});
+            if (near != CellWindow::kNone && near != v) visit(v, near);
+          }
+        }
+      }
+    }
   }
+}
+
+// Of those voxels that are asked about.
+template <class IsAsked>
+std::vector<Surroundings> surroundings(const SeenVoxels& seen, const CellBlocks& blocks,
+                                       const std::vector<std::uint8_t>& moved,
+                                       const IsAsked& is_asked) {
+  std::vector<Surroundings> around(seen.size());
+  visit_around(blocks, is_asked, [&](std::uint32_t v, std::uint32_t near) {
+    const SeenVoxel& voxel = seen.values()[near];
+    around[v].moved += moved[near];
+    around[v].strong += !voxel.is_ground && log_odds(voxel) >= kStrongLogOdds ? 1 : 0;
+  });
   return around;
 }
 
-std::vector<std::uint8_t> without_edges(const SeenVoxels& seen,
+std::vector<std::uint8_t> without_edges(const SeenVoxels& seen, const CellBlocks& blocks,
                                         const std::vector<std::uint8_t>& moved) {
+  const auto may_be_edge = [&](std::uint32_t v) {
+    return moved[v] != 0 && !seen.values()[v].is_ground;
+  };
+  const std::vector<Surroundings> around = surroundings(seen, blocks, moved, may_be_edge);
   std::vector<std::uint8_t> kept = moved;
-  for (std::size_t v = 0; v < moved.size(); ++v) {
-    if (moved[v] == 0 || seen.values()[v].is_ground) continue;
-    const Surroundings around = surroundings(seen, moved, v);
-    if (around.strong >= kStrongAround && 2 * around.strong > around.moved) kept[v] = 0;
+  for (std::uint32_t v = 0; v < moved.size(); ++v) {
+    if (!may_be_edge(v)) continue;
+    if (around[v].strong >= kStrongAround && 2 * around[v].strong > around[v].moved) kept[v] = 0;
   }
   return kept;
 }
@@ -116,17 +144,13 @@ std::vector<std::uint8_t> with_footing(const SeenVoxels& seen,
   return kept;
 }
 
-// Of the voxels beside the trail that did not move themselves, ascending.
-std::map<std::uint32_t, Surroundings> surroundings_of_trail(
-    const SeenVoxels& seen, const std::vector<std::uint8_t>& trail) {
-  std::map<std::uint32_t, Surroundings> beside;
-  for (std::size_t v = 0; v < trail.size(); ++v) {
-    if (trail[v] == 0) continue;
-    for (const std::uint32_t near : neighbours(seen, v, kSteps)) {
-      if (trail[near] == 0) beside.try_emplace(near);
-    }
-  }
-  for (auto& [v, around] : beside) around = surroundings(seen, trail, v);
+// One a voxel: 1 beside the trail where it did not move itself.
+std::vector<std::uint8_t> beside_trail(const CellBlocks& blocks,
+                                       const std::vector<std::uint8_t>& trail) {
+  std::vector<std::uint8_t> beside(trail.size(), 0);
+  visit_around(
+      blocks, [&](std::uint32_t v) { return trail[v] != 0; },
+      [&](std::uint32_t, std::uint32_t near) { beside[near] = trail[near] == 0 ? 1 : 0; });
   return beside;
 }
 
@@ -164,33 +188,22 @@ double reach_of_judgement_m(double voxel_m) {
   return (2.0 * kSteps + 1.0 + reach_of_ground_voxels()) * voxel_m;
 }
 
-std::vector<std::uint32_t> neighbours(const SeenVoxels& seen, std::size_t v, int steps) {
-  const CellKey key = seen.keys()[v];
-  std::vector<std::uint32_t> found;
-  for (int x = -steps; x <= steps; ++x) {
-    for (int y = -steps; y <= steps; ++y) {
-      for (int z = -steps; z <= steps; ++z) {
-        if (x == 0 && y == 0 && z == 0) continue;
-        const std::uint32_t near = seen.number_of({key.x + x, key.y + y, key.z + z});
-        if (near != SeenVoxels::kNone) found.push_back(near);
-      }
-    }
-  }
-  return found;
-}
-
 std::vector<std::uint8_t> judge(const SeenVoxels& seen) {
   const std::size_t count = seen.size();
   std::vector<std::uint8_t> moved(count, 0);
   for (std::size_t v = 0; v < count; ++v) moved[v] = is_contradicted(seen.values()[v]) ? 1 : 0;
-  std::vector<std::uint8_t> trail = without_edges(seen, moved);
-  trail = with_footing(seen, trail);
+  const CellBlocks blocks(seen.keys());
+  const std::vector<std::uint8_t> trail = with_footing(seen, without_edges(seen, blocks, moved));
+  const std::vector<std::uint8_t> beside = beside_trail(blocks, trail);
+  const std::vector<Surroundings> around =
+      surroundings(seen, blocks, trail, [&](std::uint32_t v) { return beside[v] != 0; });
   std::vector<std::uint8_t> grown = trail;
-  for (const auto& [v, around] : surroundings_of_trail(seen, trail)) {
+  for (std::size_t v = 0; v < count; ++v) {
+    if (beside[v] == 0) continue;
     const SeenVoxel& voxel = seen.values()[v];
     const int least = voxel.is_ground ? kMovedAroundGround : kMovedAround;
-    if (log_odds(voxel) > kWeakLogOdds || around.moved < least) continue;
-    if (goes_with_trail(voxel, around)) grown[v] = 1;
+    if (log_odds(voxel) > kWeakLogOdds || around[v].moved < least) continue;
+    if (goes_with_trail(voxel, around[v])) grown[v] = 1;
   }
   return with_footing(seen, grown);
 }

@@ -22,9 +22,6 @@ bool stands_anyway(const SeenVoxel& voxel, std::size_t scan_count);
 // Farthest that one voxel's verdict depends on others, m.
 double reach_of_judgement_m(double voxel_m);
 
-// The voxels at most `steps` away on each axis, without itself.
-std::vector<std::uint32_t> neighbours(const SeenVoxels& seen, std::size_t v, int steps);
-
 // One a voxel: 1 where it moved. After mark_ground.
 std::vector<std::uint8_t> judge(const SeenVoxels& seen);
 

@@ -9,7 +9,10 @@
 // with the azimuth, from 0 to 4, by half a unit to one a radian.
 //
 // Most queries meet no ray at all: they look between two beams. Bands of elevation, far narrower
-// than rows, tell so at once.
+// than rows, tell so at once. Most others look at what the rays hit, or behind it: the longest ray
+// of the bins around tells so. find_passable() asks both of many places in a few steps of vector
+// code. It computes in float and leaves more room than float loses, so that it denies no place that
+// the exact test, in double, would not.
 
 namespace sightline {
 namespace {
@@ -21,6 +24,11 @@ constexpr double kColumn = 4.0 / kColumns;
 constexpr double kRow = 2.0 / kRows;
 // So that rounding moves no ray out of a cone that it touches.
 constexpr double kSlack = 1e-9;
+// The same for floats: of a sine or a turn, and of lengths as a share of the longest one that they
+// are computed from. Either is ten times what a handful of roundings, of 2^-24 each, come to.
+constexpr float kSlackOfFloats = 2e-6F;
+constexpr float kLengthSlackOfFloats = 4e-6F;
+constexpr std::int16_t kNoPlace = -1;
 
 double turn_of(const Eigen::Vector3d& p) {
   const double sum = std::abs(p.x()) + std::abs(p.y());
@@ -71,37 +79,129 @@ BinRange rows_around(const Eigen::Vector3d& at_m, double distance_m, double from
   return {first, last - first + 1};
 }
 
+// Places as floats, so many at once.
+constexpr int kAtOnce = 8;
+using Floats = Eigen::Array<float, kAtOnce, 1>;
+using Whole = Eigen::Array<int, kAtOnce, 1>;
+// More than sines differ by.
+constexpr float kWholeSphere = 4.0F;
+
+Floats some_of(std::span<const float> all, std::size_t first) {
+  if (first + kAtOnce <= all.size()) return Eigen::Map<const Floats>(&all[first]);
+  Floats last = Floats::Zero();
+  std::copy(all.begin() + static_cast<std::ptrdiff_t>(first), all.end(), last.data());
+  return last;
+}
+
+Whole bands_of(const Floats& sine) {
+  const Floats band = (sine + 1.0F) * (0.5F * kBands);
+  return band.max(0.0F).min(kBands - 1.0F).cast<int>();
+}
+
+// In the sensor's frame. Sines of elevations as in ScanRays::may_pass().
+struct SeenPlaces {
+  Floats x_m, y_m, from_axis_m2, distance_m, sine, sin_c, side;
+  float touch_m;
+  Whole low_band, high_band;
+
+  SeenPlaces(const Floats& x, const Floats& y, const Floats& z, float touch)
+      : x_m(x),
+        y_m(y),
+        from_axis_m2(x * x + y * y),
+        distance_m((from_axis_m2 + z * z).sqrt().max(1e-3F)),
+        sine(z / distance_m),
+        sin_c(touch / distance_m),
+        side((sin_c < 0.5F).select(1.04F * sin_c + kSlackOfFloats, kWholeSphere)),
+        touch_m(touch),
+        low_band(bands_of(sine - side)),
+        high_band(bands_of(sine + side)) {}
+};
+
+// Azimuths as in columns_around(). A ray that passes goes on for so much beyond the place.
+RaySector sector_of(const SeenPlaces& seen, Eigen::Index lane, float beyond_m) {
+  const float sin_c = seen.sin_c[lane];
+  RaySector sector;
+  sector.low_sine = seen.sine[lane] - seen.side[lane];
+  sector.high_sine = seen.sine[lane] + seen.side[lane];
+  sector.least_range_m =
+      seen.distance_m[lane] * std::sqrt(1.0F - sin_c * sin_c) * (1.0F - kSlackOfFloats) + beyond_m;
+  const float sine = seen.touch_m / std::sqrt(seen.from_axis_m2[lane]);
+  if (!(sine < 0.5F)) return sector;
+  const float across = seen.x_m[lane] / (std::abs(seen.x_m[lane]) + std::abs(seen.y_m[lane]));
+  sector.turn = seen.y_m[lane] >= 0.0F ? 1.0F - across : 3.0F + across;
+  sector.side = sine + 0.5708F * sine * sine * sine + kSlackOfFloats;
+  return sector;
+}
+
 }  // namespace
 
 void ScanRays::take(std::span<const Eigen::Vector3d> points_lidar_m) {
+  find_bins(points_lidar_m);
+  begin_.assign(longest_m_.size() + 2, 0);
+  for (const std::uint32_t bin : bins_) ++begin_[bin + 2];
+  // A bin's begin stands one further on until its rays have moved it there.
+  for (std::size_t bin = 1; bin < begin_.size(); ++bin) begin_[bin] += begin_[bin - 1];
   rays_.resize(points_lidar_m.size());
-  begin_.assign(kRows * kColumns + 2, 0);
-  longest_m_.assign(kRows * kColumns, 0.0F);
+  for (std::size_t i = 0; i < bins_.size(); ++i) {
+    const double range_m = ranges_m_[i];
+    rays_[begin_[bins_[i] + 1]++] = {points_lidar_m[i] / range_m, range_m};
+  }
+  find_longest_around();
+}
+
+// Of the returns, and which rows and bands they lie in; and the longest of each row and bin.
+void ScanRays::find_bins(std::span<const Eigen::Vector3d> points_lidar_m) {
   longest_of_row_m_.assign(kRows, 0.0F);
   next_band_.assign(kBands + 1, kBands);
-  bins_.clear();
-  for (const Eigen::Vector3d& point_m : points_lidar_m) {
+  bins_.resize(points_lidar_m.size());
+  ranges_m_.resize(points_lidar_m.size());
+  for (std::size_t i = 0; i < points_lidar_m.size(); ++i) {
+    const Eigen::Vector3d& point_m = points_lidar_m[i];
     const double range_m = point_m.norm();
     const int column = std::min(static_cast<int>(turn_of(point_m) / kColumn), kColumns - 1);
     const double sine = range_m > 0.0 ? point_m.z() / range_m : 0.0;
     const int row = row_of(sine);
     next_band_[band_of(sine)] = static_cast<std::uint16_t>(band_of(sine));
-    bins_.push_back(static_cast<std::uint32_t>(row * kColumns + column));
-    ++begin_[bins_.back() + 2];
-    const float no_less_m = at_least(range_m);
-    float& longest_m = longest_m_[bins_.back()];
-    longest_m = std::max(longest_m, no_less_m);
+    bins_[i] = static_cast<std::uint32_t>(row * kColumns + column);
+    ranges_m_[i] = range_m;
     float& of_row_m = longest_of_row_m_[static_cast<std::size_t>(row)];
-    of_row_m = std::max(of_row_m, no_less_m);
+    of_row_m = std::max(of_row_m, at_least(range_m));
   }
   for (std::size_t band = kBands; band-- > 0;) {
     if (next_band_[band] != band) next_band_[band] = next_band_[band + 1];
   }
-  // A bin's begin stands one further on until its rays have moved it there.
-  for (std::size_t bin = 1; bin < begin_.size(); ++bin) begin_[bin] += begin_[bin - 1];
+  place_of_row_.assign(kRows, kNoPlace);
+  std::int16_t places = 0;
+  for (std::size_t row = 0; row < kRows; ++row) {
+    if (longest_of_row_m_[row] > 0.0F) place_of_row_[row] = places++;
+  }
+  longest_m_.assign(static_cast<std::size_t>(places) * kColumns, 0.0F);
   for (std::size_t i = 0; i < bins_.size(); ++i) {
-    const double range_m = points_lidar_m[i].norm();
-    rays_[begin_[bins_[i] + 1]++] = {points_lidar_m[i] / range_m, range_m};
+    const std::uint32_t row = bins_[i] / kColumns;
+    bins_[i] -= (row - static_cast<std::uint32_t>(place_of_row_[row])) * kColumns;
+    longest_m_[bins_[i]] = std::max(longest_m_[bins_[i]], at_least(ranges_m_[i]));
+  }
+}
+
+void ScanRays::find_longest_around() {
+  const std::vector<float>* narrower_m = &longest_m_;
+  for (std::size_t level = 0; level < longest_around_m_.size(); ++level) {
+    std::vector<float>& wider_m = longest_around_m_[level];
+    wider_m.resize(longest_m_.size());
+    const std::size_t step = std::size_t{1} << level;
+    for (std::size_t first = 0; first < wider_m.size(); first += kColumns) {
+      const float* from_m = narrower_m->data() + first;
+      float* to_m = wider_m.data() + first;
+      const auto widen = [&](std::size_t column, std::size_t before, std::size_t after) {
+        to_m[column] = std::max(from_m[column], std::max(from_m[before], from_m[after]));
+      };
+      for (std::size_t c = 0; c < step; ++c) widen(c, c + kColumns - step, c + step);
+      for (std::size_t c = step; c < kColumns - step; ++c) widen(c, c - step, c + step);
+      for (std::size_t c = kColumns - step; c < kColumns; ++c) {
+        widen(c, c - step, c + step - kColumns);
+      }
+    }
+    narrower_m = &wider_m;
   }
 }
 
@@ -113,6 +213,58 @@ bool ScanRays::may_pass(const RayQuery& query, double distance_m) const {
   const double sine = query.at_m.z() / distance_m;
   const double side = 1.04 * sin_c + kSlack;
   return next_band_[band_of(sine - side)] <= band_of(sine + side);
+}
+
+// Whether some ray of the bins that a sector touches, or of those beside, is long enough.
+bool ScanRays::may_hold_longer(const RaySector& sector) const {
+  constexpr float kPerColumn = static_cast<float>(1.0 / kColumn);
+  constexpr float kPerRow = static_cast<float>(1.0 / kRow);
+  const float side = sector.side * kPerColumn;
+  if (!(side < 7.0F)) return true;
+  const std::size_t level = side < 1.0F ? 0 : side < 3.0F ? 1 : 2;
+  const std::size_t column =
+      static_cast<std::size_t>(sector.turn * kPerColumn) & std::size_t{kColumns - 1};
+  const int last_row = std::min(static_cast<int>((sector.high_sine + 1.0F) * kPerRow), kRows - 1);
+  int row = std::max(static_cast<int>((sector.low_sine + 1.0F) * kPerRow), 0);
+  for (; row <= last_row; ++row) {
+    const std::int16_t place = place_of_row_[static_cast<std::size_t>(row)];
+    if (place == kNoPlace) continue;
+    const std::size_t bin = static_cast<std::size_t>(place) * kColumns + column;
+    if (longest_around_m_[level][bin] >= sector.least_range_m) return true;
+  }
+  return false;
+}
+
+// What is computed in floats is off by less than `slack_m`: a ray that passes within touch_m of a
+// place passes within `touch` of what the floats say that it is.
+void ScanRays::find_passable(const RayPlaces& places, const Pose& T_lidar_places, double touch_m,
+                             std::vector<std::uint32_t>& found) const {
+  const Eigen::Matrix3f turn = T_lidar_places.linear().cast<float>();
+  const Eigen::Vector3f anchor_m = (T_lidar_places * places.anchor_m).cast<float>();
+  const float slack_m = kLengthSlackOfFloats * (anchor_m.norm() + places.radius_m);
+  const float touch = static_cast<float>(touch_m) * (1.0F + kSlackOfFloats) + slack_m;
+  const float beyond_m = static_cast<float>(kEndMargin_m) * (1.0F - kSlackOfFloats) - slack_m;
+  const std::size_t count = places.x_m.size();
+  found.resize(count);
+  std::size_t kept = 0;
+  for (std::size_t first = 0; first < count; first += kAtOnce) {
+    const Floats x = some_of(places.x_m, first);
+    const Floats y = some_of(places.y_m, first);
+    const Floats z = some_of(places.z_m, first);
+    const SeenPlaces seen(turn(0, 0) * x + turn(0, 1) * y + turn(0, 2) * z + anchor_m.x(),
+                          turn(1, 0) * x + turn(1, 1) * y + turn(1, 2) * z + anchor_m.y(),
+                          turn(2, 0) * x + turn(2, 1) * y + turn(2, 2) * z + anchor_m.z(), touch);
+    const std::size_t end = std::min<std::size_t>(kAtOnce, count - first);
+    for (std::size_t i = 0; i < end; ++i) {
+      const auto lane = static_cast<Eigen::Index>(i);
+      if (next_band_[static_cast<std::size_t>(seen.low_band[lane])] > seen.high_band[lane])
+        continue;
+      found[kept] = static_cast<std::uint32_t>(first + i);
+      const bool is_near = seen.side[lane] >= kWholeSphere;
+      kept += is_near || may_hold_longer(sector_of(seen, lane, beyond_m)) ? 1 : 0;
+    }
+  }
+  found.resize(kept);
 }
 
 bool ScanRays::any_in_bin(std::size_t bin, const RayQuery& query) const {
@@ -152,10 +304,11 @@ bool ScanRays::pass_through(const RayQuery& query) const {
   const BinRange columns = columns_around(query.at_m, from_axis_m, query.touch_m);
   for (int row = first_row; row < end_row; ++row) {
     if (!is_long(row)) continue;
+    const std::size_t first_bin =
+        static_cast<std::size_t>(place_of_row_[static_cast<std::size_t>(row)]) * kColumns;
     for (int step = 0; step < columns.count; ++step) {
       const int column = (columns.first + step + kColumns) % kColumns;
-      const std::size_t bin =
-          static_cast<std::size_t>(row) * kColumns + static_cast<std::size_t>(column);
+      const std::size_t bin = first_bin + static_cast<std::size_t>(column);
       if (longest_m_[bin] < along_m + kEndMargin_m) continue;
       if (any_in_bin(bin, query)) return true;
     }

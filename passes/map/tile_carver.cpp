@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "formats/grid/cell_blocks.h"
 #include "passes/map/drive_evidence.h"
 #include "passes/map/scan_rays.h"
 #include "passes/map/voxel_ground.h"
@@ -69,6 +70,9 @@ struct AskedVoxel {
   bool is_ground;
   std::uint32_t number;
   std::uint32_t misses = 0;
+  // What stands above the ground and touches it: a stretch of TileCarver::touching_.
+  std::size_t touching_begin = 0;
+  std::size_t touching_end = 0;
 };
 
 // Asked voxels of which it is told together whether they are near a sensor.
@@ -76,6 +80,28 @@ struct Column {
   Box2 box;
   std::uint32_t begin = 0;
   std::uint32_t end = 0;
+  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();
+  float radius_m = 0.0F;
+};
+
+// What rays are asked about first: the means of asked voxels from the anchors of their columns.
+struct AskedPlaces {
+  std::vector<float> x_m, y_m, z_m;
+
+  // Adds one, and makes the column reach it.
+  void add(const Eigen::Vector3d& mean_m, Column& column) {
+    const Eigen::Vector3f from_anchor_m = (mean_m - column.anchor_m).cast<float>();
+    x_m.push_back(from_anchor_m.x());
+    y_m.push_back(from_anchor_m.y());
+    z_m.push_back(from_anchor_m.z());
+    column.radius_m = std::max(column.radius_m, from_anchor_m.norm());
+  }
+  [[nodiscard]] RayPlaces of(const Column& column) const {
+    const auto some = [&](const std::vector<float>& all) {
+      return std::span(all).subspan(column.begin, column.end - column.begin);
+    };
+    return {column.anchor_m, column.radius_m, some(x_m), some(y_m), some(z_m)};
+  }
 };
 
 class TileCarver {
@@ -120,6 +146,7 @@ class TileCarver {
 
  private:
   Result<void> collect() {
+    const Box2 near = with_halo(reach_, options_.voxel_m);
     for (std::uint32_t k = 0; k < scans_.size(); ++k) {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
       if (reach_.exteriorDistance(origin_m) > scans_[k].max_range_m) continue;
@@ -127,7 +154,8 @@ class TileCarver {
       returns_m_.clear();
       for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
         if (!is_within_range(scans_[k], point_lidar_m)) continue;
-        returns_m_.push_back(scans_[k].T_map_lidar * point_lidar_m);
+        const Eigen::Vector3d return_m = scans_[k].T_map_lidar * point_lidar_m;
+        if (near.contains(return_m.head<2>())) returns_m_.push_back(return_m);
       }
       add_returns(k);
     }
@@ -167,53 +195,99 @@ class TileCarver {
     hit_voxels_[k].push_back(v);
   }
 
-  // For each voxel that stands above the ground, those asked about that touch it; and its own place
-  // among these.
+  // Of each voxel that is asked about, what stands above the ground and touches it.
   void gather_neighbours() {
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> touching;  // what stands, what is asked
-    asked_of_.assign(seen_.size(), kNone);
-    for (std::uint32_t asked = 0; asked < asked_.size(); ++asked) {
-      asked_of_[asked_[asked].number] = asked;
-      for (const std::uint32_t near : neighbours(seen_, asked_[asked].number, 1)) {
-        if (!seen_.values()[near].is_ground) touching.emplace_back(near, asked);
+    std::vector<std::uint32_t> asked_of(seen_.size(), kNone);
+    for (std::uint32_t i = 0; i < asked_.size(); ++i) asked_of[asked_[i].number] = i;
+    const CellBlocks blocks(seen_.keys());
+    CellWindow around(blocks, {1, 1, 1}, {1, 1, 1});
+    for (std::size_t block = 0; block < blocks.size(); ++block) {
+      around.move_to(block);
+      for (const auto& [key, v] : blocks.cells(block)) {
+        if (asked_of[v] == kNone) continue;
+        AskedVoxel& asked = asked_[asked_of[v]];
+        asked.touching_begin = touching_.size();
+        add_standing_around(around, key);
+        asked.touching_end = touching_.size();
       }
     }
-    near_begin_.assign(seen_.size() + 2, 0);
-    for (const auto& [standing, asked] : touching) ++near_begin_[standing + 2];
-    std::partial_sum(near_begin_.begin(), near_begin_.end(), near_begin_.begin());
-    near_.resize(touching.size());
-    for (const auto& [standing, asked] : touching) near_[near_begin_[standing + 1]++] = asked;
+  }
+
+  void add_standing_around(const CellWindow& around, const CellKey& key) {
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        for (int z = -1; z <= 1; ++z) {
+          if (x == 0 && y == 0 && z == 0) continue;
+          const std::uint32_t near = around.number_of({key.x + x, key.y + y, key.z + z});
+          if (near == CellWindow::kNone || seen_.values()[near].is_ground) continue;
+          touching_.push_back(near);
+        }
+      }
+    }
   }
 
   Result<void> carve() {
     const std::vector<Column> columns = columns_to_ask_about();
     gather_neighbours();
     ScanRays rays;
-    spared_by_.assign(asked_.size(), kNone);
+    hit_by_.assign(seen_.size(), kNone);
     for (std::uint32_t k = 0; k < scans_.size(); ++k) {
       const Eigen::Vector2d origin_m = scans_[k].T_map_lidar.translation().head<2>();
       if (reach_.exteriorDistance(origin_m) > options_.carve_range_m) continue;
       SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
-      spare_what_it_hit(k);
-      returns_m_.clear();
-      for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
-        if (is_within_range(scans_[k], point_lidar_m)) returns_m_.push_back(point_lidar_m);
-      }
+      for (const std::uint32_t v : hit_voxels_[k]) hit_by_[v] = k;
+      find_rays(scans_[k], scan);
       rays.take(returns_m_);
       for (const Column& column : columns) {
         if (column.box.exteriorDistance(origin_m) > options_.carve_range_m) continue;
-        for (std::uint32_t asked = column.begin; asked < column.end; ++asked) {
-          if (spared_by_[asked] == k) continue;
-          AskedVoxel& voxel = asked_[asked];
-          if (!looks_through(scans_[k].T_map_lidar, rays, voxel)) continue;
-          ++voxel.misses;
-          if (of_drives_) of_drives_->add_miss(voxel.number, scans_[k].part);
-        }
+        look_into(column, k, rays);
       }
     }
     for (const AskedVoxel& voxel : asked_) seen_.values()[voxel.number].misses = voxel.misses;
     if (of_drives_) of_drives_->conclude(seen_);
     return {};
+  }
+
+  // Fills returns_m_, in the sensor's frame, with those whose rays may come near a voxel here: not
+  // those of which both ends lie beyond the same edge.
+  void find_rays(const PlacedScan& placed, const Scan& scan) {
+    const Box2 near = with_halo(reach_, options_.voxel_m + touch_m() + kSlack_m);
+    const Eigen::Vector2d origin_m = placed.T_map_lidar.translation().head<2>();
+    const Eigen::Matrix<double, 2, 3> turn = placed.T_map_lidar.linear().topRows<2>();
+    const auto passes_by = [&](double a_m, double b_m, int axis) {
+      return (a_m < near.min()[axis] && b_m < near.min()[axis]) ||
+             (a_m > near.max()[axis] && b_m > near.max()[axis]);
+    };
+    returns_m_.clear();
+    for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
+      if (!is_within_range(placed, point_lidar_m)) continue;
+      const Eigen::Vector2d end_m = turn * point_lidar_m + origin_m;
+      if (passes_by(origin_m.x(), end_m.x(), 0) || passes_by(origin_m.y(), end_m.y(), 1)) continue;
+      returns_m_.push_back(point_lidar_m);
+    }
+  }
+
+  // Counts the misses of scan k in a column.
+  void look_into(const Column& column, std::uint32_t k, const ScanRays& rays) {
+    constexpr std::size_t kAhead = 4;
+    rays.find_passable(places_.of(column), scans_[k].T_map_lidar.inverse(), touch_m(), passable_);
+    for (std::size_t i = 0; i < passable_.size(); ++i) {
+      if (i + kAhead < passable_.size()) {
+        __builtin_prefetch(&asked_[column.begin + passable_[i + kAhead]], 1);
+      }
+      AskedVoxel& voxel = asked_[column.begin + passable_[i]];
+      if (!looks_through(scans_[k].T_map_lidar, rays, voxel) || is_spared(voxel, k)) continue;
+      ++voxel.misses;
+      if (of_drives_) of_drives_->add_miss(voxel.number, scans_[k].part);
+    }
+  }
+
+  // A scan does not contradict what it hit, nor what is beside something standing that it hit.
+  [[nodiscard]] bool is_spared(const AskedVoxel& voxel, std::uint32_t k) const {
+    if (hit_by_[voxel.number] == k) return true;
+    const auto touching = std::span(touching_).subspan(voxel.touching_begin,
+                                                       voxel.touching_end - voxel.touching_begin);
+    return std::ranges::any_of(touching, [&](std::uint32_t v) { return hit_by_[v] == k; });
   }
 
   // How many scans may look into a place, of each part of the drive.
@@ -246,32 +320,28 @@ class TileCarver {
     for (std::size_t i = 0; i < order.size(); ++i) {
       if (i == 0 || order[i].first != order[i - 1].first) {
         const auto begin = static_cast<std::uint32_t>(asked_.size());
-        columns.push_back({box_of(order[i].first, kColumn_m), begin, begin});
+        columns.push_back({box_of(order[i].first, kColumn_m), begin, begin,
+                           seen_.values()[order[i].second].mean_m()});
         scan_counts = scans_near(columns.back().box);
       }
       const std::uint32_t v = order[i].second;
       if (stands_anyway_here(v, scan_counts)) continue;
       const SeenVoxel& voxel = seen_.values()[v];
+      places_.add(voxel.mean_m(), columns.back());
       asked_.push_back({voxel.mean_m(), voxel.above_ground_m, voxel.is_ground, v});
       ++columns.back().end;
     }
     return columns;
   }
 
-  // A scan does not contradict what it hit, nor what is beside something standing that it hit.
-  void spare_what_it_hit(std::uint32_t k) {
-    for (const std::uint32_t v : hit_voxels_[k]) {
-      if (asked_of_[v] != kNone) spared_by_[asked_of_[v]] = k;
-      for (std::size_t i = near_begin_[v]; i < near_begin_[v + 1]; ++i) spared_by_[near_[i]] = k;
-    }
-  }
+  double touch_m() const { return kTouch_voxels * options_.voxel_m; }
 
   bool looks_through(const Pose& T_map_lidar, const ScanRays& rays, const AskedVoxel& voxel) const {
     const Eigen::Vector3d from_sensor_m = voxel.mean_m - T_map_lidar.translation();
     if (from_sensor_m.squaredNorm() > options_.carve_range_m * options_.carve_range_m) return false;
     RayQuery look;
     look.at_m = T_map_lidar.linear().transpose() * from_sensor_m;
-    look.touch_m = kTouch_voxels * options_.voxel_m;
+    look.touch_m = touch_m();
     look.up = T_map_lidar.linear().row(2);
     if (voxel.is_ground) look.least_below_m = kBelowGround_m;
     if (voxel.above_ground_m < kNearGround_m) {
@@ -298,15 +368,15 @@ class TileCarver {
   SeenVoxels seen_;
   std::vector<std::vector<std::uint32_t>> hit_voxels_;  // of each scan, each once
   std::vector<AskedVoxel> asked_;
-  std::vector<std::uint32_t> asked_of_;   // of each voxel in asked_, or kNone
-  std::vector<std::uint32_t> spared_by_;  // of those asked: the last scan that is not asked
-  std::vector<std::uint32_t> near_;       // in asked_
-  std::vector<std::size_t> near_begin_;   // of each voxel in near_
+  AskedPlaces places_;                   // of those asked
+  std::vector<std::uint32_t> touching_;  // see AskedVoxel
+  std::vector<std::uint32_t> hit_by_;    // of each voxel: the last scan that hit it, of those asked
   // Of one scan; kept for their memory.
   std::vector<Eigen::Vector3d> returns_m_;
   std::vector<CellKey> keys_;
   std::vector<CellRun> runs_;
   std::vector<std::uint32_t> numbers_;
+  std::vector<std::uint32_t> passable_;  // of a column
 };
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "formats/grid/cell_blocks.h"
+
 namespace sightline {
 namespace {
 
@@ -126,12 +128,12 @@ class LowVoxels {
   std::unordered_map<std::int64_t, double> ground_m_;
 };
 
-bool is_clear_above(const SeenVoxels& seen, const CellKey& key) {
+bool is_clear_above(const CellWindow& seen, const CellKey& key) {
   for (std::int32_t x = -1; x <= 1; ++x) {
     for (std::int32_t y = -1; y <= 1; ++y) {
       // The next voxel may hold the same surface.
       for (std::int32_t z = 2; z <= kClear_voxels; ++z) {
-        if (seen.number_of({key.x + x, key.y + y, key.z + z}) != SeenVoxels::kNone) return false;
+        if (seen.holds({key.x + x, key.y + y, key.z + z})) return false;
       }
     }
   }
@@ -139,13 +141,13 @@ bool is_clear_above(const SeenVoxels& seen, const CellKey& key) {
 }
 
 // Of a voxel and the two to each side, those that hold something within a voxel of its height.
-int level_places_around(const SeenVoxels& seen, const CellKey& key) {
+int level_places_around(const CellWindow& seen, const CellKey& key) {
   int places = 0;
   for (int code = 0; code < 25; ++code) {
     const CellKey at{key.x + code % 5 - 2, key.y + code / 5 - 2, key.z};
     bool is_seen = false;
     for (std::int32_t z = -1; z <= 1 && !is_seen; ++z) {
-      is_seen = seen.number_of({at.x, at.y, at.z + z}) != SeenVoxels::kNone;
+      is_seen = seen.holds({at.x, at.y, at.z + z});
     }
     places += is_seen ? 1 : 0;
   }
@@ -167,19 +169,23 @@ std::int32_t reach_of_ground_voxels() { return 3 * kColumn_voxels + 2 * kPlace_v
 void mark_ground(SeenVoxels& seen) {
   const GroundLevels levels(seen);
   const LowVoxels low(seen, levels);
-  for (std::size_t v = 0; v < seen.size(); ++v) {
-    SeenVoxel& voxel = seen.values()[v];
-    const double height_m = voxel.mean_m().z();
-    const double level_m = levels.around_m(seen.keys()[v]);
-    const double lowest_m = low.around_m(column_of(seen.keys()[v]));
-    const double above_m = height_m - lowest_m;
-    const CellKey& key = seen.keys()[v];
-    const bool is_low = above_m < kLedge_m && height_m >= level_m - kLevel_m;
-    const int places = is_low && is_clear_above(seen, key) ? level_places_around(seen, key) : 0;
-    voxel.is_level = places >= kLevelPlaces;
-    voxel.is_ground =
-        (above_m < kGroundThickness_m || places >= kLedgePlaces) && height_m >= level_m - kLevel_m;
-    voxel.above_ground_m = static_cast<float>(height_m - std::min(level_m + kLevel_m, lowest_m));
+  const CellBlocks blocks(seen.keys());
+  CellWindow around(blocks, {2, 2, 1}, {2, 2, kClear_voxels});
+  for (std::size_t block = 0; block < blocks.size(); ++block) {
+    around.move_to(block);
+    for (const auto& [key, v] : blocks.cells(block)) {
+      SeenVoxel& voxel = seen.values()[v];
+      const double height_m = voxel.mean_m().z();
+      const double level_m = levels.around_m(key);
+      const double lowest_m = low.around_m(column_of(key));
+      const double above_m = height_m - lowest_m;
+      const bool is_among_low = height_m >= level_m - kLevel_m;
+      const bool may_be_ledge = above_m < kLedge_m && is_among_low && is_clear_above(around, key);
+      const int places = may_be_ledge ? level_places_around(around, key) : 0;
+      voxel.is_level = places >= kLevelPlaces;
+      voxel.is_ground = (above_m < kGroundThickness_m || places >= kLedgePlaces) && is_among_low;
+      voxel.above_ground_m = static_cast<float>(height_m - std::min(level_m + kLevel_m, lowest_m));
+    }
   }
 }
 
