@@ -61,19 +61,24 @@ Sites some_sites(const Sites& all, std::span<const SiteBlock> blocks, std::size_
 Result<double> cpu_of(const CompilePlan& compile, const RunOptions& options,
                       const ArtifactSet& artifacts, const Sites& some) {
   const std::shared_ptr<const void> sites = std::make_shared<const Sites>(some);
-  const double begin_s = process_cpu_s();
+  double cpu_s = 0.0;
   for (const PassStep& step : compile.plan.steps()) {
     if (std::ranges::find(kDearPasses, step.name) == kDearPasses.end()) continue;
     std::vector<std::shared_ptr<const void>> inputs;
-    for (const std::size_t input : step.inputs) {
-      inputs.push_back(AnyWire{input} == compile.sites.any() ? sites
-                                                             : artifacts.entry({input}).value);
+    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+      const AnyWire input{step.inputs[i]};
+      ArtifactSet::Entry entry = artifacts.entry(input);
+      if (input == compile.sites.any()) entry.value = sites;
+      SIGHTLINE_ASSIGN(std::shared_ptr<const void> taken, in_form(entry, *step.input_types[i]));
+      inputs.push_back(std::move(taken));
     }
     PassContext ctx;
     ctx.seed = options.seed;
+    const double begin_s = process_cpu_s();
     SIGHTLINE_TRY(step.run(ctx, inputs));
+    cpu_s += process_cpu_s() - begin_s;
   }
-  return process_cpu_s() - begin_s;
+  return cpu_s;
 }
 
 // Whether all that is dear of what is tried on is there, and what it is for is not.

@@ -13,7 +13,7 @@ namespace sightline {
 class ArtifactSet {
  public:
   struct Entry {
-    const ArtifactType* type = nullptr;
+    const ArtifactType* type = nullptr;  // in the form that it is in
     std::shared_ptr<const void> value;
     Digest key{};  // of all that decided the content
   };
@@ -36,7 +36,7 @@ class ArtifactSet {
   }
 
   [[nodiscard]] bool has(AnyWire wire) const { return entries_.contains(wire.index); }
-  // The artifact, which must be there.
+  // The artifact, which must be there and whole.
   template <class X>
   [[nodiscard]] const X& get(Wire<X> wire) const {
     const Entry& found = entry(wire);
@@ -54,5 +54,10 @@ class ArtifactSet {
  private:
   std::map<std::size_t, Entry> entries_;  // by the index of the wire
 };
+
+// The artifact in a form of it. What is whole stays in memory; what is not, and what is made of it,
+// may lie in a temporary file. Errors: cannot-read, disk-full, cannot-write.
+Result<std::shared_ptr<const void>> in_form(const ArtifactSet::Entry& entry,
+                                            const ArtifactType& form);
 
 }  // namespace sightline

@@ -14,6 +14,8 @@
 //   Plan plan(settings);
 //   const Wire<SurfacePoints> points = plan.input<SurfacePoints>("points");
 //   const Wire<NdtMap> ndt = plan.run(kBuildNdt, points);
+//
+// A wire is of the artifact; a pass may take and make it in another form (step.h).
 
 namespace sightline {
 
@@ -73,16 +75,17 @@ class Plan {
 
   // A step that runs `pass` with the options of the settings.
   template <class Output, class Options, class... Inputs>
-  Wire<Output> run(const Pass<Output, Options, Inputs...>& pass,
-                   Wire<std::type_identity_t<Inputs>>... inputs) {
+  Wire<ArtifactOf<Output>> run(const Pass<Output, Options, Inputs...>& pass,
+                               Wire<ArtifactOf<Inputs>>... inputs) {
     return run_as("", pass, options(pass), inputs...);
   }
 
   // A step "pass:label" that makes the artifact "label/table", with options of its own.
   template <class Output, class Options, class... Inputs>
-  Wire<Output> run_as(std::string_view label, const Pass<Output, Options, Inputs...>& pass,
-                      const std::type_identity_t<Options>& options,
-                      Wire<std::type_identity_t<Inputs>>... inputs) {
+  Wire<ArtifactOf<Output>> run_as(std::string_view label,
+                                  const Pass<Output, Options, Inputs...>& pass,
+                                  const std::type_identity_t<Options>& options,
+                                  Wire<ArtifactOf<Inputs>>... inputs) {
     add_section<Options>(pass.name, pass.help);
     PassStep step = make_step(pass, options);
     step.name =
@@ -90,10 +93,10 @@ class Plan {
     step.inputs = {inputs.any().index...};
     const std::string name = label.empty() ? std::string(pass.table)
                                            : std::string(label) + "/" + std::string(pass.table);
-    step.output = add_artifact(name, artifact_type<Output>());
+    step.output = add_artifact(name, artifact_type<ArtifactOf<Output>>());
     const std::size_t output = step.output;
     add_step(std::move(step));
-    return Wire<Output>(output);
+    return Wire<ArtifactOf<Output>>(output);
   }
 
   [[nodiscard]] const std::vector<PassStep>& steps() const { return steps_; }

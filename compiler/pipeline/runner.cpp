@@ -63,7 +63,7 @@ class Runner {
     reset_peak_memory();
     if (scheduled.is_stored) cache_.mark_used(report.name, scheduled.key.key);
     if (scheduled.is_needed && !waits(scheduled)) {
-      SIGHTLINE_TRY(obtain(scheduled, report));
+      SIGHTLINE_TRY(obtain(scheduled, *step_of(scheduled).output_type, report));
     } else {
       report.from_cache = true;
       report.reason = scheduled.is_stored ? "unchanged" : kNotNeeded;
@@ -75,6 +75,21 @@ class Runner {
     report.cpu_s = process_cpu_s() - begin.cpu_s;
     report.peak_memory_mib = peak_memory_mib();
     return report;
+  }
+
+  // What is wanted, for those who look at it: when no step takes any other artifact any more.
+  Result<void> make_wanted_whole() {
+    if (!options_.keeps_wanted) return {};
+    for (const Scheduled& scheduled : list_) {
+      const AnyWire output{step_of(scheduled).output};
+      if (!scheduled.is_wanted || !artifacts_.has(output)) continue;
+      ArtifactSet::Entry entry = artifacts_.entry(output);
+      const ArtifactType& whole = *plan_.artifact(output).type;
+      SIGHTLINE_ASSIGN(entry.value, in_form(entry, whole));
+      entry.type = &whole;
+      artifacts_.put(output, std::move(entry));
+    }
+    return {};
   }
 
  private:
@@ -92,17 +107,13 @@ class Runner {
     return {ErrorCode::kWorkMissing, "not finished yet: " + names, "", ""};
   }
 
-  [[nodiscard]] const ArtifactType& output_type(const PassStep& step) const {
-    return *plan_.artifact({step.output}).type;
-  }
-
-  // Loads the output of a step or makes it. What the step had to say when it was made is not
-  // repeated.
-  Result<void> obtain(const Scheduled& scheduled, StepReport& report) {
+  // Loads the output of a step, in this form, or makes it. What the step had to say when it was
+  // made is not repeated.
+  Result<void> obtain(const Scheduled& scheduled, const ArtifactType& form, StepReport& report) {
     const PassStep& step = step_of(scheduled);
     std::shared_ptr<const void> output;
     if (scheduled.is_kept) {
-      SIGHTLINE_ASSIGN(output, from_cache(scheduled, report));
+      SIGHTLINE_ASSIGN(output, from_cache(scheduled, form, report));
     }
     report.from_cache = output != nullptr;
     if (output) {
@@ -116,19 +127,21 @@ class Runner {
       output = *made;
     }
     SIGHTLINE_TRY(cache_.store_record(step.name, scheduled.key.record));
-    artifacts_.put({step.output}, {&output_type(step), output, scheduled.key.key});
+    const ArtifactType* type = report.from_cache ? &form : step.output_type;
+    artifacts_.put({step.output}, {type, output, scheduled.key.key});
     return {};
   }
 
   // Those that are not there are in the cache, unless an object turned out to be damaged.
   Result<void> obtain_inputs(const PassStep& step) {
-    for (const std::size_t input : step.inputs) {
+    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+      const std::size_t input = step.inputs[i];
       if (artifacts_.has({input})) continue;
       const auto maker = std::ranges::find_if(
           list_, [&](const Scheduled& scheduled) { return step_of(scheduled).output == input; });
       SIGHTLINE_CHECK(maker != list_.end());
       StepReport report;
-      SIGHTLINE_TRY(obtain(*maker, report));
+      SIGHTLINE_TRY(obtain(*maker, *step.input_types[i], report));
     }
     return {};
   }
@@ -147,14 +160,21 @@ class Runner {
     }
   }
 
-  std::vector<std::shared_ptr<const void>> inputs_of(const PassStep& step) const {
-    std::vector<std::shared_ptr<const void>> inputs;
-    for (const std::size_t input : step.inputs) inputs.push_back(artifacts_.entry({input}).value);
+  // In the forms that the step takes.
+  using Inputs = std::vector<std::shared_ptr<const void>>;
+  Result<Inputs> inputs_of(const PassStep& step) const {
+    Inputs inputs;
+    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+      SIGHTLINE_ASSIGN(std::shared_ptr<const void> input,
+                       in_form(artifacts_.entry({step.inputs[i]}), *step.input_types[i]));
+      inputs.push_back(std::move(input));
+    }
     return inputs;
   }
 
   // Nothing where there is no such object or it is of no use.
-  Result<std::shared_ptr<const void>> from_cache(const Scheduled& scheduled, StepReport& report) {
+  Result<std::shared_ptr<const void>> from_cache(const Scheduled& scheduled,
+                                                 const ArtifactType& form, StepReport& report) {
     const PassStep& step = step_of(scheduled);
     const auto refuse = [&](const Error& error) -> std::shared_ptr<const void> {
       note(step, report, "a cache file is not used, its content is made anew: " + to_string(error));
@@ -163,17 +183,18 @@ class Runner {
     const Result<std::optional<StoredBytes>> found = cache_.open(step.name, scheduled.key.key);
     if (!found) return refuse(found.error());
     if (!*found) return std::shared_ptr<const void>();
-    Result<std::shared_ptr<const void>> artifact = output_type(step).read(**found);
+    Result<std::shared_ptr<const void>> artifact = form.read(**found);
     if (!artifact) return refuse(artifact.error());
     if (!step.reattach) return *artifact;
     SIGHTLINE_TRY(obtain_inputs(step));
-    return step.reattach(*artifact, inputs_of(step));
+    SIGHTLINE_ASSIGN(const Inputs inputs, inputs_of(step));
+    return step.reattach(*artifact, inputs);
   }
 
   Result<std::shared_ptr<const void>> make(const Scheduled& scheduled, StepReport& report) const {
     const PassStep& step = step_of(scheduled);
     const StepKey& key = scheduled.key;
-    const std::vector<std::shared_ptr<const void>> inputs = inputs_of(step);
+    SIGHTLINE_ASSIGN(const Inputs inputs, inputs_of(step));
     PassContext ctx;
     ctx.threads = options_.threads;
     ctx.seed = options_.seed;
@@ -203,11 +224,11 @@ class Runner {
       note(step, report, message);
     };
     SIGHTLINE_ASSIGN(std::shared_ptr<const void> output, step.run(ctx, inputs));
-    SIGHTLINE_TRY(output_type(step).check(output.get()));
+    SIGHTLINE_TRY(step.output_type->check(output.get()));
     SIGHTLINE_TRY(cache_.store_warnings(step.name, key.key, said));
     if (cache_.is_enabled() && scheduled.is_kept) {
       const auto write = [&](const ByteSink& sink) {
-        return output_type(step).write(output.get(), sink);
+        return step.output_type->write(output.get(), sink);
       };
       SIGHTLINE_TRY(cache_.store(step.name, key.key, write));
     }
@@ -265,15 +286,14 @@ void check_inputs(const Plan& plan, const std::vector<Scheduled>& list,
   }
 }
 
-void print_if_asked(const Plan& plan, const PassStep& step, const RunOptions& options,
-                    const RunObserver& observer, const ArtifactSet& artifacts) {
+void print_if_asked(const PassStep& step, const RunOptions& options, const RunObserver& observer,
+                    const ArtifactSet& artifacts) {
   if (!observer.printed ||
       std::ranges::find(options.print_after, step.name) == options.print_after.end()) {
     return;
   }
-  const AnyWire output{step.output};
-  observer.printed(step.name,
-                   plan.artifact(output).type->print(artifacts.entry(output).value.get()));
+  const ArtifactSet::Entry& output = artifacts.entry({step.output});
+  observer.printed(step.name, output.type->print(output.value.get()));
 }
 
 }  // namespace
@@ -300,9 +320,9 @@ Result<void> run_plan(const Plan& plan, const std::vector<AnyWire>& wanted,
     if (!report) return report.error();
     reports.push_back(*report);
     if (observer.finished) observer.finished(*report);
-    print_if_asked(plan, step, options, observer, artifacts);
+    print_if_asked(step, options, observer, artifacts);
   }
-  return {};
+  return runner.make_wanted_whole();
 }
 
 }  // namespace sightline

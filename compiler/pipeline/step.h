@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -27,7 +28,22 @@ concept Encodable = requires(const X& artifact, ByteWriter& writer, ByteReader& 
   decode(reader, out);
 };
 
-// What the runner can do with any artifact of one type.
+// The artifact that X is, or that X is a form of, as ArtifactTraits<X>::Artifact says: another
+// struct for the same bytes, which a pass may ask for in its place. A map's NDs whole, or tile by
+// tile.
+template <class X>
+struct FormOf {
+  using Artifact = X;
+};
+template <class X>
+requires requires { typename ArtifactTraits<X>::Artifact; }
+struct FormOf<X> {
+  using Artifact = typename ArtifactTraits<X>::Artifact;
+};
+template <class X>
+using ArtifactOf = typename FormOf<X>::Artifact;
+
+// What the runner can do with any artifact of one type, in one form.
 struct ArtifactType {
   std::string_view name;
   std::uint32_t version = 0;
@@ -38,6 +54,7 @@ struct ArtifactType {
   std::function<Result<std::shared_ptr<const void>>(const StoredBytes&)> read;
   // Part of it lies outside: the scans of a drive. Only a step that gives it back may be loaded.
   bool refers_outside = false;
+  bool is_form = false;  // another than the whole artifact: much of it may lie in a file
 };
 
 template <class X>
@@ -49,6 +66,7 @@ const ArtifactType& artifact_type() {
     type.check = [](const void* x) { return validate(*static_cast<const X*>(x)); };
     type.print = [](const void* x) { return dump(*static_cast<const X*>(x)); };
     type.refers_outside = requires { ArtifactTraits<X>::kRefersOutside; };
+    type.is_form = !std::is_same_v<ArtifactOf<X>, X>;
     if constexpr (InPieces<X>) {
       type.write = [](const void* x, const ByteSink& sink) {
         return visit_bytes(*static_cast<const X*>(x), sink);
@@ -80,6 +98,8 @@ struct PassStep {
   std::vector<std::pair<std::string, std::string>> options;  // as texts, in the order of the fields
   std::vector<std::size_t> inputs;                           // indices of artifacts of the plan
   std::size_t output = 0;
+  std::vector<const ArtifactType*> input_types;  // in the forms that the pass takes
+  const ArtifactType* output_type = nullptr;     // in the form that it makes
   std::function<Result<std::shared_ptr<const void>>(
       PassContext&, const std::vector<std::shared_ptr<const void>>&)>
       run;
@@ -129,6 +149,8 @@ PassStep make_step(const Pass<Output, Options, Inputs...>& pass, const Options& 
   PassStep step;
   step.version = pass.version;
   step.options = pipeline_detail::option_texts(options);
+  step.input_types = {&artifact_type<Inputs>()...};
+  step.output_type = &artifact_type<Output>();
   step.run = [run = pass.run, options](PassContext& ctx,
                                        const std::vector<std::shared_ptr<const void>>& artifacts) {
     return pipeline_detail::call<Output, Options, Inputs...>(run, ctx, options, artifacts,

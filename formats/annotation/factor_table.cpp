@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <span>
 
@@ -47,14 +48,14 @@ Result<void> validate_own(const FactorTable& table) {
 
 const std::vector<Look>& looks_of(const FactorTable& table) { return table.looks; }
 
-// All before the values themselves.
+}  // namespace
+
 void encode_head(const FactorTable& table, ByteWriter& writer) {
   encode(table.looks, writer);
   writer.put<std::uint64_t>(table.factors.size());
   for (const std::string& factor : table.factors) writer.put_string(factor);
   writer.put(table.site_count);
   writer.put(table.shared_count);
-  writer.put<std::uint64_t>(table.values.size());
 }
 
 void decode_head(ByteReader& reader, FactorTable& table) {
@@ -65,6 +66,8 @@ void decode_head(ByteReader& reader, FactorTable& table) {
   reader.get(table.shared_count);
 }
 
+namespace {
+
 void decode_own(ByteReader& reader, FactorTable& table) {
   decode_head(reader, table);
   reader.get_array(table.values);
@@ -73,6 +76,7 @@ void decode_own(ByteReader& reader, FactorTable& table) {
 Result<void> visit_own(const FactorTable& table, const ByteSink& sink) {
   ByteWriter head;
   encode_head(table, head);
+  head.put<std::uint64_t>(table.values.size());
   SIGHTLINE_TRY(sink(head.bytes()));
   return sink(std::as_bytes(std::span(table.values)));
 }
@@ -83,18 +87,12 @@ Error undecodable() {
 
 // From `offset` on, which moves behind it.
 Result<void> open_own(const StoredBytes& payload, std::uint64_t& offset, FactorTable& table) {
-  constexpr std::uint64_t kLongestHead = 1 << 20;  // names of factors are words
-  const std::uint64_t rest = payload.size() - offset;
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> head,
-                   payload.read(offset, std::min(rest, kLongestHead)));
-  ByteReader reader(head);
-  decode_head(reader, table);
-  const auto count = reader.get<std::uint64_t>();
-  if (!reader.ok() || count > (rest - reader.offset()) / sizeof(double)) return undecodable();
-  offset += reader.offset();
-  table.values.resize(count);
+  SIGHTLINE_ASSIGN(const std::optional<std::uint64_t> count,
+                   read_head(payload, offset, table, sizeof(double)));
+  if (!count) return undecodable();
+  table.values.resize(*count);
   SIGHTLINE_TRY(payload.read(offset, std::as_writable_bytes(std::span(table.values))));
-  offset += count * sizeof(double);
+  offset += *count * sizeof(double);
   return {};
 }
 
@@ -152,23 +150,13 @@ std::uint64_t payload_size(const FactorTable& table) {
 }
 
 Result<void> visit_payload(const FactorTable& table, const ByteSink& sink) {
-  SIGHTLINE_TRY(visit_own(table, sink));
-  const auto sample_tables = static_cast<std::uint8_t>(table.of_samples.size());
-  SIGHTLINE_TRY(sink(std::as_bytes(std::span(&sample_tables, 1))));
-  for (const FactorTable& samples : table.of_samples) SIGHTLINE_TRY(visit_own(samples, sink));
-  return {};
+  return visit_both(table, sink, visit_own);
 }
 
 Result<void> open_payload(const StoredBytes& payload, FactorTable& table) {
   std::uint64_t offset = 0;
-  SIGHTLINE_TRY(open_own(payload, offset, table));
-  if (offset == payload.size()) return undecodable();
-  std::uint8_t sample_tables = 0;
-  SIGHTLINE_TRY(payload.read(offset++, std::as_writable_bytes(std::span(&sample_tables, 1))));
-  if (sample_tables > 1) return undecodable();
-  table.of_samples.resize(sample_tables);
-  for (FactorTable& samples : table.of_samples) SIGHTLINE_TRY(open_own(payload, offset, samples));
-  if (offset != payload.size()) return undecodable();
+  SIGHTLINE_ASSIGN(const bool is_whole, open_both(payload, offset, table, open_own));
+  if (!is_whole) return undecodable();
   return validate(table);
 }
 

@@ -58,4 +58,9 @@ std::uint64_t payload_size(const FactorTable& table);
 Result<void> visit_payload(const FactorTable& table, const ByteSink& sink);
 Result<void> open_payload(const StoredBytes& payload, FactorTable& table);
 
+// What they are made of, for the looks that take every return and again for those that do not: all
+// but the values, their count, and the values one after another.
+void encode_head(const FactorTable& table, ByteWriter& writer);
+void decode_head(ByteReader& reader, FactorTable& table);
+
 }  // namespace sightline

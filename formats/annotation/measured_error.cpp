@@ -1,6 +1,8 @@
 #include "formats/annotation/measured_error.h"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "formats/annotation/of_samples.h"
 
@@ -8,7 +10,6 @@ namespace sightline {
 namespace {
 
 constexpr std::size_t kBytesPerOffset = 4 * sizeof(double);
-constexpr std::size_t kBytesPerRow = 14 * sizeof(double) + sizeof(std::uint32_t);
 
 // The numbers of a row but point_count, with the names they are printed under, in the order of dump
 // and encoding.
@@ -30,7 +31,7 @@ constexpr RowField kRowFields[] = {{"mean_m", &ErrorRow::mean_m},
                                    {"max_work", &ErrorRow::max_work},
                                    {"mean_time_ms", &ErrorRow::mean_time_ms},
                                    {"max_time_ms", &ErrorRow::max_time_ms}};
-static_assert(std::size(kRowFields) * sizeof(double) + sizeof(std::uint32_t) == kBytesPerRow);
+static_assert(std::size(kRowFields) * sizeof(double) + sizeof(std::uint32_t) == kEncodedErrorRow);
 
 Result<void> validate_setup(const MeasuredError& measured) {
   if (reference_name(measured.reference).empty()) {
@@ -95,7 +96,9 @@ Result<void> validate_own(const MeasuredError& measured) {
 
 const std::vector<Look>& looks_of(const MeasuredError& measured) { return measured.looks; }
 
-void encode_own(const MeasuredError& measured, ByteWriter& writer) {
+}  // namespace
+
+void encode_head(const MeasuredError& measured, ByteWriter& writer) {
   writer.put_string(measured.drive);
   writer.put(measured.matching.scans);
   encode(measured.matching.localizer, writer);
@@ -112,14 +115,9 @@ void encode_own(const MeasuredError& measured, ByteWriter& writer) {
     writer.put(offset.yaw_rad);
   }
   writer.put_array(measured.scan_of_site);
-  writer.put<std::uint64_t>(measured.rows.size());
-  for (const ErrorRow& row : measured.rows) {
-    writer.put(row.point_count);
-    for (const RowField& field : kRowFields) writer.put(row.*field.value);
-  }
 }
 
-void decode_own(ByteReader& reader, MeasuredError& measured) {
+void decode_head(ByteReader& reader, MeasuredError& measured) {
   reader.get_string(measured.drive);
   reader.get(measured.matching.scans);
   decode(reader, measured.matching.localizer);
@@ -136,11 +134,73 @@ void decode_own(ByteReader& reader, MeasuredError& measured) {
     reader.get(offset.yaw_rad);
   }
   reader.get_array(measured.scan_of_site);
-  measured.rows.resize(reader.get_count(kBytesPerRow));
-  for (ErrorRow& row : measured.rows) {
+}
+
+void encode_rows(std::span<const ErrorRow> rows, ByteWriter& writer) {
+  for (const ErrorRow& row : rows) {
+    writer.put(row.point_count);
+    for (const RowField& field : kRowFields) writer.put(row.*field.value);
+  }
+}
+
+void decode_rows(ByteReader& reader, std::span<ErrorRow> rows) {
+  for (ErrorRow& row : rows) {
     reader.get(row.point_count);
     for (const RowField& field : kRowFields) reader.get(row.*field.value);
   }
+}
+
+namespace {
+
+void encode_own(const MeasuredError& measured, ByteWriter& writer) {
+  encode_head(measured, writer);
+  writer.put<std::uint64_t>(measured.rows.size());
+  encode_rows(measured.rows, writer);
+}
+
+void decode_own(ByteReader& reader, MeasuredError& measured) {
+  decode_head(reader, measured);
+  measured.rows.resize(reader.get_count(kEncodedErrorRow));
+  decode_rows(reader, measured.rows);
+}
+
+// Rows that are taken through bytes at once.
+constexpr std::size_t kRowsInPiece = 4096;
+
+Result<void> visit_own(const MeasuredError& measured, const ByteSink& sink) {
+  ByteWriter head;
+  encode_head(measured, head);
+  head.put<std::uint64_t>(measured.rows.size());
+  SIGHTLINE_TRY(sink(head.bytes()));
+  const std::span<const ErrorRow> rows(measured.rows);
+  for (std::size_t first = 0; first < rows.size(); first += kRowsInPiece) {
+    ByteWriter piece;
+    encode_rows(rows.subspan(first, std::min(kRowsInPiece, rows.size() - first)), piece);
+    SIGHTLINE_TRY(sink(piece.bytes()));
+  }
+  return {};
+}
+
+Error undecodable() {
+  return {ErrorCode::kBadLayer, "the payload of a measured-error cannot be decoded", "", ""};
+}
+
+// From `offset` on, which moves behind it.
+Result<void> open_own(const StoredBytes& payload, std::uint64_t& offset, MeasuredError& measured) {
+  SIGHTLINE_ASSIGN(const std::optional<std::uint64_t> count,
+                   read_head(payload, offset, measured, kEncodedErrorRow));
+  if (!count) return undecodable();
+  measured.rows.resize(*count);
+  const std::span<ErrorRow> rows(measured.rows);
+  for (std::size_t first = 0; first < rows.size(); first += kRowsInPiece) {
+    const auto some = rows.subspan(first, std::min(kRowsInPiece, rows.size() - first));
+    SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes,
+                     payload.read(offset, some.size() * kEncodedErrorRow));
+    ByteReader reader(bytes);
+    decode_rows(reader, some);
+    offset += bytes.size();
+  }
+  return {};
 }
 
 void append_rows(const MeasuredError& measured, Table& table) {
@@ -219,6 +279,23 @@ void encode(const MeasuredError& measured, ByteWriter& writer) {
 
 void decode(ByteReader& reader, MeasuredError& measured) {
   decode_both(reader, measured, decode_own);
+}
+
+std::uint64_t payload_size(const MeasuredError& measured) {
+  ByteWriter counting = ByteWriter::that_counts();
+  encode(measured, counting);
+  return counting.count();
+}
+
+Result<void> visit_payload(const MeasuredError& measured, const ByteSink& sink) {
+  return visit_both(measured, sink, visit_own);
+}
+
+Result<void> open_payload(const StoredBytes& payload, MeasuredError& measured) {
+  std::uint64_t offset = 0;
+  SIGHTLINE_ASSIGN(const bool is_whole, open_both(payload, offset, measured, open_own));
+  if (!is_whole) return undecodable();
+  return validate(measured);
 }
 
 }  // namespace sightline

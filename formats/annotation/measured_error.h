@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "formats/artifact.h"
+#include "formats/artifact_in_pieces.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/localizer_profile.h"
 #include "formats/drive/look.h"
@@ -95,5 +97,17 @@ Result<void> validate(const MeasuredError& measured);
 Table dump(const MeasuredError& measured);
 void encode(const MeasuredError& measured, ByteWriter& writer);
 void decode(ByteReader& reader, MeasuredError& measured);
+// The same bytes: of a large field they are not in memory twice.
+std::uint64_t payload_size(const MeasuredError& measured);
+Result<void> visit_payload(const MeasuredError& measured, const ByteSink& sink);
+Result<void> open_payload(const StoredBytes& payload, MeasuredError& measured);
+
+// What they are made of, for the looks that take every return and again for those that do not: all
+// but the rows, their count, and the rows one after another.
+void encode_head(const MeasuredError& measured, ByteWriter& writer);
+void decode_head(ByteReader& reader, MeasuredError& measured);
+inline constexpr std::size_t kEncodedErrorRow = 14 * sizeof(double) + sizeof(std::uint32_t);
+void encode_rows(std::span<const ErrorRow> rows, ByteWriter& writer);
+void decode_rows(ByteReader& reader, std::span<ErrorRow> rows);
 
 }  // namespace sightline

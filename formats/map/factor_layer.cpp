@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "formats/base/check.h"
 #include "formats/reader/map_layout.h"
 
 namespace sightline {
@@ -33,17 +34,30 @@ void put_values(const FactorTable& factors, std::size_t site, std::byte* into) {
   std::memcpy(into, values.data(), sizeof(double) * values.size());
 }
 
-}  // namespace
-
-std::vector<std::byte> encode_factor_layer(const FactorTable& factors,
-                                           std::span<const std::uint32_t> sites) {
+// `place_of`: where in the table the values of a row are.
+template <class PlaceOf>
+std::vector<std::byte> encode(const FactorTable& factors, std::span<const std::uint32_t> sites,
+                              const PlaceOf& place_of) {
   const FactorLayout layout(sites.size(), factors);
   std::vector<std::byte> raw(layout.size);
   std::memcpy(raw.data(), sites.data(), sites.size_bytes());
   for (std::size_t row = 0; row < sites.size(); ++row) {
-    put_values(factors, sites[row], raw.data() + layout.values + row * layout.row_size);
+    put_values(factors, place_of(row), raw.data() + layout.values + row * layout.row_size);
   }
   return raw;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_factor_layer(const FactorTable& factors,
+                                           std::span<const std::uint32_t> sites) {
+  return encode(factors, sites, [&](std::size_t row) { return sites[row]; });
+}
+
+std::vector<std::byte> encode_factor_rows(const FactorTable& of_sites,
+                                          std::span<const std::uint32_t> sites) {
+  SIGHTLINE_CHECK(of_sites.site_count == sites.size());
+  return encode(of_sites, sites, [](std::size_t row) { return row; });
 }
 
 Result<void> decode_factor_layer(std::span<const std::byte> raw, std::uint64_t row_count,

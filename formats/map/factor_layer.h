@@ -28,6 +28,10 @@ inline constexpr std::uint64_t kMostFactors = 256;
 std::vector<std::byte> encode_factor_layer(const FactorTable& factors,
                                            std::span<const std::uint32_t> sites);
 
+// The same of a table that holds these sites alone, in their order.
+std::vector<std::byte> encode_factor_rows(const FactorTable& of_sites,
+                                          std::span<const std::uint32_t> sites);
+
 // Fills the rows of the layer's sites in a table that has its ranges, names and size already;
 // `is_filled` tells which sites are. Errors: bad-layer (a size that its rows do not need),
 // bad-order.

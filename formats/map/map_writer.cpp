@@ -19,15 +19,17 @@ namespace {
 static_assert(kUnmet == kAnswerUnmet && kExtrapolated == kAnswerExtrapolated &&
               kStatic == kAnswerStatic && kSimulatedAnswer == kAnswerSimulated);
 
-// What a tile holds but for its NDs, by name of layer.
+// What a tile holds but for its NDs, by name of layer. `encode_factors`: of a table at those sites.
+template <class EncodeFactors>
 std::vector<BlockParts> layers_of_sites(const CompiledMap& map, const FactorTable& factors,
-                                        std::span<const std::uint32_t> sites) {
+                                        std::span<const std::uint32_t> sites,
+                                        const EncodeFactors& encode_factors) {
   std::vector<BlockParts> layers;
   if (sites.empty()) return layers;
   const auto append = [&](const FactorTable& table, std::string_view name) {
     if (table.factors.empty()) return;
     layers.push_back({std::string(name), kFactorLayerVersion, false, sites.size(), true,
-                      encode_factor_layer(table, sites)});
+                      encode_factors(table, sites)});
   };
   append(factors, kFactorLayer);
   for (const FactorTable& samples : factors.of_samples) append(samples, kSampleFactorLayer);
@@ -38,7 +40,7 @@ std::vector<BlockParts> layers_of_sites(const CompiledMap& map, const FactorTabl
 }
 
 TileParts tile_parts(const CompiledMap& map, const TileRows& rows) {
-  TileParts tile{rows.key, layers_of_sites(map, map.factors, rows.sites)};
+  TileParts tile{rows.key, layers_of_sites(map, map.factors, rows.sites, encode_factor_layer)};
   if (!rows.nds.empty()) {
     tile.layers.push_back({std::string(kNdtLayer), kNdtLayerVersion, true, rows.nds.size(), true,
                            encode_ndt_layer(map.ndt, rows.nds)});
@@ -75,6 +77,29 @@ std::vector<BlockParts> sections_of(const FactorTable& factors,
   return sections;
 }
 
+void append_values(const FactorTable& some, FactorTable& rows) {
+  rows.site_count += some.site_count;
+  rows.values.insert(rows.values.end(), some.values.begin(), some.values.end());
+  for (std::size_t i = 0; i < some.of_samples.size(); ++i) {
+    append_values(some.of_samples[i], rows.of_samples[i]);
+  }
+}
+
+// The factors of these sites alone, which ascend.
+Result<FactorTable> factors_at(const AtRest<FactorTable>& factors,
+                               std::span<const std::uint32_t> sites) {
+  SIGHTLINE_ASSIGN(FactorTable rows, factors.sites(0, 0));
+  if (rows.factors.empty()) return rows;
+  for (std::size_t i = 0; i < sites.size();) {
+    std::size_t end = i + 1;
+    while (end < sites.size() && sites[end] == sites[end - 1] + 1) ++end;
+    SIGHTLINE_ASSIGN(const FactorTable some, factors.sites(sites[i], end - i));
+    append_values(some, rows);
+    i = end;
+  }
+  return rows;
+}
+
 // Sites and NDs of a tile, either of which may be missing.
 struct TileOfParts {
   const std::vector<std::uint32_t>* sites = nullptr;
@@ -85,7 +110,9 @@ Result<void> write_tile(TileKey key, const TileOfParts& tile, const MapParts& pa
                         ContainerWriter& writer) {
   std::vector<SelfContainedBlock> own;
   if (tile.sites != nullptr) {
-    for (const BlockParts& layer : layers_of_sites(parts.answers, parts.factors, *tile.sites)) {
+    SIGHTLINE_ASSIGN(const FactorTable factors, factors_at(parts.factors, *tile.sites));
+    for (const BlockParts& layer :
+         layers_of_sites(parts.answers, factors, *tile.sites, encode_factor_rows)) {
       own.push_back(packed(layer));
     }
   }
@@ -116,6 +143,21 @@ ContainerParts parts_of(const CompiledMap& map) {
   return parts;
 }
 
+Result<void> validate_factors(const AtRest<FactorTable>& factors, const Sites& sites,
+                              const RangeTable& ranges) {
+  Sites some = sites;
+  const bool has_all = factors.site_count() == sites.sites.size();
+  const std::size_t site_count = factors.site_count();
+  for (std::size_t first = 0; first == 0 || first < site_count; first += kSitesInStretch) {
+    const std::size_t count = std::min(kSitesInStretch, site_count - first);
+    SIGHTLINE_ASSIGN(const FactorTable of_some, factors.sites(first, count));
+    // Other sites than the map's: as many as the table has not.
+    some.sites.resize(has_all ? count : count + 1);
+    SIGHTLINE_TRY(validate_factors(of_some, some, ranges));
+  }
+  return {};
+}
+
 Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& write) {
   const CompiledMap& map = parts.answers;
   SIGHTLINE_CHECK(map.ndt.nds.empty() && map.factors.factors.empty() && map.model.bytes.empty());
@@ -131,7 +173,7 @@ Result<void> write_map(const MapParts& parts, const ContainerWriter::Write& writ
   std::vector<std::byte> bytes;
   SIGHTLINE_ASSIGN(PackedBlock model, read_section(parts.model, bytes));
   std::vector<SelfContainedBlock> own;
-  for (const BlockParts& section : sections_of(parts.factors, map.tile_drives))
+  for (const BlockParts& section : sections_of(parts.factors.head(), map.tile_drives))
     own.push_back(packed(section));
   std::vector<PackedBlock> sections = {std::move(model)};
   for (const SelfContainedBlock& section : own) sections.push_back(section.block);

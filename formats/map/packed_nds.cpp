@@ -1,5 +1,6 @@
 #include "formats/map/packed_nds.h"
 
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -68,33 +69,31 @@ Result<void> append_unpacked(const PackedNds& nds, const PackedNdTile& tile, Ndt
 
 }  // namespace
 
-Result<PackedNds> pack_nds(const NdtMap& map) {
-  PackedNds nds{map.frame,
-                map.cell_m,
-                map.tile_m,
-                map.nds.size(),
-                map.sparse_cell_count,
-                map.degenerate_cell_count,
-                map.point_count,
-                {},
-                {}};
-  GrowingBytes blocks;
-  std::vector<std::uint32_t> rows;
-  for (std::size_t first = 0; first < map.nds.size(); first += rows.size()) {
-    const TileKey key = tile_of(map.nds[first].key, map.cell_m, map.tile_m);
-    rows.clear();
-    for (std::size_t i = first; i < map.nds.size(); ++i) {
-      if (tile_of(map.nds[i].key, map.cell_m, map.tile_m) != key) break;
-      rows.push_back(static_cast<std::uint32_t>(i));
-    }
-    const std::vector<std::byte> raw = encode_ndt_layer(map, rows);
+Result<PackedNds> pack_nds(const TiledNds& nds) {
+  const NdtMap& head = nds.head();
+  PackedNds packed{head.frame,
+                   head.cell_m,
+                   head.tile_m,
+                   nds.nd_count(),
+                   head.sparse_cell_count,
+                   head.degenerate_cell_count,
+                   head.point_count,
+                   {},
+                   {}};
+  GrowingBytes blocks(TiledNdsWriter::kMostInMemory);
+  for (const NdTile& tile : nds.tiles()) {
+    SIGHTLINE_ASSIGN(const NdtMap of_tile, nds.tile(tile));
+    std::vector<std::uint32_t> rows(of_tile.nds.size());
+    std::iota(rows.begin(), rows.end(), 0U);
+    const std::vector<std::byte> raw = encode_ndt_layer(of_tile, rows);
     const StoredBlock stored = pack(raw);
-    nds.tiles.push_back({key, rows.size(), stored.codec, raw.size(), block_checksum(stored.bytes),
-                         sha256(raw), blocks.size(), stored.bytes.size()});
+    packed.tiles.push_back({tile.key, rows.size(), stored.codec, raw.size(),
+                            block_checksum(stored.bytes), sha256(raw), blocks.size(),
+                            stored.bytes.size()});
     SIGHTLINE_TRY(blocks.append(stored.bytes));
   }
-  nds.blocks = blocks.take();
-  return nds;
+  packed.blocks = blocks.take();
+  return packed;
 }
 
 Result<PackedBlock> read_layer(const PackedNds& nds, const PackedNdTile& tile,

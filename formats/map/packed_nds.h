@@ -8,7 +8,7 @@
 #include "formats/artifact_in_pieces.h"
 #include "formats/base/stored_bytes.h"
 #include "formats/map/container/packed_block.h"
-#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/tiled_nds.h"
 
 namespace sightline {
 
@@ -44,8 +44,8 @@ struct ArtifactTraits<PackedNds> {
   static constexpr std::uint32_t kVersion = 1;
 };
 
-// Rounded as layers.h says. Errors: disk-full, cannot-write.
-Result<PackedNds> pack_nds(const NdtMap& map);
+// Rounded as layers.h says. Errors: cannot-read, disk-full, cannot-write.
+Result<PackedNds> pack_nds(const TiledNds& nds);
 
 // A layer as container_writer.h takes it; what is stored lies in `bytes`. Error: cannot-read.
 Result<PackedBlock> read_layer(const PackedNds& nds, const PackedNdTile& tile,

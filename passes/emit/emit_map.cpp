@@ -75,59 +75,69 @@ Result<void> check_options(const EmitMapOptions& options) {
 }
 
 Result<void> check_measured(const EmitMapInputs& inputs) {
-  if (inputs.measured.scan_of_site.size() == inputs.sites.sites.size() &&
-      inputs.measured.looks == inputs.ranges.looks) {
+  if (inputs.measured.site_count() == inputs.sites.sites.size() &&
+      inputs.measured.head().looks == inputs.ranges.looks) {
     return {};
   }
   return Error{ErrorCode::kMismatchedInputs,
-               "errors were measured at " + std::to_string(inputs.measured.scan_of_site.size()) +
+               "errors were measured at " + std::to_string(inputs.measured.site_count()) +
                    " sites, expected the map's " + std::to_string(inputs.sites.sites.size()) +
                    " and the ranges that are chosen from",
                "", ""};
 }
 
 bool is_of_models_localizer(const EmitMapInputs& inputs) {
-  return inputs.measured.matching.localizer == inputs.model.record.localizer;
+  return inputs.measured.head().matching.localizer == inputs.model.record.localizer;
 }
 
 // Nobody drove there.
-bool is_simulated(const MeasuredError& measured) {
-  return measured.reference == ErrorReference::kSimulated;
+bool is_simulated(const AtRest<MeasuredError>& measured) {
+  return measured.head().reference == ErrorReference::kSimulated;
 }
 
 MeasurementCard card_of(const EmitMapOptions& options, const EmitMapInputs& inputs) {
+  const MeasuredError& measured = inputs.measured.head();
   MeasurementCard card;
   card.mapping_drive = inputs.mapping.names_of_parts();
   card.mapping_scans = scan_selection_name(options.mapping_scans);
   // Of several drives the names of all.
-  card.localization_drive = inputs.measured.drive;
-  card.localization_scans = scan_selection_name(inputs.measured.matching.scans);
-  card.reference = inputs.measured.reference;
-  card.offsets = inputs.measured.offsets;
-  card.localizer = inputs.measured.matching.localizer;
-  card.coarse_cells = inputs.measured.matching.coarse_cells;
-  card.leaf_m = inputs.measured.matching.leaf_m;
+  card.localization_drive = measured.drive;
+  card.localization_scans = scan_selection_name(measured.matching.scans);
+  card.reference = measured.reference;
+  card.offsets = measured.offsets;
+  card.localizer = measured.matching.localizer;
+  card.coarse_cells = measured.matching.coarse_cells;
+  card.leaf_m = measured.matching.leaf_m;
   if (is_of_models_localizer(inputs) && !is_simulated(inputs.measured)) {
-    card.measured_site_count = static_cast<std::uint32_t>(std::ranges::count_if(
-        inputs.measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; }));
+    card.measured_site_count = static_cast<std::uint32_t>(
+        std::ranges::count_if(measured.scan_of_site, [](std::int64_t scan) { return scan >= 0; }));
   }
   return card;
 }
 
-// What one localizer reached says nothing of the promise to another: then it is none.
-const MeasuredError& to_judge_by(const PassContext& ctx, const EmitMapInputs& inputs) {
-  static const MeasuredError kNone;
-  if (is_simulated(inputs.measured)) return kNone;
-  if (is_of_models_localizer(inputs)) return inputs.measured;
+// What one localizer reached says nothing of the promise to another: then it is none. Error:
+// cannot-read.
+Result<MeasuredError> to_judge_by(const PassContext& ctx, const EmitMapInputs& inputs) {
+  if (is_simulated(inputs.measured)) return MeasuredError{};
+  if (is_of_models_localizer(inputs)) return inputs.measured.whole();
+  const MeasuredError& measured = inputs.measured.head();
   ctx.warn("the map foretells the errors of " + to_text(inputs.model.record.localizer) +
-           ", but drive '" + inputs.measured.drive + "' was localized by " +
-           to_text(inputs.measured.matching.localizer) + ": no coverage was measured");
-  return kNone;
+           ", but drive '" + measured.drive + "' was localized by " +
+           to_text(measured.matching.localizer) + ": no coverage was measured");
+  return MeasuredError{};
+}
+
+// Sets what the drive that was measured says of the promises. Errors: cannot-read.
+Result<void> put_quality(const PassContext& ctx, const EmitMapInputs& inputs, CompiledMap& map) {
+  SIGHTLINE_ASSIGN(const MeasuredError judge, to_judge_by(ctx, inputs));
+  map.quality = quality_of(map, judge);
+  map.look_quality = look_quality_of(map, judge);
+  return {};
 }
 
 bool must_add_measured(const EmitMapInputs& inputs) {
   const bool is_told = std::ranges::count(inputs.predicted.has_history, std::uint8_t{1}) > 0;
-  return is_told && !has_measured_columns(inputs.factors);
+  return is_told && !has_measured_columns(inputs.factors.head());
 }
 
 Error mismatched(const Error& error) {
@@ -166,12 +176,10 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
   if (!map.ranges.of_samples.empty()) map.look_quality.resize(map.ranges.promises.size());
   const Result<void> valid = validate(map);
   if (!valid) return mismatched(valid.error());
-  const MeasuredError& judge = to_judge_by(ctx, inputs);
-  map.quality = quality_of(map, judge);
-  map.look_quality = look_quality_of(map, judge);
+  SIGHTLINE_TRY(put_quality(ctx, inputs, map));
   const std::size_t unmeasured = map.sites.sites.size() - map.measurement.measured_site_count;
   const std::size_t spoken_for =
-      std::size_t{map.measurement.measured_site_count} * inputs.measured.matching.site_step;
+      std::size_t{map.measurement.measured_site_count} * inputs.measured.head().matching.site_step;
   const bool is_measured = !is_simulated(inputs.measured);
   if (spoken_for < map.sites.sites.size() && is_of_models_localizer(inputs) && is_measured) {
     ctx.warn("no scan was matched at " + std::to_string(unmeasured) + " of " +
@@ -182,12 +190,14 @@ Result<CompiledMap> answers_of(const PassContext& ctx, const EmitMapOptions& opt
 
 Result<MapFile> file_of(const EmitMapOptions& options, const EmitMapInputs& inputs,
                         const CompiledMap& answers) {
-  FactorTable made;  // none, or with what the predictions were told besides
-  const bool is_made = !options.has_factors || must_add_measured(inputs);
-  if (options.has_factors && is_made) {
-    made = with_measured_columns(inputs.factors, inputs.measured);
+  AtRest<FactorTable> factors;  // none, or with what the predictions were told besides
+  if (options.has_factors && must_add_measured(inputs)) {
+    SIGHTLINE_ASSIGN(const FactorTable untold, inputs.factors.whole());
+    SIGHTLINE_ASSIGN(const MeasuredError measured, inputs.measured.whole());
+    factors = with_measured_columns(untold, measured);
+  } else if (options.has_factors) {
+    factors = inputs.factors;
   }
-  const FactorTable& factors = is_made ? made : inputs.factors;
   const Result<void> valid = validate_factors(factors, answers.sites, answers.ranges);
   if (!valid) return mismatched(valid.error());
   constexpr std::size_t kMostInMemory = std::size_t{16} << 20;
@@ -224,8 +234,8 @@ Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
 Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
                                    const PackedNds& nds, const Sites& sites,
                                    const PredictedError& predicted, const RangeTable& ranges,
-                                   const MeasuredError& measured, const PackedModel& model,
-                                   const FactorTable& factors, const SensorProfile& sensor,
+                                   const AtRest<MeasuredError>& measured, const PackedModel& model,
+                                   const AtRest<FactorTable>& factors, const SensorProfile& sensor,
                                    const RecordingCards& recordings) {
   const RecordingCard& finished = recordings.cards.front();
   EmitMapOptions options = wanted;
@@ -234,7 +244,7 @@ Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wante
   mapping.name = finished.name;
   mapping.sensor = sensor;
   Drive localization = mapping;
-  localization.name = measured.drive;
+  localization.name = measured.head().drive;
   const EmitMapInputs inputs{mapping, localization, nds,   sites,  predicted,
                              ranges,  measured,     model, factors};
   SIGHTLINE_ASSIGN(CompiledMap answers, answers_of(ctx, options, inputs));
@@ -250,11 +260,11 @@ Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wante
 
 Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
                               const Sites& sites, const PredictedError& predicted,
-                              const RangeTable& ranges, const MeasuredError& measured,
-                              const PackedModel& model, const FactorTable& factors,
+                              const RangeTable& ranges, const AtRest<MeasuredError>& measured,
+                              const PackedModel& model, const AtRest<FactorTable>& factors,
                               const SensorProfile& sensor, const RecordingCards& recordings,
                               const CompiledMap& earlier) {
-  if (has_measured_columns(earlier.factors) && !has_measured_columns(factors)) {
+  if (has_measured_columns(earlier.factors) && !has_measured_columns(factors.head())) {
     ctx.warn(
         "what drives measured in the map before is not told in this one: a model that was made "
         "elsewhere (--model) hears it, where sensor, ranges, looks and localizer are the same");
@@ -267,8 +277,8 @@ Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, co
 
 Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
                             const Sites& sites, const PredictedError& predicted,
-                            const RangeTable& ranges, const MeasuredError& measured,
-                            const PackedModel& model, const FactorTable& factors,
+                            const RangeTable& ranges, const AtRest<MeasuredError>& measured,
+                            const PackedModel& model, const AtRest<FactorTable>& factors,
                             const SensorProfile& sensor, const RecordingCards& recordings,
                             const ForeignNds& finished) {
   EmitMapOptions options = wanted;
@@ -280,8 +290,8 @@ Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, cons
 Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const Drive& mapping,
                               const Drive& localization, const PackedNds& nds, const Sites& sites,
                               const PredictedError& predicted, const RangeTable& ranges,
-                              const MeasuredError& measured, const PackedModel& model,
-                              const FactorTable& factors, const CalibratedPlan& plan,
+                              const AtRest<MeasuredError>& measured, const PackedModel& model,
+                              const AtRest<FactorTable>& factors, const CalibratedPlan& plan,
                               const Sharpness& sharpness, const Trajectory& mapping_trajectory) {
   return emit_map(ctx, options,
                   {mapping, localization, nds, sites, predicted, ranges, measured, model, factors,
@@ -292,8 +302,8 @@ Result<MapFile> emit_map_of_drives(PassContext& ctx, const EmitMapOptions& optio
                                    const Drive& mapping, const Drive& localization,
                                    const PackedNds& nds, const Sites& sites,
                                    const PredictedError& predicted, const RangeTable& ranges,
-                                   const MeasuredError& measured, const PackedModel& model,
-                                   const FactorTable& factors, const CalibratedPlan& plan,
+                                   const AtRest<MeasuredError>& measured, const PackedModel& model,
+                                   const AtRest<FactorTable>& factors, const CalibratedPlan& plan,
                                    const Sharpness& sharpness, const Trajectory& mapping_trajectory,
                                    const TileDrives& tile_drives) {
   return emit_map(ctx, options,

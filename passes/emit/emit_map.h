@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/annotation/at_rest.h"
 #include "formats/annotation/calibrated_plan.h"
-#include "formats/annotation/factor_table.h"
-#include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
@@ -44,9 +43,9 @@ struct EmitMapInputs {
   const Sites& sites;
   const PredictedError& predicted;
   const RangeTable& ranges;
-  const MeasuredError& measured;
+  AtRest<MeasuredError> measured;
   const PackedModel& model;
-  const FactorTable& factors;
+  AtRest<FactorTable> factors;
   const CalibratedPlan* plan = nullptr;            // where vehicles that track are told one
   const Sharpness* sharpness = nullptr;            // where it was measured
   const Trajectory* mapping_trajectory = nullptr;  // where its quality is to be kept
@@ -68,8 +67,8 @@ Result<MapFile> emit_map(PassContext& ctx, const EmitMapOptions& options,
 Result<MapFile> emit_map_step(PassContext& ctx, const EmitMapOptions& options, const Drive& mapping,
                               const Drive& localization, const PackedNds& nds, const Sites& sites,
                               const PredictedError& predicted, const RangeTable& ranges,
-                              const MeasuredError& measured, const PackedModel& model,
-                              const FactorTable& factors, const CalibratedPlan& plan,
+                              const AtRest<MeasuredError>& measured, const PackedModel& model,
+                              const AtRest<FactorTable>& factors, const CalibratedPlan& plan,
                               const Sharpness& sharpness, const Trajectory& mapping_trajectory);
 inline constexpr Pass kEmitMap{"emit-map", 10, "map", "The map file", &emit_map_step};
 
@@ -78,8 +77,8 @@ Result<MapFile> emit_map_of_drives(PassContext& ctx, const EmitMapOptions& optio
                                    const Drive& mapping, const Drive& localization,
                                    const PackedNds& nds, const Sites& sites,
                                    const PredictedError& predicted, const RangeTable& ranges,
-                                   const MeasuredError& measured, const PackedModel& model,
-                                   const FactorTable& factors, const CalibratedPlan& plan,
+                                   const AtRest<MeasuredError>& measured, const PackedModel& model,
+                                   const AtRest<FactorTable>& factors, const CalibratedPlan& plan,
                                    const Sharpness& sharpness, const Trajectory& mapping_trajectory,
                                    const TileDrives& tile_drives);
 inline constexpr Pass kEmitMapOfDrives = variant_of(kEmitMap, &emit_map_of_drives);
@@ -90,16 +89,16 @@ inline constexpr Pass kEmitMapOfDrives = variant_of(kEmitMap, &emit_map_of_drive
 Result<MapFile> emit_annotated_map(PassContext& ctx, const EmitMapOptions& wanted,
                                    const PackedNds& nds, const Sites& sites,
                                    const PredictedError& predicted, const RangeTable& ranges,
-                                   const MeasuredError& measured, const PackedModel& model,
-                                   const FactorTable& factors, const SensorProfile& sensor,
+                                   const AtRest<MeasuredError>& measured, const PackedModel& model,
+                                   const AtRest<FactorTable>& factors, const SensorProfile& sensor,
                                    const RecordingCards& recordings);
 inline constexpr Pass kEmitAnnotatedMap = variant_of(kEmitMap, &emit_annotated_map);
 
 // The same of a compiled map that was annotated anew: its world stays.
 Result<MapFile> emit_map_anew(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
                               const Sites& sites, const PredictedError& predicted,
-                              const RangeTable& ranges, const MeasuredError& measured,
-                              const PackedModel& model, const FactorTable& factors,
+                              const RangeTable& ranges, const AtRest<MeasuredError>& measured,
+                              const PackedModel& model, const AtRest<FactorTable>& factors,
                               const SensorProfile& sensor, const RecordingCards& recordings,
                               const CompiledMap& earlier);
 inline constexpr Pass kEmitMapAnew = variant_of(kEmitMap, &emit_map_anew);
@@ -107,8 +106,8 @@ inline constexpr Pass kEmitMapAnew = variant_of(kEmitMap, &emit_map_anew);
 // The same of somebody's NDT map, in the world that it says it lies in.
 Result<MapFile> emit_nd_map(PassContext& ctx, const EmitMapOptions& wanted, const PackedNds& nds,
                             const Sites& sites, const PredictedError& predicted,
-                            const RangeTable& ranges, const MeasuredError& measured,
-                            const PackedModel& model, const FactorTable& factors,
+                            const RangeTable& ranges, const AtRest<MeasuredError>& measured,
+                            const PackedModel& model, const AtRest<FactorTable>& factors,
                             const SensorProfile& sensor, const RecordingCards& recordings,
                             const ForeignNds& finished);
 inline constexpr Pass kEmitNdMap = variant_of(kEmitMap, &emit_nd_map);

@@ -3,8 +3,8 @@
 namespace sightline {
 
 Result<PackedNds> pack_nds_step(PassContext& /*ctx*/, const NoOptions& /*options*/,
-                                const NdtMap& ndt) {
-  return pack_nds(ndt);
+                                const TiledNds& nds) {
+  return pack_nds(nds);
 }
 
 }  // namespace sightline

@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "formats/surroundings/nearby_nds.h"
 #include "passes/factors/compute_factors.h"
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
@@ -54,19 +53,25 @@ bool from_bytes(std::span<const std::byte> bytes, BlockRows& rows) {
   return reader.at_end();
 }
 
+// Of all that sites may see or be matched to.
+struct ContentDigests {
+  TileDigests nds;
+  TileDigests patches;
+};
+
 // Sees and judges the sites of one block after another.
 class BlockFactors {
  public:
-  BlockFactors(const FactorsOfSitesOptions& options, const NdtMap& map, const TiledSurface& surface,
-               TileDigests patch_digests, const Sites& sites, const SensorProfile& sensor)
+  BlockFactors(const FactorsOfSitesOptions& options, const TiledNds& nds,
+               const TiledSurface& surface, ContentDigests digests, const Sites& sites,
+               const SensorProfile& sensor)
       : options_(options),
-        map_(map),
+        nds_(nds),
         sites_(sites),
         sensor_(sensor),
         caster_(surface, sites,
                 std::max(options.rays.longest_range_m, options.scans.longest_range_m)),
-        nd_digests_(digests_of(map)),
-        patch_digests_(std::move(patch_digests)) {}
+        digests_(std::move(digests)) {}
 
   [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return caster_.blocks(); }
 
@@ -77,7 +82,7 @@ class BlockFactors {
                      cast_scans_in_block(options_.scans, caster_, block, sensor_, ctx.threads));
     const Sites sites = sites_of(block, sites_);
     // What a localizer needs of a whole street would be twenty times its NDs.
-    const NdtMap near = nds_over(map_, reach_of_m(sites));
+    SIGHTLINE_ASSIGN(const NdtMap near, nds_.over(reach_of_m(sites)));
     SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(near, options_.ranges_m));
     return compute_factors(ctx, world, sites, depth, scans);
   }
@@ -95,8 +100,8 @@ class BlockFactors {
     const double cast_m = std::max(options_.rays.longest_range_m, options_.scans.longest_range_m);
     DigestBuilder builder;
     builder.add(writer.bytes());
-    builder.add(patch_digests_.within(box_around(places_m, cast_m + kBesidePatches_m)));
-    builder.add(nd_digests_.within(reach_of_m(sites)));
+    builder.add(digests_.patches.within(box_around(places_m, cast_m + kBesidePatches_m)));
+    builder.add(digests_.nds.within(reach_of_m(sites)));
     return builder.finish();
   }
 
@@ -107,7 +112,7 @@ class BlockFactors {
   [[nodiscard]] Eigen::AlignedBox2d reach_of_m(const Sites& sites) const {
     const double longest_m = std::max(options_.ranges_m.back(), options_.scans.longest_range_m);
     const Eigen::Vector2d reach_m =
-        Eigen::Vector2d::Constant(longest_m + kFarthestFound_m + 4.0 * map_.cell_m);
+        Eigen::Vector2d::Constant(longest_m + kFarthestFound_m + 4.0 * nds_.cell_m());
     Eigen::AlignedBox2d box_m;
     for (const Site& site : sites.sites) {
       box_m.extend(site.p_map_m.head<2>() - reach_m);
@@ -117,19 +122,18 @@ class BlockFactors {
   }
 
   const FactorsOfSitesOptions& options_;
-  const NdtMap& map_;
+  const TiledNds& nds_;
   const Sites& sites_;
   const SensorProfile& sensor_;
   SiteCaster caster_;
-  TileDigests nd_digests_;
-  TileDigests patch_digests_;
+  ContentDigests digests_;
 };
 
 // No sites: what a table of any sites says of its columns. Error: mismatched-inputs.
 Result<FactorTable> table_without_sites(const PassContext& ctx,
-                                        const FactorsOfSitesOptions& options, const NdtMap& map,
+                                        const FactorsOfSitesOptions& options, const TiledNds& nds,
                                         const Sites& sites) {
-  const NdtMap nowhere = nds_over(map, Eigen::AlignedBox2d());
+  SIGHTLINE_ASSIGN(const NdtMap nowhere, nds.over(Eigen::AlignedBox2d()));
   SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(nowhere, options.ranges_m));
   Sites none;
   none.frame = sites.frame;
@@ -157,19 +161,22 @@ std::vector<OptionField> option_fields(FactorsOfSitesOptions& options) {
   return fields;
 }
 
-Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptions& options,
-                                     const NdtMap& map, const TiledSurface& surface,
-                                     const Sites& sites, const SensorProfile& sensor) {
+Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptions& options,
+                                             const TiledNds& nds, const TiledSurface& surface,
+                                             const Sites& sites, const SensorProfile& sensor) {
   if (surface.frame() != sites.frame) {
     return Error{ErrorCode::kMismatchedInputs, "surface and sites lie in different frames", "",
                  "pass compute-factors"};
   }
-  SIGHTLINE_ASSIGN(FactorTable table, table_without_sites(ctx, options, map, sites));
-  table.site_count = static_cast<std::uint32_t>(sites.sites.size());
-  const SiteShape shape = table.shape();
-  table.values.resize(shape.size(sites.sites.size()));
+  SIGHTLINE_ASSIGN(const FactorTable columns, table_without_sites(ctx, options, nds, sites));
+  FactorTable head = columns;
+  head.site_count = static_cast<std::uint32_t>(sites.sites.size());
+  const SiteShape shape = head.shape();
+  SiteRowsWriter<FactorTable> writer(head);
+  SIGHTLINE_ASSIGN(TileDigests nd_digests, digests_of(nds));
   SIGHTLINE_ASSIGN(TileDigests patch_digests, digests_of(surface));
-  const BlockFactors factors(options, map, surface, std::move(patch_digests), sites, sensor);
+  const BlockFactors factors(options, nds, surface,
+                             {std::move(nd_digests), std::move(patch_digests)}, sites, sensor);
   std::vector<BlockRows> counts(factors.blocks().size());  // without values
   PartedWork work;
   work.count = factors.blocks().size();
@@ -182,10 +189,10 @@ Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptio
     BlockRows rows;
     const std::vector<std::size_t>& members = factors.blocks()[part].sites;
     if (!from_bytes(bytes, rows) || rows.values.size() != shape.size(members.size())) return false;
-    for (std::size_t i = 0; i < members.size(); ++i) {
-      std::copy_n(rows.values.begin() + static_cast<std::ptrdiff_t>(shape.size(i)), shape.size(1),
-                  table.values.begin() + static_cast<std::ptrdiff_t>(shape.size(members[i])));
-    }
+    FactorTable of_members = columns;
+    of_members.site_count = static_cast<std::uint32_t>(members.size());
+    of_members.values = std::move(rows.values);
+    writer.put(members, of_members);
     counts[part] = {rows.point_count, rows.unmatched_count, {}};
     return true;
   };
@@ -197,7 +204,7 @@ Result<FactorTable> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptio
     sum.unmatched_count += rows.unmatched_count;
   }
   warn_of_unmatched(ctx, sum);
-  return table;
+  return writer.take();
 }
 
 }  // namespace sightline

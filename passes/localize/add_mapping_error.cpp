@@ -116,14 +116,14 @@ FactorTable factors_of_samples(const Columns& columns, const std::vector<Look>& 
   return table;
 }
 
-Result<void> check_measured(const FactorTable& map_factors, const MeasuredError& measured) {
-  if (measured.scan_of_site.size() == map_factors.site_count &&
-      measured.looks == map_factors.looks) {
+Result<void> check_measured(const AtRest<FactorTable>& map_factors,
+                            const AtRest<MeasuredError>& measured) {
+  if (measured.site_count() == map_factors.site_count() &&
+      measured.head().looks == map_factors.head().looks) {
     return {};
   }
-  return mismatched("the mapping drive was localized at " +
-                    std::to_string(measured.scan_of_site.size()) +
-                    " sites, expected the factors' " + std::to_string(map_factors.site_count) +
+  return mismatched("the mapping drive was localized at " + std::to_string(measured.site_count()) +
+                    " sites, expected the factors' " + std::to_string(map_factors.site_count()) +
                     " and their ranges");
 }
 
@@ -158,39 +158,77 @@ ErrorOf sample_errors_of(const MeasuredError& measured, double ErrorRow::*error_
                                      : errors_of(measured.of_samples.front(), error_m);
 }
 
+// All sites, stretch by stretch. `of_stretch`: the table of some sites in a row.
+using OfStretch = std::function<Result<FactorTable>(std::size_t first, std::size_t count)>;
+
+Result<AtRest<FactorTable>> stretch_by_stretch(std::size_t site_count,
+                                               const OfStretch& of_stretch) {
+  SIGHTLINE_ASSIGN(FactorTable head, of_stretch(0, 0));
+  head.site_count = static_cast<std::uint32_t>(site_count);
+  for (FactorTable& samples : head.of_samples) samples.site_count = head.site_count;
+  SiteRowsWriter<FactorTable> writer(head);
+  for (std::size_t first = 0; first < site_count; first += kSitesInStretch) {
+    const std::size_t count = std::min(kSitesInStretch, site_count - first);
+    SIGHTLINE_ASSIGN(const FactorTable some, of_stretch(first, count));
+    writer.put(first, some);
+  }
+  return writer.take();
+}
+
 }  // namespace
 
-Result<FactorTable> add_mapping_error(PassContext& ctx, const NoOptions&,
-                                      const FactorTable& map_factors, const MeasuredError& own,
-                                      const SensorProfile& mapping_sensor,
-                                      const SensorProfile& localizing_sensor) {
+Result<AtRest<FactorTable>> add_mapping_error(PassContext& ctx, const NoOptions&,
+                                              const AtRest<FactorTable>& map_factors,
+                                              const AtRest<MeasuredError>& own,
+                                              const SensorProfile& mapping_sensor,
+                                              const SensorProfile& localizing_sensor) {
   SIGHTLINE_TRY(check_measured(map_factors, own));
-  if (to_bytes(mapping_sensor) != to_bytes(localizing_sensor)) {
+  const bool is_one_sensor = to_bytes(mapping_sensor) == to_bytes(localizing_sensor);
+  if (!is_one_sensor) {
     ctx.warn("sensor " + mapping_sensor.name + " made the map and " + localizing_sensor.name +
              " is to localize in it: mapping_error is what virtual scans tell");
-    return with_errors(map_factors, own, {unknown, unknown}, {unknown, unknown});
   }
-  return with_errors(
-      map_factors, own,
-      {errors_of(own, &ErrorRow::mean_m), errors_of(own, &ErrorRow::from_given_m)},
-      {sample_errors_of(own, &ErrorRow::mean_m), sample_errors_of(own, &ErrorRow::from_given_m)});
+  const auto of_stretch = [&](std::size_t first, std::size_t count) -> Result<FactorTable> {
+    SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.sites(first, count));
+    SIGHTLINE_ASSIGN(const MeasuredError found, own.sites(first, count));
+    if (!is_one_sensor) {
+      return with_errors(factors, found, {unknown, unknown}, {unknown, unknown});
+    }
+    return with_errors(
+        factors, found,
+        {errors_of(found, &ErrorRow::mean_m), errors_of(found, &ErrorRow::from_given_m)},
+        {sample_errors_of(found, &ErrorRow::mean_m),
+         sample_errors_of(found, &ErrorRow::from_given_m)});
+  };
+  return stretch_by_stretch(map_factors.site_count(), of_stretch);
 }
 
-Result<FactorTable> add_own_error(PassContext&, const NoOptions&, const FactorTable& map_factors,
-                                  const MeasuredError& own) {
+Result<AtRest<FactorTable>> add_own_error(PassContext&, const NoOptions&,
+                                          const AtRest<FactorTable>& map_factors,
+                                          const AtRest<MeasuredError>& own) {
   SIGHTLINE_TRY(check_measured(map_factors, own));
-  return with_errors(map_factors, own, {errors_of(own, &ErrorRow::mean_m), unknown},
-                     {sample_errors_of(own, &ErrorRow::mean_m), unknown});
+  const auto of_stretch = [&](std::size_t first, std::size_t count) -> Result<FactorTable> {
+    SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.sites(first, count));
+    SIGHTLINE_ASSIGN(const MeasuredError found, own.sites(first, count));
+    return with_errors(factors, found, {errors_of(found, &ErrorRow::mean_m), unknown},
+                       {sample_errors_of(found, &ErrorRow::mean_m), unknown});
+  };
+  return stretch_by_stretch(map_factors.site_count(), of_stretch);
 }
 
-Result<FactorTable> add_simulated_error(PassContext&, const NoOptions&,
-                                        const FactorTable& map_factors,
-                                        const MeasuredError& simulated) {
+Result<AtRest<FactorTable>> add_simulated_error(PassContext&, const NoOptions&,
+                                                const AtRest<FactorTable>& map_factors,
+                                                const AtRest<MeasuredError>& simulated) {
   SIGHTLINE_TRY(check_measured(map_factors, simulated));
-  const ErrorOf of_ranges = errors_of(simulated, &ErrorRow::mean_m);
-  const ErrorOf of_samples = sample_errors_of(simulated, &ErrorRow::mean_m);
-  return with_errors(map_factors, simulated, {as_evidence(of_ranges), of_ranges},
-                     {as_evidence(of_samples), of_samples}, /*has_mark=*/true);
+  const auto of_stretch = [&](std::size_t first, std::size_t count) -> Result<FactorTable> {
+    SIGHTLINE_ASSIGN(const FactorTable factors, map_factors.sites(first, count));
+    SIGHTLINE_ASSIGN(const MeasuredError found, simulated.sites(first, count));
+    const ErrorOf of_ranges = errors_of(found, &ErrorRow::mean_m);
+    const ErrorOf of_samples = sample_errors_of(found, &ErrorRow::mean_m);
+    return with_errors(factors, found, {as_evidence(of_ranges), of_ranges},
+                       {as_evidence(of_samples), of_samples}, /*has_mark=*/true);
+  };
+  return stretch_by_stretch(map_factors.site_count(), of_stretch);
 }
 
 }  // namespace sightline

@@ -2,8 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-
-#include "formats/surroundings/nearby_nds.h"
+#include <utility>
 
 namespace sightline {
 namespace {
@@ -15,13 +14,17 @@ constexpr double kMostStray_m = 2.0 * kFarthestFound_m + 4.0;
 
 }  // namespace
 
-AreaLocalizer AreaLocalizers::make(const TileKey& area) const {
+Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
   const Eigen::Vector2d low_m(area.x * kArea_m, area.y * kArea_m);
   const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(
-      options_.longest_m + kMostStray_m + 2.0 * options_.coarse_cells * map_.cell_m);
-  const NdtMap near =
-      nds_over(map_, {low_m - reach_m, low_m + Eigen::Vector2d::Constant(kArea_m) + reach_m});
+      options_.longest_m + kMostStray_m + 2.0 * options_.coarse_cells * nds_.cell_m());
+  const Eigen::Vector2d high_m = low_m + Eigen::Vector2d::Constant(kArea_m);
+  SIGHTLINE_ASSIGN(NdtMap near, nds_.over(Eigen::AlignedBox2d(low_m - reach_m, high_m + reach_m)));
   AreaLocalizer made;
+  if (options_.kind == LocalizerKind::kPclNdt) {
+    made.for_pcl = std::move(near);
+    return made;
+  }
   made.own = make_localizer(near, localizer_options(options_.kind, options_.coarse_cells));
   made.of_samples = made.own.is_annealed
                         ? localizer_for_samples(made.own)
@@ -29,7 +32,7 @@ AreaLocalizer AreaLocalizers::make(const TileKey& area) const {
   return made;
 }
 
-std::shared_ptr<const AreaLocalizer> AreaLocalizers::at(const Eigen::Vector3d& p_map_m) {
+Result<std::shared_ptr<const AreaLocalizer>> AreaLocalizers::at(const Eigen::Vector3d& p_map_m) {
   const TileKey area = tile_key(p_map_m, kArea_m);
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found = std::ranges::find(ready_, area, [](const auto& one) { return one.first; });
@@ -37,7 +40,8 @@ std::shared_ptr<const AreaLocalizer> AreaLocalizers::at(const Eigen::Vector3d& p
     ready_.splice(ready_.begin(), ready_, found);
   } else {
     if (ready_.size() >= options_.most) ready_.pop_back();
-    ready_.emplace_front(area, std::make_shared<const AreaLocalizer>(make(area)));
+    SIGHTLINE_ASSIGN(AreaLocalizer made, make(area));
+    ready_.emplace_front(area, std::make_shared<const AreaLocalizer>(std::move(made)));
   }
   return ready_.front().second;
 }

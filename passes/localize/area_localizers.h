@@ -6,17 +6,20 @@
 #include <mutex>
 #include <utility>
 
+#include "formats/base/result.h"
 #include "formats/drive/localizer_profile.h"
 #include "formats/grid/cell_key.h"
-#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/tiled_nds.h"
 #include "passes/matching/localizer.h"
 
 namespace sightline {
 
-// This program's own localizers in one area of a map.
+// This program's own localizers in one area of a map; for PCL's, which makes its own of them, the
+// NDs that it meets there.
 struct AreaLocalizer {
   Localizer own;
   Localizer of_samples;
+  NdtMap for_pcl;
 };
 
 // A localizer takes some twenty times the memory of its NDs, so they are made of one area after
@@ -25,21 +28,21 @@ struct AreaLocalizer {
 class AreaLocalizers {
  public:
   struct Options {
-    LocalizerKind kind = LocalizerKind::kSearching;  // not PCL's
+    LocalizerKind kind = LocalizerKind::kSearching;
     int coarse_cells = 1;
-    double longest_m = 100.0;  // of the scans that are matched, from the vehicle's place
-    std::size_t most = 1;      // areas that are kept ready
+    // Of the scans that are matched, from the vehicle's place; as far as PCL's takes NDs.
+    double longest_m = 100.0;
+    std::size_t most = 1;  // areas that are kept ready
   };
-  // Keeps a reference to the map.
-  AreaLocalizers(const NdtMap& map, const Options& options) : map_(map), options_(options) {}
+  AreaLocalizers(const TiledNds& nds, const Options& options) : nds_(nds), options_(options) {}
 
-  // Those of the area of a place. Safe from several threads.
-  std::shared_ptr<const AreaLocalizer> at(const Eigen::Vector3d& p_map_m);
+  // Those of the area of a place. Safe from several threads. Error: cannot-read.
+  Result<std::shared_ptr<const AreaLocalizer>> at(const Eigen::Vector3d& p_map_m);
 
  private:
-  [[nodiscard]] AreaLocalizer make(const TileKey& area) const;
+  [[nodiscard]] Result<AreaLocalizer> make(const TileKey& area) const;
 
-  const NdtMap& map_;
+  TiledNds nds_;
   Options options_;
   std::mutex mutex_;
   std::list<std::pair<TileKey, std::shared_ptr<const AreaLocalizer>>> ready_;  // the latest first

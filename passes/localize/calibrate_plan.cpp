@@ -72,8 +72,8 @@ Result<std::optional<FirstLook>> look_first(const Setup& setup, const LookPlan& 
   if (!plan) return std::optional<FirstLook>();
   const std::size_t scan = setup.scans[position];
   SIGHTLINE_ASSIGN(const Scan points, setup.drive.store->read(scan));
-  const std::shared_ptr<const AreaLocalizer> area =
-      setup.localizers.at(T_map_foretold->translation());
+  SIGHTLINE_ASSIGN(const std::shared_ptr<const AreaLocalizer> area,
+                   setup.localizers.at(T_map_foretold->translation()));
   const PlannedMatch found = localize_in_looks({area->of_samples, setup.drive.sensor, *plan},
                                                points, {*T_map_foretold, true}, memory);
   if (!std::isfinite(found.doubt)) return std::optional<FirstLook>();
@@ -122,14 +122,14 @@ std::vector<double> doubts_of_good(const CalibratePlanOptions& options,
   return good;
 }
 
-Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const TiledNds& nds,
                           const Sites& sites, const RangeTable& ranges) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  if (!(map.frame == sites.frame) || ranges.site_count != sites.sites.size()) {
+  if (!(nds.frame() == sites.frame) || ranges.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the map, its sites and its ranges do not belong together", "", ""};
   }
-  if (!map.nds.empty()) return {};
+  if (nds.nd_count() > 0) return {};
   return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", ""};
 }
 
@@ -161,16 +161,16 @@ std::vector<OptionField> option_fields(CalibratePlanOptions& options) {
 
 Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptions& options,
                                       const Drive& drive, const Trajectory& trajectory,
-                                      const NdtMap& map, const Sites& sites,
+                                      const TiledNds& nds, const Sites& sites,
                                       const RangeTable& ranges) {
-  SIGHTLINE_TRY(check_inputs(drive, trajectory, map, sites, ranges));
+  SIGHTLINE_TRY(check_inputs(drive, trajectory, nds, sites, ranges));
   CalibratedPlan calibrated;
   if (ranges.of_samples.empty()) return calibrated;
   calibrated.plan = usual_plan();
-  const Trajectory in_map = rebase(trajectory, map.frame);
+  const Trajectory in_map = rebase(trajectory, nds.frame());
   const PointGrid places(positions_m(sites));
   AreaLocalizers localizers(
-      map, {LocalizerKind::kSearching, options.matching.coarse_cells, drive.sensor.max_range_m,
+      nds, {LocalizerKind::kSearching, options.matching.coarse_cells, drive.sensor.max_range_m,
             static_cast<std::size_t>(std::max(ctx.threads, 1))});
   Setup setup{options, drive, in_map, places, ranges.of_samples.front(), localizers, {}};
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {

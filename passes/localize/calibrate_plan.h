@@ -8,7 +8,7 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
-#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/tiled_nds.h"
 #include "passes/localize/measure_error.h"
 #include "passes/pass/pass.h"
 
@@ -44,7 +44,7 @@ double raised_threshold(const CalibratePlanOptions& options, const LookPlan& pla
 // says.
 Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptions& options,
                                       const Drive& drive, const Trajectory& trajectory,
-                                      const NdtMap& map, const Sites& sites,
+                                      const TiledNds& nds, const Sites& sites,
                                       const RangeTable& ranges);
 inline constexpr Pass kCalibratePlan{"calibrate-plan", 1, "plan",
                                      "When a vehicle that tracks looks again", &calibrate_plan};

@@ -1,5 +1,6 @@
 #include "passes/localize/match_contents.h"
 
+#include <utility>
 #include <vector>
 
 #include "passes/matching/localizer.h"
@@ -13,9 +14,9 @@ constexpr double kStray_m = 2.0 * kFarthestFound_m + 16.0;
 
 }  // namespace
 
-MatchContents::MatchContents(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+MatchContents::MatchContents(const Drive& drive, const Trajectory& trajectory, TileDigests nds,
                              double longest_m)
-    : drive_(drive), trajectory_(trajectory), longest_m_(longest_m), nds_(digests_of(map)) {}
+    : drive_(drive), trajectory_(trajectory), longest_m_(longest_m), nds_(std::move(nds)) {}
 
 std::optional<Digest> MatchContents::of(std::span<const std::optional<std::size_t>> scans) const {
   ByteWriter writer;

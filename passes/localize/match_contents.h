@@ -7,7 +7,6 @@
 #include "formats/base/hash.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
-#include "formats/surroundings/ndt_map.h"
 #include "passes/pass/tile_digests.h"
 
 namespace sightline {
@@ -16,9 +15,9 @@ namespace sightline {
 // scans, where they are, and the NDs that they may meet.
 class MatchContents {
  public:
-  // `trajectory` is in the map's frame; scans reach so far from there. Keeps references to drive
-  // and trajectory.
-  MatchContents(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+  // `trajectory` is in the map's frame; scans reach so far from there. `nds`: of the map. Keeps
+  // references to drive and trajectory.
+  MatchContents(const Drive& drive, const Trajectory& trajectory, TileDigests nds,
                 double longest_m);
 
   // Of scans of the drive. Nothing where one is not known without reading it.

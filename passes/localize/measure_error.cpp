@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
@@ -12,21 +13,23 @@
 #include "passes/localize/match_contents.h"
 #include "passes/localize/measure_site.h"
 #include "passes/localize/measured_parts.h"
+#include "passes/localize/pcl/pcl_ndt.h"
 #include "passes/localize/site_localizer.h"
 #include "passes/pass/scan_selection.h"
+#include "passes/pass/tile_digests.h"
 
 namespace sightline {
 namespace {
 
-Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const TiledNds& nds,
                           const Sites& sites) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  if (!(map.frame == sites.frame)) {
+  if (!(nds.frame() == sites.frame)) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the map and the sites are in different frames, expected one", "",
                  "pass measure-error"};
   }
-  if (map.nds.empty()) {
+  if (nds.nd_count() == 0) {
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "",
                  "pass measure-error"};
   }
@@ -38,35 +41,35 @@ constexpr std::size_t kSitesInPart = 16;
 // Makes localizers of places.
 class Localizing {
  public:
-  Localizing(const MeasureErrorOptions& options, const SensorProfile& sensor, const NdtMap& map,
+  Localizing(const MeasureErrorOptions& options, const SensorProfile& sensor, const TiledNds& nds,
              const AreaLocalizers::Options& areas)
       : choice_{options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
         shares_climbs_(options.shares_climbs),
         sensor_(sensor),
-        map_(map),
-        areas_(map, areas) {}
+        nds_(nds),
+        areas_(nds, areas) {}
 
-  // Of the area of a place; PCL's takes its own part of the map.
-  [[nodiscard]] std::shared_ptr<const AreaLocalizer> area_at(const Eigen::Vector3d& p_map_m) {
-    const bool is_own = choice_.kind != LocalizerKind::kPclNdt;
-    return is_own ? areas_.at(p_map_m) : nowhere_;
+  // Of the area of a place. Error: cannot-read.
+  [[nodiscard]] Result<std::shared_ptr<const AreaLocalizer>> area_at(
+      const Eigen::Vector3d& p_map_m) {
+    return areas_.at(p_map_m);
   }
 
   [[nodiscard]] LocalizerKind kind() const { return choice_.kind; }
-  [[nodiscard]] const NdtMap& map() const { return map_; }
+  [[nodiscard]] const TiledNds& nds() const { return nds_; }
 
   // Refers to the area.
   [[nodiscard]] std::unique_ptr<SiteLocalizer> localizer_in(const AreaLocalizer& area) const {
-    return make_site_localizer({choice_, sensor_, map_, area.own, area.of_samples, shares_climbs_});
+    return make_site_localizer(
+        {choice_, sensor_, area.for_pcl, area.own, area.of_samples, shares_climbs_});
   }
 
  private:
   LocalizerChoice choice_;
   bool shares_climbs_ = false;
   const SensorProfile& sensor_;
-  const NdtMap& map_;
+  const TiledNds& nds_;
   AreaLocalizers areas_;
-  std::shared_ptr<const AreaLocalizer> nowhere_ = std::make_shared<const AreaLocalizer>();
 };
 
 // Of consecutive sites.
@@ -78,8 +81,8 @@ Result<SiteRows> measure_part(const SiteMeasuring& measuring, Localizing& locali
   for (const std::optional<std::size_t>& scan : scans) {
     if (scan) {
       const Pose& T_map_vehicle = measuring.trajectory.poses[*scan].T_map_vehicle;
-      const std::shared_ptr<const AreaLocalizer> here =
-          localizing.area_at(T_map_vehicle.translation());
+      SIGHTLINE_ASSIGN(const std::shared_ptr<const AreaLocalizer> here,
+                       localizing.area_at(T_map_vehicle.translation()));
       if (here != area) {
         localizer = localizing.localizer_in(*here);
         area = here;
@@ -113,11 +116,16 @@ double longest_match_m(const SiteMeasuring& measuring) {
   return std::min(longest_m, sensor_m);
 }
 
-// Fills rows of every site that has a scan; the first failure in the order of sites is returned.
-Result<void> measure_sites(const PassContext& ctx, const SiteMeasuring& measuring,
-                           Localizing& localizing,
-                           const std::vector<std::optional<std::size_t>>& scans,
-                           MeasuredError& measured) {
+// From the vehicle's place to the farthest ND that the localizer meets, but for its strays.
+double reach_of_localizer_m(LocalizerKind kind, const SiteMeasuring& measuring) {
+  return kind == LocalizerKind::kPclNdt ? PclNdt::kReach_m : longest_match_m(measuring);
+}
+
+// Rows of every site that has a scan; the first failure in the order of sites is returned.
+Result<AtRest<MeasuredError>> measure_sites(const PassContext& ctx, const SiteMeasuring& measuring,
+                                            Localizing& localizing,
+                                            const std::vector<std::optional<std::size_t>>& scans,
+                                            const MeasuredError& measured) {
   const auto fill = [&](std::size_t part, MeasuredError& empty) -> Result<void> {
     SIGHTLINE_ASSIGN(
         SiteRows rows,
@@ -128,7 +136,8 @@ Result<void> measure_sites(const PassContext& ctx, const SiteMeasuring& measurin
     return {};
   };
   const std::vector<std::vector<std::size_t>> parts = parts_of(scans.size());
-  const MatchContents contents(measuring.drive, measuring.trajectory, localizing.map(),
+  SIGHTLINE_ASSIGN(TileDigests nds, digests_of(localizing.nds()));
+  const MatchContents contents(measuring.drive, measuring.trajectory, std::move(nds),
                                longest_match_m(measuring));
   const auto content = [&](std::size_t part) -> std::optional<Digest> {
     // How far PCL's matcher goes is not known.
@@ -194,7 +203,7 @@ void thin_sites(std::size_t step, std::vector<std::optional<std::size_t>>& scans
   }
 }
 
-// Rows of zeros at every look.
+// Without rows.
 MeasuredError empty_result(const SiteMeasuring& measuring, const MatchingCard& matching,
                            const std::vector<std::optional<std::size_t>>& scans) {
   MeasuredError measured;
@@ -210,20 +219,18 @@ MeasuredError empty_result(const SiteMeasuring& measuring, const MatchingCard& m
   if (!measuring.samples.empty()) {
     MeasuredError samples = measured;
     samples.looks = measuring.samples;
-    samples.rows.resize(samples.shape().size(scans.size()));
     measured.of_samples.push_back(std::move(samples));
   }
-  measured.rows.resize(measured.shape().size(scans.size()));
   return measured;
 }
 
 }  // namespace
 
-MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map) {
+MatchingCard matching_card(const MeasureErrorOptions& options, double cell_m) {
   MatchingCard card;
   card.scans = options.scans;
   card.localizer = profile_of(
-      {options.localizer, options.coarse_cells, options.leaf_m, options.every_return}, map);
+      {options.localizer, options.coarse_cells, options.leaf_m, options.every_return}, cell_m);
   card.site_step = static_cast<std::uint32_t>(site_step_of(options));
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;
   card.coarse_cells = is_own ? static_cast<std::uint32_t>(options.coarse_cells) : 1;
@@ -242,14 +249,14 @@ namespace {
 struct DriveInMap {
   const Drive& drive;
   const Trajectory& trajectory;
-  const NdtMap& map;
+  const TiledNds& nds;
   const Sites& sites;
 };
 
-Result<MeasuredError> measure(PassContext& ctx, const MeasureErrorOptions& wanted,
-                              const DriveInMap& in, Presence presence) {
-  const auto& [localization_drive, trajectory, map, sites] = in;
-  SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, map, sites));
+Result<AtRest<MeasuredError>> measure(PassContext& ctx, const MeasureErrorOptions& wanted,
+                                      const DriveInMap& in, Presence presence) {
+  const auto& [localization_drive, trajectory, nds, sites] = in;
+  SIGHTLINE_TRY(check_inputs(localization_drive, trajectory, nds, sites));
   MeasureErrorOptions options = wanted;
   options.reference = reference_of(wanted, trajectory);
   if (options.reference != wanted.reference) {
@@ -257,7 +264,7 @@ Result<MeasuredError> measure(PassContext& ctx, const MeasureErrorOptions& wante
              "' has no known poses, its trajectory was found by matching: errors are measured "
              "against matches to this very map at the sensor's full range");
   }
-  const Trajectory in_map = rebase(trajectory, map.frame);
+  const Trajectory in_map = rebase(trajectory, nds.frame());
   const bool is_own = options.localizer != LocalizerKind::kPclNdt;
   const std::vector<Look> samples = is_own ? options.looks : std::vector<Look>{};
   const std::vector<InitialOffset> offsets = initial_offsets(starts_of(options));
@@ -271,26 +278,28 @@ Result<MeasuredError> measure(PassContext& ctx, const MeasureErrorOptions& wante
   SIGHTLINE_ASSIGN(std::vector<std::optional<std::size_t>> scans,
                    scans_of_sites(ctx, options, measuring, sites, presence));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
-  MeasuredError measured = empty_result(measuring, matching_card(options, map), scans);
-  Localizing localizing(options, localization_drive.sensor, map,
-                        {options.localizer, options.coarse_cells, longest_match_m(measuring),
-                         static_cast<std::size_t>(std::max(ctx.threads, 1))});
-  SIGHTLINE_TRY(measure_sites(ctx, measuring, localizing, scans, measured));
-  return measured;
+  const MeasuredError empty = empty_result(measuring, matching_card(options, nds.cell_m()), scans);
+  Localizing localizing(
+      options, localization_drive.sensor, nds,
+      {options.localizer, options.coarse_cells, reach_of_localizer_m(options.localizer, measuring),
+       static_cast<std::size_t>(std::max(ctx.threads, 1))});
+  return measure_sites(ctx, measuring, localizing, scans, empty);
 }
 
 }  // namespace
 
-Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
-                                    const Drive& localization_drive, const Trajectory& trajectory,
-                                    const NdtMap& map, const Sites& sites) {
-  return measure(ctx, options, {localization_drive, trajectory, map, sites}, Presence::kRequired);
+Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
+                                            const Drive& localization_drive,
+                                            const Trajectory& trajectory, const TiledNds& nds,
+                                            const Sites& sites) {
+  return measure(ctx, options, {localization_drive, trajectory, nds, sites}, Presence::kRequired);
 }
 
-Result<MeasuredError> measure_later_drive(PassContext& ctx, const MeasureErrorOptions& options,
-                                          const Drive& drive, const Trajectory& trajectory,
-                                          const NdtMap& map, const Sites& sites) {
-  return measure(ctx, options, {drive, trajectory, map, sites}, Presence::kOptional);
+Result<AtRest<MeasuredError>> measure_later_drive(PassContext& ctx,
+                                                  const MeasureErrorOptions& options,
+                                                  const Drive& drive, const Trajectory& trajectory,
+                                                  const TiledNds& nds, const Sites& sites) {
+  return measure(ctx, options, {drive, trajectory, nds, sites}, Presence::kOptional);
 }
 
 }  // namespace sightline

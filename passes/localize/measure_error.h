@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-#include "formats/annotation/measured_error.h"
+#include "formats/annotation/at_rest.h"
 #include "formats/annotation/sites.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
-#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/tiled_nds.h"
 #include "passes/matching/localizer.h"
 #include "passes/matching/match_starts.h"
 #include "passes/pass/default_looks.h"
@@ -49,8 +49,8 @@ int site_step_of(const MeasureErrorOptions& options);
 // estimated are matches to the very map, and no known ones.
 ErrorReference reference_of(const MeasureErrorOptions& options, const Trajectory& trajectory);
 
-// How scans are matched on this map.
-MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map);
+// How scans are matched on a map of such cells.
+MatchingCard matching_card(const MeasureErrorOptions& options, double cell_m);
 
 // How far off the matcher ends when it localizes a drive at the sites of a map: at each site (or
 // every site_step-th) the nearest scan is cut at every range and by every look, matched from
@@ -59,18 +59,21 @@ MatchingCard matching_card(const MeasureErrorOptions& options, const NdtMap& map
 // world. Sites without a scan near are counted in a warning and keep rows of zeros; another warning
 // tells where no known poses are there to measure against. pcl-ndt needs has_pcl_ndt(). Errors:
 // mismatched-inputs (trajectory and drive, or map and sites, do not belong together), empty-map,
-// no-overlap (no site has a scan near), and what reading a scan returns.
-Result<MeasuredError> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
-                                    const Drive& localization_drive, const Trajectory& trajectory,
-                                    const NdtMap& map, const Sites& sites);
+// no-overlap (no site has a scan near), what reading a scan returns, and disk-full or cannot-write
+// (a temporary file).
+Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureErrorOptions& options,
+                                            const Drive& localization_drive,
+                                            const Trajectory& trajectory, const TiledNds& nds,
+                                            const Sites& sites);
 inline constexpr Pass kMeasureError{"measure-error", 11, "measured",
                                     "Localization error of a drive", &measure_error};
 
 // The same of one of several drives: one that comes near no site keeps rows of zeros everywhere,
 // with the same warning, in place of no-overlap.
-Result<MeasuredError> measure_later_drive(PassContext& ctx, const MeasureErrorOptions& options,
-                                          const Drive& drive, const Trajectory& trajectory,
-                                          const NdtMap& map, const Sites& sites);
+Result<AtRest<MeasuredError>> measure_later_drive(PassContext& ctx,
+                                                  const MeasureErrorOptions& options,
+                                                  const Drive& drive, const Trajectory& trajectory,
+                                                  const TiledNds& nds, const Sites& sites);
 inline constexpr Pass kMeasureLaterDrive = variant_of(kMeasureError, &measure_later_drive);
 
 }  // namespace sightline

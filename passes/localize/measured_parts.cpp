@@ -34,26 +34,15 @@ bool is_like(const MeasuredError& part, const MeasuredError& empty) {
          std::ranges::equal(part.of_samples, empty.of_samples, is_like);
 }
 
-void put(const MeasuredError& part, const std::vector<std::size_t>& sites,
-         MeasuredError& measured) {
-  const SiteShape shape = part.shape();
-  for (std::size_t i = 0; i < sites.size(); ++i) {
-    std::copy_n(part.rows.begin() + static_cast<std::ptrdiff_t>(shape.size(i)), shape.size(1),
-                measured.rows.begin() + static_cast<std::ptrdiff_t>(shape.size(sites[i])));
-  }
-  for (std::size_t i = 0; i < part.of_samples.size(); ++i) {
-    put(part.of_samples[i], sites, measured.of_samples[i]);
-  }
-}
-
 }  // namespace
 
-Result<void> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts, int threads,
-                           MeasuredError& measured) {
+Result<AtRest<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
+                                            int threads, const MeasuredError& measured) {
   const MeasuredError head = head_of(measured);
   const auto empty = [&](std::size_t part) {
     return empty_part(head, measured.scan_of_site, parts.sites[part]);
   };
+  SiteRowsWriter<MeasuredError> writer(measured);
   PartedWork work;
   work.count = parts.sites.size();
   work.content = [&](std::size_t part) -> std::optional<Digest> {
@@ -69,10 +58,11 @@ Result<void> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts, i
   work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
     const Result<MeasuredError> rows = from_bytes<MeasuredError>(bytes);
     if (!rows || !is_like(*rows, empty(part))) return false;
-    put(*rows, parts.sites[part], measured);
+    writer.put(parts.sites[part], *rows);
     return true;
   };
-  return work_in_parts(ctx, work, threads);
+  SIGHTLINE_TRY(work_in_parts(ctx, work, threads));
+  return writer.take();
 }
 
 }  // namespace sightline

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "formats/annotation/measured_error.h"
+#include "formats/annotation/at_rest.h"
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "passes/pass/pass_context.h"
@@ -22,9 +22,9 @@ struct MeasuredParts {
   std::function<std::optional<Digest>(std::size_t part)> content;
 };
 
-// Fills the rows of `measured`, which are zeros, part by part (work_in_parts.h). `threads` parts
-// side by side. Error: of the lowest part that failed.
-Result<void> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts, int threads,
-                           MeasuredError& measured);
+// Makes the rows of `measured`, which has none, part by part (work_in_parts.h). `threads` parts
+// side by side. Errors: of the lowest part that failed; disk-full, cannot-write.
+Result<AtRest<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
+                                            int threads, const MeasuredError& measured);
 
 }  // namespace sightline

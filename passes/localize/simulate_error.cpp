@@ -33,13 +33,13 @@ constexpr double kBeside_m = 16.0;
 constexpr const char* kDrive = "simulated";
 
 Result<void> check_inputs(const SimulateErrorOptions& options, const TiledSurface& surface,
-                          const NdtMap& map, const Sites& sites) {
+                          const TiledNds& nds, const Sites& sites) {
   constexpr const char* kPlace = "pass simulate-error";
-  if (!(map.frame == sites.frame && surface.frame() == sites.frame)) {
+  if (!(nds.frame() == sites.frame && surface.frame() == sites.frame)) {
     return Error{ErrorCode::kMismatchedInputs, "map, surface and sites are in different frames", "",
                  kPlace};
   }
-  if (map.nds.empty()) {
+  if (nds.nd_count() == 0) {
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", kPlace};
   }
   if (options.matching.localizer == LocalizerKind::kPclNdt) {
@@ -137,12 +137,12 @@ double reach_m(const MeasureErrorOptions& matching, const SensorProfile& sensor)
   return std::min(longest_m, sensor.max_range_m);
 }
 
-// Rows of zeros at every site.
-MeasuredError empty_result(const MeasureErrorOptions& matching, const NdtMap& map,
+// Without rows.
+MeasuredError empty_result(const MeasureErrorOptions& matching, double cell_m,
                            std::size_t site_count) {
   MeasuredError simulated;
   simulated.drive = kDrive;
-  simulated.matching = matching_card(matching, map);
+  simulated.matching = matching_card(matching, cell_m);
   simulated.matching.site_step = 1;
   simulated.reference = ErrorReference::kSimulated;
   simulated.looks = every_return_at(matching.ranges_m);
@@ -153,10 +153,8 @@ MeasuredError empty_result(const MeasureErrorOptions& matching, const NdtMap& ma
   if (!matching.looks.empty()) {
     MeasuredError samples = simulated;
     samples.looks = matching.looks;
-    samples.rows.resize(samples.shape().size(site_count));
     simulated.of_samples.push_back(std::move(samples));
   }
-  simulated.rows.resize(simulated.shape().size(site_count));
   return simulated;
 }
 
@@ -192,21 +190,21 @@ std::vector<OptionField> option_fields(SimulateErrorOptions& options) {
       options.matching);
 }
 
-Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,
-                                     const TiledSurface& surface, const NdtMap& map,
-                                     const Sites& sites, const SensorProfile& sensor) {
-  SIGHTLINE_TRY(check_inputs(options, surface, map, sites));
+Result<AtRest<MeasuredError>> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,
+                                             const TiledSurface& surface, const TiledNds& nds,
+                                             const Sites& sites, const SensorProfile& sensor) {
+  SIGHTLINE_TRY(check_inputs(options, surface, nds, sites));
   const MeasureErrorOptions& matching = options.matching;
   const LocalizerChoice choice{matching.localizer, matching.coarse_cells, matching.leaf_m,
                                matching.every_return};
   const ScanMaker maker(options, sensor, directions_of(sensor));
   const RayFan whole{maker.directions(), sensor.min_range_m, reach_m(matching, sensor),
                      AzimuthView(sensor)};
-  AreaLocalizers localizers(map, {matching.localizer, matching.coarse_cells, whole.far_m, 1});
+  AreaLocalizers localizers(nds, {matching.localizer, matching.coarse_cells, whole.far_m, 1});
   const SiteCaster caster(surface, sites, whole.far_m, [&](SurfacePatch& patch) {
     survey_another_day(options.relief_m, ctx.seed, patch);
   });
-  MeasuredError simulated = empty_result(matching, map, sites.sites.size());
+  const MeasuredError empty = empty_result(matching, nds.cell_m(), sites.sites.size());
   // Blocks one after another, so that one scene at a time is in memory; sites side by side.
   const auto fill = [&](std::size_t part, MeasuredError& rows) -> Result<void> {
     const SiteBlock& block = caster.blocks()[part];
@@ -221,19 +219,27 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
     fan.wants = [&](std::size_t i, std::size_t ray) {
       return !maker.is_hidden(ray, hidden_rad[i]);
     };
+    std::vector<Result<void>> taken(block.sites.size());
     const auto take = [&](std::size_t i, std::span<const double> distance_m) {
       const Site& at = sites.sites[block.sites[i]];
       const Scan scan = maker.scan(at, distance_m, seed_of(i));
-      const std::shared_ptr<const AreaLocalizer> area =
+      const Result<std::shared_ptr<const AreaLocalizer>> area =
           localizers.at(at.T_map_vehicle.translation());
+      if (!area) {
+        taken[i] = area.error();
+        return;
+      }
+      const AreaLocalizer& here = **area;
       const std::unique_ptr<SiteLocalizer> localizer =
-          make_site_localizer({choice, sensor, map, area->own, area->of_samples});
+          make_site_localizer({choice, sensor, here.for_pcl, here.own, here.of_samples});
       measure_into({scan, at.T_map_vehicle, at.T_map_vehicle}, i, *localizer, rows);
     };
-    return caster.cast(block, fan, ctx.threads, take);
+    SIGHTLINE_TRY(caster.cast(block, fan, ctx.threads, take));
+    for (const Result<void>& of_site : taken) SIGHTLINE_TRY(of_site);
+    return {};
   };
   SIGHTLINE_ASSIGN(const TileDigests patches, digests_of(surface));
-  const TileDigests nds = digests_of(map);
+  SIGHTLINE_ASSIGN(const TileDigests nd_digests, digests_of(nds));
   const auto content = [&](std::size_t part) -> std::optional<Digest> {
     ByteWriter writer;
     encode(sensor, writer);
@@ -246,12 +252,11 @@ Result<MeasuredError> simulate_error(PassContext& ctx, const SimulateErrorOption
     DigestBuilder builder;
     builder.add(writer.bytes());
     builder.add(patches.within(box_around(places_m, whole.far_m + kBeside_m)));
-    builder.add(nds.within(box_around(places_m, whole.far_m + kFarthestFound_m + kBeside_m)));
+    builder.add(
+        nd_digests.within(box_around(places_m, whole.far_m + kFarthestFound_m + kBeside_m)));
     return builder.finish();
   };
-  SIGHTLINE_TRY(
-      fill_in_parts(ctx, {sites_of(caster.blocks()), fill, content}, /*threads=*/1, simulated));
-  return simulated;
+  return fill_in_parts(ctx, {sites_of(caster.blocks()), fill, content}, /*threads=*/1, empty);
 }
 
 }  // namespace sightline

@@ -63,7 +63,7 @@ class PclSiteLocalizer : public SiteLocalizer {
   std::size_t point_count_ = 0;
 };
 
-LocalizerProfile pcl_profile(const NdtMap& map) {
+LocalizerProfile pcl_profile(double cell_m) {
   return {"pcl-ndt",
           kLocalizersVersion,
           {{"box_m", format_double(AutowareSampler::kBox_m)},
@@ -71,7 +71,7 @@ LocalizerProfile pcl_profile(const NdtMap& map) {
            {"iterations", std::to_string(PclNdt::kIterations)},
            {"map_reach_m", format_double(PclNdt::kReach_m)},
            {"points", std::to_string(AutowareSampler::kMostPoints)},
-           {"resolution_m", format_double(map.cell_m)},
+           {"resolution_m", format_double(cell_m)},
            {"step_m", format_double(PclNdt::kStep_m)},
            {"voxel_m", format_double(AutowareSampler::kVoxel_m)}}};
 }
@@ -85,11 +85,11 @@ std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& in
   return std::make_unique<OwnSiteLocalizer>(inputs);
 }
 
-LocalizerProfile profile_of(const LocalizerChoice& choice, const NdtMap& map) {
-  if (choice.kind == LocalizerKind::kPclNdt) return pcl_profile(map);
+LocalizerProfile profile_of(const LocalizerChoice& choice, double cell_m) {
+  if (choice.kind == LocalizerKind::kPclNdt) return pcl_profile(cell_m);
   LocalizerProfile profile{std::string(localizer_name(choice.kind)),
                            kLocalizersVersion,
-                           {{"cell_m", format_double(map.cell_m)},
+                           {{"cell_m", format_double(cell_m)},
                             {"coarse_cells", std::to_string(choice.coarse_cells)},
                             {"leaf_m", format_double(choice.leaf_m)}}};
   if (choice.takes_every_return) profile.parameters.emplace_back(kEveryReturn);

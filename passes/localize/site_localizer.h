@@ -37,7 +37,7 @@ struct LocalizerChoice {
 };
 
 // What all of them share. `own` and `of_samples`, for looks that take a sample, serve this
-// program's localizers alone.
+// program's localizers alone, `map` PCL's.
 struct SiteLocalizerInputs {
   LocalizerChoice choice;
   const SensorProfile& sensor;
@@ -49,6 +49,7 @@ struct SiteLocalizerInputs {
 std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs);
 
 // What a vehicle must do alike for the errors to be its own.
-LocalizerProfile profile_of(const LocalizerChoice& choice, const NdtMap& map);
+// `cell_m`: of the map.
+LocalizerProfile profile_of(const LocalizerChoice& choice, double cell_m);
 
 }  // namespace sightline

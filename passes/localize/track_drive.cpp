@@ -178,14 +178,14 @@ std::vector<Replay> replays_of(const TrackInputs& inputs) {
   return replays;
 }
 
-Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
+Result<void> check_inputs(const Drive& drive, const Trajectory& trajectory, const TiledNds& nds,
                           const Sites& sites, const RangeTable& ranges) {
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
-  if (!(map.frame == sites.frame) || ranges.site_count != sites.sites.size()) {
+  if (!(nds.frame() == sites.frame) || ranges.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "the map, its sites and its ranges do not belong together", "", ""};
   }
-  if (map.nds.empty()) {
+  if (nds.nd_count() == 0) {
     return Error{ErrorCode::kEmptyMap, "the map has no valid cell to match with", "", ""};
   }
   return {};
@@ -222,9 +222,11 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options) {
 }
 
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& wanted,
-                                const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
-                                const Sites& sites, const RangeTable& ranges) {
-  SIGHTLINE_TRY(check_inputs(drive, trajectory, map, sites, ranges));
+                                const Drive& drive, const Trajectory& trajectory,
+                                const TiledNds& nds, const Sites& sites, const RangeTable& ranges) {
+  SIGHTLINE_TRY(check_inputs(drive, trajectory, nds, sites, ranges));
+  // A vehicle that got lost may be anywhere on the map.
+  SIGHTLINE_ASSIGN(const NdtMap map, nds.whole());
   TrackDriveOptions options = wanted;
   options.matching.reference = reference_of(wanted.matching, trajectory);
   const Trajectory in_map = rebase(trajectory, map.frame);

@@ -9,7 +9,7 @@
 #include "formats/drive/drive.h"
 #include "formats/drive/drive_tracks.h"
 #include "formats/drive/trajectory.h"
-#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/tiled_nds.h"
 #include "passes/localize/measure_error.h"
 #include "passes/pass/pass.h"
 
@@ -28,8 +28,8 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options);
 // Errors: mismatched-inputs (trajectory and drive, or map, sites and ranges, do not belong
 // together), empty-map, no-overlap (no scan within reach of a site), and what reading a scan says.
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
-                                const Drive& drive, const Trajectory& trajectory, const NdtMap& map,
-                                const Sites& sites, const RangeTable& ranges);
+                                const Drive& drive, const Trajectory& trajectory,
+                                const TiledNds& nds, const Sites& sites, const RangeTable& ranges);
 inline constexpr Pass kTrackDrive{"track-drive", 6, "tracks",
                                   "Replaying a drive as a vehicle localizes", &track_drive};
 

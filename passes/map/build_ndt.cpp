@@ -9,6 +9,7 @@
 #include "formats/base/parallel.h"
 #include "passes/map/build_ndt_cells.h"
 #include "passes/map/tiles/cell_tiles.h"
+#include "passes/map/tiles/nds_by_tile.h"
 #include "passes/map/tiles/scan_extents.h"
 #include "passes/map/tiles/tile_cells.h"
 #include "passes/pass/work_in_parts.h"
@@ -135,48 +136,28 @@ Error outside_grid(std::size_t point) {
           "", "pass build-ndt"};
 }
 
-// Error: invalid-artifact.
-Result<NdtMap> map_of_points(PassContext& ctx, const BuildNdtOptions& options,
-                             std::span<const Eigen::Vector3d> points_m) {
+// In memory, as the points are. Error: invalid-artifact.
+Result<TiledNds> map_of_points(PassContext& ctx, const BuildNdtOptions& options,
+                               const SurfacePoints& points) {
+  const std::vector<Eigen::Vector3d>& points_m = points.points_m;
   std::vector<NdtCells> parts;
   if (!add_points(points_m, options.cell_m, ctx.threads, parts)) {
     return outside_grid(first_outside(points_m, options.cell_m));
   }
   NdtMap map = map_of_cells(parts, grid_of(options), ctx.threads);
   map.point_count = points_m.size();
-  return map;
+  map.frame = points.frame;
+  return TiledNds(map);
 }
 
-// Moves the NDs of tiles into one map.
-NdtMap joined(const BuildNdtOptions& options, std::vector<NdtMap> tiles) {
-  NdtMap map;
-  map.cell_m = options.cell_m;
-  map.tile_m = options.tile_m;
-  std::size_t count = 0;
-  for (const NdtMap& tile : tiles) count += tile.nds.size();
-  map.nds.reserve(count);
-  for (NdtMap& tile : tiles) {
-    map.sparse_cell_count += tile.sparse_cell_count;
-    map.degenerate_cell_count += tile.degenerate_cell_count;
-    map.nds.insert(map.nds.end(), tile.nds.begin(), tile.nds.end());
-    std::vector<Nd>().swap(tile.nds);
-  }
-  std::ranges::sort(map.nds, [&](const Nd& a, const Nd& b) {
-    const TileKey of_a = tile_of(a.key, map.cell_m, map.tile_m);
-    const TileKey of_b = tile_of(b.key, map.cell_m, map.tile_m);
-    return of_a != of_b ? of_a < of_b : a.key < b.key;
-  });
-  return map;
-}
-
-// Tile by tile. Errors: what reading says, invalid-artifact.
-Result<NdtMap> map_of_scans(const PassContext& ctx, const BuildNdtOptions& options,
-                            const SurfacePoints& points) {
+// Tile by tile. Errors: what reading says, invalid-artifact, disk-full, cannot-write.
+Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& options,
+                              const SurfacePoints& points) {
   const BlockGrid blocks = blocks_of_tiles(options.cell_m);
   SIGHTLINE_ASSIGN(std::vector<ScanExtent> extents,
                    measure_extents(ctx, points, blocks, "build-ndt"));
   const CellTiles tiles(std::move(extents), blocks);
-  std::vector<NdtMap> maps(tiles.size());
+  NdsByTile nds(options.cell_m, options.tile_m);
   PartedWork work;
   work.count = tiles.size();
   const int threads = threads_each(ctx.threads, work.count);
@@ -193,15 +174,15 @@ Result<NdtMap> map_of_scans(const PassContext& ctx, const BuildNdtOptions& optio
     SIGHTLINE_ASSIGN(const NdtCells cells, cells_over(reader, parts, box, options.cell_m, threads));
     return to_bytes(map_of_cells(std::span(&cells, 1), grid_of(options), threads));
   };
-  work.take = [&](std::size_t tile, std::span<const std::byte> bytes) {
-    Result<NdtMap> map = from_bytes<NdtMap>(bytes);
-    if (map) maps[tile] = *std::move(map);
+  work.take = [&](std::size_t /*tile*/, std::span<const std::byte> bytes) {
+    const Result<NdtMap> map = from_bytes<NdtMap>(bytes);
+    if (map) nds.add(*map);
     return map.has_value();
   };
   SIGHTLINE_TRY(work_in_parts(after_extents(ctx, points), work, ctx.threads));
-  NdtMap map = joined(options, std::move(maps));
-  for (const ScanExtent& extent : tiles.extents()) map.point_count += extent.standing_count;
-  return map;
+  std::uint64_t point_count = 0;
+  for (const ScanExtent& extent : tiles.extents()) point_count += extent.standing_count;
+  return nds.take(points.frame, point_count);
 }
 
 }  // namespace
@@ -225,27 +206,27 @@ NdtMap ndt_from_points(std::span<const Eigen::Vector3d> points_m, const MapFrame
   return map;
 }
 
-Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
-                         const SurfacePoints& points) {
+Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
+                           const SurfacePoints& points) {
   if (!is_tiling(options.cell_m, options.tile_m)) {
     return Error{ErrorCode::kBadValue,
                  "tile_m is " + std::to_string(options.tile_m) +
                      ", expected a multiple of cell_m " + std::to_string(options.cell_m),
                  "", "pass build-ndt"};
   }
-  SIGHTLINE_ASSIGN(NdtMap map, points.scans.empty() ? map_of_points(ctx, options, points.points_m)
-                                                    : map_of_scans(ctx, options, points));
-  map.frame = points.frame;
-  if (map.nds.empty()) {
+  SIGHTLINE_ASSIGN(TiledNds nds, points.scans.empty() ? map_of_points(ctx, options, points)
+                                                      : map_of_scans(ctx, options, points));
+  const NdtMap& head = nds.head();
+  if (nds.nd_count() == 0) {
     return Error{ErrorCode::kEmptyMap,
-                 "none of " + std::to_string(map.sparse_cell_count + map.degenerate_cell_count) +
+                 "none of " + std::to_string(head.sparse_cell_count + head.degenerate_cell_count) +
                      " cells has " + std::to_string(options.min_points) +
                      " points and an extent: is the drive too short or the cell too small?",
                  "", "pass build-ndt"};
   }
-  warn_of_invalid_cells(ctx, {map.sparse_cell_count, map.degenerate_cell_count, map.nds.size()},
+  warn_of_invalid_cells(ctx, {head.sparse_cell_count, head.degenerate_cell_count, nds.nd_count()},
                         options.min_points);
-  return map;
+  return nds;
 }
 
 }  // namespace sightline

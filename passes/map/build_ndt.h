@@ -5,6 +5,7 @@
 
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/surface_points.h"
+#include "formats/surroundings/tiled_nds.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -19,9 +20,10 @@ std::vector<OptionField> option_fields(BuildNdtOptions& options);
 // The normal distributions of what stood still, as defined in schemas/definitions.md ("NDT map",
 // v1), in the frame of `points`. Cells with too few points or no extent are counted in a warning.
 // Errors: bad-value (a tile that is no multiple of the cell), empty-map (no valid cell),
-// invalid-artifact (a point that is not finite or lies beyond the grid).
-Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
-                         const SurfacePoints& points);
+// invalid-artifact (a point that is not finite or lies beyond the grid), disk-full or cannot-write
+// (the NDs of scans lie in a temporary file where memory does not hold them).
+Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
+                           const SurfacePoints& points);
 inline constexpr Pass kBuildNdt{"build-ndt", 1, "nds", "The NDT map", &build_ndt};
 
 // The same from plain points, for passes that match scans while the map grows. The points must be

@@ -16,6 +16,7 @@ constexpr std::size_t kMostRanges = 255;
 
 Result<void> check_inputs(const Sites& sites, const PredictedError& predicted,
                           const ErrorModel& model, const FactorTable& factors) {
+  // Factors may be without values here.
   if (predicted.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "found predictions of " + std::to_string(predicted.site_count) +
@@ -166,14 +167,44 @@ std::vector<std::string> promises_of(const ChooseRangesOptions& options, const E
 
 namespace {
 
+// The factors of all sites, by looks of one kind.
+struct FactorsOfKind {
+  const AtRest<FactorTable>& factors;
+  bool is_of_samples = false;
+
+  // Without values.
+  [[nodiscard]] const FactorTable& head() const {
+    return is_of_samples ? factors.head().of_samples.front() : factors.head();
+  }
+};
+
+// Stretch by stretch. Errors: cannot-read, those of own_evidence_of(FactorTable).
+Result<OwnEvidence> evidence_of_all(const FactorsOfKind& all) {
+  OwnEvidence evidence;
+  const std::size_t site_count = all.factors.site_count();
+  for (std::size_t first = 0; first == 0 || first < site_count; first += kSitesInStretch) {
+    const std::size_t count = std::min(kSitesInStretch, site_count - first);
+    SIGHTLINE_ASSIGN(const FactorTable some, all.is_of_samples
+                                                 ? all.factors.of_samples(first, count)
+                                                 : all.factors.of_ranges(first, count));
+    SIGHTLINE_ASSIGN(const OwnEvidence here, own_evidence_of(some));
+    evidence.looks = here.looks;
+    evidence.site_count += here.site_count;
+    evidence.error_m.insert(evidence.error_m.end(), here.error_m.begin(), here.error_m.end());
+    evidence.cost.insert(evidence.cost.end(), here.cost.begin(), here.cost.end());
+    evidence.is_simulated = here.is_simulated;
+  }
+  return evidence;
+}
+
 // Of one table's looks.
 Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wanted,
                               const Sites& sites, const PredictedError& predicted,
-                              const ErrorModel& model, const FactorTable& factors,
+                              const ErrorModel& model, const FactorsOfKind& factors,
                               const std::vector<LeftOutDrive>& left_out) {
-  SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors));
+  SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors.head()));
   const ChooseRangesOptions options = with_alpha_of(predicted.looks, wanted);
-  SIGHTLINE_ASSIGN(OwnEvidence evidence, own_evidence_of(factors));
+  SIGHTLINE_ASSIGN(OwnEvidence evidence, evidence_of_all(factors));
   if (!is_of_this_program(model.card.localizer)) {
     evidence = for_another_localizer(std::move(evidence));
   }
@@ -185,7 +216,7 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wante
   table.selection = options.selection;
   table.dilation_m = is_mean ? 0.0 : options.dilation_m;
   table.extrapolated_takes_static = options.extrapolated_takes_static;
-  if (is_simulated(factors)) {
+  if (is_simulated(factors.head())) {
     mark_simulated(predicted, model, table);
     withdraw_where_simulated(model, table);
   }
@@ -198,24 +229,24 @@ Result<RangeTable> choose_own(PassContext& ctx, const ChooseRangesOptions& wante
 
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
-                                 const ErrorModel& model, const FactorTable& factors) {
-  SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors));
+                                 const ErrorModel& model, const AtRest<FactorTable>& factors) {
+  SIGHTLINE_TRY(check_inputs(sites, predicted, model, factors.head()));
   std::vector<LeftOutDrive> left_out;
   if (std::ranges::count(predicted.has_history, std::uint8_t{1}) > 0) {
+    SIGHTLINE_ASSIGN(const FactorTable whole, factors.whole());
     SIGHTLINE_ASSIGN(left_out,
-                     leave_out_in_turn(ctx, model, sites, factors, predicted.support_margin));
+                     leave_out_in_turn(ctx, model, sites, whole, predicted.support_margin));
   }
   SIGHTLINE_ASSIGN(RangeTable table,
-                   choose_own(ctx, options, sites, predicted, model, factors, left_out));
+                   choose_own(ctx, options, sites, predicted, model, {factors}, left_out));
   if (predicted.of_samples.empty()) return table;
-  if (model.of_samples.empty() || factors.of_samples.empty()) {
+  if (model.of_samples.empty() || factors.head().of_samples.empty()) {
     return Error{ErrorCode::kMismatchedInputs,
                  "predictions tell of looks that take a sample, model or factors do not", "", ""};
   }
-  SIGHTLINE_ASSIGN(
-      RangeTable of_samples,
-      choose_own(ctx, options, sites, predicted.of_samples.front(), model.of_samples.front(),
-                 factors.of_samples.front(), samples_of(left_out)));
+  SIGHTLINE_ASSIGN(RangeTable of_samples,
+                   choose_own(ctx, options, sites, predicted.of_samples.front(),
+                              model.of_samples.front(), {factors, true}, samples_of(left_out)));
   table.of_samples.push_back(std::move(of_samples));
   return table;
 }

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/annotation/at_rest.h"
 #include "formats/annotation/error_model.h"
-#include "formats/annotation/factor_table.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
 #include "formats/annotation/sites.h"
@@ -41,7 +41,7 @@ namespace sightline {
 // (passes/model/choice/heard_drives.h), in place of the floor.
 Result<RangeTable> choose_ranges(PassContext& ctx, const ChooseRangesOptions& options,
                                  const Sites& sites, const PredictedError& predicted,
-                                 const ErrorModel& model, const FactorTable& factors);
+                                 const ErrorModel& model, const AtRest<FactorTable>& factors);
 inline constexpr Pass kChooseRanges{"choose-ranges", 13, "ranges", "How far to look",
                                     &choose_ranges};
 

@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kSamePlace_m = 1e-3;
 
+// `factors` may be without values.
 Result<void> check_inputs(const ErrorModel& model, const Sites& sites, const FactorTable& factors) {
   if (factors.site_count != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
@@ -94,29 +95,47 @@ Result<FeatureRows> features_for(const ErrorModel& model, const FactorTable& fac
   return with_history(*rows, kind_for(model), told);
 }
 
-PredictedError whole_forest_prediction(const PassContext& ctx, double margin,
-                                       const ErrorModel& model, const FeatureRows& features) {
-  std::vector<std::uint32_t> rows(features.row_count);
-  std::iota(rows.begin(), rows.end(), 0U);
-  PredictedError predicted;
-  predicted.looks = model.out_of_fold.looks;
-  predicted.limits_m = model.out_of_fold.limits_m;
-  predicted.support_margin = margin;
-  predicted.site_count = static_cast<std::uint32_t>(model.shape().site_of(features.row_count));
-  ForestPrediction prediction =
-      PreparedForest(model.forest, predicted.limits_m).predict(features, rows, ctx.threads);
-  predicted.mean_m = std::move(prediction.mean);
-  predicted.within_probability = std::move(prediction.within);
-  put_on_curve(model.card.curve, predicted);
-  predicted.out_of_fold.assign(predicted.site_count, 0);
-  predicted.has_history.assign(predicted.site_count, 0);
-  const Support support(model, margin);
-  for (std::size_t row = 0; row < features.row_count; ++row) {
-    const bool is_outside = support.is_outside(features.row(row), model.shape().row_of(row));
-    predicted.extrapolated.push_back(is_outside ? 1 : 0);
+// What a model says, stretch by stretch.
+class Forest {
+ public:
+  Forest(const ErrorModel& model, double support_margin)
+      : model_(model),
+        forest_(model.forest, model.out_of_fold.limits_m),
+        support_(model, support_margin) {}
+
+  // Of no site yet.
+  [[nodiscard]] PredictedError nothing(double support_margin) const {
+    PredictedError predicted;
+    predicted.looks = model_.out_of_fold.looks;
+    predicted.limits_m = model_.out_of_fold.limits_m;
+    predicted.support_margin = support_margin;
+    return predicted;
   }
-  return predicted;
-}
+
+  // Of the next sites, by the whole forest.
+  void append(const PassContext& ctx, const FeatureRows& features,
+              PredictedError& predicted) const {
+    std::vector<std::uint32_t> rows(features.row_count);
+    std::iota(rows.begin(), rows.end(), 0U);
+    const ForestPrediction found = forest_.predict(features, rows, ctx.threads);
+    predicted.mean_m.insert(predicted.mean_m.end(), found.mean.begin(), found.mean.end());
+    predicted.within_probability.insert(predicted.within_probability.end(), found.within.begin(),
+                                        found.within.end());
+    const std::size_t site_count = model_.shape().site_of(features.row_count);
+    predicted.site_count += static_cast<std::uint32_t>(site_count);
+    predicted.out_of_fold.resize(predicted.site_count, 0);
+    predicted.has_history.resize(predicted.site_count, 0);
+    for (std::size_t row = 0; row < features.row_count; ++row) {
+      const bool is_outside = support_.is_outside(features.row(row), model_.shape().row_of(row));
+      predicted.extrapolated.push_back(is_outside ? 1 : 0);
+    }
+  }
+
+ private:
+  const ErrorModel& model_;
+  PreparedForest forest_;
+  Support support_;
+};
 
 void take_out_of_fold(const ErrorModel& model, std::size_t trained, std::size_t site,
                       PredictedError& predicted) {
@@ -131,27 +150,65 @@ void take_out_of_fold(const ErrorModel& model, std::size_t trained, std::size_t 
   predicted.out_of_fold[site] = 1;
 }
 
-// The map whose sites are asked about.
+// The map whose sites are asked about, by looks of which kind.
 struct Asked {
   const Sites& sites;
-  const FactorTable& factors;
+  const AtRest<FactorTable>& factors;
   const RecordingCards& recordings;
+  bool is_of_samples = false;
+
+  // Without values.
+  [[nodiscard]] const FactorTable& head() const {
+    return is_of_samples ? factors.head().of_samples.front() : factors.head();
+  }
+  [[nodiscard]] Result<FactorTable> factors_of(std::size_t first, std::size_t count) const {
+    return is_of_samples ? factors.of_samples(first, count) : factors.of_ranges(first, count);
+  }
 };
+
+// Of some sites in a row.
+History some_of(const History& told, std::size_t first, std::size_t count) {
+  const std::size_t per_site =
+      told.is_known.empty() ? 0 : told.values.size() / told.is_known.size();
+  const auto known = told.is_known.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto values = told.values.begin() + static_cast<std::ptrdiff_t>(first * per_site);
+  return {told.kind,
+          {known, known + static_cast<std::ptrdiff_t>(count)},
+          {values, values + static_cast<std::ptrdiff_t>(count * per_site)}};
+}
+
+Error from_site(Error error, std::size_t first) {
+  if (first > 0) error.place = "from site " + std::to_string(first) + " on, " + error.place;
+  return error;
+}
 
 // `told` is null, or of these sites.
 Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions& options,
                                const ErrorModel& model, const Asked& asked, const History* told) {
-  const auto& [sites, factors, recordings] = asked;
-  SIGHTLINE_ASSIGN(const FeatureRows features, features_for(model, factors, told));
-  PredictedError predicted = whole_forest_prediction(ctx, options.support_margin, model, features);
+  const std::vector<Site>& sites = asked.sites.sites;
+  const Forest forest(model, options.support_margin);
+  PredictedError predicted = forest.nothing(options.support_margin);
+  std::vector<std::uint64_t> digests;  // [site]: of its features
+  for (std::size_t first = 0; first == 0 || first < sites.size(); first += kSitesInStretch) {
+    const std::size_t count = std::min(kSitesInStretch, sites.size() - first);
+    SIGHTLINE_ASSIGN(const FactorTable factors, asked.factors_of(first, count));
+    const History told_here = told == nullptr ? History() : some_of(*told, first, count);
+    const Result<FeatureRows> features =
+        features_for(model, factors, told == nullptr ? nullptr : &told_here);
+    if (!features) return from_site(features.error(), first);
+    forest.append(ctx, *features, predicted);
+    for (std::size_t i = 0; i < count; ++i) {
+      digests.push_back(features_digest(*features, i, model.ranges.size()));
+    }
+  }
+  put_on_curve(model.card.curve, predicted);
   if (told != nullptr) predicted.has_history = told->is_known;
   const PointGrid places = grid_of(model.sites);
-  const std::vector<bool> is_of_place = places_of(model, recordings);
+  const std::vector<bool> is_of_place = places_of(model, asked.recordings);
   std::size_t flattered_count = 0;
-  for (std::size_t site = 0; site < sites.sites.size(); ++site) {
-    const Eigen::Vector3d p_world_m = sites.frame.origin_world_m + sites.sites[site].p_map_m;
-    const std::uint64_t digest = features_digest(features, site, model.ranges.size());
-    const std::optional<std::size_t> own = own_case(model, places, p_world_m, digest);
+  for (std::size_t site = 0; site < sites.size(); ++site) {
+    const Eigen::Vector3d p_world_m = asked.sites.frame.origin_world_m + sites[site].p_map_m;
+    const std::optional<std::size_t> own = own_case(model, places, p_world_m, digests[site]);
     if (own) {
       take_out_of_fold(model, *own, site, predicted);
       continue;
@@ -162,7 +219,7 @@ Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions
     if (places.nearest(p_world_m, model.card.buffer_m, is_known)) ++flattered_count;
   }
   if (flattered_count > 0) {
-    ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(sites.sites.size()) +
+    ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(sites.size()) +
              " sites lie within " + format_double(model.card.buffer_m) +
              " m of where the model was trained, but are not its own sites: if this is the same "
              "place, the forest knows it, and predictions there may flatter");
@@ -174,7 +231,7 @@ Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions
 Result<PredictedError> predict_from(const PassContext& ctx, const PredictErrorOptions& options,
                                     const ErrorModel& model, const Asked& asked,
                                     const EarlierDrives& history) {
-  SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.factors));
+  SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.head()));
   if (history.empty()) return predict(ctx, options, model, asked, nullptr);
   const History told = history_of(asked.sites, history, kind_for(model));
   return predict(ctx, options, model, asked, &told);
@@ -195,11 +252,11 @@ Result<PredictedError> predict_both(const PassContext& ctx, const PredictErrorOp
                                     const ErrorModel& model, const Asked& asked,
                                     const EarlierDrives& history) {
   SIGHTLINE_ASSIGN(PredictedError predicted, predict_from(ctx, options, model, asked, history));
-  if (model.of_samples.empty() || asked.factors.of_samples.empty()) return predicted;
-  SIGHTLINE_ASSIGN(PredictedError of_samples,
-                   predict_from(ctx, options, model.of_samples.front(),
-                                {asked.sites, asked.factors.of_samples.front(), asked.recordings},
-                                samples_of(history)));
+  if (model.of_samples.empty() || asked.head().of_samples.empty()) return predicted;
+  SIGHTLINE_ASSIGN(
+      PredictedError of_samples,
+      predict_from(ctx, options, model.of_samples.front(),
+                   {asked.sites, asked.factors, asked.recordings, true}, samples_of(history)));
   predicted.of_samples.push_back(std::move(of_samples));
   return predicted;
 }
@@ -219,7 +276,8 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options) {
 
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
-                                     const FactorTable& factors, const RecordingCards& recordings) {
+                                     const AtRest<FactorTable>& factors,
+                                     const RecordingCards& recordings) {
   return predict_both(ctx, options, model, {sites, factors, recordings}, {});
 }
 
@@ -254,7 +312,7 @@ Result<PredictedError> predict_told(const PassContext& ctx, const PredictErrorOp
 
 Result<void> check_history(const Asked& asked, const MeasuredError& history) {
   if (history.scan_of_site.size() == asked.sites.sites.size() &&
-      history.looks == asked.factors.looks) {
+      history.looks == asked.head().looks) {
     return {};
   }
   return Error{ErrorCode::kMismatchedInputs,
@@ -266,7 +324,7 @@ Result<void> check_history(const Asked& asked, const MeasuredError& history) {
 Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const PredictErrorOptions& options,
                                                   const ErrorModel& model, const Sites& sites,
-                                                  const FactorTable& factors,
+                                                  const AtRest<FactorTable>& factors,
                                                   const MeasuredError& history,
                                                   const RecordingCards& recordings) {
   const Asked asked{sites, factors, recordings};
@@ -277,7 +335,7 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
 Result<PredictedError> predict_error_with_drives(PassContext& ctx,
                                                  const PredictErrorOptions& options,
                                                  const ErrorModel& model, const Sites& sites,
-                                                 const FactorTable& factors,
+                                                 const AtRest<FactorTable>& factors,
                                                  const MeasuredDrives& history,
                                                  const RecordingCards& recordings) {
   const Asked asked{sites, factors, recordings};

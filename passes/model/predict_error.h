@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "formats/annotation/at_rest.h"
 #include "formats/annotation/error_model.h"
-#include "formats/annotation/factor_table.h"
 #include "formats/annotation/measured_drives.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
@@ -38,7 +38,8 @@ std::vector<OptionField> option_fields(PredictErrorOptions& options);
 // invalid-artifact for a factor that is not finite.
 Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions& options,
                                      const ErrorModel& model, const Sites& sites,
-                                     const FactorTable& factors, const RecordingCards& recordings);
+                                     const AtRest<FactorTable>& factors,
+                                     const RecordingCards& recordings);
 inline constexpr Pass kPredictError{"predict-error", 4, "predicted",
                                     "What the model says of each site", &predict_error};
 
@@ -48,7 +49,7 @@ inline constexpr Pass kPredictError{"predict-error", 4, "predicted",
 Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const PredictErrorOptions& options,
                                                   const ErrorModel& model, const Sites& sites,
-                                                  const FactorTable& factors,
+                                                  const AtRest<FactorTable>& factors,
                                                   const MeasuredError& history,
                                                   const RecordingCards& recordings);
 inline constexpr Pass kPredictErrorWithHistory =
@@ -58,7 +59,7 @@ inline constexpr Pass kPredictErrorWithHistory =
 Result<PredictedError> predict_error_with_drives(PassContext& ctx,
                                                  const PredictErrorOptions& options,
                                                  const ErrorModel& model, const Sites& sites,
-                                                 const FactorTable& factors,
+                                                 const AtRest<FactorTable>& factors,
                                                  const MeasuredDrives& history,
                                                  const RecordingCards& recordings);
 inline constexpr Pass kPredictErrorWithDrives =

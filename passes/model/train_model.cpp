@@ -1,8 +1,8 @@
 #include "passes/model/train_model.h"
 
 #include <algorithm>
-#include <span>
 #include <utility>
+#include <vector>
 
 #include "formats/base/random.h"
 #include "formats/text/table.h"
@@ -107,49 +107,52 @@ Result<ErrorModel> train_on(PassContext& ctx, const TrainModelOptions& wanted,
   return model;
 }
 
-// A place where it lies: of two models that learn from it, each takes what it needs.
+// A place, its tables at rest: of two models that learn from it, each takes what it needs when it
+// needs it.
 struct PlaceInUse {
   const std::string& name;
   const Sites& sites;
-  const FactorTable& factors;
-  std::span<const MeasuredError> drives;
+  AtRest<FactorTable> factors;
+  std::vector<AtRest<MeasuredError>> drives;
   RecordingCards recordings;
 };
 
-// Without what the looks that take a sample say.
-FactorTable of_ranges(const FactorTable& all) {
-  return {all.looks, all.factors, all.site_count, all.shared_count, all.values, {}};
-}
-MeasuredError of_ranges(const MeasuredError& all) {
-  return {all.drive,   all.matching,     all.reference, all.looks,
-          all.offsets, all.scan_of_site, all.rows,      {}};
-}
-
-DrivenPlaces ranges_of(const std::vector<PlaceInUse>& places) {
+// By the looks that take every return. Error: cannot-read.
+Result<DrivenPlaces> ranges_of(const std::vector<PlaceInUse>& places) {
   DrivenPlaces ranges;
   for (const PlaceInUse& place : places) {
-    DrivenPlace& of_place = ranges.places.emplace_back(
-        DrivenPlace{place.name, place.sites, of_ranges(place.factors), {}, place.recordings});
-    for (const MeasuredError& drive : place.drives) of_place.drives.push_back(of_ranges(drive));
+    SIGHTLINE_ASSIGN(FactorTable factors, place.factors.of_ranges(0, place.factors.site_count()));
+    DrivenPlace of_place{place.name, place.sites, std::move(factors), {}, place.recordings};
+    for (const AtRest<MeasuredError>& drive : place.drives) {
+      SIGHTLINE_ASSIGN(MeasuredError of_drive, drive.of_ranges(0, drive.site_count()));
+      of_place.drives.push_back(std::move(of_drive));
+    }
+    ranges.places.push_back(std::move(of_place));
   }
   return ranges;
 }
 
-// The same places by the looks that take a sample; none unless every place and drive knows them.
-DrivenPlaces samples_of(const std::vector<PlaceInUse>& places) {
-  const bool all_know = std::ranges::all_of(places, [](const PlaceInUse& place) {
-    return !place.factors.of_samples.empty() &&
-           std::ranges::none_of(
-               place.drives, [](const MeasuredError& drive) { return drive.of_samples.empty(); });
+// Whether every place and drive knows the looks that take a sample.
+bool all_have_samples(const std::vector<PlaceInUse>& places) {
+  return std::ranges::all_of(places, [](const PlaceInUse& place) {
+    return !place.factors.head().of_samples.empty() &&
+           std::ranges::none_of(place.drives, [](const AtRest<MeasuredError>& drive) {
+             return drive.head().of_samples.empty();
+           });
   });
+}
+
+// The same places by those looks, which all know. Error: cannot-read.
+Result<DrivenPlaces> samples_of(const std::vector<PlaceInUse>& places) {
   DrivenPlaces samples;
-  if (!all_know) return samples;
   for (const PlaceInUse& place : places) {
-    DrivenPlace& of_samples = samples.places.emplace_back(DrivenPlace{
-        place.name, place.sites, place.factors.of_samples.front(), {}, place.recordings});
-    for (const MeasuredError& drive : place.drives) {
-      of_samples.drives.push_back(drive.of_samples.front());
+    SIGHTLINE_ASSIGN(FactorTable factors, place.factors.of_samples(0, place.factors.site_count()));
+    DrivenPlace of_place{place.name, place.sites, std::move(factors), {}, place.recordings};
+    for (const AtRest<MeasuredError>& drive : place.drives) {
+      SIGHTLINE_ASSIGN(MeasuredError of_drive, drive.of_samples(0, drive.site_count()));
+      of_place.drives.push_back(std::move(of_drive));
     }
+    samples.places.push_back(std::move(of_place));
   }
   return samples;
 }
@@ -157,9 +160,10 @@ DrivenPlaces samples_of(const std::vector<PlaceInUse>& places) {
 // A model of the ranges, and within it one of the looks that take a sample.
 Result<ErrorModel> train_both(PassContext& ctx, const TrainModelOptions& wanted,
                               const std::vector<PlaceInUse>& places) {
-  SIGHTLINE_ASSIGN(ErrorModel model, train_on(ctx, wanted, ranges_of(places)));
-  DrivenPlaces samples = samples_of(places);
-  if (samples.places.empty()) return model;
+  SIGHTLINE_ASSIGN(DrivenPlaces ranges, ranges_of(places));
+  SIGHTLINE_ASSIGN(ErrorModel model, train_on(ctx, wanted, std::move(ranges)));
+  if (!all_have_samples(places)) return model;
+  SIGHTLINE_ASSIGN(DrivenPlaces samples, samples_of(places));
   SIGHTLINE_ASSIGN(ErrorModel of_samples, train_on(ctx, wanted, std::move(samples)));
   model.of_samples.push_back(std::move(of_samples));
   return model;
@@ -205,7 +209,11 @@ Result<ErrorModel> train_model(PassContext& ctx, const TrainModelOptions& wanted
   }
   std::vector<PlaceInUse> in_use;
   for (const DrivenPlace& place : places.places) {
-    in_use.push_back({place.name, place.sites, place.factors, place.drives, place.recordings});
+    in_use.push_back({place.name,
+                      place.sites,
+                      place.factors,
+                      {place.drives.begin(), place.drives.end()},
+                      place.recordings});
   }
   return train_both(ctx, wanted, in_use);
 }
@@ -226,6 +234,13 @@ Result<ErrorModel> own_evidence_of_both(const std::vector<double>& limits_m, con
   return own;
 }
 
+// The same of tables at rest.
+Result<ErrorModel> own_evidence_of(const std::vector<double>& limits_m, const PlaceInUse& place) {
+  SIGHTLINE_ASSIGN(const FactorTable factors, place.factors.whole());
+  SIGHTLINE_ASSIGN(const MeasuredError measured, place.drives.front().whole());
+  return own_evidence_of_both(limits_m, place.sites, factors, measured, place.recordings);
+}
+
 // From one place; where that is too little, what its own scans say.
 Result<ErrorModel> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
                               const PlaceInUse& place) {
@@ -233,8 +248,7 @@ Result<ErrorModel> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
   const bool is_too_short = !model && (model.error().code == ErrorCode::kDriveTooShort ||
                                        model.error().code == ErrorCode::kNoTrainingRows);
   if (!is_too_short) return model;
-  Result<ErrorModel> own = own_evidence_of_both(wanted.limits_m, place.sites, place.factors,
-                                                place.drives.front(), place.recordings);
+  Result<ErrorModel> own = own_evidence_of(wanted.limits_m, place);
   if (!own) return model;
   ctx.warn("there is too little to learn from (" + model.error().message +
            "); the map takes what its own scans ask for everywhere, and promises nothing");
@@ -244,26 +258,29 @@ Result<ErrorModel> learn_here(PassContext& ctx, const TrainModelOptions& wanted,
 }  // namespace
 
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const Sites& sites, const FactorTable& factors,
-                                    const MeasuredError& measured,
+                                    const Sites& sites, const AtRest<FactorTable>& factors,
+                                    const AtRest<MeasuredError>& measured,
                                     const RecordingCards& recordings) {
+  const PlaceInUse place{measured.head().drive, sites, factors, {measured}, recordings};
   // A forest that learnt simulated errors foretells simulated errors.
-  if (measured.reference == ErrorReference::kSimulated) {
-    return own_evidence_of_both(wanted.limits_m, sites, factors, measured, recordings);
+  if (measured.head().reference == ErrorReference::kSimulated) {
+    return own_evidence_of(wanted.limits_m, place);
   }
-  return learn_here(ctx, wanted,
-                    {measured.drive, sites, factors, std::span(&measured, 1), recordings});
+  return learn_here(ctx, wanted, place);
 }
 
 Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptions& wanted,
-                                         const Sites& sites, const FactorTable& factors,
+                                         const Sites& sites, const AtRest<FactorTable>& factors,
                                          const MeasuredDrives& measured,
                                          const RecordingCards& recordings) {
   if (measured.drives.empty()) {
     return Error{ErrorCode::kNoTrainingRows, "no localization drive comes near a site", "", ""};
   }
   return learn_here(ctx, wanted,
-                    {measured.drives.front().drive, sites, factors, measured.drives,
+                    {measured.drives.front().drive,
+                     sites,
+                     factors,
+                     {measured.drives.begin(), measured.drives.end()},
                      without_left_out(recordings, measured)});
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/annotation/at_rest.h"
 #include "formats/annotation/error_model.h"
 #include "formats/annotation/measured_drives.h"
 #include "formats/base/result.h"
@@ -48,15 +49,15 @@ inline constexpr Pass kTrainModel{"train-model", 8, "model", "The error model", 
 // passes/model/own_evidence_model.h, which a warning says; so it is where errors were simulated,
 // which teach nothing.
 Result<ErrorModel> train_model_here(PassContext& ctx, const TrainModelOptions& wanted,
-                                    const Sites& sites, const FactorTable& factors,
-                                    const MeasuredError& measured,
+                                    const Sites& sites, const AtRest<FactorTable>& factors,
+                                    const AtRest<MeasuredError>& measured,
                                     const RecordingCards& recordings);
 inline constexpr Pass kTrainModelHere = variant_of(kTrainModel, &train_model_here);
 
 // The same of several drives through that place: each is a label in its turn, so that what it
 // promises is about the next drive.
 Result<ErrorModel> train_model_of_drives(PassContext& ctx, const TrainModelOptions& wanted,
-                                         const Sites& sites, const FactorTable& factors,
+                                         const Sites& sites, const AtRest<FactorTable>& factors,
                                          const MeasuredDrives& measured,
                                          const RecordingCards& recordings);
 inline constexpr Pass kTrainModelOfDrives = variant_of(kTrainModel, &train_model_of_drives);

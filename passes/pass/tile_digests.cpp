@@ -52,17 +52,20 @@ Digest TileDigests::within(const Eigen::AlignedBox2d& box_m) const {
   return builder.finish();
 }
 
-TileDigests digests_of(const NdtMap& map) {
+Result<TileDigests> digests_of(const TiledNds& nds) {
   TileDigests digests(kTile_m);
-  for (const Nd& nd : map.nds) {
-    ByteWriter writer;
-    writer.put(map.cell_m);
-    writer.put(map.tile_m);
-    put(nd.key, writer);
-    writer.put(nd.point_count);
-    put(nd.mean_m, writer);
-    for (int column = 0; column < 3; ++column) put(nd.covariance_m2.col(column), writer);
-    digests.add(nd.mean_m, writer.bytes());
+  for (const NdTile& tile : nds.tiles()) {
+    SIGHTLINE_ASSIGN(const NdtMap of_tile, nds.tile(tile));
+    for (const Nd& nd : of_tile.nds) {
+      ByteWriter writer;
+      writer.put(nds.cell_m());
+      writer.put(nds.tile_m());
+      put(nd.key, writer);
+      writer.put(nd.point_count);
+      put(nd.mean_m, writer);
+      for (int column = 0; column < 3; ++column) put(nd.covariance_m2.col(column), writer);
+      digests.add(nd.mean_m, writer.bytes());
+    }
   }
   digests.finish();
   return digests;

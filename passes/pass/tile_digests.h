@@ -9,7 +9,7 @@
 #include "formats/base/bytes.h"
 #include "formats/base/hash.h"
 #include "formats/grid/cell_key.h"
-#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/tiled_nds.h"
 #include "formats/surroundings/tiled_surface.h"
 
 namespace sightline {
@@ -34,8 +34,8 @@ class TileDigests {
   std::map<TileKey, Digest> of_tile_;
 };
 
-// Of NDs at their means; cell and tile edges of the map are in every digest.
-TileDigests digests_of(const NdtMap& map);
+// Of NDs at their means; cell and tile edges of the map are in every digest. Error: cannot-read.
+Result<TileDigests> digests_of(const TiledNds& nds);
 // Of patches at their centres. Error: cannot-read.
 Result<TileDigests> digests_of(const TiledSurface& surface);
 

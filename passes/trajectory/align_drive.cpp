@@ -245,13 +245,17 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options) {
 }
 
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
-                               const Drive& drive, const Trajectory& own, const NdtMap& map,
+                               const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                const Sites& sites) {
   const bool is_given = own.source == PoseSource::kGiven;
   if (options.mode == AlignMode::kGiven || (options.mode == AlignMode::kAuto && is_given))
     return own;
   SIGHTLINE_TRY(check_trajectory_of_drive(drive, own));
-  if (map.nds.empty()) return Error{ErrorCode::kEmptyMap, "the map has no ND to match", "", ""};
+  if (nds.nd_count() == 0) {
+    return Error{ErrorCode::kEmptyMap, "the map has no ND to match", "", ""};
+  }
+  // A drive may be anywhere on the map.
+  SIGHTLINE_ASSIGN(const NdtMap map, nds.whole());
   const Trajectory near = rebase(own, map.frame);
   std::vector<Pose> T_own_lidar;
   for (const TrajectoryPose& pose : near.poses) {

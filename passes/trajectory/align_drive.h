@@ -7,7 +7,7 @@
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "formats/drive/trajectory.h"
-#include "formats/surroundings/ndt_map.h"
+#include "formats/surroundings/tiled_nds.h"
 #include "passes/pass/pass.h"
 
 namespace sightline {
@@ -32,7 +32,7 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 // placement of any piece is confirmed), trajectory-lost (no solution), and what reading a scan
 // says.
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
-                               const Drive& drive, const Trajectory& own, const NdtMap& map,
+                               const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                const Sites& sites);
 inline constexpr Pass kAlignDrive{"align-drive", 3, "aligned",
                                   "A second drive in the map of the first", &align_drive};

@@ -21,13 +21,13 @@ Trajectory laid_aside(const Trajectory& own, const MapFrame& frame, const Sites&
 }  // namespace
 
 Result<Trajectory> align_later_drive(PassContext& ctx, const AlignDriveOptions& options,
-                                     const Drive& drive, const Trajectory& own, const NdtMap& map,
+                                     const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                      const Sites& sites) {
-  Result<Trajectory> aligned = align_drive(ctx, options, drive, own, map, sites);
+  Result<Trajectory> aligned = align_drive(ctx, options, drive, own, nds, sites);
   if (aligned || aligned.error().code != ErrorCode::kNoOverlap || own.poses.empty()) return aligned;
   ctx.warn("drive '" + drive.name + "' is found nowhere in the map (" + aligned.error().message +
            ") and laid aside");
-  return laid_aside(own, map.frame, sites);
+  return laid_aside(own, nds.frame(), sites);
 }
 
 }  // namespace sightline

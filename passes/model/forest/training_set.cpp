@@ -59,12 +59,18 @@ void append_labels(const DrivenPlace& place, const MeasuredError& measured,
   }
 }
 
-void append_rows(const FeatureRows& rows, TrainingSet& training_set) {
-  training_set.features.names = rows.names;
+void append_rows(FeatureRows rows, TrainingSet& training_set) {
+  if (training_set.features.row_count == 0) {
+    training_set.features = std::move(rows);
+    return;
+  }
   training_set.features.row_count += rows.row_count;
   training_set.features.values.insert(training_set.features.values.end(), rows.values.begin(),
                                       rows.values.end());
 }
+
+// How often a place's factors are still needed decides whether they are copied.
+enum class MoreCases { kFollow, kNone };
 
 // The sites of a case; `first_run` keeps runs of different cases apart.
 void append_sites(const DrivenPlace& place, const Case& of, const History* history,
@@ -88,7 +94,7 @@ void append_sites(const DrivenPlace& place, const Case& of, const History* histo
   }
 }
 
-void append_case(const DrivenPlaces& places, const Case& of, const FeatureRows& factors,
+void append_case(const DrivenPlaces& places, const Case& of, FeatureRows& factors, MoreCases more,
                  TrainingSet& training_set) {
   const DrivenPlace& place = places.places[of.place];
   const HistoryKind kind = training_set.history_kind;
@@ -97,8 +103,13 @@ void append_case(const DrivenPlaces& places, const Case& of, const FeatureRows& 
   History history;
   if (!earlier.empty()) history = history_of(place.sites, earlier, kind);
   const History* told = earlier.empty() ? nullptr : &history;
-  append_rows(training_set.knows_history ? with_history(factors, kind, told) : factors,
-              training_set);
+  if (training_set.knows_history) {
+    append_rows(with_history(factors, kind, told), training_set);
+  } else if (more == MoreCases::kNone) {
+    append_rows(std::move(factors), training_set);
+  } else {
+    append_rows(factors, training_set);
+  }
   const std::uint32_t first_run =
       training_set.sites.empty() ? 0 : training_set.sites.back().run + 1;
   append_sites(place, of, told, first_run, training_set);
@@ -216,7 +227,11 @@ Result<TrainingSet> make_training_set(const TrainingSetOptions& options,
                      gather_features(place.factors, chosen_factors(options, places)));
     factors.push_back(std::move(rows));
   }
-  for (const Case& of : cases) append_case(places, of, factors[of.place], training_set);
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const bool is_last = i + 1 == cases.size() || cases[i + 1].place != cases[i].place;
+    append_case(places, cases[i], factors[cases[i].place],
+                is_last ? MoreCases::kNone : MoreCases::kFollow, training_set);
+  }
   SIGHTLINE_TRY(append_blocks(options, places, cases, training_set));
   deal_blocks(static_cast<std::uint32_t>(options.fold_count), training_set.folds);
   return training_set;

@@ -128,6 +128,18 @@ void record_sites(const EvaluationInputs& inputs, Evaluation& evaluation) {
   }
 }
 
+// Stretch by stretch. Error: cannot-read.
+Result<std::vector<StreetType>> all_street_types(const AtRest<FactorTable>& factors) {
+  std::vector<StreetType> types;
+  for (std::size_t first = 0; first < factors.site_count(); first += kSitesInStretch) {
+    const std::size_t count = std::min(kSitesInStretch, factors.site_count() - first);
+    SIGHTLINE_ASSIGN(const FactorTable some, factors.of_ranges(first, count));
+    const std::vector<StreetType> here = street_types(some);
+    types.insert(types.end(), here.begin(), here.end());
+  }
+  return types;
+}
+
 }  // namespace
 
 std::vector<OptionField> option_fields(EvaluateRangesOptions& options) {
@@ -141,16 +153,17 @@ std::vector<OptionField> option_fields(EvaluateRangesOptions& options) {
 
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
                                    const Sites& sites, const PredictedError& predicted,
-                                   const RangeTable& ranges, const FactorTable& factors,
+                                   const RangeTable& ranges, const AtRest<FactorTable>& factors,
                                    const MeasuredError& judged) {
-  if (factors.site_count != 0 && factors.site_count != sites.sites.size()) {
+  if (factors.site_count() != 0 && factors.site_count() != sites.sites.size()) {
     return Error{ErrorCode::kMismatchedInputs,
-                 "found factors of " + std::to_string(factors.site_count) + " sites, expected " +
+                 "found factors of " + std::to_string(factors.site_count()) + " sites, expected " +
                      std::to_string(sites.sites.size()),
                  "", ""};
   }
-  EvaluationInputs inputs{options.stretch_m,     sites, predicted, ranges, judged,
-                          street_types(factors), {}};
+  SIGHTLINE_ASSIGN(std::vector<StreetType> streets, all_street_types(factors));
+  EvaluationInputs inputs{options.stretch_m,  sites, predicted, ranges, judged,
+                          std::move(streets), {}};
   inputs.streets.resize(sites.sites.size(), StreetType::kUnknown);  // a map stripped of factors
   for (std::size_t site = 0; site < judged.scan_of_site.size(); ++site) {
     if (judged.scan_of_site[site] >= 0) inputs.judged_sites.push_back(site);

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/annotation/factor_table.h"
+#include "formats/annotation/at_rest.h"
 #include "formats/annotation/measured_error.h"
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/range_table.h"
@@ -32,7 +32,7 @@ std::vector<OptionField> option_fields(EvaluateRangesOptions& options);
 // has no scan near any site.
 Result<Evaluation> evaluate_ranges(PassContext& ctx, const EvaluateRangesOptions& options,
                                    const Sites& sites, const PredictedError& predicted,
-                                   const RangeTable& ranges, const FactorTable& factors,
+                                   const RangeTable& ranges, const AtRest<FactorTable>& factors,
                                    const MeasuredError& judged);
 inline constexpr Pass kEvaluateRanges{"evaluate-ranges", 3, "evaluation", "Judging the choice",
                                       &evaluate_ranges};

@@ -191,7 +191,10 @@ TEST(EmitMap, RefusesArtifactsThatDoNotBelongTogether) {
   refuses([](Workshop& w) { w.made.sites.frame.origin_world_m.y() += 64.0; });
   refuses([](Workshop& w) { w.made.ranges.looks[0].range_m += 1.0; });
   refuses([](Workshop& w) { w.made.predicted.limits_m[1] += 0.01; });
-  refuses([](Workshop& w) { w.measured.scan_of_site.pop_back(); });
+  refuses([](Workshop& w) {
+    w.measured.scan_of_site.pop_back();
+    w.measured.rows.resize(w.measured.shape().size(w.measured.scan_of_site.size()));
+  });
   refuses([](Workshop& w) { w.measured.looks[0].range_m += 1.0; });
 }
 

@@ -12,6 +12,7 @@
 #include "passes/pass/default_looks.h"
 #include "tests/passes/factors/plain_factors.h"
 #include "tests/support/toy_world.h"
+#include "tests/support/whole_nds.h"
 
 namespace sightline {
 namespace {
@@ -182,7 +183,7 @@ TEST(ComputeFactors, EqualsAPlainImplementationOnADrawnTown) {
        #.@.#
 )");
   PassContext ctx;
-  const Result<NdtMap> map = build_ndt(ctx, {}, world.points);
+  const Result<NdtMap> map = whole_nds(build_ndt(ctx, {}, world.points));
   ASSERT_TRUE(map.has_value());
   FactorInputs inputs{*map, world.sites, {}, {}};
   look_around(7, inputs);

@@ -10,6 +10,8 @@
 #include "passes/map/build_surface.h"
 #include "tests/support/kept_parts.h"
 #include "tests/support/toy_world.h"
+#include "tests/support/whole_nds.h"
+#include "tests/support/whole_rows.h"
 #include "tests/support/whole_surface.h"
 
 namespace sightline {
@@ -35,7 +37,7 @@ Place street() {
                                     row_of_ground + "\n" + row_of_walls + "\n");
   PassContext ctx;
   Place place;
-  place.map = *build_ndt(ctx, {}, world.points);
+  place.map = *whole_nds(build_ndt(ctx, {}, world.points));
   place.surface = *whole(build_surface(ctx, {}, world.points));
   place.sites = world.sites;
   std::reverse(place.sites.sites.begin(), place.sites.sites.end());
@@ -51,7 +53,7 @@ Place street() {
 
 FactorTable factors_of(PassContext& ctx, const Place& place) {
   const Result<FactorTable> table =
-      factors_of_sites(ctx, {}, place.map, place.surface, place.sites, place.sensor);
+      whole_rows(factors_of_sites(ctx, {}, place.map, place.surface, place.sites, place.sensor));
   EXPECT_TRUE(table.has_value()) << to_string(table.error());
   return *table;
 }
@@ -101,8 +103,8 @@ TEST(FactorsOfSites, MakeOnlyTheBlocksAnewThatAChangeReaches) {
   KeptParts kept;
   const auto run = [&] {
     PassContext ctx = kept.context();
-    return to_bytes(
-        *factors_of_sites(ctx, options, place.map, place.surface, place.sites, place.sensor));
+    return to_bytes(*whole_rows(
+        factors_of_sites(ctx, options, place.map, place.surface, place.sites, place.sensor)));
   };
   (void)run();
   ASSERT_EQ(kept.made().size(), 3U);
@@ -113,8 +115,8 @@ TEST(FactorsOfSites, MakeOnlyTheBlocksAnewThatAChangeReaches) {
   const std::vector<std::byte> changed = run();
   EXPECT_EQ(kept.made().size(), 1U) << "the square at the beginning of the street";
   PassContext anew;
-  EXPECT_EQ(changed, to_bytes(*factors_of_sites(anew, options, place.map, place.surface,
-                                                place.sites, place.sensor)));
+  EXPECT_EQ(changed, to_bytes(*whole_rows(factors_of_sites(anew, options, place.map, place.surface,
+                                                           place.sites, place.sensor))));
   place.surface.patches.pop_back();
   (void)run();
   EXPECT_EQ(kept.made().size(), 1U);
@@ -128,7 +130,7 @@ TEST(FactorsOfSites, RefuseASurfaceOfAnotherFrame) {
   place.surface.frame.origin_world_m.x() += 64.0;
   PassContext ctx;
   const Result<FactorTable> table =
-      factors_of_sites(ctx, {}, place.map, place.surface, place.sites, place.sensor);
+      whole_rows(factors_of_sites(ctx, {}, place.map, place.surface, place.sites, place.sensor));
   ASSERT_FALSE(table.has_value());
   EXPECT_EQ(table.error().code, ErrorCode::kMismatchedInputs);
 }

@@ -4,6 +4,7 @@
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
 #include "tests/formats/foreign/foreign_files.h"
+#include "tests/support/whole_nds.h"
 #include "tests/support/whole_surface.h"
 
 namespace sightline {
@@ -44,7 +45,7 @@ TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
   EXPECT_TRUE(warnings_.empty()) << warnings_.front();
   EXPECT_EQ(points->frame.origin_world_m, Eigen::Vector3d(128.0, 64.0, 0.0));
   EXPECT_EQ(points->standing_count, 2U * 160U * 160U);
-  const Result<NdtMap> ndt = build_ndt(ctx_, {}, *points);
+  const Result<NdtMap> ndt = whole_nds(build_ndt(ctx_, {}, *points));
   ASSERT_TRUE(ndt.has_value());
   EXPECT_EQ(ndt->nds.size(), 16U * 8U);
   EXPECT_EQ(ndt->point_count, points->standing_count);
@@ -56,7 +57,7 @@ TEST_F(IngestMapTest, PiecesMakeTheCellsOfThePointsThatTheyHold) {
   Result<SurfacePoints> cached = from_bytes<SurfacePoints>(to_bytes(*points));
   ASSERT_TRUE(cached.has_value()) << to_string(cached.error());
   reattach(*cached, map_of_two(0.1));
-  EXPECT_EQ(to_bytes(*build_ndt(ctx_, {}, *cached)), to_bytes(*ndt));
+  EXPECT_EQ(to_bytes(*whole_nds(build_ndt(ctx_, {}, *cached))), to_bytes(*ndt));
 }
 
 TEST_F(IngestMapTest, SaysHowThinAMapIsAndWhatThatCosts) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tests/support/synthetic_drive.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -30,8 +31,8 @@ Told told(const SyntheticDrive& drive, const std::string& localizing_sensor = "v
   std::vector<std::string> warnings;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   Result<FactorTable> table =
-      add_mapping_error(ctx, {}, drive.factors, drive.measured, *sensor_profile("vlp-16"),
-                        *sensor_profile(localizing_sensor));
+      whole_rows(add_mapping_error(ctx, {}, drive.factors, drive.measured,
+                                   *sensor_profile("vlp-16"), *sensor_profile(localizing_sensor)));
   return {std::move(table), std::move(warnings)};
 }
 
@@ -87,7 +88,8 @@ TEST(AddMappingError, BelievesNoOtherSensorThanTheOneThatLocalizes) {
 TEST(AddMappingError, OfADriveThatIsAlsoLocalizedIsEvidenceAndNothingToLearnFrom) {
   const SyntheticDrive drive = small_drive();
   PassContext ctx;
-  const Result<FactorTable> table = add_own_error(ctx, {}, drive.factors, drive.measured);
+  const Result<FactorTable> table =
+      whole_rows(add_own_error(ctx, {}, drive.factors, drive.measured));
   ASSERT_TRUE(table.has_value());
   for_each_row(*table, drive.factors,
                [&](std::size_t site, std::size_t range, double own_m, double mapping_m) {
@@ -137,6 +139,8 @@ TEST(AddMappingError, GivesLooksThatTakeASampleATableOfTheirOwn) {
 TEST(AddMappingError, RefusesOtherSitesOtherRangesAndFactorsWithoutAStandIn) {
   SyntheticDrive other_sites = small_drive();
   other_sites.measured.scan_of_site.pop_back();
+  other_sites.measured.rows.resize(
+      other_sites.measured.shape().size(other_sites.measured.scan_of_site.size()));
   SyntheticDrive other_ranges = small_drive();
   other_ranges.measured.looks.back().range_m = 25.0;
   SyntheticDrive no_stand_in = small_drive();
@@ -155,7 +159,8 @@ TEST(AddMappingError, WhatWasSimulatedStandsForBothAndSaysSo) {
   simulated.reference = ErrorReference::kSimulated;
   simulated.scan_of_site[2] = 2;
   PassContext ctx;
-  const Result<FactorTable> table = add_simulated_error(ctx, {}, drive.factors, simulated);
+  const Result<FactorTable> table =
+      whole_rows(add_simulated_error(ctx, {}, drive.factors, simulated));
   ASSERT_TRUE(table.has_value()) << to_string(table.error());
   ASSERT_TRUE(validate(*table).has_value());
   EXPECT_TRUE(is_simulated(*table));

@@ -60,7 +60,7 @@ TEST(AreaLocalizers, FindWhatALocalizerOfTheWholeMapFindsToTheBit) {
       const Localizer of_samples = make_localizer(map, options_for_samples(coarse_cells));
       for (const double x_m : {-130.0, -63.9, 0.1, 65.0}) {
         const Eigen::Vector3d p_m(x_m, 0.3, 0.0);
-        const std::shared_ptr<const AreaLocalizer> area = areas.at(p_m);
+        const std::shared_ptr<const AreaLocalizer> area = *areas.at(p_m);
         expect_same(area->own, own, p_m, map);
         expect_same(area->of_samples, of_samples, p_m, map);
         EXPECT_LT(area->own.levels[0].grid->nds.size(), own.levels[0].grid->nds.size());
@@ -72,9 +72,9 @@ TEST(AreaLocalizers, FindWhatALocalizerOfTheWholeMapFindsToTheBit) {
 TEST(AreaLocalizers, KeepTheLatestAreasReady) {
   const NdtMap map = long_lane();
   AreaLocalizers areas(map, {LocalizerKind::kPlain, 1, 10.0, 2});
-  const std::weak_ptr<const AreaLocalizer> first = areas.at({10.0, 0.0, 0.0});
-  const std::weak_ptr<const AreaLocalizer> second = areas.at({70.0, 0.0, 0.0});
-  EXPECT_EQ(areas.at({50.0, 3.0, 0.0}), first.lock());
+  const std::weak_ptr<const AreaLocalizer> first = *areas.at({10.0, 0.0, 0.0});
+  const std::weak_ptr<const AreaLocalizer> second = *areas.at({70.0, 0.0, 0.0});
+  EXPECT_EQ(*areas.at({50.0, 3.0, 0.0}), first.lock());
   (void)areas.at({200.0, 0.0, 0.0});
   EXPECT_TRUE(second.expired());
   EXPECT_FALSE(first.expired());

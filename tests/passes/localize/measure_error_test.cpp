@@ -14,6 +14,7 @@
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/matching/random_scene.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/whole_rows.h"
 
 namespace sightline {
 namespace {
@@ -80,7 +81,8 @@ Result<MeasuredError> measure(const World& world, const MeasureErrorOptions& opt
                               int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
-  return measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites);
+  return whole_rows(
+      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites));
 }
 
 TEST(MeasureError, StartsFromTheTwelveOffsetsOfTheDefinition) {
@@ -197,8 +199,8 @@ TEST(MeasureError, KnowsNoPoseOfADriveThatWasPlacedByMatchingAndSaysSo) {
   std::string warning;
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warning = message; };
-  const Result<MeasuredError> measured =
-      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites);
+  const Result<MeasuredError> measured = whole_rows(
+      measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites));
   ASSERT_TRUE(measured.has_value());
   EXPECT_EQ(measured->reference, ErrorReference::kFullRangeMatch);
   EXPECT_NE(warning.find("has no known poses"), std::string::npos) << warning;
@@ -247,8 +249,8 @@ TEST(MeasureError, CountsSitesWithoutAScan) {
   PassContext ctx;
   ctx.warning_sink = [&](const std::string& message) { warnings.push_back(message); };
   ctx.progress_sink = [&](std::size_t done, std::size_t) { last_done = done; };
-  const Result<MeasuredError> measured =
-      measure_error(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites);
+  const Result<MeasuredError> measured = whole_rows(
+      measure_error(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites));
   ASSERT_TRUE(measured.has_value());
   EXPECT_EQ(measured->scan_of_site[2], -1);
   EXPECT_EQ(measured->row(2, 1).point_count, 0u);
@@ -313,7 +315,7 @@ TEST(MeasureError, GoesOnWhereAnInterruptedRunStopped) {
     Drive drive = world.drive;
     drive.store = store;
     const Result<MeasuredError> measured =
-        measure_error(ctx, options, drive, world.trajectory, world.map, world.sites);
+        whole_rows(measure_error(ctx, options, drive, world.trajectory, world.map, world.sites));
     return std::make_pair(measured, store->left());
   };
   EXPECT_FALSE(run(38).first.has_value());
@@ -360,8 +362,8 @@ TEST(MeasureError, MakesOnlyThePartsAnewThatAChangeReaches) {
   KeptParts kept;
   const auto run = [&] {
     PassContext ctx = kept.context();
-    MeasuredError measured =
-        *measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites);
+    MeasuredError measured = *whole_rows(
+        measure_error(ctx, options, world.drive, world.trajectory, world.map, world.sites));
     for (ErrorRow& row : measured.rows) row.mean_time_ms = row.max_time_ms = 0.0;
     return to_bytes(measured);
   };
@@ -497,8 +499,8 @@ TEST(MeasureError, OfALaterDriveThatIsNowhereNearIsEmpty) {
   World world = make_world();
   for (TrajectoryPose& pose : world.trajectory.poses) pose.T_map_vehicle.translation().x() += 500.0;
   PassContext ctx;
-  const Result<MeasuredError> measured =
-      measure_later_drive(ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites);
+  const Result<MeasuredError> measured = whole_rows(measure_later_drive(
+      ctx, two_ranges(), world.drive, world.trajectory, world.map, world.sites));
   ASSERT_TRUE(measured.has_value()) << to_string(measured.error());
   ASSERT_TRUE(validate(*measured).has_value());
   EXPECT_EQ(measured->scan_of_site,

@@ -10,6 +10,8 @@
 #include "passes/map/build_surface.h"
 #include "tests/support/box_world.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/whole_nds.h"
+#include "tests/support/whole_rows.h"
 #include "tests/support/whole_surface.h"
 
 namespace sightline {
@@ -47,7 +49,7 @@ Scene scene_of(const std::vector<double>& begins_m) {
       made.sites.sites.push_back(site);
     }
   }
-  made.map = *build_ndt(ctx, {}, points);
+  made.map = *whole_nds(build_ndt(ctx, {}, points));
   made.surface = *whole(build_surface(ctx, {}, points));
   made.sensor = *sensor_profile("generic-16");
   return made;
@@ -70,7 +72,7 @@ Result<MeasuredError> simulated(const SimulateErrorOptions& options, int threads
   PassContext ctx;
   ctx.threads = threads;
   const Scene& at = scene();
-  return simulate_error(ctx, options, at.surface, at.map, at.sites, at.sensor);
+  return whole_rows(simulate_error(ctx, options, at.surface, at.map, at.sites, at.sensor));
 }
 
 // Times are the only numbers that differ from run to run.
@@ -132,8 +134,8 @@ TEST(SimulateError, MakesOnlyTheBlocksAnewThatAChangeReaches) {
   Scene both = scene_of({0.0, 512.0});
   KeptParts kept;
   const auto run = [&](PassContext ctx) {
-    return to_bytes(without_times(
-        *simulate_error(ctx, few_looks(), both.surface, both.map, both.sites, both.sensor)));
+    return to_bytes(without_times(*whole_rows(
+        simulate_error(ctx, few_looks(), both.surface, both.map, both.sites, both.sensor))));
   };
   (void)run(kept.context());
   const std::size_t all = kept.made().size();
@@ -160,11 +162,11 @@ TEST(SimulateError, RefusesWhatItCannotStandFor) {
   PassContext ctx;
   Sites elsewhere = scene().sites;
   elsewhere.frame.origin_world_m.x() = 64.0;
-  EXPECT_EQ(
-      simulate_error(ctx, few_looks(), scene().surface, scene().map, elsewhere, scene().sensor)
-          .error()
-          .code,
-      ErrorCode::kMismatchedInputs);
+  EXPECT_EQ(whole_rows(simulate_error(ctx, few_looks(), scene().surface, scene().map, elsewhere,
+                                      scene().sensor))
+                .error()
+                .code,
+            ErrorCode::kMismatchedInputs);
 }
 
 // A quarter of the view has a quarter of the returns, and which quarter is the vehicle's heading.
@@ -179,7 +181,7 @@ TEST(SimulateError, TakesWhatTheSensorSeesOfATurnAlone) {
       site.T_map_vehicle.rotate(Eigen::AngleAxisd(turned_rad, Eigen::Vector3d::UnitZ()));
     }
     const Result<MeasuredError> found =
-        simulate_error(ctx, options, at.surface, at.map, at.sites, at.sensor);
+        whole_rows(simulate_error(ctx, options, at.surface, at.map, at.sites, at.sensor));
     EXPECT_TRUE(found.has_value());
     return found->row(0, 1).point_count;
   };

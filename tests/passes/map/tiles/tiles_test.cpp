@@ -13,6 +13,7 @@
 #include "passes/map/tiles/tile_cells.h"
 #include "tests/passes/map/tiles/long_street.h"
 #include "tests/support/kept_parts.h"
+#include "tests/support/whole_nds.h"
 #include "tests/support/whole_surface.h"
 
 // Passes that go tile by tile, beside the same on the whole street at once.
@@ -69,7 +70,7 @@ TEST(TiledNdt, HasTheBytesOfTheWholeAtOnce) {
     for (const int threads : {1, 3}) {
       PassContext ctx;
       ctx.threads = threads;
-      const Result<NdtMap> map = build_ndt(ctx, options, street());
+      const Result<NdtMap> map = whole_nds(build_ndt(ctx, options, street()));
       ASSERT_TRUE(map.has_value());
       EXPECT_TRUE(to_bytes(*map) == whole);
     }
@@ -146,11 +147,11 @@ TEST(TiledSurface, IsTheSameWhoeverMadeItsParts) {
 
 TEST(TiledNdt, IsTheSameWhoeverMadeItsParts) {
   PassContext alone;
-  const std::vector<std::byte> whole = to_bytes(*build_ndt(alone, {}, street()));
+  const std::vector<std::byte> whole = to_bytes(*whole_nds(build_ndt(alone, {}, street())));
   NumberedParts kept;
   for (const std::size_t number : {1U, 0U}) {
     PassContext ctx = kept.context(1, {number, 2});
-    EXPECT_TRUE(to_bytes(*build_ndt(ctx, {}, street())) == whole);
+    EXPECT_TRUE(to_bytes(*whole_nds(build_ndt(ctx, {}, street()))) == whole);
     EXPECT_EQ(kept.parts.size(), kept.count);
     kept.parts.erase(kept.count / 2);
   }
@@ -174,7 +175,7 @@ TEST(TiledNdt, AndSurfaceMakeOnlyTheTilesAnewThatAChangeReaches) {
     EXPECT_TRUE(after == build(anew, moved));
   };
   expect_few_made([](PassContext& ctx, const SurfacePoints& points) {
-    return to_bytes(*build_ndt(ctx, {}, points));
+    return to_bytes(*whole_nds(build_ndt(ctx, {}, points)));
   });
   expect_few_made([](PassContext& ctx, const SurfacePoints& points) {
     return to_bytes(*whole(build_surface(ctx, {1.0, 64.0, 3}, points)));
@@ -226,7 +227,7 @@ TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
   points.points_m = {{0.0, 0.0, 0.0}, {0.0, 1e12, 0.0}};
   const std::string expected = "surface point " + std::to_string(standing_m(street()).size() + 1);
   PassContext ctx;
-  const Result<NdtMap> map = build_ndt(ctx, {}, points);
+  const Result<NdtMap> map = whole_nds(build_ndt(ctx, {}, points));
   ASSERT_FALSE(map.has_value());
   EXPECT_EQ(map.error().code, ErrorCode::kInvalidArtifact);
   EXPECT_TRUE(map.error().message.starts_with(expected)) << map.error().message;

@@ -214,6 +214,7 @@ TEST(EvaluateRanges, RefusesInputsThatDoNotBelongTogether) {
   EXPECT_EQ(evaluate(sites).error().code, ErrorCode::kMismatchedInputs);
   Trial factors = four_sites();
   factors.factors.site_count = 3;
+  factors.factors.values.resize(3 * factors.factors.values_per_site());
   EXPECT_EQ(evaluate(factors).error().code, ErrorCode::kMismatchedInputs);
   Trial ranges = four_sites();
   ranges.judged.looks[2].range_m = 35.0;
