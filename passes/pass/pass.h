@@ -11,8 +11,8 @@ namespace sightline {
 
 // What a pass says of itself, once, beside its function:
 //
-//   Result<NdtMap> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
-//                            const SurfacePoints& points);
+//   Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
+//                              const SurfacePoints& points);
 //   inline constexpr Pass kBuildNdt{"build-ndt", 1, "nds", "The NDT map", &build_ndt};
 //
 // Its inputs, its options and its output are read off the signature. The section of the
