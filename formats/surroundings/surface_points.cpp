@@ -51,6 +51,22 @@ Eigen::AlignedBox2d reach_of_m(const SurfacePoints& points, std::span<const std:
   return reach_m;
 }
 
+// Those with a centre in this part of the plane, ascending.
+std::vector<CellKey> moved_voxels_within(const SurfacePoints& points,
+                                         const Eigen::AlignedBox2d& plane_m) {
+  if (points.moved_voxels.empty() || plane_m.isEmpty()) return {};
+  // Ascending by x.
+  const auto begin = std::ranges::partition_point(points.moved_voxels, [&](const CellKey& key) {
+    return cell_centre_m(key.x, points.voxel_m) < plane_m.min().x();
+  });
+  std::vector<CellKey> within;
+  for (auto key = begin; key != points.moved_voxels.end(); ++key) {
+    if (cell_centre_m(key->x, points.voxel_m) > plane_m.max().x()) break;
+    if (plane_m.contains(cell_centre_m(*key, points.voxel_m).head<2>())) within.push_back(*key);
+  }
+  return within;
+}
+
 }  // namespace
 
 std::optional<Digest> content_of_scans(const ScanStore& store, std::span<const PlacedScan> scans,
@@ -70,32 +86,27 @@ std::optional<Digest> content_of_scans(const ScanStore& store, std::span<const P
 
 std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
                                        std::span<const std::size_t> parts) {
-  const Eigen::AlignedBox2d reach_m = reach_of_m(points, parts);
-  if (points.moved_voxels.empty() || reach_m.isEmpty()) return {};
-  const auto is_near = [&](const CellKey& key) {
-    return reach_m.contains(cell_centre_m(key, points.voxel_m).head<2>());
-  };
-  // Ascending by x.
-  const auto begin = std::ranges::partition_point(points.moved_voxels, [&](const CellKey& key) {
-    return cell_centre_m(key.x, points.voxel_m) < reach_m.min().x();
-  });
-  std::vector<CellKey> near;
-  for (auto key = begin; key != points.moved_voxels.end(); ++key) {
-    if (cell_centre_m(key->x, points.voxel_m) > reach_m.max().x()) break;
-    if (is_near(*key)) near.push_back(*key);
-  }
-  return near;
+  return moved_voxels_within(points, reach_of_m(points, parts));
 }
 
 std::optional<Digest> content_of_parts(const SurfacePoints& points,
                                        std::span<const std::size_t> parts, ByteWriter before) {
+  return content_of_parts(points, parts, reach_of_m(points, parts), std::move(before));
+}
+
+std::optional<Digest> content_of_parts(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts,
+                                       const Eigen::AlignedBox2d& within_m, ByteWriter before) {
   std::vector<PlacedScan> scans;
   for (const std::size_t part : parts) {
     if (part >= points.scans.size()) return std::nullopt;  // lies in memory
     scans.push_back(points.scans[part]);
   }
+  // A voxel that is within in part has its centre within or this near.
+  const Eigen::Vector2d slack_m = Eigen::Vector2d::Constant(points.voxel_m);
+  const Eigen::AlignedBox2d voxels_m(within_m.min() - slack_m, within_m.max() + slack_m);
   before.put(points.voxel_m);
-  before.put_array(moved_voxels_near(points, parts));
+  before.put_array(moved_voxels_within(points, voxels_m));
   if (scans.empty()) return sha256(before.bytes());
   return content_of_scans(*points.store, scans, std::move(before));
 }

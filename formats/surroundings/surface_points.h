@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -73,6 +74,10 @@ std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
 // lie, and what moved. Nothing where a part is not known without reading it.
 std::optional<Digest> content_of_parts(const SurfacePoints& points,
                                        std::span<const std::size_t> parts, ByteWriter before);
+// The same of what it gives in this part of the plane of the map, and which scans give it.
+std::optional<Digest> content_of_parts(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts,
+                                       const Eigen::AlignedBox2d& within_m, ByteWriter before);
 
 // Reads surface points part by part. Keeps a reference to them.
 class SurfacePointReader {

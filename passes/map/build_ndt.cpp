@@ -165,7 +165,8 @@ Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& opt
     const CellBox box = tiles.box(tile);
     ByteWriter writer;
     put(box, writer);
-    return content_of_parts(points, tiles.parts_over(box), std::move(writer));
+    return content_of_parts(points, tiles.parts_over(box), extent_m(box, options.cell_m),
+                            std::move(writer));
   };
   work.make = [&](std::size_t tile) -> Result<std::vector<std::byte>> {
     const CellBox box = tiles.box(tile);
@@ -180,9 +181,7 @@ Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& opt
     return map.has_value();
   };
   SIGHTLINE_TRY(work_in_parts(after_extents(ctx, points), work, ctx.threads));
-  std::uint64_t point_count = 0;
-  for (const ScanExtent& extent : tiles.extents()) point_count += extent.standing_count;
-  return nds.take(points.frame, point_count);
+  return nds.take(points.frame, points.standing_count + points.points_m.size());
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ double returns_per_ray(const SurfacePoints& points, std::span<const ScanExtent> 
   if (points.scans.empty() || !points.store->has_origins()) return 1.0;
   CountedSights all;
   for (const ScanExtent& extent : extents.first(points.scans.size())) {
-    const CountedSights of_scan = counted_sights(extent.standing_count);
+    const CountedSights of_scan = counted_sights(extent.point_count);
     all.returns += of_scan.returns;
     all.rays += of_scan.rays;
   }

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "formats/base/hash.h"
 #include "formats/base/portable_math.h"
@@ -21,14 +22,23 @@ MatchGrid::Neighbourhood empty_neighbourhood() {
 }
 
 // An ND in cell k is the neighbour `kNeighbours[i]` of the cell k - kNeighbours[i].
+CellKey neighbouring(const CellKey& key, std::size_t i) {
+  return {key.x - kNeighbours[i].x, key.y - kNeighbours[i].y, key.z - kNeighbours[i].z};
+}
+
 void list_in_neighbourhoods(const CellKey& key, std::int32_t nd, MatchGrid& grid) {
   for (std::size_t i = 0; i < kNeighbourCount; ++i) {
-    const CellKey cell{key.x - kNeighbours[i].x, key.y - kNeighbours[i].y,
-                       key.z - kNeighbours[i].z};
-    const std::uint32_t number = grid.cells.add(cell);
+    const std::uint32_t number = grid.cells.add(neighbouring(key, i));
     if (number == grid.neighbourhoods.size()) grid.neighbourhoods.push_back(empty_neighbourhood());
     grid.neighbourhoods[number][i] = nd;
   }
+}
+
+bool is_empty(const MatchGrid::Neighbourhood& neighbourhood) {
+  static_assert(MatchGrid::kNone == -1);
+  std::int32_t all = MatchGrid::kNone;
+  for (const std::int32_t nd : neighbourhood) all &= nd;
+  return all == MatchGrid::kNone;
 }
 
 // So far off that the term vanishes, with numbers that overflow nowhere.
@@ -130,9 +140,90 @@ MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_
   return grid;
 }
 
+RollingMatchGrid::RollingMatchGrid(double cell_m) {
+  grid_.cell_m = cell_m;
+  grid_.gauss = gauss_constants(cell_m);
+  grid_.records.push_back(make_record(grid_, {}, empty_neighbourhood()));
+}
+
+void RollingMatchGrid::set_lanes(const CellKey& key, std::int32_t nd) {
+  for (std::size_t i = 0; i < kNeighbourCount; ++i) {
+    const CellKey cell = neighbouring(key, i);
+    const std::size_t number = grid_.cells.add(cell);
+    if (number == grid_.neighbourhoods.size()) {
+      grid_.neighbourhoods.push_back(empty_neighbourhood());
+      grid_.records.push_back(grid_.records.front());
+      grid_.normal_classes.push_back(0);
+      grid_.is_left.push_back(1);
+      ++left_count_;
+    }
+    MatchGrid::Neighbourhood& neighbourhood = grid_.neighbourhoods[number];
+    KernelRecord& record = grid_.records[number + 1];
+    neighbourhood[i] = nd;
+    left_count_ -= grid_.is_left[number];
+    grid_.is_left[number] = is_empty(neighbourhood) ? 1 : 0;
+    left_count_ += grid_.is_left[number];
+    if (nd == MatchGrid::kNone) {
+      set_absent(i, record);
+    } else {
+      const Eigen::Vector3d centre_m = cell_centre_m(cell, grid_.cell_m);
+      set_nd(grid_.nds[static_cast<std::size_t>(nd)], centre_m, grid_.gauss.d2, i, record);
+    }
+    grid_.normal_classes[number] = class_of(grid_, neighbourhood);
+  }
+}
+
+void RollingMatchGrid::put(const Nd& nd, const Eigen::Matrix3d& information_per_m2) {
+  const MatchNd usable{nd.mean_m, information_per_m2, normal_class(nd.eigenvectors.col(2))};
+  if (is_usable(usable)) {
+    put(nd.key, usable);
+  } else {
+    take_away(nd.key);
+  }
+}
+
+void RollingMatchGrid::put(const CellKey& key, const MatchNd& nd) {
+  std::int32_t number = nd_of_cell(grid_, key);
+  if (number == MatchGrid::kNone && !free_.empty()) {
+    number = free_.back();
+    free_.pop_back();
+  }
+  if (number == MatchGrid::kNone) {
+    number = static_cast<std::int32_t>(grid_.nds.size());
+    grid_.nds.emplace_back();
+  }
+  grid_.nds[static_cast<std::size_t>(number)] = nd;
+  set_lanes(key, number);
+}
+
+void RollingMatchGrid::take_away(const CellKey& key) {
+  const std::int32_t number = nd_of_cell(grid_, key);
+  if (number == MatchGrid::kNone) return;
+  set_lanes(key, MatchGrid::kNone);
+  free_.push_back(number);
+}
+
+void RollingMatchGrid::finish() {
+  if (2 * left_count_ > grid_.cells.size()) {
+    RollingMatchGrid kept(grid_.cell_m);
+    for (std::size_t i = 0; i < grid_.cells.size(); ++i) {
+      const std::int32_t nd = grid_.neighbourhoods[i][0];
+      if (nd != MatchGrid::kNone) {
+        kept.put(grid_.cells.keys()[i], grid_.nds[static_cast<std::size_t>(nd)]);
+      }
+    }
+    *this = std::move(kept);
+  }
+  const std::uint64_t digests[] = {xxh3(std::as_bytes(std::span(grid_.cells.keys()))),
+                                   xxh3(std::as_bytes(std::span(grid_.is_left)))};
+  grid_.cells_digest = xxh3(std::as_bytes(std::span(digests)));
+}
+
 std::int32_t find_cell(const MatchGrid& grid, const CellKey& key) {
   static_assert(MatchGrid::kNone == static_cast<std::int32_t>(CellIndex::kNone));
-  return static_cast<std::int32_t>(grid.cells.find(key));
+  const auto number = static_cast<std::int32_t>(grid.cells.find(key));
+  if (grid.is_left.empty() || number == MatchGrid::kNone) return number;
+  return grid.is_left[static_cast<std::size_t>(number)] == 0 ? number : MatchGrid::kNone;
 }
 
 }  // namespace sightline

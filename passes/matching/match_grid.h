@@ -49,7 +49,10 @@ struct MatchGrid {
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
   HugeVector<KernelRecord> records;           // of `cells`, in float, after one without any ND
   HugeVector<std::uint8_t> normal_classes;    // of `cells`: of the first ND that each has
-  std::uint64_t cells_digest = 0;  // of `cells`: grids of one digest number the same cells alike
+  // Of `cells`: 1 where it is as if the cell were not listed. None where all are.
+  std::vector<std::uint8_t> is_left;
+  // Of `cells` and `is_left`: grids of one digest number the same cells alike.
+  std::uint64_t cells_digest = 0;
 };
 
 // Costs time and memory in proportion to the number of NDs.
@@ -61,5 +64,37 @@ MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_
 
 // The number of a cell, or MatchGrid::kNone.
 std::int32_t find_cell(const MatchGrid& grid, const CellKey& key);
+
+// Index of the ND of a cell itself, or MatchGrid::kNone. Its neighbours do not count here.
+inline std::int32_t nd_of_cell(const MatchGrid& grid, const CellKey& key) {
+  const std::int32_t cell = find_cell(grid, key);
+  if (cell == MatchGrid::kNone) return MatchGrid::kNone;
+  return grid.neighbourhoods[static_cast<std::size_t>(cell)][0];
+}
+
+// A MatchGrid whose NDs come, change and go, in time in proportion to those that do. Scores what
+// make_match_grid() of the same NDs does, to the bit. Its cells are numbered otherwise; up to half
+// of them have lost their NDs, and are left.
+class RollingMatchGrid {
+ public:
+  explicit RollingMatchGrid(double cell_m);
+
+  // What an ND says, in place of what the ND of its cell said before. One that make_match_grid()
+  // would leave out is taken away.
+  void put(const Nd& nd, const Eigen::Matrix3d& information_per_m2);
+  // Nothing where there is none.
+  void take_away(const CellKey& key);
+  // To be called behind the last change, before the grid is looked at.
+  void finish();
+  [[nodiscard]] const MatchGrid& grid() const { return grid_; }
+
+ private:
+  void put(const CellKey& key, const MatchNd& nd);
+  void set_lanes(const CellKey& key, std::int32_t nd);
+
+  MatchGrid grid_;
+  std::vector<std::int32_t> free_;  // of grid_.nds
+  std::size_t left_count_ = 0;
+};
 
 }  // namespace sightline

@@ -51,8 +51,7 @@ Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
   return information_per_m2(nd, kThinnest_m);
 }
 
-RollingCells::Cell& RollingCells::cell_of(const Eigen::Vector3d& point_m) {
-  const CellKey key = cell_key(point_m, cell_m_);
+RollingCells::Cell& RollingCells::cell_of(const CellKey& key) {
   if (last_ >= cells_.size() || cells_[last_].key != key) {
     last_ = index_.add(key);
     if (last_ == cells_.size()) cells_.emplace_back().key = key;
@@ -61,15 +60,12 @@ RollingCells::Cell& RollingCells::cell_of(const Eigen::Vector3d& point_m) {
   return cells_[last_];
 }
 
-const MatchGrid& SharpGrid::grid() const {
-  std::call_once(once_, [this] { grid_ = make_match_grid(nds_, sharp_information_per_m2); });
-  return grid_;
-}
-
 void RollingCells::add(const std::vector<Eigen::Vector3d>& points_m, double sign) {
-  for (const Eigen::Vector3d& point_m : points_m) {
-    Cell& cell = cell_of(point_m);
-    cell.moments.add(point_m - cell_centre_m(cell.key, cell_m_), sign);
+  keys_.resize(points_m.size());
+  cell_keys(points_m, cell_m_, keys_);
+  for (std::size_t i = 0; i < points_m.size(); ++i) {
+    Cell& cell = cell_of(keys_[i]);
+    cell.moments.add(points_m[i] - cell_centre_m(cell.key, cell_m_), sign);
   }
 }
 
@@ -81,6 +77,7 @@ void RollingCells::forget_empty_cells() {
       ++i;
       continue;
     }
+    grid_.take_away(cells_[i].key);
     if (i + 1 < cells_.size()) cells_[i] = cells_.back();
     cells_.pop_back();
   }
@@ -89,39 +86,60 @@ void RollingCells::forget_empty_cells() {
   for (const Cell& cell : cells_) index_.add(cell.key);
 }
 
-NdtMap RollingCells::nds() {
+void RollingCells::finish() {
   forget_empty_cells();
+  for (Cell& cell : cells_) {
+    if (!std::exchange(cell.is_changed, false)) continue;
+    cell.is_valid = cell.moments.count >= kLeastPoints;
+    if (cell.is_valid) {
+      cell.nd = nd_of(cell.key, cell.moments, cell_m_);
+      cell.is_valid = cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2;
+    }
+    if (cell.is_valid) {
+      grid_.put(cell.nd, surface_information_per_m2(cell.nd));
+    } else {
+      grid_.take_away(cell.key);
+    }
+  }
+  grid_.finish();
+}
+
+NdtMap RollingCells::nds() const {
   NdtMap map;
   map.cell_m = cell_m_;
-  for (Cell& cell : cells_) {
-    if (cell.moments.count < kLeastPoints) continue;
-    if (std::exchange(cell.is_changed, false)) cell.nd = nd_of(cell.key, cell.moments, cell_m_);
-    if (cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2) map.nds.push_back(cell.nd);
+  for (const Cell& cell : cells_) {
+    if (cell.is_valid) map.nds.push_back(cell.nd);
   }
   return map;
 }
 
-namespace {
+LocalGrids::LocalGrids() : coarse_(kCoarseCell_m), fine_(kFineCell_m) { finish(); }
 
-LocalGrids grids_of(RollingCells& coarse, RollingCells& fine) {
-  NdtMap fine_nds = fine.nds();
-  MatchGrid fine_grid = make_match_grid(fine_nds, surface_information_per_m2);
-  return {make_match_grid(coarse.nds(), surface_information_per_m2), std::move(fine_grid),
-          std::make_shared<const SharpGrid>(std::move(fine_nds))};
+void LocalGrids::add(const std::vector<Eigen::Vector3d>& points_m, double sign) {
+  coarse_.add(points_m, sign);
+  fine_.add(points_m, sign);
 }
 
-}  // namespace
+void LocalGrids::finish() {
+  coarse_.finish();
+  fine_.finish();
+  sharp_ = std::make_shared<Sharp>();
+}
+
+const MatchGrid& LocalGrids::sharp() const {
+  std::call_once(sharp_->once,
+                 [this] { sharp_->grid = make_match_grid(fine_.nds(), sharp_information_per_m2); });
+  return sharp_->grid;
+}
 
 LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m) {
-  RollingCells coarse(kCoarseCell_m);
-  RollingCells fine(kFineCell_m);
-  coarse.add(points_m, 1.0);
-  fine.add(points_m, 1.0);
-  return grids_of(coarse, fine);
+  LocalGrids grids;
+  grids.add(points_m, 1.0);
+  grids.finish();
+  return grids;
 }
 
-LocalMap::LocalMap(double reach_m)
-    : reach_m_(reach_m), coarse_(kCoarseCell_m), fine_(kFineCell_m) {}
+LocalMap::LocalMap(double reach_m) : reach_m_(reach_m) {}
 
 void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar,
                    double driven_m) {
@@ -129,14 +147,12 @@ void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_m
   key.driven_m = driven_m;
   key.points_m.reserve(points_m.size());
   for (const Eigen::Vector3d& point_m : points_m) key.points_m.push_back(T_map_lidar * point_m);
-  coarse_.add(key.points_m, 1.0);
-  fine_.add(key.points_m, 1.0);
+  grids_.add(key.points_m, 1.0);
   while (scans_.front().driven_m < driven_m - reach_m_) {
-    coarse_.add(scans_.front().points_m, -1.0);
-    fine_.add(scans_.front().points_m, -1.0);
+    grids_.add(scans_.front().points_m, -1.0);
     scans_.pop_front();
   }
-  grids_ = grids_of(coarse_, fine_);
+  grids_.finish();
   T_map_last_ = T_map_lidar;
 }
 

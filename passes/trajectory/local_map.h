@@ -6,7 +6,6 @@
 #include <deque>
 #include <memory>
 #include <mutex>
-#include <utility>
 #include <vector>
 
 #include "formats/geometry.h"
@@ -22,37 +21,17 @@ namespace sightline {
 // What an ND says of a point beside it: as much as its cell's surface holds it, and no more.
 Eigen::Matrix3d surface_information_per_m2(const Nd& nd);
 
-// NDs with walls as thin as they are seen, for the last centimetre. The grid is made when it is
-// first asked for: scans that given poses lead never do. Safe from several threads.
-class SharpGrid {
- public:
-  explicit SharpGrid(NdtMap nds) : nds_(std::move(nds)) {}
-  [[nodiscard]] const MatchGrid& grid() const;
-
- private:
-  NdtMap nds_;
-  mutable std::once_flag once_;
-  mutable MatchGrid grid_;
-};
-
-// NDs of the same points in cells of 2 m, which draw from afar, and of 1 m; those once more, sharp.
-struct LocalGrids {
-  MatchGrid coarse;
-  MatchGrid fine;
-  std::shared_ptr<const SharpGrid> sharp = std::make_shared<const SharpGrid>(NdtMap{});
-};
-LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m);
-
-// Sums of cells that points come to and go from again.
+// Sums of cells that points come to and go from again, and the NDs of those that hold enough.
 class RollingCells {
  public:
-  explicit RollingCells(double cell_m) : cell_m_(cell_m) {}
+  explicit RollingCells(double cell_m) : cell_m_(cell_m), grid_(cell_m) {}
 
   // Sign 1 adds points, -1 takes away points that were added before.
   void add(const std::vector<Eigen::Vector3d>& points_m, double sign);
-  // Of the cells that hold enough of them; only cells that changed since the last time are
-  // computed anew.
-  NdtMap nds();
+  // To be called behind the last change: computes anew what changed since the last time.
+  void finish();
+  [[nodiscard]] const MatchGrid& grid() const { return grid_.grid(); }
+  [[nodiscard]] NdtMap nds() const;
 
  private:
   struct Cell {
@@ -60,15 +39,43 @@ class RollingCells {
     CellMoments moments;
     Nd nd;
     bool is_changed = true;
+    bool is_valid = false;  // the ND
   };
-  Cell& cell_of(const Eigen::Vector3d& point_m);
+  Cell& cell_of(const CellKey& key);
   void forget_empty_cells();
 
   double cell_m_;
   std::vector<Cell> cells_;  // by their number in the index
   CellIndex index_;
-  std::uint32_t last_ = 0;  // neighbours in a scan often share a cell
+  std::uint32_t last_ = 0;     // neighbours in a scan often share a cell
+  std::vector<CellKey> keys_;  // of the points being added
+  RollingMatchGrid grid_;
 };
+
+// NDs of the same points in cells of 2 m, which draw from afar, and of 1 m; those once more, sharp.
+class LocalGrids {
+ public:
+  LocalGrids();
+  [[nodiscard]] const MatchGrid& coarse() const { return coarse_.grid(); }
+  [[nodiscard]] const MatchGrid& fine() const { return fine_.grid(); }
+  // With walls as thin as they are seen, for the last centimetre. Made when it is first asked for:
+  // scans that given poses lead never do. Safe from several threads.
+  [[nodiscard]] const MatchGrid& sharp() const;
+
+  // As of RollingCells.
+  void add(const std::vector<Eigen::Vector3d>& points_m, double sign);
+  void finish();
+
+ private:
+  struct Sharp {
+    std::once_flag once;
+    MatchGrid grid;
+  };
+  RollingCells coarse_;
+  RollingCells fine_;
+  std::shared_ptr<Sharp> sharp_;  // of fine_ as it is; copies share it until they change
+};
+LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m);
 
 // The latest key scans, in the map frame.
 class LocalMap {
@@ -88,8 +95,6 @@ class LocalMap {
   };
   double reach_m_;
   std::deque<KeyScan> scans_;
-  RollingCells coarse_;
-  RollingCells fine_;
   LocalGrids grids_;
   Pose T_map_last_ = Pose::Identity();
 };

@@ -64,8 +64,8 @@ Pose tidied(const Pose& pose) {
 LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                          const Pose& T_map_start) {
   MatchOptions options;
-  const MatchResult coarse = match(grids.coarse, points_m, T_map_start, options);
-  const MatchResult fine = match(grids.fine, points_m, coarse.T_map_sensor, options);
+  const MatchResult coarse = match(grids.coarse(), points_m, T_map_start, options);
+  const MatchResult fine = match(grids.fine(), points_m, coarse.T_map_sensor, options);
   LocalMatch result;
   result.T_map_lidar = tidied(fine.T_map_sensor);
   result.likelihood = fine.nearest_voxel_likelihood;
@@ -81,7 +81,7 @@ Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& poin
     options.stop_step_m = kShortestStep_m;
     options.stop_step_rad = kShortestStep_rad;
   }
-  const MatchResult sharp = match(grids.sharp->grid(), points_m, found.T_map_lidar, options);
+  const MatchResult sharp = match(grids.sharp(), points_m, found.T_map_lidar, options);
   const double moved_m =
       (sharp.T_map_sensor.translation() - found.T_map_lidar.translation()).norm();
   return moved_m <= kMostSharpened_m ? tidied(sharp.T_map_sensor) : found.T_map_lidar;

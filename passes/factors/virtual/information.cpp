@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "passes/factors/nd_of_cell.h"
+#include "passes/matching/match_grid.h"
 
 namespace sightline {
 namespace {

@@ -38,7 +38,7 @@ std::vector<std::size_t> parts_seeing(const SurfacePoints& points, const CellTil
   std::vector<std::size_t> parts = tiles.parts_over(cells);
   for (std::size_t part = 0; part < tiles.extents().size(); ++part) {
     const ScanExtent& extent = tiles.extents()[part];
-    if (extent.standing_count == 0 || !has_origin(points, part)) continue;
+    if (extent.point_count == 0 || !has_origin(points, part)) continue;
     if (cells_m.intersects(followed_m(points.scans[part], extent))) parts.push_back(part);
   }
   std::ranges::sort(parts);

@@ -41,6 +41,11 @@ void put(const CellBox& box, ByteWriter& writer) {
   }
 }
 
+Eigen::AlignedBox2d extent_m(const CellBox& box, double cell_m) {
+  return {Eigen::Vector2d(box.low.x, box.low.y) * cell_m,
+          Eigen::Vector2d(box.high.x + 1.0, box.high.y + 1.0) * cell_m};
+}
+
 CellBox with_halo(const CellBox& box, std::int32_t halo_cells) {
   return {{box.low.x - halo_cells, box.low.y - halo_cells},
           {box.high.x + halo_cells, box.high.y + halo_cells}};

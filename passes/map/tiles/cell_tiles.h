@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -25,6 +26,8 @@ struct CellBox {
   }
 };
 void put(const CellBox& box, ByteWriter& writer);
+// In the plane of the map.
+Eigen::AlignedBox2d extent_m(const CellBox& box, double cell_m);
 CellBox with_halo(const CellBox& box, std::int32_t halo_cells);
 
 // Of tiles with edges of at least 256 m, whose blocks are a multiple of `step_cells` cells.

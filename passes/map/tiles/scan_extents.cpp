@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "formats/base/bytes.h"
 #include "passes/pass/work_in_parts.h"
@@ -12,46 +13,72 @@ namespace {
 
 constexpr std::size_t kScansInBlock = 32;
 
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
 struct Extents {
   std::vector<ScanExtent> of_parts;
-  std::uint64_t outside = kNone;  // position of the first point that the grid cannot hold
-  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
+  std::uint32_t outside = kNone;  // the first of them that has a point which the grid cannot hold
 };
 
-bool is_held(const Eigen::Vector3d& point_m, double reach_m) {
-  return std::abs(point_m.x()) < reach_m && std::abs(point_m.y()) < reach_m &&
-         std::abs(point_m.z()) < reach_m;
-}
+// Of points that are told one after the other.
+class ExtentSum {
+ public:
+  explicit ExtentSum(const BlockGrid& grid) : grid_(grid), reach_m_(0x1.0p30 * grid.cell_m) {}
 
-// Adds a part; positions of points count from the first part of the work.
-void add(std::span<const Eigen::Vector3d> points_m, const BlockGrid& grid, std::uint64_t before,
-         Extents& extents) {
-  const double reach_m = 0x1.0p30 * grid.cell_m;
-  ScanExtent extent;
-  extent.standing_count = points_m.size();
-  if (!points_m.empty()) extent.low_m = extent.high_m = points_m.front().head<2>();
-  for (std::size_t i = 0; i < points_m.size(); ++i) {
-    if (!is_held(points_m[i], reach_m)) {
-      extents.outside = std::min(extents.outside, before + i);
-      break;
-    }
-    extent.low_m = extent.low_m.cwiseMin(points_m[i].head<2>());
-    extent.high_m = extent.high_m.cwiseMax(points_m[i].head<2>());
-    const TileKey cell = tile_key(points_m[i], grid.cell_m);
-    const TileKey block{floor_divide(cell.x, grid.block_cells),
-                        floor_divide(cell.y, grid.block_cells)};
-    if (extent.blocks.empty() || extent.blocks.back() != block) extent.blocks.push_back(block);
+  void add(const Eigen::Vector3d& point_m) {
+    has_outside_ = has_outside_ || !is_held(point_m);
+    if (has_outside_) return;
+    const Eigen::Vector2d at_m = point_m.head<2>();
+    if (extent_.point_count++ == 0) extent_.low_m = extent_.high_m = at_m;
+    extent_.low_m = extent_.low_m.cwiseMin(at_m);
+    extent_.high_m = extent_.high_m.cwiseMax(at_m);
+    const TileKey cell = tile_key(point_m, grid_.cell_m);
+    const TileKey block{floor_divide(cell.x, grid_.block_cells),
+                        floor_divide(cell.y, grid_.block_cells)};
+    std::vector<TileKey>& blocks = extent_.blocks;
+    if (blocks.empty() || blocks.back() != block) blocks.push_back(block);
   }
-  std::ranges::sort(extent.blocks);
-  extent.blocks.erase(std::unique(extent.blocks.begin(), extent.blocks.end()), extent.blocks.end());
-  extents.of_parts.push_back(std::move(extent));
+
+  [[nodiscard]] bool has_outside() const { return has_outside_; }
+  ScanExtent take() {
+    std::vector<TileKey>& blocks = extent_.blocks;
+    std::ranges::sort(blocks);
+    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+    return std::move(extent_);
+  }
+
+ private:
+  // False for what is not finite.
+  [[nodiscard]] bool is_held(const Eigen::Vector3d& point_m) const {
+    return std::abs(point_m.x()) < reach_m_ && std::abs(point_m.y()) < reach_m_ &&
+           std::abs(point_m.z()) < reach_m_;
+  }
+
+  BlockGrid grid_;
+  double reach_m_;
+  ScanExtent extent_;
+  bool has_outside_ = false;
+};
+
+// Errors: what reading the scan says.
+Result<void> add_part(const SurfacePoints& points, std::size_t part, ExtentSum& sum) {
+  if (part == points.scans.size()) {
+    for (const Eigen::Vector3d& point_m : points.points_m) sum.add(point_m);
+    return {};
+  }
+  const PlacedScan& placed = points.scans[part];
+  SIGHTLINE_ASSIGN(const Scan scan, points.store->read(placed.index));
+  for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
+    if (is_within_range(placed, point_lidar_m)) sum.add(placed.T_map_lidar * point_lidar_m);
+  }
+  return {};
 }
 
 std::vector<std::byte> to_bytes(const Extents& extents) {
   ByteWriter writer;
   writer.put(extents.outside);
   for (const ScanExtent& extent : extents.of_parts) {
-    writer.put(extent.standing_count);
+    writer.put(extent.point_count);
     for (int axis = 0; axis < 2; ++axis) writer.put(extent.low_m[axis]);
     for (int axis = 0; axis < 2; ++axis) writer.put(extent.high_m[axis]);
     writer.put_array(extent.blocks);
@@ -61,16 +88,16 @@ std::vector<std::byte> to_bytes(const Extents& extents) {
 
 // False where these are not the extents of so many parts.
 bool from_bytes(std::span<const std::byte> bytes, std::span<ScanExtent> extents,
-                std::uint64_t& outside) {
+                std::uint32_t& outside) {
   ByteReader reader(bytes);
   reader.get(outside);
   for (ScanExtent& extent : extents) {
-    reader.get(extent.standing_count);
+    reader.get(extent.point_count);
     for (int axis = 0; axis < 2; ++axis) reader.get(extent.low_m[axis]);
     for (int axis = 0; axis < 2; ++axis) reader.get(extent.high_m[axis]);
     reader.get_array(extent.blocks);
   }
-  return reader.at_end();
+  return reader.at_end() && (outside == kNone || outside < extents.size());
 }
 
 // Parts of surface points, in the order of SurfacePointReader.
@@ -90,22 +117,36 @@ std::vector<std::size_t> parts_of_block(const SurfacePoints& points, std::size_t
 }
 
 Result<Extents> extents_of(const SurfacePoints& points, const BlockGrid& grid, std::size_t block) {
-  const std::vector<std::size_t> parts = parts_of_block(points, block);
-  const SurfacePointReader reader(points, parts);
   Extents found;
-  std::uint64_t before = 0;
-  for (const std::size_t part : parts) {
-    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> points_m, reader.standing(part));
-    add(points_m, grid, before, found);
-    before += points_m.size();
+  for (const std::size_t part : parts_of_block(points, block)) {
+    ExtentSum sum(grid);
+    SIGHTLINE_TRY(add_part(points, part, sum));
+    if (sum.has_outside() && found.outside == kNone) {
+      found.outside = static_cast<std::uint32_t>(found.of_parts.size());
+    }
+    found.of_parts.push_back(sum.take());
   }
   return found;
 }
 
+// Nothing where part of it lies in memory.
 std::optional<Digest> content_of_block(const SurfacePoints& points, std::size_t block) {
+  std::vector<PlacedScan> scans;
+  for (const std::size_t part : parts_of_block(points, block)) {
+    if (part == points.scans.size()) return std::nullopt;
+    scans.push_back(points.scans[part]);
+  }
   ByteWriter writer;
   writer.put_string("extents");
-  return content_of_parts(points, parts_of_block(points, block), std::move(writer));
+  return content_of_scans(*points.store, scans, std::move(writer));
+}
+
+Error outside_grid(const SurfacePoints& points, std::size_t part, const std::string& pass) {
+  const std::string where =
+      part == points.scans.size() ? "" : " of scan " + std::to_string(points.scans[part].index);
+  return {ErrorCode::kInvalidArtifact,
+          "a surface point" + where + " is not finite or lies more than 2^30 cells from the origin",
+          "", "pass " + pass};
 }
 
 }  // namespace
@@ -113,7 +154,7 @@ std::optional<Digest> content_of_block(const SurfacePoints& points, std::size_t 
 Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const SurfacePoints& points,
                                                 const BlockGrid& grid, const std::string& pass) {
   std::vector<ScanExtent> extents(part_count_of(points));
-  std::vector<std::uint64_t> outside(block_count(points), Extents::kNone);
+  std::vector<std::uint32_t> outside(block_count(points), kNone);
   PartedWork work;
   work.count = outside.size();
   work.content = [&](std::size_t block) { return content_of_block(points, block); };
@@ -127,17 +168,9 @@ Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const Su
     return from_bytes(bytes, std::span(extents).subspan(first, count), outside[block]);
   };
   SIGHTLINE_TRY(work_in_parts(ctx, work, ctx.threads));
-  std::uint64_t before = 0;
   for (std::size_t block = 0; block < outside.size(); ++block) {
-    if (outside[block] != Extents::kNone) {
-      return Error{ErrorCode::kInvalidArtifact,
-                   "surface point " + std::to_string(before + outside[block]) +
-                       " is not finite or lies more than 2^30 cells from the origin",
-                   "", "pass " + pass};
-    }
-    for (const std::size_t part : parts_of_block(points, block)) {
-      before += extents[part].standing_count;
-    }
+    if (outside[block] == kNone) continue;
+    return outside_grid(points, block * kScansInBlock + outside[block], pass);
   }
   return extents;
 }

@@ -13,10 +13,13 @@
 
 namespace sightline {
 
-// What is known of one part of surface points (SurfacePointReader) without its points.
+// What is known of one part of surface points (SurfacePointReader) without its points. It is told
+// of all that are within range, whether they stood or moved: what moved may turn out otherwise
+// where another drive comes by, and the extents of all that it may not reach shall stay as they
+// are.
 struct ScanExtent {
-  std::uint64_t standing_count = 0;
-  Eigen::Vector2d low_m = Eigen::Vector2d::Zero();  // box of the standing points, map frame
+  std::uint64_t point_count = 0;
+  Eigen::Vector2d low_m = Eigen::Vector2d::Zero();  // box of the points, map frame
   Eigen::Vector2d high_m = Eigen::Vector2d::Zero();
   std::vector<TileKey> blocks;  // that hold one of them, ascending
 };

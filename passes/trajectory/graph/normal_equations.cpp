@@ -66,6 +66,24 @@ void add_prior(const GraphPrior& prior, const std::vector<Pose>& poses, Equation
   all.gradient.segment<6>(6 * static_cast<Eigen::Index>(prior.pose)) += own * residual;
 }
 
+// Takes the poses out of the equations: what couples them to others goes, and each stays where it
+// is. What they say of the others by their place is in the others' own blocks.
+void hold(const std::vector<std::uint32_t>& poses, Equations& all) {
+  if (poses.empty()) return;
+  std::vector<bool> is_held(static_cast<std::size_t>(all.gradient.size() / 6), false);
+  for (const std::uint32_t pose : poses) is_held[pose] = true;
+  std::erase_if(all.blocks, [&](const auto& block) {
+    return is_held[block.first.first] || is_held[block.first.second];
+  });
+  Vector6d information;
+  information.head<3>().setConstant(1.0 / (kFixed_m * kFixed_m));
+  information.tail<3>().setConstant(1.0 / (kFixed_rad * kFixed_rad));
+  for (const std::uint32_t pose : poses) {
+    all.blocks[{pose, pose}] = information.asDiagonal();
+    all.gradient.segment<6>(6 * static_cast<Eigen::Index>(pose)).setZero();
+  }
+}
+
 }  // namespace
 
 void add_block(std::uint32_t row, std::uint32_t column, const Matrix6d& block, Equations& all) {
@@ -78,9 +96,7 @@ void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations
   for (const GraphEdge& edge : graph.loops) add_edge(edge, true, poses, all);
   for (const GraphPrior& prior : graph.priors) add_prior(prior, poses, all);
   if (graph.priors.empty()) add_prior({0, poses[0], kFixed_m, kFixed_rad}, poses, all);
-  for (const std::uint32_t pose : graph.held) {
-    add_prior({pose, poses[pose], kFixed_m, kFixed_rad}, poses, all);
-  }
+  hold(graph.held, all);
 }
 
 std::map<BlockKey, Matrix6d> blocks_below_graph(const PoseGraph& graph,

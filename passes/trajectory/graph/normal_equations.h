@@ -24,7 +24,8 @@ struct Equations {
 void add_block(std::uint32_t row, std::uint32_t column, const Matrix6d& block, Equations& all);
 
 // Edges and priors at these poses, each weighted by its sigmas and by Huber's weight of its
-// residual. Where there are no priors the first pose is held.
+// residual. Where there are no priors the first pose is held. What the equations held before takes
+// part, but for what it says of poses that the graph holds: these are no unknowns.
 void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations& all);
 
 // The blocks that add_graph() adds to, as they are before; zero where there is none yet. Put back,

@@ -201,9 +201,6 @@ PoseGraph graph_of_later(const Followed& all, const JoinedPieces& joined,
 
 // Released scans this near are seen by the others too.
 constexpr double kSeenTogether_m = 30.0;
-// Of a released pose: less than anything that would move it.
-constexpr double kReleasedSigma_m = 0.001;
-constexpr double kReleasedSigma_rad = 0.0001;
 
 // Scans to be adjusted: of those that are not released, and of those near them.
 std::vector<std::uint32_t> keys_beside(const Followed& all, const std::vector<Pose>& poses) {
@@ -242,14 +239,10 @@ Result<Adjustment> adjusted(PassContext& ctx, const Drive& drive, const Followed
                             std::vector<GraphEdge> edges, const std::vector<Pose>& poses,
                             bool stays) {
   const std::vector<std::uint32_t> keys = keys_beside(all, poses);
-  std::vector<GraphPrior> priors;
-  for (std::uint32_t i = 0; i < keys.size() && keys[i] < all.first; ++i) {
-    priors.push_back({i, poses[keys[i]], kReleasedSigma_m, kReleasedSigma_rad});
-  }
-  const PoseGraph graph{{}, std::move(edges), {}, {}};
+  PoseGraph graph = graph_of_keys({{}, std::move(edges), {}}, all.odometry, {}, keys);
+  for (std::uint32_t i = 0; i < keys.size() && keys[i] < all.first; ++i) graph.held.push_back(i);
   const auto by_planes = stays ? weigh_by_planes : adjust_to_planes;
-  return by_planes(ctx, drive, graph_of_keys(graph, all.odometry, std::move(priors), keys), poses,
-                   keys);
+  return by_planes(ctx, drive, graph, poses, keys);
 }
 
 Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& options,

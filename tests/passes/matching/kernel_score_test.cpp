@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <string>
 
 #include "passes/matching/matcher.h"
@@ -68,6 +70,61 @@ TEST(KernelScore, AgreesWithTheExactScore) {
     EXPECT_LT((fast.gradient - exact.gradient).cwiseAbs().maxCoeff(),
               1e-6 * exact.hessian.cwiseAbs().maxCoeff());
   }
+}
+
+// A map of those NDs in order, as the rolling grid has them: each with an information of its own.
+MatchGrid grid_of(const std::map<CellKey, Nd>& nds) {
+  NdtMap map;
+  map.cell_m = 1.0;
+  for (const auto& [key, nd] : nds) map.nds.push_back(nd);
+  return make_match_grid(map);
+}
+
+TEST(KernelScore, OfARollingGridIsThatOfAGridOfTheSameNds) {
+  const NdtMap rooms[] = {simple_map(room_points(31, 15000, 0.03), 1.0),
+                          simple_map(room_points(32, 15000, 0.05), 1.0)};
+  Random random(12);
+  RollingMatchGrid rolling(1.0);
+  std::map<CellKey, Nd> nds;
+  std::uint32_t fewest = 1000;
+  ScanForMatch scan = make_scan_for_match(room_points(33, 2000, 0.03));
+  for (int round = 0; round < 60; ++round) {
+    // Rooms fill and empty in turn, and NDs change on the way.
+    const bool empties = round % 20 >= 12;
+    for (int i = 0; i < 150; ++i) {
+      const NdtMap& room = rooms[random.below(2)];
+      const Nd& nd = room.nds[random.below(room.nds.size())];
+      if (empties || random.below(4) == 0) {
+        rolling.take_away(nd.key);
+        nds.erase(nd.key);
+      } else {
+        rolling.put(nd, regularised_covariance_m2(nd).inverse());
+        nds.insert_or_assign(nd.key, nd);
+      }
+    }
+    rolling.finish();
+    const MatchGrid expected = grid_of(nds);
+    EXPECT_LE(rolling.grid().cells.size(), 2 * expected.cells.size() + 1);
+    const Pose pose = random_pose(random, 0.5, 0.1);
+    ScanForMatch fresh = make_scan_for_match(scan.points_m);
+    const MatchScore score = kernel_score(expected, fresh, pose, MatchKernel::kFastest);
+    fewest = std::min(fewest, score.scored_points);
+    // The same scan goes on to be used: what it remembers of cells is not what they are now.
+    EXPECT_EQ(bits_of(kernel_score(rolling.grid(), scan, pose, MatchKernel::kFastest)),
+              bits_of(score));
+    EXPECT_EQ(bits_of(match_score(rolling.grid(), scan.points_m, pose)),
+              bits_of(match_score(expected, scan.points_m, pose)));
+  }
+  EXPECT_LT(fewest, 900u);  // rooms did empty
+}
+
+TEST(KernelScore, OfARollingGridLeavesOutWhatNoFloatCanHold) {
+  NdtMap map = simple_map(room_points(31, 15000, 0.03), 1.0);
+  RollingMatchGrid rolling(1.0);
+  rolling.put(map.nds.front(), Eigen::Matrix3d::Identity());
+  rolling.put(map.nds.front(), 1e10 * Eigen::Matrix3d::Identity());
+  rolling.finish();
+  EXPECT_EQ(find_cell(rolling.grid(), map.nds.front().key), MatchGrid::kNone);
 }
 
 TEST(KernelScore, RemembersCellsWithoutChangingTheResult) {

@@ -69,6 +69,10 @@ inline SurfacePoints long_street(std::uint64_t seed) {
   points.moved_voxels.erase(std::unique(points.moved_voxels.begin(), points.moved_voxels.end()),
                             points.moved_voxels.end());
   points.store = memory_scan_store(std::move(scans));
+  const SurfacePointReader reader(points);
+  for (std::size_t part = 0; part < reader.part_count(); ++part) {
+    points.standing_count += reader.standing(part)->size();
+  }
   return points;
 }
 

@@ -182,6 +182,27 @@ TEST(TiledNdt, AndSurfaceMakeOnlyTheTilesAnewThatAChangeReaches) {
   });
 }
 
+// One voxel more has moved: what any scan reaches is as it was, and of NDs one tile is not.
+TEST(TiledNdt, MakesTheTileAnewInWhichAVoxelMoved) {
+  SurfacePoints changed = street();
+  const auto is_well_within = [](const CellKey& voxel) {
+    const Eigen::Vector3d centre_m = cell_centre_m(voxel, street().voxel_m);
+    return std::abs(centre_m.x()) < 120.0 && centre_m.y() < 120.0;
+  };
+  const auto one = std::ranges::find_if(changed.moved_voxels, is_well_within);
+  ASSERT_NE(one, changed.moved_voxels.end());
+  changed.moved_voxels.erase(one);
+  KeptParts kept;
+  PassContext first = kept.context();
+  const std::vector<std::byte> before = to_bytes(*whole_nds(build_ndt(first, {}, street())));
+  PassContext second = kept.context();
+  const std::vector<std::byte> after = to_bytes(*whole_nds(build_ndt(second, {}, changed)));
+  EXPECT_EQ(kept.made().size(), 1U);
+  EXPECT_FALSE(after == before);
+  PassContext anew;
+  EXPECT_TRUE(after == to_bytes(*whole_nds(build_ndt(anew, {}, changed))));
+}
+
 TEST(CellTiles, KnowsWhichScansHavePointsOverATile) {
   const BlockGrid blocks = blocks_of_tiles(2.0);
   PassContext ctx;
@@ -225,7 +246,7 @@ TEST(SurfacePointReader, ReadsSomePartsAsTheWholeDoes) {
 TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
   SurfacePoints points = street();
   points.points_m = {{0.0, 0.0, 0.0}, {0.0, 1e12, 0.0}};
-  const std::string expected = "surface point " + std::to_string(standing_m(street()).size() + 1);
+  const std::string expected = "a surface point is not finite or lies more than 2^30 cells";
   PassContext ctx;
   const Result<NdtMap> map = whole_nds(build_ndt(ctx, {}, points));
   ASSERT_FALSE(map.has_value());

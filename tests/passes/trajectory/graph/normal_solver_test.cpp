@@ -122,6 +122,46 @@ TEST(NormalSolver, OrderFillsInLittle) {
   EXPECT_LT(factor.nonZeros(), 36 * 4 * kPoses);
 }
 
+TEST(AddGraph, HoldsPosesAsIfTheyWereNoUnknowns) {
+  constexpr std::uint32_t kPoses = 9;
+  const std::vector<Pose> poses(kPoses, Pose::Identity());
+  PoseGraph graph;
+  Pose off = Pose::Identity();
+  off.translation().x() = 0.05;
+  graph.odometry = {{0, 1, off, 0.1, 0.1}, {4, 3, off, 0.1, 0.1}, {7, 8, off, 0.1, 0.1}};
+  graph.priors = {{2, off, 0.1, 0.1}, {4, off, 0.1, 0.1}};
+  Equations free = random_equations(kPoses);
+  Equations held = free;
+  add_graph(graph, poses, free);
+  graph.held = {4, 7, 1};
+  add_graph(graph, poses, held);
+  const std::vector<std::uint32_t> left = {0, 2, 3, 5, 6, 8};
+  const auto rows = static_cast<Eigen::Index>(6 * left.size());
+  Eigen::MatrixXd matrix(rows, rows);
+  Eigen::VectorXd gradient(rows);
+  const Eigen::MatrixXd whole = dense(free);
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(6 * i);
+    gradient.segment<6>(row) = free.gradient.segment<6>(6 * left[i]);
+    for (std::size_t j = 0; j < left.size(); ++j) {
+      matrix.block<6, 6>(row, static_cast<Eigen::Index>(6 * j)) =
+          whole.block<6, 6>(6 * left[i], 6 * left[j]);
+    }
+  }
+  const Eigen::VectorXd expected = matrix.ldlt().solve(gradient);
+  NormalSolver solver;
+  ASSERT_TRUE(solver.factor(held));
+  const Eigen::VectorXd found = solver.solve(held.gradient);
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    const Vector6d of_one = expected.segment<6>(static_cast<Eigen::Index>(6 * i));
+    EXPECT_LT((found.segment<6>(6 * left[i]) - of_one).norm(), 1e-9 * of_one.norm());
+  }
+  for (const std::uint32_t pose : graph.held) {
+    EXPECT_EQ(found.segment<6>(6 * pose).norm(), 0.0);
+    EXPECT_LT(solver.inverse_blocks()[pose].norm(), 1e-7);
+  }
+}
+
 TEST(BlocksBelowGraph, AreWhatTheGraphAddsTo) {
   const std::vector<Pose> poses(4, Pose::Identity());
   PoseGraph graph;
