@@ -1,6 +1,7 @@
 #include "formats/surroundings/surface_points.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -65,6 +66,43 @@ std::vector<CellKey> moved_voxels_within(const SurfacePoints& points,
     if (plane_m.contains(cell_centre_m(*key, points.voxel_m).head<2>())) within.push_back(*key);
   }
   return within;
+}
+
+// Tells of most returns within a scan's ranges that they are, without a square root.
+class SureRange {
+ public:
+  explicit SureRange(const PlacedScan& scan)
+      : low_m2_(scan.min_range_m * scan.min_range_m * (1.0 + kSlack)),
+        high_m2_(scan.max_range_m * scan.max_range_m * (1.0 - kSlack)) {}
+  [[nodiscard]] bool holds(const Eigen::Vector3d& point_lidar_m) const {
+    const double range_m2 = point_lidar_m.squaredNorm();
+    return range_m2 > low_m2_ && range_m2 < high_m2_;
+  }
+
+ private:
+  static constexpr double kSlack = 1e-12;  // far more than rounding moves
+  double low_m2_, high_m2_;
+};
+
+// Keeps the points within the cells, or those outside.
+void keep_where(const CellSet& cells, double cell_m, bool wants_inside,
+                std::vector<Eigen::Vector3d>& points_m) {
+  std::array<CellKey, 256> keys;
+  // Neighbours on a ring lie in one cell more often than not.
+  std::optional<CellKey> last;
+  bool is_inside = false;
+  std::size_t kept = 0;
+  for (std::size_t first = 0; first < points_m.size(); first += keys.size()) {
+    const std::size_t count = std::min(keys.size(), points_m.size() - first);
+    cell_keys(std::span(points_m).subspan(first, count), cell_m, std::span(keys).first(count));
+    for (std::size_t i = 0; i < count; ++i) {
+      if (last != keys[i]) is_inside = cells.contains(keys[i]);
+      last = keys[i];
+      points_m[kept] = points_m[first + i];
+      kept += is_inside == wants_inside ? 1 : 0;
+    }
+  }
+  points_m.resize(kept);
 }
 
 }  // namespace
@@ -228,20 +266,14 @@ Result<std::vector<Eigen::Vector3d>> SurfacePointReader::read(std::size_t part,
   }
   const PlacedScan& placed = points_.scans[part];
   SIGHTLINE_ASSIGN(const Scan scan, points_.store->read(placed.index));
-  chosen_m.reserve(wants_moving ? 0 : scan.points_m.size());
-  // Neighbours on a ring lie in one voxel more often than not.
-  std::optional<CellKey> last;
-  bool is_moving = false;
+  if (wants_moving && moved_.empty()) return chosen_m;
+  chosen_m.reserve(scan.points_m.size());
+  const SureRange sure_of(placed);
   for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
-    if (!is_within_range(placed, point_lidar_m)) continue;
-    const Eigen::Vector3d point_m = placed.T_map_lidar * point_lidar_m;
-    if (!moved_.empty()) {
-      const CellKey key = cell_key(point_m, points_.voxel_m);
-      if (last != key) is_moving = moved_.contains(key);
-      last = key;
-    }
-    if (is_moving == wants_moving) chosen_m.push_back(point_m);
+    if (!sure_of.holds(point_lidar_m) && !is_within_range(placed, point_lidar_m)) continue;
+    chosen_m.push_back(placed.T_map_lidar * point_lidar_m);
   }
+  if (!moved_.empty()) keep_where(moved_, points_.voxel_m, wants_moving, chosen_m);
   return chosen_m;
 }
 

@@ -10,6 +10,7 @@
 #include "passes/map/surface/ground_gaps.h"
 #include "passes/map/surface/patch_evidence.h"
 #include "passes/map/surface/patches_by_tile.h"
+#include "passes/map/surface/sort_patches.h"
 #include "passes/map/surface/surface_candidates.h"
 #include "passes/map/surface/surface_tile.h"
 #include "passes/map/tiles/scan_extents.h"
@@ -121,8 +122,7 @@ Result<std::vector<SurfacePatch>> finished_tile(const PatchesByTile& patches, co
   for (const SurfacePatch& between : ground_between(ground_of(near, surface), surface.cell_m)) {
     if (tile_of(between.key, surface.cell_m, surface.tile_m) == tile) finished.push_back(between);
   }
-  std::ranges::sort(finished, {},
-                    [&](const SurfacePatch& patch) { return order_of(patch, surface); });
+  sort_patches(surface, finished);
   return finished;
 }
 

@@ -5,7 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "passes/map/surface/followed_rays.h"
 #include "passes/map/surface/patch_grid.h"
+#include "passes/map/surface/sorted_by_cell.h"
 
 namespace sightline {
 
@@ -27,18 +29,38 @@ struct SeenScan {
 class PatchEvidence {
  public:
   // Keeps a reference to the grid, which holds `patch_count` patches.
-  PatchEvidence(const PatchGrid& grid, std::size_t patch_count)
-      : grid_(grid), counts_(patch_count) {}
+  PatchEvidence(const PatchGrid& grid, std::size_t patch_count);
 
-  // The counts do not depend on the number of threads.
+  // The counts do not depend on the number of threads (0: all there are).
   void add(std::span<const SeenScan> scans, int threads);
+  // Once, after the last add() and before counts().
+  void finish(int threads);
 
   // In the order of patches.
   [[nodiscard]] std::span<const SquareCounts> counts() const { return counts_; }
 
  private:
+  // Of many scans together: neighbouring ones see the same patches. 32 bytes each, 8 MiB in all.
+  static constexpr std::size_t kReturnsAtOnce = std::size_t{1} << 18;
+  // 24 bytes each, and 88 for a ray, of which there are fewer: 14 MiB at most, and one scan.
+  static constexpr std::size_t kVisitsAtOnce = std::size_t{1} << 17;
+
+  void add_returns(const SeenScan& scan, int threads);
+  void add_rays(const FollowedRays& followed);
+  void count_returns(int threads);
+  void count_returns(std::uint32_t patch, std::span<const std::uint32_t> returns,
+                     const PatchLanes::Places& places);
+  void count_passes(int threads);
+
   const PatchGrid& grid_;
+  Eigen::AlignedBox3d box_m_;
   std::vector<SquareCounts> counts_;
+  // Not counted yet.
+  std::vector<Eigen::Vector3d> returns_m_;  // near patches
+  FollowedRays rays_;
+  // While things are counted: the numbers of their cells, and they in the order of these.
+  std::vector<std::uint32_t> numbers_;
+  SortedByCell sorted_;
 };
 
 // How many returns of a scan with an origin are counted, and how many of its rays are followed.
@@ -47,8 +69,5 @@ struct CountedSights {
   std::uint64_t rays = 0;
 };
 CountedSights counted_sights(std::uint64_t return_count);
-
-// How far a ray of a scan is followed at most, m.
-inline constexpr double kLongestPass_m = 60.0;
 
 }  // namespace sightline

@@ -1,8 +1,7 @@
 #include "passes/map/surface/patches_by_tile.h"
 
-#include <algorithm>
-
 #include "formats/base/bytes.h"
+#include "passes/map/surface/sort_patches.h"
 
 namespace sightline {
 
@@ -36,7 +35,7 @@ std::vector<TileKey> PatchesByTile::tiles() const {
   return tiles;
 }
 
-Result<std::vector<SurfacePatch>> PatchesByTile::of_tile(const TileKey& tile) const {
+Result<std::vector<SurfacePatch>> PatchesByTile::read(const TileKey& tile) const {
   std::vector<SurfacePatch> patches;
   const auto found = pieces_.find(tile);
   if (found == pieces_.end()) return patches;
@@ -46,8 +45,12 @@ Result<std::vector<SurfacePatch>> PatchesByTile::of_tile(const TileKey& tile) co
     ByteReader reader(bytes);
     for (std::uint64_t i = 0; i < piece.count; ++i) decode(reader, patches.emplace_back());
   }
-  std::ranges::sort(patches, {},
-                    [&](const SurfacePatch& patch) { return order_of(patch, order_); });
+  return patches;
+}
+
+Result<std::vector<SurfacePatch>> PatchesByTile::of_tile(const TileKey& tile) const {
+  SIGHTLINE_ASSIGN(std::vector<SurfacePatch> patches, read(tile));
+  sort_patches(order_, patches);
   return patches;
 }
 
@@ -60,13 +63,14 @@ Result<std::vector<SurfacePatch>> PatchesByTile::over(const Eigen::AlignedBox2d&
   const TileKey high = tile_at(box_m.max());
   for (std::int32_t x = low.x; x <= high.x; ++x) {
     for (std::int32_t y = low.y; y <= high.y; ++y) {
-      SIGHTLINE_ASSIGN(const std::vector<SurfacePatch> of_tile, this->of_tile({x, y}));
+      SIGHTLINE_ASSIGN(const std::vector<SurfacePatch> of_tile, read({x, y}));
       for (const SurfacePatch& patch : of_tile) {
         const Eigen::Vector2d at_m = patch.centre_m.head<2>();
         if (box_m.contains(at_m)) patches.push_back(patch);
       }
     }
   }
+  sort_patches(order_, patches);
   return patches;
 }
 

@@ -27,7 +27,7 @@ class PatchesByTile {
   [[nodiscard]] std::vector<TileKey> tiles() const;
   // The patches of a tile, ascending by order_of(). Error: cannot-read.
   [[nodiscard]] Result<std::vector<SurfacePatch>> of_tile(const TileKey& tile) const;
-  // Those with centres over a box of the plane, tile by tile. Error: cannot-read.
+  // Those with centres over a box of the plane, ascending by order_of(). Error: cannot-read.
   [[nodiscard]] Result<std::vector<SurfacePatch>> over(const Eigen::AlignedBox2d& box_m) const;
 
  private:
@@ -35,6 +35,9 @@ class PatchesByTile {
     std::uint64_t first = 0;  // among all patches
     std::uint64_t count = 0;
   };
+
+  // In any order.
+  [[nodiscard]] Result<std::vector<SurfacePatch>> read(const TileKey& tile) const;
 
   Surface order_;  // no patches: what order_of() asks for
   std::mutex mutex_;

@@ -7,6 +7,7 @@
 
 #include "formats/base/parallel.h"
 #include "passes/map/surface/patch_evidence.h"
+#include "passes/map/surface/sort_patches.h"
 #include "passes/map/surface/surface_candidates.h"
 #include "passes/map/tiles/tile_cells.h"
 
@@ -73,6 +74,7 @@ Result<void> look_at_scans(const SurfacePoints& points, const SurfacePointReader
     }
     evidence.add(scans, threads);
   }
+  evidence.finish(threads);
   return {};
 }
 
@@ -129,8 +131,7 @@ Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTi
   made.patches = solid_patches(candidates, grid, evidence, options.returns_per_ray);
   std::erase_if(made.patches, [&](const SurfacePatch& patch) { return !box.holds(patch.key); });
   const Surface order{{}, options.cell_m, options.tile_m, {}};
-  std::ranges::sort(made.patches, {},
-                    [&](const SurfacePatch& patch) { return order_of(patch, order); });
+  sort_patches(order, made.patches);
   return made;
 }
 

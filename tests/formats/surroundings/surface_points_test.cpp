@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -46,6 +47,27 @@ TEST(SurfacePoints, AreReadScanByScanWithoutWhatMoved) {
   EXPECT_LT(((*moving)[0] - Eigen::Vector3d(7.1, 0.1, 1.1)).norm(), 1e-12);
   EXPECT_EQ(*reader.standing(1), points.points_m);
   EXPECT_TRUE(reader.moving(1)->empty());
+}
+
+TEST(SurfacePoints, BelongToTheMapUpToBothRangesToTheBit) {
+  Random random(6);
+  for (int i = 0; i < 2000; ++i) {
+    // A return at a range, or next to it by what a number can differ.
+    const Eigen::Vector3d point_m(random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0), 1.0);
+    double range_m = point_m.norm();
+    if (i % 3 == 1) range_m = std::nextafter(range_m, 0.0);
+    if (i % 3 == 2) range_m = std::nextafter(range_m, 100.0);
+    SurfacePoints points;
+    Scan scan;
+    scan.points_m = {point_m, {40.0, 0.0, 0.0}};
+    points.scans = {{0, Pose::Identity(), range_m, 90.0}, {0, Pose::Identity(), 0.1, range_m}};
+    points.store = memory_scan_store({scan});
+    const SurfacePointReader reader(points);
+    const bool is_far_enough = point_m.norm() >= range_m;
+    const bool is_near_enough = point_m.norm() <= range_m;
+    EXPECT_EQ(reader.standing(0)->size(), is_far_enough ? 2U : 1U);
+    EXPECT_EQ(reader.standing(1)->size(), is_near_enough ? 1U : 0U);
+  }
 }
 
 TEST(SurfacePoints, FindEveryVoxelThatMovedAndNoOther) {

@@ -23,6 +23,7 @@ SquareCounts seen(const SurfacePatch& patch, const SeenScan& scan) {
   const PatchGrid grid(std::vector<SurfacePatch>{patch}, 0.5);
   PatchEvidence evidence(grid, 1);
   evidence.add(std::vector<SeenScan>{scan}, 1);
+  evidence.finish(1);
   return evidence.counts()[0];
 }
 
@@ -82,6 +83,7 @@ TEST(PatchEvidence, CountsTheSamePassesWhereverTheCellsOfItsGridBegin) {
   const PatchGrid grid(std::vector<SurfacePatch>{beside_the_sensor, wall()}, 0.5);
   PatchEvidence evidence(grid, 2);
   evidence.add(std::vector<SeenScan>{scan_of(points_m)}, 1);
+  evidence.finish(1);
   EXPECT_GT(sum(alone.passes), 50);
   EXPECT_EQ(evidence.counts()[1].passes, alone.passes);
 }
@@ -118,6 +120,8 @@ TEST(PatchEvidence, IsTheSameForAnyNumberOfThreads) {
   PatchEvidence three(grid, patches.size());
   one.add(scans, 1);
   three.add(scans, 3);
+  one.finish(1);
+  three.finish(3);
   int passes = 0;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     EXPECT_EQ(one.counts()[i].returns, three.counts()[i].returns);
@@ -125,6 +129,41 @@ TEST(PatchEvidence, IsTheSameForAnyNumberOfThreads) {
     passes += sum(one.counts()[i].passes);
   }
   EXPECT_GT(passes, 100);
+}
+
+// More than are gathered before they are counted.
+TEST(PatchEvidence, CountsEachOfManyReturnsWhereverItsScanEnds) {
+  Random random(6);
+  std::vector<SurfacePatch> patches(300, wall());
+  for (SurfacePatch& patch : patches) {
+    patch.centre_m = {random.uniform(5.0, 9.0), random.uniform(-9.0, 9.0),
+                      random.uniform(0.0, 6.0)};
+  }
+  const PatchGrid grid(patches, 0.5);
+  PatchEvidence evidence(grid, patches.size());
+  std::vector<SquareCounts> expected(patches.size());
+  for (int i = 0; i < 4; ++i) {
+    SeenScan scan;
+    for (int j = 0; j < 100000; ++j) {
+      const Eigen::Vector3d point_m(random.uniform(4.0, 10.0), random.uniform(-10.0, 10.0),
+                                    random.uniform(-1.0, 7.0));
+      scan.points_m.push_back(point_m);
+      for (const std::uint32_t patch : grid.patches_at(cell_key(point_m, 0.5))) {
+        const int square = grid.plane(patch).square_of_return(point_m);
+        if (square < 0) continue;
+        std::uint8_t& counter = expected[patch].returns[static_cast<std::size_t>(square)];
+        if (counter < 255) ++counter;
+      }
+    }
+    evidence.add(std::span(&scan, 1), 2);
+  }
+  evidence.finish(2);
+  int returns = 0;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    EXPECT_EQ(evidence.counts()[i].returns, expected[i].returns) << "patch " << i;
+    returns += sum(expected[i].returns);
+  }
+  EXPECT_GT(returns, 10000);
 }
 
 }  // namespace

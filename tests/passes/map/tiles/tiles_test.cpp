@@ -49,6 +49,7 @@ Surface whole_surface(const SurfacePoints& points, const BuildSurfaceOptions& op
     }
     evidence.add(std::span(&scan, 1), 1);
   }
+  evidence.finish(1);
   const double returns_per_ray =
       all.rays == 0
           ? 1.0
