@@ -40,7 +40,8 @@ TEST(PackedModel, KeepsTheBytesAndWhatTheRecordSays) {
 }
 
 TEST(PackedModel, OfAModelAtRestIsThatOfTheWhole) {
-  const ErrorModel model = handmade_model({{{0.5, 0.75}}, {{0.25, 1.0}}}, 1);
+  const ErrorModel model =
+      handmade_model({{{0.5, 0.75}, {0.2, 0.1}}, {{0.25, 1.0}, {0.4, 0.1}}}, 2);
   const ModelRecord record = record_of(model);
   ErrorModelAtRest at_rest;
   ASSERT_TRUE(open_payload(StoredBytes(record.bytes), at_rest));
