@@ -60,6 +60,7 @@ class Runner {
     StepReport report;
     report.name = step_of(scheduled).name;
     const Stamp begin{.cpu_s = process_cpu_s()};
+    if (scheduled.runs()) let_go_of_wholes(scheduled);
     reset_peak_memory();
     if (scheduled.is_stored) cache_.mark_used(report.name, scheduled.key.key);
     if (scheduled.is_needed && !waits(scheduled)) {
@@ -146,17 +147,48 @@ class Runner {
     return {};
   }
 
+  // Of what this step is the last to take: where it takes a form of what is whole in memory, it is
+  // read from the cache, so that memory does not hold both.
+  void let_go_of_wholes(const Scheduled& taking) {
+    for (const Scheduled& maker : list_) {
+      const std::size_t output = step_of(maker).output;
+      if (!artifacts_.has({output}) || artifacts_.entry({output}).type->is_form) continue;
+      if (takes_a_form(step_of(taking), output) && maker.is_kept && !stays(maker) &&
+          !is_taken_behind(taking, output) && cache_.has(step_of(maker).name, maker.key.key)) {
+        artifacts_.remove({output});
+      }
+    }
+  }
+
+  // And nothing but forms of it.
+  static bool takes_a_form(const PassStep& step, std::size_t artifact) {
+    bool takes = false;
+    for (std::size_t i = 0; i < step.inputs.size(); ++i) {
+      if (step.inputs[i] != artifact) continue;
+      if (!step.input_types[i]->is_form) return false;
+      takes = true;
+    }
+    return takes;
+  }
+
+  [[nodiscard]] bool stays(const Scheduled& scheduled) const {
+    return scheduled.is_wanted && options_.keeps_wanted;
+  }
+
+  [[nodiscard]] bool is_taken_behind(const Scheduled& step, std::size_t artifact) const {
+    return std::ranges::any_of(list_, [&](const Scheduled& later) {
+      return later.step > step.step && later.is_needed &&
+             std::ranges::find(step_of(later).inputs, artifact) != step_of(later).inputs.end();
+    });
+  }
+
   // What no later step takes and nobody wants to have.
   void let_go(const Scheduled& done) {
     for (const Scheduled& scheduled : list_) {
       if (scheduled.step > done.step) break;
-      if (scheduled.is_wanted && options_.keeps_wanted) continue;
+      if (stays(scheduled)) continue;
       const std::size_t output = step_of(scheduled).output;
-      const bool is_taken = std::ranges::any_of(list_, [&](const Scheduled& later) {
-        return later.step > done.step && later.is_needed &&
-               std::ranges::find(step_of(later).inputs, output) != step_of(later).inputs.end();
-      });
-      if (!is_taken) artifacts_.remove({output});
+      if (!is_taken_behind(done, output)) artifacts_.remove({output});
     }
   }
 

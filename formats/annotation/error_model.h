@@ -10,7 +10,7 @@
 #include "formats/annotation/predicted_error.h"
 #include "formats/annotation/regression_forest.h"
 #include "formats/annotation/street_type.h"
-#include "formats/artifact.h"
+#include "formats/artifact_in_pieces.h"
 #include "formats/drive/recording_cards.h"
 
 namespace sightline {
@@ -141,8 +141,10 @@ struct ArtifactTraits<ErrorModel> {
 Result<void> validate(const ErrorModel& model);
 // Facts: the model card. Rows: out-of-fold prediction beside the label, per site and range.
 Table dump(const ErrorModel& model);
-// Those facts alone: the rows of a model of a long street are many.
-std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& model);
+// Those facts alone: the rows of a model of a long street are many. `head` needs no more than what
+// encode_head writes.
+std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& head,
+                                                     std::size_t training_row_count);
 // The card's tables (ranges; features with support; recordings) and every node of every tree.
 std::vector<Table> tables(const ErrorModel& model);
 // Role, name and digest of every recording that the model was trained on, by place.
@@ -151,5 +153,13 @@ Table recordings_table(const ErrorModel& model);
 std::string to_text(const ErrorModel& model);
 void encode(const ErrorModel& model, ByteWriter& writer);
 void decode(ByteReader& reader, ErrorModel& model);
+// The same bytes piece by piece: of a long street they are not in memory twice.
+std::uint64_t payload_size(const ErrorModel& model);
+Result<void> visit_payload(const ErrorModel& model, const ByteSink& sink);
+Result<void> open_payload(const StoredBytes& payload, ErrorModel& model);
+// What stands first, of no length that a street has: the card, features, ranges, streets and the
+// forest's feature_count. The number of training rows comes next, as 64 bits.
+void encode_head(const ErrorModel& model, ByteWriter& writer);
+void decode_head(ByteReader& reader, ErrorModel& model);
 
 }  // namespace sightline

@@ -2,10 +2,18 @@
 
 // The encoding that schemas/model_format.md describes.
 
+#include <string>
+
+#include "formats/annotation/array_pieces.h"
 #include "formats/annotation/of_samples.h"
 
 namespace sightline {
 namespace {
+
+Error undecodable_model(std::size_t at) {
+  return {ErrorCode::kBadLayer, "the payload of a error-model cannot be decoded", "",
+          "payload byte " + std::to_string(at)};
+}
 
 void encode_streets(const std::vector<StreetCard>& streets, ByteWriter& writer) {
   writer.put<std::uint64_t>(streets.size());
@@ -108,7 +116,43 @@ void decode_sites(ByteReader& reader, std::vector<TrainedSite>& sites) {
   }
 }
 
-void encode_own(const ErrorModel& model, ByteWriter& writer) {
+void encode_sites(const std::vector<TrainedSite>& sites, ByteWriter& writer) {
+  writer.put<std::uint64_t>(sites.size());
+  for (const TrainedSite& site : sites) {
+    for (int axis = 0; axis < 3; ++axis) writer.put(site.p_world_m[axis]);
+    writer.put(site.place);
+    writer.put(site.drive);
+    writer.put(site.run);
+    writer.put(site.s_m);
+    writer.put(site.block);
+    writer.put(site.has_label);
+    writer.put(site.has_history);
+    writer.put(site.factor_digest);
+    writer.put(site.street);
+  }
+}
+
+Result<void> visit_own(const ErrorModel& model, const ByteSink& sink) {
+  SIGHTLINE_TRY(visit_encoded([&](ByteWriter& writer) { encode_head(model, writer); }, sink));
+  SIGHTLINE_TRY(visit_behind_feature_count(model.forest, sink));
+  SIGHTLINE_TRY(
+      visit_encoded([&](ByteWriter& writer) { encode_sites(model.sites, writer); }, sink));
+  SIGHTLINE_TRY(visit_encoded(
+      [&](ByteWriter& writer) { encode_predictions(model.out_of_fold, writer); }, sink));
+  return visit_array(model.measured_mean_m, sink);
+}
+
+void decode_own(ByteReader& reader, ErrorModel& model) {
+  decode_head(reader, model);
+  decode_behind_feature_count(reader, model.forest);
+  decode_sites(reader, model.sites);
+  decode_predictions(reader, model.out_of_fold);
+  reader.get_array(model.measured_mean_m);
+}
+
+}  // namespace
+
+void encode_head(const ErrorModel& model, ByteWriter& writer) {
   encode_card(model.card, writer);
   writer.put<std::uint64_t>(model.features.size());
   for (const FeatureCard& feature : model.features) {
@@ -127,25 +171,10 @@ void encode_own(const ErrorModel& model, ByteWriter& writer) {
     writer.put(range.history_rmse_m);
   }
   encode_streets(model.streets, writer);
-  encode(model.forest, writer);
-  writer.put<std::uint64_t>(model.sites.size());
-  for (const TrainedSite& site : model.sites) {
-    for (int axis = 0; axis < 3; ++axis) writer.put(site.p_world_m[axis]);
-    writer.put(site.place);
-    writer.put(site.drive);
-    writer.put(site.run);
-    writer.put(site.s_m);
-    writer.put(site.block);
-    writer.put(site.has_label);
-    writer.put(site.has_history);
-    writer.put(site.factor_digest);
-    writer.put(site.street);
-  }
-  encode_predictions(model.out_of_fold, writer);
-  writer.put_array(model.measured_mean_m);
+  writer.put(model.forest.feature_count);
 }
 
-void decode_own(ByteReader& reader, ErrorModel& model) {
+void decode_head(ByteReader& reader, ErrorModel& model) {
   constexpr std::size_t kBytesPerFeature = 4 * sizeof(std::uint64_t);
   constexpr std::size_t kBytesPerRange = 6 * sizeof(double);
   decode_card(reader, model.card);
@@ -166,16 +195,31 @@ void decode_own(ByteReader& reader, ErrorModel& model) {
     reader.get(range.history_rmse_m);
   }
   decode_streets(reader, model.streets);
-  decode(reader, model.forest);
-  decode_sites(reader, model.sites);
-  decode_predictions(reader, model.out_of_fold);
-  reader.get_array(model.measured_mean_m);
+  reader.get(model.forest.feature_count);
 }
 
-}  // namespace
-
-void encode(const ErrorModel& model, ByteWriter& writer) { encode_both(model, writer, encode_own); }
+void encode(const ErrorModel& model, ByteWriter& writer) {
+  encode_by_visiting([&](const ByteSink& sink) { return visit_payload(model, sink); }, writer);
+}
 
 void decode(ByteReader& reader, ErrorModel& model) { decode_both(reader, model, decode_own); }
+
+std::uint64_t payload_size(const ErrorModel& model) {
+  ByteWriter counting = ByteWriter::that_counts();
+  encode(model, counting);
+  return counting.count();
+}
+
+Result<void> visit_payload(const ErrorModel& model, const ByteSink& sink) {
+  return visit_both(model, sink, visit_own);
+}
+
+Result<void> open_payload(const StoredBytes& payload, ErrorModel& model) {
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, payload.read(0, payload.size()));
+  ByteReader reader(bytes);
+  decode(reader, model);
+  if (!reader.at_end()) return undecodable_model(reader.offset());
+  return validate(model);
+}
 
 }  // namespace sightline

@@ -7,7 +7,7 @@
 namespace sightline {
 namespace {
 
-void append_card(const ErrorModel& model, Table& table) {
+void append_card(const ErrorModel& model, std::size_t training_row_count, Table& table) {
   const TrainingCard& card = model.card;
   std::string places;
   std::string drives;
@@ -26,7 +26,7 @@ void append_card(const ErrorModel& model, Table& table) {
                  {"tree_count", std::int64_t{card.tree_count}},
                  {"least_leaf_rows", std::int64_t{card.least_leaf_rows}},
                  {"feature_share", card.feature_share},
-                 {"training_rows", static_cast<std::int64_t>(model.forest.labels.size())},
+                 {"training_rows", static_cast<std::int64_t>(training_row_count)},
                  {"block_m", card.block_m},
                  {"buffer_m", card.buffer_m},
                  {"labelled_route_m", card.labelled_route_m},
@@ -114,8 +114,10 @@ Table nodes_table(const ErrorModel& model) {
 
 Table leaves_table(const ErrorModel& model) {
   Table table{"error-model-leaves", {"tree", "leaf", "label_m"}, {}, {}};
+  const std::vector<const float*> rows = training_rows(model.forest);
   for (std::size_t t = 0; t < model.forest.trees.size(); ++t) {
-    const std::vector<std::uint32_t>& leaves = model.forest.trees[t].leaf_of_label;
+    std::vector<std::uint32_t> leaves(rows.size());
+    find_leaves(model.forest.trees[t].nodes, rows, leaves);
     for (std::size_t i = 0; i < leaves.size(); ++i) {
       table.rows.push_back(
           {static_cast<std::int64_t>(t), std::int64_t{leaves[i]}, model.forest.labels[i]});
@@ -229,7 +231,7 @@ Table recordings_table(const ErrorModel& model) {
 Table dump(const ErrorModel& model) {
   Table table = dump(model.out_of_fold);
   table.name = "error-model";
-  append_card(model, table);
+  append_card(model, model.forest.labels.size(), table);
   table.columns.insert(table.columns.begin() + 1, {"place", "drive", "run", "s_m", "block",
                                                    "has_history", "measured_mean_error_m"});
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
@@ -244,9 +246,10 @@ Table dump(const ErrorModel& model) {
   return table;
 }
 
-std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& model) {
+std::vector<std::pair<std::string, Cell>> card_facts(const ErrorModel& head,
+                                                     std::size_t training_row_count) {
   Table card;
-  append_card(model, card);
+  append_card(head, training_row_count, card);
   return card.facts;
 }
 

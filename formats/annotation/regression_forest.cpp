@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "formats/annotation/array_pieces.h"
 #include "formats/base/parallel.h"
 
 namespace sightline {
@@ -60,25 +61,20 @@ bool number_children(const std::vector<std::uint16_t>& flags, std::vector<TreeNo
   return next_node == nodes.size();
 }
 
-Result<void> validate_leaves(const RegressionTree& tree, std::size_t t, std::size_t label_count) {
-  if (tree.leaf_of_label.size() != label_count) {
-    return invalid_tree(t, "found " + std::to_string(tree.leaf_of_label.size()) +
-                               " labels in leaves, expected " + std::to_string(label_count));
-  }
+Result<void> validate_leaves(const RegressionTree& tree, std::size_t t,
+                             const std::vector<const float*>& rows) {
+  std::vector<std::uint32_t> leaves(rows.size());
+  find_leaves(tree.nodes, rows, leaves);
   std::vector<bool> is_used(tree.leaf_count(), false);
-  for (const std::uint32_t leaf : tree.leaf_of_label) {
-    if (leaf >= tree.leaf_count()) {
-      return invalid_tree(t, "a label lies in a leaf that is not there");
-    }
-    is_used[leaf] = true;
-  }
+  for (const std::uint32_t leaf : leaves) is_used[leaf] = true;
   if (std::find(is_used.begin(), is_used.end(), false) != is_used.end()) {
     return invalid_tree(t, "found a leaf without a label");
   }
   return {};
 }
 
-Result<void> validate_tree(const RegressionForest& forest, std::size_t t) {
+Result<void> validate_tree(const RegressionForest& forest, std::size_t t,
+                           const std::vector<const float*>& rows) {
   const RegressionTree& tree = forest.trees[t];
   for (const TreeNode& node : tree.nodes) {
     if (node.feature >= forest.feature_count || !std::isfinite(node.threshold)) {
@@ -91,7 +87,7 @@ Result<void> validate_tree(const RegressionForest& forest, std::size_t t) {
   if (!number_children(flags_of(tree.nodes), numbered) || numbered != tree.nodes) {
     return invalid_tree(t, "nodes are not in preorder or leaves not from left to right");
   }
-  return validate_leaves(tree, t, forest.labels.size());
+  return validate_leaves(tree, t, rows);
 }
 
 void decode_nodes(ByteReader& reader, RegressionTree& tree) {
@@ -113,15 +109,26 @@ bool asks_known_features(const RegressionForest& forest) {
   });
 }
 
-// Drops every training row down every tree.
-void fill_leaves(RegressionForest& forest) {
-  parallel_for(forest.trees.size(), 0, [&](std::size_t t) {
-    RegressionTree& tree = forest.trees[t];
-    tree.leaf_of_label.resize(forest.labels.size());
-    for (std::size_t i = 0; i < forest.labels.size(); ++i) {
-      tree.leaf_of_label[i] = leaf_of(tree.nodes, &forest.rows[i * forest.feature_count]);
+// Rows that go down a tree in step: the processor works on one while it waits for another.
+constexpr std::size_t kLanes = 8;
+
+// places[lane] becomes the number of a leaf, counted from the node count on.
+void walk(const std::vector<TreeNode>& nodes, const float* const* rows, std::uint32_t* places) {
+  const auto node_count = static_cast<std::uint32_t>(nodes.size());
+  std::fill_n(places, kLanes, 0U);
+  for (bool is_open = node_count > 0; is_open;) {
+    is_open = false;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      // Masks instead of branches, which would be guessed wrong half the time.
+      const std::uint32_t place = places[lane];
+      const std::uint32_t walks = place < node_count ? ~0U : 0U;
+      const TreeNode& node = nodes[place & walks];
+      const std::uint32_t goes_left = rows[lane][node.feature] < node.threshold ? ~0U : 0U;
+      const std::uint32_t child = node.right ^ ((node.left ^ node.right) & goes_left);
+      places[lane] = place ^ ((place ^ child) & walks);
+      is_open |= places[lane] < node_count;
     }
-  });
+  }
 }
 
 }  // namespace
@@ -132,6 +139,23 @@ std::uint32_t leaf_of(const std::vector<TreeNode>& nodes, const float* row) {
     i = row[nodes[i].feature] < nodes[i].threshold ? nodes[i].left : nodes[i].right;
   }
   return i - static_cast<std::uint32_t>(nodes.size());
+}
+
+void find_leaves(const std::vector<TreeNode>& nodes, std::span<const float* const> rows,
+                 std::span<std::uint32_t> leaves) {
+  const auto node_count = static_cast<std::uint32_t>(nodes.size());
+  std::size_t first = 0;
+  for (; first + kLanes <= rows.size(); first += kLanes) {
+    walk(nodes, &rows[first], &leaves[first]);
+    for (std::size_t lane = 0; lane < kLanes; ++lane) leaves[first + lane] -= node_count;
+  }
+  for (; first < rows.size(); ++first) leaves[first] = leaf_of(nodes, rows[first]);
+}
+
+std::vector<const float*> training_rows(const RegressionForest& forest) {
+  std::vector<const float*> rows(forest.labels.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = &forest.rows[i * forest.feature_count];
+  return rows;
 }
 
 Result<void> validate(const RegressionForest& forest) {
@@ -155,29 +179,44 @@ Result<void> validate(const RegressionForest& forest) {
     return Error{ErrorCode::kInvalidArtifact,
                  "found training rows that are not finite, or not one for each label", "", ""};
   }
-  for (std::size_t t = 0; t < forest.trees.size(); ++t) {
-    SIGHTLINE_TRY(validate_tree(forest, t));
+  const std::vector<const float*> rows = training_rows(forest);
+  std::vector<Result<void>> valid(forest.trees.size());
+  parallel_for(valid.size(), 0, [&](std::size_t t) { valid[t] = validate_tree(forest, t, rows); });
+  for (const Result<void>& of_tree : valid) SIGHTLINE_TRY(of_tree);
+  return {};
+}
+
+Result<void> visit_behind_feature_count(const RegressionForest& forest, const ByteSink& sink) {
+  SIGHTLINE_TRY(visit_array(forest.labels, sink));
+  SIGHTLINE_TRY(visit_array(forest.rows, sink));
+  ByteWriter count;
+  count.put<std::uint64_t>(forest.trees.size());
+  SIGHTLINE_TRY(sink(count.bytes()));
+  for (const RegressionTree& tree : forest.trees) {
+    const std::vector<std::uint16_t> flags = flags_of(tree.nodes);
+    ByteWriter writer;
+    writer.put<std::uint64_t>(tree.nodes.size());
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+      writer.put(flags[i]);
+      writer.put(tree.nodes[i].threshold);
+    }
+    SIGHTLINE_TRY(sink(writer.bytes()));
   }
   return {};
 }
 
 void encode(const RegressionForest& forest, ByteWriter& writer) {
   writer.put(forest.feature_count);
-  writer.put_array(forest.labels);
-  writer.put_array(forest.rows);
-  writer.put<std::uint64_t>(forest.trees.size());
-  for (const RegressionTree& tree : forest.trees) {
-    const std::vector<std::uint16_t> flags = flags_of(tree.nodes);
-    writer.put<std::uint64_t>(tree.nodes.size());
-    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
-      writer.put(flags[i]);
-      writer.put(tree.nodes[i].threshold);
-    }
-  }
+  encode_by_visiting([&](const ByteSink& sink) { return visit_behind_feature_count(forest, sink); },
+                     writer);
 }
 
 void decode(ByteReader& reader, RegressionForest& forest) {
   reader.get(forest.feature_count);
+  decode_behind_feature_count(reader, forest);
+}
+
+void decode_behind_feature_count(ByteReader& reader, RegressionForest& forest) {
   reader.get_array(forest.labels);
   reader.get_array(forest.rows);
   forest.trees.resize(reader.get_count(sizeof(std::uint64_t)));
@@ -190,10 +229,7 @@ void decode(ByteReader& reader, RegressionForest& forest) {
                               forest.rows.size() / forest.feature_count == forest.labels.size();
   const bool are_few =
       forest.trees.empty() || forest.labels.size() <= kMostTreeLabels / forest.trees.size();
-  if (!reader.ok() || !are_rows_whole || !are_few || !asks_known_features(forest)) {
-    return reader.fail();
-  }
-  fill_leaves(forest);
+  if (!are_rows_whole || !are_few || !asks_known_features(forest)) reader.fail();
 }
 
 }  // namespace sightline

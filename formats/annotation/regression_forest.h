@@ -2,13 +2,16 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "formats/base/byte_sink.h"
 #include "formats/base/bytes.h"
 #include "formats/base/result.h"
 
-// A regression forest that remembers its training labels: each leaf knows which labels fell into
-// it, so one forest answers "what is the mean?" and "what share is within a limit?" for any limit.
+// A regression forest that remembers its training rows and their labels: which labels lie in a leaf
+// tells where their rows fall, so one forest answers "what is the mean?" and "what share is within
+// a limit?" for any limit.
 
 namespace sightline {
 
@@ -25,8 +28,6 @@ struct TreeNode {
 // Nodes in preorder, leaves from left to right; a tree without nodes is one leaf.
 struct RegressionTree {
   std::vector<TreeNode> nodes;
-  // Per training label: the leaf that its row falls into. No leaf is empty.
-  std::vector<std::uint32_t> leaf_of_label;
 
   [[nodiscard]] std::size_t leaf_count() const { return nodes.size() + 1; }
   friend bool operator==(const RegressionTree&, const RegressionTree&) = default;
@@ -37,20 +38,30 @@ inline constexpr std::size_t kMostTreeLabels = std::size_t{1} << 28;
 
 struct RegressionForest {
   std::uint32_t feature_count = 0;
-  std::vector<double> labels;  // of the training rows, ascending
-  std::vector<float> rows;     // [label][feature]: the training rows themselves
-  std::vector<RegressionTree> trees;
+  std::vector<double> labels;         // of the training rows, ascending
+  std::vector<float> rows;            // [label][feature]: the training rows themselves
+  std::vector<RegressionTree> trees;  // every leaf of each has a training row
 };
 
 // Where a row ends up: the number of a leaf.
 std::uint32_t leaf_of(const std::vector<TreeNode>& nodes, const float* row);
 
-// Every promise above, but that rows fall where leaf_of_label says: decoding makes that so.
-// Error: invalid-artifact, naming the tree.
+// The same of many rows, several at a time: leaves[i] is that of rows[i].
+void find_leaves(const std::vector<TreeNode>& nodes, std::span<const float* const> rows,
+                 std::span<std::uint32_t> leaves);
+
+// Of the training rows, in their order; good as long as the forest stays.
+std::vector<const float*> training_rows(const RegressionForest& forest);
+
+// Every promise above. Error: invalid-artifact, naming the tree.
 Result<void> validate(const RegressionForest& forest);
-// Six bytes a node, and the training rows once for all trees, which is less than what they come to
-// in every tree: shape, order and leaves are not stored but implied.
+// Six bytes a node, and the training rows once for all trees: shape and order are not stored but
+// implied.
 void encode(const RegressionForest& forest, ByteWriter& writer);
+// The same bytes but for feature_count, which precedes them; piece by piece.
+Result<void> visit_behind_feature_count(const RegressionForest& forest, const ByteSink& sink);
 void decode(ByteReader& reader, RegressionForest& forest);
+// The rest, where feature_count is known.
+void decode_behind_feature_count(ByteReader& reader, RegressionForest& forest);
 
 }  // namespace sightline

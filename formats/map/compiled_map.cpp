@@ -112,20 +112,23 @@ Result<Table> dump(const CompiledMap& map, std::string_view name) {
                "", ""};
 }
 
-ModelRecord record_of(const ErrorModel& model) {
+ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_count) {
   ModelRecord record;
   record.encoding_version = ArtifactTraits<ErrorModel>::kVersion;
-  record.localizer = model.card.localizer;
-  for (const auto& [name, value] : card_facts(model))
+  record.localizer = head.card.localizer;
+  for (const auto& [name, value] : card_facts(head, training_row_count))
     record.card.emplace_back(name, text_of(value));
   std::vector<double> r_squared;
-  for (const RangeCard& range : model.ranges) r_squared.push_back(range.r_squared);
+  for (const RangeCard& range : head.ranges) r_squared.push_back(range.r_squared);
   record.mean_r_squared = mean_of(r_squared);
+  return record;
+}
+
+ModelRecord record_of(const ErrorModel& model) {
+  ModelRecord record = card_record_of(model, model.forest.labels.size());
   // A model of a large field is a large part of what memory holds.
-  ByteWriter counting = ByteWriter::that_counts();
-  encode(model, counting);
   ByteWriter writer;
-  writer.reserve(counting.count());
+  writer.reserve(payload_size(model));
   encode(model, writer);
   record.bytes = writer.take();
   record.digest = sha256(record.bytes);

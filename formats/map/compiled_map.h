@@ -141,6 +141,8 @@ Result<Table> dump(const CompiledMap& map, std::string_view name);
 std::vector<std::string> dump_names();
 
 ModelRecord record_of(const ErrorModel& model);
+// The same without bytes and digest, of a model's head (ErrorModel's encode_head).
+ModelRecord card_record_of(const ErrorModel& head, std::size_t training_row_count);
 // The model of the record. Errors: bad-layer (stripped, or it cannot be decoded), old-version,
 // future-version, digest-mismatch.
 Result<ErrorModel> model_of(const ModelRecord& record);

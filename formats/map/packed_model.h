@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/annotation/error_model_at_rest.h"
 #include "formats/artifact_in_pieces.h"
 #include "formats/base/stored_bytes.h"
 #include "formats/map/compiled_map.h"
@@ -29,14 +30,14 @@ struct ArtifactTraits<PackedModel> {
   static constexpr std::uint32_t kVersion = 1;
 };
 
-// Errors: disk-full, cannot-write.
-Result<PackedModel> pack_model(const ErrorModel& model);
+// Errors: cannot-read, disk-full, cannot-write (temporary files), out-of-memory.
+Result<PackedModel> pack_model(const ErrorModelAtRest& model);
 Result<PackedModel> pack_model(ModelRecord record);
 
 // The section as container_writer.h takes it; what is stored lies in `bytes`. Error: cannot-read.
 Result<PackedBlock> read_section(const PackedModel& model, std::vector<std::byte>& bytes);
 
-// Unpacks the block. Its content is what record_of() says, or digest-mismatch.
+// Unpacks the block, piece by piece. Its content is what record_of() says, or digest-mismatch.
 Result<void> validate(const PackedModel& model);
 Table dump(const PackedModel& model);  // facts: the model card
 

@@ -6,9 +6,9 @@
 namespace sightline {
 
 // The error model as the map file carries it, so that who writes the file need not hold it.
-// Errors: disk-full, cannot-write (temporary files).
+// Errors: cannot-read, disk-full, cannot-write (temporary files), out-of-memory.
 Result<PackedModel> pack_model_step(PassContext& ctx, const NoOptions& options,
-                                    const ErrorModel& model);
+                                    const ErrorModelAtRest& model);
 inline constexpr Pass kPackModel{"pack-model", 1, "packed-model",
                                  "The error model as the map file carries it", &pack_model_step};
 

@@ -24,8 +24,7 @@ Result<FeatureRows> features_of_looks(const FactorTable& factors) {
 
 // Splits the first feature halfway between looks, so that leaf i is look i: node i sends look i to
 // the left. Features of the first site stand for all.
-RegressionTree tree_of_looks(const FeatureRows& features, std::size_t look_count,
-                             const std::vector<std::uint32_t>& look_of_label) {
+RegressionTree tree_of_looks(const FeatureRows& features, std::size_t look_count) {
   const auto node_count = static_cast<std::uint32_t>(look_count - 1);
   RegressionTree tree;
   for (std::uint32_t i = 0; i < node_count; ++i) {
@@ -33,7 +32,6 @@ RegressionTree tree_of_looks(const FeatureRows& features, std::size_t look_count
     const std::uint32_t right = i + 1 < node_count ? i + 1 : node_count + i + 1;
     tree.nodes.push_back({0, between, node_count + i, right});
   }
-  tree.leaf_of_label = look_of_label;
   return tree;
 }
 
@@ -44,15 +42,13 @@ RegressionForest forest_of(const OwnEvidence& evidence, const FeatureRows& featu
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return evidence.error_m[i]; });
   RegressionForest forest;
   forest.feature_count = static_cast<std::uint32_t>(features.names.size());
-  std::vector<std::uint32_t> look_of_label;
   for (const std::size_t i : order) {
     const std::size_t look = evidence.shape().row_of(i);
     forest.labels.push_back(evidence.error_m[i]);
     forest.rows.insert(forest.rows.end(), features.row(look),
                        features.row(look) + features.names.size());
-    look_of_label.push_back(static_cast<std::uint32_t>(look));
   }
-  forest.trees.push_back(tree_of_looks(features, evidence.looks.size(), look_of_label));
+  forest.trees.push_back(tree_of_looks(features, evidence.looks.size()));
   return forest;
 }
 
@@ -107,7 +103,7 @@ PredictedError predictions_of(const RegressionForest& forest, const FeatureRows&
                               const OwnEvidence& evidence, const std::vector<double>& limits_m) {
   std::vector<std::uint32_t> rows(features.row_count);
   std::iota(rows.begin(), rows.end(), 0U);
-  ForestPrediction prediction = PreparedForest(forest, limits_m).predict(features, rows, 1);
+  ForestPrediction prediction = PreparedForest(forest, limits_m, 1).predict(features, rows, 1);
   PredictedError predicted;
   predicted.looks = evidence.looks;
   predicted.limits_m = limits_m;

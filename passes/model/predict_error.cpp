@@ -98,9 +98,9 @@ Result<FeatureRows> features_for(const ErrorModel& model, const FactorTable& fac
 // What a model says, stretch by stretch.
 class Forest {
  public:
-  Forest(const ErrorModel& model, double support_margin)
+  Forest(const ErrorModel& model, double support_margin, int threads)
       : model_(model),
-        forest_(model.forest, model.out_of_fold.limits_m),
+        forest_(model.forest, model.out_of_fold.limits_m, threads),
         support_(model, support_margin) {}
 
   // Of no site yet.
@@ -186,7 +186,7 @@ Error from_site(Error error, std::size_t first) {
 Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions& options,
                                const ErrorModel& model, const Asked& asked, const History* told) {
   const std::vector<Site>& sites = asked.sites.sites;
-  const Forest forest(model, options.support_margin);
+  const Forest forest(model, options.support_margin, ctx.threads);
   PredictedError predicted = forest.nothing(options.support_margin);
   std::vector<std::uint64_t> digests;  // [site]: of its features
   for (std::size_t first = 0; first == 0 || first < sites.size(); first += kSitesInStretch) {

@@ -70,7 +70,7 @@ int run(std::size_t row_count, int threads) {
   }
   double sum = 0.0;
   print("mean and P at two limits of a million rows", timed([&] {
-          const PreparedForest forest(model->forest, {0.1, 0.25});
+          const PreparedForest forest(model->forest, {0.1, 0.25}, threads);
           sum = forest.predict(rows, order, threads).mean[0];
         }));
   return sum >= 0.0 ? 0 : 1;

@@ -147,7 +147,7 @@ int run(const std::string& file, int copies, const std::string& output) {
   }
   CompiledMap& map = *read;
   // As large as it is: a model of more route would grow with it, but lie packed as well.
-  const PackedModel model = *pack_model(*model_of(map.model));
+  const PackedModel model = *pack_model(map.model);
   repeat(map.ndt, map.sites, copies);
   repeat(map.predicted, copies);
   repeat(map.ranges, copies);

@@ -19,7 +19,7 @@ void predict(const ErrorModel& model) {
   for (const FeatureCard& feature : model.features) rows.names.push_back(feature.name);
   rows.values.assign(rows.row_count * rows.names.size(), 12.0F);
   std::fill(rows.values.begin(), rows.values.begin() + static_cast<long>(rows.names.size()), -1.0F);
-  const PreparedForest forest(model.forest, {0.1, 0.25});
+  const PreparedForest forest(model.forest, {0.1, 0.25}, 1);
   for (const double share : forest.predict(rows, {0, 1}, 1).within) {
     SIGHTLINE_CHECK(share >= 0.0 && share <= 1.0 + 1e-9);
   }

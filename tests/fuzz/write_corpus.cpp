@@ -48,7 +48,6 @@ void add_models(std::vector<Seed>& seeds) {
   model.forest.trees.resize(2);
   model.forest.trees[1].nodes = {{0, 15.0F, 1, 4}, {0, 12.0F, 2, 3}};
   model.forest.rows = {20.0F, 10.0F, 13.0F, 20.0F};
-  model.forest.trees[1].leaf_of_label = {2, 0, 1, 2};
   ErrorModel samples = handmade_model({{{0.5, 0.75}, {0.2, 0.1}}}, 2);
   for (Look& look : samples.out_of_fold.looks) look.return_count = 1000;
   model.of_samples.push_back(std::move(samples));

@@ -73,7 +73,6 @@ inline ErrorModel handmade_model(const std::vector<HandmadeSite>& sites,
   const std::vector<double> spread(range_count, 0.0);
   model.features = {{"range_m", 0.0, spread, spread}};
   model.forest.trees.resize(1);
-  model.forest.trees[0].leaf_of_label.assign(model.forest.labels.size(), 0);
   return model;
 }
 

@@ -12,18 +12,15 @@ namespace {
 // processor's nearest cache.
 constexpr std::size_t kRowsPerBlock = 512;
 
-// Rows that walk down a tree in step: the processor works on one while it waits for another.
-constexpr std::size_t kLanes = 8;
-static_assert(kRowsPerBlock % kLanes == 0);
-
-std::vector<double> answers_of(const RegressionTree& tree, const std::vector<double>& labels,
+std::vector<double> answers_of(const std::vector<std::uint32_t>& leaf_of_label,
+                               std::size_t leaf_count, const std::vector<double>& labels,
                                const std::vector<double>& limits) {
   const std::size_t answer_count = 1 + limits.size();
-  std::vector<double> answers(tree.leaf_count() * answer_count, 0.0);
-  std::vector<double> label_count(tree.leaf_count(), 0.0);
+  std::vector<double> answers(leaf_count * answer_count, 0.0);
+  std::vector<double> label_count(leaf_count, 0.0);
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    double* answer = &answers[tree.leaf_of_label[i] * answer_count];
-    label_count[tree.leaf_of_label[i]] += 1.0;
+    double* answer = &answers[leaf_of_label[i] * answer_count];
+    label_count[leaf_of_label[i]] += 1.0;
     answer[0] += labels[i];
     for (std::size_t limit = 0; limit < limits.size(); ++limit) {
       if (labels[i] <= limits[limit]) answer[1 + limit] += 1.0;
@@ -33,57 +30,76 @@ std::vector<double> answers_of(const RegressionTree& tree, const std::vector<dou
   return answers;
 }
 
+// A leaf's number, from the node `at` on.
+std::uint32_t leaf_from(const std::vector<TreeNode>& nodes, std::uint32_t at, const float* row) {
+  while (at < nodes.size()) {
+    at = row[nodes[at].feature] < nodes[at].threshold ? nodes[at].left : nodes[at].right;
+  }
+  return at - static_cast<std::uint32_t>(nodes.size());
+}
+
+// A row, and of each feature another value.
+struct RowAndOthers {
+  float* row;
+  const float* others;
+};
+
+// A feature whose other value leads to another leaf.
+struct Parting {
+  std::uint32_t feature;
+  std::uint32_t leaf;
+};
+
+// The leaf of the row, and where each feature would lead alone: its way parts from the row's at the
+// first split that it decides otherwise.
+std::uint32_t leaf_and_partings(const std::vector<TreeNode>& nodes, const RowAndOthers& given,
+                                std::vector<std::uint8_t>& has_parted,
+                                std::vector<Parting>& partings) {
+  partings.clear();
+  std::uint32_t at = 0;
+  while (at < nodes.size()) {
+    const TreeNode& node = nodes[at];
+    const bool goes_left = given.row[node.feature] < node.threshold;
+    const bool other_goes_left = given.others[node.feature] < node.threshold;
+    if (goes_left != other_goes_left && has_parted[node.feature] == 0) {
+      has_parted[node.feature] = 1;
+      const float own = std::exchange(given.row[node.feature], given.others[node.feature]);
+      const std::uint32_t side = other_goes_left ? node.left : node.right;
+      partings.push_back({node.feature, leaf_from(nodes, side, given.row)});
+      given.row[node.feature] = own;
+    }
+    at = goes_left ? node.left : node.right;
+  }
+  for (const Parting& parting : partings) has_parted[parting.feature] = 0;
+  return at - static_cast<std::uint32_t>(nodes.size());
+}
+
 }  // namespace
 
-PreparedForest::PreparedForest(const RegressionForest& forest, const std::vector<double>& limits)
-    : answer_count_(1 + limits.size()) {
-  for (const RegressionTree& tree : forest.trees) {
-    trees_.push_back(prepare(tree, answers_of(tree, forest.labels, limits)));
-  }
-}
+PreparedForest::PreparedForest(const RegressionForest& forest, const std::vector<double>& limits,
+                               int threads)
+    : PreparedForest(LabelledTrees{training_rows(forest), forest.labels, forest.trees}, limits,
+                     threads) {}
 
-PreparedForest::Tree PreparedForest::prepare(const RegressionTree& tree,
-                                             std::vector<double> answers) {
-  Tree prepared;
-  prepared.leaf_begin = tree.nodes.size();
-  prepared.answers = std::move(answers);
-  for (const TreeNode& node : tree.nodes) {
-    prepared.nodes.push_back({node.feature, node.threshold, {node.left, node.right}});
-  }
-  for (std::size_t leaf = 0; leaf < tree.leaf_count(); ++leaf) {
-    const auto self = static_cast<std::uint32_t>(prepared.leaf_begin + leaf);
-    prepared.nodes.push_back({0, 0.0F, {self, self}});
-  }
-  std::vector<std::uint32_t> depth(prepared.nodes.size(), 0);
-  for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
-    depth[tree.nodes[i].left] = depth[tree.nodes[i].right] = depth[i] + 1;
-  }
-  prepared.depth = *std::max_element(depth.begin(), depth.end());
-  return prepared;
-}
-
-void PreparedForest::walk(const Tree& tree, const float* const* rows, std::uint32_t* places) {
-  const Node* nodes = tree.nodes.data();
-  std::fill_n(places, kLanes, 0U);
-  for (std::uint32_t step = 0; step < tree.depth; ++step) {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const Node& node = nodes[places[lane]];
-      // An index instead of a branch, which would be guessed wrong half the time.
-      places[lane] = node.child[rows[lane][node.feature] < node.threshold ? 0 : 1];
-    }
-  }
+PreparedForest::PreparedForest(LabelledTrees forest, const std::vector<double>& limits, int threads)
+    : trees_(forest.trees.size()), answer_count_(1 + limits.size()) {
+  parallel_for(trees_.size(), threads, [&](std::size_t t) {
+    std::vector<TreeNode>& nodes = forest.trees[t].nodes;
+    std::vector<std::uint32_t> leaves(forest.rows.size());
+    find_leaves(nodes, forest.rows, leaves);
+    trees_[t].answers = answers_of(leaves, nodes.size() + 1, forest.labels, limits);
+    trees_[t].nodes = std::move(nodes);
+  });
 }
 
 void PreparedForest::add_answers(const Tree& tree, const std::vector<const float*>& rows,
+                                 std::vector<std::uint32_t>& leaves,
                                  std::vector<double>& sums) const {
-  std::uint32_t places[kLanes];
-  for (std::size_t first = 0; first < rows.size(); first += kLanes) {
-    walk(tree, &rows[first], places);
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const double* answer = &tree.answers[(places[lane] - tree.leaf_begin) * answer_count_];
-      double* sum = &sums[(first + lane) * answer_count_];
-      for (std::size_t k = 0; k < answer_count_; ++k) sum[k] += answer[k];
-    }
+  find_leaves(tree.nodes, rows, leaves);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double* answer = &tree.answers[leaves[i] * answer_count_];
+    double* sum = &sums[i * answer_count_];
+    for (std::size_t k = 0; k < answer_count_; ++k) sum[k] += answer[k];
   }
 }
 
@@ -98,11 +114,11 @@ ForestPrediction PreparedForest::predict(const FeatureRows& features,
   const auto predict_block = [&](std::size_t block) {
     const std::size_t first = block * kRowsPerBlock;
     const std::size_t last = std::min(first + kRowsPerBlock, rows.size());
-    // The last block is filled up with its first row, whose extra answers nobody reads.
-    std::vector<const float*> inputs(kRowsPerBlock, features.row(rows[first]));
-    for (std::size_t i = first; i < last; ++i) inputs[i - first] = features.row(rows[i]);
-    std::vector<double> sums(kRowsPerBlock * answer_count_, 0.0);
-    for (const Tree& tree : trees_) add_answers(tree, inputs, sums);
+    std::vector<const float*> inputs;
+    for (std::size_t i = first; i < last; ++i) inputs.push_back(features.row(rows[i]));
+    std::vector<std::uint32_t> leaves(inputs.size());
+    std::vector<double> sums(inputs.size() * answer_count_, 0.0);
+    for (const Tree& tree : trees_) add_answers(tree, inputs, leaves, sums);
     for (std::size_t i = first; i < last; ++i) {
       const double* sum = &sums[(i - first) * answer_count_];
       prediction.mean[i] = sum[0] / tree_count;
@@ -113,6 +129,49 @@ ForestPrediction PreparedForest::predict(const FeatureRows& features,
   };
   parallel_for((rows.size() + kRowsPerBlock - 1) / kRowsPerBlock, threads, predict_block);
   return prediction;
+}
+
+std::vector<double> PreparedForest::means_with_others(const FeatureRows& features,
+                                                      const std::vector<std::uint32_t>& rows,
+                                                      const std::vector<float>& others,
+                                                      int threads) const {
+  constexpr std::size_t kRowsWithOthers = 32;  // whose sums stay in the nearest caches
+  const std::size_t feature_count = features.names.size();
+  const auto tree_count = static_cast<double>(trees_.size());
+  std::vector<double> sums(rows.size() * feature_count, 0.0);
+  const auto add_block = [&](std::size_t block) {
+    const std::size_t first = block * kRowsWithOthers;
+    const std::size_t last = std::min(first + kRowsWithOthers, rows.size());
+    std::vector<float> own;  // rows of which single values are exchanged
+    for (std::size_t i = first; i < last; ++i) {
+      own.insert(own.end(), features.row(rows[i]), features.row(rows[i]) + feature_count);
+    }
+    std::vector<std::uint8_t> has_parted(feature_count, 0);
+    std::vector<Parting> partings;
+    std::vector<double> parted_sums;
+    for (const Tree& tree : trees_) {
+      for (std::size_t i = first; i < last; ++i) {
+        double* sum = &sums[i * feature_count];
+        const std::uint32_t leaf = leaf_and_partings(
+            tree.nodes, {&own[(i - first) * feature_count], &others[i * feature_count]}, has_parted,
+            partings);
+        // Added tree by tree, as predict() adds.
+        parted_sums.clear();
+        for (const Parting& parting : partings) {
+          parted_sums.push_back(sum[parting.feature] + tree.answers[parting.leaf * answer_count_]);
+        }
+        const double answer = tree.answers[leaf * answer_count_];
+        for (std::size_t f = 0; f < feature_count; ++f) sum[f] += answer;
+        for (std::size_t k = 0; k < partings.size(); ++k) {
+          sum[partings[k].feature] = parted_sums[k];
+        }
+      }
+    }
+    for (std::size_t i = first * feature_count; i < last * feature_count; ++i)
+      sums[i] /= tree_count;
+  };
+  parallel_for((rows.size() + kRowsWithOthers - 1) / kRowsWithOthers, threads, add_block);
+  return sums;
 }
 
 }  // namespace sightline

@@ -5,6 +5,7 @@
 
 #include "formats/annotation/regression_forest.h"
 #include "passes/model/forest/feature_rows.h"
+#include "passes/model/forest/grow_trees.h"
 
 namespace sightline {
 
@@ -15,33 +16,33 @@ struct ForestPrediction {
       within;  // [row][limit]: mean over trees of the leaf's share of labels <= limit
 };
 
-// A forest made ready for many rows: what each leaf answers is worked out once.
+// A forest made ready for many rows: what each leaf answers is worked out once, of which training
+// rows fall there.
 class PreparedForest {
  public:
-  PreparedForest(const RegressionForest& forest, const std::vector<double>& limits);
+  PreparedForest(const RegressionForest& forest, const std::vector<double>& limits, int threads);
+  PreparedForest(LabelledTrees forest, const std::vector<double>& limits, int threads);
 
   // `rows` are indices into `features`, whose columns are those the forest was grown on.
   // Never throws; the same bytes for any thread count.
   [[nodiscard]] ForestPrediction predict(const FeatureRows& features,
                                          const std::vector<std::uint32_t>& rows, int threads) const;
 
+  // What the mean of a row would be with another value of one feature, for each row and feature:
+  // the mean that predict() gives of such a row, bit for bit. `others`: [row][feature], the other
+  // values. Returns [row][feature].
+  [[nodiscard]] std::vector<double> means_with_others(const FeatureRows& features,
+                                                      const std::vector<std::uint32_t>& rows,
+                                                      const std::vector<float>& others,
+                                                      int threads) const;
+
  private:
-  // A leaf is a node that leads to itself, so that rows at different depths can walk in step.
-  struct Node {
-    std::uint32_t feature = 0;
-    float threshold = 0.0F;
-    std::uint32_t child[2] = {0, 0};  // where the feature is below the threshold, and elsewhere
-  };
   struct Tree {
-    std::vector<Node> nodes;  // nodes, then leaves
-    std::size_t leaf_begin = 0;
-    std::uint32_t depth = 0;
+    std::vector<TreeNode> nodes;
     std::vector<double> answers;  // [leaf][mean, then one share per limit]
   };
-  static Tree prepare(const RegressionTree& tree, std::vector<double> answers);
-  static void walk(const Tree& tree, const float* const* rows, std::uint32_t* places);
   void add_answers(const Tree& tree, const std::vector<const float*>& rows,
-                   std::vector<double>& sums) const;
+                   std::vector<std::uint32_t>& leaves, std::vector<double>& sums) const;
 
   std::vector<Tree> trees_;
   std::size_t answer_count_ = 0;

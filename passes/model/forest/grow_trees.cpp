@@ -5,6 +5,7 @@
 #include <numeric>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "formats/base/parallel.h"
 #include "formats/base/random.h"
@@ -59,9 +60,9 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Lab
   }
 }
 
-Result<RegressionForest> grow_forest(const FeatureRows& features, const LabelledRows& training,
-                                     const ForestOptions& options, std::uint64_t seed,
-                                     int threads) {
+Result<LabelledTrees> grow_labelled_trees(const FeatureRows& features, const LabelledRows& training,
+                                          const ForestOptions& options, std::uint64_t seed,
+                                          int threads) {
   if (training.rows.size() > kMostTreeLabels / static_cast<std::size_t>(options.tree_count)) {
     return Error{ErrorCode::kOutOfMemory,
                  std::to_string(options.tree_count) + " trees over " +
@@ -71,18 +72,30 @@ Result<RegressionForest> grow_forest(const FeatureRows& features, const Labelled
   }
   SIGHTLINE_ASSIGN(const std::vector<GrownTree> grown,
                    grow_trees(features, training, options, seed, threads));
-  const LabelledRows sorted = sorted_by_label(training);
-  RegressionForest forest;
-  forest.feature_count = static_cast<std::uint32_t>(features.names.size());
-  forest.labels = sorted.labels;
-  for (const std::uint32_t row : sorted.rows) {
-    const float* values = features.row(row);
-    forest.rows.insert(forest.rows.end(), values, values + forest.feature_count);
-  }
-  forest.trees = parallel_map<RegressionTree>(grown.size(), threads, [&](std::size_t i) {
-    return labelled_tree(grown[i].nodes, features, sorted.rows,
+  LabelledRows sorted = sorted_by_label(training);
+  LabelledTrees labelled;
+  for (const std::uint32_t row : sorted.rows) labelled.rows.push_back(features.row(row));
+  labelled.labels = std::move(sorted.labels);
+  labelled.trees = parallel_map<RegressionTree>(grown.size(), threads, [&](std::size_t i) {
+    return labelled_tree(grown[i].nodes, labelled.rows,
                          static_cast<std::uint32_t>(options.least_leaf_rows));
   });
+  return labelled;
+}
+
+Result<RegressionForest> grow_forest(const FeatureRows& features, const LabelledRows& training,
+                                     const ForestOptions& options, std::uint64_t seed,
+                                     int threads) {
+  SIGHTLINE_ASSIGN(LabelledTrees labelled,
+                   grow_labelled_trees(features, training, options, seed, threads));
+  RegressionForest forest;
+  forest.feature_count = static_cast<std::uint32_t>(features.names.size());
+  forest.labels = std::move(labelled.labels);
+  forest.rows.reserve(labelled.rows.size() * forest.feature_count);
+  for (const float* row : labelled.rows) {
+    forest.rows.insert(forest.rows.end(), row, row + forest.feature_count);
+  }
+  forest.trees = std::move(labelled.trees);
   return forest;
 }
 

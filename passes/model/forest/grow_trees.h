@@ -27,6 +27,17 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Lab
                                           int threads);
 
 // Grown and labelled (passes/model/forest/labelled_tree.h): what prediction needs.
+struct LabelledTrees {
+  std::vector<const float*> rows;  // that they learnt from, ascending by label
+  std::vector<double> labels;      // of these rows
+  std::vector<RegressionTree> trees;
+};
+// The rows are those of `features`, which must stay. Error: out-of-memory.
+Result<LabelledTrees> grow_labelled_trees(const FeatureRows& features, const LabelledRows& training,
+                                          const ForestOptions& options, std::uint64_t seed,
+                                          int threads);
+
+// The same with rows of its own.
 Result<RegressionForest> grow_forest(const FeatureRows& features, const LabelledRows& training,
                                      const ForestOptions& options, std::uint64_t seed, int threads);
 

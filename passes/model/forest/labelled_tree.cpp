@@ -88,19 +88,14 @@ LabelledRows sorted_by_label(const LabelledRows& training) {
   return sorted;
 }
 
-RegressionTree labelled_tree(const std::vector<TreeNode>& grown, const FeatureRows& features,
-                             const std::vector<std::uint32_t>& rows,
+RegressionTree labelled_tree(const std::vector<TreeNode>& grown, std::span<const float* const> rows,
                              std::uint32_t least_leaf_rows) {
+  std::vector<std::uint32_t> leaves(rows.size());
+  find_leaves(grown, rows, leaves);
   std::vector<std::uint32_t> rows_in_leaf(grown.size() + 1, 0);
-  for (const std::uint32_t row : rows) ++rows_in_leaf[leaf_of(grown, features.row(row))];
+  for (const std::uint32_t leaf : leaves) ++rows_in_leaf[leaf];
   const std::uint32_t least_rows = std::max(least_leaf_rows, 1U);
-  RegressionTree tree;
-  tree.nodes = renumbered(grown, take_out_small_sides(grown, rows_in_leaf, least_rows));
-  tree.leaf_of_label.reserve(rows.size());
-  for (const std::uint32_t row : rows) {
-    tree.leaf_of_label.push_back(leaf_of(tree.nodes, features.row(row)));
-  }
-  return tree;
+  return {renumbered(grown, take_out_small_sides(grown, rows_in_leaf, least_rows))};
 }
 
 }  // namespace sightline

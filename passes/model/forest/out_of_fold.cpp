@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -86,24 +85,24 @@ std::vector<std::uint32_t> thinned(const std::vector<std::uint32_t>& rows, std::
   return kept;
 }
 
-// Squared error of rows after they swapped their values of one feature.
-double shuffled_squared_error(const TrainingSet& training_set, const PreparedForest& forest,
-                              const std::vector<std::uint32_t>& rows, std::size_t feature,
-                              std::uint64_t seed) {
-  FeatureRows shuffled;
-  shuffled.names = training_set.features.names;
-  shuffled.row_count = rows.size();
+// [row][feature]: the values of some rows after they swapped those of each feature, feature by
+// feature. `seeds`: one each.
+std::vector<float> shuffled_values(const FeatureRows& features,
+                                   const std::vector<std::uint32_t>& rows,
+                                   const std::vector<std::uint64_t>& seeds) {
+  const std::size_t feature_count = features.names.size();
+  std::vector<float> shuffled;
   for (const std::uint32_t row : rows) {
-    const float* values = training_set.features.row(row);
-    shuffled.values.insert(shuffled.values.end(), values, values + shuffled.names.size());
+    shuffled.insert(shuffled.end(), features.row(row), features.row(row) + feature_count);
   }
-  Random random(seed);
-  for (std::size_t i = rows.size(); i > 1; --i) {
-    std::swap(shuffled.at(i - 1, feature), shuffled.at(random.below(i), feature));
+  for (std::size_t feature = 0; feature < feature_count; ++feature) {
+    Random random(seeds[feature]);
+    const auto value = [&](std::size_t i) -> float& {
+      return shuffled[i * feature_count + feature];
+    };
+    for (std::size_t i = rows.size(); i > 1; --i) std::swap(value(i - 1), value(random.below(i)));
   }
-  std::vector<std::uint32_t> order(rows.size());
-  std::iota(order.begin(), order.end(), 0U);
-  return squared_error(training_set, rows, forest.predict(shuffled, order, 1).mean);
+  return shuffled;
 }
 
 void store(const std::vector<std::uint32_t>& rows, const ForestPrediction& prediction,
@@ -140,24 +139,26 @@ struct PartRows {
 };
 
 void predict_part(const PassContext& ctx, const TrainingSet& training_set,
-                  const RegressionForest& forest, const PartRows& part, FoldSums& out) {
-  const PreparedForest prepared(forest, out.predicted.limits_m);
-  const ForestPrediction prediction =
-      prepared.predict(training_set.features, part.rows, ctx.threads);
-  store(part.rows, prediction, out.predicted);
+                  const PreparedForest& forest, const PartRows& part, FoldSums& out) {
+  store(part.rows, forest.predict(training_set.features, part.rows, ctx.threads), out.predicted);
   const std::vector<std::uint32_t> judged =
       thinned(part.rows, kImportanceRows / part.part_count + 1);
-  // Of means alone: shares within limits would take as long again.
-  const PreparedForest means(forest, {});
-  out.squares[0] += squared_error(training_set, judged,
-                                  means.predict(training_set.features, judged, ctx.threads).mean);
+  std::vector<double> means;
+  for (const std::uint32_t row : judged) means.push_back(out.predicted.mean_m[row]);
+  out.squares[0] += squared_error(training_set, judged, means);
   const std::size_t feature_count = training_set.features.names.size();
+  std::vector<std::uint64_t> seeds;
+  for (std::size_t feature = 0; feature < feature_count; ++feature) {
+    seeds.push_back(mix(ctx.seed, kShuffleKey + part.number * feature_count + feature));
+  }
   const std::vector<double> shuffled =
-      parallel_map<double>(feature_count, ctx.threads, [&](std::size_t feature) {
-        const std::uint64_t key = kShuffleKey + part.number * feature_count + feature;
-        return shuffled_squared_error(training_set, means, judged, feature, mix(ctx.seed, key));
-      });
-  for (std::size_t i = 0; i < feature_count; ++i) out.squares[1 + i] += shuffled[i];
+      forest.means_with_others(training_set.features, judged,
+                               shuffled_values(training_set.features, judged, seeds), ctx.threads);
+  for (std::size_t feature = 0; feature < feature_count; ++feature) {
+    for (std::size_t i = 0; i < judged.size(); ++i)
+      means[i] = shuffled[i * feature_count + feature];
+    out.squares[1 + feature] += squared_error(training_set, judged, means);
+  }
   out.judged_count += labelled_count(training_set, judged);
 }
 
@@ -203,9 +204,10 @@ Result<OutOfFold> predict_out_of_fold(const PassContext& ctx, const OutOfFoldOpt
                        " m of route; a longer drive is needed",
                    "", "fold " + std::to_string(part.fold)};
     }
-    SIGHTLINE_ASSIGN(const RegressionForest forest,
-                     grow_forest(training_set.features, training, options.forest,
-                                 mix(ctx.seed, kFoldKey + number), ctx.threads));
+    SIGHTLINE_ASSIGN(LabelledTrees trees,
+                     grow_labelled_trees(training_set.features, training, options.forest,
+                                         mix(ctx.seed, kFoldKey + number), ctx.threads));
+    const PreparedForest forest(std::move(trees), result.predicted.limits_m, ctx.threads);
     predict_part(ctx, training_set, forest, rows, sums);
     ctx.progress(number + 1, parts.size() + 1);
   }

@@ -4,12 +4,53 @@
 #include <utility>
 
 namespace sightline {
+namespace {
+
+// Without branches, which would be guessed wrong half the time: a row is written wherever it might
+// belong, and written over where it does not.
+
+void keep_left(std::uint32_t* begin, const std::uint32_t* end, const std::uint8_t* is_right) {
+  std::uint32_t* left = begin;
+  for (const std::uint32_t* next = begin; next != end; ++next) {
+    const std::uint32_t row = *next;
+    *left = row;
+    left += 1 - is_right[row];
+  }
+}
+
+void keep_right(const std::uint32_t* begin, std::uint32_t* end, const std::uint8_t* is_right) {
+  std::uint32_t* right = end;
+  for (const std::uint32_t* next = end; next != begin;) {
+    const std::uint32_t row = *--next;
+    right[-1] = row;
+    right -= is_right[row];
+  }
+}
+
+void keep_both(std::uint32_t* begin, const std::uint32_t* end, const std::uint8_t* is_right,
+               std::uint32_t* scratch) {
+  std::uint32_t* left = begin;
+  std::uint32_t* right = scratch;
+  for (const std::uint32_t* next = begin; next != end; ++next) {
+    const std::uint32_t row = *next;
+    const std::size_t goes_right = is_right[row];
+    *left = row;
+    *right = row;
+    left += 1 - goes_right;
+    right += goes_right;
+  }
+  std::copy(scratch, right, left);
+}
+
+}  // namespace
 
 TreeRows::TreeRows(const RankedColumns& ranks, const std::vector<double>& labels,
                    std::span<const std::uint32_t> draws)
-    : labels_(labels), feature_count_(static_cast<std::uint32_t>(ranks.feature_count())) {
+    : ranks_(ranks),
+      labels_(labels),
+      feature_count_(static_cast<std::uint32_t>(ranks.feature_count())) {
   number_rows(draws);
-  put_in_order(ranks);
+  put_in_order();
   scratch_.resize(size());
   is_right_.resize(size());
 }
@@ -28,52 +69,42 @@ void TreeRows::number_rows(std::span<const std::uint32_t> draws) {
   for (std::size_t draw = draws.size(); draw-- > 0;) {
     const std::uint32_t row = row_of_sample_[draws[draw]];
     next_draw_[draw] = std::exchange(first_draw_[row], static_cast<std::uint32_t>(draw));
-    copies_[row].label_sum += labels_[draws[draw]];
-    ++copies_[row].count;
+    copies_[row].both += TreeRows::SumAndCount{labels_[draws[draw]], 1.0};
   }
 }
 
-void TreeRows::put_in_order(const RankedColumns& ranks) {
+void TreeRows::put_in_order() {
   // One more place: a sample that was not drawn is written there, and written over.
   orders_.resize(feature_count_ * size() + 1);
-  row_ranks_.reserve(feature_count_ * size());
   std::uint32_t* place = orders_.data();
   for (std::uint32_t feature = 0; feature < feature_count_; ++feature) {
-    for (const std::uint32_t sample : ranks.order(feature)) {
+    for (const std::uint32_t sample : ranks_.order(feature)) {
       const std::uint32_t row = row_of_sample_[sample];
       *place = row;
       place += row == kNone ? 0 : 1;
     }
-    const std::uint32_t* column = ranks.column(feature);
-    for (const std::uint32_t sample : sample_of_) row_ranks_.push_back(column[sample]);
   }
 }
 
 double TreeRows::take_copy(std::uint32_t row) {
   const double label = labels_[sample_of_[row]];
   first_draw_[row] = next_draw_[first_draw_[row]];
-  copies_[row].label_sum -= label;
-  --copies_[row].count;
+  copies_[row].both -= TreeRows::SumAndCount{label, 1.0};
   return label;
 }
 
-void TreeRows::part(std::size_t begin, std::size_t end, std::uint32_t sure) {
+void TreeRows::part(const Sides& sides, std::uint32_t sure) {
   for (std::uint32_t feature = 0; feature < feature_count_; ++feature) {
     std::uint32_t* rows = &orders_[feature * size()];
-    const std::uint32_t* rank_of = ranks(feature);
-    if (feature != sure && rank_of[rows[begin]] == rank_of[rows[end - 1]]) continue;
-    std::uint32_t* left = rows + begin;
-    std::uint32_t* right = scratch_.data();
-    // Without a branch, which would be guessed wrong half the time.
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t row = rows[i];
-      const std::size_t goes_right = is_right_[row];
-      *left = row;
-      *right = row;
-      left += 1 - goes_right;
-      right += goes_right;
+    const Ranks rank_of = ranks(feature);
+    if (feature != sure && rank_of[rows[sides.begin]] == rank_of[rows[sides.end - 1]]) continue;
+    if (!sides.keeps_right) {
+      keep_left(rows + sides.begin, rows + sides.end, is_right_.data());
+    } else if (!sides.keeps_left) {
+      keep_right(rows + sides.begin, rows + sides.end, is_right_.data());
+    } else {
+      keep_both(rows + sides.begin, rows + sides.end, is_right_.data(), scratch_.data());
     }
-    std::copy(scratch_.data(), right, left);
   }
 }
 

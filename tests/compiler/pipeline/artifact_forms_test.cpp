@@ -130,6 +130,51 @@ TEST_F(ArtifactForms, ArePrintedAsTheWholeIs) {
   }
 }
 
+Result<NdtMap> make_whole(PassContext& /*ctx*/, const NoOptions& /*options*/, const NdtMap& nds) {
+  return nds;
+}
+
+Result<SiteColumn> count_tiles_and_tell(PassContext& ctx, const NoOptions& options,
+                                        const TiledNds& nds) {
+  ctx.progress(0, 1);
+  return count_tiles(ctx, options, nds);
+}
+
+constexpr Pass kMakeWhole{"make-whole", 1, "whole", "The same, whole", &make_whole};
+constexpr Pass kTell{"tell", 1, "told", "How many tiles there are", &count_tiles_and_tell};
+
+TEST_F(ArtifactForms, OfAWholeTheLastToTakeAFormReadsItFromTheStore) {
+  Plan plan;
+  const Wire<NdtMap> provided = plan.input<NdtMap>("provided");
+  const Wire<NdtMap> whole = plan.run(kMakeWhole, provided);
+  const Wire<SiteColumn> first = plan.run_as("first", kTell, {}, whole);
+  const Wire<SiteColumn> last = plan.run_as("last", kTell, {}, whole);
+  std::vector<bool> is_form;  // of the entry, while a step runs
+  observer_.progress = [&](std::size_t, std::size_t) {
+    is_form.push_back(artifacts_.entry(whole).type->is_form);
+  };
+  const auto run_with = [&](const std::string& cache, std::vector<AnyWire> wanted) {
+    is_form.clear();
+    artifacts_ = {};
+    artifacts_.provide(provided, row_of_nds(10));
+    options_.cache_directory = cache;
+    const Result<void> ran = run_plan(plan, wanted, options_, observer_, artifacts_, reports_);
+    ASSERT_TRUE(ran) << to_string(ran.error());
+    EXPECT_EQ(artifacts_.get(first).values.front(), 3.0);
+    EXPECT_EQ(artifacts_.get(last).values.front(), 3.0);
+  };
+  const std::string cache = options_.cache_directory;
+  run_with(cache, {first, last});
+  EXPECT_EQ(is_form, (std::vector<bool>{false, true}));
+  run_with("", {first, last});
+  EXPECT_EQ(is_form, (std::vector<bool>{false, false}));
+  // Who wants it has it whole.
+  std::filesystem::remove_all(cache);
+  run_with(cache, {whole, first, last});
+  EXPECT_EQ(is_form, (std::vector<bool>{false, false}));
+  EXPECT_TRUE(to_bytes(artifacts_.get(whole)) == to_bytes(row_of_nds(10)));
+}
+
 // What is whole is in memory anyway.
 TEST(InForm, GivesAnyFormOfAnother) {
   const NdtMap map = row_of_nds(10);

@@ -20,7 +20,6 @@ ErrorModel small_model() {
   model.forest.trees.resize(2);
   model.forest.trees[1].nodes = {{0, 15.0F, 1, 4}, {0, 12.0F, 2, 3}};
   model.forest.rows = {20.0F, 10.0F, 13.0F, 20.0F};
-  model.forest.trees[1].leaf_of_label = {2, 0, 1, 2};
   return model;
 }
 
@@ -149,11 +148,8 @@ TEST(ErrorModel, RefusesTreesThatAreNone) {
 
 TEST(ErrorModel, RefusesLabelsOutOfPlace) {
   ErrorModel empty_leaf = small_model();
-  empty_leaf.forest.trees[1].leaf_of_label = {0, 0, 1, 1};
+  empty_leaf.forest.rows.assign(4, 10.0F);
   EXPECT_EQ(code_of(empty_leaf), ErrorCode::kInvalidArtifact);
-  ErrorModel no_leaf = small_model();
-  no_leaf.forest.trees[1].leaf_of_label[0] = 3;
-  EXPECT_EQ(code_of(no_leaf), ErrorCode::kInvalidArtifact);
   ErrorModel unsorted = small_model();
   std::swap(unsorted.forest.labels.front(), unsorted.forest.labels.back());
   EXPECT_EQ(code_of(unsorted), ErrorCode::kInvalidArtifact);

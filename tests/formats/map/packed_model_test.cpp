@@ -6,6 +6,7 @@
 
 #include "formats/base/random.h"
 #include "tests/formats/map/random_map.h"
+#include "tests/support/handmade_model.h"
 
 namespace sightline {
 namespace {
@@ -36,6 +37,18 @@ TEST(PackedModel, KeepsTheBytesAndWhatTheRecordSays) {
   EXPECT_TRUE(std::ranges::equal(raw->bytes(), record.bytes));
   EXPECT_EQ(section->name, "error-model");
   EXPECT_EQ(section->version, record.encoding_version);
+}
+
+TEST(PackedModel, OfAModelAtRestIsThatOfTheWhole) {
+  const ErrorModel model =
+      handmade_model({{{0.5, 0.75}, {0.2, 0.1}}, {{0.25, 1.0}, {0.4, 0.1}}}, 2);
+  const ModelRecord record = record_of(model);
+  ErrorModelAtRest at_rest;
+  ASSERT_TRUE(open_payload(StoredBytes(record.bytes), at_rest));
+  const Result<PackedModel> packed = pack_model(at_rest);
+  const Result<PackedModel> of_whole = pack_model(record);
+  ASSERT_TRUE(packed && of_whole);
+  EXPECT_TRUE(payload_of(*packed) == payload_of(*of_whole));
 }
 
 TEST(PackedModel, RefusesAnotherBlockAndEveryCut) {

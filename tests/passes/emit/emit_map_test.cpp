@@ -38,7 +38,7 @@ struct Workshop {
     PassContext ctx;
     ctx.warning_sink = [this](const std::string& message) { warnings.push_back(message); };
     SIGHTLINE_ASSIGN(const PackedNds nds, pack_nds(made.ndt));
-    SIGHTLINE_ASSIGN(const PackedModel packed_model, pack_model(model));
+    SIGHTLINE_ASSIGN(const PackedModel packed_model, pack_model(record_of(model)));
     SIGHTLINE_ASSIGN(const MapFile map,
                      emit_map(ctx, options,
                               {mapping, localization, nds, made.sites, made.predicted, made.ranges,

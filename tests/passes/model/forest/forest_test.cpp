@@ -34,15 +34,24 @@ Problem random_problem(std::uint64_t seed, std::size_t row_count, std::size_t fe
   return problem;
 }
 
+// [label]: where its row falls, one row after another.
+std::vector<std::uint32_t> leaves_of_labels(const RegressionForest& forest,
+                                            const RegressionTree& tree) {
+  std::vector<std::uint32_t> leaves;
+  for (const float* row : training_rows(forest)) leaves.push_back(leaf_of(tree.nodes, row));
+  return leaves;
+}
+
 // The obvious way: down every tree, over every label.
 double brute_force_within(const RegressionForest& forest, const float* row, double limit) {
   double sum = 0.0;
   for (const RegressionTree& tree : forest.trees) {
     const std::uint32_t leaf = leaf_of(tree.nodes, row);
+    const std::vector<std::uint32_t> leaves = leaves_of_labels(forest, tree);
     double met = 0.0;
     double count = 0.0;
     for (std::size_t i = 0; i < forest.labels.size(); ++i) {
-      if (tree.leaf_of_label[i] != leaf) continue;
+      if (leaves[i] != leaf) continue;
       count += 1.0;
       met += forest.labels[i] <= limit ? 1.0 : 0.0;
     }
@@ -62,11 +71,42 @@ TEST(Forest, KeepsEachLabelInOneLeafOfEachTreeAndEnoughInEach) {
     const LabelledRows sorted = sorted_by_label(problem.training);
     for (const RegressionTree& tree : forest->trees) {
       std::map<std::uint32_t, int> rows_in_leaf;
-      for (const std::uint32_t leaf : tree.leaf_of_label) ++rows_in_leaf[leaf];
+      const std::vector<std::uint32_t> leaves = leaves_of_labels(*forest, tree);
+      for (const std::uint32_t leaf : leaves) ++rows_in_leaf[leaf];
+      EXPECT_EQ(rows_in_leaf.size(), tree.leaf_count());
       for (const auto& [leaf, count] : rows_in_leaf) EXPECT_GE(count, 5);
-      for (std::size_t i = 0; i < sorted.rows.size(); ++i) {
-        const float* row = problem.features.row(sorted.rows[i]);
-        EXPECT_EQ(leaf_of(tree.nodes, row), tree.leaf_of_label[i]);
+      std::vector<std::uint32_t> found(leaves.size());
+      find_leaves(tree.nodes, training_rows(*forest), found);
+      EXPECT_EQ(found, leaves);
+    }
+    for (std::size_t i = 0; i < sorted.rows.size(); ++i) {
+      EXPECT_TRUE(std::equal(training_rows(*forest)[i], training_rows(*forest)[i] + 4,
+                             problem.features.row(sorted.rows[i])));
+    }
+  }
+}
+
+// Features that hardly matter and one that never varies too; single leaves among the trees.
+TEST(Forest, TellsWhatOtherValuesOfOneFeatureWouldChange) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Problem problem = random_problem(seed, seed == 4 ? 6 : 300, 6);
+    for (std::size_t i = 0; i < problem.features.row_count; ++i) problem.features.at(i, 5) = 1.0F;
+    Result<LabelledTrees> trees =
+        grow_labelled_trees(problem.features, problem.training, {20, 5, 0.4}, seed, 1);
+    ASSERT_TRUE(trees.has_value());
+    const PreparedForest forest(std::move(*trees), {0.5}, 1);
+    const std::vector<std::uint32_t> rows = {3, 1, 0, 5, 4, 2};
+    Random random(seed);
+    std::vector<float> others;
+    for (std::size_t i = 0; i < rows.size() * 6; ++i) {
+      others.push_back(static_cast<float>(random.normal()));
+    }
+    const std::vector<double> means = forest.means_with_others(problem.features, rows, others, 2);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      for (std::size_t f = 0; f < 6; ++f) {
+        FeatureRows changed = problem.features;
+        changed.at(rows[i], f) = others[i * 6 + f];
+        EXPECT_EQ(means[i * 6 + f], forest.predict(changed, {rows[i]}, 1).mean[0]) << seed;
       }
     }
   }
@@ -79,7 +119,7 @@ TEST(Forest, AnswersForAnyLimitFromItsLeafLabels) {
   ASSERT_TRUE(forest.has_value());
   const std::vector<double> limits = {0.2, 1.0, 1.7, 100.0};
   const ForestPrediction predicted =
-      PreparedForest(*forest, limits).predict(problem.features, problem.training.rows, 1);
+      PreparedForest(*forest, limits, 1).predict(problem.features, problem.training.rows, 1);
   for (std::size_t i = 0; i < 150; ++i) {
     for (std::size_t limit = 0; limit < limits.size(); ++limit) {
       EXPECT_NEAR(predicted.within[i * limits.size() + limit],
@@ -97,7 +137,8 @@ TEST(Forest, IsTheSameForAnyThreadCount) {
     ByteWriter writer;
     encode(*forest, writer);
     const ForestPrediction predicted =
-        PreparedForest(*forest, {1.0}).predict(problem.features, problem.training.rows, threads);
+        PreparedForest(*forest, {1.0}, threads)
+            .predict(problem.features, problem.training.rows, threads);
     writer.put_array(predicted.mean);
     writer.put_array(predicted.within);
     return writer.take();
@@ -117,7 +158,7 @@ TEST(Forest, GrowsATreeOnSomeRowsAndLabelsItWithAll) {
   for (const RegressionTree& tree : forest->trees) {
     EXPECT_LE(tree.leaf_count(), 30u);  // of 600 rows it would have a hundred
     EXPECT_GE(tree.leaf_count(), 4u);
-    EXPECT_EQ(tree.leaf_of_label.size(), 600u);
+    EXPECT_EQ(leaves_of_labels(*forest, tree).size(), 600u);
   }
   EXPECT_NE(forest->trees[0], forest->trees[1]);
 }
@@ -134,7 +175,7 @@ TEST(Forest, LearnsAStepItCanSee) {
   asked.names = {"factor"};
   asked.row_count = 2;
   asked.values = {-1.0F, 1.0F};
-  const ForestPrediction predicted = PreparedForest(*forest, {1.5}).predict(asked, {0, 1}, 1);
+  const ForestPrediction predicted = PreparedForest(*forest, {1.5}, 1).predict(asked, {0, 1}, 1);
   // A bootstrap sample may lack the rows next to the step.
   EXPECT_NEAR(predicted.mean[0], 1.0, 0.02);
   EXPECT_NEAR(predicted.mean[1], 2.0, 0.02);
@@ -156,7 +197,7 @@ TEST(Forest, TakesConstantFeaturesAndFewRows) {
     const double mean = std::accumulate(forest->labels.begin(), forest->labels.end(), 0.0) /
                         static_cast<double>(row_count);
     const ForestPrediction predicted =
-        PreparedForest(*forest, {}).predict(problem.features, {0}, 1);
+        PreparedForest(*forest, {}, 1).predict(problem.features, {0}, 1);
     EXPECT_NEAR(predicted.mean[0], mean, 1e-12);
   }
 }
@@ -168,16 +209,11 @@ TEST(LabelledTree, TakesOutASplitOfWhichOneSideIsTooSmall) {
   features.names = {"factor"};
   features.row_count = 13;
   features.values = {-2, -2, -2, -2, -2, -0.5, -0.5, 1, 1, 1, 1, 1, 1};
-  std::vector<std::uint32_t> rows(13);
-  std::iota(rows.begin(), rows.end(), 0U);
-  const RegressionTree all = labelled_tree(grown, features, rows, 2);
-  EXPECT_EQ(all.nodes, grown);
-  EXPECT_EQ(all.leaf_of_label, (std::vector<std::uint32_t>{0, 0, 0, 0, 0, 1, 1, 2, 2, 2, 2, 2, 2}));
-  const RegressionTree large = labelled_tree(grown, features, rows, 3);
-  EXPECT_EQ(large.nodes, (std::vector<TreeNode>{{0, 0.0F, 1, 2}}));
-  EXPECT_EQ(large.leaf_of_label,
-            (std::vector<std::uint32_t>{0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1}));
-  EXPECT_EQ(labelled_tree(grown, features, rows, 8).leaf_count(), 1u);
+  std::vector<const float*> rows;
+  for (std::size_t i = 0; i < 13; ++i) rows.push_back(features.row(i));
+  EXPECT_EQ(labelled_tree(grown, rows, 2).nodes, grown);
+  EXPECT_EQ(labelled_tree(grown, rows, 3).nodes, (std::vector<TreeNode>{{0, 0.0F, 1, 2}}));
+  EXPECT_EQ(labelled_tree(grown, rows, 8).leaf_count(), 1u);
 }
 
 }  // namespace

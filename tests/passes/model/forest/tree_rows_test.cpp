@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace sightline {
@@ -41,16 +42,30 @@ TEST(TreeRows, AreTheSamplesDrawnInTheOrderOfEachFeature) {
 TEST(TreeRows, GiveTheCopiesOfASampleOneByOne) {
   Drawn drawn;
   const std::uint32_t row = drawn.rows.order(0)[0];  // of sample 2
-  EXPECT_EQ(drawn.rows.copies(row).count, 2U);
-  EXPECT_EQ(drawn.rows.copies(row).label_sum, 60.0);
+  EXPECT_EQ(drawn.rows.copies(row).count(), 2.0);
+  EXPECT_EQ(drawn.rows.copies(row).label_sum(), 60.0);
   EXPECT_EQ(drawn.rows.first_draw(row), 1U);
   EXPECT_EQ(drawn.rows.take_copy(row), 30.0);
-  EXPECT_EQ(drawn.rows.copies(row).count, 1U);
-  EXPECT_EQ(drawn.rows.copies(row).label_sum, 30.0);
+  EXPECT_EQ(drawn.rows.copies(row).count(), 1.0);
+  EXPECT_EQ(drawn.rows.copies(row).label_sum(), 30.0);
   EXPECT_EQ(drawn.rows.first_draw(row), 3U);
 }
 
-TEST(TreeRows, KeepEachOrderOnBothSidesOfASplit) {
+// Of each feature, the rows of a side in its order as they stood, one after another.
+std::vector<Samples> rows_of_side(const TreeRows& rows, const std::vector<bool>& is_right,
+                                  bool of_right) {
+  std::vector<Samples> sides;
+  for (std::uint32_t feature = 0; feature < 4; ++feature) {
+    Samples& side = sides.emplace_back();
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const std::uint32_t row = rows.order(feature)[i];
+      if (is_right[row] == of_right) side.push_back(row);
+    }
+  }
+  return sides;
+}
+
+TEST(TreeRows, KeepEachOrderOnBothSidesOfASplitOrOnOne) {
   std::mt19937 random(7);
   std::vector<std::vector<float>> values(200, std::vector<float>(4));
   std::vector<const float*> samples;
@@ -64,25 +79,27 @@ TEST(TreeRows, KeepEachOrderOnBothSidesOfASplit) {
   for (std::uint32_t& draw : draws) draw = static_cast<std::uint32_t>(random() % 200);
   const RankedColumns ranks(samples, 4);
   const std::vector<double> labels(200, 0.0);
-  TreeRows rows(ranks, labels, draws);
-  std::size_t left = 0;
-  for (std::uint32_t row = 0; row < rows.size(); ++row) {
-    const bool is_right = random() % 3 == 0;
-    rows.set_side(row, is_right);
-    left += is_right ? 0 : 1;
-  }
-  rows.part(0, rows.size(), 3);
-  for (std::uint32_t feature = 1; feature < 4; ++feature) {
-    const std::uint32_t* order = rows.order(feature);
-    const std::uint32_t* rank = rows.ranks(feature);
-    const auto by_rank = [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; };
-    EXPECT_TRUE(std::is_sorted(order, order + left, by_rank));
-    EXPECT_TRUE(std::is_sorted(order + left, order + rows.size(), by_rank));
-    Samples rows_on_left(order, order + left);
-    Samples rows_of_last(rows.order(3), rows.order(3) + left);
-    std::ranges::sort(rows_on_left);
-    std::ranges::sort(rows_of_last);
-    EXPECT_EQ(rows_on_left, rows_of_last);
+  for (const auto& [keeps_left, keeps_right] :
+       {std::pair(true, true), {true, false}, {false, true}}) {
+    TreeRows rows(ranks, labels, draws);
+    std::vector<bool> is_right(rows.size());
+    for (std::uint32_t row = 0; row < rows.size(); ++row) {
+      is_right[row] = random() % 3 == 0;
+      rows.set_side(row, is_right[row]);
+    }
+    const std::vector<Samples> left = rows_of_side(rows, is_right, false);
+    const std::vector<Samples> right = rows_of_side(rows, is_right, true);
+    const std::size_t at = left[3].size();
+    rows.part({0, at, rows.size(), keeps_left, keeps_right}, 3);
+    for (std::uint32_t feature = 1; feature < 4; ++feature) {
+      const std::uint32_t* order = rows.order(feature);
+      if (keeps_left) {
+        EXPECT_EQ(Samples(order, order + at), left[feature]);
+      }
+      if (keeps_right) {
+        EXPECT_EQ(Samples(order + at, order + rows.size()), right[feature]);
+      }
+    }
   }
 }
 
