@@ -84,25 +84,38 @@ class SureRange {
   double low_m2_, high_m2_;
 };
 
-// Keeps the points within the cells, or those outside.
-void keep_where(const CellSet& cells, double cell_m, bool wants_inside,
-                std::vector<Eigen::Vector3d>& points_m) {
+// For each point, whether it lies within the cells.
+std::vector<std::uint8_t> which_lie_in(const CellSet& cells, double cell_m,
+                                       std::span<const Eigen::Vector3d> points_m) {
+  std::vector<std::uint8_t> is_inside(points_m.size());
   std::array<CellKey, 256> keys;
   // Neighbours on a ring lie in one cell more often than not.
   std::optional<CellKey> last;
-  bool is_inside = false;
-  std::size_t kept = 0;
+  std::uint8_t is_last_inside = 0;
   for (std::size_t first = 0; first < points_m.size(); first += keys.size()) {
     const std::size_t count = std::min(keys.size(), points_m.size() - first);
-    cell_keys(std::span(points_m).subspan(first, count), cell_m, std::span(keys).first(count));
+    cell_keys(points_m.subspan(first, count), cell_m, std::span(keys).first(count));
     for (std::size_t i = 0; i < count; ++i) {
-      if (last != keys[i]) is_inside = cells.contains(keys[i]);
+      if (last != keys[i]) is_last_inside = cells.contains(keys[i]) ? 1 : 0;
       last = keys[i];
-      points_m[kept] = points_m[first + i];
-      kept += is_inside == wants_inside ? 1 : 0;
+      is_inside[first + i] = is_last_inside;
     }
   }
-  points_m.resize(kept);
+  return is_inside;
+}
+
+// The points of one kind.
+std::vector<Eigen::Vector3d> chosen_m(ReturnsInMap returns, std::uint8_t has_moved) {
+  if (returns.has_moved.empty()) {
+    return has_moved == 0 ? std::move(returns.points_m) : std::vector<Eigen::Vector3d>();
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < returns.points_m.size(); ++i) {
+    returns.points_m[kept] = returns.points_m[i];
+    kept += returns.has_moved[i] == has_moved ? 1 : 0;
+  }
+  returns.points_m.resize(kept);
+  return std::move(returns.points_m);
 }
 
 }  // namespace
@@ -256,33 +269,32 @@ std::size_t SurfacePointReader::part_count() const {
   return points_.scans.size() + (points_.points_m.empty() ? 0 : 1);
 }
 
-Result<std::vector<Eigen::Vector3d>> SurfacePointReader::read(std::size_t part,
-                                                              bool wants_moving) const {
+Result<ReturnsInMap> SurfacePointReader::all(std::size_t part) const {
   SIGHTLINE_CHECK(part < part_count());
-  std::vector<Eigen::Vector3d> chosen_m;
-  if (part == points_.scans.size()) {
-    if (!wants_moving) chosen_m = points_.points_m;
-    return chosen_m;
-  }
+  if (part == points_.scans.size()) return ReturnsInMap{points_.points_m, {}};
   const PlacedScan& placed = points_.scans[part];
   SIGHTLINE_ASSIGN(const Scan scan, points_.store->read(placed.index));
-  if (wants_moving && moved_.empty()) return chosen_m;
-  chosen_m.reserve(scan.points_m.size());
+  ReturnsInMap returns;
+  returns.points_m.reserve(scan.points_m.size());
   const SureRange sure_of(placed);
   for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
     if (!sure_of.holds(point_lidar_m) && !is_within_range(placed, point_lidar_m)) continue;
-    chosen_m.push_back(placed.T_map_lidar * point_lidar_m);
+    returns.points_m.push_back(placed.T_map_lidar * point_lidar_m);
   }
-  if (!moved_.empty()) keep_where(moved_, points_.voxel_m, wants_moving, chosen_m);
-  return chosen_m;
+  if (!moved_.empty()) {
+    returns.has_moved = which_lie_in(moved_, points_.voxel_m, returns.points_m);
+  }
+  return returns;
 }
 
 Result<std::vector<Eigen::Vector3d>> SurfacePointReader::standing(std::size_t part) const {
-  return read(part, false);
+  SIGHTLINE_ASSIGN(ReturnsInMap returns, all(part));
+  return chosen_m(std::move(returns), 0);
 }
 
 Result<std::vector<Eigen::Vector3d>> SurfacePointReader::moving(std::size_t part) const {
-  return read(part, true);
+  SIGHTLINE_ASSIGN(ReturnsInMap returns, all(part));
+  return chosen_m(std::move(returns), 1);
 }
 
 }  // namespace sightline

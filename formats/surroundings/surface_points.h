@@ -79,6 +79,12 @@ std::optional<Digest> content_of_parts(const SurfacePoints& points,
                                        std::span<const std::size_t> parts,
                                        const Eigen::AlignedBox2d& within_m, ByteWriter before);
 
+// What one part of surface points gives, whether it stood or moved.
+struct ReturnsInMap {
+  std::vector<Eigen::Vector3d> points_m;  // map frame, in the part's order
+  std::vector<std::uint8_t> has_moved;  // 1 for each point in a voxel that moved; none: no point is
+};
+
 // Reads surface points part by part. Keeps a reference to them.
 class SurfacePointReader {
  public:
@@ -92,11 +98,9 @@ class SurfacePointReader {
   // from several threads. Errors: what reading a scan says.
   [[nodiscard]] Result<std::vector<Eigen::Vector3d>> standing(std::size_t part) const;
   [[nodiscard]] Result<std::vector<Eigen::Vector3d>> moving(std::size_t part) const;
+  [[nodiscard]] Result<ReturnsInMap> all(std::size_t part) const;
 
  private:
-  [[nodiscard]] Result<std::vector<Eigen::Vector3d>> read(std::size_t part,
-                                                          bool wants_moving) const;
-
   const SurfacePoints& points_;
   CellSet moved_;
 };

@@ -19,7 +19,8 @@ constexpr std::size_t kReturnsCounted = 32000;
 constexpr std::size_t kRaysFollowed = 8000;
 
 // Calls use(position) at floor(n s) with s = t - floor(t - g) no fraction: every ring is met alike.
-// At most about `most` of `count`; the same rule as that of measured error (schemas/definitions.md).
+// At most about `most` of `count`; the same rule as that of measured error
+// (schemas/definitions.md).
 template <class Use>
 void spread_evenly(std::size_t count, std::size_t most, const Use& use) {
   constexpr double kGolden = 0.6180339887498949;
@@ -98,8 +99,9 @@ void PatchEvidence::add(std::span<const SeenScan> scans, int threads) {
   std::vector<FollowedRays> followed(scans.size());
   parallel_for(scans.size(), threads, [&](std::size_t i) {
     if (!scans[i].has_origin) return;
-    spread_evenly(scans[i].points_m.size(), kRaysFollowed, [&](std::size_t ray) {
-      follow_ray(scans[i].origin_m, scans[i].points_m[ray], grid_, followed[i]);
+    const std::vector<Eigen::Vector3d>& points_m = scans[i].returns.points_m;
+    spread_evenly(points_m.size(), kRaysFollowed, [&](std::size_t ray) {
+      follow_ray(scans[i].origin_m, points_m[ray], grid_, followed[i]);
     });
   });
   for (const FollowedRays& of_scan : followed) {
@@ -115,10 +117,12 @@ void PatchEvidence::finish(int threads) {
 }
 
 void PatchEvidence::add_returns(const SeenScan& scan, int threads) {
-  const std::size_t count = scan.points_m.size();
+  const auto& [points_m, has_moved] = scan.returns;
+  const std::size_t count = points_m.size();
   spread_evenly(count, scan.has_origin ? kReturnsCounted : count, [&](std::size_t i) {
-    if (!box_m_.contains(scan.points_m[i])) return;
-    returns_m_.push_back(scan.points_m[i]);
+    if (!has_moved.empty() && has_moved[i] != 0) return;
+    if (!box_m_.contains(points_m[i])) return;
+    returns_m_.push_back(points_m[i]);
     if (returns_m_.size() == kReturnsAtOnce) count_returns(threads);
   });
 }

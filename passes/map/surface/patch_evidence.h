@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/surroundings/surface_points.h"
 #include "passes/map/surface/followed_rays.h"
 #include "passes/map/surface/patch_grid.h"
 #include "passes/map/surface/sorted_by_cell.h"
@@ -19,13 +20,14 @@ struct SquareCounts {
 
 // Returns in the map frame, and where they were seen from.
 struct SeenScan {
-  std::vector<Eigen::Vector3d> points_m;
+  ReturnsInMap returns;
   bool has_origin = false;  // without one rays say nothing
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
 };
 
 // All returns of a scan without an origin; of others a part of the returns and a smaller part of
-// the rays, spread evenly, so that dense scans cost what sparse ones do.
+// the rays, spread evenly, so that dense scans cost what sparse ones do. A return that moved is
+// none of what stands, but its ray went through all that lies before it.
 class PatchEvidence {
  public:
   // Keeps a reference to the grid, which holds `patch_count` patches.

@@ -117,9 +117,7 @@ PatchGrid::Heights PatchGrid::heights_in(const CellKey& cell, const PatchPlane& 
   const double middle_m = -normal.dot(to_m);
   const double up = std::abs(normal.z()) * cell_m_;
   // Of an upright plane that crosses the cell neither is a number.
-  const auto height_of = [&](double above_m) {
-    return (0.5 + above_m / up) * kHeightsOfCell;
-  };
+  const auto height_of = [&](double above_m) { return (0.5 + above_m / up) * kHeightsOfCell; };
   const double side_m = normal.z() < 0.0 ? -middle_m : middle_m;
   const double low = std::floor(height_of(side_m - rise_m) - kMore);
   const double high = std::ceil(height_of(side_m + rise_m) + kMore);

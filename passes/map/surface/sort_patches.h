@@ -13,7 +13,8 @@ namespace sightline {
 inline void sort_patches(const Surface& surface, std::vector<SurfacePatch>& patches) {
   std::vector<std::pair<SurfaceOrder, std::size_t>> order;
   order.reserve(patches.size());
-  for (const SurfacePatch& patch : patches) order.emplace_back(order_of(patch, surface), order.size());
+  for (const SurfacePatch& patch : patches)
+    order.emplace_back(order_of(patch, surface), order.size());
   std::ranges::sort(order);
   std::vector<SurfacePatch> sorted;
   sorted.reserve(patches.size());

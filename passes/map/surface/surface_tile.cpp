@@ -51,7 +51,7 @@ std::vector<std::size_t> parts_seeing(const SurfacePoints& points, const CellTil
 Result<SeenScan> read_part(const SurfacePoints& points, const SurfacePointReader& reader,
                            std::size_t part) {
   SeenScan scan;
-  SIGHTLINE_ASSIGN(scan.points_m, reader.standing(part));
+  SIGHTLINE_ASSIGN(scan.returns, reader.all(part));
   scan.has_origin = has_origin(points, part);
   if (scan.has_origin) scan.origin_m = points.scans[part].T_map_lidar.translation();
   return scan;
@@ -102,8 +102,11 @@ std::optional<Digest> content_of_tile(const SurfacePoints& points,
   ByteWriter writer;
   put(tiles.box(tile), writer);
   writer.put(options.returns_per_ray);
-  return content_of_parts(points, parts_seeing(points, tiles, around(tiles, tile), options.cell_m),
-                          std::move(writer));
+  const CellBox near = around(tiles, tile);
+  // Returns beside the cells may lie on their patches.
+  const CellBox told = with_halo(near, 2 * kLongestCell_cells);
+  return content_of_parts(points, parts_seeing(points, tiles, near, options.cell_m),
+                          extent_m(told, options.cell_m), std::move(writer));
 }
 
 Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTileOptions& options,

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -94,6 +96,14 @@ TEST(SurfacePoints, FindEveryVoxelThatMovedAndNoOther) {
     EXPECT_EQ(cell_key((*moving)[i], 1.0), points.moved_voxels[i]);
   }
   EXPECT_EQ(reader.standing(0)->size(), scan.points_m.size() - moving->size());
+  const Result<ReturnsInMap> all = reader.all(0);
+  ASSERT_TRUE(all.has_value());
+  EXPECT_EQ(all->points_m, scan.points_m);
+  ASSERT_EQ(all->has_moved.size(), scan.points_m.size());
+  for (std::size_t i = 0; i < scan.points_m.size(); ++i) {
+    const CellKey voxel = cell_key(scan.points_m[i], 1.0);
+    EXPECT_EQ(all->has_moved[i] != 0, std::ranges::binary_search(points.moved_voxels, voxel));
+  }
 }
 
 TEST(SurfacePoints, ArePrintedWithWhatWasRemoved) {

@@ -31,7 +31,9 @@ int sum(const std::array<std::uint8_t, kSquaresOfPatch>& counts) {
   return std::accumulate(counts.begin(), counts.end(), 0);
 }
 
-SeenScan scan_of(std::vector<Eigen::Vector3d> points_m) { return {std::move(points_m), true}; }
+SeenScan scan_of(std::vector<Eigen::Vector3d> points_m) {
+  return {{std::move(points_m), {}}, true};
+}
 
 TEST(PatchEvidence, CountsAReturnInTheSquareWhereItLies) {
   const SquareCounts counts = seen(wall(), scan_of({{10.25, 0.3, 0.3}}));
@@ -88,6 +90,18 @@ TEST(PatchEvidence, CountsTheSamePassesWhereverTheCellsOfItsGridBegin) {
   EXPECT_EQ(evidence.counts()[1].passes, alone.passes);
 }
 
+TEST(PatchEvidence, CountsTheRayOfAReturnThatMovedButNotTheReturn) {
+  // One return on the wall and one far behind it, and the same where both have moved.
+  SeenScan scan = scan_of({{10.25, 0.3, 0.3}, {30.6, 0.9, 0.9}});
+  const SquareCounts stood = seen(wall(), scan);
+  scan.returns.has_moved = {1, 1};
+  const SquareCounts moved = seen(wall(), scan);
+  EXPECT_EQ(sum(stood.returns), 1);
+  EXPECT_EQ(sum(moved.returns), 0);
+  EXPECT_EQ(sum(stood.passes), 1);
+  EXPECT_EQ(moved.passes, stood.passes);
+}
+
 TEST(PatchEvidence, CountsAPassOnceHoweverManyCellsThePatchReachesInto) {
   Random random(3);
   for (int i = 0; i < 500; ++i) {
@@ -111,8 +125,8 @@ TEST(PatchEvidence, IsTheSameForAnyNumberOfThreads) {
   for (SeenScan& scan : scans) {
     scan.has_origin = true;
     for (int i = 0; i < 500; ++i) {
-      scan.points_m.emplace_back(random.uniform(4.0, 20.0), random.uniform(-8.0, 8.0),
-                                 random.uniform(0.0, 3.0));
+      scan.returns.points_m.emplace_back(random.uniform(4.0, 20.0), random.uniform(-8.0, 8.0),
+                                         random.uniform(0.0, 3.0));
     }
   }
   const PatchGrid grid(patches, 0.5);
@@ -147,7 +161,7 @@ TEST(PatchEvidence, CountsEachOfManyReturnsWhereverItsScanEnds) {
     for (int j = 0; j < 100000; ++j) {
       const Eigen::Vector3d point_m(random.uniform(4.0, 10.0), random.uniform(-10.0, 10.0),
                                     random.uniform(-1.0, 7.0));
-      scan.points_m.push_back(point_m);
+      scan.returns.points_m.push_back(point_m);
       for (const std::uint32_t patch : grid.patches_at(cell_key(point_m, 0.5))) {
         const int square = grid.plane(patch).square_of_return(point_m);
         if (square < 0) continue;
