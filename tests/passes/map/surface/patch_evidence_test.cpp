@@ -68,7 +68,9 @@ TEST(PatchEvidence, SaysNothingOfAPatchSeenEdgeOn) {
 }
 
 TEST(PatchEvidence, FollowsNoRayWithoutAnOrigin) {
-  const SquareCounts counts = seen(wall(), {{{20.4, 0.5, 0.5}, {10.2, 0.25, 0.25}}, false});
+  SeenScan scan = scan_of({{20.4, 0.5, 0.5}, {10.2, 0.25, 0.25}});
+  scan.has_origin = false;
+  const SquareCounts counts = seen(wall(), scan);
   EXPECT_EQ(sum(counts.passes), 0);
   EXPECT_EQ(sum(counts.returns), 1);
 }
