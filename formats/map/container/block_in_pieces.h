@@ -16,9 +16,12 @@ struct BlockInPieces {
   StoredBytes bytes;
 };
 
-// What pack() of all these bytes returns, bit for bit. Of the raw bytes only those are in memory
-// that zstd may still refer to, some mebibytes. Errors: cannot-read, disk-full, cannot-write
-// (temporary files), out-of-memory.
+// So many bytes are in memory beside those that zstd may still refer to, some mebibytes.
+inline constexpr std::uint64_t kPackedPiece = std::uint64_t{1} << 20;
+
+// As pack(), and of no more than kPackedPiece bytes the same, bit for bit; of more, the same for
+// the same version of the zstd library. Errors: cannot-read, disk-full, cannot-write (temporary
+// files), out-of-memory.
 Result<BlockInPieces> pack_in_pieces(const StoredBytes& raw);
 
 // Hands over what unpack_zstd() returns. Errors: as there, cannot-read, those of the sink.
