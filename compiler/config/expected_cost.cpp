@@ -26,12 +26,12 @@ struct Rate {
 const std::map<std::string, Rate>& rates() {
   static const std::map<std::string, Rate> kRates = {
       {"add-mapping-error", {0.0, 0.0}},  {"build-ndt", {0.0, 0.06}},
-      {"build-surface", {0.0, 1.3}},      {"calibrate-plan", {0.0003, 0.0}},
+      {"build-surface", {0.0, 1.0}},      {"calibrate-plan", {0.0003, 0.0}},
       {"cast-rays", {0.004, 0.0}},        {"cast-scans", {0.006, 0.15}},
       {"compute-factors", {0.022, 0.0}},  {"estimate-trajectory", {0.0, 0.5}},
       {"ingest", {0.0003, 0.0}},          {"measure-error", {0.018, 0.0}},
       {"measure-sharpness", {0.0, 0.05}}, {"remove-moving", {0.0, 0.6}},
-      {"track-drive", {0.03, 0.3}},       {"train-model", {0.015, 0.0}},
+      {"track-drive", {0.03, 0.3}},       {"train-model", {0.009, 0.0}},
       {"undistort-scans", {0.0003, 0.01}}};
   return kRates;
 }
