@@ -117,7 +117,8 @@ void PatchEvidence::finish(int threads) {
 }
 
 void PatchEvidence::add_returns(const SeenScan& scan, int threads) {
-  const auto& [points_m, has_moved] = scan.returns;
+  const std::vector<Eigen::Vector3d>& points_m = scan.returns.points_m;
+  const std::vector<std::uint8_t>& has_moved = scan.returns.has_moved;
   const std::size_t count = points_m.size();
   spread_evenly(count, scan.has_origin ? kReturnsCounted : count, [&](std::size_t i) {
     if (!has_moved.empty() && has_moved[i] != 0) return;
