@@ -28,7 +28,8 @@ int PatchPlane::square_of_return(const Eigen::Vector3d& place_m) const {
 Eigen::Vector3d PatchPlane::middle_m(int square) const {
   const double step_m = 2.0 * half_side_m / kPatchSquares;
   const double column = square % kPatchSquares + 0.5 - 0.5 * kPatchSquares;
-  const double row = square / kPatchSquares + 0.5 - 0.5 * kPatchSquares;
+  const int rows_before = square / kPatchSquares;
+  const double row = rows_before + 0.5 - 0.5 * kPatchSquares;
   return centre_m + step_m * (column * side + row * other_side);
 }
 
