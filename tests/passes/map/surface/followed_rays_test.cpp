@@ -106,8 +106,10 @@ TEST(FollowedRays, EndAtTheLongestPass) {
 TEST(FollowedRays, VisitOnlyFewCellsAboveTheGround) {
   std::vector<SurfacePatch> ground(400);
   for (std::size_t i = 0; i < ground.size(); ++i) {
-    ground[i].centre_m = {0.5 * static_cast<double>(i % 20) + 0.25,
-                          0.5 * static_cast<double>(i / 20) + 0.25, 0.1};
+    const std::size_t column = i % 20;
+    const std::size_t row = i / 20;
+    ground[i].centre_m = {0.5 * static_cast<double>(column) + 0.25,
+                          0.5 * static_cast<double>(row) + 0.25, 0.1};
     ground[i].half_side_m = 0.36;
   }
   const PatchGrid grid(ground, kCell_m);
