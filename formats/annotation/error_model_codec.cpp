@@ -4,14 +4,14 @@
 
 #include <string>
 
-#include "formats/annotation/array_pieces.h"
 #include "formats/annotation/of_samples.h"
+#include "formats/array_pieces.h"
 
 namespace sightline {
 namespace {
 
 Error undecodable_model(std::size_t at) {
-  return {ErrorCode::kBadLayer, "the payload of a error-model cannot be decoded", "",
+  return {ErrorCode::kBadLayer, "the payload of an error-model cannot be decoded", "",
           "payload byte " + std::to_string(at)};
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "formats/annotation/array_pieces.h"
+#include "formats/array_pieces.h"
 #include "formats/base/parallel.h"
 
 namespace sightline {

@@ -154,15 +154,15 @@ void RollingMatchGrid::set_lanes(const CellKey& key, std::int32_t nd) {
       grid_.neighbourhoods.push_back(empty_neighbourhood());
       grid_.records.push_back(grid_.records.front());
       grid_.normal_classes.push_back(0);
-      grid_.is_left.push_back(1);
-      ++left_count_;
+      grid_.is_unused.push_back(1);
+      ++unused_count_;
     }
     MatchGrid::Neighbourhood& neighbourhood = grid_.neighbourhoods[number];
     KernelRecord& record = grid_.records[number + 1];
     neighbourhood[i] = nd;
-    left_count_ -= grid_.is_left[number];
-    grid_.is_left[number] = is_empty(neighbourhood) ? 1 : 0;
-    left_count_ += grid_.is_left[number];
+    unused_count_ -= grid_.is_unused[number];
+    grid_.is_unused[number] = is_empty(neighbourhood) ? 1 : 0;
+    unused_count_ += grid_.is_unused[number];
     if (nd == MatchGrid::kNone) {
       set_absent(i, record);
     } else {
@@ -204,7 +204,7 @@ void RollingMatchGrid::take_away(const CellKey& key) {
 }
 
 void RollingMatchGrid::finish() {
-  if (2 * left_count_ > grid_.cells.size()) {
+  if (2 * unused_count_ > grid_.cells.size()) {
     RollingMatchGrid kept(grid_.cell_m);
     for (std::size_t i = 0; i < grid_.cells.size(); ++i) {
       const std::int32_t nd = grid_.neighbourhoods[i][0];
@@ -215,15 +215,15 @@ void RollingMatchGrid::finish() {
     *this = std::move(kept);
   }
   const std::uint64_t digests[] = {xxh3(std::as_bytes(std::span(grid_.cells.keys()))),
-                                   xxh3(std::as_bytes(std::span(grid_.is_left)))};
+                                   xxh3(std::as_bytes(std::span(grid_.is_unused)))};
   grid_.cells_digest = xxh3(std::as_bytes(std::span(digests)));
 }
 
 std::int32_t find_cell(const MatchGrid& grid, const CellKey& key) {
   static_assert(MatchGrid::kNone == static_cast<std::int32_t>(CellIndex::kNone));
   const auto number = static_cast<std::int32_t>(grid.cells.find(key));
-  if (grid.is_left.empty() || number == MatchGrid::kNone) return number;
-  return grid.is_left[static_cast<std::size_t>(number)] == 0 ? number : MatchGrid::kNone;
+  if (grid.is_unused.empty() || number == MatchGrid::kNone) return number;
+  return grid.is_unused[static_cast<std::size_t>(number)] == 0 ? number : MatchGrid::kNone;
 }
 
 }  // namespace sightline

@@ -49,9 +49,9 @@ struct MatchGrid {
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
   HugeVector<KernelRecord> records;           // of `cells`, in float, after one without any ND
   HugeVector<std::uint8_t> normal_classes;    // of `cells`: of the first ND that each has
-  // Of `cells`: 1 where it is as if the cell were not listed. None where all are.
-  std::vector<std::uint8_t> is_left;
-  // Of `cells` and `is_left`: grids of one digest number the same cells alike.
+  // Of `cells`: 1 for one that has no ND any more and is not found. Empty where no ND ever went.
+  std::vector<std::uint8_t> is_unused;
+  // Of `cells` and `is_unused`: grids of one digest number the same cells alike.
   std::uint64_t cells_digest = 0;
 };
 
@@ -73,8 +73,8 @@ inline std::int32_t nd_of_cell(const MatchGrid& grid, const CellKey& key) {
 }
 
 // A MatchGrid whose NDs come, change and go, in time in proportion to those that do. Scores what
-// make_match_grid() of the same NDs does, to the bit. Its cells are numbered otherwise; up to half
-// of them have lost their NDs, and are left.
+// make_match_grid() of the same NDs does, to the bit. Its NDs and cells are numbered otherwise, and
+// up to half of its cells may be unused.
 class RollingMatchGrid {
  public:
   explicit RollingMatchGrid(double cell_m);
@@ -94,7 +94,7 @@ class RollingMatchGrid {
 
   MatchGrid grid_;
   std::vector<std::int32_t> free_;  // of grid_.nds
-  std::size_t left_count_ = 0;
+  std::size_t unused_count_ = 0;
 };
 
 }  // namespace sightline

@@ -12,7 +12,6 @@ namespace sightline {
 namespace {
 
 constexpr std::size_t kScansInBlock = 32;
-
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 struct Extents {

@@ -5,7 +5,7 @@
 
 #include "formats/annotation/regression_forest.h"
 #include "passes/model/forest/feature_rows.h"
-#include "passes/model/forest/grow_trees.h"
+#include "passes/model/forest/growing/grow_trees.h"
 
 namespace sightline {
 

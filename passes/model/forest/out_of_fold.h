@@ -5,7 +5,7 @@
 
 #include "formats/annotation/predicted_error.h"
 #include "formats/base/result.h"
-#include "passes/model/forest/grow_trees.h"
+#include "passes/model/forest/growing/grow_trees.h"
 #include "passes/model/forest/training_set.h"
 #include "passes/pass/pass_context.h"
 

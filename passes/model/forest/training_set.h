@@ -10,7 +10,7 @@
 #include "formats/drive/driven_places.h"
 #include "passes/model/forest/feature_rows.h"
 #include "passes/model/forest/folds.h"
-#include "passes/model/forest/grow_trees.h"
+#include "passes/model/forest/growing/grow_trees.h"
 #include "passes/model/forest/history.h"
 #include "passes/model/forest/hold_out.h"
 

@@ -29,7 +29,7 @@ void add_block(std::uint32_t row, std::uint32_t column, const Matrix6d& block, E
 void add_graph(const PoseGraph& graph, const std::vector<Pose>& poses, Equations& all);
 
 // The blocks that add_graph() adds to, as they are before; zero where there is none yet. Put back,
-// they save a second set of equations.
+// they save a second set of equations: that of before, but for what couples poses that are held.
 std::map<BlockKey, Matrix6d> blocks_below_graph(const PoseGraph& graph,
                                                 const std::vector<Pose>& poses,
                                                 const Equations& all);

@@ -264,6 +264,12 @@ TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
   const Result<Surface> surface = whole(build_surface(ctx, {}, points));
   ASSERT_FALSE(surface.has_value());
   EXPECT_EQ(surface.error().place, "pass build-surface");
+  points = street();
+  points.scans[7].T_map_lidar.translation().x() = 1e12;
+  const Result<NdtMap> far = whole_nds(build_ndt(ctx, {}, points));
+  ASSERT_FALSE(far.has_value());
+  EXPECT_TRUE(far.error().message.starts_with("a surface point of scan 7 is not finite"))
+      << far.error().message;
 }
 
 TEST(MeasureExtents, SaysWhatReadingAScanSays) {

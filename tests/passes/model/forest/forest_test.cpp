@@ -6,8 +6,8 @@
 
 #include "formats/base/random.h"
 #include "passes/model/forest/forest_prediction.h"
-#include "passes/model/forest/grow_trees.h"
-#include "passes/model/forest/labelled_tree.h"
+#include "passes/model/forest/growing/grow_trees.h"
+#include "passes/model/forest/growing/labelled_tree.h"
 
 namespace sightline {
 namespace {

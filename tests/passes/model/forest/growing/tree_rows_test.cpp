@@ -1,4 +1,4 @@
-#include "passes/model/forest/tree_rows.h"
+#include "passes/model/forest/growing/tree_rows.h"
 
 #include <gtest/gtest.h>
 

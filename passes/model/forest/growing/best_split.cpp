@@ -1,6 +1,6 @@
 // Most of the time that a forest takes to grow is spent here. What decides are scores in double,
 // rounded as the formula says; how they are found must not show in the tree.
-#include "passes/model/forest/best_split.h"
+#include "passes/model/forest/growing/best_split.h"
 
 #include <algorithm>
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "passes/model/forest/ranked_columns.h"
+#include "passes/model/forest/growing/ranked_columns.h"
 
 namespace sightline {
 

@@ -1,4 +1,4 @@
-#include "passes/model/forest/labelled_tree.h"
+#include "passes/model/forest/growing/labelled_tree.h"
 
 #include <algorithm>
 #include <numeric>

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/annotation/regression_forest.h"
-#include "passes/model/forest/labelled_rows.h"
+#include "passes/model/forest/growing/labelled_rows.h"
 
 namespace sightline {
 

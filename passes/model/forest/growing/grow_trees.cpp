@@ -1,4 +1,4 @@
-#include "passes/model/forest/grow_trees.h"
+#include "passes/model/forest/growing/grow_trees.h"
 
 #include <algorithm>
 #include <exception>
@@ -9,7 +9,7 @@
 
 #include "formats/base/parallel.h"
 #include "formats/base/random.h"
-#include "passes/model/forest/labelled_tree.h"
+#include "passes/model/forest/growing/labelled_tree.h"
 
 namespace sightline {
 namespace {

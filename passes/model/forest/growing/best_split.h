@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "passes/model/forest/tree_rows.h"
+#include "passes/model/forest/growing/tree_rows.h"
 
 namespace sightline {
 

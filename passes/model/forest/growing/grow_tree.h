@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "formats/annotation/regression_forest.h"
-#include "passes/model/forest/ranked_columns.h"
+#include "passes/model/forest/growing/ranked_columns.h"
 
 namespace sightline {
 

@@ -6,8 +6,8 @@
 #include "formats/annotation/regression_forest.h"
 #include "formats/base/result.h"
 #include "passes/model/forest/feature_rows.h"
-#include "passes/model/forest/grow_tree.h"
-#include "passes/model/forest/labelled_rows.h"
+#include "passes/model/forest/growing/grow_tree.h"
+#include "passes/model/forest/growing/labelled_rows.h"
 
 namespace sightline {
 
@@ -26,7 +26,7 @@ Result<std::vector<GrownTree>> grow_trees(const FeatureRows& features, const Lab
                                           const ForestOptions& options, std::uint64_t seed,
                                           int threads);
 
-// Grown and labelled (passes/model/forest/labelled_tree.h): what prediction needs.
+// Grown and labelled (passes/model/forest/growing/labelled_tree.h): what prediction needs.
 struct LabelledTrees {
   std::vector<const float*> rows;  // that they learnt from, ascending by label
   std::vector<double> labels;      // of these rows

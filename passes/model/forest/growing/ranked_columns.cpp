@@ -1,4 +1,4 @@
-#include "passes/model/forest/ranked_columns.h"
+#include "passes/model/forest/growing/ranked_columns.h"
 
 #include <algorithm>
 #include <array>

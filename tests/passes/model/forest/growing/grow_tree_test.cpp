@@ -1,4 +1,4 @@
-#include "passes/model/forest/grow_tree.h"
+#include "passes/model/forest/growing/grow_tree.h"
 
 #include <dlib/random_forest.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <random>
 #include <string>
 
-#include "passes/model/forest/ranked_columns.h"
+#include "passes/model/forest/growing/ranked_columns.h"
 
 namespace sightline {
 namespace {

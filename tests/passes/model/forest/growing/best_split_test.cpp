@@ -1,4 +1,4 @@
-#include "passes/model/forest/best_split.h"
+#include "passes/model/forest/growing/best_split.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "passes/model/forest/grow_tree.h"
+#include "passes/model/forest/growing/grow_tree.h"
 
 namespace sightline {
 namespace {

@@ -1,4 +1,4 @@
-#include "passes/model/forest/grow_tree.h"
+#include "passes/model/forest/growing/grow_tree.h"
 
 #include <dlib/rand.h>
 
@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "passes/model/forest/best_split.h"
-#include "passes/model/forest/tree_rows.h"
+#include "passes/model/forest/growing/best_split.h"
+#include "passes/model/forest/growing/tree_rows.h"
 
 // dlib sorts the samples of a node by each feature that it tries. Here samples are put in order
 // once for a whole forest, and each split keeps that order. Which of the samples with equal values
