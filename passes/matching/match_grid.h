@@ -49,7 +49,7 @@ struct MatchGrid {
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
   HugeVector<KernelRecord> records;           // of `cells`, in float, after one without any ND
   HugeVector<std::uint8_t> normal_classes;    // of `cells`: of the first ND that each has
-  // Of `cells`: 1 for one that has no ND any more and is not found. Empty where no ND ever went.
+  // Of `cells`: 1 for one that has no ND any more and is not found. Empty in a grid made at once.
   std::vector<std::uint8_t> is_unused;
   // Of `cells` and `is_unused`: grids of one digest number the same cells alike.
   std::uint64_t cells_digest = 0;
