@@ -8,18 +8,26 @@ namespace sightline {
 namespace {
 
 constexpr double kArea_m = 64.0;  // edge
+// Beyond its edges an area still serves. A drive that begins at the map's origin and goes straight
+// follows an edge between two areas, and would have both made anew at each scan.
+constexpr double kBeyond_m = 16.0;
 // A match may start where another one ended; and a start is off by a metre or so. What is left is
 // for the vehicle's extent.
 constexpr double kMostStray_m = 2.0 * kFarthestFound_m + 4.0;
 
+Eigen::AlignedBox2d box_of(const TileKey& area, double beyond_m) {
+  const Eigen::Vector2d low_m(area.x * kArea_m, area.y * kArea_m);
+  const Eigen::Vector2d high_m = low_m + Eigen::Vector2d::Constant(kArea_m);
+  const Eigen::Vector2d beyond = Eigen::Vector2d::Constant(beyond_m);
+  return {low_m - beyond, high_m + beyond};
+}
+
 }  // namespace
 
 Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
-  const Eigen::Vector2d low_m(area.x * kArea_m, area.y * kArea_m);
-  const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(
-      options_.longest_m + kMostStray_m + 2.0 * options_.coarse_cells * nds_.cell_m());
-  const Eigen::Vector2d high_m = low_m + Eigen::Vector2d::Constant(kArea_m);
-  SIGHTLINE_ASSIGN(NdtMap near, nds_.over(Eigen::AlignedBox2d(low_m - reach_m, high_m + reach_m)));
+  const double reach_m =
+      options_.longest_m + kMostStray_m + 2.0 * options_.coarse_cells * nds_.cell_m();
+  SIGHTLINE_ASSIGN(NdtMap near, nds_.over(box_of(area, kBeyond_m + reach_m)));
   AreaLocalizer made;
   if (options_.kind == LocalizerKind::kPclNdt) {
     made.for_pcl = std::move(near);
@@ -33,13 +41,16 @@ Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
 }
 
 Result<std::shared_ptr<const AreaLocalizer>> AreaLocalizers::at(const Eigen::Vector3d& p_map_m) {
-  const TileKey area = tile_key(p_map_m, kArea_m);
+  const auto serves = [&](const auto& ready) {
+    return box_of(ready.first, kBeyond_m).contains(p_map_m.head<2>());
+  };
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto found = std::ranges::find(ready_, area, [](const auto& one) { return one.first; });
+  const auto found = std::ranges::find_if(ready_, serves);
   if (found != ready_.end()) {
     ready_.splice(ready_.begin(), ready_, found);
   } else {
     if (ready_.size() >= options_.most) ready_.pop_back();
+    const TileKey area = tile_key(p_map_m, kArea_m);
     SIGHTLINE_ASSIGN(AreaLocalizer made, make(area));
     ready_.emplace_front(area, std::make_shared<const AreaLocalizer>(std::move(made)));
   }

@@ -36,7 +36,8 @@ class AreaLocalizers {
   };
   AreaLocalizers(const TiledNds& nds, const Options& options) : nds_(nds), options_(options) {}
 
-  // Those of the area of a place. Safe from several threads. Error: cannot-read.
+  // Those of an area around a place: one that is ready, where it reaches so far. Safe from several
+  // threads. Error: cannot-read.
   Result<std::shared_ptr<const AreaLocalizer>> at(const Eigen::Vector3d& p_map_m);
 
  private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 
@@ -16,8 +17,11 @@
 namespace sightline {
 namespace {
 
-// So many scans, evenly over the drive, are looked for everywhere.
+// So many scans, evenly over the drive, are looked for everywhere: about this many points of each
+// tell which places are worth a match of all of them.
 constexpr std::size_t kQueries = 8;
+constexpr std::size_t kFewPoints = 200;
+constexpr std::size_t kWorthAMatch = 8;
 // A match is believed when its points score at least this, and so many of them have an ND near. In
 // its place a scan of a generated town scores about 2.5, elsewhere 1 to 1.7.
 constexpr double kLeastLikelihood = 1.8;
@@ -99,11 +103,35 @@ struct Placement {
   int confirmed = 0;
 };
 
+std::vector<Eigen::Vector3d> few_points(const std::vector<Eigen::Vector3d>& points_m) {
+  const std::size_t stride = std::max<std::size_t>(1, points_m.size() / kFewPoints);
+  std::vector<Eigen::Vector3d> few_m;
+  for (std::size_t i = 0; i < points_m.size(); i += stride) few_m.push_back(points_m[i]);
+  return few_m;
+}
+
+// Where a few points of a scan match best, the best first. Starts that end at one place count once.
+std::vector<Pose> likely_places(const MatchGrid& grid, const Query& query,
+                                const std::vector<Pose>& places) {
+  const std::vector<Eigen::Vector3d> few_m = few_points(query.points_m);
+  std::vector<MapMatch> found;
+  for (const Pose& place : places) found.push_back(match_to_map(grid, few_m, place));
+  std::ranges::stable_sort(found, std::greater(), &MapMatch::likelihood);
+  std::vector<Pose> likely;
+  for (const MapMatch& match : found) {
+    if (likely.size() == kWorthAMatch) break;
+    const bool is_new = std::ranges::none_of(
+        likely, [&](const Pose& other) { return is_near(other, match.T_map_lidar); });
+    if (is_new) likely.push_back(match.T_map_lidar);
+  }
+  return likely;
+}
+
 // The best place of one scan anywhere.
 std::optional<Placement> place_anywhere(const MatchGrid& grid, const Query& query,
                                         const std::vector<Pose>& places) {
   MapMatch best;
-  for (const Pose& place : places) {
+  for (const Pose& place : likely_places(grid, query, places)) {
     const MapMatch found = match_to_map(grid, query.points_m, place);
     if (found.is_good && found.likelihood > best.likelihood) best = found;
   }

@@ -24,7 +24,8 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 
 // The trajectory of another drive of the place, told in the map's frame. `own` is what the drive
 // knows of itself, in a frame of its own or nearly in the map's. A few scans are matched against
-// the map from everywhere on the route, both ways round; the placement that most of them confirm is
+// the map from everywhere on the route, both ways round, by a few of their points and at the best
+// places by all of them; the placement that most of them confirm is
 // followed through the drive, scan by scan, and a pose graph joins those matches with the drive's
 // own steps, so that stretches beside the map are bridged: its source is estimated. Each piece of
 // `own` is placed by itself; one that is found nowhere is laid aside, 2 km from every site, with a
@@ -34,7 +35,7 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
                                const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                const Sites& sites);
-inline constexpr Pass kAlignDrive{"align-drive", 3, "aligned",
+inline constexpr Pass kAlignDrive{"align-drive", 4, "aligned",
                                   "A second drive in the map of the first", &align_drive};
 
 }  // namespace sightline

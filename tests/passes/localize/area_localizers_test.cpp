@@ -58,7 +58,8 @@ TEST(AreaLocalizers, FindWhatALocalizerOfTheWholeMapFindsToTheBit) {
       AreaLocalizers areas(map, {kind, coarse_cells, 50.0, 2});
       const Localizer own = make_localizer(map, localizer_options(kind, coarse_cells));
       const Localizer of_samples = make_localizer(map, options_for_samples(coarse_cells));
-      for (const double x_m : {-130.0, -63.9, 0.1, 65.0}) {
+      // The last two are served by the area of the one before, from beyond its edge.
+      for (const double x_m : {-130.0, -63.9, 0.1, 65.0, 141.0, 50.0}) {
         const Eigen::Vector3d p_m(x_m, 0.3, 0.0);
         const std::shared_ptr<const AreaLocalizer> area = *areas.at(p_m);
         expect_same(area->own, own, p_m, map);
@@ -73,11 +74,21 @@ TEST(AreaLocalizers, KeepTheLatestAreasReady) {
   const NdtMap map = long_lane();
   AreaLocalizers areas(map, {LocalizerKind::kPlain, 1, 10.0, 2});
   const std::weak_ptr<const AreaLocalizer> first = *areas.at({10.0, 0.0, 0.0});
-  const std::weak_ptr<const AreaLocalizer> second = *areas.at({70.0, 0.0, 0.0});
-  EXPECT_EQ(*areas.at({50.0, 3.0, 0.0}), first.lock());
+  const std::weak_ptr<const AreaLocalizer> second = *areas.at({90.0, 0.0, 0.0});
+  EXPECT_EQ(*areas.at({40.0, 3.0, 0.0}), first.lock());
   (void)areas.at({200.0, 0.0, 0.0});
   EXPECT_TRUE(second.expired());
   EXPECT_FALSE(first.expired());
+}
+
+TEST(AreaLocalizers, AreNotMadeAnewAlongAnEdgeBetweenTwoAreas) {
+  const NdtMap map = long_lane();
+  AreaLocalizers areas(map, {LocalizerKind::kPlain, 1, 10.0, 1});
+  const std::shared_ptr<const AreaLocalizer> first = *areas.at({1.0, 0.1, 0.0});
+  for (int i = 1; i < 60; ++i) {
+    EXPECT_EQ(*areas.at({1.0 + i, i % 2 == 0 ? 0.2 : -0.2, 0.0}), first) << i;
+  }
+  EXPECT_NE(*areas.at({81.0, -0.2, 0.0}), first);
 }
 
 }  // namespace
