@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "passes/model/choice/choices.h"
+#include "passes/model/factors_of_kind.h"
 
 namespace sightline {
 namespace {
@@ -167,26 +168,13 @@ std::vector<std::string> promises_of(const ChooseRangesOptions& options, const E
 
 namespace {
 
-// The factors of all sites, by looks of one kind.
-struct FactorsOfKind {
-  const AtRest<FactorTable>& factors;
-  bool is_of_samples = false;
-
-  // Without values.
-  [[nodiscard]] const FactorTable& head() const {
-    return is_of_samples ? factors.head().of_samples.front() : factors.head();
-  }
-};
-
 // Stretch by stretch. Errors: cannot-read, those of own_evidence_of(FactorTable).
 Result<OwnEvidence> evidence_of_all(const FactorsOfKind& all) {
   OwnEvidence evidence;
   const std::size_t site_count = all.factors.site_count();
   for (std::size_t first = 0; first == 0 || first < site_count; first += kSitesInStretch) {
     const std::size_t count = std::min(kSitesInStretch, site_count - first);
-    SIGHTLINE_ASSIGN(const FactorTable some, all.is_of_samples
-                                                 ? all.factors.of_samples(first, count)
-                                                 : all.factors.of_ranges(first, count));
+    SIGHTLINE_ASSIGN(const FactorTable some, all.of_sites(first, count));
     SIGHTLINE_ASSIGN(const OwnEvidence here, own_evidence_of(some));
     evidence.looks = here.looks;
     evidence.site_count += here.site_count;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formats/grid/point_grid.h"
+#include "passes/model/factors_of_kind.h"
 #include "passes/model/forest/feature_rows.h"
 #include "passes/model/forest/forest_prediction.h"
 #include "passes/model/forest/history.h"
@@ -153,17 +154,8 @@ void take_out_of_fold(const ErrorModel& model, std::size_t trained, std::size_t 
 // The map whose sites are asked about, by looks of which kind.
 struct Asked {
   const Sites& sites;
-  const AtRest<FactorTable>& factors;
+  FactorsOfKind factors;
   const RecordingCards& recordings;
-  bool is_of_samples = false;
-
-  // Without values.
-  [[nodiscard]] const FactorTable& head() const {
-    return is_of_samples ? factors.head().of_samples.front() : factors.head();
-  }
-  [[nodiscard]] Result<FactorTable> factors_of(std::size_t first, std::size_t count) const {
-    return is_of_samples ? factors.of_samples(first, count) : factors.of_ranges(first, count);
-  }
 };
 
 // Of some sites in a row.
@@ -182,32 +174,46 @@ Error from_site(Error error, std::size_t first) {
   return error;
 }
 
-// `told` is null, or of these sites.
-Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions& options,
-                               const ErrorModel& model, const Asked& asked, const History* told) {
-  const std::vector<Site>& sites = asked.sites.sites;
+// Every site by the whole forest, and the digest of its features. `told` is null, or of these
+// sites.
+struct ByForest {
+  PredictedError predicted;
+  std::vector<std::uint64_t> digests;
+};
+
+Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOptions& options,
+                                   const ErrorModel& model, const Asked& asked,
+                                   const History* told) {
+  const std::size_t site_count = asked.sites.sites.size();
   const Forest forest(model, options.support_margin, ctx.threads);
-  PredictedError predicted = forest.nothing(options.support_margin);
-  std::vector<std::uint64_t> digests;  // [site]: of its features
-  for (std::size_t first = 0; first == 0 || first < sites.size(); first += kSitesInStretch) {
-    const std::size_t count = std::min(kSitesInStretch, sites.size() - first);
-    SIGHTLINE_ASSIGN(const FactorTable factors, asked.factors_of(first, count));
+  ByForest all{forest.nothing(options.support_margin), {}};
+  for (std::size_t first = 0; first == 0 || first < site_count; first += kSitesInStretch) {
+    const std::size_t count = std::min(kSitesInStretch, site_count - first);
+    SIGHTLINE_ASSIGN(const FactorTable factors, asked.factors.of_sites(first, count));
     const History told_here = told == nullptr ? History() : some_of(*told, first, count);
     const Result<FeatureRows> features =
         features_for(model, factors, told == nullptr ? nullptr : &told_here);
     if (!features) return from_site(features.error(), first);
-    forest.append(ctx, *features, predicted);
+    forest.append(ctx, *features, all.predicted);
     for (std::size_t i = 0; i < count; ++i) {
-      digests.push_back(features_digest(*features, i, model.ranges.size()));
+      all.digests.push_back(features_digest(*features, i, model.ranges.size()));
     }
   }
-  put_on_curve(model.card.curve, predicted);
-  if (told != nullptr) predicted.has_history = told->is_known;
+  put_on_curve(model.card.curve, all.predicted);
+  if (told != nullptr) all.predicted.has_history = told->is_known;
+  return all;
+}
+
+// What trees said of the model's own sites that never saw their place. Returns how many sites lie
+// near these and are none of them.
+std::size_t take_own_cases(const ErrorModel& model, const Asked& asked,
+                           const std::vector<std::uint64_t>& digests, PredictedError& predicted) {
   const PointGrid places = grid_of(model.sites);
   const std::vector<bool> is_of_place = places_of(model, asked.recordings);
   std::size_t flattered_count = 0;
-  for (std::size_t site = 0; site < sites.size(); ++site) {
-    const Eigen::Vector3d p_world_m = asked.sites.frame.origin_world_m + sites[site].p_map_m;
+  for (std::size_t site = 0; site < asked.sites.sites.size(); ++site) {
+    const Eigen::Vector3d p_world_m =
+        asked.sites.frame.origin_world_m + asked.sites.sites[site].p_map_m;
     const std::optional<std::size_t> own = own_case(model, places, p_world_m, digests[site]);
     if (own) {
       take_out_of_fold(model, *own, site, predicted);
@@ -218,20 +224,28 @@ Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions
     };
     if (places.nearest(p_world_m, model.card.buffer_m, is_known)) ++flattered_count;
   }
+  return flattered_count;
+}
+
+// `told` is null, or of these sites.
+Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions& options,
+                               const ErrorModel& model, const Asked& asked, const History* told) {
+  SIGHTLINE_ASSIGN(ByForest all, predict_by_forest(ctx, options, model, asked, told));
+  const std::size_t flattered_count = take_own_cases(model, asked, all.digests, all.predicted);
   if (flattered_count > 0) {
-    ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(sites.size()) +
+    ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(asked.sites.sites.size()) +
              " sites lie within " + format_double(model.card.buffer_m) +
              " m of where the model was trained, but are not its own sites: if this is the same "
              "place, the forest knows it, and predictions there may flatter");
   }
-  return predicted;
+  return std::move(all.predicted);
 }
 
 // `history`: none, or measured at these sites and looks.
 Result<PredictedError> predict_from(const PassContext& ctx, const PredictErrorOptions& options,
                                     const ErrorModel& model, const Asked& asked,
                                     const EarlierDrives& history) {
-  SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.head()));
+  SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.factors.head()));
   if (history.empty()) return predict(ctx, options, model, asked, nullptr);
   const History told = history_of(asked.sites, history, kind_for(model));
   return predict(ctx, options, model, asked, &told);
@@ -252,11 +266,11 @@ Result<PredictedError> predict_both(const PassContext& ctx, const PredictErrorOp
                                     const ErrorModel& model, const Asked& asked,
                                     const EarlierDrives& history) {
   SIGHTLINE_ASSIGN(PredictedError predicted, predict_from(ctx, options, model, asked, history));
-  if (model.of_samples.empty() || asked.head().of_samples.empty()) return predicted;
-  SIGHTLINE_ASSIGN(
-      PredictedError of_samples,
-      predict_from(ctx, options, model.of_samples.front(),
-                   {asked.sites, asked.factors, asked.recordings, true}, samples_of(history)));
+  if (model.of_samples.empty() || asked.factors.head().of_samples.empty()) return predicted;
+  SIGHTLINE_ASSIGN(PredictedError of_samples,
+                   predict_from(ctx, options, model.of_samples.front(),
+                                {asked.sites, {asked.factors.factors, true}, asked.recordings},
+                                samples_of(history)));
   predicted.of_samples.push_back(std::move(of_samples));
   return predicted;
 }
@@ -278,7 +292,7 @@ Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions
                                      const ErrorModel& model, const Sites& sites,
                                      const AtRest<FactorTable>& factors,
                                      const RecordingCards& recordings) {
-  return predict_both(ctx, options, model, {sites, factors, recordings}, {});
+  return predict_both(ctx, options, model, {sites, {factors}, recordings}, {});
 }
 
 namespace {
@@ -312,7 +326,7 @@ Result<PredictedError> predict_told(const PassContext& ctx, const PredictErrorOp
 
 Result<void> check_history(const Asked& asked, const MeasuredError& history) {
   if (history.scan_of_site.size() == asked.sites.sites.size() &&
-      history.looks == asked.head().looks) {
+      history.looks == asked.factors.head().looks) {
     return {};
   }
   return Error{ErrorCode::kMismatchedInputs,
@@ -327,7 +341,7 @@ Result<PredictedError> predict_error_with_history(PassContext& ctx,
                                                   const AtRest<FactorTable>& factors,
                                                   const MeasuredError& history,
                                                   const RecordingCards& recordings) {
-  const Asked asked{sites, factors, recordings};
+  const Asked asked{sites, {factors}, recordings};
   SIGHTLINE_TRY(check_history(asked, history));
   return predict_told(ctx, options, model, asked, {&history});
 }
@@ -338,7 +352,7 @@ Result<PredictedError> predict_error_with_drives(PassContext& ctx,
                                                  const AtRest<FactorTable>& factors,
                                                  const MeasuredDrives& history,
                                                  const RecordingCards& recordings) {
-  const Asked asked{sites, factors, recordings};
+  const Asked asked{sites, {factors}, recordings};
   EarlierDrives drives;
   for (const MeasuredError& drive : history.drives) {
     SIGHTLINE_TRY(check_history(asked, drive));

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+
+#include "formats/annotation/at_rest.h"
+#include "formats/base/result.h"
+
+namespace sightline {
+
+// The factors of a map's sites by looks of one kind: those that take every return within a range,
+// or those that take a sample, which the table must then have.
+struct FactorsOfKind {
+  const AtRest<FactorTable>& factors;
+  bool is_of_samples = false;
+
+  // Without values.
+  [[nodiscard]] const FactorTable& head() const {
+    return is_of_samples ? factors.head().of_samples.front() : factors.head();
+  }
+  // Of `count` sites in a row. Error: cannot-read.
+  [[nodiscard]] Result<FactorTable> of_sites(std::size_t first, std::size_t count) const {
+    return is_of_samples ? factors.of_samples(first, count) : factors.of_ranges(first, count);
+  }
+};
+
+}  // namespace sightline
