@@ -21,7 +21,7 @@ namespace {
 // tell which places are worth a match of all of them.
 constexpr std::size_t kQueries = 8;
 constexpr std::size_t kFewPoints = 200;
-constexpr std::size_t kWorthAMatch = 8;
+constexpr std::size_t kWorthAMatch = 16;
 // A match is believed when its points score at least this, and so many of them have an ND near. In
 // its place a scan of a generated town scores about 2.5, elsewhere 1 to 1.7.
 constexpr double kLeastLikelihood = 1.8;
