@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <thread>
 #include <utility>
 
 namespace sightline {
@@ -23,6 +24,12 @@ Eigen::AlignedBox2d box_of(const TileKey& area, double beyond_m) {
 }
 
 }  // namespace
+
+AreaLocalizers::AreaLocalizers(const TiledNds& nds, const Options& options)
+    : nds_(nds),
+      options_(options),
+      most_(options.threads > 0 ? static_cast<std::size_t>(options.threads)
+                                : std::max(1U, std::thread::hardware_concurrency())) {}
 
 Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
   const double reach_m =
@@ -49,7 +56,7 @@ Result<std::shared_ptr<const AreaLocalizer>> AreaLocalizers::at(const Eigen::Vec
   if (found != ready_.end()) {
     ready_.splice(ready_.begin(), ready_, found);
   } else {
-    if (ready_.size() >= options_.most) ready_.pop_back();
+    if (ready_.size() >= most_) ready_.pop_back();
     const TileKey area = tile_key(p_map_m, kArea_m);
     SIGHTLINE_ASSIGN(AreaLocalizer made, make(area));
     ready_.emplace_front(area, std::make_shared<const AreaLocalizer>(std::move(made)));

@@ -32,9 +32,10 @@ class AreaLocalizers {
     int coarse_cells = 1;
     // Of the scans that are matched, from the vehicle's place; as far as PCL's takes NDs.
     double longest_m = 100.0;
-    std::size_t most = 1;  // areas that are kept ready
+    // That ask side by side (0: all there are), each in an area of its own: so many are kept ready.
+    int threads = 1;
   };
-  AreaLocalizers(const TiledNds& nds, const Options& options) : nds_(nds), options_(options) {}
+  AreaLocalizers(const TiledNds& nds, const Options& options);
 
   // Those of an area around a place: one that is ready, where it reaches so far. Safe from several
   // threads. Error: cannot-read.
@@ -45,6 +46,7 @@ class AreaLocalizers {
 
   TiledNds nds_;
   Options options_;
+  std::size_t most_;  // areas that are kept ready
   std::mutex mutex_;
   std::list<std::pair<TileKey, std::shared_ptr<const AreaLocalizer>>> ready_;  // the latest first
 };

@@ -169,9 +169,8 @@ Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptio
   calibrated.plan = usual_plan();
   const Trajectory in_map = rebase(trajectory, nds.frame());
   const PointGrid places(positions_m(sites));
-  AreaLocalizers localizers(
-      nds, {LocalizerKind::kSearching, options.matching.coarse_cells, drive.sensor.max_range_m,
-            static_cast<std::size_t>(std::max(ctx.threads, 1))});
+  AreaLocalizers localizers(nds, {LocalizerKind::kSearching, options.matching.coarse_cells,
+                                  drive.sensor.max_range_m, ctx.threads});
   Setup setup{options, drive, in_map, places, ranges.of_samples.front(), localizers, {}};
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (is_selected(drive.scans[i], options.matching.scans)) setup.scans.push_back(i);

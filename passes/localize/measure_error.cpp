@@ -279,10 +279,9 @@ Result<AtRest<MeasuredError>> measure(PassContext& ctx, const MeasureErrorOption
                    scans_of_sites(ctx, options, measuring, sites, presence));
   thin_sites(static_cast<std::size_t>(site_step_of(options)), scans);
   const MeasuredError empty = empty_result(measuring, matching_card(options, nds.cell_m()), scans);
-  Localizing localizing(
-      options, localization_drive.sensor, nds,
-      {options.localizer, options.coarse_cells, reach_of_localizer_m(options.localizer, measuring),
-       static_cast<std::size_t>(std::max(ctx.threads, 1))});
+  Localizing localizing(options, localization_drive.sensor, nds,
+                        {options.localizer, options.coarse_cells,
+                         reach_of_localizer_m(options.localizer, measuring), ctx.threads});
   return measure_sites(ctx, measuring, localizing, scans, empty);
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <memory>
+#include <thread>
 #include <vector>
 
 #include "formats/base/random.h"
@@ -79,6 +80,15 @@ TEST(AreaLocalizers, KeepTheLatestAreasReady) {
   (void)areas.at({200.0, 0.0, 0.0});
   EXPECT_TRUE(second.expired());
   EXPECT_FALSE(first.expired());
+}
+
+TEST(AreaLocalizers, KeepAnAreaForEachOfAllThreads) {
+  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "one thread";
+  const NdtMap map = long_lane();
+  AreaLocalizers areas(map, {LocalizerKind::kPlain, 1, 10.0, /*threads=*/0});
+  const std::shared_ptr<const AreaLocalizer> first = *areas.at({10.0, 0.0, 0.0});
+  (void)areas.at({200.0, 0.0, 0.0});
+  EXPECT_EQ(*areas.at({10.0, 0.0, 0.0}), first);
 }
 
 TEST(AreaLocalizers, AreNotMadeAnewAlongAnEdgeBetweenTwoAreas) {
