@@ -156,6 +156,10 @@ struct Asked {
   const Sites& sites;
   FactorsOfKind factors;
   const RecordingCards& recordings;
+
+  [[nodiscard]] Eigen::Vector3d place_of(std::size_t site) const {
+    return sites.frame.origin_world_m + sites.sites[site].p_map_m;
+  }
 };
 
 // Of some sites in a row.
@@ -204,51 +208,64 @@ Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOpt
   return all;
 }
 
-// What trees said of the model's own sites that never saw their place. Returns how many sites lie
-// near these and are none of them.
-std::size_t take_own_cases(const ErrorModel& model, const Asked& asked,
-                           const std::vector<std::uint64_t>& digests, PredictedError& predicted) {
+// [site]: the case of the model that it is, if it is one.
+using OwnCases = std::vector<std::optional<std::size_t>>;
+
+OwnCases own_cases(const ErrorModel& model, const Asked& asked,
+                   const std::vector<std::uint64_t>& digests) {
+  const PointGrid places = grid_of(model.sites);
+  OwnCases own;
+  for (std::size_t site = 0; site < digests.size(); ++site) {
+    own.push_back(own_case(model, places, asked.place_of(site), digests[site]));
+  }
+  return own;
+}
+
+// Where both know the site as their own. What is seen at 100 m may have changed where nothing has
+// within the ranges: such a site is another one to both.
+void keep_common(OwnCases& ranges, OwnCases& looks) {
+  for (std::size_t site = 0; site < ranges.size(); ++site) {
+    if (!ranges[site]) looks[site].reset();
+    if (!looks[site]) ranges[site].reset();
+  }
+}
+
+// What trees said of the model's own sites that never saw their place.
+void take_own_cases(const ErrorModel& model, const OwnCases& own, PredictedError& predicted) {
+  for (std::size_t site = 0; site < own.size(); ++site) {
+    if (own[site]) take_out_of_fold(model, *own[site], site, predicted);
+  }
+}
+
+// Of sites near those that the model was trained on, which are none of them.
+void warn_of_flattered(const PassContext& ctx, const ErrorModel& model, const Asked& asked,
+                       const OwnCases& own) {
   const PointGrid places = grid_of(model.sites);
   const std::vector<bool> is_of_place = places_of(model, asked.recordings);
   std::size_t flattered_count = 0;
-  for (std::size_t site = 0; site < asked.sites.sites.size(); ++site) {
-    const Eigen::Vector3d p_world_m =
-        asked.sites.frame.origin_world_m + asked.sites.sites[site].p_map_m;
-    const std::optional<std::size_t> own = own_case(model, places, p_world_m, digests[site]);
-    if (own) {
-      take_out_of_fold(model, *own, site, predicted);
-      continue;
-    }
+  for (std::size_t site = 0; site < own.size(); ++site) {
+    if (own[site]) continue;
+    const Eigen::Vector3d p_world_m = asked.place_of(site);
     const auto is_known = [&](const NearPoint& point) {
       return is_of_place[model.sites[point.index].place] || is_of_the_world(p_world_m);
     };
     if (places.nearest(p_world_m, model.card.buffer_m, is_known)) ++flattered_count;
   }
-  return flattered_count;
-}
-
-// `told` is null, or of these sites.
-Result<PredictedError> predict(const PassContext& ctx, const PredictErrorOptions& options,
-                               const ErrorModel& model, const Asked& asked, const History* told) {
-  SIGHTLINE_ASSIGN(ByForest all, predict_by_forest(ctx, options, model, asked, told));
-  const std::size_t flattered_count = take_own_cases(model, asked, all.digests, all.predicted);
-  if (flattered_count > 0) {
-    ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(asked.sites.sites.size()) +
-             " sites lie within " + format_double(model.card.buffer_m) +
-             " m of where the model was trained, but are not its own sites: if this is the same "
-             "place, the forest knows it, and predictions there may flatter");
-  }
-  return std::move(all.predicted);
+  if (flattered_count == 0) return;
+  ctx.warn(std::to_string(flattered_count) + " of " + std::to_string(own.size()) +
+           " sites lie within " + format_double(model.card.buffer_m) +
+           " m of where the model was trained, but are not its own sites: if this is the same "
+           "place, the forest knows it, and predictions there may flatter");
 }
 
 // `history`: none, or measured at these sites and looks.
-Result<PredictedError> predict_from(const PassContext& ctx, const PredictErrorOptions& options,
-                                    const ErrorModel& model, const Asked& asked,
-                                    const EarlierDrives& history) {
+Result<ByForest> predict_told_or_not(const PassContext& ctx, const PredictErrorOptions& options,
+                                     const ErrorModel& model, const Asked& asked,
+                                     const EarlierDrives& history) {
   SIGHTLINE_TRY(check_inputs(model, asked.sites, asked.factors.head()));
-  if (history.empty()) return predict(ctx, options, model, asked, nullptr);
+  if (history.empty()) return predict_by_forest(ctx, options, model, asked, nullptr);
   const History told = history_of(asked.sites, history, kind_for(model));
-  return predict(ctx, options, model, asked, &told);
+  return predict_by_forest(ctx, options, model, asked, &told);
 }
 
 // The same drives by the looks that take a sample; none unless all know them.
@@ -265,14 +282,21 @@ EarlierDrives samples_of(const EarlierDrives& history) {
 Result<PredictedError> predict_both(const PassContext& ctx, const PredictErrorOptions& options,
                                     const ErrorModel& model, const Asked& asked,
                                     const EarlierDrives& history) {
-  SIGHTLINE_ASSIGN(PredictedError predicted, predict_from(ctx, options, model, asked, history));
-  if (model.of_samples.empty() || asked.factors.head().of_samples.empty()) return predicted;
-  SIGHTLINE_ASSIGN(PredictedError of_samples,
-                   predict_from(ctx, options, model.of_samples.front(),
-                                {asked.sites, {asked.factors.factors, true}, asked.recordings},
-                                samples_of(history)));
-  predicted.of_samples.push_back(std::move(of_samples));
-  return predicted;
+  SIGHTLINE_ASSIGN(ByForest ranges, predict_told_or_not(ctx, options, model, asked, history));
+  OwnCases own = own_cases(model, asked, ranges.digests);
+  if (!model.of_samples.empty() && !asked.factors.head().of_samples.empty()) {
+    const ErrorModel& of_samples = model.of_samples.front();
+    const Asked asked_of_samples{asked.sites, {asked.factors.factors, true}, asked.recordings};
+    SIGHTLINE_ASSIGN(ByForest looks, predict_told_or_not(ctx, options, of_samples, asked_of_samples,
+                                                         samples_of(history)));
+    OwnCases own_of_samples = own_cases(of_samples, asked_of_samples, looks.digests);
+    keep_common(own, own_of_samples);
+    take_own_cases(of_samples, own_of_samples, looks.predicted);
+    ranges.predicted.of_samples.push_back(std::move(looks.predicted));
+  }
+  take_own_cases(model, own, ranges.predicted);
+  warn_of_flattered(ctx, model, asked, own);
+  return std::move(ranges.predicted);
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ Result<PredictedError> predict_error(PassContext& ctx, const PredictErrorOptions
                                      const ErrorModel& model, const Sites& sites,
                                      const AtRest<FactorTable>& factors,
                                      const RecordingCards& recordings);
-inline constexpr Pass kPredictError{"predict-error", 4, "predicted",
+inline constexpr Pass kPredictError{"predict-error", 5, "predicted",
                                     "What the model says of each site", &predict_error};
 
 // The same where an earlier drive was measured on this map: what it found within 6 m of a site is
