@@ -92,6 +92,20 @@ TEST(Samples, ArePredictedByTheirOwnModel) {
             to_bytes(predicted_by(model.of_samples.front(), samples)));
 }
 
+// What is seen 100 m away may be another thing where all within the ranges is as it was.
+TEST(Samples, AndRangesKnowASiteAsTheModelsOwnOrNeitherDoes) {
+  SyntheticDrive drive = by_both();
+  const ErrorModel model = model_of(drive);
+  FactorTable& samples = drive.factors.of_samples.front();
+  samples.values[samples.shape().size(5)] += 0.01;
+  drive.factors.values[drive.factors.shape().size(9)] += 0.01;
+  const PredictedError predicted = predicted_by(model, drive);
+  std::vector<std::uint8_t> own(kSmall.site_count, 1);
+  own[5] = own[9] = 0;
+  EXPECT_EQ(predicted.out_of_fold, own);
+  EXPECT_EQ(predicted.of_samples.front().out_of_fold, own);
+}
+
 TEST(Samples, AreChosenFromTheirOwnPredictions) {
   const SyntheticDrive drive = by_both();
   const ErrorModel model = model_of(drive);
