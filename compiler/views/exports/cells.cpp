@@ -10,15 +10,15 @@
 namespace sightline {
 namespace {
 
-using CellIndex = std::pair<std::int64_t, std::int64_t>;
+using ColumnPlace = std::pair<std::int64_t, std::int64_t>;
 
 std::int64_t floored(double value) { return static_cast<std::int64_t>(std::floor(value)); }
 
 // All that may lie within reach of a site.
-Result<std::set<CellIndex>> cells_near(const MapReader& map, double cell_m) {
+Result<std::set<ColumnPlace>> cells_near(const MapReader& map, double cell_m) {
   SIGHTLINE_ASSIGN(const std::vector<MapSite> sites, map.sites(0));
   const double reach_m = map.info().reach_m;
-  std::set<CellIndex> cells;
+  std::set<ColumnPlace> cells;
   for (const MapSite& site : sites) {
     const auto& [x_m, y_m, z_m] = site.position_world_m;
     for (std::int64_t x = floored((x_m - reach_m) / cell_m); x <= floored((x_m + reach_m) / cell_m);
@@ -67,7 +67,7 @@ Result<std::vector<Cell>> row_at(const MapReader& map, const std::array<double, 
 
 Result<Table> answers_by_cell(const MapReader& map, double cell_m) {
   SIGHTLINE_ASSIGN(const LaneAsker asker, LaneAsker::of(map, 0.0));
-  SIGHTLINE_ASSIGN(const std::set<CellIndex> cells, cells_near(map, cell_m));
+  SIGHTLINE_ASSIGN(const std::set<ColumnPlace> cells, cells_near(map, cell_m));
   Table table{"cells", columns_of(map.info()), {}, {}};
   for (const auto& [x, y] : cells) {
     const Eigen::Vector3d centre_m((static_cast<double>(x) + 0.5) * cell_m,
