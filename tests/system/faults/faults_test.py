@@ -536,7 +536,7 @@ class Compiles(Faults):
         foreign = [f"{cache}/mine.tmp", f"{cache}/build-ndt.sla.99.tmp", f"{cache}/.sl-elsewhere.1-{'0' * 32}-1-1-0"]
         for path in foreign:
             pathlib.Path(path).write_text("precious")
-        results = [None] * int(os.environ.get("SIGHTLINE_COMPILES", "8"))
+        results = [None] * int(os.environ.get("SIGHTLINE_COMPILES", "4"))
 
         def work(i):
             results[i] = self.compile(f"{self.folder}/{i}.slmap", cache=cache)
