@@ -132,7 +132,7 @@ Result<AtRest<MeasuredError>> measure_sites(const PassContext& ctx, const SiteMe
         measure_part(measuring, localizing,
                      std::span(scans).subspan(part * kSitesInPart, empty.scan_of_site.size())));
     empty.rows = std::move(rows.rows);
-    for (MeasuredError& samples : empty.of_samples) samples.rows = std::move(rows.samples);
+    if (!empty.of_samples.empty()) empty.of_samples.front().rows = std::move(rows.samples);
     return {};
   };
   const std::vector<std::vector<std::size_t>> parts = parts_of(scans.size());
