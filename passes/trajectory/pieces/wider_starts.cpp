@@ -54,7 +54,8 @@ class Pyramid {
   // Cells from -half to half along both axes.
   Pyramid(const std::vector<Eigen::Vector3d>& points_m, const Eigen::Vector3d& middle_m, int half)
       : half_(half), size_(2 * half + 1) {
-    std::vector<std::uint8_t> level(static_cast<std::size_t>(size_ * size_), 0);
+    const auto side = static_cast<std::size_t>(size_);
+    std::vector<std::uint8_t> level(side * side, 0);
     for (const Eigen::Vector3d& point_m : points_m) mark(point_m - middle_m, level);
     for (int h = 1; h <= kLevels; ++h) {
       quarters_.push_back(quarters_of(level, 1 << (h - 1)));
