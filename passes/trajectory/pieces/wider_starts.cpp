@@ -95,7 +95,8 @@ class Pyramid {
     std::vector<std::uint32_t> quarters(level.size());
     for (int y = 0; y < size_; ++y) {
       for (int x = 0; x < size_; ++x) {
-        const auto at = static_cast<std::size_t>(row(y) + x);
+        const std::int32_t place = row(y) + x;
+        const auto at = static_cast<std::size_t>(place);
         const auto beyond = static_cast<std::size_t>(side);
         const auto above = static_cast<std::size_t>(row(side));
         const bool has_beyond = x + side < size_;
