@@ -178,13 +178,12 @@ Error from_site(Error error, std::size_t first) {
   return error;
 }
 
-// Every site by the whole forest, and the digest of its features. `told` is null, or of these
-// sites.
 struct ByForest {
-  PredictedError predicted;
-  std::vector<std::uint64_t> digests;
+  PredictedError predicted;            // of every site by the whole forest
+  std::vector<std::uint64_t> digests;  // [site]: of its features
 };
 
+// `told` is null, or of these sites.
 Result<ByForest> predict_by_forest(const PassContext& ctx, const PredictErrorOptions& options,
                                    const ErrorModel& model, const Asked& asked,
                                    const History* told) {
