@@ -78,7 +78,7 @@ constexpr double kBytesOfPoint = 18.0;
 
 double bytes_of(const Recording& recording) {
   std::set<std::filesystem::path> files;
-  for (const RecordedScan& scan : recording.scans) files.insert(scan.file);
+  for (const RecordedScan& scan : recording.scans) files.insert(recording.file_of(scan));
   double bytes = 0.0;
   for (const std::filesystem::path& file : files) {
     std::error_code failure;

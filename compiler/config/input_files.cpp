@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 Result<void> add_recording(const RecordingOptions& options, InputFiles& inputs) {
   if (options.scans.empty()) return {};
   SIGHTLINE_ASSIGN(const Recording recording, list_recording(options));
-  for (const RecordedScan& scan : recording.scans) inputs.files.push_back(scan.file);
+  for (const RecordedScan& scan : recording.scans) inputs.files.push_back(recording.file_of(scan));
   for (const std::string& file : {options.poses, options.stamps, options.calibration}) {
     if (!file.empty()) inputs.files.emplace_back(file);
   }

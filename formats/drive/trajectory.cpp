@@ -22,27 +22,27 @@ std::string to_text(PoseSource source) {
   return "";
 }
 
-using Covariance = Eigen::Matrix<double, 6, 6>;
-
 // Symmetric to the last bit: only one triangle is written.
-bool is_covariance(const Covariance& covariance) {
+bool is_covariance(const PoseCovariance::Matrix& covariance) {
   return covariance.allFinite() && covariance == covariance.transpose() &&
          covariance.diagonal().minCoeff() >= 0.0;
 }
 
-void encode_covariance(const Covariance& covariance, ByteWriter& writer) {
+void encode_covariance(const PoseCovariance::Matrix& covariance, ByteWriter& writer) {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) writer.put(covariance(i, j));
   }
 }
 
-void decode_covariance(ByteReader& reader, Covariance& covariance) {
+PoseCovariance decode_covariance(ByteReader& reader) {
+  PoseCovariance::Matrix covariance = PoseCovariance::Matrix::Zero();
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) {
       reader.get(covariance(i, j));
       covariance(j, i) = covariance(i, j);
     }
   }
+  return covariance;
 }
 
 constexpr double kNotMeasured = -1.0;  // an overlap
@@ -50,6 +50,18 @@ constexpr double kNotMeasured = -1.0;  // an overlap
 bool is_residual(double value) { return std::isfinite(value) && value >= 0.0; }
 
 }  // namespace
+
+PoseCovariance::PoseCovariance(const Matrix& matrix) {
+  // Minus zero is no zero: what is read is written again to the bit.
+  const bool is_zero = std::ranges::all_of(
+      matrix.reshaped(), [](double value) { return value == 0.0 && !std::signbit(value); });
+  if (!is_zero) matrix_ = std::make_shared<const Matrix>(matrix);
+}
+
+const PoseCovariance::Matrix& PoseCovariance::matrix() const {
+  static const Matrix zero = Matrix::Zero();
+  return matrix_ ? *matrix_ : zero;
+}
 
 Trajectory rebase(const Trajectory& trajectory, const MapFrame& to) {
   Trajectory told = trajectory;
@@ -77,7 +89,8 @@ Result<void> validate(const Trajectory& trajectory) {
     if (!is_rigid(pose.T_map_vehicle)) {
       return invalid_pose(i, "found a pose that is no rigid motion");
     }
-    if (!is_covariance(pose.covariance)) return invalid_pose(i, "found a covariance that is none");
+    if (!is_covariance(pose.covariance.matrix()))
+      return invalid_pose(i, "found a covariance that is none");
     if (i == 0) continue;
     const TrajectoryPose& before = trajectory.poses[i - 1];
     if (pose.recording_index <= before.recording_index) {
@@ -133,7 +146,7 @@ void encode(const Trajectory& trajectory, ByteWriter& writer) {
     writer.put(pose.recording_index);
     writer.put(pose.stamp_ns);
     encode(pose.T_map_vehicle, writer);
-    encode_covariance(pose.covariance, writer);
+    encode_covariance(pose.covariance.matrix(), writer);
     writer.put(pose.piece);
     writer.put(pose.overlap.value_or(kNotMeasured));
   }
@@ -153,7 +166,7 @@ void decode(ByteReader& reader, Trajectory& trajectory) {
     reader.get(pose.recording_index);
     reader.get(pose.stamp_ns);
     decode(reader, pose.T_map_vehicle);
-    decode_covariance(reader, pose.covariance);
+    pose.covariance = decode_covariance(reader);
     reader.get(pose.piece);
     double overlap = kNotMeasured;
     reader.get(overlap);

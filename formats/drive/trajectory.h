@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,13 +13,28 @@ namespace sightline {
 
 enum class PoseSource : std::uint8_t { kGiven, kRefined, kEstimated };
 
+// 6 x 6. Zero takes no memory and copies share what they hold: a street has many poses, held more
+// than once, and where poses are given none has a covariance.
+class PoseCovariance {
+ public:
+  using Matrix = Eigen::Matrix<double, 6, 6>;
+  PoseCovariance() = default;
+  PoseCovariance(const Matrix& matrix);  // NOLINT(google-explicit-constructor)
+
+  [[nodiscard]] const Matrix& matrix() const;
+  double operator()(int row, int column) const { return matrix()(row, column); }
+
+ private:
+  std::shared_ptr<const Matrix> matrix_;  // nullptr: zero
+};
+
 struct TrajectoryPose {
   std::uint32_t recording_index = 0;  // of the scan
   std::int64_t stamp_ns = 0;
   Pose T_map_vehicle = Pose::Identity();
   // Of a small motion of the pose, x -> t + dt + exp([w]x) R q, in map axes: dt (m), then w (rad).
   // Zero where poses were given.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  PoseCovariance covariance = {};
   // Poses of one piece are known relative to each other; how pieces lie to each other is not known.
   std::uint32_t piece = 0;
   // Share of the scan's upright returns that meet what was seen before it ("Overlap" in

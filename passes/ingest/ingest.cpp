@@ -53,7 +53,7 @@ Result<void> check_times(const Recording& recording) {
                  "found time " + format_stamp(recording.scans[i].stamp_ns) +
                      " s, expected one after " + format_stamp(before_ns) + " s of " +
                      recording.scans[i - 1].name,
-                 recording.scans[i].file.string(), "scan " + std::to_string(i)};
+                 recording.file_of(recording.scans[i]).string(), "scan " + std::to_string(i)};
   }
   return {};
 }
@@ -117,7 +117,7 @@ Result<void> check_reach(const Recording& recording, const std::vector<ScanCount
                    std::to_string(counts.size()) +
                    " scans lie beyond 2 km, where no LiDAR sees; expected coordinates in metres, "
                    "seen from the sensor, and these look like world coordinates or millimetres",
-               recording.scans[index].file.string(), "scan " + std::to_string(index)};
+               recording.file_of(recording.scans[index]).string(), "scan " + std::to_string(index)};
 }
 
 void warn_of(const PassContext& ctx, const Recording& recording,

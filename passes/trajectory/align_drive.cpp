@@ -237,12 +237,15 @@ Trajectory trajectory_of(const Drive& drive, const NdtMap& map, const PoseGraph&
   trajectory.rms_translation_residual_m = solution.rms_translation_m;
   trajectory.rms_rotation_residual_rad = solution.rms_rotation_rad;
   const Pose T_lidar_vehicle = drive.sensor.T_vehicle_lidar.inverse();
+  // Neighbours lean on the same walls: no claim to be better than one match.
+  PoseCovariance::Matrix of_a_match = PoseCovariance::Matrix::Zero();
+  of_a_match.diagonal().head<3>().setConstant(kMatchSigma_m * kMatchSigma_m);
+  of_a_match.diagonal().tail<3>().setConstant(kMatchSigma_rad * kMatchSigma_rad);
+  const PoseCovariance covariance = of_a_match;
   for (std::size_t k = 0; k < drive.scans.size(); ++k) {
     TrajectoryPose pose{drive.scans[k].recording_index, drive.scans[k].stamp_ns,
                         solution.T_map_pose[k] * T_lidar_vehicle};
-    // Neighbours lean on the same walls: no claim to be better than one match.
-    pose.covariance.diagonal().head<3>().setConstant(kMatchSigma_m * kMatchSigma_m);
-    pose.covariance.diagonal().tail<3>().setConstant(kMatchSigma_rad * kMatchSigma_rad);
+    pose.covariance = covariance;
     trajectory.poses.push_back(pose);
   }
   return trajectory;

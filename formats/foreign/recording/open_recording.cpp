@@ -32,7 +32,7 @@ Pose mounting(const RecordingOptions& options) {
 }
 
 bool has_no_headers(const Recording& recording) {
-  return !recording.container && is_without_header(recording.scans.front().file);
+  return !recording.container && is_without_header(recording.file_of(recording.scans.front()));
 }
 
 // Every file is read once here, so that the digest names what later passes will see.
@@ -41,11 +41,12 @@ Result<void> read_digests(Recording& recording, int threads) {
   std::vector<FloatEvidence> evidence(needs_columns ? recording.scans.size() : 0);
   const auto take = [&](std::size_t i) -> Result<void> {
     RecordedScan& scan = recording.scans[i];
-    SIGHTLINE_ASSIGN(const FileContent file, read_file_content(scan.file));
+    const std::filesystem::path path = recording.file_of(scan);
+    SIGHTLINE_ASSIGN(const FileContent file, read_file_content(path));
     scan.content = sha256(file.bytes());
     scan.content_xxh3 = xxh3(file.bytes());
     if (!needs_columns) return {};
-    SIGHTLINE_ASSIGN(evidence[i], float_evidence(file.bytes(), scan.file, recording.columns));
+    SIGHTLINE_ASSIGN(evidence[i], float_evidence(file.bytes(), path, recording.columns));
     return {};
   };
   std::vector<std::optional<Error>> failures(recording.scans.size());
@@ -100,25 +101,31 @@ Digest digest_of(const Recording& recording) {
   return sha256(writer.bytes());
 }
 
-Error changed(const RecordedScan& scan) {
+Error changed(const std::filesystem::path& path) {
   return {ErrorCode::kMismatchedInputs,
-          "the file is not the one that was there when the recording was opened",
-          scan.file.string(), ""};
+          "the file is not the one that was there when the recording was opened", path.string(),
+          ""};
 }
 
-Result<PointCloudFile> read_contained(const ScanContainer& container, const RecordedScan& scan,
+Result<PointCloudFile> read_contained(const Recording& recording, const ScanInFile& scan,
                                       std::size_t index) {
-  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, container.read(index));
-  if (sha256(bytes) != scan.content) return changed(scan);
-  SIGHTLINE_ASSIGN(PointCloudFile cloud, container.parse(bytes, index));
-  return with_returns(std::move(cloud), scan.file.string(), "scan " + std::to_string(index));
+  const std::filesystem::path path = recording.file_of(scan);
+  SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(index));
+  if (sha256(bytes) != scan.content) return changed(path);
+  SIGHTLINE_ASSIGN(PointCloudFile cloud, recording.container->parse(bytes, index));
+  return with_returns(std::move(cloud), path.string(), "scan " + std::to_string(index));
 }
 
-Result<PointCloudFile> read_checked(const RecordedScan& scan,
-                                    const std::optional<FloatColumns>& columns) {
-  SIGHTLINE_ASSIGN(const FileContent file, read_file_content(scan.file));
-  if (xxh3(file.bytes()) != scan.content_xxh3) return changed(scan);
-  return parse_point_cloud(file.bytes(), scan.file, columns);
+Result<PointCloudFile> read_alone(const Recording& recording, const ScanInFile& scan) {
+  const std::filesystem::path path = recording.file_of(scan);
+  SIGHTLINE_ASSIGN(const FileContent file, read_file_content(path));
+  if (xxh3(file.bytes()) != scan.content_xxh3) return changed(path);
+  return parse_point_cloud(file.bytes(), path, recording.columns);
+}
+
+Result<PointCloudFile> read_checked(const Recording& recording, const ScanInFile& scan,
+                                    std::size_t index) {
+  return recording.container ? read_contained(recording, scan, index) : read_alone(recording, scan);
 }
 
 // Offsets from the stamp. A clock far from that of the stamps says only how the points follow each
@@ -137,16 +144,17 @@ void count_from(std::int64_t stamp_ns, PointCloudFile& cloud) {
 class RecordedScanStore : public ScanStore {
  public:
   explicit RecordedScanStore(const Recording& recording)
-      : scans_(recording.scans),
-        container_(recording.container),
-        columns_(recording.columns),
-        digest_(recording.digest) {}
+      : scans_(recording.scans.begin(), recording.scans.end()) {
+    opened_.source = recording.source;
+    opened_.container = recording.container;
+    opened_.columns = recording.columns;
+    opened_.digest = recording.digest;
+  }
 
   Result<Scan> read(std::size_t index) const override {
     SIGHTLINE_CHECK(index < scans_.size());
-    const RecordedScan& scan = scans_[index];
-    SIGHTLINE_ASSIGN(PointCloudFile cloud, container_ ? read_contained(*container_, scan, index)
-                                                      : read_checked(scan, columns_));
+    const ScanInFile& scan = scans_[index];
+    SIGHTLINE_ASSIGN(PointCloudFile cloud, read_checked(opened_, scan, index));
     count_from(scan.stamp_ns, cloud);
     return Scan{scan.stamp_ns, std::move(cloud.points_m), std::move(cloud.time_offset_ns)};
   }
@@ -155,26 +163,25 @@ class RecordedScanStore : public ScanStore {
   // may depend on what else that holds.
   [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
     SIGHTLINE_CHECK(index < scans_.size());
-    const RecordedScan& scan = scans_[index];
+    const ScanInFile& scan = scans_[index];
     ByteWriter writer;
-    if (container_) {
+    if (opened_.container) {
       writer.put<std::uint64_t>(index);
-      return derived_digest("scan of a file", digest_, writer.bytes());
+      return derived_digest("scan of a file", opened_.digest, writer.bytes());
     }
     writer.put(scan.stamp_ns);
     // By which it is read; of "12.pcd.gz" both parts.
-    const bool is_packed = scan.file.extension() == ".gz";
-    writer.put_string(is_packed ? scan.file.stem().extension().string() : "");
-    writer.put_string(scan.file.extension().string());
-    writer.put_string(columns_ ? to_text(*columns_) : "");
+    const std::filesystem::path file = scan.name;
+    const bool is_packed = file.extension() == ".gz";
+    writer.put_string(is_packed ? file.stem().extension().string() : "");
+    writer.put_string(file.extension().string());
+    writer.put_string(opened_.columns ? to_text(*opened_.columns) : "");
     return derived_digest("scan", scan.content, writer.bytes());
   }
 
  private:
-  std::vector<RecordedScan> scans_;
-  std::shared_ptr<const ScanContainer> container_;
-  std::optional<FloatColumns> columns_;
-  Digest digest_;
+  std::vector<ScanInFile> scans_;
+  Recording opened_;  // without its scans, whose poses would be the most of it
 };
 
 // The scans' files, or names of the parts of the one file that holds them.
@@ -245,6 +252,7 @@ Result<Recording> list_recording(const RecordingOptions& options) {
   const std::filesystem::path last =
       folder.has_filename() ? folder.filename() : folder.parent_path().filename();
   recording.name = options.name.empty() ? last.string() : options.name;
+  recording.source = folder;
   SIGHTLINE_ASSIGN(SensorProfile sensor, sensor_of(options));
   recording.sensor = std::move(sensor);
   SIGHTLINE_ASSIGN(const std::vector<std::filesystem::path> files, list_scans(options, recording));
@@ -264,15 +272,13 @@ Result<Recording> open_recording(const RecordingOptions& options, int threads,
 
 Result<PointCloudFile> read_recorded_scan(const Recording& recording, std::size_t index) {
   SIGHTLINE_CHECK(index < recording.scans.size());
-  const RecordedScan& scan = recording.scans[index];
-  return recording.container ? read_contained(*recording.container, scan, index)
-                             : read_checked(scan, recording.columns);
+  return read_checked(recording, recording.scans[index], index);
 }
 
 Result<PointCloudFile> read_listed_scan(const Recording& recording, std::size_t index) {
   SIGHTLINE_CHECK(index < recording.scans.size());
   if (!recording.container) {
-    return read_point_cloud(recording.scans[index].file, recording.columns);
+    return read_point_cloud(recording.file_of(recording.scans[index]), recording.columns);
   }
   SIGHTLINE_ASSIGN(const std::vector<std::byte> bytes, recording.container->read(index));
   return recording.container->parse(bytes, index);

@@ -2,6 +2,10 @@
 
 namespace sightline {
 
+std::filesystem::path Recording::file_of(const ScanInFile& scan) const {
+  return container ? source : source / scan.name;
+}
+
 Result<void> validate(const Recording& recording) {
   if (!recording.scans.empty()) return {};
   return Error{ErrorCode::kInvalidArtifact, "a recording without scans", "", recording.name};

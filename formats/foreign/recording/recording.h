@@ -55,19 +55,23 @@ struct RecordingOptions {
   double lidar_yaw_deg = 0.0;
 };
 
-struct RecordedScan {
-  std::filesystem::path file;
-  std::string name;  // the file's; "drive.bag#12" in a file of many scans
+// What it takes to read a scan again.
+struct ScanInFile {
+  std::string name;  // of its file; "drive.bag#12" in a file of many scans
   std::int64_t stamp_ns = 0;
-  std::optional<Pose> T_world_vehicle;
   Digest content{};  // SHA-256 of the file, or of what a file of many says of this scan
   std::uint64_t content_xxh3 = 0;  // of the file; 0 in a file of many. Ten times as fast to compare
+};
+
+struct RecordedScan : ScanInFile {
+  std::optional<Pose> T_world_vehicle;
 };
 
 // Somebody's recording, opened but not read: which files, when, and from where.
 struct Recording {
   std::string name;
   SensorProfile sensor;
+  std::filesystem::path source;  // the folder of the scans' files, or the one file that holds them
   // In natural order of their names (2 before 10), or in the order of the file that holds them.
   std::vector<RecordedScan> scans;
   std::shared_ptr<const ScanContainer> container;  // that file; nullptr: each scan has its own
@@ -80,6 +84,9 @@ struct Recording {
   // Names everything above but warnings and memory: equal for equal contents, wherever the folder
   // lies.
   Digest digest{};
+
+  // Which file holds a scan.
+  [[nodiscard]] std::filesystem::path file_of(const ScanInFile& scan) const;
 };
 
 template <>

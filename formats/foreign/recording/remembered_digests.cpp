@@ -32,11 +32,12 @@ std::optional<Digest> state_of_files(const Recording& recording) {
   const std::int64_t settled_ns = now_ns() - kSettled_ns;
   for (const RecordedScan& scan : recording.scans) {
     struct stat status {};
-    if (::stat(scan.file.c_str(), &status) != 0) return std::nullopt;
+    const std::filesystem::path file = recording.file_of(scan);
+    if (::stat(file.c_str(), &status) != 0) return std::nullopt;
     const std::int64_t written_ns = nanoseconds(status.st_mtim);
     const std::int64_t changed_ns = nanoseconds(status.st_ctim);
     if (std::max(written_ns, changed_ns) > settled_ns) return std::nullopt;
-    writer.put_string(scan.file.string());
+    writer.put_string(file.string());
     writer.put<std::uint64_t>(status.st_dev);
     writer.put<std::uint64_t>(status.st_ino);
     writer.put<std::int64_t>(status.st_size);

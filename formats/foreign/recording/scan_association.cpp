@@ -333,9 +333,9 @@ Result<void> describe_scans(const RecordingOptions& options,
   if (!(options.rate_hz > 0.0)) {
     return Error{ErrorCode::kBadValue, "rate_hz must be above 0", "", ""};
   }
+  recording.scans.resize(files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
-    RecordedScan& scan = recording.scans.emplace_back();
-    scan.file = files[i];
+    RecordedScan& scan = recording.scans[i];
     scan.name = name_of(recording, files, i);
     const auto index_ns =
         static_cast<std::int64_t>(std::llround(static_cast<double>(i) * 1e9 / options.rate_hz));

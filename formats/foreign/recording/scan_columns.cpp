@@ -6,7 +6,7 @@ namespace {
 constexpr std::size_t kKitti = 4;
 
 Error of_scan(Error error, const Recording& recording, std::size_t index) {
-  error.file = recording.scans[index].file.string();
+  error.file = recording.file_of(recording.scans[index]).string();
   return error;
 }
 
@@ -30,7 +30,7 @@ Error mixed(const std::vector<FloatEvidence>& evidence, const Recording& recordi
           "scans of different numbers of floats a point: " + counts_text(before) + " fit up to " +
               recording.scans[index - 1].name + ", " + counts_text(evidence[index].fitting) +
               " fit " + recording.scans[index].name,
-          recording.scans[index].file.parent_path().string(), ""};
+          recording.file_of(recording.scans[index]).parent_path().string(), ""};
 }
 
 Result<FloatCounts> common_counts(const std::vector<FloatEvidence>& evidence,

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "formats/base/random.h"
@@ -28,8 +29,10 @@ Trajectory two_poses() {
                       {4, 200, turned(0.5, {2.0, 2.0, 3.0})}};
   trajectory.poses[1].piece = 1;
   trajectory.poses[1].overlap = 0.75;
-  trajectory.poses[1].covariance.diagonal().setConstant(0.04);
-  trajectory.poses[1].covariance(0, 5) = trajectory.poses[1].covariance(5, 0) = 0.01;
+  PoseCovariance::Matrix covariance = PoseCovariance::Matrix::Zero();
+  covariance.diagonal().setConstant(0.04);
+  covariance(0, 5) = covariance(5, 0) = 0.01;
+  trajectory.poses[1].covariance = covariance;
   return trajectory;
 }
 
@@ -39,6 +42,15 @@ ErrorCode code_of(const Trajectory& trajectory) {
 }
 
 TEST(Trajectory, SurvivesTheDisk) { expect_survives_disk(two_poses()); }
+
+TEST(Trajectory, KeepsTheSignOfAZeroInACovariance) {
+  Trajectory trajectory = two_poses();
+  PoseCovariance::Matrix zeros = PoseCovariance::Matrix::Zero();
+  zeros(3, 3) = -0.0;
+  trajectory.poses[0].covariance = zeros;
+  expect_survives_disk(trajectory);
+  EXPECT_TRUE(std::signbit(trajectory.poses[0].covariance(3, 3)));
+}
 
 TEST(Trajectory, IsPrintedWithItsPosesAndWhereTheyCameFrom) {
   const Table table = dump(two_poses());

@@ -170,7 +170,7 @@ TEST(EstimateTrajectory, BridgesAStretchWithoutGivenPosesAndSaysHowWellPosesAreK
   EXPECT_LT(largest_error_m(*trajectory, test.truth), 0.05);
   EXPECT_TRUE(validate(*trajectory).has_value());
   for (const TrajectoryPose& pose : trajectory->poses) {
-    EXPECT_GT(pose.covariance.diagonal().minCoeff(), 0.0);
+    EXPECT_GT(pose.covariance.matrix().diagonal().minCoeff(), 0.0);
     EXPECT_LT(std::sqrt(pose.covariance(0, 0)), 1.0);
   }
 }
