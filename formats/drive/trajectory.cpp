@@ -89,8 +89,9 @@ Result<void> validate(const Trajectory& trajectory) {
     if (!is_rigid(pose.T_map_vehicle)) {
       return invalid_pose(i, "found a pose that is no rigid motion");
     }
-    if (!is_covariance(pose.covariance.matrix()))
+    if (!is_covariance(pose.covariance.matrix())) {
       return invalid_pose(i, "found a covariance that is none");
+    }
     if (i == 0) continue;
     const TrajectoryPose& before = trajectory.poses[i - 1];
     if (pose.recording_index <= before.recording_index) {

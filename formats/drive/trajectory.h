@@ -13,8 +13,8 @@ namespace sightline {
 
 enum class PoseSource : std::uint8_t { kGiven, kRefined, kEstimated };
 
-// 6 x 6. Zero takes no memory and copies share what they hold: a street has many poses, held more
-// than once, and where poses are given none has a covariance.
+// Of a pose, 6 x 6: see TrajectoryPose. Zero takes no memory and copies share what they hold: a
+// street has many poses, held more than once, and where poses are given none has a covariance.
 class PoseCovariance {
  public:
   using Matrix = Eigen::Matrix<double, 6, 6>;
