@@ -9,6 +9,7 @@ set(rows
   "dlib|BSL-1.0|dlib-1"
   "Eigen|MPL-2.0|eigen3"
   "Embree|Apache-2.0|@"
+  "FLANN|BSD-2-Clause|flann"
   "FlatBuffers|Apache-2.0|flatbuffers"
   "GeographicLib|MIT|geographiclib"
   "libpng|libpng-2.0|libpng"

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
 #include <utility>
 
+#include "formats/drive/scan_memory.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/cell_key.h"
 #include "formats/surroundings/surface_points.h"
@@ -19,6 +21,33 @@ namespace {
 
 // Points of a scan are thinned to one in a voxel, or near rings would outvote all else.
 constexpr double kLeaf_m = 0.15;
+
+// What is kept of thinned scans, which several tiles ask for: 128 m of way, with most sensors.
+constexpr std::size_t kMostKept_bytes = std::size_t{32} << 20;
+constexpr std::size_t kMostKept_scans = 64;
+
+// Of each scan the points that take part, one in a voxel.
+class ThinnedScanStore : public ScanStore {
+ public:
+  ThinnedScanStore(const Drive& drive, double reach_m) : drive_(drive), reach_m_(reach_m) {}
+
+  Result<Scan> read(std::size_t index) const override {
+    SIGHTLINE_ASSIGN(const Scan scan, drive_.store->read(index));
+    const double min_range_m = drive_.sensor_of(drive_.scans[index]).min_range_m;
+    std::vector<Eigen::Vector3d> near_m;
+    for (const Eigen::Vector3d& point_m : crop(scan.points_m, reach_m_)) {
+      if (point_m.norm() >= min_range_m) near_m.push_back(point_m);
+    }
+    Scan thinned;
+    thinned.stamp_ns = scan.stamp_ns;
+    thinned.points_m = voxel_subsample(near_m, kLeaf_m);
+    return thinned;
+  }
+
+ private:
+  const Drive& drive_;
+  double reach_m_;
+};
 
 // A scan that takes part, and where its vehicle was.
 struct LaidScan {
@@ -44,9 +73,12 @@ std::vector<std::size_t> take_scans(double scan_step_m, const Trajectory& trajec
 // reach it and its rim, and nothing else is in memory.
 class Laying {
  public:
-  Laying(const MeasureSharpnessOptions& options, const Drive& drive, std::vector<LaidScan> scans)
+  // `thinned`: the drive's scans as ThinnedScanStore gives them.
+  Laying(const MeasureSharpnessOptions& options, const Drive& drive,
+         std::shared_ptr<const ScanStore> thinned, std::vector<LaidScan> scans)
       : options_(options),
         drive_(drive),
+        thinned_(std::move(thinned)),
         scans_(std::move(scans)),
         tile_m_(options.cell_m * std::ceil(kLeastTile_m / options.cell_m)) {
     std::set<TileKey> tiles;
@@ -113,17 +145,13 @@ class Laying {
   // The points of a scan in a tile and its rim.
   [[nodiscard]] Result<void> append_near(const LaidScan& laid, const TileKey& tile,
                                          std::vector<Eigen::Vector3d>& points_m) const {
-    SIGHTLINE_ASSIGN(const Scan scan, drive_.store->read(laid.index));
+    SIGHTLINE_ASSIGN(const Scan scan, thinned_->read(laid.index));
     const SensorProfile& sensor = drive_.sensor_of(drive_.scans[laid.index]);
-    std::vector<Eigen::Vector3d> near_m;
-    for (const Eigen::Vector3d& point_m : crop(scan.points_m, options_.reach_m)) {
-      if (point_m.norm() >= sensor.min_range_m) near_m.push_back(point_m);
-    }
     const Pose T_laid_lidar = laid.T_laid_vehicle * sensor.T_vehicle_lidar;
     const double low_x = tile.x * tile_m_ - options_.radius_m;
     const double low_y = tile.y * tile_m_ - options_.radius_m;
     const double edge_m = tile_m_ + 2.0 * options_.radius_m;
-    for (const Eigen::Vector3d& point_m : voxel_subsample(near_m, kLeaf_m)) {
+    for (const Eigen::Vector3d& point_m : scan.points_m) {
       const Eigen::Vector3d at_m = T_laid_lidar * point_m;
       const bool is_near = at_m.x() >= low_x && at_m.x() <= low_x + edge_m && at_m.y() >= low_y &&
                            at_m.y() <= low_y + edge_m;
@@ -134,6 +162,7 @@ class Laying {
 
   const MeasureSharpnessOptions& options_;
   const Drive& drive_;
+  std::shared_ptr<const ScanStore> thinned_;
   std::vector<LaidScan> scans_;
   double tile_m_;
   std::vector<TileKey> tiles_;                                 // ascending
@@ -205,9 +234,12 @@ Result<Sharpness> measure_sharpness(PassContext& ctx, const MeasureSharpnessOpti
   }
   const bool is_given = trajectory.source == PoseSource::kGiven;
   const bool has_given = !is_given && !by_given.empty() && by_given.size() == by_map.size();
+  const std::shared_ptr<const ScanStore> thinned =
+      ScanMemory::before(std::make_shared<const ThinnedScanStore>(drive, options.reach_m),
+                         std::make_shared<ScanMemory>(kMostKept_bytes, kMostKept_scans));
   std::vector<Laying> layings;
-  layings.emplace_back(options, drive, std::move(by_map));
-  if (has_given) layings.emplace_back(options, drive, std::move(by_given));
+  layings.emplace_back(options, drive, thinned, std::move(by_map));
+  if (has_given) layings.emplace_back(options, drive, thinned, std::move(by_given));
   SIGHTLINE_ASSIGN(const std::vector<SharpnessFigures> figures, measure_layings(ctx, layings));
   Sharpness sharpness;
   sharpness.of_map = figures.front();
