@@ -146,31 +146,54 @@ RollingMatchGrid::RollingMatchGrid(double cell_m) {
   grid_.records.push_back(make_record(grid_, {}, empty_neighbourhood()));
 }
 
-void RollingMatchGrid::set_lanes(const CellKey& key, std::int32_t nd) {
-  for (std::size_t i = 0; i < kNeighbourCount; ++i) {
-    const CellKey cell = neighbouring(key, i);
-    const std::size_t number = grid_.cells.add(cell);
-    if (number == grid_.neighbourhoods.size()) {
-      grid_.neighbourhoods.push_back(empty_neighbourhood());
-      grid_.records.push_back(grid_.records.front());
-      grid_.normal_classes.push_back(0);
-      grid_.is_unused.push_back(1);
-      ++unused_count_;
-    }
-    MatchGrid::Neighbourhood& neighbourhood = grid_.neighbourhoods[number];
-    KernelRecord& record = grid_.records[number + 1];
-    neighbourhood[i] = nd;
-    unused_count_ -= grid_.is_unused[number];
-    grid_.is_unused[number] = is_empty(neighbourhood) ? 1 : 0;
-    unused_count_ += grid_.is_unused[number];
-    if (nd == MatchGrid::kNone) {
-      set_absent(i, record);
-    } else {
-      const Eigen::Vector3d centre_m = cell_centre_m(cell, grid_.cell_m);
-      set_nd(grid_.nds[static_cast<std::size_t>(nd)], centre_m, grid_.gauss.d2, i, record);
-    }
-    grid_.normal_classes[number] = class_of(grid_, neighbourhood);
+std::size_t RollingMatchGrid::number_of(const CellKey& cell) {
+  const std::size_t number = grid_.cells.add(cell);
+  if (number == grid_.neighbourhoods.size()) {
+    grid_.neighbourhoods.push_back(empty_neighbourhood());
+    grid_.records.push_back(grid_.records.front());
+    grid_.normal_classes.push_back(0);
+    grid_.is_unused.push_back(1);
+    ++unused_count_;
   }
+  return number;
+}
+
+// Its neighbours lie far apart in memory: all are asked for before the first is needed.
+void RollingMatchGrid::set_lanes(const CellKey& key, std::int32_t nd) {
+  std::array<CellKey, kNeighbourCount> cells;
+  std::array<std::size_t, kNeighbourCount> numbers{};
+  for (std::size_t i = 0; i < kNeighbourCount; ++i) {
+    cells[i] = neighbouring(key, i);
+    grid_.cells.prefetch(cells[i]);
+  }
+  for (std::size_t i = 0; i < kNeighbourCount; ++i) {
+    numbers[i] = number_of(cells[i]);
+    __builtin_prefetch(&grid_.neighbourhoods[numbers[i]], 1);
+    __builtin_prefetch(&grid_.normal_classes[numbers[i]], 1);
+    constexpr std::size_t kLine = 64;
+    const auto* record = reinterpret_cast<const char*>(&grid_.records[numbers[i] + 1]);
+    for (std::size_t at = 0; at < sizeof(KernelRecord); at += kLine) {
+      __builtin_prefetch(record + at, 1);
+    }
+  }
+  for (std::size_t i = 0; i < kNeighbourCount; ++i) set_lane(cells[i], numbers[i], i, nd);
+}
+
+void RollingMatchGrid::set_lane(const CellKey& cell, std::size_t number, std::size_t lane,
+                                std::int32_t nd) {
+  MatchGrid::Neighbourhood& neighbourhood = grid_.neighbourhoods[number];
+  KernelRecord& record = grid_.records[number + 1];
+  neighbourhood[lane] = nd;
+  unused_count_ -= grid_.is_unused[number];
+  grid_.is_unused[number] = is_empty(neighbourhood) ? 1 : 0;
+  unused_count_ += grid_.is_unused[number];
+  if (nd == MatchGrid::kNone) {
+    set_absent(lane, record);
+  } else {
+    const Eigen::Vector3d centre_m = cell_centre_m(cell, grid_.cell_m);
+    set_nd(grid_.nds[static_cast<std::size_t>(nd)], centre_m, grid_.gauss.d2, lane, record);
+  }
+  grid_.normal_classes[number] = class_of(grid_, neighbourhood);
 }
 
 void RollingMatchGrid::put(const Nd& nd, const Eigen::Matrix3d& information_per_m2) {

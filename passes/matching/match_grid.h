@@ -91,6 +91,9 @@ class RollingMatchGrid {
  private:
   void put(const CellKey& key, const MatchNd& nd);
   void set_lanes(const CellKey& key, std::int32_t nd);
+  void set_lane(const CellKey& cell, std::size_t number, std::size_t lane, std::int32_t nd);
+  // A cell that was not met before has an empty neighbourhood.
+  std::size_t number_of(const CellKey& cell);
 
   MatchGrid grid_;
   std::vector<std::int32_t> free_;  // of grid_.nds
