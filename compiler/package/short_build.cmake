@@ -148,8 +148,8 @@ function(sightline_compile_in_batches target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()
 
-# What these folders compile, in C++ alone, but for tests with what `parsed` names; in batches or each source
-# by itself.
+# Sources of these folders, where a target has C++ alone, take what `parsed` holds as parsed, tests what theirs holds. They
+# are compiled in batches or each by itself.
 function(sightline_shorten_builds parsed in_batches)
   foreach(folder ${ARGN})
     get_property(targets DIRECTORY ${folder} PROPERTY BUILDSYSTEM_TARGETS)

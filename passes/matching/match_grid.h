@@ -90,7 +90,9 @@ class RollingMatchGrid {
 
  private:
   void put(const CellKey& key, const MatchNd& nd);
+  // What an ND, or kNone, says in the neighbourhoods of its cell and of the six beside it.
   void set_lanes(const CellKey& key, std::int32_t nd);
+  // The same in one of them, that of `cell`.
   void set_lane(const CellKey& cell, std::size_t number, std::size_t lane, std::int32_t nd);
   // A cell that was not met before has an empty neighbourhood.
   std::size_t number_of(const CellKey& cell);

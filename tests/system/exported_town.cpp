@@ -24,9 +24,9 @@ train-model: {trees: 20}
 const fs::path& compiled_town() {
   static const fs::path kTown = [] {
     const fs::path town = scratch_folder() / "street";
-    const ProgramResult made = run_command(std::string(SIGHTLINE_TOWN) +
-                                           " --seed 3 --length-m 90 --spacing-m 2 --drives 1 " +
-                                           "--origin-m 456500,5429500 --output " + town.string());
+    const ProgramResult made =
+        run_command(std::string(SIGHTLINE_TOWN) + " --seed 3 --length-m 90 --drives 1 --origin-m " +
+                    "456500,5429500 --output " + town.string());
     EXPECT_EQ(made.status, 0) << made.err;
     EXPECT_TRUE(write_file_atomically(town / "town.yaml", kConfig, IfExists::kReplace));
     const ProgramResult compiled = run_sightline("compile " + (town / "town.yaml").string() +
