@@ -101,7 +101,6 @@ Wire<FactorTable> add_own_scans(const CompileConfig& config, const LocalizedDriv
     options.starts.count = 0;
   }
   options.site_step = 1;
-  options.shares_climbs = true;
   const Wire<MeasuredError> own = plan.run_as("own", kMeasureError, options, mapping.undistorted,
                                               mapping.trajectory, compile.ndt, compile.sites);
   // A model that learnt one half of a drive from the other would believe it too much elsewhere.

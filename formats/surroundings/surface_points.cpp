@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "formats/base/check.h"
@@ -36,9 +37,10 @@ void decode(ByteReader& reader, PlacedScan& scan) {
   reader.get(scan.part);
 }
 
+constexpr double kSlack_m = 0.01;  // more than rounding moves
+
 // The plane that the rays of these parts reach.
 Eigen::AlignedBox2d reach_of_m(const SurfacePoints& points, std::span<const std::size_t> parts) {
-  constexpr double kSlack_m = 0.01;  // more than rounding moves
   Eigen::AlignedBox2d reach_m;
   for (const std::size_t part : parts) {
     if (part >= points.scans.size()) continue;  // lies in memory: nothing of it moved
@@ -84,9 +86,20 @@ class SureRange {
   double low_m2_, high_m2_;
 };
 
-// For each point, whether it lies within the cells.
+Eigen::AlignedBox2d whole_plane_m() {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {Eigen::Vector2d::Constant(-kInfinity), Eigen::Vector2d::Constant(kInfinity)};
+}
+
+Eigen::AlignedBox2d widened_m(const Eigen::AlignedBox2d& box_m, double by_m) {
+  const Eigen::Vector2d slack_m = Eigen::Vector2d::Constant(by_m);
+  return {box_m.min() - slack_m, box_m.max() + slack_m};
+}
+
+// For each point within the box, whether it lies in the cells; 0 for the others.
 std::vector<std::uint8_t> which_lie_in(const CellSet& cells, double cell_m,
-                                       std::span<const Eigen::Vector3d> points_m) {
+                                       std::span<const Eigen::Vector3d> points_m,
+                                       const Eigen::AlignedBox2d& within_m) {
   std::vector<std::uint8_t> is_inside(points_m.size());
   std::array<CellKey, 256> keys;
   // Neighbours on a ring lie in one cell more often than not.
@@ -96,26 +109,13 @@ std::vector<std::uint8_t> which_lie_in(const CellSet& cells, double cell_m,
     const std::size_t count = std::min(keys.size(), points_m.size() - first);
     cell_keys(points_m.subspan(first, count), cell_m, std::span(keys).first(count));
     for (std::size_t i = 0; i < count; ++i) {
+      if (!within_m.contains(points_m[first + i].head<2>())) continue;
       if (last != keys[i]) is_last_inside = cells.contains(keys[i]) ? 1 : 0;
       last = keys[i];
       is_inside[first + i] = is_last_inside;
     }
   }
   return is_inside;
-}
-
-// The points of one kind.
-std::vector<Eigen::Vector3d> chosen_m(ReturnsInMap returns, std::uint8_t has_moved) {
-  if (returns.has_moved.empty()) {
-    return has_moved == 0 ? std::move(returns.points_m) : std::vector<Eigen::Vector3d>();
-  }
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < returns.points_m.size(); ++i) {
-    returns.points_m[kept] = returns.points_m[i];
-    kept += returns.has_moved[i] == has_moved ? 1 : 0;
-  }
-  returns.points_m.resize(kept);
-  return std::move(returns.points_m);
 }
 
 }  // namespace
@@ -135,11 +135,6 @@ std::optional<Digest> content_of_scans(const ScanStore& store, std::span<const P
   return sha256(before.bytes());
 }
 
-std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
-                                       std::span<const std::size_t> parts) {
-  return moved_voxels_within(points, reach_of_m(points, parts));
-}
-
 std::optional<Digest> content_of_parts(const SurfacePoints& points,
                                        std::span<const std::size_t> parts, ByteWriter before) {
   return content_of_parts(points, parts, reach_of_m(points, parts), std::move(before));
@@ -154,10 +149,8 @@ std::optional<Digest> content_of_parts(const SurfacePoints& points,
     scans.push_back(points.scans[part]);
   }
   // A voxel that is within in part has its centre within or this near.
-  const Eigen::Vector2d slack_m = Eigen::Vector2d::Constant(points.voxel_m);
-  const Eigen::AlignedBox2d voxels_m(within_m.min() - slack_m, within_m.max() + slack_m);
   before.put(points.voxel_m);
-  before.put_array(moved_voxels_within(points, voxels_m));
+  before.put_array(moved_voxels_within(points, widened_m(within_m, points.voxel_m)));
   if (scans.empty()) return sha256(before.bytes());
   return content_of_scans(*points.store, scans, std::move(before));
 }
@@ -255,13 +248,21 @@ void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& /*tra
 }
 
 SurfacePointReader::SurfacePointReader(const SurfacePoints& points)
-    : points_(points), moved_(points.moved_voxels) {
+    : points_(points), within_m_(whole_plane_m()), moved_(points.moved_voxels) {
   SIGHTLINE_CHECK(points.scans.empty() || points.store != nullptr);
 }
 
 SurfacePointReader::SurfacePointReader(const SurfacePoints& points,
                                        std::span<const std::size_t> parts)
-    : points_(points), moved_(moved_voxels_near(points, parts)) {
+    : SurfacePointReader(points, parts, whole_plane_m()) {}
+
+SurfacePointReader::SurfacePointReader(const SurfacePoints& points,
+                                       std::span<const std::size_t> parts,
+                                       const Eigen::AlignedBox2d& within_m)
+    : points_(points),
+      within_m_(widened_m(within_m, kSlack_m)),
+      moved_(moved_voxels_within(
+          points, reach_of_m(points, parts).intersection(widened_m(within_m_, points.voxel_m)))) {
   SIGHTLINE_CHECK(points.scans.empty() || points.store != nullptr);
 }
 
@@ -282,7 +283,7 @@ Result<ReturnsInMap> SurfacePointReader::all(std::size_t part) const {
     returns.points_m.push_back(placed.T_map_lidar * point_lidar_m);
   }
   if (!moved_.empty()) {
-    returns.has_moved = which_lie_in(moved_, points_.voxel_m, returns.points_m);
+    returns.has_moved = which_lie_in(moved_, points_.voxel_m, returns.points_m, within_m_);
   }
   return returns;
 }
@@ -295,6 +296,20 @@ Result<std::vector<Eigen::Vector3d>> SurfacePointReader::standing(std::size_t pa
 Result<std::vector<Eigen::Vector3d>> SurfacePointReader::moving(std::size_t part) const {
   SIGHTLINE_ASSIGN(ReturnsInMap returns, all(part));
   return chosen_m(std::move(returns), 1);
+}
+
+std::vector<Eigen::Vector3d> SurfacePointReader::chosen_m(ReturnsInMap returns,
+                                                          std::uint8_t has_moved) const {
+  const bool none_moved = returns.has_moved.empty();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < returns.points_m.size(); ++i) {
+    const bool is_chosen = (none_moved ? 0 : returns.has_moved[i]) == has_moved &&
+                           within_m_.contains(returns.points_m[i].head<2>());
+    returns.points_m[kept] = returns.points_m[i];
+    kept += is_chosen ? 1 : 0;
+  }
+  returns.points_m.resize(kept);
+  return std::move(returns.points_m);
 }
 
 }  // namespace sightline

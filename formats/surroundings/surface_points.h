@@ -65,11 +65,6 @@ void decode(ByteReader& reader, SurfacePoints& points);
 // After decode: gives the points back the scans that they are read from.
 void reattach(SurfacePoints& points, const Drive& drive, const Trajectory& trajectory);
 
-// The voxels that moved where rays of these parts (of SurfacePointReader) may end, ascending; maybe
-// some around.
-std::vector<CellKey> moved_voxels_near(const SurfacePoints& points,
-                                       std::span<const std::size_t> parts);
-
 // Names what SurfacePointReader gives of these parts, after what `before` holds: scans, where they
 // lie, and what moved. Nothing where a part is not known without reading it.
 std::optional<Digest> content_of_parts(const SurfacePoints& points,
@@ -91,6 +86,10 @@ class SurfacePointReader {
   explicit SurfacePointReader(const SurfacePoints& points);
   // One that is asked for these parts alone: it remembers no voxel that their rays do not reach.
   SurfacePointReader(const SurfacePoints& points, std::span<const std::size_t> parts);
+  // And that is asked what moved in this part of the plane of the map alone: standing() and
+  // moving() give nothing beyond it, and of what all() gives there nothing counts as moved.
+  SurfacePointReader(const SurfacePoints& points, std::span<const std::size_t> parts,
+                     const Eigen::AlignedBox2d& within_m);
 
   // The scans and, last, what lies in memory if anything does.
   [[nodiscard]] std::size_t part_count() const;
@@ -101,7 +100,12 @@ class SurfacePointReader {
   [[nodiscard]] Result<ReturnsInMap> all(std::size_t part) const;
 
  private:
+  // The points of one kind, within.
+  [[nodiscard]] std::vector<Eigen::Vector3d> chosen_m(ReturnsInMap returns,
+                                                      std::uint8_t has_moved) const;
+
   const SurfacePoints& points_;
+  Eigen::AlignedBox2d within_m_;
   CellSet moved_;
 };
 

@@ -16,15 +16,15 @@ namespace {
 // Versions of the definitions in schemas/definitions.md by which a map's numbers were computed.
 const std::vector<NamedVersion>& definitions() {
   static const std::vector<NamedVersion> kDefinitions = {{"choice-of-range", 4},
-                                                         {"factor-of-mapping-drive", 3},
+                                                         {"factor-of-mapping-drive", 4},
                                                          {"factors-of-the-paper", 1},
-                                                         {"factors-of-virtual-scan", 3},
+                                                         {"factors-of-virtual-scan", 4},
                                                          {"localizers", 3},
                                                          {"looks", 1},
-                                                         {"measured-error", 2},
+                                                         {"measured-error", 3},
                                                          {"ndt-map", 1},
-                                                         {"sites", 1},
-                                                         {"surface", 3}};
+                                                         {"sites", 2},
+                                                         {"surface", 4}};
   return kDefinitions;
 }
 

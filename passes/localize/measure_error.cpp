@@ -44,7 +44,6 @@ class Localizing {
   Localizing(const MeasureErrorOptions& options, const SensorProfile& sensor, const TiledNds& nds,
              const AreaLocalizers::Options& areas)
       : choice_{options.localizer, options.coarse_cells, options.leaf_m, options.every_return},
-        shares_climbs_(options.shares_climbs),
         sensor_(sensor),
         nds_(nds),
         areas_(nds, areas) {}
@@ -60,13 +59,11 @@ class Localizing {
 
   // Refers to the area.
   [[nodiscard]] std::unique_ptr<SiteLocalizer> localizer_in(const AreaLocalizer& area) const {
-    return make_site_localizer(
-        {choice_, sensor_, area.for_pcl, area.own, area.of_samples, shares_climbs_});
+    return make_site_localizer({choice_, sensor_, area.for_pcl, area.own, area.of_samples});
   }
 
  private:
   LocalizerChoice choice_;
-  bool shares_climbs_ = false;
   const SensorProfile& sensor_;
   const TiledNds& nds_;
   AreaLocalizers areas_;

@@ -31,9 +31,6 @@ struct MeasureErrorOptions {
   ErrorReference reference = ErrorReference::kFullRangeMatch;
   LocalizerKind localizer = LocalizerKind::kSearching;  // "Localizers" in schemas/definitions.md
   int coarse_cells = 1;
-  // Starts of a scan take over what earlier ones found (SharedClimbs): a half of the time, hardly
-  // other errors. Not for what is judged: a vehicle has one start, and takes all of its time.
-  bool shares_climbs = false;
 };
 std::vector<OptionField> option_fields(MeasureErrorOptions& options);
 // Of a pass that matches scans as measure-error does: `own` and, shared, those of its matching,
@@ -55,7 +52,7 @@ MatchingCard matching_card(const MeasureErrorOptions& options, double cell_m);
 // How far off the matcher ends when it localizes a drive at the sites of a map: at each site (or
 // every site_step-th) the nearest scan is cut at every range and by every look, matched from
 // every initial offset and compared with the reference, as defined in schemas/definitions.md
-// ("Measured error", v2). `trajectory` is that of `localization_drive`, in any frame of the same
+// ("Measured error", v3). `trajectory` is that of `localization_drive`, in any frame of the same
 // world. Sites without a scan near are counted in a warning and keep rows of zeros; another warning
 // tells where no known poses are there to measure against. pcl-ndt needs has_pcl_ndt(). Errors:
 // mismatched-inputs (trajectory and drive, or map and sites, do not belong together), empty-map,
@@ -65,7 +62,7 @@ Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureError
                                             const Drive& localization_drive,
                                             const Trajectory& trajectory, const TiledNds& nds,
                                             const Sites& sites);
-inline constexpr Pass kMeasureError{"measure-error", 11, "measured",
+inline constexpr Pass kMeasureError{"measure-error", 12, "measured",
                                     "Localization error of a drive", &measure_error};
 
 // The same of one of several drives: one that comes near no site keeps rows of zeros everywhere,

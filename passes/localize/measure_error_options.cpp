@@ -45,9 +45,7 @@ std::vector<OptionField> option_fields(MeasureErrorOptions& options) {
              "Autoware's numbers",
              localizer_names()),
       integer("coarse_cells", options.coarse_cells,
-              "matches first on cells so many times as long as the map's; 1 does not", 1, 16),
-      shared(flag("shares_climbs", options.shares_climbs,
-                  "starts of a scan take over what earlier ones found"))};
+              "matches first on cells so many times as long as the map's; 1 does not", 1, 16)};
 }
 
 std::vector<OptionField> with_matching(std::vector<OptionField> own,

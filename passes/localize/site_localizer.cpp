@@ -20,11 +20,12 @@ class OwnSiteLocalizer : public SiteLocalizer {
  public:
   explicit OwnSiteLocalizer(const SiteLocalizerInputs& inputs)
       : matcher_({inputs.own, inputs.of_samples, inputs.sensor, inputs.choice.leaf_m,
-                  inputs.choice.takes_every_return, inputs.shares_climbs}) {}
+                  inputs.choice.takes_every_return, /*shares_climbs=*/true}) {}
   void go_to(const Eigen::Vector3d& /*p_map_m*/, std::uint64_t /*seed*/) override {}
   void take(const Scan& scan, const Look& look) override { matcher_.take(scan, look); }
   MatchResult match(const Pose& T_map_start) override { return matcher_.match(T_map_start); }
   [[nodiscard]] std::size_t point_count() const override { return matcher_.point_count(); }
+  [[nodiscard]] double taken_over_ms() const override { return matcher_.taken_over_ms(); }
 
  private:
   LookMatcher matcher_;

@@ -26,6 +26,9 @@ class SiteLocalizer {
   virtual MatchResult match(const Pose& T_map_start) = 0;
   // Of the last match.
   [[nodiscard]] virtual std::size_t point_count() const = 0;
+  // CPU time of what the last match took over from an earlier start of the scan, which a vehicle
+  // would have spent.
+  [[nodiscard]] virtual double taken_over_ms() const { return 0.0; }
 };
 
 // Which localizer, and what its name leaves open; the last three of this program's own alone.
@@ -44,7 +47,6 @@ struct SiteLocalizerInputs {
   const NdtMap& map;
   const Localizer& own;
   const Localizer& of_samples;
-  bool shares_climbs = false;  // LookMatching's; of this program's localizers alone
 };
 std::unique_ptr<SiteLocalizer> make_site_localizer(const SiteLocalizerInputs& inputs);
 

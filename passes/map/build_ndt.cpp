@@ -171,7 +171,7 @@ Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& opt
   work.make = [&](std::size_t tile) -> Result<std::vector<std::byte>> {
     const CellBox box = tiles.box(tile);
     const std::vector<std::size_t> parts = tiles.parts_over(box);
-    const SurfacePointReader reader(points, parts);
+    const SurfacePointReader reader(points, parts, extent_m(box, options.cell_m));
     SIGHTLINE_ASSIGN(const NdtCells cells, cells_over(reader, parts, box, options.cell_m, threads));
     return to_bytes(map_of_cells(std::span(&cells, 1), grid_of(options), threads));
   };

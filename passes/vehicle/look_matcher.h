@@ -37,6 +37,7 @@ class LookMatcher {
 
   // Of the last match.
   [[nodiscard]] std::size_t point_count() const { return cut_.points_m.size(); }
+  [[nodiscard]] double taken_over_ms() const { return climbs_.taken_over_ms(); }  // SharedClimbs'
 
  private:
   LookMatching matching_;

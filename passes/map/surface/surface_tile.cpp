@@ -94,6 +94,11 @@ CellBox around(const CellTiles& tiles, std::size_t tile) {
   return with_halo(tiles.box(tile), kReachOfCandidates_cells);
 }
 
+// Where returns may lie on patches of these cells: beside them too.
+Eigen::AlignedBox2d told_m(const CellBox& cells, double cell_m) {
+  return extent_m(with_halo(cells, 2 * kLongestCell_cells), cell_m);
+}
+
 }  // namespace
 
 std::optional<Digest> content_of_tile(const SurfacePoints& points,
@@ -103,10 +108,8 @@ std::optional<Digest> content_of_tile(const SurfacePoints& points,
   put(tiles.box(tile), writer);
   writer.put(options.returns_per_ray);
   const CellBox near = around(tiles, tile);
-  // Returns beside the cells may lie on their patches.
-  const CellBox told = with_halo(near, 2 * kLongestCell_cells);
   return content_of_parts(points, parts_seeing(points, tiles, near, options.cell_m),
-                          extent_m(told, options.cell_m), std::move(writer));
+                          told_m(near, options.cell_m), std::move(writer));
 }
 
 Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTileOptions& options,
@@ -114,7 +117,7 @@ Result<SurfaceTile> surface_of_tile(const SurfacePoints& points, const SurfaceTi
   const CellBox box = tiles.box(tile);
   const CellBox near = around(tiles, tile);
   const std::vector<std::size_t> seeing = parts_seeing(points, tiles, near, options.cell_m);
-  const SurfacePointReader reader(points, seeing);
+  const SurfacePointReader reader(points, seeing, told_m(near, options.cell_m));
   SurfaceTile made;
   NdtMap map;
   {

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <functional>
+#include <map>
+#include <string>
 
 #include "formats/base/random.h"
 #include "formats/map/map_reader.h"
@@ -81,6 +84,39 @@ TEST(EmitMap, CarriesWhatThePassesBeforeItMade) {
               format_table(*dump(*made, name), TableFormat::kCsv));
   }
   EXPECT_TRUE(workshop.warnings.empty());
+}
+
+// The version in the heading of a definition: "## Sites (v2)"; 0 where there is no such heading.
+std::uint32_t version_in_text(const std::string& heading) {
+  std::ifstream file(SIGHTLINE_DEFINITIONS);
+  const std::string begin = "## " + heading + " (v";
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with(begin)) continue;
+    return static_cast<std::uint32_t>(std::stoul(line.substr(begin.size())));
+  }
+  return 0;
+}
+
+TEST(EmitMap, SaysTheVersionsThatTheTextOfTheDefinitionsHas) {
+  Workshop workshop({.seed = 1});
+  const Result<CompiledMap> map = workshop.emit();
+  ASSERT_TRUE(map) << to_string(map.error());
+  const std::map<std::string, std::string> headings = {
+      {"choice-of-range", "Error model and choice of range"},
+      {"factor-of-mapping-drive", "Factor from the mapping drive"},
+      {"factors-of-the-paper", "Factors from the paper"},
+      {"factors-of-virtual-scan", "Factors from a virtual scan"},
+      {"localizers", "Localizers"},
+      {"looks", "Looks"},
+      {"measured-error", "Measured error"},
+      {"ndt-map", "NDT map"},
+      {"sites", "Sites"},
+      {"surface", "Surface"}};
+  EXPECT_EQ(map->definitions.size(), headings.size());
+  for (const NamedVersion& definition : map->definitions) {
+    ASSERT_TRUE(headings.contains(definition.name)) << definition.name;
+    EXPECT_EQ(definition.version, version_in_text(headings.at(definition.name))) << definition.name;
+  }
 }
 
 TEST(EmitMap, KeepsAModelThatCanBeTakenOutOfTheFileAgain) {

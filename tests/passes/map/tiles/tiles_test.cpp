@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <set>
 
@@ -249,7 +250,39 @@ TEST(SurfacePointReader, ReadsSomePartsAsTheWholeDoes) {
     EXPECT_EQ(*some.moving(part), *whole.moving(part));
     EXPECT_FALSE(whole.moving(part)->empty());
   }
-  EXPECT_LT(moved_voxels_near(street(), parts).size(), street().moved_voxels.size());
+}
+
+TEST(SurfacePointReader, ToldWhereItIsAskedReadsThatPartOfThePlaneAsTheWholeDoes) {
+  const SurfacePointReader whole(street());
+  const std::vector<std::size_t> parts = {3, 4, 30};
+  Eigen::AlignedBox2d within_m;
+  for (const CellKey& voxel : street().moved_voxels) {
+    within_m.extend(cell_centre_m(voxel, street().voxel_m).head<2>());
+  }
+  within_m = {within_m.min(), within_m.center()};  // some of what moved lies beyond
+  const SurfacePointReader reader(street(), parts, within_m);
+  std::size_t moved = 0;
+  const auto is_within = [&](const Eigen::Vector3d& point_m) {
+    return within_m.contains(point_m.head<2>());
+  };
+  for (const std::size_t part : parts) {
+    std::array<std::vector<Eigen::Vector3d>, 2> asked = {*reader.standing(part),
+                                                         *reader.moving(part)};
+    std::array<std::vector<Eigen::Vector3d>, 2> expected = {*whole.standing(part),
+                                                            *whole.moving(part)};
+    EXPECT_LT(asked[0].size(), expected[0].size());
+    EXPECT_LE(asked[1].size(), expected[1].size());
+    for (std::size_t kind = 0; kind < 2; ++kind) {
+      for (auto* points_m : {&asked[kind], &expected[kind]}) {
+        std::erase_if(*points_m, [&](const auto& point_m) { return !is_within(point_m); });
+      }
+      EXPECT_EQ(asked[kind], expected[kind]);
+    }
+    moved += expected[1].size();
+    const ReturnsInMap all = *reader.all(part);
+    EXPECT_EQ(all.points_m, whole.all(part)->points_m) << "all returns, wherever they lie";
+  }
+  EXPECT_GT(moved, 0U);
 }
 
 TEST(MeasureExtents, RefusesAPointThatTheGridCannotHoldWhereItLies) {
