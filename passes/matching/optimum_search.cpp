@@ -128,8 +128,8 @@ bool SharedClimbs::are_one(const Pose& a, const Pose& b) {
   return (a.translation() - b.translation()).norm() < kSame_m && kLeverArm_m * turned < kSame_m;
 }
 
-Climb& SharedClimbs::climb_from(const MatchResult& lead, const OptimumSearch& search,
-                                ScanForMatch& scan) {
+Climb& SharedClimbs::climb_of(const MatchResult& lead, const OptimumSearch& search,
+                              ScanForMatch& scan) {
   const auto earlier = std::ranges::find_if(
       climbs_, [&](const Climb& climb) { return are_one(climb.T_map_lead, lead.T_map_sensor); });
   if (earlier != climbs_.end()) {
@@ -137,13 +137,13 @@ Climb& SharedClimbs::climb_from(const MatchResult& lead, const OptimumSearch& se
     return *earlier;
   }
   const double begin_ms = thread_cpu_ms();
-  climbs_.push_back(sightline::climb_from(lead, search, scan));
+  climbs_.push_back(climb_from(lead, search, scan));
   climbs_.back().straight.cpu_ms = thread_cpu_ms() - begin_ms;
   return climbs_.back();
 }
 
-const SearchPart& SharedClimbs::part_from(int probe, Climb& climb, const OptimumSearch& search,
-                                          ScanForMatch& scan) {
+const SearchPart& SharedClimbs::part_of(int probe, Climb& climb, const OptimumSearch& search,
+                                        ScanForMatch& scan) {
   const auto earlier =
       std::ranges::find(climb.from_probes, probe, &std::pair<int, SearchPart>::first);
   if (earlier != climb.from_probes.end()) {
@@ -160,10 +160,10 @@ const SearchPart& SharedClimbs::part_from(int probe, Climb& climb, const Optimum
 MatchResult SharedClimbs::go_on(const MatchResult& lead, const OptimumSearch& search,
                                 const Pose& T_map_start, ScanForMatch& scan) {
   taken_over_ms_ = 0.0;
-  Climb& climb = climb_from(lead, search, scan);
+  Climb& climb = climb_of(lead, search, scan);
   const int probe = best_probe(climb, T_map_start, search.search_m);
   if (probe == 0) return result_of(lead, climb.straight, nullptr);
-  return result_of(lead, climb.straight, &part_from(probe, climb, search, scan));
+  return result_of(lead, climb.straight, &part_of(probe, climb, search, scan));
 }
 
 MatchResult search_optimum(const OptimumSearch& search, const Pose& T_map_start, ScanForMatch& scan,

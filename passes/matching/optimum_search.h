@@ -65,9 +65,9 @@ class SharedClimbs {
                     ScanForMatch& scan);
 
  private:
-  Climb& climb_from(const MatchResult& lead, const OptimumSearch& search, ScanForMatch& scan);
-  const SearchPart& part_from(int probe, Climb& climb, const OptimumSearch& search,
-                              ScanForMatch& scan);
+  Climb& climb_of(const MatchResult& lead, const OptimumSearch& search, ScanForMatch& scan);
+  const SearchPart& part_of(int probe, Climb& climb, const OptimumSearch& search,
+                            ScanForMatch& scan);
 
   std::vector<Climb> climbs_;
   double taken_over_ms_ = 0.0;
