@@ -32,8 +32,10 @@ struct Runs {
   std::vector<double> taken_over_ms;
 };
 
-Runs runs_in(const NdtMap& map, const std::vector<Eigen::Vector3d>& points_m) {
-  const Localizer localizer = make_localizer(map, localizer_named("searching"));
+Runs runs_in(const NdtMap& map, const std::vector<Eigen::Vector3d>& points_m,
+             double search_m = 1.25) {
+  Localizer localizer = make_localizer(map, localizer_named("searching"));
+  localizer.search_m = search_m;
   ScanForMatch scan = make_scan_for_match(localizer, points_m);
   Runs runs;
   SharedClimbs climbs;
@@ -96,6 +98,22 @@ TEST(SharedClimbs, InALaneOfManyOptimaNoneIsTakenForAnother) {
         << "start " << k << ": each tries the optimum nearest to itself";
   }
   expect_counted_in_full(runs);
+}
+
+// Which of two optima beside where many starts lead is near enough to be tried differs from start
+// to start.
+TEST(SharedClimbs, EachStartTriesTheOptimumWithinItsOwnReach) {
+  const NdtMap map = simple_map(lane_points(1, 30.0, 120000), 2.0);
+  const std::vector<Eigen::Vector3d> points_m = voxel_subsample(lane_points(2, 12.0, 6000), 0.5);
+  for (const double search_m : {0.5, 0.8, 1.0}) {
+    const Runs runs = runs_in(map, points_m, search_m);
+    EXPECT_GT(count_taken_over(runs), 4);
+    for (std::size_t k = 0; k < runs.alone.size(); ++k) {
+      const double alone = static_cast<double>(runs.alone[k].work);
+      EXPECT_NEAR(static_cast<double>(runs.sharing[k].work), alone, 0.2 * alone)
+          << "start " << k << " within " << search_m << " m";
+    }
+  }
 }
 
 TEST(SharedClimbs, TheSameStartTakesOverAllThatItFoundAndWhatThatTook) {
