@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "passes/matching/localizer.h"
 #include "passes/matching/match_starts.h"
 #include "passes/matching/scan_preparation.h"
@@ -83,6 +85,15 @@ TEST(SharedClimbs, InARoomMostStartsTakeOverAndEndWhereTheyEndAlone) {
     const Eigen::Vector3d apart_m =
         runs.sharing[k].T_map_sensor.translation() - runs.alone[k].T_map_sensor.translation();
     EXPECT_LT(apart_m.norm(), 0.01) << "start " << k;
+    // Nothing is loose in a room: who takes over ends where an earlier start did, to the bit.
+    const auto is_same = [&](const MatchResult& result) {
+      return result.T_map_sensor.matrix() == runs.sharing[k].T_map_sensor.matrix() &&
+             result.score == runs.sharing[k].score;
+    };
+    const auto earlier = runs.sharing.begin() + static_cast<std::ptrdiff_t>(k);
+    EXPECT_EQ(std::any_of(runs.sharing.begin(), earlier, is_same), runs.taken_over_ms[k] > 0.0)
+        << "start " << k;
+    EXPECT_GT(runs.sharing[k].work, 0U) << "what it stands for was work";
   }
   expect_counted_in_full(runs);
 }
@@ -95,7 +106,7 @@ TEST(SharedClimbs, InALaneOfManyOptimaNoneIsTakenForAnother) {
     const Eigen::Vector3d apart_m =
         runs.sharing[k].T_map_sensor.translation() - runs.alone[k].T_map_sensor.translation();
     EXPECT_LT(apart_m.norm(), 0.05)
-        << "start " << k << ": each tries the optimum nearest to itself";
+        << "start " << k << ": each decides from its own place which other optimum it tries";
   }
   expect_counted_in_full(runs);
 }
