@@ -1,11 +1,12 @@
 #include "formats/base/parallel.h"
 
-#ifdef __SANITIZE_THREAD__
 #include <algorithm>
+#include <thread>
+
+#ifdef __SANITIZE_THREAD__
 #include <atomic>
 #include <exception>
 #include <mutex>
-#include <thread>
 #else
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -55,6 +56,11 @@ void run_on_threads(std::size_t count, int threads, const std::function<void(std
 void parallel_for(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
   if (threads != 1 && count > 1) return run_on_threads(count, threads, body);
   for (std::size_t i = 0; i < count; ++i) body(i);
+}
+
+int threads_each(int threads, std::size_t count) {
+  const int all = threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency());
+  return std::max(1, all / static_cast<int>(std::clamp<std::size_t>(count, 1, 1024)));
 }
 
 double ordered_sum(std::span<const double> values) {

@@ -22,6 +22,10 @@ std::vector<T> parallel_map(std::size_t count, int threads,
   return results;
 }
 
+// How many threads (of `threads`; 0: all there are) each of `count` pieces of work has that are
+// done side by side; at least one.
+int threads_each(int threads, std::size_t count);
+
 // Sum by pairwise halving in index order: the same bits for any thread count, rounding error
 // O(log n) instead of O(n).
 double ordered_sum(std::span<const double> values);

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "formats/base/parallel.h"
 #include "passes/factors/compute_factors.h"
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
@@ -75,15 +76,17 @@ class BlockFactors {
 
   [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return caster_.blocks(); }
 
-  [[nodiscard]] Result<SeenFactors> see(const PassContext& ctx, const SiteBlock& block) const {
+  [[nodiscard]] Result<SeenFactors> see(const SiteBlock& block, int threads) const {
     SIGHTLINE_ASSIGN(const DepthImages depth,
-                     cast_rays_in_block(options_.rays, caster_, block, sensor_, ctx.threads));
+                     cast_rays_in_block(options_.rays, caster_, block, sensor_, threads));
     SIGHTLINE_ASSIGN(const VirtualScans scans,
-                     cast_scans_in_block(options_.scans, caster_, block, sensor_, ctx.threads));
+                     cast_scans_in_block(options_.scans, caster_, block, sensor_, threads));
     const Sites sites = sites_of(block, sites_);
     // What a localizer needs of a whole street would be twenty times its NDs.
     SIGHTLINE_ASSIGN(const NdtMap near, nds_.over(reach_of_m(sites)));
     SIGHTLINE_ASSIGN(const FactorWorld world, make_factor_world(near, options_.ranges_m));
+    PassContext ctx;
+    ctx.threads = threads;
     return compute_factors(ctx, world, sites, depth, scans);
   }
 
@@ -178,11 +181,15 @@ Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSi
   const BlockFactors factors(options, nds, surface,
                              {std::move(nd_digests), std::move(patch_digests)}, sites, sensor);
   std::vector<BlockRows> counts(factors.blocks().size());  // without values
+  // The views of few blocks at a time are in memory. Of two one is made ready while the other's
+  // sites are at work.
+  const int blocks_at_once = std::min(2, threads_each(ctx.threads, 1));
+  const int threads = threads_each(ctx.threads, static_cast<std::size_t>(blocks_at_once));
   PartedWork work;
   work.count = factors.blocks().size();
   work.content = [&](std::size_t part) { return factors.content(factors.blocks()[part]); };
   work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
-    SIGHTLINE_ASSIGN(SeenFactors seen, factors.see(ctx, factors.blocks()[part]));
+    SIGHTLINE_ASSIGN(SeenFactors seen, factors.see(factors.blocks()[part], threads));
     return to_bytes({seen.point_count, seen.unmatched_count, std::move(seen.table.values)});
   };
   work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
@@ -196,8 +203,7 @@ Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSi
     counts[part] = {rows.point_count, rows.unmatched_count, {}};
     return true;
   };
-  // Blocks one after another, their sites side by side: one block's views at a time are in memory.
-  SIGHTLINE_TRY(work_in_parts(ctx, work, /*threads=*/1));
+  SIGHTLINE_TRY(work_in_parts(ctx, work, blocks_at_once));
   BlockRows sum;
   for (const BlockRows& rows : counts) {
     sum.point_count += rows.point_count;

@@ -20,6 +20,10 @@ constexpr double kFarthest_m = 70.0;
 constexpr double kLeastLikelihood = 1.2;
 constexpr double kLeastScoredShare = 0.15;
 constexpr double kSearchStep_m = 1.0;
+// Coarse matches that end this near each other lead to one fine match: its basin is many times
+// wider.
+constexpr double kSameEnd_m = 0.05;
+constexpr double kSameEnd_rad = 0.005;
 // Thin walls that move a scan farther draw it to another place.
 constexpr double kMostSharpened_m = 0.2;
 constexpr double kShortestStep_m = 5e-4;
@@ -63,15 +67,7 @@ Pose tidied(const Pose& pose) {
 
 LocalMatch match_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                          const Pose& T_map_start) {
-  MatchOptions options;
-  const MatchResult coarse = match(grids.coarse(), points_m, T_map_start, options);
-  const MatchResult fine = match(grids.fine(), points_m, coarse.T_map_sensor, options);
-  LocalMatch result;
-  result.T_map_lidar = tidied(fine.T_map_sensor);
-  result.likelihood = fine.nearest_voxel_likelihood;
-  result.scored_share =
-      points_m.empty() ? 0.0 : fine.scored_points / static_cast<double>(points_m.size());
-  return result;
+  return *LocalSearch(grids, points_m).match(T_map_start);
 }
 
 Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
@@ -85,6 +81,28 @@ Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& poin
   const double moved_m =
       (sharp.T_map_sensor.translation() - found.T_map_lidar.translation()).norm();
   return moved_m <= kMostSharpened_m ? tidied(sharp.T_map_sensor) : found.T_map_lidar;
+}
+
+LocalSearch::LocalSearch(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m)
+    : grids_(grids),
+      coarse_(make_scan_for_match(points_m)),
+      fine_(make_scan_for_match(points_m)) {}
+
+std::optional<LocalMatch> LocalSearch::match(const Pose& T_map_start) {
+  const Pose T_map_end = sightline::match(grids_.coarse(), coarse_, T_map_start).T_map_sensor;
+  const bool is_known = std::ranges::any_of(T_map_ends_, [&](const Pose& earlier) {
+    return (earlier.translation() - T_map_end.translation()).norm() < kSameEnd_m &&
+           (earlier.linear() - T_map_end.linear()).norm() < kSameEnd_rad;
+  });
+  if (is_known) return std::nullopt;
+  T_map_ends_.push_back(T_map_end);
+  const MatchResult fine = sightline::match(grids_.fine(), fine_, T_map_end);
+  LocalMatch result;
+  result.T_map_lidar = tidied(fine.T_map_sensor);
+  result.likelihood = fine.nearest_voxel_likelihood;
+  const std::size_t count = fine_.points_m.size();
+  result.scored_share = count == 0 ? 0.0 : fine.scored_points / static_cast<double>(count);
+  return result;
 }
 
 std::vector<Pose> starts_around(const Pose& T_map_start, double reach_m) {
@@ -103,10 +121,11 @@ std::vector<Pose> starts_around(const Pose& T_map_start, double reach_m) {
 
 LocalMatch search_locally(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                           const Pose& T_map_start, double reach_m) {
+  LocalSearch search(grids, points_m);
   LocalMatch best;
   for (const Pose& start : starts_around(T_map_start, reach_m)) {
-    const LocalMatch match = match_locally(grids, points_m, start);
-    if (match.is_better_than(best)) best = match;
+    const std::optional<LocalMatch> match = search.match(start);
+    if (match && match->is_better_than(best)) best = *match;
   }
   return best;
 }

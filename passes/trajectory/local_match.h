@@ -2,11 +2,13 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "formats/base/result.h"
 #include "formats/drive/drive.h"
 #include "formats/geometry.h"
+#include "passes/matching/kernel_score.h"
 #include "passes/trajectory/local_map.h"
 
 // Matching one scan to a local map; part of estimate-trajectory. Poses here are the sensor's:
@@ -49,6 +51,23 @@ enum class LastStep { kShort, kShortest };
 // it does without (16 beams, generated towns).
 Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                const LocalMatch& found, LastStep last = LastStep::kShort);
+
+// Matches of one scan to one local map from many starts, of which most end alike: where the coarse
+// match of a start ends where an earlier one's did, the fine one is not made again. Holds the grids,
+// which must stay as they are.
+class LocalSearch {
+ public:
+  LocalSearch(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m);
+
+  // As match_locally(); none where an earlier start led there.
+  [[nodiscard]] std::optional<LocalMatch> match(const Pose& T_map_start);
+
+ private:
+  const LocalGrids& grids_;
+  ScanForMatch coarse_;
+  ScanForMatch fine_;
+  std::vector<Pose> T_map_ends_;  // of coarse matches, all different
+};
 
 // Starts 1 m apart, up to `reach_m` around in the sensor's plane.
 std::vector<Pose> starts_around(const Pose& T_map_start, double reach_m);

@@ -1,7 +1,6 @@
 #include "passes/map/tiles/tile_cells.h"
 
 #include <algorithm>
-#include <thread>
 #include <vector>
 
 #include "formats/base/parallel.h"
@@ -44,11 +43,6 @@ Result<NdtCells> cells_over(const SurfacePointReader& reader, std::span<const st
     }
   }
   return cells;
-}
-
-int threads_each(int threads, std::size_t count) {
-  const int all = threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency());
-  return std::max(1, all / static_cast<int>(std::clamp<std::size_t>(count, 1, 1024)));
 }
 
 }  // namespace sightline

@@ -15,8 +15,4 @@ namespace sightline {
 Result<NdtCells> cells_over(const SurfacePointReader& reader, std::span<const std::size_t> parts,
                             const CellBox& box, double cell_m, int threads);
 
-// How many threads (of `threads`; 0: all there are) each of `count` pieces of work has that are
-// done side by side; at least one.
-int threads_each(int threads, std::size_t count);
-
 }  // namespace sightline

@@ -87,10 +87,12 @@ bool Follower::is_at_first_step() const {
 
 std::vector<LocalMatch> Follower::first_steps(const ReadScan& scan) const {
   std::vector<std::pair<double, LocalMatch>> ends;  // by overlap
+  LocalSearch search(map_.grids(), scan.thinned.to_match_m);
   for (const Pose& start : starts_around(T_map_before(), kFirstStep_m)) {
-    const LocalMatch end = match_locally(map_.grids(), scan.thinned.to_match_m, start);
-    const std::optional<double> overlap = upright_.overlap(scan.upright_m, end.T_map_lidar);
-    if (end.is_good() && overlap) ends.emplace_back(*overlap, end);
+    const std::optional<LocalMatch> end = search.match(start);
+    if (!end || !end->is_good()) continue;
+    const std::optional<double> overlap = upright_.overlap(scan.upright_m, end->T_map_lidar);
+    if (overlap) ends.emplace_back(*overlap, *end);
   }
   std::ranges::stable_sort(ends, std::greater<>(), [](const auto& end) { return end.first; });
   std::vector<LocalMatch> distinct;

@@ -54,13 +54,18 @@ std::vector<Pose> best_turns(const UprightMap& upright, const std::vector<Eigen:
   return best;
 }
 
-std::optional<Candidate> matched(const LocalSurroundings& there, const SoughtScan& scan,
-                                 const Pose& T_map_start) {
-  const LocalMatch match = match_locally(there.grids, scan.to_match_m, T_map_start);
-  if (!match.is_good()) return std::nullopt;
-  const std::optional<double> overlap = there.upright.overlap(scan.upright_m, match.T_map_lidar);
-  if (!overlap) return std::nullopt;
-  return Candidate{match, *overlap};
+// Where the starts lead, each place once. Left out is what is no good match.
+std::vector<Candidate> ends_of(const std::vector<Pose>& starts, const LocalSurroundings& there,
+                               const SoughtScan& scan) {
+  LocalSearch search(there.grids, scan.to_match_m);
+  std::vector<Candidate> ends;
+  for (const Pose& T_map_start : starts) {
+    const std::optional<LocalMatch> match = search.match(T_map_start);
+    if (!match || !match->is_good()) continue;
+    const std::optional<double> overlap = there.upright.overlap(scan.upright_m, match->T_map_lidar);
+    if (overlap) ends.push_back({*match, *overlap});
+  }
+  return ends;
 }
 
 WidePlacement placement_of(const Candidate& best, const std::vector<Candidate>& candidates) {
@@ -82,13 +87,12 @@ bool are_elsewhere(const Pose& a, const Pose& b) {
 
 std::optional<WidePlacement> place_widely(const LocalSurroundings& there, const SoughtScan& scan,
                                           const Pose& T_map_around, const WideSearch& options) {
-  std::vector<Candidate> candidates;
+  std::vector<Pose> starts;
   for (const WiderStart& start :
        wider_starts(there.upright.points_m(), scan.upright_m, T_map_around, options)) {
-    if (const std::optional<Candidate> found = matched(there, scan, start.T_map_lidar)) {
-      candidates.push_back(*found);
-    }
+    starts.push_back(start.T_map_lidar);
   }
+  const std::vector<Candidate> candidates = ends_of(starts, there, scan);
   if (candidates.empty()) return std::nullopt;
   return placement_of(*std::ranges::max_element(candidates, {}, &Candidate::overlap), candidates);
 }
@@ -98,14 +102,12 @@ std::optional<WidePlacement> place_turned(const LocalSurroundings& there, const 
   std::vector<Eigen::Vector3d> few_m;
   const std::size_t step = scan.upright_m.size() / kTurnedPoints + 1;
   for (std::size_t i = 0; i < scan.upright_m.size(); i += step) few_m.push_back(scan.upright_m[i]);
-  std::vector<Candidate> candidates;
+  std::vector<Pose> starts;
   for (const Pose& T_map_place : T_map_places) {
-    for (const Pose& start : best_turns(there.upright, few_m, T_map_place)) {
-      if (const std::optional<Candidate> found = matched(there, scan, start)) {
-        candidates.push_back(*found);
-      }
-    }
+    const std::vector<Pose> turns = best_turns(there.upright, few_m, T_map_place);
+    starts.insert(starts.end(), turns.begin(), turns.end());
   }
+  const std::vector<Candidate> candidates = ends_of(starts, there, scan);
   if (candidates.empty()) return std::nullopt;
   const double most = std::ranges::max(candidates, {}, &Candidate::overlap).overlap;
   const auto best = std::ranges::find_if(
