@@ -10,6 +10,8 @@
 #else
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+
+#include <utility>
 #endif
 
 namespace sightline {
@@ -43,10 +45,35 @@ void run_on_threads(std::size_t count, int threads, const std::function<void(std
 
 #else
 
+// Threads of the arena that runs what this thread is at; 0: none of ours.
+thread_local int arena_threads = 0;
+
+class WithinArena {
+ public:
+  explicit WithinArena(int threads) : before_(std::exchange(arena_threads, threads)) {}
+  ~WithinArena() { arena_threads = before_; }
+  WithinArena(const WithinArena&) = delete;
+  WithinArena& operator=(const WithinArena&) = delete;
+
+ private:
+  int before_;
+};
+
 void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
-  oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
-  arena.execute(
-      [&] { oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); }); });
+  const int wanted = threads_each(threads, 1);
+  // Work within work: who is done with his own helps those who are not. Isolated, so that nobody
+  // who waits here begins something else meanwhile, perhaps with a lock in his hand.
+  if (wanted <= arena_threads) {
+    return oneapi::tbb::this_task_arena::isolate(
+        [&] { oneapi::tbb::parallel_for(std::size_t{0}, count, body); });
+  }
+  oneapi::tbb::task_arena arena(wanted);
+  arena.execute([&] {
+    oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      const WithinArena within(wanted);
+      body(i);
+    });
+  });
 }
 
 #endif

@@ -188,6 +188,9 @@ Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSi
   PartedWork work;
   work.count = factors.blocks().size();
   work.content = [&](std::size_t part) { return factors.content(factors.blocks()[part]); };
+  work.weight = [&](std::size_t part) {
+    return static_cast<double>(factors.blocks()[part].sites.size());
+  };
   work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(SeenFactors seen, factors.see(factors.blocks()[part], threads));
     return to_bytes({seen.point_count, seen.unmatched_count, std::move(seen.table.values)});

@@ -168,6 +168,7 @@ Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& opt
     return content_of_parts(points, tiles.parts_over(box), extent_m(box, options.cell_m),
                             std::move(writer));
   };
+  work.weight = [&](std::size_t tile) { return tiles.weight(tile); };
   work.make = [&](std::size_t tile) -> Result<std::vector<std::byte>> {
     const CellBox box = tiles.box(tile);
     const std::vector<std::size_t> parts = tiles.parts_over(box);

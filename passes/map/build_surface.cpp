@@ -79,6 +79,7 @@ Result<CellTally> add_patches(const PassContext& ctx, const BuildSurfaceOptions&
   work.count = tiles.size();
   const int threads = threads_each(ctx.threads, work.count);
   work.content = [&](std::size_t tile) { return content_of_tile(points, of_tile, tiles, tile); };
+  work.weight = [&](std::size_t tile) { return tiles.weight(tile); };
   work.make = [&](std::size_t tile) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(const SurfaceTile found,
                      surface_of_tile(points, of_tile, tiles, tile, threads));

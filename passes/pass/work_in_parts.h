@@ -25,6 +25,9 @@ struct PartedWork {
   // Puts a part where it belongs, and says whether the bytes are such a part: what lies in a store
   // may be anything. Called side by side, once for each part that is taken.
   std::function<bool(std::size_t part, std::span<const std::byte> bytes)> take;
+  // What a part takes beside others: of a share the heaviest begin first, so that none is left alone
+  // at the end. May be empty: all alike.
+  std::function<double(std::size_t part)> weight = {};
 };
 
 // Takes every part: as it was saved, else it is made and saved. Parts go through bytes either way,
