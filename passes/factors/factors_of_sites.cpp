@@ -184,14 +184,10 @@ Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSi
   // The views of few blocks at a time are in memory. Of two one is made ready while the other's
   // sites are at work.
   const int blocks_at_once = std::min(2, threads_each(ctx.threads, 1));
-  const int threads = threads_each(ctx.threads, static_cast<std::size_t>(blocks_at_once));
   PartedWork work;
   work.count = factors.blocks().size();
   work.content = [&](std::size_t part) { return factors.content(factors.blocks()[part]); };
-  work.weight = [&](std::size_t part) {
-    return static_cast<double>(factors.blocks()[part].sites.size());
-  };
-  work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+  work.make = [&](std::size_t part, int threads) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(SeenFactors seen, factors.see(factors.blocks()[part], threads));
     return to_bytes({seen.point_count, seen.unmatched_count, std::move(seen.table.values)});
   };

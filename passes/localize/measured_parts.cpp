@@ -37,7 +37,7 @@ bool is_like(const MeasuredError& part, const MeasuredError& empty) {
 }  // namespace
 
 Result<AtRest<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
-                                            int threads, const MeasuredError& measured) {
+                                            int at_once, const MeasuredError& measured) {
   const MeasuredError head = head_of(measured);
   const auto empty = [&](std::size_t part) {
     return empty_part(head, measured.scan_of_site, parts.sites[part]);
@@ -50,7 +50,7 @@ Result<AtRest<MeasuredError>> fill_in_parts(const PassContext& ctx, const Measur
     if (!content) return std::nullopt;
     return derived_digest("measured", *content, to_bytes(empty(part)));
   };
-  work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+  work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
     MeasuredError rows = empty(part);
     SIGHTLINE_TRY(parts.fill(part, rows));
     return to_bytes(rows);
@@ -61,7 +61,7 @@ Result<AtRest<MeasuredError>> fill_in_parts(const PassContext& ctx, const Measur
     writer.put(parts.sites[part], *rows);
     return true;
   };
-  SIGHTLINE_TRY(work_in_parts(ctx, work, threads));
+  SIGHTLINE_TRY(work_in_parts(ctx, work, at_once));
   return writer.take();
 }
 

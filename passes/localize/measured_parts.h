@@ -22,9 +22,9 @@ struct MeasuredParts {
   std::function<std::optional<Digest>(std::size_t part)> content;
 };
 
-// Makes the rows of `measured`, which has none, part by part (work_in_parts.h). `threads` parts
+// Makes the rows of `measured`, which has none, part by part (work_in_parts.h). `at_once` parts
 // side by side. Errors: of the lowest part that failed; disk-full, cannot-write.
 Result<AtRest<MeasuredError>> fill_in_parts(const PassContext& ctx, const MeasuredParts& parts,
-                                            int threads, const MeasuredError& measured);
+                                            int at_once, const MeasuredError& measured);
 
 }  // namespace sightline

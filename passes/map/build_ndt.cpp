@@ -160,7 +160,6 @@ Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& opt
   NdsByTile nds(options.cell_m, options.tile_m);
   PartedWork work;
   work.count = tiles.size();
-  const int threads = threads_each(ctx.threads, work.count);
   work.content = [&](std::size_t tile) {
     const CellBox box = tiles.box(tile);
     ByteWriter writer;
@@ -168,8 +167,7 @@ Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& opt
     return content_of_parts(points, tiles.parts_over(box), extent_m(box, options.cell_m),
                             std::move(writer));
   };
-  work.weight = [&](std::size_t tile) { return tiles.weight(tile); };
-  work.make = [&](std::size_t tile) -> Result<std::vector<std::byte>> {
+  work.make = [&](std::size_t tile, int threads) -> Result<std::vector<std::byte>> {
     const CellBox box = tiles.box(tile);
     const std::vector<std::size_t> parts = tiles.parts_over(box);
     const SurfacePointReader reader(points, parts, extent_m(box, options.cell_m));
@@ -181,7 +179,7 @@ Result<TiledNds> map_of_scans(const PassContext& ctx, const BuildNdtOptions& opt
     if (map) nds.add(*map);
     return map.has_value();
   };
-  SIGHTLINE_TRY(work_in_parts(after_extents(ctx, points), work, ctx.threads));
+  SIGHTLINE_TRY(work_in_parts(after_extents(ctx, points), work));
   return nds.take(points.frame, points.standing_count + points.points_m.size());
 }
 

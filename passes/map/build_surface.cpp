@@ -77,10 +77,8 @@ Result<CellTally> add_patches(const PassContext& ctx, const BuildSurfaceOptions&
   std::vector<CellTally> cells(tiles.size());
   PartedWork work;
   work.count = tiles.size();
-  const int threads = threads_each(ctx.threads, work.count);
   work.content = [&](std::size_t tile) { return content_of_tile(points, of_tile, tiles, tile); };
-  work.weight = [&](std::size_t tile) { return tiles.weight(tile); };
-  work.make = [&](std::size_t tile) -> Result<std::vector<std::byte>> {
+  work.make = [&](std::size_t tile, int threads) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(const SurfaceTile found,
                      surface_of_tile(points, of_tile, tiles, tile, threads));
     return to_bytes(found, of_tile);
@@ -92,7 +90,7 @@ Result<CellTally> add_patches(const PassContext& ctx, const BuildSurfaceOptions&
     patches.add(found->patches);
     return true;
   };
-  SIGHTLINE_TRY(work_in_parts(after_extents(ctx, points), work, ctx.threads));
+  SIGHTLINE_TRY(work_in_parts(after_extents(ctx, points), work));
   CellTally sum;
   for (const CellTally& of_one : cells) sum += of_one;
   return sum;

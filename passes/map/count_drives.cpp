@@ -107,14 +107,14 @@ Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& opti
   const PartedWork work{
       counts.size(),
       [&](std::size_t part) { return content_of_parts(points, scans_of(part), ByteWriter()); },
-      [&](std::size_t part) -> Result<std::vector<std::byte>> {
+      [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
         SIGHTLINE_ASSIGN(const ScanCounts made, counts_of(points, scans_of(part), options.tile_m));
         return to_bytes(made);
       },
       [&](std::size_t part, std::span<const std::byte> bytes) {
         return from_bytes(bytes, counts[part]);
       }};
-  SIGHTLINE_TRY(work_in_parts(ctx, work, ctx.threads));
+  SIGHTLINE_TRY(work_in_parts(ctx, work));
   for (std::uint32_t part = 0; part < counts.size(); ++part) {
     for (const auto& [tile, count] : counts[part]) tiles.rows.push_back({tile, part, count});
   }

@@ -90,13 +90,6 @@ class Search {
 
   [[nodiscard]] std::size_t part_count() const { return block_count_ + tiles_.size(); }
 
-  // To count a scan takes a fiftieth of looking at it.
-  [[nodiscard]] double weight(std::size_t part) const {
-    constexpr double kOfCounting = 0.02;
-    if (part < block_count_) return kOfCounting * static_cast<double>(block(part).size());
-    return static_cast<double>(scans_of(tiles_[part - block_count_]).size());
-  }
-
   [[nodiscard]] Result<Findings> look(std::size_t part) const {
     Findings findings;
     if (part < block_count_) {
@@ -147,8 +140,7 @@ Result<void> search(const PassContext& ctx, const RemoveMovingOptions& options,
   PartedWork work;
   work.count = found.size();
   work.content = [&](std::size_t part) { return search.content(part); };
-  work.weight = [&](std::size_t part) { return search.weight(part); };
-  work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+  work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(const Findings findings, search.look(part));
     return to_bytes(findings);
   };
@@ -157,7 +149,7 @@ Result<void> search(const PassContext& ctx, const RemoveMovingOptions& options,
     if (findings) found[part] = *std::move(findings);
     return findings.has_value();
   };
-  SIGHTLINE_TRY(work_in_parts(ctx, work, ctx.threads));
+  SIGHTLINE_TRY(work_in_parts(ctx, work));
   for (const Findings& part : found) {
     points.standing_count += part.counts.in_range;
     points.out_of_range_count += part.counts.out_of_range;

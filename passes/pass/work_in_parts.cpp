@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <functional>
-#include <numeric>
 #include <optional>
-#include <vector>
 
 #include "formats/base/check.h"
 #include "formats/base/parallel.h"
@@ -14,36 +12,33 @@ namespace sightline {
 
 namespace {
 
-// Calls take(part) once for each, side by side; they begin in this order.
-void take_in_order(const std::vector<std::size_t>& parts, int threads,
-                   const std::function<void(std::size_t part)>& take) {
-  std::atomic<std::size_t> next = 0;
-  parallel_for(parts.size(), threads, [&](std::size_t) { take(parts[next++]); });
+// How many threads the i-th of `count` parts may use, of which `at_once` are made side by side.
+int threads_of_part(const PassContext& ctx, int at_once, std::size_t i, std::size_t count) {
+  return threads_each(ctx.threads, std::min(static_cast<std::size_t>(at_once), count - i));
 }
 
-void heaviest_first(const PartedWork& work, std::vector<std::size_t>& parts) {
-  if (!work.weight) return;
-  std::vector<double> weights(work.count);
-  for (const std::size_t part : parts) weights[part] = work.weight(part);
-  std::ranges::stable_sort(parts, std::greater<>(),
-                           [&](std::size_t part) { return weights[part]; });
+// Calls take(i) for each i in [0, count), side by side; they begin in this order.
+void take_in_order(std::size_t count, int at_once, const std::function<void(std::size_t)>& take) {
+  std::atomic<std::size_t> next = 0;
+  parallel_for(count, at_once, [&](std::size_t) { take(next++); });
 }
 
 }  // namespace
 
-Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int threads) {
+Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once) {
+  at_once = at_once > 0 ? at_once : threads_each(ctx.threads, 1);
   std::vector<PartName> names(work.count);
-  parallel_for(work.count, threads, [&](std::size_t part) {
+  parallel_for(work.count, at_once, [&](std::size_t part) {
     names[part].number = part;
     if (work.content) names[part].content = work.content(part);
   });
   if (ctx.parts_sink) ctx.parts_sink(names);
   std::vector<std::optional<Error>> failures(work.count);
   std::atomic<std::size_t> done = 0;
-  const auto take_part = [&](std::size_t part) {
+  const auto take_part = [&](std::size_t part, int threads) {
     const auto saved = ctx.saved_part ? ctx.saved_part(names[part]) : std::nullopt;
     if (!saved || !work.take(part, *saved)) {
-      const Result<std::vector<std::byte>> made = work.make(part);
+      const Result<std::vector<std::byte>> made = work.make(part, threads);
       if (!made) {
         failures[part] = made.error();
         return;
@@ -56,16 +51,14 @@ Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int t
   };
   const std::size_t begin = work.count * ctx.share.number / ctx.share.of;
   const std::size_t end = work.count * (ctx.share.number + 1) / ctx.share.of;
-  std::vector<std::size_t> own(end - begin);
-  std::iota(own.begin(), own.end(), begin);
-  heaviest_first(work, own);
-  take_in_order(own, threads, take_part);
+  take_in_order(end - begin, at_once, [&](std::size_t i) {
+    take_part(begin + i, threads_of_part(ctx, at_once, i, end - begin));
+  });
   // Backwards: whoever has those parts is still at work on them from their beginning.
-  std::vector<std::size_t> others;
-  for (std::size_t i = 1; i <= work.count - own.size(); ++i) {
-    others.push_back((begin + work.count - i) % work.count);
-  }
-  take_in_order(others, threads, take_part);
+  const std::size_t left = work.count - (end - begin);
+  take_in_order(left, at_once, [&](std::size_t i) {
+    take_part((begin + work.count - 1 - i) % work.count, threads_of_part(ctx, at_once, i, left));
+  });
   for (const std::optional<Error>& failure : failures) {
     if (failure) return *failure;
   }

@@ -20,21 +20,20 @@ struct PartedWork {
   // a part of equal content has equal bytes, whatever else of the inputs is another. Called side by
   // side. May be empty or give nothing: then any of the inputs may decide.
   std::function<std::optional<Digest>(std::size_t part)> content = {};
-  // The bytes of one part; called side by side, in no order.
-  std::function<Result<std::vector<std::byte>>(std::size_t part)> make;
+  // The bytes of one part; called side by side. It may use so many threads: more than its share
+  // where fewer parts are left than are made side by side.
+  std::function<Result<std::vector<std::byte>>(std::size_t part, int threads)> make;
   // Puts a part where it belongs, and says whether the bytes are such a part: what lies in a store
   // may be anything. Called side by side, once for each part that is taken.
   std::function<bool(std::size_t part, std::span<const std::byte> bytes)> take;
-  // What a part takes beside others: of a share the heaviest begin first, so that none is left alone
-  // at the end. May be empty: all alike.
-  std::function<double(std::size_t part)> weight = {};
 };
 
 // Takes every part: as it was saved, else it is made and saved. Parts go through bytes either way,
 // so that the result does not depend on who made them. Those of ctx.share come first, then the
 // others from the one before it backwards: processes of different shares meet, and one alone does
-// all. `threads` work side by side (0: all there are). Of several failures the one of the lowest
-// part is returned.
-Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int threads);
+// all. They begin in that order, neighbours side by side, since neighbours often look at the same
+// scans; `at_once` of them (0: as many as ctx.threads, which they share). Of several failures the
+// one of the lowest part is returned.
+Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once = 0);
 
 }  // namespace sightline

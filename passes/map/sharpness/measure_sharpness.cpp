@@ -184,7 +184,7 @@ Result<std::vector<SharpnessFigures>> measure_layings(const PassContext& ctx,
     const auto [laying, tile] = tile_of_part[part];
     return layings[laying].content(tile);
   };
-  work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+  work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
     const auto [laying, tile] = tile_of_part[part];
     SIGHTLINE_ASSIGN(const SharpnessSums found, layings[laying].sums_of_tile(tile));
     ByteWriter writer;
@@ -204,7 +204,7 @@ Result<std::vector<SharpnessFigures>> measure_layings(const PassContext& ctx,
     reader.get(found.plane_points);
     return reader.at_end();
   };
-  SIGHTLINE_TRY(work_in_parts(ctx, work, ctx.threads));
+  SIGHTLINE_TRY(work_in_parts(ctx, work));
   std::vector<SharpnessFigures> figures;
   for (const std::vector<SharpnessSums>& of_tiles : sums) figures.push_back(figures_of(of_tiles));
   return figures;

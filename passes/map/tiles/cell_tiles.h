@@ -44,10 +44,6 @@ class CellTiles {
   // The parts of surface points that have points over these cells, and maybe some that have them
   // beside; ascending.
   [[nodiscard]] std::vector<std::size_t> parts_over(const CellBox& cells) const;
-  // Of PartedWork: how many parts have points over a tile.
-  [[nodiscard]] double weight(std::size_t tile) const {
-    return static_cast<double>(parts_over(box(tile)).size());
-  }
   // By part.
   [[nodiscard]] const std::vector<ScanExtent>& extents() const { return extents_; }
 

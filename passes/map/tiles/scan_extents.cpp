@@ -157,7 +157,7 @@ Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const Su
   PartedWork work;
   work.count = outside.size();
   work.content = [&](std::size_t block) { return content_of_block(points, block); };
-  work.make = [&](std::size_t block) -> Result<std::vector<std::byte>> {
+  work.make = [&](std::size_t block, int /*threads*/) -> Result<std::vector<std::byte>> {
     SIGHTLINE_ASSIGN(const Extents found, extents_of(points, grid, block));
     return to_bytes(found);
   };
@@ -166,7 +166,7 @@ Result<std::vector<ScanExtent>> measure_extents(const PassContext& ctx, const Su
     const std::size_t count = std::min(kScansInBlock, extents.size() - first);
     return from_bytes(bytes, std::span(extents).subspan(first, count), outside[block]);
   };
-  SIGHTLINE_TRY(work_in_parts(ctx, work, ctx.threads));
+  SIGHTLINE_TRY(work_in_parts(ctx, work));
   for (std::size_t block = 0; block < outside.size(); ++block) {
     if (outside[block] == kNone) continue;
     return outside_grid(points, block * kScansInBlock + outside[block], pass);
