@@ -77,10 +77,11 @@ class BlockFactors {
   [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return caster_.blocks(); }
 
   [[nodiscard]] Result<SeenFactors> see(const SiteBlock& block, int threads) const {
+    SIGHTLINE_ASSIGN(const BlockScene scene, caster_.scene(block));
     SIGHTLINE_ASSIGN(const DepthImages depth,
-                     cast_rays_in_block(options_.rays, caster_, block, sensor_, threads));
+                     cast_rays_in_block(options_.rays, scene, sensor_, threads));
     SIGHTLINE_ASSIGN(const VirtualScans scans,
-                     cast_scans_in_block(options_.scans, caster_, block, sensor_, threads));
+                     cast_scans_in_block(options_.scans, scene, sensor_, threads));
     const Sites sites = sites_of(block, sites_);
     // What a localizer needs of a whole street would be twenty times its NDs.
     SIGHTLINE_ASSIGN(const NdtMap near, nds_.over(reach_of_m(sites)));

@@ -234,7 +234,8 @@ Result<AtRest<MeasuredError>> simulate_error(PassContext& ctx, const SimulateErr
           make_site_localizer({choice, sensor, here.for_pcl, here.own, here.of_samples});
       measure_into({scan, at.T_map_vehicle, at.T_map_vehicle}, i, *localizer, rows);
     };
-    SIGHTLINE_TRY(caster.cast(block, fan, ctx.threads, take));
+    SIGHTLINE_ASSIGN(const BlockScene scene, caster.scene(block));
+    scene.cast(fan, ctx.threads, take);
     for (const Result<void>& of_site : taken) SIGHTLINE_TRY(of_site);
     return {};
   };

@@ -97,12 +97,11 @@ Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
   return images;
 }
 
-Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const SiteCaster& caster,
-                                       const SiteBlock& block, const SensorProfile& sensor,
-                                       int threads) {
+Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const BlockScene& scene,
+                                       const SensorProfile& sensor, int threads) {
   SIGHTLINE_TRY(check_options(options));
-  DepthImages images = empty_images(options, block.sites.size());
-  SIGHTLINE_TRY(caster.cast(block, fan_of(options, images, sensor), threads, take_into(images)));
+  DepthImages images = empty_images(options, scene.block().sites.size());
+  scene.cast(fan_of(options, images, sensor), threads, take_into(images));
   return images;
 }
 

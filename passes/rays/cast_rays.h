@@ -30,10 +30,9 @@ std::vector<OptionField> option_fields(CastRaysOptions& options);
 Result<DepthImages> cast_rays(PassContext& ctx, const CastRaysOptions& options,
                               const TiledSurface& surface, const Sites& sites,
                               const SensorProfile& sensor);
-// The same from the sites of one block. The caster reaches as far as the options.
-Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const SiteCaster& caster,
-                                       const SiteBlock& block, const SensorProfile& sensor,
-                                       int threads);
+// The same from the sites of one block. The scene reaches as far as the options.
+Result<DepthImages> cast_rays_in_block(const CastRaysOptions& options, const BlockScene& scene,
+                                       const SensorProfile& sensor, int threads);
 inline constexpr Pass kCastRays{"cast-rays", 3, "depth", "Depth images", &cast_rays};
 
 }  // namespace sightline

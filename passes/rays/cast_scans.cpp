@@ -89,13 +89,12 @@ Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& option
   return join(scan_of_site, options);
 }
 
-Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const SiteCaster& caster,
-                                         const SiteBlock& block, const SensorProfile& sensor,
-                                         int threads) {
+Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const BlockScene& scene,
+                                         const SensorProfile& sensor, int threads) {
   SIGHTLINE_TRY(check_options(options));
   const RayFan fan = fan_of(options, sensor);
-  ScanOfSite scan_of_site(block.sites.size());
-  SIGHTLINE_TRY(caster.cast(block, fan, threads, take_into(fan, options.leaf_m, scan_of_site)));
+  ScanOfSite scan_of_site(scene.block().sites.size());
+  scene.cast(fan, threads, take_into(fan, options.leaf_m, scan_of_site));
   return join(scan_of_site, options);
 }
 

@@ -31,10 +31,9 @@ std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor);
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
                                 const TiledSurface& surface, const Sites& sites,
                                 const SensorProfile& sensor);
-// The same from the sites of one block. The caster reaches as far as the options.
-Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const SiteCaster& caster,
-                                         const SiteBlock& block, const SensorProfile& sensor,
-                                         int threads);
+// The same from the sites of one block. The scene reaches as far as the options.
+Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const BlockScene& scene,
+                                         const SensorProfile& sensor, int threads);
 inline constexpr Pass kCastScans{"cast-scans", 3, "virtual-scans", "Virtual scans", &cast_scans};
 
 }  // namespace sightline

@@ -76,9 +76,8 @@ struct Packet {
   RTCRayHit8 rays;
 };
 
-std::vector<Packet> packets_of(const RayFan& fan) {
+std::vector<Packet> packets_of(const RayFan& fan, double margin) {
   const std::size_t ray_count = fan.directions.size();
-  const double margin = margin_m(fan.far_m);
   std::vector<Packet> packets((ray_count + kPacket - 1) / kPacket);
   for (std::size_t i = 0; i < packets.size() * kPacket; ++i) {
     Packet& packet = packets[i / kPacket];
@@ -189,41 +188,53 @@ RTCGeometry geometry_of(RTCDevice device, std::span<const ExactPatch> patches,
   return geometry;
 }
 
-// Casts a fan of rays on the patches of one block.
-class BlockCaster {
- public:
-  BlockCaster(RTCDevice device, std::span<const SurfacePatch> patches, const SiteBlock& block,
-              const RayFan& fan)
-      : origin_m_(block.origin_m), fan_(fan), scene_(rtcNewScene(device), &rtcReleaseScene) {
+}  // namespace
+
+// The patches that the sites of one block may see, for rays of `far_m` and shorter.
+struct BlockScene::Patches {
+  Patches(RTCDevice device, std::span<const SurfacePatch> seen, const Eigen::Vector3d& origin,
+          double far_m)
+      : origin_m(origin), margin(margin_m(far_m)), scene(rtcNewScene(device), &rtcReleaseScene) {
     check_memory(device);
-    patches_.reserve(patches.size());
-    for (const SurfacePatch& patch : patches) patches_.push_back(exact_patch(patch));
+    exact.reserve(seen.size());
+    for (const SurfacePatch& patch : seen) exact.push_back(exact_patch(patch));
     // Robust: no ray slips between the two triangles that a quadrangle is for Embree.
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    const RTCGeometry geometry = geometry_of(device, patches_, origin_m_, margin_m(fan.far_m));
+    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+    const RTCGeometry geometry = geometry_of(device, exact, origin_m, margin);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_.get(), geometry);
+    rtcAttachGeometry(scene.get(), geometry);
     rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_.get());
+    rtcCommitScene(scene.get());
     check_memory(device);
   }
-  BlockCaster(const BlockCaster&) = delete;
-  BlockCaster& operator=(const BlockCaster&) = delete;
+
+  Eigen::Vector3d origin_m;
+  double margin;
+  std::vector<ExactPatch> exact;
+  Scene scene;
+};
+
+namespace {
+
+// Casts one fan of rays on the patches of one block.
+class FanCaster {
+ public:
+  FanCaster(const BlockScene::Patches& patches, const RayFan& fan)
+      : patches_(patches), fan_(fan), packets_(packets_of(fan, patches.margin)) {}
 
   // `number` is the site's in the block.
-  void cast(const Site& site, std::size_t number, std::span<const Packet> packets,
-            std::span<double> distance_m) const {
-    const Eigen::Vector3f origin_m = (site.p_map_m - origin_m_).cast<float>();
+  void cast(const Site& site, std::size_t number, std::span<double> distance_m) const {
+    const Eigen::Vector3f origin_m = (site.p_map_m - patches_.origin_m).cast<float>();
     const Eigen::Vector2d forward = fan_.view.forward(site);
     ExactCast exact;
     start_query(exact);
-    exact.patches = patches_;
+    exact.patches = patches_.exact;
     exact.p_m = site.p_map_m;
     exact.near_m = fan_.near_m;
     exact.far_m = fan_.far_m;
-    exact.margin_m = margin_m(fan_.far_m);
+    exact.margin_m = patches_.margin;
     for (std::size_t first = 0; first < distance_m.size(); first += kPacket) {
-      Packet packet = packets[first / kPacket];
+      Packet packet = packets_[first / kPacket];
       const std::size_t count = std::min(kPacket, distance_m.size() - first);
       exact.directions = std::span(fan_.directions).subspan(first, count);
       exact.distance_m.fill(kNotHit_m);
@@ -234,7 +245,8 @@ class BlockCaster {
       };
       // Neighbours: a third faster.
       if (takes_all_ || mask(is_left_out, exact, packet)) {
-        intersect_8(packet.valid.data(), scene_.get(), exact, EmbreeRays::kNeighbours, packet.rays);
+        intersect_8(packet.valid.data(), patches_.scene.get(), exact, EmbreeRays::kNeighbours,
+                    packet.rays);
       }
       std::copy_n(exact.distance_m.begin(), count,
                   distance_m.begin() + static_cast<std::ptrdiff_t>(first));
@@ -256,16 +268,30 @@ class BlockCaster {
     return is_any_left;
   }
 
-  Eigen::Vector3d origin_m_;
+  const BlockScene::Patches& patches_;
   const RayFan& fan_;
+  std::vector<Packet> packets_;
   const bool takes_all_ = fan_.view.is_all_round() && !fan_.wants;
-  std::vector<ExactPatch> patches_;
-  Scene scene_;
 };
 
 }  // namespace
 
 void replace_caster_isa(CasterIsa isa) { chosen_isa = isa; }
+
+BlockScene::BlockScene(const Sites& sites, const SiteBlock& block,
+                       std::unique_ptr<const Patches> patches)
+    : sites_(sites), block_(block), patches_(std::move(patches)) {}
+BlockScene::BlockScene(BlockScene&&) noexcept = default;
+BlockScene::~BlockScene() = default;
+
+void BlockScene::cast(const RayFan& fan, int threads, const TakeDistances& take) const {
+  const FanCaster caster(*patches_, fan);
+  parallel_for(block_.sites.size(), threads, [&](std::size_t i) {
+    std::vector<double> distance_m(fan.directions.size());
+    caster.cast(sites_.sites[block_.sites[i]], i, distance_m);
+    take(i, distance_m);
+  });
+}
 
 struct SiteCaster::Scenes {
   Device device = make_device();
@@ -275,6 +301,7 @@ SiteCaster::SiteCaster(const TiledSurface& surface, const Sites& sites, double r
                        ChangePatch change)
     : surface_(surface),
       sites_(sites),
+      far_m_(reach_m),
       reach_m_(reach_m + std::numbers::sqrt2 * surface.widest_half_side_m()),
       change_(std::move(change)),
       blocks_(blocks_of_sites(sites)),
@@ -292,17 +319,11 @@ Result<std::vector<SurfacePatch>> SiteCaster::patches_near(const SiteBlock& bloc
   return sightline::patches_near(block, surface, reach_m_);
 }
 
-Result<void> SiteCaster::cast(const SiteBlock& block, const RayFan& fan, int threads,
-                              const TakeDistances& take) const {
-  const std::vector<Packet> packets = packets_of(fan);
+Result<BlockScene> SiteCaster::scene(const SiteBlock& block) const {
   SIGHTLINE_ASSIGN(const std::vector<SurfacePatch> patches, patches_near(block));
-  const BlockCaster caster(scenes_->device.get(), patches, block, fan);
-  parallel_for(block.sites.size(), threads, [&](std::size_t i) {
-    std::vector<double> distance_m(fan.directions.size());
-    caster.cast(sites_.sites[block.sites[i]], i, packets, distance_m);
-    take(i, distance_m);
-  });
-  return {};
+  return BlockScene(sites_, block,
+                    std::make_unique<const BlockScene::Patches>(scenes_->device.get(), patches,
+                                                                block.origin_m, far_m_));
 }
 
 Result<void> cast_at_sites(PassContext& ctx, const TiledSurface& surface, const Sites& sites,
@@ -319,11 +340,11 @@ Result<void> cast_at_sites(PassContext& ctx, const TiledSurface& surface, const 
         return fan.wants(block.sites[i], ray);
       };
     }
-    SIGHTLINE_TRY(caster.cast(block, of_block, ctx.threads,
-                              [&](std::size_t i, std::span<const double> distance_m) {
-                                take(block.sites[i], distance_m);
-                                ctx.progress(++done, sites.sites.size());
-                              }));
+    SIGHTLINE_ASSIGN(const BlockScene scene, caster.scene(block));
+    scene.cast(of_block, ctx.threads, [&](std::size_t i, std::span<const double> distance_m) {
+      take(block.sites[i], distance_m);
+      ctx.progress(++done, sites.sites.size());
+    });
   }
   return {};
 }

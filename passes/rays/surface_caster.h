@@ -35,10 +35,29 @@ struct RayFan {
 // from.
 using TakeDistances = std::function<void(std::size_t site, std::span<const double> distance_m)>;
 
+// What the sites of one block may see of a surface, in memory. Keeps references to sites and block.
+class BlockScene {
+ public:
+  struct Patches;
+  BlockScene(const Sites& sites, const SiteBlock& block, std::unique_ptr<const Patches> patches);
+  BlockScene(BlockScene&&) noexcept;
+  ~BlockScene();
+
+  [[nodiscard]] const SiteBlock& block() const { return block_; }
+
+  // Casts one fan from the p of every site of the block and hands over the distances; sites side by
+  // side on `threads` threads, so `take` may write only what is that site's.
+  void cast(const RayFan& fan, int threads, const TakeDistances& take) const;
+
+ private:
+  const Sites& sites_;
+  const SiteBlock& block_;
+  std::unique_ptr<const Patches> patches_;
+};
+
 // Casts fans on a surface from sites. Both faces of a patch count, seen at 0.6 degrees or more from
 // its plane. What is hit and how far off is decided in double, so that distances are the same on
-// every processor. Of the surface, what one block sees is in memory at a time. Keeps a reference to
-// the sites. Safe from several threads.
+// every processor. Keeps a reference to the sites. Safe from several threads.
 class SiteCaster {
  public:
   // What is done to each patch before rays meet it. Its centre stays within kMostMoved_m.
@@ -53,11 +72,8 @@ class SiteCaster {
 
   [[nodiscard]] const std::vector<SiteBlock>& blocks() const { return blocks_; }
 
-  // Casts one fan from the p of every site of a block and hands over the distances; sites side by
-  // side on `threads` threads, so `take` may write only what is that site's. One scene is in memory
-  // meanwhile. Error: cannot-read.
-  Result<void> cast(const SiteBlock& block, const RayFan& fan, int threads,
-                    const TakeDistances& take) const;
+  // Of one of the blocks. Must not outlive this. Error: cannot-read.
+  [[nodiscard]] Result<BlockScene> scene(const SiteBlock& block) const;
 
  private:
   struct Scenes;
@@ -65,7 +81,8 @@ class SiteCaster {
 
   TiledSurface surface_;
   const Sites& sites_;
-  double reach_m_;
+  double far_m_;    // no fan ends beyond
+  double reach_m_;  // of what is seen: with half a patch
   ChangePatch change_;
   std::vector<SiteBlock> blocks_;
   std::unique_ptr<Scenes> scenes_;

@@ -12,9 +12,6 @@ constexpr double kCoarseCell_m = 2.0;
 constexpr double kFineCell_m = 1.0;
 // Fewer than a map needs, because a local one begins with a single scan.
 constexpr double kLeastPoints = 6.0;
-// An ND is computed anew when more than this share of its points came or went. A scan adds one in
-// fifty to most cells around.
-constexpr double kStale = 0.25;
 // lambda_1 of a valid ND ("NDT map" in schemas/definitions.md, v1).
 constexpr double kLeastExtent_m2 = 1e-6;
 // Standard deviations across and along the surface of a cell. The thinner a wall is taken to be,
@@ -59,6 +56,7 @@ RollingCells::Cell& RollingCells::cell_of(const CellKey& key) {
     last_ = index_.add(key);
     if (last_ == cells_.size()) cells_.emplace_back().key = key;
   }
+  cells_[last_].is_changed = true;
   return cells_[last_];
 }
 
@@ -68,7 +66,6 @@ void RollingCells::add(const std::vector<Eigen::Vector3d>& points_m, double sign
   for (std::size_t i = 0; i < points_m.size(); ++i) {
     Cell& cell = cell_of(keys_[i]);
     cell.moments.add(points_m[i] - cell_centre_m(cell.key, cell_m_), sign);
-    ++cell.news;
   }
 }
 
@@ -92,10 +89,8 @@ void RollingCells::forget_empty_cells() {
 void RollingCells::finish() {
   forget_empty_cells();
   for (Cell& cell : cells_) {
-    const bool has_enough = cell.moments.count >= kLeastPoints;
-    if (has_enough == cell.is_valid && cell.news <= kStale * cell.moments.count) continue;
-    cell.news = 0;
-    cell.is_valid = has_enough;
+    if (!std::exchange(cell.is_changed, false)) continue;
+    cell.is_valid = cell.moments.count >= kLeastPoints;
     if (cell.is_valid) {
       cell.nd = nd_of(cell.key, cell.moments, cell_m_);
       cell.is_valid = cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2;

@@ -28,8 +28,7 @@ class RollingCells {
 
   // Sign 1 adds points, -1 takes away points that were added before.
   void add(const std::vector<Eigen::Vector3d>& points_m, double sign);
-  // To be called behind the last change: computes anew the NDs of which a share of the points came
-  // or went since they were computed.
+  // To be called behind the last change: computes anew what changed since the last time.
   void finish();
   [[nodiscard]] const MatchGrid& grid() const { return grid_.grid(); }
   [[nodiscard]] NdtMap nds() const;
@@ -39,8 +38,8 @@ class RollingCells {
     CellKey key;
     CellMoments moments;
     Nd nd;
-    bool is_valid = false;   // the ND
-    std::uint32_t news = 0;  // points that came and went since it was computed
+    bool is_changed = true;
+    bool is_valid = false;  // the ND
   };
   Cell& cell_of(const CellKey& key);
   void forget_empty_cells();

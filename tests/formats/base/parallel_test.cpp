@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <stdexcept>
+#include <thread>
 
 #include "formats/base/random.h"
 
@@ -16,6 +20,42 @@ TEST(ParallelFor, CallsEachIndexOnceForAnyThreadCount) {
     parallel_for(calls.size(), threads, [&](std::size_t i) { ++calls[i]; });
     for (const std::atomic<int>& count : calls) EXPECT_EQ(count.load(), 1);
   }
+}
+
+TEST(ParallelFor, WorkWithinWorkTakesNoMoreThreads) {
+  for (const int inner : {0, 1, 3}) {
+    std::atomic<int> calls = 0;
+    std::atomic<int> at_work = 0;
+    std::atomic<int> most = 0;
+    parallel_for(5, 3, [&](std::size_t) {
+      parallel_for(20, std::min(3, threads_each(inner, 1)), [&](std::size_t) {
+        const int now = ++at_work;
+        for (int seen = most; now > seen && !most.compare_exchange_weak(seen, now);) {
+        }
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+        ++calls;
+        --at_work;
+      });
+    });
+    EXPECT_EQ(calls.load(), 100);
+    EXPECT_LE(most.load(), 3);
+  }
+}
+
+TEST(ParallelFor, FailsWithinWorkAsItDoesAlone) {
+  const auto fail = [](std::size_t i) {
+    if (i == 7) throw std::runtime_error("seven");
+  };
+  EXPECT_THROW(parallel_for(3, 2, [&](std::size_t) { parallel_for(10, 2, fail); }),
+               std::runtime_error);
+}
+
+TEST(ThreadsEach, SharesThemOutAndLeavesNoneWithoutOne) {
+  EXPECT_EQ(threads_each(8, 1), 8);
+  EXPECT_EQ(threads_each(8, 3), 2);
+  EXPECT_EQ(threads_each(2, 100), 1);
+  EXPECT_EQ(threads_each(4, 0), 4);
+  EXPECT_GE(threads_each(0, 1), 1);
 }
 
 TEST(ParallelMap, KeepsTheOrderOfItsIndices) {

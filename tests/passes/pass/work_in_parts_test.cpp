@@ -34,9 +34,10 @@ class Squares {
     ctx_.share = share;
     PartedWork work;
     work.count = squares_.size();
-    work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+    work.make = [&](std::size_t part, int may_use) -> Result<std::vector<std::byte>> {
       const std::lock_guard<std::mutex> lock(mutex_);
       made_.push_back(part);
+      threads_of_[part] = may_use;
       if (static_cast<int>(part) >= broken && broken >= 0) {
         return Error{ErrorCode::kNoOverlap, "part " + std::to_string(part), "", ""};
       }
@@ -58,6 +59,9 @@ class Squares {
   [[nodiscard]] const std::vector<std::size_t>& made() const { return made_; }
   [[nodiscard]] std::size_t told() const { return told_; }
   std::map<std::size_t, std::vector<std::byte>>& store() { return store_; }
+  void have_threads(int threads) { ctx_.threads = threads; }
+  // That each part was allowed.
+  [[nodiscard]] const std::map<std::size_t, int>& threads_of() const { return threads_of_; }
 
  private:
   PassContext ctx_;
@@ -65,6 +69,7 @@ class Squares {
   std::map<std::size_t, std::vector<std::byte>> store_;
   std::vector<std::uint64_t> squares_;
   std::vector<std::size_t> made_;
+  std::map<std::size_t, int> threads_of_;
   std::size_t told_ = 0;
 };
 
@@ -99,6 +104,18 @@ TEST(WorkInParts, SharesHaveEachPartOnce) {
     }
     EXPECT_EQ(begun, std::vector<int>(count, 1));
   }
+}
+
+TEST(WorkInParts, TheLastPartsMayUseTheThreadsThatHaveNoneOfTheirOwn) {
+  using ThreadsOf = std::map<std::size_t, int>;
+  Squares few(3);
+  few.have_threads(8);
+  ASSERT_TRUE(few.run({}, 2));
+  EXPECT_EQ(few.threads_of(), (ThreadsOf{{0, 4}, {1, 4}, {2, 8}}));
+  Squares many(6);
+  many.have_threads(4);
+  ASSERT_TRUE(many.run({}, 0));
+  EXPECT_EQ(many.threads_of(), (ThreadsOf{{0, 1}, {1, 1}, {2, 1}, {3, 1}, {4, 2}, {5, 4}}));
 }
 
 TEST(WorkInParts, MakesADamagedPartAnew) {
@@ -143,7 +160,7 @@ class Texts {
     PartedWork work;
     work.count = texts.size();
     work.content = [&](std::size_t part) { return sha256(texts[part]); };
-    work.make = [&](std::size_t part) -> Result<std::vector<std::byte>> {
+    work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
       made.push_back(part);
       ByteWriter writer;
       writer.put_string(texts[part]);

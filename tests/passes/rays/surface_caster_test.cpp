@@ -325,10 +325,11 @@ TEST(SurfaceCaster, MeetsPatchesWhereAChangePutThem) {
   const Sites sites = one_site({62.0, 20.0, 2.0});
   const SiteCaster caster(surface, sites, fan.far_m, move);
   std::vector<double> found_m;
-  ASSERT_TRUE(caster.cast(caster.blocks().front(), fan, 1,
-                          [&](std::size_t, std::span<const double> distance_m) {
-                            found_m.assign(distance_m.begin(), distance_m.end());
-                          }));
+  const Result<BlockScene> scene = caster.scene(caster.blocks().front());
+  ASSERT_TRUE(scene);
+  scene->cast(fan, 1, [&](std::size_t, std::span<const double> distance_m) {
+    found_m.assign(distance_m.begin(), distance_m.end());
+  });
   EXPECT_EQ(found_m, cast(moved, sites.sites.front().p_map_m, fan.directions, 0.5, 12.0));
   EXPECT_GT(std::ranges::count_if(found_m, [](double m) { return std::isfinite(m); }), 20);
 }
