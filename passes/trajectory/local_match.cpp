@@ -23,7 +23,7 @@ constexpr double kSearchStep_m = 1.0;
 // Coarse matches that end this near each other lead to one fine match: its basin is many times
 // wider.
 constexpr double kSameEnd_m = 0.05;
-constexpr double kSameEnd_rad = 0.005;
+constexpr double kSameTurn = 0.005;  // length of the difference of the rotations: 0.2 degrees
 // Thin walls that move a scan farther draw it to another place.
 constexpr double kMostSharpened_m = 0.2;
 constexpr double kShortestStep_m = 5e-4;
@@ -84,15 +84,13 @@ Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& poin
 }
 
 LocalSearch::LocalSearch(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m)
-    : grids_(grids),
-      coarse_(make_scan_for_match(points_m)),
-      fine_(make_scan_for_match(points_m)) {}
+    : grids_(grids), coarse_(make_scan_for_match(points_m)), fine_(make_scan_for_match(points_m)) {}
 
 std::optional<LocalMatch> LocalSearch::match(const Pose& T_map_start) {
   const Pose T_map_end = sightline::match(grids_.coarse(), coarse_, T_map_start).T_map_sensor;
   const bool is_known = std::ranges::any_of(T_map_ends_, [&](const Pose& earlier) {
     return (earlier.translation() - T_map_end.translation()).norm() < kSameEnd_m &&
-           (earlier.linear() - T_map_end.linear()).norm() < kSameEnd_rad;
+           (earlier.linear() - T_map_end.linear()).norm() < kSameTurn;
   });
   if (is_known) return std::nullopt;
   T_map_ends_.push_back(T_map_end);
