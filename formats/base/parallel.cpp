@@ -61,19 +61,18 @@ class WithinArena {
 
 void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
   const int wanted = threads_each(threads, 1);
-  // Work within work: who is done with his own helps those who are not. Isolated, so that nobody
-  // who waits here begins something else meanwhile, perhaps with a lock in his hand.
-  if (wanted <= arena_threads) {
-    return oneapi::tbb::this_task_arena::isolate(
-        [&] { oneapi::tbb::parallel_for(std::size_t{0}, count, body); });
-  }
-  oneapi::tbb::task_arena arena(wanted);
-  arena.execute([&] {
+  const bool is_within = wanted <= arena_threads;
+  const int size = is_within ? arena_threads : wanted;
+  const auto run = [&] {
     oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-      const WithinArena within(wanted);
+      const WithinArena within(size);
       body(i);
     });
-  });
+  };
+  // Work within work: who is done with his own helps those who are not. Isolated, so that nobody
+  // who waits here begins something else meanwhile, perhaps with a lock in his hand.
+  if (is_within) return oneapi::tbb::this_task_arena::isolate(run);
+  oneapi::tbb::task_arena(size).execute(run);
 }
 
 #endif

@@ -27,11 +27,6 @@ Result<std::vector<PlacedScan>> place_scans(const RemoveMovingOptions& options, 
                "pass remove-moving"};
 }
 
-struct ReturnCounts {
-  std::uint64_t in_range = 0;
-  std::uint64_t out_of_range = 0;
-};
-
 Result<ReturnCounts> count_returns(const ScanStore& store, const PlacedScan& placed) {
   SIGHTLINE_ASSIGN(const Scan scan, store.read(placed.index));
   ReturnCounts counts;
@@ -52,66 +47,58 @@ Result<ReturnCounts> count_returns(const ScanStore& store, std::span<const Place
   return sum;
 }
 
-// What one part of the work finds.
-struct Findings {
-  ReturnCounts counts;
-  TileFindings tile;
-};
-
-std::vector<std::byte> to_bytes(const Findings& findings) {
+std::vector<std::byte> to_bytes(const TileFindings& findings) {
   ByteWriter writer;
-  writer.put(findings.counts.in_range);
-  writer.put(findings.counts.out_of_range);
-  writer.put(findings.tile.moving_count);
-  writer.put_array(findings.tile.moved_voxels);
+  writer.put(findings.of_scans.in_range);
+  writer.put(findings.of_scans.out_of_range);
+  writer.put(findings.moving_count);
+  writer.put_array(findings.moved_voxels);
   return writer.take();
 }
 
-std::optional<Findings> findings_of(std::span<const std::byte> bytes) {
+std::optional<TileFindings> findings_of(std::span<const std::byte> bytes) {
   ByteReader reader(bytes);
-  Findings findings;
-  reader.get(findings.counts.in_range);
-  reader.get(findings.counts.out_of_range);
-  reader.get(findings.tile.moving_count);
-  reader.get_array(findings.tile.moved_voxels);
+  TileFindings findings;
+  reader.get(findings.of_scans.in_range);
+  reader.get(findings.of_scans.out_of_range);
+  reader.get(findings.moving_count);
+  reader.get_array(findings.moved_voxels);
   return reader.at_end() ? std::optional(std::move(findings)) : std::nullopt;
 }
 
-// The parts of the work: scans to count, a block after another, then tiles to look into.
+// The parts of the work: tiles to look into, or, where nothing is to be found, scans to count, a
+// block after another.
 class Search {
  public:
   Search(const RemoveMovingOptions& options, const SurfacePoints& points)
       : points_(points), origins_(origins_of(points.scans)) {
     carve_.voxel_m = options.voxel_m;
     carve_.carve_range_m = options.carve_range_m;
-    if (options.enabled) tiles_ = tiles_to_look_at(carve_, points.scans);
-    block_count_ = (points.scans.size() + kScansInBlock - 1) / kScansInBlock;
+    if (options.enabled) {
+      tiles_ = tiles_to_look_at(carve_, points.scans);
+    } else {
+      block_count_ = (points.scans.size() + kScansInBlock - 1) / kScansInBlock;
+    }
   }
 
   [[nodiscard]] std::size_t part_count() const { return block_count_ + tiles_.size(); }
 
-  [[nodiscard]] Result<Findings> look(std::size_t part) const {
-    Findings findings;
-    if (part < block_count_) {
-      SIGHTLINE_ASSIGN(findings.counts, count_returns(*points_.store, block(part)));
+  [[nodiscard]] Result<TileFindings> look(std::size_t part) const {
+    if (tiles_.empty()) {
+      TileFindings findings;
+      SIGHTLINE_ASSIGN(findings.of_scans, count_returns(*points_.store, block(part)));
       return findings;
     }
-    const TileKey& tile = tiles_[part - block_count_];
-    SIGHTLINE_ASSIGN(findings.tile,
-                     find_moving_in_tile(carve_, *points_.store, scans_of(tile), tile));
-    return findings;
+    return find_moving_in_tile(carve_, *points_.store, scans_of(tiles_[part]), tiles_[part]);
   }
 
   // Of the scans that a part looks at.
   [[nodiscard]] std::optional<Digest> content(std::size_t part) const {
     ByteWriter writer;
-    if (part < block_count_) {
-      return content_of_scans(*points_.store, block(part), std::move(writer));
-    }
-    const TileKey& tile = tiles_[part - block_count_];
-    writer.put(tile.x);
-    writer.put(tile.y);
-    return content_of_scans(*points_.store, scans_of(tile), std::move(writer));
+    if (tiles_.empty()) return content_of_scans(*points_.store, block(part), std::move(writer));
+    writer.put(tiles_[part].x);
+    writer.put(tiles_[part].y);
+    return content_of_scans(*points_.store, scans_of(tiles_[part]), std::move(writer));
   }
 
  private:
@@ -136,26 +123,26 @@ class Search {
 Result<void> search(const PassContext& ctx, const RemoveMovingOptions& options,
                     SurfacePoints& points) {
   const Search search(options, points);
-  std::vector<Findings> found(search.part_count());
+  std::vector<TileFindings> found(search.part_count());
   PartedWork work;
   work.count = found.size();
   work.content = [&](std::size_t part) { return search.content(part); };
   work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
-    SIGHTLINE_ASSIGN(const Findings findings, search.look(part));
+    SIGHTLINE_ASSIGN(const TileFindings findings, search.look(part));
     return to_bytes(findings);
   };
   work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
-    std::optional<Findings> findings = findings_of(bytes);
+    std::optional<TileFindings> findings = findings_of(bytes);
     if (findings) found[part] = *std::move(findings);
     return findings.has_value();
   };
   SIGHTLINE_TRY(work_in_parts(ctx, work));
-  for (const Findings& part : found) {
-    points.standing_count += part.counts.in_range;
-    points.out_of_range_count += part.counts.out_of_range;
-    points.moved_voxels.insert(points.moved_voxels.end(), part.tile.moved_voxels.begin(),
-                               part.tile.moved_voxels.end());
-    points.moving_count += part.tile.moving_count;
+  for (const TileFindings& part : found) {
+    points.standing_count += part.of_scans.in_range;
+    points.out_of_range_count += part.of_scans.out_of_range;
+    points.moved_voxels.insert(points.moved_voxels.end(), part.moved_voxels.begin(),
+                               part.moved_voxels.end());
+    points.moving_count += part.moving_count;
   }
   std::ranges::sort(points.moved_voxels);
   return {};

@@ -133,6 +133,7 @@ class TileCarver {
 
   [[nodiscard]] TileFindings findings() const {
     TileFindings found;
+    found.of_scans = of_scans_;
     const std::vector<std::uint8_t> moved = judge(seen_);
     for (std::size_t v = 0; v < moved.size(); ++v) {
       const CellKey key = seen_.keys()[v];
@@ -152,10 +153,16 @@ class TileCarver {
       if (reach_.exteriorDistance(origin_m) > scans_[k].max_range_m) continue;
       SIGHTLINE_ASSIGN(const Scan scan, store_.read(scans_[k].index));
       returns_m_.clear();
+      std::uint64_t in_range = 0;
       for (const Eigen::Vector3d& point_lidar_m : scan.points_m) {
         if (!is_within_range(scans_[k], point_lidar_m)) continue;
+        ++in_range;
         const Eigen::Vector3d return_m = scans_[k].T_map_lidar * point_lidar_m;
         if (near.contains(return_m.head<2>())) returns_m_.push_back(return_m);
+      }
+      if (is_inside(origin_m)) {
+        of_scans_.in_range += in_range;
+        of_scans_.out_of_range += scan.points_m.size() - in_range;
       }
       add_returns(k);
     }
@@ -365,6 +372,7 @@ class TileCarver {
   PointGrid origins_;  // of the scans
   std::uint32_t last_part_ = 0;
   std::optional<DriveEvidence> of_drives_;  // where scans of several drives are here
+  ReturnCounts of_scans_;
   SeenVoxels seen_;
   std::vector<std::vector<std::uint32_t>> hit_voxels_;  // of each scan, each once
   std::vector<AskedVoxel> asked_;

@@ -17,10 +17,16 @@ struct CarveOptions {
   double tile_m = 128.0;
 };
 
+struct ReturnCounts {
+  std::uint64_t in_range = 0;  // of the sensor
+  std::uint64_t out_of_range = 0;
+};
+
 // What moved within one tile; see remove_moving.
 struct TileFindings {
   std::vector<CellKey> moved_voxels;  // ascending
   std::uint64_t moving_count = 0;     // returns in them
+  ReturnCounts of_scans;              // all returns of the scans that were taken in the tile
 };
 
 // Where the scans' sensors were, in their order.

@@ -8,7 +8,7 @@
 namespace sightline {
 namespace {
 
-constexpr double kLocalMapsPerPair = 10.0;  // of runs
+constexpr double kLocalMapsOfTwoRuns = 10.0;
 // However far a given pose jumps, so many scans make the local map that a run begins with.
 constexpr double kLeastScansOfLocalMap = 10.0;
 
@@ -22,8 +22,9 @@ struct GivenWay {
 // Runs that begin within such a way, but for where it begins itself.
 void add_runs_within(const GivenWay& given, double local_map_m, std::vector<ScanRun>& runs) {
   const std::vector<double>& way_m = given.way_m;
+  const double pairs = way_m.back() / (kLocalMapsOfTwoRuns * local_map_m);
   // Even: of three runs two threads would follow the last one with one hand idle.
-  const double count = 2.0 * std::floor(way_m.back() / (kLocalMapsPerPair * local_map_m));
+  const double count = pairs < 1.0 ? 1.0 : 2.0 * std::round(pairs);
   for (double i = 1.0; i < count; i += 1.0) {
     const auto begin = std::ranges::lower_bound(way_m, way_m.back() * i / count);
     const auto first = std::ranges::lower_bound(way_m.begin(), begin, *begin - local_map_m);

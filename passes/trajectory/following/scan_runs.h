@@ -22,8 +22,8 @@ struct ScanRun {
 
 // Ascending, without a gap from `begin` to `begin`. A run begins with each part of the drive, which
 // nothing before it leads to, and, where `given` (T_map_lidar, one a scan) leads from scan to scan,
-// an even number of times on the way, every five `local_map_m` or more. Of a given way that moves
-// nowhere there is one run.
+// from ten `local_map_m` of the way on, an even number of times: about every five. Of a given way
+// that moves nowhere there is one run.
 std::vector<ScanRun> scan_runs(const Drive& drive, const std::vector<std::optional<Pose>>& given,
                                double local_map_m);
 

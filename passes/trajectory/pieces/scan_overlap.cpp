@@ -39,19 +39,22 @@ CellKey cell_of(const Eigen::Vector3d& point_m) {
 std::vector<Eigen::Vector3d> upright_points(const std::vector<Eigen::Vector3d>& points_m,
                                             const Eigen::Matrix3d& level) {
   FlatCellMap<Span> columns;
-  for (const Eigen::Vector3d& point_m : points_m) {
-    if (point_m.norm() > kReach_m) continue;
-    const Eigen::Vector3d levelled_m = level * point_m;
+  std::vector<std::uint32_t> near;  // of points_m
+  std::vector<std::uint32_t> column_of_near;
+  for (std::uint32_t i = 0; i < points_m.size(); ++i) {
+    if (points_m[i].norm() > kReach_m) continue;
+    const Eigen::Vector3d levelled_m = level * points_m[i];
     const double z_m = levelled_m.z();
     const std::uint32_t number = columns.insert(column_of(levelled_m), {z_m, z_m}).number;
     Span& span = columns.values()[number];
     span = {std::min(span.low_m, z_m), std::max(span.high_m, z_m)};
+    near.push_back(i);
+    column_of_near.push_back(number);
   }
   std::vector<Eigen::Vector3d> upright_m;
-  for (const Eigen::Vector3d& point_m : points_m) {
-    if (point_m.norm() > kReach_m) continue;
-    const Span* span = columns.find(column_of(level * point_m));
-    if (span->high_m - span->low_m >= kLeastHeight_m) upright_m.push_back(point_m);
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    const Span& span = columns.values()[column_of_near[i]];
+    if (span.high_m - span.low_m >= kLeastHeight_m) upright_m.push_back(points_m[near[i]]);
   }
   return upright_m;
 }

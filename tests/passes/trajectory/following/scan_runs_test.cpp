@@ -49,8 +49,10 @@ TEST(ScanRuns, OfAGivenWayBeginALocalMapAhead) {
   const Drive drive = drive_of(1001);
   expect_runs(scan_runs(drive, evenly_given(1001, 1.0), 50.0),
               {{0, 0, 250}, {200, 250, 500}, {450, 500, 750}, {700, 750, 1001}});
-  // 800 m would do for three.
-  expect_runs(scan_runs(drive, evenly_given(1001, 0.8), 50.0), {{0, 0, 500}, {438, 500, 1001}});
+  // 800 m are four runs, since 200 m are nearer to 250 m than 400 m are; 600 m are two.
+  expect_runs(scan_runs(drive, evenly_given(1001, 0.8), 50.0),
+              {{0, 0, 250}, {188, 250, 500}, {438, 500, 750}, {688, 750, 1001}});
+  expect_runs(scan_runs(drive, evenly_given(1001, 0.6), 50.0), {{0, 0, 500}, {417, 500, 1001}});
   expect_runs(scan_runs(drive, evenly_given(1001, 0.49), 50.0), {{0, 0, 1001}});
   expect_runs(scan_runs(drive, evenly_given(1001, 0.0), 50.0), {{0, 0, 1001}});
 }
