@@ -53,8 +53,8 @@ Pose sharpened(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& poin
                const LocalMatch& found, LastStep last = LastStep::kShort);
 
 // Matches of one scan to one local map from many starts, of which most end alike: where the coarse
-// match of a start ends where an earlier one's did, the fine one is not made again. Holds the grids,
-// which must stay as they are.
+// match of a start ends where an earlier one's did, the fine one is not made again. Holds the
+// grids, which must stay as they are.
 class LocalSearch {
  public:
   LocalSearch(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m);
