@@ -257,7 +257,7 @@ Result<AtRest<MeasuredError>> simulate_error(PassContext& ctx, const SimulateErr
         nd_digests.within(box_around(places_m, whole.far_m + kFarthestFound_m + kBeside_m)));
     return builder.finish();
   };
-  return fill_in_parts(ctx, {sites_of(caster.blocks()), fill, content}, /*threads=*/1, empty);
+  return fill_in_parts(ctx, {sites_of(caster.blocks()), fill, content}, /*at_once=*/1, empty);
 }
 
 }  // namespace sightline

@@ -133,8 +133,9 @@ Result<void> search(const PassContext& ctx, const RemoveMovingOptions& options,
   };
   work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
     std::optional<TileFindings> findings = findings_of(bytes);
-    if (findings) found[part] = *std::move(findings);
-    return findings.has_value();
+    if (!findings) return false;
+    found[part] = *std::move(findings);
+    return true;
   };
   SIGHTLINE_TRY(work_in_parts(ctx, work));
   for (const TileFindings& part : found) {
