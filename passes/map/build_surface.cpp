@@ -7,7 +7,6 @@
 #include <span>
 #include <utility>
 
-#include "formats/base/parallel.h"
 #include "passes/map/surface/ground_gaps.h"
 #include "passes/map/surface/patch_evidence.h"
 #include "passes/map/surface/patches_by_tile.h"
