@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 
 // The eigenvalues of small symmetric matrices. Eigen's own template takes a compiler five seconds
 // in every file that uses it; here it is compiled once.
@@ -16,5 +17,8 @@ struct SymmetricEigen {
 // Only the lower triangle of `matrix`, of 2, 3 or 6 rows, is read. Its elements are finite.
 template <int N>
 SymmetricEigen<N> symmetric_eigen(const Eigen::Matrix<double, N, N>& matrix);
+
+// The same of many matrices, as many as `found` has room for: to the bit, in half the time.
+void symmetric_eigen(std::span<const Eigen::Matrix3d> matrices, std::span<SymmetricEigen<3>> found);
 
 }  // namespace sightline

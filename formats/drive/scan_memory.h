@@ -16,7 +16,7 @@ class ScanMemory {
   // What a compile may keep. A tile of 128 m is reached by the scans of 330 m, one a metre: so many
   // of 32 beams, or half of them of 64.
   static constexpr std::size_t kMost_bytes = std::size_t{256} << 20;
-  static constexpr std::size_t kMost_scans = 400;
+  static constexpr std::size_t kMost_scans = 1200;
 
   // A scan takes 12 bytes a point, 24 where its coordinates are no floats, and 4 more with times.
   ScanMemory(std::size_t most_bytes, std::size_t most_scans);

@@ -21,12 +21,17 @@ Eigen::Matrix3d CellMoments::covariance_m2() const {
   return (products_m2 - count * mean * mean.transpose()) / (count - 1.0);
 }
 
-Nd nd_of(const CellKey& key, const CellMoments& moments, double cell_m) {
+Nd undecomposed_nd(const CellKey& key, const CellMoments& moments, double cell_m) {
   Nd nd;
   nd.key = key;
   nd.point_count = static_cast<std::uint32_t>(moments.count);
   nd.mean_m = cell_centre_m(key, cell_m) + moments.mean_m();
   nd.covariance_m2 = moments.covariance_m2();
+  return nd;
+}
+
+Nd nd_of(const CellKey& key, const CellMoments& moments, double cell_m) {
+  Nd nd = undecomposed_nd(key, moments, cell_m);
   decompose(nd);
   return nd;
 }

@@ -25,5 +25,7 @@ struct CellMoments {
 
 // The ND of a cell of at least two points, in the frame of the cells.
 Nd nd_of(const CellKey& key, const CellMoments& moments, double cell_m);
+// Without eigenvalues and eigenvectors: of many NDs decompose() finds them faster together.
+Nd undecomposed_nd(const CellKey& key, const CellMoments& moments, double cell_m);
 
 }  // namespace sightline

@@ -216,9 +216,9 @@ Result<void> decode_ndt_layer(std::span<const std::byte> raw, std::uint64_t row_
     if (!nd.covariance_m2.allFinite()) {
       return bad(ErrorCode::kBadLayer, "a covariance is not finite", row);
     }
-    decompose(nd);
     ndt.nds.push_back(nd);
   }
+  decompose(std::span(ndt.nds).subspan(ndt.nds.size() - row_count));
   return {};
 }
 

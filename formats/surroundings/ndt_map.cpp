@@ -1,6 +1,7 @@
 #include "formats/surroundings/ndt_map.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "formats/symmetric_eigen.h"
@@ -26,6 +27,13 @@ Result<void> validate_nd(const Nd& nd, double cell_m, std::size_t index) {
     return invalid_artifact("eigenvalues must be descending and not negative", place_of(index));
   }
   return {};
+}
+
+void set_axes(const SymmetricEigen<3>& eigen, Nd& nd) {
+  for (int i = 0; i < 3; ++i) {
+    nd.eigenvalues_m2[i] = std::max(0.0, eigen.values[2 - i]);
+    nd.eigenvectors.col(i) = eigen.vectors.col(2 - i);
+  }
 }
 
 std::pair<TileKey, CellKey> order_of(const Nd& nd, const NdtMap& map) {
@@ -54,11 +62,17 @@ Eigen::Matrix3d regularised_covariance_m2(const Nd& nd) {
   return 0.5 * (covariance + covariance.transpose());
 }
 
-void decompose(Nd& nd) {
-  const SymmetricEigen<3> eigen = symmetric_eigen<3>(nd.covariance_m2);
-  for (int i = 0; i < 3; ++i) {
-    nd.eigenvalues_m2[i] = std::max(0.0, eigen.values[2 - i]);
-    nd.eigenvectors.col(i) = eigen.vectors.col(2 - i);
+void decompose(Nd& nd) { set_axes(symmetric_eigen<3>(nd.covariance_m2), nd); }
+
+void decompose(std::span<Nd> nds) {
+  constexpr std::size_t kAtOnce = 64;
+  std::array<Eigen::Matrix3d, kAtOnce> covariances_m2;
+  std::array<SymmetricEigen<3>, kAtOnce> found;
+  for (; !nds.empty(); nds = nds.subspan(std::min(kAtOnce, nds.size()))) {
+    const std::size_t count = std::min(kAtOnce, nds.size());
+    for (std::size_t i = 0; i < count; ++i) covariances_m2[i] = nds[i].covariance_m2;
+    symmetric_eigen(std::span(covariances_m2).first(count), std::span(found).first(count));
+    for (std::size_t i = 0; i < count; ++i) set_axes(found[i], nds[i]);
   }
 }
 
@@ -160,9 +174,9 @@ void decode(ByteReader& reader, NdtMap& map) {
         nd.covariance_m2(j, i) = nd.covariance_m2(i, j);
       }
     }
-    // Not stored: it follows from the covariance, to the bit.
-    if (nd.covariance_m2.allFinite()) decompose(nd);
   }
+  // Not stored: they follow from the covariance, to the bit.
+  decompose(map.nds);
 }
 
 }  // namespace sightline

@@ -48,20 +48,30 @@ Result<AreaLocalizer> AreaLocalizers::make(const TileKey& area) const {
 }
 
 Result<std::shared_ptr<const AreaLocalizer>> AreaLocalizers::at(const Eigen::Vector3d& p_map_m) {
-  const auto serves = [&](const auto& ready) {
-    return box_of(ready.first, kBeyond_m).contains(p_map_m.head<2>());
+  const std::shared_ptr<Place> place = place_of(p_map_m);
+  // Whoever needs another area goes on meanwhile.
+  const std::lock_guard<std::mutex> lock(place->mutex);
+  if (!place->localizer) {
+    SIGHTLINE_ASSIGN(AreaLocalizer made, make(place->area));
+    place->localizer = std::make_shared<const AreaLocalizer>(std::move(made));
+  }
+  return place->localizer;
+}
+
+std::shared_ptr<AreaLocalizers::Place> AreaLocalizers::place_of(const Eigen::Vector3d& p_map_m) {
+  const auto serves = [&](const std::shared_ptr<Place>& place) {
+    return box_of(place->area, kBeyond_m).contains(p_map_m.head<2>());
   };
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto found = std::ranges::find_if(ready_, serves);
-  if (found != ready_.end()) {
-    ready_.splice(ready_.begin(), ready_, found);
+  const auto found = std::ranges::find_if(places_, serves);
+  if (found != places_.end()) {
+    places_.splice(places_.begin(), places_, found);
   } else {
-    if (ready_.size() >= most_) ready_.pop_back();
-    const TileKey area = tile_key(p_map_m, kArea_m);
-    SIGHTLINE_ASSIGN(AreaLocalizer made, make(area));
-    ready_.emplace_front(area, std::make_shared<const AreaLocalizer>(std::move(made)));
+    if (places_.size() >= most_) places_.pop_back();
+    places_.push_front(std::make_shared<Place>());
+    places_.front()->area = tile_key(p_map_m, kArea_m);
   }
-  return ready_.front().second;
+  return places_.front();
 }
 
 }  // namespace sightline

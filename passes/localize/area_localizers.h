@@ -4,7 +4,6 @@
 #include <list>
 #include <memory>
 #include <mutex>
-#include <utility>
 
 #include "formats/base/result.h"
 #include "formats/drive/localizer_profile.h"
@@ -42,13 +41,19 @@ class AreaLocalizers {
   Result<std::shared_ptr<const AreaLocalizer>> at(const Eigen::Vector3d& p_map_m);
 
  private:
+  struct Place {
+    TileKey area;
+    std::mutex mutex;
+    std::shared_ptr<const AreaLocalizer> localizer;  // none until it was asked for
+  };
   [[nodiscard]] Result<AreaLocalizer> make(const TileKey& area) const;
+  std::shared_ptr<Place> place_of(const Eigen::Vector3d& p_map_m);
 
   TiledNds nds_;
   Options options_;
   std::size_t most_;  // areas that are kept ready
   std::mutex mutex_;
-  std::list<std::pair<TileKey, std::shared_ptr<const AreaLocalizer>>> ready_;  // the latest first
+  std::list<std::shared_ptr<Place>> places_;  // the latest first
 };
 
 }  // namespace sightline

@@ -141,7 +141,8 @@ Result<AtRest<MeasuredError>> measure_sites(const PassContext& ctx, const SiteMe
     if (localizing.kind() == LocalizerKind::kPclNdt) return std::nullopt;
     return contents.of(std::span(scans).subspan(part * kSitesInPart, parts[part].size()));
   };
-  return fill_in_parts(ctx, {parts, fill, content}, ctx.threads, measured);
+  // Neighbours share the localizers of an area, which one of them makes; no two read the same scan.
+  return fill_in_parts(ctx, {parts, fill, content, PartOrder::kApart}, ctx.threads, measured);
 }
 
 // Position of each site's nearest selected scan within the radius, the first on a tie.

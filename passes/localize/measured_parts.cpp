@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <span>
 
-#include "passes/pass/work_in_parts.h"
-
 namespace sightline {
 namespace {
 
@@ -44,6 +42,7 @@ Result<AtRest<MeasuredError>> fill_in_parts(const PassContext& ctx, const Measur
   };
   SiteRowsWriter<MeasuredError> writer(measured);
   PartedWork work;
+  work.order = parts.order;
   work.count = parts.sites.size();
   work.content = [&](std::size_t part) -> std::optional<Digest> {
     const std::optional<Digest> content = parts.content(part);

@@ -9,6 +9,7 @@
 #include "formats/base/hash.h"
 #include "formats/base/result.h"
 #include "passes/pass/pass_context.h"
+#include "passes/pass/work_in_parts.h"
 
 namespace sightline {
 
@@ -20,6 +21,7 @@ struct MeasuredParts {
   std::vector<std::vector<std::size_t>> sites;
   FillPart fill;
   std::function<std::optional<Digest>(std::size_t part)> content;
+  PartOrder order = PartOrder::kSideBySide;
 };
 
 // Makes the rows of `measured`, which has none, part by part (work_in_parts.h). `at_once` parts

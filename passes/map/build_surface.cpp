@@ -6,7 +6,9 @@
 #include <set>
 #include <span>
 #include <utility>
+#include <vector>
 
+#include "formats/base/parallel.h"
 #include "passes/map/surface/ground_gaps.h"
 #include "passes/map/surface/patch_evidence.h"
 #include "passes/map/surface/patches_by_tile.h"
@@ -125,6 +127,27 @@ Result<std::vector<SurfacePatch>> finished_tile(const PatchesByTile& patches, co
   return finished;
 }
 
+// Finishes and writes tiles, some at a time. Errors: cannot-read; those of the writer.
+Result<void> write_tiles(const PassContext& ctx, const PatchesByTile& patches,
+                         std::span<const TileKey> tiles, const Surface& surface,
+                         TiledSurfaceWriter& writer) {
+  const std::size_t at_once = 4 * static_cast<std::size_t>(threads_each(ctx.threads, 1));
+  for (std::size_t first = 0; first < tiles.size(); first += at_once) {
+    const std::span<const TileKey> some =
+        tiles.subspan(first, std::min(at_once, tiles.size() - first));
+    std::vector<Result<std::vector<SurfacePatch>>> finished(some.size(),
+                                                            std::vector<SurfacePatch>{});
+    parallel_for(some.size(), ctx.threads, [&](std::size_t i) {
+      finished[i] = finished_tile(patches, some[i], surface);
+    });
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      if (!finished[i]) return finished[i].error();
+      SIGHTLINE_TRY(writer.add(some[i], *finished[i]));
+    }
+  }
+  return {};
+}
+
 // Tiles that hold patches, and those beside them into which ground between ground may reach.
 std::set<TileKey> tiles_around(const std::vector<TileKey>& tiles, const Surface& surface) {
   const auto rings =
@@ -161,10 +184,9 @@ Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& 
   SIGHTLINE_TRY(patches.finish());
   warn_of_invalid_cells(ctx, cells, 2);
   TiledSurfaceWriter writer(points.frame, options.cell_m, options.tile_m);
-  for (const TileKey& tile : tiles_around(patches.tiles(), order)) {
-    SIGHTLINE_ASSIGN(const std::vector<SurfacePatch> finished, finished_tile(patches, tile, order));
-    SIGHTLINE_TRY(writer.add(tile, finished));
-  }
+  const std::set<TileKey> around = tiles_around(patches.tiles(), order);
+  const std::vector<TileKey> tiles(around.begin(), around.end());
+  SIGHTLINE_TRY(write_tiles(ctx, patches, tiles, order, writer));
   TiledSurface surface = writer.take();
   if (surface.patch_count() == 0) {
     return Error{ErrorCode::kEmptyMap,

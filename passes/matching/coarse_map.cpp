@@ -21,8 +21,9 @@ NdtMap coarse_map(const NdtMap& map, int factor) {
   }
   coarse.nds.clear();
   for (const auto& [place, moments] : cells) {
-    coarse.nds.push_back(nd_of(place.second, moments, coarse.cell_m));
+    coarse.nds.push_back(undecomposed_nd(place.second, moments, coarse.cell_m));
   }
+  decompose(coarse.nds);
   return coarse;
 }
 

@@ -23,6 +23,20 @@ void take_in_order(std::size_t count, int at_once, const std::function<void(std:
   parallel_for(count, at_once, [&](std::size_t) { take(next++); });
 }
 
+// The same in as many stretches as threads; who is done with one helps with the next.
+void take_apart(std::size_t count, int at_once, const std::function<void(std::size_t)>& take) {
+  const auto stretches = static_cast<std::size_t>(at_once);
+  std::vector<std::atomic<std::size_t>> next(stretches);
+  for (std::size_t s = 0; s < stretches; ++s) next[s] = count * s / stretches;
+  parallel_for(stretches, at_once, [&](std::size_t own) {
+    for (std::size_t k = 0; k < stretches; ++k) {
+      const std::size_t s = (own + k) % stretches;
+      const std::size_t end = count * (s + 1) / stretches;
+      for (std::size_t i = next[s]++; i < end; i = next[s]++) take(i);
+    }
+  });
+}
+
 }  // namespace
 
 Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once) {
@@ -51,12 +65,13 @@ Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int a
   };
   const std::size_t begin = work.count * ctx.share.number / ctx.share.of;
   const std::size_t end = work.count * (ctx.share.number + 1) / ctx.share.of;
-  take_in_order(end - begin, at_once, [&](std::size_t i) {
+  const auto take_each = work.order == PartOrder::kApart ? take_apart : take_in_order;
+  take_each(end - begin, at_once, [&](std::size_t i) {
     take_part(begin + i, threads_of_part(ctx, at_once, i, end - begin));
   });
   // Backwards: whoever has those parts is still at work on them from their beginning.
   const std::size_t left = work.count - (end - begin);
-  take_in_order(left, at_once, [&](std::size_t i) {
+  take_each(left, at_once, [&](std::size_t i) {
     take_part((begin + work.count - 1 - i) % work.count, threads_of_part(ctx, at_once, i, left));
   });
   for (const std::optional<Error>& failure : failures) {

@@ -12,6 +12,11 @@
 
 namespace sightline {
 
+// What threads take at the same time. Neighbours often look at the same scans, which are then read
+// once for both: they are made side by side. Where neighbours need something that only one of them
+// can make, and each has scans of its own, every thread begins in a stretch of its own.
+enum class PartOrder { kSideBySide, kApart };
+
 // Work of a pass that falls into parts, each of which depends on the pass, its options and its
 // inputs alone.
 struct PartedWork {
@@ -26,14 +31,14 @@ struct PartedWork {
   // Puts a part where it belongs, and says whether the bytes are such a part: what lies in a store
   // may be anything. Called side by side, once for each part that is taken.
   std::function<bool(std::size_t part, std::span<const std::byte> bytes)> take;
+  PartOrder order = PartOrder::kSideBySide;
 };
 
 // Takes every part: as it was saved, else it is made and saved. Parts go through bytes either way,
 // so that the result does not depend on who made them. Those of ctx.share come first, then the
 // others from the one before it backwards: processes of different shares meet, and one alone does
-// all. They begin in that order, neighbours side by side, since neighbours often look at the same
-// scans; `at_once` of them (0: as many as ctx.threads, which they share). Of several failures the
-// one of the lowest part is returned.
+// all. They begin in that order, or stretch by stretch (PartOrder); `at_once` of them (0: as many as
+// ctx.threads, which they share). Of several failures the one of the lowest part is returned.
 Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once = 0);
 
 }  // namespace sightline

@@ -88,13 +88,24 @@ void RollingCells::forget_empty_cells() {
 
 void RollingCells::finish() {
   forget_empty_cells();
-  for (Cell& cell : cells_) {
+  std::vector<std::size_t> full;  // of the cells that changed
+  std::vector<Nd> nds;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    Cell& cell = cells_[i];
     if (!std::exchange(cell.is_changed, false)) continue;
-    cell.is_valid = cell.moments.count >= kLeastPoints;
-    if (cell.is_valid) {
-      cell.nd = nd_of(cell.key, cell.moments, cell_m_);
-      cell.is_valid = cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2;
+    cell.is_valid = false;
+    if (cell.moments.count < kLeastPoints) {
+      grid_.take_away(cell.key);
+      continue;
     }
+    full.push_back(i);
+    nds.push_back(undecomposed_nd(cell.key, cell.moments, cell_m_));
+  }
+  decompose(nds);
+  for (std::size_t i = 0; i < full.size(); ++i) {
+    Cell& cell = cells_[full[i]];
+    cell.nd = nds[i];
+    cell.is_valid = cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2;
     if (cell.is_valid) {
       grid_.put(cell.nd, surface_information_per_m2(cell.nd));
     } else {
