@@ -137,9 +137,8 @@ Result<void> write_tiles(const PassContext& ctx, const PatchesByTile& patches,
         tiles.subspan(first, std::min(at_once, tiles.size() - first));
     std::vector<Result<std::vector<SurfacePatch>>> finished(some.size(),
                                                             std::vector<SurfacePatch>{});
-    parallel_for(some.size(), ctx.threads, [&](std::size_t i) {
-      finished[i] = finished_tile(patches, some[i], surface);
-    });
+    parallel_for(some.size(), ctx.threads,
+                 [&](std::size_t i) { finished[i] = finished_tile(patches, some[i], surface); });
     for (std::size_t i = 0; i < some.size(); ++i) {
       if (!finished[i]) return finished[i].error();
       SIGHTLINE_TRY(writer.add(some[i], *finished[i]));

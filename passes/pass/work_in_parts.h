@@ -37,8 +37,8 @@ struct PartedWork {
 // Takes every part: as it was saved, else it is made and saved. Parts go through bytes either way,
 // so that the result does not depend on who made them. Those of ctx.share come first, then the
 // others from the one before it backwards: processes of different shares meet, and one alone does
-// all. They begin in that order, or stretch by stretch (PartOrder); `at_once` of them (0: as many as
-// ctx.threads, which they share). Of several failures the one of the lowest part is returned.
+// all. They begin in that order, or stretch by stretch (PartOrder); `at_once` of them (0: as many
+// as ctx.threads, which they share). Of several failures the one of the lowest part is returned.
 Result<void> work_in_parts(const PassContext& ctx, const PartedWork& work, int at_once = 0);
 
 }  // namespace sightline

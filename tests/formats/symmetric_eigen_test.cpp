@@ -2,6 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <vector>
+
 #include "formats/base/random.h"
 
 namespace sightline {
@@ -31,6 +38,63 @@ TEST(SymmetricEigen, DecomposesTheLowerTriangle) {
     expect_decomposes<2>(random);
     expect_decomposes<3>(random);
     expect_decomposes<6>(random);
+  }
+}
+
+// Of the NDs that there are: thin, round, on a line, without extent, near and far from 1.
+std::vector<Eigen::Matrix3d> covariances() {
+  Random random(2);
+  std::vector<Eigen::Matrix3d> all;
+  for (int i = 0; i < 300; ++i) {
+    Eigen::Matrix3d points;
+    for (double& value : points.reshaped()) value = random.normal();
+    points.row(2) *= i % 3 == 0 ? 1e-4 : 1.0;
+    if (i % 5 == 0) points.row(1).setZero();
+    if (i % 7 == 0) points.row(0) = points.row(1);
+    all.emplace_back(std::ldexp(1.0, 10 * (i % 41) - 200) * points * points.transpose());
+  }
+  all.emplace_back(Eigen::Matrix3d::Zero());
+  all.emplace_back(Eigen::Matrix3d::Identity());
+  all.emplace_back(Eigen::Matrix3d::Ones());
+  all.emplace_back(Eigen::Matrix3d::Constant(1e300));
+  all.emplace_back(Eigen::Matrix3d::Constant(4e-320));
+  all.emplace_back(Eigen::Vector3d(3.0, -1.0, 3.0).asDiagonal());
+  return all;
+}
+
+TEST(SymmetricEigen, OfThreeRowsFindsWhatEigenFinds) {
+  for (const Eigen::Matrix3d& matrix : covariances()) {
+    const double scale = matrix.cwiseAbs().maxCoeff();
+    const SymmetricEigen<3> found = symmetric_eigen<3>(matrix);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> oracle(matrix);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(found.values[i], oracle.eigenvalues()[i], 4e-15 * scale) << matrix;
+    }
+    EXPECT_TRUE((found.vectors.transpose() * found.vectors).isIdentity(4e-15)) << matrix;
+    const Eigen::Matrix3d again = found.vectors *
+                                  (found.values / std::max(scale, 1e-300)).asDiagonal() *
+                                  found.vectors.transpose();
+    EXPECT_TRUE((again - matrix / std::max(scale, 1e-300)).cwiseAbs().maxCoeff() < 4e-15) << matrix;
+  }
+}
+
+// Whatever stands beside it.
+TEST(SymmetricEigen, OfManyMatricesIsThatOfEachToTheBit) {
+  std::vector<Eigen::Matrix3d> matrices = covariances();
+  const double no_number = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 40; i < 80; i += 9) matrices[i](1, 0) = no_number;
+  matrices[90](2, 2) = std::numeric_limits<double>::infinity();
+  for (const std::size_t count :
+       {std::size_t{0}, std::size_t{1}, std::size_t{5}, matrices.size()}) {
+    const std::span<const Eigen::Matrix3d> some = std::span(matrices).last(count);
+    std::vector<SymmetricEigen<3>> found(count);
+    symmetric_eigen(some, found);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!some[i].allFinite()) continue;
+      const SymmetricEigen<3> alone = symmetric_eigen<3>(some[i]);
+      EXPECT_EQ(found[i].values, alone.values) << some[i];
+      EXPECT_EQ(found[i].vectors, alone.vectors) << some[i];
+    }
   }
 }
 

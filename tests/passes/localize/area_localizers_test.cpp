@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "formats/base/parallel.h"
 #include "formats/base/random.h"
 #include "passes/map/build_ndt.h"
 #include "passes/matching/localizer.h"
@@ -99,6 +100,17 @@ TEST(AreaLocalizers, AreNotMadeAnewAlongAnEdgeBetweenTwoAreas) {
     EXPECT_EQ(*areas.at({1.0 + i, i % 2 == 0 ? 0.2 : -0.2, 0.0}), first) << i;
   }
   EXPECT_NE(*areas.at({81.0, -0.2, 0.0}), first);
+}
+
+TEST(AreaLocalizers, AreMadeOnceForAllThatAskAtOnce) {
+  const NdtMap map = long_lane();
+  AreaLocalizers areas(map, {LocalizerKind::kPlain, 1, 10.0, 4});
+  std::vector<std::shared_ptr<const AreaLocalizer>> found(8);
+  parallel_for(found.size(), 4, [&](std::size_t i) {
+    found[i] = *areas.at({i % 2 == 0 ? 10.0 : 200.0, 0.0, 0.0});
+  });
+  for (std::size_t i = 2; i < found.size(); ++i) EXPECT_EQ(found[i], found[i - 2]) << i;
+  EXPECT_NE(found[0], found[1]);
 }
 
 }  // namespace

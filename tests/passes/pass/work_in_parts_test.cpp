@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <condition_variable>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "formats/base/bytes.h"
 #include "formats/base/hash.h"
@@ -190,6 +193,40 @@ TEST(WorkInParts, FindsWhatItMadeOfTheSameContentWhereverThatIs) {
   ASSERT_EQ(texts.told().size(), 4U);
   EXPECT_EQ(texts.told()[3].number, 3U);
   EXPECT_EQ(texts.told()[3].content, sha256("b"));
+}
+
+// Two parts begin side by side, where neither ends before the other has begun.
+TEST(WorkInParts, ThatStandApartBeginInStretchesOfTheirOwn) {
+  constexpr std::size_t kCount = 10;
+  std::mutex mutex;
+  std::condition_variable has_begun;
+  std::set<std::size_t> begun;
+  PartedWork work;
+  work.count = kCount;
+  work.order = PartOrder::kApart;
+  work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
+    std::unique_lock<std::mutex> lock(mutex);
+    begun.insert(part);
+    has_begun.notify_all();
+    const bool is_first = part == 0 || part == kCount / 2;
+    const auto both = [&] { return begun.contains(0) && begun.contains(kCount / 2); };
+    if (is_first) {
+      EXPECT_TRUE(!both() || begun.size() == 2) << "another came before " << part;
+      EXPECT_TRUE(has_begun.wait_for(lock, std::chrono::seconds(30), both)) << part;
+    }
+    return std::vector<std::byte>(part);
+  };
+  std::map<std::size_t, std::size_t> taken;
+  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    ++taken[part];
+    return bytes.size() == part;
+  };
+  PassContext ctx;
+  ctx.threads = 2;
+  ASSERT_TRUE(work_in_parts(ctx, work));
+  EXPECT_EQ(taken.size(), kCount);
+  for (const auto& [part, times] : taken) EXPECT_EQ(times, 1U) << part;
 }
 
 }  // namespace

@@ -58,9 +58,10 @@ void expect_as_whole(const std::vector<std::byte>& raw) {
   EXPECT_TRUE(back == raw) << raw.size();
 }
 
-// The last is longer than the window of 4 MiB.
+// The last but one is longer than pack()'s window of 4 MiB, the last than any.
 TEST(BlockInPieces, HoldsWhatABlockThatIsPackedWholeDoes) {
-  for (const std::size_t size : {0UL, 1UL, 100UL, 1UL << 20U, (1UL << 20U) + 1, 6'400'001UL}) {
+  for (const std::size_t size :
+       {0UL, 1UL, 100UL, 1UL << 20U, (1UL << 20U) + 1, 6'400'001UL, 9'000'000UL}) {
     expect_as_whole(packable(size));
   }
   expect_as_whole(noise(300'000));
