@@ -11,7 +11,7 @@
 namespace sightline {
 namespace {
 
-constexpr std::size_t kNeighbourCount = 7;
+constexpr std::size_t kNeighbourCount = RollingMatchGrid::kNeighbourCount;
 constexpr std::array<CellKey, kNeighbourCount> kNeighbours = {
     {{0, 0, 0}, {-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
@@ -158,71 +158,128 @@ std::size_t RollingMatchGrid::number_of(const CellKey& cell) {
   return number;
 }
 
-// Its neighbours lie far apart in memory: all are asked for before the first is needed.
-void RollingMatchGrid::set_lanes(const CellKey& key, std::int32_t nd) {
-  std::array<CellKey, kNeighbourCount> cells;
-  std::array<std::size_t, kNeighbourCount> numbers{};
+RollingMatchGrid::CellNumbers RollingMatchGrid::numbers_around(const CellKey& key) {
+  CellNumbers numbers{};
+  for (std::size_t i = 0; i < kNeighbourCount; ++i) grid_.cells.prefetch(neighbouring(key, i));
   for (std::size_t i = 0; i < kNeighbourCount; ++i) {
-    cells[i] = neighbouring(key, i);
-    grid_.cells.prefetch(cells[i]);
+    numbers[i] = static_cast<std::uint32_t>(number_of(neighbouring(key, i)));
   }
-  for (std::size_t i = 0; i < kNeighbourCount; ++i) {
-    numbers[i] = number_of(cells[i]);
-    __builtin_prefetch(&grid_.neighbourhoods[numbers[i]], 1);
-    __builtin_prefetch(&grid_.normal_classes[numbers[i]], 1);
-    constexpr std::size_t kLine = 64;
-    const auto* record = reinterpret_cast<const char*>(&grid_.records[numbers[i] + 1]);
+  return numbers;
+}
+
+// They lie far apart in memory: all are asked for before the first is needed.
+void RollingMatchGrid::prefetch_records(const CellNumbers& numbers) const {
+  constexpr std::size_t kLine = 64;
+  for (const std::uint32_t number : numbers) {
+    const auto* record = reinterpret_cast<const char*>(&grid_.records[number + 1]);
     for (std::size_t at = 0; at < sizeof(KernelRecord); at += kLine) {
       __builtin_prefetch(record + at, 1);
     }
   }
-  for (std::size_t i = 0; i < kNeighbourCount; ++i) set_lane(cells[i], numbers[i], i, nd);
 }
 
-void RollingMatchGrid::set_lane(const CellKey& cell, std::size_t number, std::size_t lane,
-                                std::int32_t nd) {
-  MatchGrid::Neighbourhood& neighbourhood = grid_.neighbourhoods[number];
-  KernelRecord& record = grid_.records[number + 1];
-  neighbourhood[lane] = nd;
-  unused_count_ -= grid_.is_unused[number];
-  grid_.is_unused[number] = is_empty(neighbourhood) ? 1 : 0;
-  unused_count_ += grid_.is_unused[number];
-  if (nd == MatchGrid::kNone) {
-    set_absent(lane, record);
-  } else {
-    const Eigen::Vector3d centre_m = cell_centre_m(cell, grid_.cell_m);
-    set_nd(grid_.nds[static_cast<std::size_t>(nd)], centre_m, grid_.gauss.d2, lane, record);
+void RollingMatchGrid::set_lanes(const CellKey& key, const CellNumbers& numbers, std::int32_t nd) {
+  for (const std::uint32_t number : numbers) {
+    __builtin_prefetch(&grid_.neighbourhoods[number], 1);
+    __builtin_prefetch(&grid_.normal_classes[number], 1);
   }
-  grid_.normal_classes[number] = class_of(grid_, neighbourhood);
+  prefetch_records(numbers);
+  for (std::size_t i = 0; i < kNeighbourCount; ++i) {
+    const std::uint32_t number = numbers[i];
+    MatchGrid::Neighbourhood& neighbourhood = grid_.neighbourhoods[number];
+    neighbourhood[i] = nd;
+    unused_count_ -= grid_.is_unused[number];
+    grid_.is_unused[number] = is_empty(neighbourhood) ? 1 : 0;
+    unused_count_ += grid_.is_unused[number];
+    if (nd == MatchGrid::kNone) set_absent(i, grid_.records[number + 1]);
+    grid_.normal_classes[number] = class_of(grid_, neighbourhood);
+  }
+  if (nd != MatchGrid::kNone) fill_lanes(key, numbers, nd);
 }
 
-void RollingMatchGrid::put(const Nd& nd, const Eigen::Matrix3d& information_per_m2) {
-  const MatchNd usable{nd.mean_m, information_per_m2, normal_class(nd.eigenvectors.col(2))};
-  if (is_usable(usable)) {
-    put(nd.key, usable);
-  } else {
-    take_away(nd.key);
+void RollingMatchGrid::fill_lanes(const CellKey& key, const CellNumbers& numbers, std::int32_t nd) {
+  const MatchNd& told = grid_.nds[static_cast<std::size_t>(nd)];
+  for (std::size_t i = 0; i < kNeighbourCount; ++i) {
+    const Eigen::Vector3d centre_m = cell_centre_m(neighbouring(key, i), grid_.cell_m);
+    set_nd(told, centre_m, grid_.gauss.d2, i, grid_.records[numbers[i] + 1]);
   }
 }
 
-void RollingMatchGrid::put(const CellKey& key, const MatchNd& nd) {
-  std::int32_t number = nd_of_cell(grid_, key);
-  if (number == MatchGrid::kNone && !free_.empty()) {
+void RollingMatchGrid::put(std::span<const Nd> nds, const InformationOfNd& information_per_m2) {
+  constexpr std::size_t kAtOnce = 64;  // what is asked for ahead stays in the nearest cache
+  for (; !nds.empty(); nds = nds.subspan(std::min(kAtOnce, nds.size()))) {
+    put_some(nds.first(std::min(kAtOnce, nds.size())), information_per_m2);
+  }
+}
+
+// Where an ND is told is found in steps, each of which waits for memory: each is taken for all
+// before the next.
+void RollingMatchGrid::put_some(std::span<const Nd> nds,
+                                const InformationOfNd& information_per_m2) {
+  for (const Nd& nd : nds) grid_.cells.prefetch(nd.key);
+  found_.clear();
+  for (const Nd& nd : nds) {
+    found_.push_back(find_cell(grid_, nd.key));
+    if (found_.back() == MatchGrid::kNone) continue;
+    __builtin_prefetch(&grid_.neighbourhoods[static_cast<std::size_t>(found_.back())]);
+  }
+  for (std::int32_t& found : found_) {
+    if (found == MatchGrid::kNone) continue;
+    found = grid_.neighbourhoods[static_cast<std::size_t>(found)][0];
+    if (found == MatchGrid::kNone) continue;
+    __builtin_prefetch(&numbers_of_nd_[static_cast<std::size_t>(found)]);
+    __builtin_prefetch(&grid_.nds[static_cast<std::size_t>(found)], 1);
+  }
+  constexpr std::size_t kAhead = 3;
+  for (std::size_t i = 0; i < nds.size(); ++i) {
+    if (i + kAhead < nds.size() && found_[i + kAhead] != MatchGrid::kNone) {
+      prefetch_records(numbers_of_nd_[static_cast<std::size_t>(found_[i + kAhead])]);
+    }
+    const Nd& nd = nds[i];
+    const MatchNd usable{nd.mean_m, information_per_m2(nd), normal_class(nd.eigenvectors.col(2))};
+    if (!is_usable(usable)) {
+      take_away(nd.key);
+    } else if (found_[i] == MatchGrid::kNone) {
+      add(nd.key, usable);
+    } else {
+      change(nd.key, found_[i], usable);
+    }
+  }
+}
+
+void RollingMatchGrid::add(const CellKey& key, const MatchNd& nd) {
+  std::int32_t number = MatchGrid::kNone;
+  if (!free_.empty()) {
     number = free_.back();
     free_.pop_back();
-  }
-  if (number == MatchGrid::kNone) {
+  } else {
     number = static_cast<std::int32_t>(grid_.nds.size());
     grid_.nds.emplace_back();
+    numbers_of_nd_.emplace_back();
   }
+  const CellNumbers numbers = numbers_around(key);
   grid_.nds[static_cast<std::size_t>(number)] = nd;
-  set_lanes(key, number);
+  numbers_of_nd_[static_cast<std::size_t>(number)] = numbers;
+  set_lanes(key, numbers, number);
+}
+
+// Most NDs change from scan to scan, and stay where they are.
+void RollingMatchGrid::change(const CellKey& key, std::int32_t number, const MatchNd& nd) {
+  const CellNumbers& numbers = numbers_of_nd_[static_cast<std::size_t>(number)];
+  MatchNd& told = grid_.nds[static_cast<std::size_t>(number)];
+  const bool is_turned = told.normal_class != nd.normal_class;
+  told = nd;
+  fill_lanes(key, numbers, number);
+  if (!is_turned) return;
+  for (const std::uint32_t cell : numbers) {
+    grid_.normal_classes[cell] = class_of(grid_, grid_.neighbourhoods[cell]);
+  }
 }
 
 void RollingMatchGrid::take_away(const CellKey& key) {
   const std::int32_t number = nd_of_cell(grid_, key);
   if (number == MatchGrid::kNone) return;
-  set_lanes(key, MatchGrid::kNone);
+  set_lanes(key, numbers_of_nd_[static_cast<std::size_t>(number)], MatchGrid::kNone);
   free_.push_back(number);
 }
 
@@ -232,7 +289,7 @@ void RollingMatchGrid::finish() {
     for (std::size_t i = 0; i < grid_.cells.size(); ++i) {
       const std::int32_t nd = grid_.neighbourhoods[i][0];
       if (nd != MatchGrid::kNone) {
-        kept.put(grid_.cells.keys()[i], grid_.nds[static_cast<std::size_t>(nd)]);
+        kept.add(grid_.cells.keys()[i], grid_.nds[static_cast<std::size_t>(nd)]);
       }
     }
     *this = std::move(kept);

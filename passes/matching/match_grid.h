@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "formats/base/huge_pages.h"
@@ -79,26 +80,39 @@ class RollingMatchGrid {
  public:
   explicit RollingMatchGrid(double cell_m);
 
-  // What an ND says, in place of what the ND of its cell said before. One that make_match_grid()
-  // would leave out is taken away.
-  void put(const Nd& nd, const Eigen::Matrix3d& information_per_m2);
+  // What NDs of different cells say, in place of what those of their cells said before. One that
+  // make_match_grid() would leave out is taken away.
+  void put(std::span<const Nd> nds, const InformationOfNd& information_per_m2);
   // Nothing where there is none.
   void take_away(const CellKey& key);
   // To be called behind the last change, before the grid is looked at.
   void finish();
   [[nodiscard]] const MatchGrid& grid() const { return grid_; }
 
+  static constexpr std::size_t kNeighbourCount = 7;  // a cell and the six beside it
+
  private:
-  void put(const CellKey& key, const MatchNd& nd);
-  // What an ND, or kNone, says in the neighbourhoods of its cell and of the six beside it.
-  void set_lanes(const CellKey& key, std::int32_t nd);
-  // The same in one of them, that of `cell`.
-  void set_lane(const CellKey& cell, std::size_t number, std::size_t lane, std::int32_t nd);
-  // A cell that was not met before has an empty neighbourhood.
+  // Of the cells in whose neighbourhoods an ND lies, by its lane there.
+  using CellNumbers = std::array<std::uint32_t, kNeighbourCount>;
+
+  void put_some(std::span<const Nd> nds, const InformationOfNd& information_per_m2);
+  // In a cell that has none.
+  void add(const CellKey& key, const MatchNd& nd);
+  // What an ND that is there says now.
+  void change(const CellKey& key, std::int32_t number, const MatchNd& nd);
+  // Puts an ND, or kNone, into the neighbourhoods around a cell.
+  void set_lanes(const CellKey& key, const CellNumbers& numbers, std::int32_t nd);
+  // The same of the records alone.
+  void fill_lanes(const CellKey& key, const CellNumbers& numbers, std::int32_t nd);
+  void prefetch_records(const CellNumbers& numbers) const;
+  // Cells that were not met before have empty neighbourhoods.
+  CellNumbers numbers_around(const CellKey& key);
   std::size_t number_of(const CellKey& cell);
 
   MatchGrid grid_;
-  std::vector<std::int32_t> free_;  // of grid_.nds
+  std::vector<CellNumbers> numbers_of_nd_;  // of grid_.nds
+  std::vector<std::int32_t> free_;          // of grid_.nds
+  std::vector<std::int32_t> found_;         // of the NDs that are put
   std::size_t unused_count_ = 0;
 };
 

@@ -106,12 +106,10 @@ void RollingCells::finish() {
     Cell& cell = cells_[full[i]];
     cell.nd = nds[i];
     cell.is_valid = cell.nd.eigenvalues_m2[0] >= kLeastExtent_m2;
-    if (cell.is_valid) {
-      grid_.put(cell.nd, surface_information_per_m2(cell.nd));
-    } else {
-      grid_.take_away(cell.key);
-    }
+    if (!cell.is_valid) grid_.take_away(cell.key);
   }
+  std::erase_if(nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
+  grid_.put(nds, surface_information_per_m2);
   grid_.finish();
 }
 

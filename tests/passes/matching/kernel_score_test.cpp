@@ -85,6 +85,9 @@ TEST(KernelScore, OfARollingGridIsThatOfAGridOfTheSameNds) {
                           simple_map(room_points(32, 15000, 0.05), 1.0)};
   Random random(12);
   RollingMatchGrid rolling(1.0);
+  const auto information_per_m2 = [](const Nd& nd) -> Eigen::Matrix3d {
+    return regularised_covariance_m2(nd).inverse();
+  };
   std::map<CellKey, Nd> nds;
   std::uint32_t fewest = 1000;
   ScanForMatch scan = make_scan_for_match(room_points(33, 2000, 0.03));
@@ -97,10 +100,19 @@ TEST(KernelScore, OfARollingGridIsThatOfAGridOfTheSameNds) {
       if (empties || random.below(4) == 0) {
         rolling.take_away(nd.key);
         nds.erase(nd.key);
-      } else {
-        rolling.put(nd, regularised_covariance_m2(nd).inverse());
-        nds.insert_or_assign(nd.key, nd);
+        continue;
       }
+      // One, or more than are put at a time.
+      std::map<CellKey, Nd> some{{nd.key, nd}};
+      const std::size_t more = random.below(50) == 0 ? 100 : 0;
+      for (std::size_t k = 0; k < more; ++k) {
+        const Nd& other = room.nds[random.below(room.nds.size())];
+        some.insert_or_assign(other.key, other);
+      }
+      std::vector<Nd> put;
+      for (const auto& [key, one] : some) put.push_back(one);
+      rolling.put(put, information_per_m2);
+      for (const Nd& one : put) nds.insert_or_assign(one.key, one);
     }
     rolling.finish();
     const MatchGrid expected = grid_of(nds);
@@ -121,8 +133,10 @@ TEST(KernelScore, OfARollingGridIsThatOfAGridOfTheSameNds) {
 TEST(KernelScore, OfARollingGridLeavesOutWhatNoFloatCanHold) {
   NdtMap map = simple_map(room_points(31, 15000, 0.03), 1.0);
   RollingMatchGrid rolling(1.0);
-  rolling.put(map.nds.front(), Eigen::Matrix3d::Identity());
-  rolling.put(map.nds.front(), 1e10 * Eigen::Matrix3d::Identity());
+  const std::span<const Nd> first = std::span(map.nds).first(1);
+  rolling.put(first, [](const Nd&) -> Eigen::Matrix3d { return Eigen::Matrix3d::Identity(); });
+  rolling.put(first,
+              [](const Nd&) -> Eigen::Matrix3d { return 1e10 * Eigen::Matrix3d::Identity(); });
   rolling.finish();
   EXPECT_EQ(find_cell(rolling.grid(), map.nds.front().key), MatchGrid::kNone);
 }
