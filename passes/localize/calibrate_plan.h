@@ -46,7 +46,7 @@ Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptio
                                       const Drive& drive, const Trajectory& trajectory,
                                       const TiledNds& nds, const Sites& sites,
                                       const RangeTable& ranges);
-inline constexpr Pass kCalibratePlan{"calibrate-plan", 1, "plan",
+inline constexpr Pass kCalibratePlan{"calibrate-plan", 2, "plan",
                                      "When a vehicle that tracks looks again", &calibrate_plan};
 
 }  // namespace sightline

@@ -62,7 +62,7 @@ Result<AtRest<MeasuredError>> measure_error(PassContext& ctx, const MeasureError
                                             const Drive& localization_drive,
                                             const Trajectory& trajectory, const TiledNds& nds,
                                             const Sites& sites);
-inline constexpr Pass kMeasureError{"measure-error", 12, "measured",
+inline constexpr Pass kMeasureError{"measure-error", 13, "measured",
                                     "Localization error of a drive", &measure_error};
 
 // The same of one of several drives: one that comes near no site keeps rows of zeros everywhere,

@@ -31,7 +31,7 @@ std::vector<OptionField> option_fields(SimulateErrorOptions& options);
 Result<AtRest<MeasuredError>> simulate_error(PassContext& ctx, const SimulateErrorOptions& options,
                                              const TiledSurface& surface, const TiledNds& nds,
                                              const Sites& sites, const SensorProfile& sensor);
-inline constexpr Pass kSimulateError{"simulate-error", 2, "simulated",
+inline constexpr Pass kSimulateError{"simulate-error", 3, "simulated",
                                      "Localization error of simulated scans", &simulate_error};
 
 }  // namespace sightline

@@ -30,7 +30,7 @@ std::vector<OptionField> option_fields(TrackDriveOptions& options);
 Result<DriveTracks> track_drive(PassContext& ctx, const TrackDriveOptions& options,
                                 const Drive& drive, const Trajectory& trajectory,
                                 const TiledNds& nds, const Sites& sites, const RangeTable& ranges);
-inline constexpr Pass kTrackDrive{"track-drive", 6, "tracks",
+inline constexpr Pass kTrackDrive{"track-drive", 7, "tracks",
                                   "Replaying a drive as a vehicle localizes", &track_drive};
 
 }  // namespace sightline

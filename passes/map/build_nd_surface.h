@@ -13,7 +13,7 @@ namespace sightline {
 // empty-map (no ND).
 Result<TiledSurface> build_nd_surface(PassContext& ctx, const NoOptions& options,
                                       const NdtMap& map);
-inline constexpr Pass kBuildNdSurface{"build-nd-surface", 1, "surface",
+inline constexpr Pass kBuildNdSurface{"build-nd-surface", 2, "surface",
                                       "The surface that rays hit, of NDs alone", &build_nd_surface};
 
 }  // namespace sightline

@@ -24,7 +24,7 @@ std::vector<OptionField> option_fields(BuildNdtOptions& options);
 // (the NDs of scans lie in a temporary file where memory does not hold them).
 Result<TiledNds> build_ndt(PassContext& ctx, const BuildNdtOptions& options,
                            const SurfacePoints& points);
-inline constexpr Pass kBuildNdt{"build-ndt", 1, "nds", "The NDT map", &build_ndt};
+inline constexpr Pass kBuildNdt{"build-ndt", 2, "nds", "The NDT map", &build_ndt};
 
 // The same from plain points, for passes that match scans while the map grows. The points must be
 // finite and within 2^30 cells of the origin, the options a tiling. The order of points decides the

@@ -25,7 +25,7 @@ std::vector<OptionField> option_fields(BuildSurfaceOptions& options);
 // cannot-write (a street that memory does not hold lies in a temporary file).
 Result<TiledSurface> build_surface(PassContext& ctx, const BuildSurfaceOptions& options,
                                    const SurfacePoints& points);
-inline constexpr Pass kBuildSurface{"build-surface", 5, "surface", "The surface that rays hit",
+inline constexpr Pass kBuildSurface{"build-surface", 6, "surface", "The surface that rays hit",
                                     &build_surface};
 
 }  // namespace sightline

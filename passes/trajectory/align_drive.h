@@ -35,7 +35,7 @@ std::vector<OptionField> option_fields(AlignDriveOptions& options);
 Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& options,
                                const Drive& drive, const Trajectory& own, const TiledNds& nds,
                                const Sites& sites);
-inline constexpr Pass kAlignDrive{"align-drive", 4, "aligned",
+inline constexpr Pass kAlignDrive{"align-drive", 5, "aligned",
                                   "A second drive in the map of the first", &align_drive};
 
 }  // namespace sightline
