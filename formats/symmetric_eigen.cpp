@@ -14,6 +14,12 @@ namespace {
 // bits.
 using Solved = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 
+// Two numbers whose product is 2^exponent, each a double where the product is none.
+std::pair<double, double> powers_of_two(int exponent) {
+  const int half = exponent / 2;
+  return {std::ldexp(1.0, half), std::ldexp(1.0, exponent - half)};
+}
+
 // Of 3 rows there are so many matrices, one for each ND, that they are solved several at a time, by
 // Jacobi's rotations (Golub and Van Loan, Matrix Computations, section 8.5), which are sums,
 // products and roots alone: the same bits on each machine, and, since a matrix without anything
@@ -27,12 +33,10 @@ class Rotations {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j <= i; ++j) most = std::max(most, std::abs(matrix(i, j)));
     }
-    constexpr int kFar = 1000;  // 2^1000 and its inverse are doubles
-    exponent_[lane] =
-        most > 0.0 && std::isfinite(most) ? std::clamp(std::ilogb(most), -kFar, kFar) : 0;
-    const double scale = std::ldexp(1.0, -exponent_[lane]);
+    if (most > 0.0 && std::isfinite(most)) exponent_[lane] = std::ilogb(most);
+    const auto [scale, more] = powers_of_two(-exponent_[lane]);
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j <= i; ++j) a_[i][j][lane] = scale * matrix(i, j);
+      for (int j = 0; j <= i; ++j) a_[i][j][lane] = more * (scale * matrix(i, j));
     }
   }
 
@@ -55,10 +59,10 @@ class Rotations {
     sort(order[0], order[1]);
     sort(order[1], order[2]);
     sort(order[0], order[1]);
-    const double scale = std::ldexp(1.0, exponent_[lane]);
+    const auto [scale, more] = powers_of_two(exponent_[lane]);
     SymmetricEigen<3> eigen;
     for (int i = 0; i < 3; ++i) {
-      eigen.values[i] = scale * a_[order[i]][order[i]][lane];
+      eigen.values[i] = more * (scale * a_[order[i]][order[i]][lane]);
       for (int row = 0; row < 3; ++row) eigen.vectors(row, i) = v_[row][order[i]][lane];
     }
     return eigen;
@@ -71,11 +75,10 @@ class Rotations {
   bool turn(int p, int q) {
     const Lanes app = a_[p][p];
     const Lanes aqq = a_[q][q];
-    const Lanes beside = a_[q][p];
-    constexpr double kLeast = 0x1.0p-100;  // of elements whose largest is near 1
-    constexpr double kRounding = 0x1.0p-54;
-    const Lanes apq =
-        (beside.abs() <= (kRounding * app.abs().min(aqq.abs())).max(kLeast)).select(0.0, beside);
+    // What is left of sums over points whose axes are those of the map: a distribution that is
+    // round shall not be turned by it.
+    constexpr double kRounding = 0x1.0p-44;  // of elements whose largest is near 1
+    const Lanes apq = (a_[q][p].abs() <= kRounding).select(0.0, a_[q][p]);
     a_[q][p] = 0.0;
     if (!(apq != 0.0).any()) return false;
     // The tangent of the smaller of the two angles that do.

@@ -14,7 +14,8 @@ struct SymmetricEigen {
   Eigen::Matrix<double, N, N> vectors;  // of unit length, in columns, in the order of `values`
 };
 
-// Only the lower triangle of `matrix`, of 2, 3 or 6 rows, is read. Its elements are finite.
+// Only the lower triangle of `matrix`, of 2, 3 or 6 rows, is read. Its elements are finite. Of 3
+// rows, what is below 2^-44 of the largest element, beside the diagonal, is taken for rounding.
 template <int N>
 SymmetricEigen<N> symmetric_eigen(const Eigen::Matrix<double, N, N>& matrix);
 
