@@ -13,8 +13,9 @@ namespace sightline {
 // seed: whoever asks for all scans in turn, again and again, would else never find one.
 class ScanMemory {
  public:
-  // What a compile may keep. A tile of 128 m is reached by the scans of 330 m, one a metre: so many
-  // of 32 beams, or half of them of 64.
+  // What a compile may keep: the scans of a kilometre of 16 beams, so that passes which come back
+  // to it, one after another and tile by tile, seldom read one again. A tile of 128 m is reached by
+  // the scans of 330 m: so many of 32 beams, or half of them of 64.
   static constexpr std::size_t kMost_bytes = std::size_t{256} << 20;
   static constexpr std::size_t kMost_scans = 1200;
 
