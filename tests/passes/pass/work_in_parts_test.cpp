@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <thread>
 
 #include "formats/base/bytes.h"
 #include "formats/base/hash.h"
@@ -197,6 +198,7 @@ TEST(WorkInParts, FindsWhatItMadeOfTheSameContentWhereverThatIs) {
 
 // Two parts begin side by side, where neither ends before the other has begun.
 TEST(WorkInParts, ThatStandApartBeginInStretchesOfTheirOwn) {
+  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "one thread";
   constexpr std::size_t kCount = 10;
   std::mutex mutex;
   std::condition_variable has_begun;
