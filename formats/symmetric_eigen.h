@@ -19,7 +19,7 @@ struct SymmetricEigen {
 template <int N>
 SymmetricEigen<N> symmetric_eigen(const Eigen::Matrix<double, N, N>& matrix);
 
-// The same of many matrices, as many as `found` has room for: to the bit, in half the time.
+// The same of many matrices, as many as `found` has room for: to the bit, and faster.
 void symmetric_eigen(std::span<const Eigen::Matrix3d> matrices, std::span<SymmetricEigen<3>> found);
 
 }  // namespace sightline

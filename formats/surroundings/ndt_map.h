@@ -32,7 +32,7 @@ Eigen::Matrix3d regularised_covariance_m2(const Nd& nd);
 
 // Fills eigenvalues and eigenvectors from covariance_m2; the same input gives the same bits.
 void decompose(Nd& nd);
-// Of many, in half the time.
+// Of many the same, faster than one by one.
 void decompose(std::span<Nd> nds);
 
 // The dimension class of an ND: argmax(sigma1 - sigma2, sigma2 - sigma3, sigma3), first on a tie;
