@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "formats/base/parallel.h"
 #include "formats/grid/point_grid.h"
@@ -21,6 +24,11 @@ constexpr double kLargestDrift_m = 4.0;
 // The earlier visit's map: this much of the way before and after, one scan in so much.
 constexpr double kVisitReach_m = 15.0;
 constexpr double kVisitStep_m = 1.5;
+// Candidates that are farther apart on either way, or behind so many, are looked for anew.
+constexpr double kMostBetween_m = 15.0;
+constexpr std::size_t kLongestChain = 16;
+// Around where a scan is expected.
+constexpr double kNearReach_m = 1.0;
 // Stricter than odometry's, because a false loop bends the whole route.
 constexpr double kLeastLikelihood = 1.8;
 constexpr double kLeastScoredShare = 0.4;
@@ -70,45 +78,111 @@ std::vector<Candidate> candidates(const Odometry& odometry, const LoopSearch& se
   return found;
 }
 
-// The points of the earlier visit, in the map frame as odometry has it. Of its piece alone: the
-// later one may begin right behind it, and no scan confirms itself.
-Result<std::vector<Eigen::Vector3d>> visit_points_m(const Drive& drive, const Odometry& odometry,
-                                                    std::size_t around) {
-  std::vector<Eigen::Vector3d> points_m;
-  double next_m = odometry.driven_m[around] - kVisitReach_m;
-  for (std::size_t k = 0; k < odometry.T_map_lidar.size(); ++k) {
-    if (odometry.driven_m[k] > odometry.driven_m[around] + kVisitReach_m) break;
-    if (odometry.driven_m[k] < next_m || odometry.piece[k] != odometry.piece[around]) continue;
-    next_m = odometry.driven_m[k] + kVisitStep_m;
-    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
-    for (const Eigen::Vector3d& point_m : scan.to_map_m) {
-      points_m.push_back(odometry.T_map_lidar[k] * point_m);
-    }
-  }
-  return points_m;
+// Candidates that follow each other on both ways, each kCandidateStep_m behind the one before it.
+using Chain = std::span<const Candidate>;
+
+bool are_neighbours(const Odometry& odometry, const Candidate& a, const Candidate& b) {
+  const auto is_near = [&](std::size_t i, std::size_t j) {
+    return odometry.piece[i] == odometry.piece[j] &&
+           std::abs(odometry.driven_m[i] - odometry.driven_m[j]) <= kMostBetween_m;
+  };
+  return is_near(a.earlier, b.earlier) && is_near(a.later, b.later);
 }
 
-// The edge of a candidate, or none where the scans do not match.
-Result<std::optional<GraphEdge>> confirm(const Drive& drive, const Odometry& odometry,
-                                         const Candidate& candidate) {
-  SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> visit_m,
-                   visit_points_m(drive, odometry, candidate.earlier));
-  SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, candidate.later));
-  const LocalGrids visit = local_grids(visit_m);
-  const LocalMatch match =
-      search_locally(visit, scan.to_match_m, odometry.T_map_lidar[candidate.later],
-                     1.0 + drift_m(odometry, candidate));
-  if (match.likelihood < kLeastLikelihood || match.scored_share < kLeastScoredShare) {
-    return std::optional<GraphEdge>();
+std::vector<Chain> chains_of(const Odometry& odometry, std::span<const Candidate> list) {
+  std::vector<Chain> chains;
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i <= list.size(); ++i) {
+    const bool goes_on = i < list.size() && i - begin < kLongestChain &&
+                         are_neighbours(odometry, list[i - 1], list[i]);
+    if (goes_on) continue;
+    chains.push_back(list.subspan(begin, i - begin));
+    begin = i;
   }
-  GraphEdge edge;
-  edge.from = static_cast<std::uint32_t>(candidate.earlier);
-  edge.to = static_cast<std::uint32_t>(candidate.later);
-  edge.T_from_to =
-      odometry.T_map_lidar[candidate.earlier].inverse() * sharpened(visit, scan.to_match_m, match);
-  edge.sigma_m = kLoopSigma_m;
-  edge.sigma_rad = kLoopSigma_rad;
-  return std::optional<GraphEdge>(edge);
+  return chains;
+}
+
+// The points of earlier visits, in the map frame as odometry has it, one after another along the
+// way: what two of them share is read once.
+class Visits {
+ public:
+  Visits(const Drive& drive, const Odometry& odometry) : drive_(drive), odometry_(odometry) {}
+
+  // Of its piece alone: the later one may begin right behind it, and no scan confirms itself.
+  Result<std::vector<Eigen::Vector3d>> points_m(std::size_t around) {
+    const auto driven_m = std::span(odometry_.driven_m);
+    const double first_m = driven_m[around] - kVisitReach_m;
+    const double last_m = driven_m[around] + kVisitReach_m;
+    std::erase_if(kept_, [&](const auto& scan) {
+      return driven_m[scan.first] < first_m || driven_m[scan.first] > last_m;
+    });
+    std::vector<Eigen::Vector3d> points_m;
+    const auto begin = std::ranges::lower_bound(driven_m, first_m) - driven_m.begin();
+    for (auto k = static_cast<std::size_t>(begin); k < driven_m.size(); ++k) {
+      if (driven_m[k] > last_m) break;
+      if (!takes_part(k) || odometry_.piece[k] != odometry_.piece[around]) continue;
+      if (!kept_.contains(k)) {
+        SIGHTLINE_ASSIGN(ThinnedScan scan, read_thinned(drive_, k));
+        kept_[k] = std::move(scan.to_map_m);
+      }
+      for (const Eigen::Vector3d& point_m : kept_[k]) {
+        points_m.push_back(odometry_.T_map_lidar[k] * point_m);
+      }
+    }
+    return points_m;
+  }
+
+ private:
+  // The first scan of each kVisitStep_m of the way.
+  [[nodiscard]] bool takes_part(std::size_t k) const {
+    const auto step_of = [&](std::size_t i) {
+      return std::floor(odometry_.driven_m[i] / kVisitStep_m);
+    };
+    return k == 0 || odometry_.piece[k] != odometry_.piece[k - 1] || step_of(k) != step_of(k - 1);
+  }
+
+  const Drive& drive_;
+  const Odometry& odometry_;
+  std::map<std::size_t, std::vector<Eigen::Vector3d>> kept_;  // in the sensor's frame
+};
+
+bool is_sure(const LocalMatch& match) {
+  return match.likelihood >= kLeastLikelihood && match.scored_share >= kLeastScoredShare;
+}
+
+// The edges of a chain, where the scans match. The first is looked for as far as odometry may have
+// drifted, those behind it where the one before them was found, and, where they are not there, as
+// the first.
+Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Odometry& odometry, Chain chain) {
+  Visits visits(drive, odometry);
+  std::vector<GraphEdge> edges;
+  std::optional<Pose> T_found_odometry;  // of the later way, at the last edge
+  for (const Candidate& candidate : chain) {
+    SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> visit_m,
+                     visits.points_m(candidate.earlier));
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, candidate.later));
+    const LocalGrids visit = local_grids(visit_m);
+    const Pose& T_map_later = odometry.T_map_lidar[candidate.later];
+    LocalMatch match;
+    if (T_found_odometry) {
+      match = search_locally(visit, scan.to_match_m, *T_found_odometry * T_map_later, kNearReach_m);
+    }
+    if (!is_sure(match)) {
+      match = search_locally(visit, scan.to_match_m, T_map_later,
+                             kNearReach_m + drift_m(odometry, candidate));
+    }
+    if (!is_sure(match)) continue;
+    T_found_odometry = tidied(match.T_map_lidar * T_map_later.inverse());
+    GraphEdge edge;
+    edge.from = static_cast<std::uint32_t>(candidate.earlier);
+    edge.to = static_cast<std::uint32_t>(candidate.later);
+    edge.T_from_to = odometry.T_map_lidar[candidate.earlier].inverse() *
+                     sharpened(visit, scan.to_match_m, match);
+    edge.sigma_m = kLoopSigma_m;
+    edge.sigma_rad = kLoopSigma_rad;
+    edges.push_back(edge);
+  }
+  return edges;
 }
 
 }  // namespace
@@ -116,20 +190,14 @@ Result<std::optional<GraphEdge>> confirm(const Drive& drive, const Odometry& odo
 Result<std::vector<GraphEdge>> find_loops(PassContext& ctx, const Drive& drive,
                                           const Odometry& odometry, const LoopSearch& search) {
   const std::vector<Candidate> list = candidates(odometry, search);
-  std::vector<std::optional<GraphEdge>> edges(list.size());
-  std::vector<std::optional<Error>> errors(list.size());
-  parallel_for(list.size(), ctx.threads, [&](std::size_t i) {
-    const Result<std::optional<GraphEdge>> edge = confirm(drive, odometry, list[i]);
-    if (edge) {
-      edges[i] = *edge;
-    } else {
-      errors[i] = edge.error();
-    }
-  });
+  const std::vector<Chain> chains = chains_of(odometry, list);
+  std::vector<Result<std::vector<GraphEdge>>> edges(chains.size(), std::vector<GraphEdge>());
+  parallel_for(chains.size(), ctx.threads,
+               [&](std::size_t i) { edges[i] = confirm(drive, odometry, chains[i]); });
   std::vector<GraphEdge> loops;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (errors[i]) return *errors[i];
-    if (edges[i]) loops.push_back(*edges[i]);
+  for (const Result<std::vector<GraphEdge>>& of_chain : edges) {
+    if (!of_chain) return of_chain.error();
+    loops.insert(loops.end(), of_chain->begin(), of_chain->end());
   }
   return loops;
 }

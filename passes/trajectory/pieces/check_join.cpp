@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/base/parallel.h"
 #include "formats/grid/point_grid.h"
 #include "passes/trajectory/local_match.h"
 #include "passes/trajectory/pieces/scan_overlap.h"
@@ -20,6 +21,8 @@ constexpr double kAskEvery_m = 10.0;
 constexpr double kNear_m = 6.0;
 constexpr double kDriftShare = 0.01;
 constexpr double kLargestDrift_m = 4.0;
+// Around where a scan is laid.
+constexpr double kLaidReach_m = 1.0;
 // So much of a scan meets what was seen in the same place, of houses that were rebuilt since too.
 constexpr double kLeastOverlap = 0.5;
 // Of a piece that has as many, fewer that come near are no proof; of more, this share must fit.
@@ -73,20 +76,27 @@ std::vector<Asked> thinned_out(const std::vector<Asked>& all) {
   return some;
 }
 
-// Whether a scan meets what was seen where it is laid. Errors: what reading a scan says.
-Result<bool> fits(const Drive& drive, const Visit& visit, std::uint32_t scan,
-                  const Pose& T_others_lidar, double reach_m) {
-  SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive, scan));
-  const LocalMatch match = search_locally(visit.grids, thinned.to_match_m, T_others_lidar, reach_m);
+// Whether a scan meets what was seen where it is laid: there, or as far off as odometry may have
+// drifted. Errors: what reading a scan says.
+Result<bool> fits(const Drive& drive, const Odometry& odometry, const Seen& seen,
+                  const Asked& asked) {
+  const auto& [middle, range] = seen.scans[asked.near];
+  SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive, odometry, range, middle, /*threads=*/1));
+  SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive, asked.scan));
   const std::vector<Eigen::Vector3d> upright_m =
       upright_points(thinned.to_match_m, drive.sensor.T_vehicle_lidar.linear());
-  const std::optional<double> overlap = visit.upright.overlap(upright_m, match.T_map_lidar);
-  return match.is_good() && overlap.value_or(0.0) >= kLeastOverlap;
+  const auto is_within = [&](double reach_m) {
+    const LocalMatch match =
+        search_locally(visit.grids, thinned.to_match_m, asked.T_others_lidar, reach_m);
+    const std::optional<double> overlap = visit.upright.overlap(upright_m, match.T_map_lidar);
+    return match.is_good() && overlap.value_or(0.0) >= kLeastOverlap;
+  };
+  return is_within(kLaidReach_m) || is_within(kLaidReach_m + asked.drift_m);
 }
 
 }  // namespace
 
-Result<bool> fits_all_along(const Drive& drive, const Odometry& odometry,
+Result<bool> fits_all_along(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
                             std::span<const ScanRange> others, const LaidPiece& laid) {
   const Seen seen = seen_by(odometry, others);
   const std::vector<std::uint32_t> along = scans_along(odometry, laid.scans);
@@ -102,13 +112,13 @@ Result<bool> fits_all_along(const Drive& drive, const Odometry& odometry,
   // A long piece that only touches the others may as well lie anywhere else.
   if (near.size() < kFewestAsked) return along.size() < kFewestAsked;
   const std::vector<Asked> asked = thinned_out(near);
+  std::vector<Result<bool>> fit(asked.size(), false);
+  parallel_for(asked.size(), ctx.threads,
+               [&](std::size_t i) { fit[i] = fits(drive, odometry, seen, asked[i]); });
   std::size_t fitting = 0;
-  for (const Asked& one : asked) {
-    const auto& [middle, range] = seen.scans[one.near];
-    SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive, odometry, range, middle));
-    SIGHTLINE_ASSIGN(const bool does_fit,
-                     fits(drive, visit, one.scan, one.T_others_lidar, 1.0 + one.drift_m));
-    fitting += does_fit ? 1 : 0;
+  for (const Result<bool>& one : fit) {
+    if (!one) return one.error();
+    fitting += *one ? 1 : 0;
   }
   return static_cast<double>(fitting) >= kLeastShareFitting * static_cast<double>(asked.size());
 }

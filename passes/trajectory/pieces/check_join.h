@@ -22,8 +22,9 @@ struct LaidPiece {
 // Streets look alike: a few scans may fit a place that the others do not. Scans all along the piece
 // that come near those of `others` are matched to what these saw there; most of them must meet it.
 // False where fewer than three come near (every 10 m of way), unless the piece has fewer: who only
-// touches the others may as well lie anywhere else. Errors: what reading a scan says.
-Result<bool> fits_all_along(const Drive& drive, const Odometry& odometry,
+// touches the others may as well lie anywhere else. Shared by ctx.threads. Errors: what reading a
+// scan says.
+Result<bool> fits_all_along(const PassContext& ctx, const Drive& drive, const Odometry& odometry,
                             std::span<const ScanRange> others, const LaidPiece& laid);
 
 }  // namespace sightline

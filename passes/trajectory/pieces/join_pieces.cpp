@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "passes/trajectory/pieces/alike_places.h"
 #include "passes/trajectory/pieces/check_join.h"
 #include "passes/trajectory/pieces/seek_piece.h"
 
@@ -46,13 +47,16 @@ class Joiner {
   }
 
   Result<void> join_by_sight() {
+    AlikePlaces places(ctx_, drive_, odometry_, ranges_);
     for (std::uint32_t later = std::max(1U, fixed_); later < ranges_.size(); ++later) {
       SIGHTLINE_ASSIGN(const std::vector<Query> queries,
                        read_queries(drive_, odometry_, ranges_[later]));
-      for (std::uint32_t earlier = later; earlier-- > 0;) {
+      SIGHTLINE_ASSIGN(const std::vector<std::uint32_t> middles, places.before(later, queries));
+      for (const std::uint32_t middle : middles) {
+        const std::uint32_t earlier = odometry_.piece[middle];
         if (part_[earlier] == part_[later]) continue;
         if (stays(earlier) && stays(later)) continue;
-        SIGHTLINE_TRY(join(earlier, later, queries));
+        SIGHTLINE_TRY(join(middle, later, queries));
       }
     }
     return {};
@@ -79,31 +83,30 @@ class Joiner {
   }
 
  private:
-  Result<void> join(std::uint32_t earlier, std::uint32_t later, const std::vector<Query>& queries) {
-    for (const std::uint32_t middle : middles_of(odometry_, ranges_[earlier])) {
-      SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive_, odometry_, ranges_[earlier], middle));
-      const std::vector<Hypothesis> agreed =
-          agreeing(odometry_, look_for(ctx_, visit, odometry_, queries));
-      if (agreed.empty()) continue;
-      const auto best = std::ranges::max_element(agreed, {}, &Hypothesis::overlap);
-      const Pose T_earlier_later = best->T_map_lidar * odometry_.T_map_lidar[best->scan].inverse();
-      SIGHTLINE_ASSIGN(const bool fits,
-                       fits_all_along(drive_, odometry_, ranges_joined_to(earlier),
-                                      {ranges_[later], T_earlier_later, best->scan}));
-      if (!fits) continue;
-      for (const Hypothesis& one : agreed) {
-        edges_.push_back({middle, one.scan,
-                          odometry_.T_map_lidar[middle].inverse() * one.T_map_lidar, kJoinSigma_m,
-                          kJoinSigma_rad});
-      }
-      if (stays(later)) {
-        move(earlier, T_earlier_later.inverse());
-        merge(later, earlier);
-      } else {
-        move(later, T_earlier_later);
-        merge(earlier, later);
-      }
-      break;
+  // Joins a piece to an earlier one where it is found around this scan of it.
+  Result<void> join(std::uint32_t middle, std::uint32_t later, const std::vector<Query>& queries) {
+    const std::uint32_t earlier = odometry_.piece[middle];
+    SIGHTLINE_ASSIGN(const Visit visit,
+                     make_visit(drive_, odometry_, ranges_[earlier], middle, ctx_.threads));
+    const std::vector<Hypothesis> agreed =
+        agreeing(odometry_, look_for(ctx_, visit, odometry_, queries));
+    if (agreed.empty()) return {};
+    const auto best = std::ranges::max_element(agreed, {}, &Hypothesis::overlap);
+    const Pose T_earlier_later = best->T_map_lidar * odometry_.T_map_lidar[best->scan].inverse();
+    SIGHTLINE_ASSIGN(const bool fits,
+                     fits_all_along(ctx_, drive_, odometry_, ranges_joined_to(earlier),
+                                    {ranges_[later], T_earlier_later, best->scan}));
+    if (!fits) return {};
+    for (const Hypothesis& one : agreed) {
+      edges_.push_back({middle, one.scan, odometry_.T_map_lidar[middle].inverse() * one.T_map_lidar,
+                        kJoinSigma_m, kJoinSigma_rad});
+    }
+    if (stays(later)) {
+      move(earlier, T_earlier_later.inverse());
+      merge(later, earlier);
+    } else {
+      move(later, T_earlier_later);
+      merge(earlier, later);
     }
     return {};
   }

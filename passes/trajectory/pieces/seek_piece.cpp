@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "formats/base/parallel.h"
 #include "passes/trajectory/pieces/place_widely.h"
@@ -57,20 +58,28 @@ std::vector<ScanRange> ranges_of(const std::vector<std::uint32_t>& piece) {
 }
 
 Result<Visit> make_visit(const Drive& drive, const Odometry& odometry, const ScanRange& range,
-                         std::uint32_t middle) {
-  Visit visit;
-  visit.middle = middle;
-  std::vector<Eigen::Vector3d> points_m;
-  const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
+                         std::uint32_t middle, int threads) {
+  std::vector<std::uint32_t> scans;
   double next_m = odometry.driven_m[middle] - kVisitReach_m;
   for (std::uint32_t k = range.begin; k < range.end; ++k) {
     if (odometry.driven_m[k] > odometry.driven_m[middle] + kVisitReach_m) break;
     if (odometry.driven_m[k] < next_m && k != middle) continue;
     next_m = odometry.driven_m[k] + kVisitStep_m;
-    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
-    const Pose& T_map_lidar = odometry.T_map_lidar[k];
+    scans.push_back(k);
+  }
+  std::vector<Result<ThinnedScan>> read(scans.size(), ThinnedScan());
+  parallel_for(scans.size(), threads,
+               [&](std::size_t i) { read[i] = read_thinned(drive, scans[i]); });
+  Visit visit;
+  visit.middle = middle;
+  std::vector<Eigen::Vector3d> points_m;
+  const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, std::move(read[i]));
+    const Pose& T_map_lidar = odometry.T_map_lidar[scans[i]];
     for (const Eigen::Vector3d& point_m : scan.to_map_m) points_m.push_back(T_map_lidar * point_m);
-    visit.upright.add(upright_points(scan.to_map_m, level), T_map_lidar, odometry.driven_m[k]);
+    visit.upright.add(upright_points(scan.to_map_m, level), T_map_lidar,
+                      odometry.driven_m[scans[i]]);
   }
   visit.grids = local_grids(points_m);
   return visit;

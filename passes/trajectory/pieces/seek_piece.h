@@ -29,7 +29,7 @@ struct Visit {
 };
 // Error: what reading a scan says.
 Result<Visit> make_visit(const Drive& drive, const Odometry& odometry, const ScanRange& range,
-                         std::uint32_t middle);
+                         std::uint32_t middle, int threads);
 // Scans around which a piece is looked at, from its end to its beginning.
 std::vector<std::uint32_t> middles_of(const Odometry& odometry, const ScanRange& range);
 

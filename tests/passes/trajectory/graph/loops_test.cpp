@@ -42,5 +42,46 @@ TEST(Loops, BetweenPiecesAreConfirmedByTheEarlierOneAlone) {
   }
 }
 
+// A second drive along a street of 60 m, which odometry has 3 m off and turned a little: a chain of
+// loops, each found where the one before it leads.
+TEST(Loops, OfAChainAreAllFoundWhereOdometryIsFarOff) {
+  constexpr std::size_t kCount = 60;
+  std::vector<Pose> poses;
+  for (int drive = 0; drive < 2; ++drive) {
+    for (std::size_t i = 0; i < kCount; ++i) {
+      poses.push_back(pose_at(static_cast<double>(i), 0.3 * drive, 0.0));
+    }
+  }
+  const TestDrive test = drive_through(random_street(4), poses, 0.5);
+  const Pose& T_vehicle_lidar = test.drive.sensor.T_vehicle_lidar;
+  Odometry odometry;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const bool is_later = i >= kCount;
+    Pose T_map_lidar = test.truth.poses[i].T_map_vehicle * T_vehicle_lidar;
+    if (is_later) T_map_lidar = pose_at(2.4, 1.6, 0.01) * T_map_lidar;
+    odometry.T_map_lidar.push_back(T_map_lidar);
+    odometry.driven_m.push_back(static_cast<double>(i) + (is_later ? 1000.0 : 0.0));
+    odometry.piece.push_back(is_later ? 1 : 0);
+  }
+  std::vector<GraphEdge> by_one;
+  for (const int threads : {1, 3}) {
+    PassContext ctx;
+    ctx.threads = threads;
+    const Result<std::vector<GraphEdge>> loops = find_loops(ctx, test.drive, odometry);
+    ASSERT_TRUE(loops.has_value()) << to_string(loops.error());
+    EXPECT_EQ(loops->size(), kCount / 5);
+    for (const GraphEdge& edge : *loops) {
+      const Pose T_true = (test.truth.poses[edge.from].T_map_vehicle * T_vehicle_lidar).inverse() *
+                          test.truth.poses[edge.to].T_map_vehicle * T_vehicle_lidar;
+      EXPECT_LT((edge.T_from_to.translation() - T_true.translation()).norm(), 0.05)
+          << "scan " << edge.to;
+    }
+    if (threads == 1) by_one = *loops;
+    for (std::size_t i = 0; i < loops->size(); ++i) {
+      EXPECT_TRUE((*loops)[i].T_from_to.isApprox(by_one[i].T_from_to, 0.0));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sightline
