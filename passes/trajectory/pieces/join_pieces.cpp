@@ -101,7 +101,9 @@ class Joiner {
       edges_.push_back({middle, one.scan, odometry_.T_map_lidar[middle].inverse() * one.T_map_lidar,
                         kJoinSigma_m, kJoinSigma_rad});
     }
-    if (stays(later)) {
+    const bool later_stays =
+        stays(later) || (!stays(earlier) && first_joined_to(later) < first_joined_to(earlier));
+    if (later_stays) {
       move(earlier, T_earlier_later.inverse());
       merge(later, earlier);
     } else {
@@ -109,6 +111,11 @@ class Joiner {
       merge(earlier, later);
     }
     return {};
+  }
+
+  // The first of those in whose frame a piece lies.
+  [[nodiscard]] std::ptrdiff_t first_joined_to(std::uint32_t piece) const {
+    return std::ranges::find(part_, part_[piece]) - part_.begin();
   }
 
   [[nodiscard]] std::vector<ScanRange> ranges_joined_to(std::uint32_t piece) const {
@@ -141,7 +148,7 @@ class Joiner {
     std::vector<std::uint32_t> numbers;
     std::uint32_t next = 0;
     for (std::size_t piece = 0; piece < part_.size(); ++piece) {
-      const auto first = std::ranges::find(part_, part_[piece]) - part_.begin();
+      const std::ptrdiff_t first = first_joined_to(static_cast<std::uint32_t>(piece));
       const bool is_new = first == static_cast<std::ptrdiff_t>(piece);
       numbers.push_back(is_new ? next++ : numbers[static_cast<std::size_t>(first)]);
     }
