@@ -6,6 +6,8 @@
 #include <numbers>
 #include <tuple>
 
+#include "formats/base/portable_math.h"
+
 namespace sightline {
 namespace {
 
@@ -19,7 +21,7 @@ PlaceKey place_key(const std::vector<Eigen::Vector3d>& upright_m) {
   for (const Eigen::Vector3d& point_m : upright_m) {
     const auto ring = static_cast<std::size_t>(point_m.head<2>().norm() / kRing_m);
     if (ring >= rings.size()) continue;
-    const double turns = std::atan2(point_m.y(), point_m.x()) / (2.0 * std::numbers::pi) + 0.5;
+    const double turns = portable_atan2(point_m.y(), point_m.x()) / (2.0 * std::numbers::pi) + 0.5;
     rings[ring].set(std::min(static_cast<std::size_t>(turns * kDirections), kDirections - 1));
   }
   PlaceKey key;
