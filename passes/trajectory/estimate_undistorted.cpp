@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "passes/trajectory/parts_of_drive.h"
 #include "passes/trajectory/sweep/sweep_trial.h"
 #include "passes/trajectory/sweep/swept_drive.h"
 #include "passes/trajectory/sweep/turn_trial.h"
@@ -23,47 +24,61 @@ namespace {
 
 constexpr int kRounds = 2;
 
-Result<Trajectory> estimate_again(PassContext& ctx, const Drive& timed, Trajectory trajectory,
+// A drive or a part of one, and how its scans were measured, if not all points at once.
+struct Measured {
+  Drive drive;
+  std::optional<Drive> timed;
+};
+
+// The whole of parts, each as `change` makes it of its timed form.
+template <class Change>
+Drive changed(const Drive& drive, const std::vector<Measured>& parts, const Change& change) {
+  std::vector<Drive> of_parts;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    of_parts.push_back(parts[i].timed ? change(*parts[i].timed, i) : parts[i].drive);
+  }
+  return joined_again(drive, of_parts);
+}
+
+std::vector<Drive> drives_of(const std::vector<Measured>& parts) {
+  std::vector<Drive> drives;
+  for (const Measured& part : parts) drives.push_back(part.drive);
+  return drives;
+}
+
+Result<Trajectory> estimate_again(PassContext& ctx, const Drive& drive,
+                                  const std::vector<Measured>& parts, Trajectory trajectory,
                                   const EstimatePoses& estimate) {
+  const std::vector<Drive> as_they_are = drives_of(parts);
   for (int round = 0; round < kRounds; ++round) {
-    SIGHTLINE_ASSIGN(trajectory, estimate(ctx, undistorted(timed, trajectory)));
+    const std::vector<Trajectory> poses = trajectories_of_parts(as_they_are, trajectory);
+    const Drive straight = changed(drive, parts, [&](const Drive& timed, std::size_t i) {
+      return undistorted(timed, poses[i]);
+    });
+    SIGHTLINE_ASSIGN(trajectory, estimate(ctx, straight));
   }
   return trajectory;
 }
 
-// The middle of a drive, estimated again.
-struct Trial {
-  Drive timed;  // the whole drive
-  Trajectory of_middle;
-  double entropy_nat = 0.0;
-};
-
 // What the first poses of a way are: those of the scans as they are, or, where turn rates say how
 // the vehicle turned meanwhile, those of scans without their turning. Else poses would lie where
 // the middle of a sweep was, and the rates would be half a sweep off.
-Result<Trajectory> first_poses(PassContext& ctx, const Drive& timed, const Trajectory& rigid,
+Result<Trajectory> first_poses(PassContext& ctx, const Drive& drive,
+                               const std::vector<Measured>& parts, const Trajectory& rigid,
                                const EstimatePoses& estimate) {
-  if (timed.turn_rates.empty()) return rigid;
-  return estimate(ctx, without_turning(timed));
+  const bool has_rates = std::ranges::any_of(
+      parts, [](const Measured& part) { return part.timed && !part.timed->turn_rates.empty(); });
+  if (!has_rates) return rigid;
+  return estimate(ctx, changed(drive, parts, [](const Drive& timed, std::size_t) {
+                    return timed.turn_rates.empty() ? timed : without_turning(timed);
+                  }));
 }
 
-// The sharpest of the ways in which the scans may have been measured. None where there is none, and
-// where all fail: a trial that fails says nothing for undistorting.
-Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<Drive>& ways,
-                                            const Trajectory& rigid,
-                                            const EstimatePoses& estimate) {
-  std::optional<Trial> best;
-  for (const Drive& timed : ways) {
-    const Drive middle = middle_of(timed);
-    const Result<Trajectory> first = first_poses(ctx, middle, middle_of(rigid, timed), estimate);
-    if (!first) continue;
-    const Result<Trajectory> after = estimate_again(ctx, middle, *first, estimate);
-    if (!after) continue;
-    SIGHTLINE_ASSIGN(const double nat,
-                     middle_entropy_nat(ctx, undistorted(middle, *after), *after));
-    if (!best || nat < best->entropy_nat) best = {timed, *after, nat};
-  }
-  return best;
+Result<Trajectory> estimate_as_measured(PassContext& ctx, const Drive& drive,
+                                        const std::vector<Measured>& parts, const Trajectory& rigid,
+                                        const EstimatePoses& estimate) {
+  SIGHTLINE_ASSIGN(const Trajectory first, first_poses(ctx, drive, parts, rigid, estimate));
+  return estimate_again(ctx, drive, parts, first, estimate);
 }
 
 Result<std::vector<Drive>> ways_of(const Drive& drive, const Trajectory& rigid) {
@@ -76,22 +91,66 @@ Result<std::vector<Drive>> ways_of(const Drive& drive, const Trajectory& rigid) 
   return ways;
 }
 
+// The middle of a drive, estimated again.
+struct Trial {
+  Drive timed;  // the whole drive
+  Trajectory of_middle;
+  double entropy_nat = 0.0;
+};
+
+// The sharpest of the ways in which the scans of a drive of one part may have been measured. None
+// where there is none, and where all fail: a trial that fails says nothing for undistorting.
+Result<std::optional<Trial>> sharpest_trial(PassContext& ctx, const std::vector<Drive>& ways,
+                                            const Trajectory& rigid,
+                                            const EstimatePoses& estimate) {
+  std::optional<Trial> best;
+  for (const Drive& timed : ways) {
+    const Drive middle = middle_of(timed, rigid);
+    const Result<Trajectory> after =
+        estimate_as_measured(ctx, middle, {{middle, middle}}, middle_of(rigid), estimate);
+    if (!after) continue;
+    SIGHTLINE_ASSIGN(const double nat,
+                     middle_entropy_nat(ctx, undistorted(middle, *after), *after));
+    if (!best || nat < best->entropy_nat) best = {timed, *after, nat};
+  }
+  return best;
+}
+
+// None where the scans lie no more sharply undistorted than as they are.
+Result<std::optional<Trial>> trial_that_pays(PassContext& ctx, const Drive& drive,
+                                             const Trajectory& rigid,
+                                             const EstimatePoses& estimate) {
+  SIGHTLINE_ASSIGN(const std::vector<Drive> ways, ways_of(drive, rigid));
+  if (ways.empty()) return std::optional<Trial>();
+  SIGHTLINE_ASSIGN(std::optional<Trial> trial, sharpest_trial(ctx, ways, rigid, estimate));
+  if (!trial) return trial;
+  SIGHTLINE_ASSIGN(const double before_nat, middle_entropy_nat(ctx, drive, rigid));
+  if (!is_sharper(trial->entropy_nat, before_nat)) trial.reset();
+  return trial;
+}
+
 }  // namespace
 
 Result<Trajectory> estimate_undistorted(PassContext& ctx, const Drive& drive,
                                         const Trajectory& rigid, const EstimatePoses& estimate) {
-  SIGHTLINE_ASSIGN(const std::vector<Drive> ways, ways_of(drive, rigid));
-  if (ways.empty()) return rigid;
   PassContext quiet;
   quiet.threads = ctx.threads;
   quiet.seed = ctx.seed;
-  SIGHTLINE_ASSIGN(const std::optional<Trial> trial, sharpest_trial(quiet, ways, rigid, estimate));
-  if (!trial) return rigid;
-  SIGHTLINE_ASSIGN(const double before_nat, middle_entropy_nat(quiet, drive, rigid));
-  if (!is_sharper(trial->entropy_nat, before_nat)) return rigid;
-  if (trial->of_middle.poses.size() == rigid.poses.size()) return trial->of_middle;
-  SIGHTLINE_ASSIGN(const Trajectory first, first_poses(quiet, trial->timed, rigid, estimate));
-  return estimate_again(quiet, trial->timed, first, estimate);
+  const std::vector<Drive> parts = parts_of(drive);
+  const std::vector<Trajectory> rigid_parts = trajectories_of_parts(parts, rigid);
+  std::vector<Measured> measured;
+  bool are_rigid = true;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    measured.push_back({parts[i], std::nullopt});
+    SIGHTLINE_ASSIGN(std::optional<Trial> trial,
+                     trial_that_pays(quiet, parts[i], rigid_parts[i], estimate));
+    if (!trial) continue;
+    if (trial->of_middle.poses.size() == rigid.poses.size()) return trial->of_middle;
+    measured.back().timed = std::move(trial->timed);
+    are_rigid = false;
+  }
+  if (are_rigid) return rigid;
+  return estimate_as_measured(quiet, drive, measured, rigid, estimate);
 }
 
 }  // namespace sightline

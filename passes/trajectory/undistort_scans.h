@@ -25,11 +25,12 @@ std::vector<OptionField> option_fields(UndistortScansOptions& options);
 // The scans are changed when they are read, one in memory; they carry no times any more. Where no
 // scan has times, those that the order of its points tells are tried (see sharpest_sweep), and
 // kept where they make the scans lie on each other more sharply; else, or when disabled, it is the
-// same drive. Warns when times are there and not used, and of scans that are taken to stand still.
-// Errors: mismatched-inputs (not one pose for each scan) and what reading a scan says.
+// same drive. Of several drives (join-drives) each is treated so for itself. Warns when times are
+// there and not used, and of scans that are taken to stand still. Errors: mismatched-inputs (not
+// one pose for each scan) and what reading a scan says.
 Result<Drive> undistort_scans(PassContext& ctx, const UndistortScansOptions& options,
                               const Drive& drive, const Trajectory& trajectory);
-inline constexpr Pass kUndistortScans{"undistort-scans", 4, "undistorted", "Motion during a scan",
+inline constexpr Pass kUndistortScans{"undistort-scans", 5, "undistorted", "Motion during a scan",
                                       &undistort_scans};
 
 }  // namespace sightline

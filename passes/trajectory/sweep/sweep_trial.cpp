@@ -14,38 +14,61 @@
 namespace sightline {
 namespace {
 
-// The trial takes the middle of a drive: enough way that things are seen from several sides.
+// Enough way that things are seen from several sides.
 constexpr std::size_t kTrialScans = 60;
 // Entropies of two ways to lay a drive differ by a few hundredths where nothing is gained.
 constexpr double kSharper_nat = 0.05;
+
+// Where the vehicle stands, or nearly so, scans are the same undistorted.
+constexpr double kLeastWay_m = 5.0;
 
 struct Stretch {
   std::size_t first = 0;
   std::size_t count = 0;
 };
 
-// Of the drive's longest part.
-Stretch middle_stretch(const Drive& drive) {
-  Stretch longest;
-  Stretch part;
-  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    if (i > 0 && drive.scans[i].part != drive.scans[i - 1].part) part = {i, 0};
-    ++part.count;
-    if (part.count > longest.count) longest = part;
+// Along the poses, 0 from one piece to the next.
+std::vector<double> driven_m(const Trajectory& trajectory) {
+  std::vector<double> driven = {0.0};
+  for (std::size_t i = 1; i < trajectory.poses.size(); ++i) {
+    const TrajectoryPose& from = trajectory.poses[i - 1];
+    const TrajectoryPose& to = trajectory.poses[i];
+    const double step_m =
+        (to.T_map_vehicle.translation() - from.T_map_vehicle.translation()).norm();
+    driven.push_back(driven.back() + (from.piece == to.piece ? step_m : 0.0));
   }
-  const std::size_t count = std::min(kTrialScans, longest.count);
-  return {longest.first + (longest.count - count) / 2, count};
+  return driven;
+}
+
+// The scans nearest to the middle on which the vehicle comes on; those of the middle where it
+// nowhere does.
+Stretch middle_stretch(const Trajectory& trajectory) {
+  const std::size_t all = trajectory.poses.size();
+  const std::size_t count = std::min(kTrialScans, all);
+  const Stretch middle{(all - count) / 2, count};
+  if (count < 2) return middle;
+  const std::vector<double> driven = driven_m(trajectory);
+  const auto comes_on = [&](std::size_t first) {
+    return driven[first + count - 1] - driven[first] >= kLeastWay_m;
+  };
+  for (std::size_t off = 0; off <= all - count; ++off) {
+    if (off <= middle.first && comes_on(middle.first - off)) return {middle.first - off, count};
+    if (middle.first + off <= all - count && comes_on(middle.first + off)) {
+      return {middle.first + off, count};
+    }
+  }
+  return middle;
 }
 
 }  // namespace
 
-Drive middle_of(const Drive& drive) {
-  const auto [first, count] = middle_stretch(drive);
+Drive middle_of(const Drive& drive, const Trajectory& trajectory) {
+  const auto [first, count] = middle_stretch(trajectory);
   return stretch_of(drive, first, count);
 }
 
-Trajectory middle_of(const Trajectory& trajectory, const Drive& drive) {
-  const auto [first, count] = middle_stretch(drive);
+Trajectory middle_of(const Trajectory& trajectory) {
+  const auto [first, count] = middle_stretch(trajectory);
   Trajectory middle = trajectory;
   middle.poses = {trajectory.poses.begin() + static_cast<std::ptrdiff_t>(first),
                   trajectory.poses.begin() + static_cast<std::ptrdiff_t>(first + count)};
@@ -57,7 +80,7 @@ Trajectory middle_of(const Trajectory& trajectory, const Drive& drive) {
 Result<double> middle_entropy_nat(PassContext& ctx, const Drive& drive,
                                   const Trajectory& trajectory) {
   SIGHTLINE_ASSIGN(const Sharpness sharpness,
-                   measure_sharpness(ctx, {}, middle_of(drive), middle_of(trajectory, drive)));
+                   measure_sharpness(ctx, {}, middle_of(drive, trajectory), middle_of(trajectory)));
   return sharpness.of_map.mean_entropy_nat;
 }
 

@@ -7,13 +7,15 @@
 #include "formats/drive/trajectory.h"
 #include "passes/pass/pass_context.h"
 
-// Whether undistorting scans pays, tried on the middle of a drive.
+// Whether undistorting scans pays, tried on the middle of a drive of one part.
 
 namespace sightline {
 
-// At most 60 scans of the longest part of a drive, and their poses; scans count from 0 anew.
-Drive middle_of(const Drive& drive);
-Trajectory middle_of(const Trajectory& trajectory, const Drive& drive);
+// At most 60 scans of a drive, and their poses: those nearest to its middle on which the vehicle
+// comes 5 m on, since it may have stood at a light there, and those of the middle where it nowhere
+// does. Scans count from 0 anew.
+Drive middle_of(const Drive& drive, const Trajectory& trajectory);
+Trajectory middle_of(const Trajectory& trajectory);
 
 // How sharply the scans of the middle lie on each other ("Sharpness" in definitions.md), nat.
 Result<double> middle_entropy_nat(PassContext& ctx, const Drive& drive,
