@@ -17,8 +17,7 @@
 #include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/pieces/tied_pieces.h"
 #include "passes/trajectory/stretch_of_drive.h"
-#include "passes/trajectory/sweep/turn_trial.h"
-#include "passes/trajectory/sweep/undistorted.h"
+#include "passes/trajectory/undistort_scans.h"
 
 namespace sightline {
 namespace {
@@ -132,12 +131,9 @@ Followed followed(const Drive& drive, const Trajectory& released, const Trajecto
   return all;
 }
 
-// Scans as they were when their poses were found.
+// Scans as if each had been measured at once, by the poses that all have by now.
 Result<Drive> straight(PassContext& ctx, const Drive& drive, const Trajectory& released,
                        const Trajectory& own) {
-  const bool has_times =
-      std::ranges::any_of(drive.scans, [](const ScanInfo& scan) { return scan.has_point_times; });
-  if (!has_times) return drive;
   Trajectory all = released;
   const std::uint32_t pieces = released.poses.back().piece + 1;
   for (TrajectoryPose pose : own.poses) {
@@ -146,8 +142,7 @@ Result<Drive> straight(PassContext& ctx, const Drive& drive, const Trajectory& r
   }
   PassContext quiet;  // undistort-scans warns
   quiet.threads = ctx.threads;
-  SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(quiet, drive, all));
-  return undistorted(turned, all);
+  return undistort_scans(quiet, {}, drive, all);
 }
 
 // Where given poses say how the other scans lie to the released ones: T_map_lidar of both.

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <cstdint>
 
+#include "passes/ingest/join_drives.h"
 #include "passes/trajectory/stretch_of_drive.h"
-#include "tests/support/box_world.h"
+#include "tests/support/swept_world.h"
 
 namespace sightline {
 namespace {
@@ -217,6 +218,27 @@ TEST(ReleasedPoses, ComeBackFromTheirFileAndNotFromADamagedOne) {
     damaged[at] ^= std::byte{4};
     EXPECT_FALSE(from_bytes<ReleasedPoses>(damaged).has_value()) << at;
   }
+}
+
+// Scans whose files give no times, of a sensor that turns while its vehicle drives: those of the
+// faster drive are drawn out twice as far.
+TEST(ExtendReleased, LaysScansAsIfMeasuredAtOnceBesideTheReleasedOnes) {
+  const auto swept = [](double speed_mps, int count) {
+    std::vector<double> times_s;
+    for (int i = 0; i < count; ++i) times_s.push_back(0.1 * i);
+    return drive_swept(random_street(2), winding(-14.0, speed_mps), times_s, PointOrder::kTime);
+  };
+  const TestDrive fast = swept(10.0, 30);
+  const TestDrive slow = swept(5.0, 60);
+  PassContext ctx;
+  const Drive both = *join_drives(ctx, {}, fast.drive, slow.drive);
+  const ReleasedPoses released = *release(fast.drive, fast.truth);
+  const Told told = extend(both, released);
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(told.trajectory->poses.back().piece, 0U);
+  Trajectory truth = fast.truth;
+  for (const TrajectoryPose& pose : slow.truth.poses) truth.poses.push_back(pose);
+  EXPECT_LT(largest_error_m(*told.trajectory, truth), 0.03);
 }
 
 }  // namespace
