@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "formats/drive/joined_scan_store.h"
 #include "formats/foreign/text/pose_file.h"
-#include "passes/ingest/joined_scan_store.h"
 
 namespace sightline {
 namespace {
@@ -55,20 +55,20 @@ Result<Drive> join_drives(PassContext& ctx, const NoOptions&, const Drive& drive
   const std::int64_t later_ns = moved_ns(ctx, drive, later);
   const std::uint32_t first_index = 2 * (drive.scans.back().recording_index / 2 + 1);
   std::vector<ScanOrigin> origins;
-  for (std::size_t i = 0; i < drive.scans.size(); ++i) origins.push_back({false, i, 0});
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) origins.push_back({0, i, 0});
   for (std::size_t i = 0; i < later.scans.size(); ++i) {
     ScanInfo& scan = joined.scans.emplace_back(later.scans[i]);
     scan.recording_index += first_index;
     scan.stamp_ns += later_ns;
     scan.part = part;
-    origins.push_back({true, i, later_ns});
+    origins.push_back({1, i, later_ns});
   }
   for (TurnRate rate : later.turn_rates) {
     rate.stamp_ns += later_ns;
     joined.turn_rates.push_back(rate);
   }
   return with_store(std::move(joined),
-                    joined_scan_store(drive.store, later.store, std::move(origins)));
+                    joined_scan_store({drive.store, later.store}, std::move(origins)));
 }
 
 }  // namespace sightline

@@ -4,8 +4,8 @@
 #include <tuple>
 #include <utility>
 
+#include "formats/drive/joined_scan_store.h"
 #include "formats/foreign/text/pose_file.h"
-#include "passes/ingest/joined_scan_store.h"
 
 namespace sightline {
 namespace {
@@ -47,11 +47,11 @@ Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& driv
   const std::vector<std::int64_t> stamps_ns = stamps_of_first_sensor(drive);
   std::vector<std::pair<ScanInfo, ScanOrigin>> scans;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    scans.emplace_back(drive.scans[i], ScanOrigin{false, i});
+    scans.emplace_back(drive.scans[i], ScanOrigin{0, i});
   }
   for (std::size_t i = 0; i < other.scans.size(); ++i) {
     if (!is_between(stamps_ns, other.scans[i].stamp_ns)) continue;
-    ScanInfo& scan = scans.emplace_back(other.scans[i], ScanOrigin{true, i}).first;
+    ScanInfo& scan = scans.emplace_back(other.scans[i], ScanOrigin{1, i}).first;
     scan.sensor_index = static_cast<std::uint32_t>(drive.other_sensors.size() + 1);
     scan.T_world_vehicle.reset();
   }
@@ -72,7 +72,7 @@ Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& driv
   std::vector<ScanOrigin> origins;
   std::uint32_t part = 0;
   for (auto& [scan, origin] : scans) {
-    if (origin.is_other) scan.part = part;
+    if (origin.store == 1) scan.part = part;
     part = scan.part;
     scan.recording_index =
         static_cast<std::uint32_t>(2 * joined.scans.size()) + scan.recording_index % 2;
@@ -80,7 +80,7 @@ Result<Drive> join_sensors(PassContext& ctx, const NoOptions&, const Drive& driv
     origins.push_back(origin);
   }
   return with_store(std::move(joined),
-                    joined_scan_store(drive.store, other.store, std::move(origins)));
+                    joined_scan_store({drive.store, other.store}, std::move(origins)));
 }
 
 }  // namespace sightline

@@ -11,6 +11,7 @@
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/graph/scan_graph.h"
 #include "passes/trajectory/odometry.h"
+#include "passes/trajectory/parts_of_drive.h"
 #include "passes/trajectory/pieces/join_pieces.h"
 #include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/pieces/tied_pieces.h"
@@ -113,8 +114,16 @@ Result<Drive> as_given_poses_see(PassContext& ctx, const Drive& drive) {
   SIGHTLINE_ASSIGN(const Trajectory given, trajectory_as_given(drive));
   PassContext quiet;  // undistort-scans warns
   quiet.threads = ctx.threads;
-  SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(quiet, drive, given));
-  return turned.turn_rates.empty() ? drive : undistorted(turned, given);
+  std::vector<Drive> parts = parts_of(drive);
+  const std::vector<Trajectory> poses = trajectories_of_parts(parts, given);
+  bool is_changed = false;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    SIGHTLINE_ASSIGN(const Drive turned, with_turns_that_pay(quiet, parts[i], poses[i]));
+    if (turned.turn_rates.empty()) continue;
+    parts[i] = undistorted(turned, poses[i]);
+    is_changed = true;
+  }
+  return is_changed ? joined_again(drive, parts) : drive;
 }
 
 }  // namespace

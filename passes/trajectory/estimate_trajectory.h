@@ -29,7 +29,7 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
 // reading a scan says.
 Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                        const Drive& drive);
-inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 20, "trajectory",
+inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 21, "trajectory",
                                           "Where the vehicle was", &estimate_trajectory};
 
 }  // namespace sightline

@@ -6,40 +6,13 @@
 #include <limits>
 #include <memory>
 #include <numeric>
-#include <optional>
 #include <utility>
 
+#include "formats/drive/joined_scan_store.h"
 #include "passes/trajectory/stretch_of_drive.h"
 
 namespace sightline {
 namespace {
-
-class JoinedStore : public ScanStore {
- public:
-  explicit JoinedStore(const std::vector<Drive>& parts) {
-    for (const Drive& part : parts) {
-      for (std::size_t i = 0; i < part.scans.size(); ++i) places_.push_back({stores_.size(), i});
-      stores_.push_back(part.store);
-    }
-  }
-  Result<Scan> read(std::size_t index) const override {
-    return stores_[places_[index].store]->read(places_[index].index);
-  }
-  [[nodiscard]] std::optional<Digest> identity(std::size_t index) const override {
-    return stores_[places_[index].store]->identity(places_[index].index);
-  }
-  [[nodiscard]] bool has_origins() const override {
-    return std::ranges::all_of(stores_, [](const auto& store) { return store->has_origins(); });
-  }
-
- private:
-  struct Place {
-    std::size_t store;
-    std::size_t index;  // in that store
-  };
-  std::vector<std::shared_ptr<const ScanStore>> stores_;
-  std::vector<Place> places_;  // of each scan
-};
 
 // Those before `end_ns`, from `first` on, which moves behind them.
 std::vector<TurnRate> rates_until(const std::vector<TurnRate>& rates, std::int64_t end_ns,
@@ -87,15 +60,22 @@ std::vector<Trajectory> trajectories_of_parts(const std::vector<Drive>& parts,
 }
 
 Drive joined_again(const Drive& drive, const std::vector<Drive>& parts) {
-  if (parts.size() == 1 && drive.later_parts.empty()) return parts.front();
-  Drive joined = with_store(drive, std::make_shared<const JoinedStore>(parts));
-  joined.turn_rates.clear();
-  auto scan = joined.scans.begin();
+  if (drive.later_parts.empty()) return parts.front();
+  std::vector<std::shared_ptr<const ScanStore>> stores;
+  std::vector<ScanOrigin> origins;
+  std::vector<TurnRate> rates;
+  std::vector<ScanInfo> scans = drive.scans;
   for (const Drive& part : parts) {
-    for (const ScanInfo& changed : part.scans) (scan++)->has_point_times = changed.has_point_times;
-    joined.turn_rates.insert(joined.turn_rates.end(), part.turn_rates.begin(),
-                             part.turn_rates.end());
+    for (std::size_t i = 0; i < part.scans.size(); ++i) {
+      scans[origins.size()].has_point_times = part.scans[i].has_point_times;
+      origins.push_back({stores.size(), i});
+    }
+    stores.push_back(part.store);
+    rates.insert(rates.end(), part.turn_rates.begin(), part.turn_rates.end());
   }
+  Drive joined = with_store(drive, joined_scan_store(std::move(stores), std::move(origins)));
+  joined.scans = std::move(scans);
+  joined.turn_rates = std::move(rates);
   return joined;
 }
 

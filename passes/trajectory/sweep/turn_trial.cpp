@@ -59,13 +59,11 @@ struct Stretch {
   double bend_rad = 0.0;  // mean
 };
 
-// Where the scans of a row bend most, within one part of the drive.
-Stretch most_bent(const Drive& drive, const std::vector<double>& bends) {
+// Where the scans of a row bend most.
+Stretch most_bent(const std::vector<double>& bends) {
   Stretch most;
-  std::size_t begin = 0;  // of the part
   for (std::size_t end = 1; end <= bends.size(); ++end) {
-    if (end > 1 && drive.scans[end - 1].part != drive.scans[end - 2].part) begin = end - 1;
-    const std::size_t first = std::max(begin, end > kTrialScans ? end - kTrialScans : 0);
+    const std::size_t first = end > kTrialScans ? end - kTrialScans : 0;
     double sum_rad = 0.0;
     for (std::size_t i = first; i < end; ++i) sum_rad += bends[i];
     const double mean_rad = sum_rad / static_cast<double>(kTrialScans);
@@ -117,7 +115,7 @@ Result<Drive> with_turns_that_pay(PassContext& ctx, const Drive& drive,
              (moved_ns > 0 ? "ahead of" : "behind") +
              " that of the scans, by the turning of the poses; the rates are moved");
   }
-  const Stretch stretch = most_bent(drive, bends_rad(turned, trajectory));
+  const Stretch stretch = most_bent(bends_rad(turned, trajectory));
   if (stretch.bend_rad < kLeastBend_rad) {
     ctx.warn(name + "turn rates are not used: they cover no scans, or the vehicle turned evenly");
     return without_turns(drive);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "passes/ingest/join_drives.h"
+#include "passes/trajectory/parts_of_drive.h"
 #include "passes/trajectory/sweep/undistorted.h"
 #include "passes/trajectory/undistort_scans.h"
 #include "tests/passes/trajectory/sweep/uneven_turns.h"
@@ -126,6 +128,39 @@ TEST(TurnTrial, IsWhatUndistortScansDoes) {
   const Result<Drive> even = undistort_scans(ctx, {}, jerky_drive().drive, test.truth);
   ASSERT_TRUE(even.has_value());
   EXPECT_GT(error_m(*even), 0.09);
+}
+
+// Two vehicles whose inertial units have clocks of their own.
+TEST(TurnTrial, IsOfEachDriveForItself) {
+  ImuErrors behind;
+  behind.ahead_ns = -60'000'000;
+  TestDrive first = with_rates(imu_of(jerky, 3.0, behind));
+  ImuErrors ahead;
+  ahead.ahead_ns = 60'000'000;
+  TestDrive later = with_rates(imu_of(jerky, 3.0, ahead));
+  first.drive.name = "mon";
+  later.drive.name = "tue";
+  PassContext ctx;
+  const Drive both = *join_drives(ctx, {}, first.drive, later.drive);
+  Trajectory truth = first.truth;
+  for (TrajectoryPose pose : later.truth.poses) {
+    pose.recording_index = both.scans[truth.poses.size()].recording_index;
+    pose.stamp_ns = both.scans[truth.poses.size()].stamp_ns;
+    truth.poses.push_back(pose);
+  }
+  std::vector<std::string> said;
+  ctx.warning_sink = [&](const std::string& text) { said.push_back(text); };
+  const Result<Drive> straight = undistort_scans(ctx, {}, both, truth);
+  ASSERT_TRUE(straight.has_value());
+  EXPECT_THAT(said,
+              ElementsAre(HasSubstr("drive mon: the clock of the turn rates is 0.06 s behind"),
+                          HasSubstr("drive mon: turn rates are used"),
+                          HasSubstr("drive tue: the clock of the turn rates is 0.06 s ahead"),
+                          HasSubstr("drive tue: turn rates are used")));
+  const std::vector<Drive> days = parts_of(*straight);
+  ASSERT_EQ(days.size(), 2u);
+  EXPECT_LT(error_m(days[0]), 0.002);
+  EXPECT_LT(error_m(days[1]), 0.002);
 }
 
 // Every second scan is another sensor's, and its pose is interpolated evenly.
