@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "compiler/pipeline/schedule.h"
-#include "formats/drive/scan_memory.h"
+#include "formats/drive/scans/scan_memory.h"
 #include "formats/foreign/recording/recording.h"
 #include "formats/text/text_grid.h"
 #include "passes/map/places/field_limits.h"

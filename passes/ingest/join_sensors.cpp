@@ -4,7 +4,7 @@
 #include <tuple>
 #include <utility>
 
-#include "formats/drive/joined_scan_store.h"
+#include "formats/drive/scans/joined_scan_store.h"
 #include "formats/foreign/text/pose_file.h"
 
 namespace sightline {

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-#include "formats/drive/joined_scan_store.h"
+#include "formats/drive/scans/joined_scan_store.h"
 #include "passes/trajectory/stretch_of_drive.h"
 
 namespace sightline {

@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-#include "formats/drive/scan_memory.h"
+#include "formats/drive/scans/scan_memory.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/cell_key.h"
 #include "formats/surroundings/surface_points.h"

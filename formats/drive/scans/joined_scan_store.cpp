@@ -1,4 +1,4 @@
-#include "formats/drive/joined_scan_store.h"
+#include "formats/drive/scans/joined_scan_store.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "formats/drive/scan_memory.h"
+#include "formats/drive/scans/scan_memory.h"
 
 #include <algorithm>
 #include <cstdint>
