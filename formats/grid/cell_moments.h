@@ -14,8 +14,13 @@ struct CellMoments {
 
   // A point, from the centre. Sign -1 takes away one that was added before.
   void add(const Eigen::Vector3d& from_centre_m, double sign = 1.0);
+  // All points of other moments about the same centre.
+  void add(const CellMoments& other, double sign = 1.0);
   // All points of an ND, whose mean lies there from the centre.
   void add(const Nd& nd, const Eigen::Vector3d& mean_from_centre_m);
+
+  // About another centre, from which this one lies so far.
+  [[nodiscard]] CellMoments seen_from(const Eigen::Vector3d& centre_from_there_m) const;
 
   // From the centre; of at least one point.
   [[nodiscard]] Eigen::Vector3d mean_m() const { return sum_m / count; }

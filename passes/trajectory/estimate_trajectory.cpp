@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "passes/trajectory/estimate_undistorted.h"
+#include "passes/trajectory/following/overlaps.h"
 #include "passes/trajectory/given/given_trajectory.h"
 #include "passes/trajectory/graph/loops.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
@@ -59,6 +60,9 @@ Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryO
                                      const Odometry& found) {
   const bool refines = std::ranges::any_of(given, [](const auto& pose) { return bool(pose); });
   Odometry odometry = laid_on(given, found);
+  if (std::ranges::all_of(given, [](const auto& pose) { return bool(pose); })) {
+    SIGHTLINE_ASSIGN(odometry.overlap, overlaps_along(ctx, drive, options.local_map_m, odometry));
+  }
   SIGHTLINE_TRY(check_following(drive, odometry));
   SIGHTLINE_ASSIGN(const JoinedPieces pieces, join_pieces(ctx, drive, given, odometry));
   warn_of_pieces(ctx, drive, odometry, pieces);

@@ -1,6 +1,7 @@
 #include "passes/trajectory/local_map.h"
 
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "formats/rotation.h"
@@ -45,27 +46,60 @@ Eigen::Matrix3d sharp_information_per_m2(const Nd& nd) {
   return information_per_m2(nd, kSharplyThinnest_m);
 }
 
+std::vector<CellPart> parts_of(const CellTable<CellMoments>& cells) {
+  std::vector<CellPart> parts;
+  parts.reserve(cells.keys().size());
+  for (std::size_t i = 0; i < cells.keys().size(); ++i) {
+    parts.push_back({cells.keys()[i], cells.sums()[i]});
+  }
+  return parts;
+}
+
+std::vector<CellPart> fine_parts(const std::vector<Eigen::Vector3d>& points_m) {
+  std::vector<CellKey> keys(points_m.size());
+  cell_keys(points_m, kFineCell_m, keys);
+  std::vector<CellRun> runs(keys.size());
+  runs.resize(find_runs(keys, runs));
+  CellTable<CellMoments> cells;
+  cells.add(runs, [&](CellMoments& moments, const CellRun& run) {
+    const Eigen::Vector3d centre_m = cell_centre_m(run.key, kFineCell_m);
+    for (const Eigen::Vector3d& point_m : std::span(points_m).subspan(run.begin, run.count)) {
+      moments.add(point_m - centre_m);
+    }
+  });
+  return parts_of(cells);
+}
+
+// Eight fine cells are a coarse one.
+std::vector<CellPart> coarse_parts(const std::vector<CellPart>& fine) {
+  static_assert(kCoarseCell_m == 2.0 * kFineCell_m);
+  std::vector<CellRun> runs;
+  runs.reserve(fine.size());
+  for (std::uint32_t i = 0; i < fine.size(); ++i) {
+    const CellKey& key = fine[i].key;
+    runs.push_back({{key.x >> 1, key.y >> 1, key.z >> 1}, i, 1});
+  }
+  CellTable<CellMoments> cells;
+  cells.add(runs, [&](CellMoments& moments, const CellRun& run) {
+    const CellPart& part = fine[run.begin];
+    moments.add(part.moments.seen_from(cell_centre_m(part.key, kFineCell_m) -
+                                       cell_centre_m(run.key, kCoarseCell_m)));
+  });
+  return parts_of(cells);
+}
+
 }  // namespace
 
 Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
   return information_per_m2(nd, kThinnest_m);
 }
 
-RollingCells::Cell& RollingCells::cell_of(const CellKey& key) {
-  if (last_ >= cells_.size() || cells_[last_].key != key) {
-    last_ = index_.add(key);
-    if (last_ == cells_.size()) cells_.emplace_back().key = key;
-  }
-  cells_[last_].is_changed = true;
-  return cells_[last_];
-}
-
-void RollingCells::add(const std::vector<Eigen::Vector3d>& points_m, double sign) {
-  keys_.resize(points_m.size());
-  cell_keys(points_m, cell_m_, keys_);
-  for (std::size_t i = 0; i < points_m.size(); ++i) {
-    Cell& cell = cell_of(keys_[i]);
-    cell.moments.add(points_m[i] - cell_centre_m(cell.key, cell_m_), sign);
+void RollingCells::add(const std::vector<CellPart>& parts, double sign) {
+  for (const CellPart& part : parts) {
+    const std::uint32_t number = index_.add(part.key);
+    if (number == cells_.size()) cells_.emplace_back().key = part.key;
+    cells_[number].moments.add(part.moments, sign);
+    cells_[number].is_changed = true;
   }
 }
 
@@ -124,9 +158,16 @@ NdtMap RollingCells::nds() const {
 
 LocalGrids::LocalGrids() : coarse_(kCoarseCell_m), fine_(kFineCell_m) { finish(); }
 
-void LocalGrids::add(const std::vector<Eigen::Vector3d>& points_m, double sign) {
-  coarse_.add(points_m, sign);
-  fine_.add(points_m, sign);
+GriddedPoints gridded(const std::vector<Eigen::Vector3d>& points_m) {
+  GriddedPoints points;
+  points.fine = fine_parts(points_m);
+  points.coarse = coarse_parts(points.fine);
+  return points;
+}
+
+void LocalGrids::add(const GriddedPoints& points, double sign) {
+  coarse_.add(points.coarse, sign);
+  fine_.add(points.fine, sign);
 }
 
 void LocalGrids::finish() {
@@ -143,32 +184,33 @@ const MatchGrid& LocalGrids::sharp() const {
 
 LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m) {
   LocalGrids grids;
-  grids.add(points_m, 1.0);
+  grids.add(gridded(points_m), 1.0);
   grids.finish();
   return grids;
+}
+
+bool is_key_step(const Pose& T_map_last, const Pose& T_map_lidar) {
+  const Pose step = T_map_last.inverse() * T_map_lidar;
+  return step.translation().norm() >= kKeyframeStep_m ||
+         rotation_angle_rad(step.linear()) >= kKeyframeTurn_rad;
 }
 
 LocalMap::LocalMap(double reach_m) : reach_m_(reach_m) {}
 
 void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_map_lidar,
                    double driven_m) {
-  KeyScan& key = scans_.emplace_back();
-  key.driven_m = driven_m;
-  key.points_m.reserve(points_m.size());
-  for (const Eigen::Vector3d& point_m : points_m) key.points_m.push_back(T_map_lidar * point_m);
-  grids_.add(key.points_m, 1.0);
+  std::vector<Eigen::Vector3d> points_map_m;
+  points_map_m.reserve(points_m.size());
+  for (const Eigen::Vector3d& point_m : points_m) points_map_m.push_back(T_map_lidar * point_m);
+  scans_.push_back({driven_m, gridded(points_map_m)});
+  grids_.add(scans_.back().points, 1.0);
   while (scans_.front().driven_m < driven_m - reach_m_) {
-    grids_.add(scans_.front().points_m, -1.0);
+    grids_.add(scans_.front().points, -1.0);
     scans_.pop_front();
   }
   grids_.finish();
   T_map_last_ = T_map_lidar;
 }
 
-bool LocalMap::wants(const Pose& T_map_lidar) const {
-  const Pose step = T_map_last_.inverse() * T_map_lidar;
-  return step.translation().norm() >= kKeyframeStep_m ||
-         rotation_angle_rad(step.linear()) >= kKeyframeTurn_rad;
-}
 
 }  // namespace sightline

@@ -40,8 +40,8 @@ Result<void> follow_read(std::span<const Result<ReadScan>> scans, FirstSteps& fo
 }
 
 // Each scan waits for those before it, but to be read: that is done ahead, side by side.
-Result<void> follow_run(const Drive& drive, const ScanRun& run, int threads, FirstSteps& follower,
-                        Progress& progress) {
+Result<void> follow_run(const Drive& drive, const ScanRun& run, Upright upright, int threads,
+                        FirstSteps& follower, Progress& progress) {
   constexpr std::size_t kAhead = 8;  // scans
   std::vector<Result<ReadScan>> read;
   for (std::size_t end = run.first;;) {
@@ -51,7 +51,7 @@ Result<void> follow_run(const Drive& drive, const ScanRun& run, int threads, Fir
       if (i == 0) {
         followed = follow_read(read, follower, progress);
       } else {
-        next[i - 1] = read_scan(drive, end + i - 1);
+        next[i - 1] = read_scan(drive, end + i - 1, upright);
       }
     });
     SIGHTLINE_TRY(followed);
@@ -71,13 +71,15 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
                  "found " + std::to_string(count) + " scans, expected at least 2 to match", "",
                  "drive " + drive.name};
   }
+  const bool is_led = std::ranges::all_of(given, [](const auto& pose) { return bool(pose); });
+  const Upright upright = is_led ? Upright::kNotAsked : Upright::kAsked;
   const std::vector<ScanRun> runs = scan_runs(drive, given, local_map_m);
   Progress progress(ctx, runs);
   std::vector<Result<void>> done(runs.size());
   std::vector<Odometry> followed(runs.size());
   parallel_for(runs.size(), ctx.threads, [&](std::size_t i) {
     FirstSteps follower(Follower(drive, given, local_map_m, runs[i].first));
-    done[i] = follow_run(drive, runs[i], ctx.threads, follower, progress);
+    done[i] = follow_run(drive, runs[i], upright, ctx.threads, follower, progress);
     followed[i] = std::move(follower).take_odometry();
   });
   for (const Result<void>& one : done) SIGHTLINE_TRY(one);

@@ -35,11 +35,11 @@ std::vector<Pose> bolder(const Pose& T_map_before, const Pose& T_map_start) {
   return starts;
 }
 
-LocalMatch best_of(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
-                   const std::vector<Pose>& starts, LocalMatch best) {
+// The best end of these starts and `best`.
+LocalMatch best_of(LocalSearch& search, const std::vector<Pose>& starts, LocalMatch best) {
   for (const Pose& start : starts) {
-    const LocalMatch match = match_locally(grids, points_m, start);
-    if (match.is_better_than(best)) best = match;
+    const std::optional<LocalMatch> match = search.match(start);
+    if (match && match->is_better_than(best)) best = *match;
   }
   return best;
 }
@@ -86,15 +86,15 @@ bool RunningAverage::is_met_by(const LocalMatch& match) const {
 LocalMatch follow(const LocalGrids& grids, const std::vector<Eigen::Vector3d>& points_m,
                   const std::vector<Pose>& starts, const Pose& T_map_before,
                   const RunningAverage& average) {
-  LocalMatch best = best_of(grids, points_m, starts, {});
+  LocalSearch search(grids, points_m);
+  LocalMatch best = best_of(search, starts, {});
   if (!average.is_met_by(best)) {
-    best = best_of(grids, points_m, bolder(T_map_before, starts.front()), best);
+    best = best_of(search, bolder(T_map_before, starts.front()), best);
   }
   const bool is_first = average.likelihood == 0.0;
   if (is_first || !best.is_good()) {
     for (const Pose& start : starts) {
-      const LocalMatch match = search_locally(grids, points_m, start, kSearchReach_m);
-      if (match.is_better_than(best)) best = match;
+      best = best_of(search, starts_around(start, kSearchReach_m), best);
     }
   }
   return best;

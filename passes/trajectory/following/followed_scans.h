@@ -27,7 +27,7 @@ struct Odometry {
   std::vector<std::uint32_t> piece;
   std::vector<PieceStart> piece_starts;  // of every piece but the first
   // Share of the scan's upright returns that meet the local map (scan_overlap.h); none where there
-  // is too little to say, and where a piece begins.
+  // is too little to say, where a piece begins, and where given poses lead to all scans.
   std::vector<std::optional<double>> overlap;
 };
 

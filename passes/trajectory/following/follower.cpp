@@ -28,9 +28,10 @@ constexpr double kShortestStepsFrom_m = 20.0;
 
 }  // namespace
 
-Result<ReadScan> read_scan(const Drive& drive, std::size_t index) {
+Result<ReadScan> read_scan(const Drive& drive, std::size_t index, Upright upright) {
   ReadScan scan;
   SIGHTLINE_ASSIGN(scan.thinned, read_thinned(drive, index));
+  if (upright == Upright::kNotAsked) return scan;
   const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
   scan.upright_m = upright_points(scan.thinned.to_match_m, level);
   scan.upright_to_map_m = upright_points(scan.thinned.to_map_m, level);

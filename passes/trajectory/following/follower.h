@@ -23,11 +23,14 @@ namespace sightline {
 // A scan as it is matched, and as it is remembered.
 struct ReadScan {
   ThinnedScan thinned;
-  std::vector<Eigen::Vector3d> upright_m;         // of to_match_m
+  std::vector<Eigen::Vector3d> upright_m;         // of to_match_m, where asked
   std::vector<Eigen::Vector3d> upright_to_map_m;  // of to_map_m
 };
+// What stands upright says where a scan is that no given pose leads to: where all have one, nobody
+// asks while they are followed (overlaps_along()).
+enum class Upright { kNotAsked, kAsked };
 // Errors: what reading a scan says.
-Result<ReadScan> read_scan(const Drive& drive, std::size_t index);
+Result<ReadScan> read_scan(const Drive& drive, std::size_t index, Upright upright);
 
 // Follows a drive from scan to scan, as run_odometry promises.
 class Follower {
