@@ -7,6 +7,7 @@
 #include "passes/trajectory/estimate_undistorted.h"
 #include "passes/trajectory/following/overlaps.h"
 #include "passes/trajectory/given/given_trajectory.h"
+#include "passes/trajectory/graph/contradictions.h"
 #include "passes/trajectory/graph/loops.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
@@ -53,11 +54,33 @@ Odometry laid_on(const std::vector<std::optional<Pose>>& given, Odometry odometr
   return odometry;
 }
 
+// Estimates that loops contradict. A drive is estimated several times, and which of the estimates is
+// the answer turns out last: then whoever has it can say so.
+class ContradictedEstimates {
+ public:
+  void add(const Trajectory& estimate, std::vector<Contradiction> found) {
+    if (!found.empty()) estimates_.emplace_back(estimate.poses, std::move(found));
+  }
+  void warn_of(const PassContext& ctx, const Drive& drive, const Trajectory& answer) const {
+    const auto is_answer = [&](const auto& estimate) {
+      return std::ranges::equal(estimate.first, answer.poses, [](const auto& a, const auto& b) {
+        return a.T_map_vehicle.matrix() == b.T_map_vehicle.matrix();
+      });
+    };
+    const auto contradicted = std::ranges::find_if(estimates_, is_answer);
+    if (contradicted == estimates_.end()) return;
+    warn_of_contradictions(ctx, drive, contradicted->second);
+  }
+
+ private:
+  std::vector<std::pair<std::vector<TrajectoryPose>, std::vector<Contradiction>>> estimates_;
+};
+
 // By odometry and, where `given` has them, given poses.
 Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                      const Drive& drive,
                                      const std::vector<std::optional<Pose>>& given,
-                                     const Odometry& found) {
+                                     const Odometry& found, ContradictedEstimates& contradicted) {
   const bool refines = std::ranges::any_of(given, [](const auto& pose) { return bool(pose); });
   Odometry odometry = laid_on(given, found);
   if (std::ranges::all_of(given, [](const auto& pose) { return bool(pose); })) {
@@ -92,6 +115,8 @@ Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryO
     trajectory.poses[i].overlap = odometry.overlap[i];
   }
   trajectory.source = refines ? PoseSource::kRefined : PoseSource::kEstimated;
+  contradicted.add(trajectory,
+                   find_contradictions(odometry, graph.loops, adjusted.T_map_lidar));
   const auto unmatched = std::ranges::count(odometry.is_matched, false) -
                          static_cast<std::ptrdiff_t>(odometry.piece_starts.size());
   if (unmatched > 0) {
@@ -102,9 +127,9 @@ Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryO
 }
 
 TrajectorySolver solver_of(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                           const Drive& drive) {
+                           const Drive& drive, ContradictedEstimates& contradicted) {
   return [&](const std::vector<std::optional<Pose>>& given, const Odometry& odometry) {
-    return solved_trajectory(ctx, options, drive, given, odometry);
+    return solved_trajectory(ctx, options, drive, given, odometry, contradicted);
   };
 }
 
@@ -158,10 +183,15 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
       drive.scans, [](const ScanInfo& scan) { return scan.T_world_vehicle.has_value(); });
   // Receivers are off otherwise on another day: poses of several drives are refined together.
   const bool is_one = drive.later_parts.empty();
+  ContradictedEstimates contradicted;
   if (options.mode == PoseMode::kGiven ||
       (options.mode == PoseMode::kAuto && drive.has_poses() && is_one)) {
     SIGHTLINE_ASSIGN(const Drive seen, as_given_poses_see(ctx, drive));
-    return checked_trajectory(ctx, options, seen, solver_of(ctx, options, seen));
+    SIGHTLINE_ASSIGN(
+        const Trajectory checked,
+        checked_trajectory(ctx, options, seen, solver_of(ctx, options, seen, contradicted)));
+    contradicted.warn_of(ctx, drive, checked);
+    return checked;
   }
   if (options.mode == PoseMode::kRefine && !some_given) {
     return Error{ErrorCode::kNoPoses, "the recording gives no poses to refine", "",
@@ -169,14 +199,16 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
   }
   const bool refines = some_given && options.mode != PoseMode::kEstimate;
   const EstimatePoses estimate = [&](PassContext& own, const Drive& scans) -> Result<Trajectory> {
-    const TrajectorySolver solve = solver_of(own, options, scans);
+    const TrajectorySolver solve = solver_of(own, options, scans, contradicted);
     if (refines) return refined_trajectory(own, options, scans, solve);
     const std::vector<std::optional<Pose>> none(scans.scans.size());
     SIGHTLINE_ASSIGN(const Odometry odometry, run_odometry(own, options.local_map_m, scans, none));
     return solve(none, odometry);
   };
   SIGHTLINE_ASSIGN(const Trajectory rigid, estimate(ctx, drive));
-  return estimate_undistorted(ctx, drive, rigid, estimate);
+  SIGHTLINE_ASSIGN(const Trajectory answer, estimate_undistorted(ctx, drive, rigid, estimate));
+  contradicted.warn_of(ctx, drive, answer);
+  return answer;
 }
 
 }  // namespace sightline

@@ -23,13 +23,14 @@ std::vector<OptionField> option_fields(EstimateTrajectoryOptions& options);
 // (passes/trajectory/given) and kept, those of several drives refined together. Scans are taken as
 // rigid first; where their points have times, or lie in an order that tells these (see
 // swept_drives), estimated poses of the undistorted scans take over where they lay these more
-// sharply (see estimate_undistorted). Errors: no-poses (mode given or refine without),
+// sharply (see estimate_undistorted). A warning says where loops contradict the answer
+// (find_contradictions). Errors: no-poses (mode given or refine without),
 // mismatched-inputs (poses are refused; place: the worst scan), trajectory-lost (matching fails and
 // no given pose helps; place: the scan), drive-too-short (fewer than two scans to match), and what
 // reading a scan says.
 Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajectoryOptions& options,
                                        const Drive& drive);
-inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 21, "trajectory",
+inline constexpr Pass kEstimateTrajectory{"estimate-trajectory", 22, "trajectory",
                                           "Where the vehicle was", &estimate_trajectory};
 
 }  // namespace sightline

@@ -6,22 +6,10 @@
 #include <numbers>
 
 #include "formats/base/portable_math.h"
+#include "passes/trajectory/first_places.h"
 
 namespace sightline {
 namespace {
-
-constexpr std::size_t kMostTold = 5;
-
-// "what: a; b; c".
-template <class Found>
-std::string told(const std::string& what, const std::vector<Found>& found, const Drive& drive) {
-  std::string text = what;
-  for (std::size_t i = 0; i < std::min(found.size(), kMostTold); ++i) {
-    text += (i == 0 ? ": " : "; ") + to_text(found[i], drive);
-  }
-  if (found.size() > kMostTold) text += "; ...";
-  return text;
-}
 
 Error refused(const std::string& text, const Drive& drive, std::uint32_t scan) {
   const ScanInfo& worst = drive.scans[scan];
@@ -56,13 +44,13 @@ std::vector<std::optional<Pose>> without_jumps(std::vector<std::optional<Pose>> 
 }
 
 std::string jumps_text(const std::vector<PoseJump>& jumps, const Drive& drive) {
-  return told("the scans contradict " + std::to_string(poses_of(jumps)) + " of " +
+  return with_first_places("the scans contradict " + std::to_string(poses_of(jumps)) + " of " +
                   std::to_string(drive.scans.size()) + " given poses of drive " + drive.name,
               jumps, drive);
 }
 
 std::string disagreements_text(const std::vector<PoseDisagreement>& found, const Drive& drive) {
-  return told("given poses and scans disagree on " + std::to_string(found.size()) +
+  return with_first_places("given poses and scans disagree on " + std::to_string(found.size()) +
                   " stretches of drive " + drive.name,
               found, drive);
 }

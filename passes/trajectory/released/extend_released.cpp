@@ -8,6 +8,7 @@
 
 #include "formats/grid/point_grid.h"
 #include "passes/matching/match_score.h"
+#include "passes/trajectory/graph/contradictions.h"
 #include "passes/trajectory/graph/loops.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
@@ -264,8 +265,9 @@ Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& o
   const bool stays = are_held_by_loops(all, joined, loops);
   std::vector<GraphEdge> edges = joined.edges;
   edges.insert(edges.end(), loops.begin(), loops.end());
-  SIGHTLINE_ASSIGN(const Adjustment adjustment,
-                   adjusted(ctx, seen, all, std::move(edges), poses, stays));
+  SIGHTLINE_ASSIGN(const Adjustment adjustment, adjusted(ctx, seen, all, edges, poses, stays));
+  warn_of_contradictions(ctx, seen,
+                         find_contradictions(all.odometry, edges, adjustment.T_map_lidar));
   Trajectory extended = released;
   extended.source = std::max(released.source, own.source);
   extended.odometry_edges += static_cast<std::uint32_t>(graph.odometry.size());

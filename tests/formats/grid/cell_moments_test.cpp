@@ -44,6 +44,29 @@ TEST(CellMoments, AreThoseOfTheOtherPointsWhenSomeAreTakenAwayAgain) {
   EXPECT_TRUE(moments.covariance_m2().isApprox(rest.covariance_m2(), 1e-12));
 }
 
+TEST(CellMoments, AreAddedAndTakenAwayAsTheirPointsAre) {
+  const std::vector<Eigen::Vector3d> left_m = random_points(4, 30);
+  const std::vector<Eigen::Vector3d> right_m = random_points(5, 70);
+  CellMoments moments = moments_of(left_m);
+  moments.add(moments_of(right_m));
+  moments.add(moments_of(left_m), -1.0);
+  const CellMoments rest = moments_of(right_m);
+  EXPECT_EQ(moments.count, rest.count);
+  EXPECT_TRUE(moments.sum_m.isApprox(rest.sum_m, 1e-12));
+  EXPECT_TRUE(moments.products_m2.isApprox(rest.products_m2, 1e-12));
+}
+
+TEST(CellMoments, SeenFromAnotherCentreAreThoseOfItsPointsThere) {
+  std::vector<Eigen::Vector3d> points_m = random_points(6, 40);
+  const Eigen::Vector3d from_there_m(-0.5, 0.5, 0.25);
+  const CellMoments there = moments_of(points_m).seen_from(from_there_m);
+  for (Eigen::Vector3d& point_m : points_m) point_m += from_there_m;
+  const CellMoments expected = moments_of(points_m);
+  EXPECT_EQ(there.count, expected.count);
+  EXPECT_TRUE(there.sum_m.isApprox(expected.sum_m, 1e-12));
+  EXPECT_TRUE(there.products_m2.isApprox(expected.products_m2, 1e-12));
+}
+
 TEST(CellMoments, OfTwoDistributionsAreThoseOfAllTheirPoints) {
   const std::vector<Eigen::Vector3d> left_m = random_points(2, 30);
   const std::vector<Eigen::Vector3d> right_m = random_points(3, 70);
