@@ -101,9 +101,9 @@ TEST(EstimateTrajectorySlow, EndsWhereIcpEndsOnARealStreet) {
   EXPECT_LT((end_m - icp_end_m).norm(), 0.3);
 }
 
-// A street once more, its scans in reverse: a sensor that turns about the other way, with its points
-// in the order in which they were measured. No way to undistort them is right, and what one drive
-// says of the other cannot all be met.
+// A street once more, its scans in reverse: a sensor that turns about the other way, with its
+// points in the order in which they were measured. No way to undistort them is right, and what one
+// drive says of the other cannot all be met.
 TEST(EstimateTrajectorySlow, SaysWhereLoopsContradictOnARealStreet) {
   const RealData data = real_data("pandar128_street");
   if (!data.missing.empty()) GTEST_SKIP() << data.missing;
