@@ -54,8 +54,8 @@ Odometry laid_on(const std::vector<std::optional<Pose>>& given, Odometry odometr
   return odometry;
 }
 
-// Estimates that loops contradict. A drive is estimated several times, and which of the estimates is
-// the answer turns out last: then whoever has it can say so.
+// Estimates that loops contradict. A drive is estimated several times, and which of the estimates
+// is the answer turns out last: then whoever has it can say so.
 class ContradictedEstimates {
  public:
   void add(const Trajectory& estimate, std::vector<Contradiction> found) {
@@ -115,8 +115,7 @@ Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryO
     trajectory.poses[i].overlap = odometry.overlap[i];
   }
   trajectory.source = refines ? PoseSource::kRefined : PoseSource::kEstimated;
-  contradicted.add(trajectory,
-                   find_contradictions(odometry, graph.loops, adjusted.T_map_lidar));
+  contradicted.add(trajectory, find_contradictions(odometry, graph.loops, adjusted.T_map_lidar));
   const auto unmatched = std::ranges::count(odometry.is_matched, false) -
                          static_cast<std::ptrdiff_t>(odometry.piece_starts.size());
   if (unmatched > 0) {

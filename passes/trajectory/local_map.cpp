@@ -212,5 +212,4 @@ void LocalMap::add(const std::vector<Eigen::Vector3d>& points_m, const Pose& T_m
   T_map_last_ = T_map_lidar;
 }
 
-
 }  // namespace sightline

@@ -87,7 +87,8 @@ class LocalGrids {
 };
 LocalGrids local_grids(const std::vector<Eigen::Vector3d>& points_m);
 
-// Whether the vehicle has come so far since the last scan of a local map that another one adds to it.
+// Whether the vehicle has come so far since the last scan of a local map that another one adds to
+// it.
 bool is_key_step(const Pose& T_map_last, const Pose& T_map_lidar);
 
 // The latest key scans, in the map frame.

@@ -41,9 +41,8 @@ Result<std::vector<std::optional<double>>> overlaps_along(const PassContext& ctx
   PieceOverlaps piece(local_map_m);
   for (std::size_t begin = 0; begin < count; begin += kAtOnce) {
     std::vector<Result<ReadScan>> read(std::min(kAtOnce, count - begin), ReadScan{});
-    parallel_for(read.size(), ctx.threads, [&](std::size_t i) {
-      read[i] = read_scan(drive, begin + i, Upright::kAsked);
-    });
+    parallel_for(read.size(), ctx.threads,
+                 [&](std::size_t i) { read[i] = read_scan(drive, begin + i, Upright::kAsked); });
     for (std::size_t i = 0; i < read.size(); ++i) {
       if (!read[i]) return read[i].error();
       const std::size_t k = begin + i;

@@ -45,14 +45,15 @@ std::vector<std::optional<Pose>> without_jumps(std::vector<std::optional<Pose>> 
 
 std::string jumps_text(const std::vector<PoseJump>& jumps, const Drive& drive) {
   return with_first_places("the scans contradict " + std::to_string(poses_of(jumps)) + " of " +
-                  std::to_string(drive.scans.size()) + " given poses of drive " + drive.name,
-              jumps, drive);
+                               std::to_string(drive.scans.size()) + " given poses of drive " +
+                               drive.name,
+                           jumps, drive);
 }
 
 std::string disagreements_text(const std::vector<PoseDisagreement>& found, const Drive& drive) {
   return with_first_places("given poses and scans disagree on " + std::to_string(found.size()) +
-                  " stretches of drive " + drive.name,
-              found, drive);
+                               " stretches of drive " + drive.name,
+                           found, drive);
 }
 
 std::string sharpening_text(const Sharpening& found, const std::vector<WayStretch>& stretches,

@@ -12,7 +12,8 @@ using GivenPoses = std::vector<std::optional<Pose>>;
 
 std::vector<Pose> along_a_street(std::size_t count) {
   std::vector<Pose> poses;
-  for (std::size_t i = 0; i < count; ++i) poses.push_back(pose_at(0.7 * double(i), 0.0, 0.0));
+  for (std::size_t i = 0; i < count; ++i)
+    poses.push_back(pose_at(0.7 * static_cast<double>(i), 0.0, 0.0));
   return poses;
 }
 
@@ -38,7 +39,7 @@ TEST(Overlaps, OfADriveThatWasLedAreThoseOfOneThatWasNot) {
     EXPECT_NEAR(*(*overlaps)[k], *alone->overlap[k], 0.1) << k;
     sum += *(*overlaps)[k];
   }
-  EXPECT_GT(sum / double(poses.size() - 1), 0.7);
+  EXPECT_GT(sum / static_cast<double>(poses.size() - 1), 0.7);
 }
 
 TEST(Overlaps, BeginAnewWithEachPiece) {
@@ -47,7 +48,7 @@ TEST(Overlaps, BeginAnewWithEachPiece) {
   Odometry odometry;
   for (std::size_t k = 0; k < poses.size(); ++k) {
     odometry.T_map_lidar.push_back(poses[k] * test.drive.sensor.T_vehicle_lidar);
-    odometry.driven_m.push_back(0.7 * double(k));
+    odometry.driven_m.push_back(0.7 * static_cast<double>(k));
     odometry.piece.push_back(k < 10 ? 0 : 1);
   }
   PassContext ctx;
