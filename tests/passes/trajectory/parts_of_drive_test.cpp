@@ -99,7 +99,7 @@ TEST(PartsOfDrive, AreJoinedAgainScanByScan) {
   all.drive = with_store(all.drive, std::make_shared<const NamedStore>(all.drive.store));
   std::vector<Drive> parts = parts_of(all.drive);
   for (ScanInfo& scan : parts[1].scans) scan.has_point_times = true;
-  parts[1].turn_rates = {{parts[1].scans[0].stamp_ns, {}}};
+  parts[1].turn_rates = {{parts[1].scans[0].stamp_ns, Eigen::Vector3d::Zero()}};
   const Drive again = joined_again(all.drive, parts);
   ASSERT_TRUE(validate(again).has_value());
   EXPECT_EQ(farthest_m(again, 0, all.drive, 0, 7), 0.0);
