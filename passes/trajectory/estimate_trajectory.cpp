@@ -83,7 +83,7 @@ Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryO
                                      const Odometry& found, ContradictedEstimates& contradicted) {
   const bool refines = std::ranges::any_of(given, [](const auto& pose) { return bool(pose); });
   Odometry odometry = laid_on(given, found);
-  if (std::ranges::all_of(given, [](const auto& pose) { return bool(pose); })) {
+  if (lead_to_all(given)) {
     SIGHTLINE_ASSIGN(odometry.overlap, overlaps_along(ctx, drive, options.local_map_m, odometry));
   }
   SIGHTLINE_TRY(check_following(drive, odometry));
@@ -93,8 +93,9 @@ Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryO
   const double way_m = odometry.driven_m.back();
   PoseGraph graph{steps_of(odometry, scans), pieces.edges, priors_of(options, way_m, given, scans),
                   pieces.held};
+  std::vector<GraphEdge> loops;
   if (options.closes_loops) {
-    SIGHTLINE_ASSIGN(const std::vector<GraphEdge> loops, find_loops(ctx, drive, odometry));
+    SIGHTLINE_ASSIGN(loops, find_loops(ctx, drive, odometry));
     graph.loops.insert(graph.loops.end(), loops.begin(), loops.end());
   }
   SIGHTLINE_ASSIGN(const GraphSolution solution, solve_pose_graph(graph, odometry.T_map_lidar));
@@ -115,7 +116,7 @@ Result<Trajectory> solved_trajectory(PassContext& ctx, const EstimateTrajectoryO
     trajectory.poses[i].overlap = odometry.overlap[i];
   }
   trajectory.source = refines ? PoseSource::kRefined : PoseSource::kEstimated;
-  contradicted.add(trajectory, find_contradictions(odometry, graph.loops, adjusted.T_map_lidar));
+  contradicted.add(trajectory, find_contradictions(odometry, loops, adjusted.T_map_lidar));
   const auto unmatched = std::ranges::count(odometry.is_matched, false) -
                          static_cast<std::ptrdiff_t>(odometry.piece_starts.size());
   if (unmatched > 0) {

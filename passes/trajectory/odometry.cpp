@@ -63,6 +63,10 @@ Result<void> follow_run(const Drive& drive, const ScanRun& run, Upright upright,
 
 }  // namespace
 
+bool lead_to_all(const std::vector<std::optional<Pose>>& given) {
+  return std::ranges::all_of(given, [](const auto& pose) { return pose.has_value(); });
+}
+
 Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive& drive,
                               const std::vector<std::optional<Pose>>& given) {
   const std::size_t count = drive.scans.size();
@@ -71,8 +75,7 @@ Result<Odometry> run_odometry(PassContext& ctx, double local_map_m, const Drive&
                  "found " + std::to_string(count) + " scans, expected at least 2 to match", "",
                  "drive " + drive.name};
   }
-  const bool is_led = std::ranges::all_of(given, [](const auto& pose) { return bool(pose); });
-  const Upright upright = is_led ? Upright::kNotAsked : Upright::kAsked;
+  const Upright upright = lead_to_all(given) ? Upright::kNotAsked : Upright::kAsked;
   const std::vector<ScanRun> runs = scan_runs(drive, given, local_map_m);
   Progress progress(ctx, runs);
   std::vector<Result<void>> done(runs.size());

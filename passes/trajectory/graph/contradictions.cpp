@@ -87,13 +87,13 @@ std::vector<Contradiction> find_contradictions(const Odometry& odometry,
 std::string to_text(const Contradiction& found, const Drive& drive) {
   const auto number = [&](std::uint32_t scan) { return drive.scans[scan].recording_index; };
   char text[320];
-  std::snprintf(text, sizeof text,
-                "drive %s, scans %u to %u: %u of %u places that were matched to an earlier visit "
-                "lie more than 0.25 m from where it has them, scan %u most (%.2f m beside scan %u "
-                "of drive %s)",
-                drive_of(drive, found.later).c_str(), number(found.first), number(found.last),
-                found.off_count, found.loop_count, number(found.later), found.off_m,
-                number(found.earlier), drive_of(drive, found.earlier).c_str());
+  std::snprintf(
+      text, sizeof text,
+      "drive %s, scans %u to %u: %u of %u loops to an earlier visit put the scan more than "
+      "0.25 m from its pose, scan %u most (%.2f m, by scan %u of drive %s)",
+      drive_of(drive, found.later).c_str(), number(found.first), number(found.last),
+      found.off_count, found.loop_count, number(found.later), found.off_m, number(found.earlier),
+      drive_of(drive, found.earlier).c_str());
   return text;
 }
 

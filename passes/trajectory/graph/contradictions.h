@@ -24,12 +24,12 @@ struct Contradiction {
   double off_m = 0.0;
 };
 
-// Of loops between two pieces of the odometry (or within one), told along the way of the later
-// scans: where at least half of six that follow each other, and three, say that the later scan lies
-// more than 0.25 m from where `T_map_lidar` has it. Loops of recorded streets and of generated
-// towns are met within 0.1 m; a false one stands alone, and what the others say outweighs it. Where
-// many are not met either the trajectory is bent or places were taken for each other: the map has
-// its walls twice, or a street that is not there.
+// Of loops (find_loops) between two pieces of the odometry, or within one, along the way of the
+// later scans: where of six that follow each other half and at least three say that the later scan
+// lies more than 0.25 m, five times what a loop is off, from where `T_map_lidar` has it. Loops of
+// recorded streets and of generated towns are met within 0.1 m. A false one stands alone, and the
+// others outweigh it. Where many are not met the trajectory is bent, or places that look alike were
+// taken for each other.
 std::vector<Contradiction> find_contradictions(const Odometry& odometry,
                                                const std::vector<GraphEdge>& loops,
                                                const std::vector<Pose>& T_map_lidar);

@@ -265,9 +265,10 @@ Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& o
   const bool stays = are_held_by_loops(all, joined, loops);
   std::vector<GraphEdge> edges = joined.edges;
   edges.insert(edges.end(), loops.begin(), loops.end());
-  SIGHTLINE_ASSIGN(const Adjustment adjustment, adjusted(ctx, seen, all, edges, poses, stays));
+  SIGHTLINE_ASSIGN(const Adjustment adjustment,
+                   adjusted(ctx, seen, all, std::move(edges), poses, stays));
   warn_of_contradictions(ctx, seen,
-                         find_contradictions(all.odometry, edges, adjustment.T_map_lidar));
+                         find_contradictions(all.odometry, loops, adjustment.T_map_lidar));
   Trajectory extended = released;
   extended.source = std::max(released.source, own.source);
   extended.odometry_edges += static_cast<std::uint32_t>(graph.odometry.size());

@@ -112,9 +112,9 @@ TEST(Contradictions, NameDrivesAndScans) {
   ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
   warn_of_contradictions(ctx, drive, pieces.found());
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("drive tue, scans 112 to 118: 3 of 7 places"), std::string::npos)
+  EXPECT_NE(warnings[0].find("drive tue, scans 112 to 118: 3 of 7 loops"), std::string::npos)
       << warnings[0];
-  EXPECT_NE(warnings[0].find("scan 114 most (1.00 m beside scan 102 of drive mon)"),
+  EXPECT_NE(warnings[0].find("scan 114 most (1.00 m, by scan 102 of drive mon)"),
             std::string::npos)
       << warnings[0];
   warn_of_contradictions(ctx, drive, {});
