@@ -114,8 +114,7 @@ TEST(Contradictions, NameDrivesAndScans) {
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_NE(warnings[0].find("drive tue, scans 112 to 118: 3 of 7 loops"), std::string::npos)
       << warnings[0];
-  EXPECT_NE(warnings[0].find("scan 114 most (1.00 m, by scan 102 of drive mon)"),
-            std::string::npos)
+  EXPECT_NE(warnings[0].find("scan 114 most (1.00 m, by scan 102 of drive mon)"), std::string::npos)
       << warnings[0];
   warn_of_contradictions(ctx, drive, {});
   EXPECT_EQ(warnings.size(), 1U);
