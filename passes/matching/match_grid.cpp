@@ -137,6 +137,7 @@ MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_
     grid.normal_classes.push_back(class_of(grid, grid.neighbourhoods[i]));
   }
   grid.cells_digest = xxh3(std::as_bytes(std::span(grid.cells.keys())));
+  grid.columns = CellColumns(grid.cells.keys());
   return grid;
 }
 

@@ -9,6 +9,7 @@
 #include "formats/base/huge_pages.h"
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
+#include "passes/matching/cell_columns.h"
 #include "passes/matching/kernel/match_kernel.h"
 
 namespace sightline {
@@ -47,6 +48,7 @@ struct MatchGrid {
   GaussConstants gauss;
   std::vector<MatchNd> nds;  // in the order of the map, those left out that no float can hold
   CellIndex cells;
+  CellColumns columns;                        // of `cells`; empty in a grid that changes
   std::vector<Neighbourhood> neighbourhoods;  // of `cells`
   HugeVector<KernelRecord> records;           // of `cells`, in float, after one without any ND
   HugeVector<std::uint8_t> normal_classes;    // of `cells`: of the first ND that each has

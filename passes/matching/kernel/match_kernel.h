@@ -17,6 +17,23 @@ struct alignas(32) KernelRecord {
   float information_per_m2[6][8];  // xx, xy, xz, yy, yz, zz
 };
 
+// The cells above one place in the plane: records[first] of them is that of the cell `low_z`, and
+// size_z follow each other upwards.
+struct KernelColumn {
+  std::uint32_t first;
+  std::int16_t low_z;
+  std::uint16_t size_z;
+};
+
+// Cells as numbers in columns, row by row of y from low_y on, each row from low_x on; a number is
+// that of the cell's record, 0 where there is no cell.
+struct KernelColumns {
+  const KernelColumn* columns = nullptr;  // null: not told in this way
+  const std::int32_t* records = nullptr;
+  std::int32_t low_x = 0, low_y = 0;
+  std::uint32_t size_x = 0, size_y = 0;
+};
+
 // One evaluation. Arrays of points hold `count` rounded up to kKernelBatch.
 struct KernelInput {
   const double* x_m = nullptr;  // points in the frame of the pose
@@ -33,6 +50,8 @@ struct KernelInput {
   double* cell_z = nullptr;
   std::int32_t* record = nullptr;
   const KernelRecord* records = nullptr;  // the first one is without any ND
+  KernelColumns columns;
+  // Where these tell nothing.
   std::int32_t (*find)(const void* grid, double cell_x, double cell_y, double cell_z) = nullptr;
   // Brings what find() reads nearer.
   void (*fetch)(const void* grid, double cell_x, double cell_y, double cell_z) = nullptr;

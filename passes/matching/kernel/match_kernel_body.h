@@ -197,8 +197,8 @@ void add_rotations(const BatchPoints& points, const typename B::Floats (&t)[kTer
 // Calls use(point) for each point of a batch whose cell changed.
 template <class Use>
 inline void for_changed(unsigned changed, const Use& use) {
-  for (std::size_t i = 0; changed != 0; ++i, changed >>= 1) {
-    if (changed & 1u) use(i);
+  for (; changed != 0; changed &= changed - 1) {
+    use(static_cast<std::size_t>(__builtin_ctz(changed)));
   }
 }
 
@@ -208,7 +208,44 @@ unsigned locate_batch(const KernelInput& in, std::size_t first, BatchPoints& poi
   return locate<B>(in, first, 0, points) | locate<B>(in, first + 8, 8, points) << 8;
 }
 
+// The column of a point's cell; null outside of all.
+inline const KernelColumn* column_of(const KernelInput& in, std::size_t i) {
+  const KernelColumns& all = in.columns;
+  const std::uint32_t x = static_cast<std::uint32_t>(static_cast<std::int32_t>(in.cell_x[i])) -
+                          static_cast<std::uint32_t>(all.low_x);
+  const std::uint32_t y = static_cast<std::uint32_t>(static_cast<std::int32_t>(in.cell_y[i])) -
+                          static_cast<std::uint32_t>(all.low_y);
+  if (x >= all.size_x || y >= all.size_y) return nullptr;
+  return all.columns + std::size_t{y} * all.size_x + x;
+}
+
+inline std::int32_t record_of(const KernelInput& in, std::size_t i) {
+  const KernelColumn* const column = column_of(in, i);
+  if (column == nullptr) return 0;
+  const std::uint32_t z = static_cast<std::uint32_t>(static_cast<std::int32_t>(in.cell_z[i])) -
+                          static_cast<std::uint32_t>(std::int32_t{column->low_z});
+  return z < column->size_z ? in.columns.records[column->first + z] : 0;
+}
+
+// Brings nearer what find_records() looks into for the points whose cells changed.
+inline void fetch_places(const KernelInput& in, std::size_t first, unsigned changed) {
+  if (in.columns.columns != nullptr) {
+    for_changed(changed, [&](std::size_t i) {
+      const KernelColumn* const column = column_of(in, first + i);
+      if (column != nullptr) __builtin_prefetch(column);
+    });
+    return;
+  }
+  for_changed(changed, [&](std::size_t i) {
+    in.fetch(in.grid, in.cell_x[first + i], in.cell_y[first + i], in.cell_z[first + i]);
+  });
+}
+
 inline void find_records(const KernelInput& in, std::size_t first, unsigned changed) {
+  if (in.columns.columns != nullptr) {
+    for_changed(changed, [&](std::size_t i) { in.record[first + i] = record_of(in, first + i); });
+    return;
+  }
   for_changed(changed, [&](std::size_t i) {
     in.record[first + i] =
         in.find(in.grid, in.cell_x[first + i], in.cell_y[first + i], in.cell_z[first + i]);
@@ -244,9 +281,7 @@ struct Ahead {
       if (step < batches) {
         const std::size_t first = step * kKernelBatch;
         changed[step % kRing] = locate_batch<B>(in, first, points[step % kRing]);
-        for_changed(changed[step % kRing], [&](std::size_t i) {
-          in.fetch(in.grid, in.cell_x[first + i], in.cell_y[first + i], in.cell_z[first + i]);
-        });
+        fetch_places(in, first, changed[step % kRing]);
       }
       // Both are too large to be a batch before the first one's turn.
       const std::size_t found = step - (kLocateAhead - kRecordsAhead);
