@@ -133,19 +133,19 @@ void LookCutter::keep_spread(std::size_t point_count) {
 void LookCutter::classify(const MatchGrid& grid, const Pose& T_map_lidar) {
   bins_.resize(std::max(bins_.size(), count_));
   keys_.resize(std::max(keys_.size(), count_));
-  cells_.resize(std::max(cells_.size(), count_));
+  records_.resize(std::max(records_.size(), count_));
   for (std::size_t i = 0; i < count_; ++i) {
     const Eigen::Vector3d p_map_m = T_map_lidar * points_m_[i];
     keys_[i] = cell_key(p_map_m, grid.cell_m);
-    grid.cells.prefetch(keys_[i]);
+    prefetch_cell(grid, keys_[i]);
   }
   for (std::size_t i = 0; i < count_; ++i) {
-    cells_[i] = grid.cells.find(keys_[i]);
-    if (cells_[i] != CellIndex::kNone) __builtin_prefetch(&grid.normal_classes[cells_[i]]);
+    records_[i] = static_cast<std::uint32_t>(record_of_cell(grid, keys_[i]));
+    if (records_[i] != 0) __builtin_prefetch(&grid.normal_classes[records_[i] - 1]);
   }
   for (std::size_t i = 0; i < count_; ++i) {
     const std::size_t direction =
-        cells_[i] == CellIndex::kNone ? kNormalClasses : grid.normal_classes[cells_[i]];
+        records_[i] == 0 ? kNormalClasses : grid.normal_classes[records_[i] - 1];
     const bool is_far = points_m_[i].squaredNorm() > kNear_m * kNear_m;
     bins_[i] = static_cast<std::uint8_t>(2 * direction + (is_far ? 1 : 0));
   }
@@ -164,7 +164,7 @@ void LookCutter::take_by_normals(const Localizer& localizer, const Pose& T_map_l
     if ((number + 1) * quotas[bin] / sizes[bin] == number * quotas[bin] / sizes[bin]) continue;
     taken_m_.push_back(points_m_[i]);
     for (const Localizer::Level& level : localizer.levels) {
-      if (level.grid->cells_digest == grid.cells_digest) fetch(level.grid->records[cells_[i] + 1]);
+      if (level.grid->cells_digest == grid.cells_digest) fetch(level.grid->records[records_[i]]);
     }
   }
 }

@@ -57,7 +57,7 @@ class LookCutter {
   std::vector<std::uint64_t> slots_;  // of voxels; 0: free
   std::vector<std::uint8_t> bins_;    // of points: their direction and distance
   std::vector<CellKey> keys_;         // of points: their cells of the map
-  std::vector<std::uint32_t> cells_;  // and the numbers of these
+  std::vector<std::uint32_t> records_;  // and the numbers of their records
 };
 
 }  // namespace sightline

@@ -307,4 +307,14 @@ std::int32_t find_cell(const MatchGrid& grid, const CellKey& key) {
   return grid.is_unused[static_cast<std::size_t>(number)] == 0 ? number : MatchGrid::kNone;
 }
 
+std::int32_t record_of_cell(const MatchGrid& grid, const CellKey& key) {
+  if (grid.columns.is_empty()) return find_cell(grid, key) + 1;
+  return find_record(grid.columns.records(), key.x, key.y, key.z);
+}
+
+void prefetch_cell(const MatchGrid& grid, const CellKey& key) {
+  if (grid.columns.is_empty()) return grid.cells.prefetch(key);
+  __builtin_prefetch(find_column(grid.columns.records(), key.x, key.y));
+}
+
 }  // namespace sightline

@@ -67,6 +67,10 @@ MatchGrid make_match_grid(const NdtMap& map, const InformationOfNd& information_
 
 // The number of a cell, or MatchGrid::kNone.
 std::int32_t find_cell(const MatchGrid& grid, const CellKey& key);
+// The number of its record; 0 for a cell that is not there. Looks into `columns` where it can.
+std::int32_t record_of_cell(const MatchGrid& grid, const CellKey& key);
+// Brings what that looks into first nearer.
+void prefetch_cell(const MatchGrid& grid, const CellKey& key);
 
 // Index of the ND of a cell itself, or MatchGrid::kNone. Its neighbours do not count here.
 inline std::int32_t nd_of_cell(const MatchGrid& grid, const CellKey& key) {

@@ -75,16 +75,6 @@ void describe(const MatchScore& at, MatchResult& result) {
   result.scored_points = at.scored_points;
   if (at.scored_points > 0) result.nearest_voxel_likelihood = at.nearest_sum / at.scored_points;
   result.hessian = -at.hessian;
-  result.covariance.setZero();
-  result.has_covariance = false;
-  const Eigen::LLT<Matrix6d> cholesky(result.hessian);
-  if (cholesky.info() != Eigen::Success) return;
-  // By columns: of a whole matrix Eigen solves blocks at once, on arm64 by fused products.
-  Matrix6d inverse;
-  for (int i = 0; i < 6; ++i) inverse.col(i) = cholesky.solve(Vector6d::Unit(i));
-  if (!inverse.allFinite()) return;
-  result.covariance = 0.5 * (inverse + inverse.transpose());
-  result.has_covariance = true;
 }
 
 // Goes up the score of one level from result.T_map_sensor.
@@ -137,6 +127,16 @@ std::string_view to_text(MatchStop stop) {
       return "no overlap";
   }
   return "";
+}
+
+std::optional<Matrix6d> covariance_of(const MatchResult& result) {
+  const Eigen::LLT<Matrix6d> cholesky(result.hessian);
+  if (cholesky.info() != Eigen::Success) return std::nullopt;
+  // By columns: of a whole matrix Eigen solves blocks at once, on arm64 by fused products.
+  Matrix6d inverse;
+  for (int i = 0; i < 6; ++i) inverse.col(i) = cholesky.solve(Vector6d::Unit(i));
+  if (!inverse.allFinite()) return std::nullopt;
+  return 0.5 * (inverse + inverse.transpose());
 }
 
 MatchResult match(const MatchGrid& grid, std::span<const Eigen::Vector3d> points_m,

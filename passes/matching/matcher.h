@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -39,11 +40,11 @@ struct MatchResult {
   double nearest_voxel_likelihood = 0.0;  // mean over scored points of the largest single term
   std::uint32_t scored_points = 0;
   Matrix6d hessian = Matrix6d::Zero();  // of minus the score; order dx dy dz wx wy wz, map axes
-  // Inverse of the Hessian: how the score says the error is spread. It treats points as
-  // independent, so it ranks and is no accuracy. Zero where the Hessian is not positive definite.
-  Matrix6d covariance = Matrix6d::Zero();
-  bool has_covariance = false;
 };
+
+// Inverse of the Hessian: how the score says the error is spread. It treats points as independent,
+// so it ranks and is no accuracy. Nothing where the Hessian is not positive definite.
+std::optional<Matrix6d> covariance_of(const MatchResult& result);
 
 // One level of a match from coarse to fine: where it ends the next one starts.
 struct MatchLevel {

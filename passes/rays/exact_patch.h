@@ -15,8 +15,8 @@ inline constexpr double kNotHit_m = std::numeric_limits<double>::infinity();
 // Of a ray to the plane of a patch, as a sine (0.6 degrees): what is seen more edge-on is not hit.
 inline constexpr double kLeastSlope = 0.01;
 
-// A patch as doubles see it.
-struct ExactPatch {
+// A patch as doubles see it, in two lines of the cache.
+struct alignas(64) ExactPatch {
   Eigen::Vector3d centre_m, normal, side, other_side;
   double half_side_m = 0.0;
   std::uint64_t solid = 0;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -166,14 +167,16 @@ void put_start(const double T_world_start[12], sightline_match& answer) {
 
 void put(const MatchResult& found, const MapFrame& frame, sightline_match& answer) {
   put(rebase(found.T_map_sensor, frame, MapFrame{}), answer.T_world_vehicle);
-  Eigen::Map<Matrix6d>(answer.covariance, 6, 6) = found.covariance;  // symmetric
+  const std::optional<Matrix6d> covariance = covariance_of(found);
+  Eigen::Map<Matrix6d>(answer.covariance, 6, 6) =  // symmetric
+      covariance.value_or(Matrix6d::Zero());
   answer.score = found.score;
   answer.nearest_voxel_likelihood = found.nearest_voxel_likelihood;
   answer.work = found.work;
   answer.iterations = found.iterations;
   answer.stop = static_cast<std::uint32_t>(found.stop);
   answer.scored_points = found.scored_points;
-  answer.has_covariance = found.has_covariance ? 1 : 0;
+  answer.has_covariance = covariance ? 1 : 0;
 }
 
 // Checks the other arguments and fills the answer. `use` matches the workspace's scan from

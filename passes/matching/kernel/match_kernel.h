@@ -3,9 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "passes/matching/kernel/kernel_columns.h"
+
 // The score's inner loop behind plain pointers, in three versions that give the same bits: the
 // vector instructions of a version stay in its own file. This header includes neither Eigen nor
-// anything with inline code, which a file with vector flags could leak to the rest of the program.
+// anything with inline code, which a file with vector flags could leak to the rest of the program,
+// unless each file has its own (kernel_columns.h).
 
 namespace sightline {
 
@@ -15,23 +18,6 @@ namespace sightline {
 struct alignas(32) KernelRecord {
   float mean_m[3][8];
   float information_per_m2[6][8];  // xx, xy, xz, yy, yz, zz
-};
-
-// The cells above one place in the plane: records[first] of them is that of the cell `low_z`, and
-// size_z follow each other upwards.
-struct KernelColumn {
-  std::uint32_t first;
-  std::int16_t low_z;
-  std::uint16_t size_z;
-};
-
-// Cells as numbers in columns, row by row of y from low_y on, each row from low_x on; a number is
-// that of the cell's record, 0 where there is no cell.
-struct KernelColumns {
-  const KernelColumn* columns = nullptr;  // null: not told in this way
-  const std::int32_t* records = nullptr;
-  std::int32_t low_x = 0, low_y = 0;
-  std::uint32_t size_x = 0, size_y = 0;
 };
 
 // One evaluation. Arrays of points hold `count` rounded up to kKernelBatch.

@@ -208,23 +208,16 @@ unsigned locate_batch(const KernelInput& in, std::size_t first, BatchPoints& poi
   return locate<B>(in, first, 0, points) | locate<B>(in, first + 8, 8, points) << 8;
 }
 
-// The column of a point's cell; null outside of all.
+// The cell of point `i` in columns.
 inline const KernelColumn* column_of(const KernelInput& in, std::size_t i) {
-  const KernelColumns& all = in.columns;
-  const std::uint32_t x = static_cast<std::uint32_t>(static_cast<std::int32_t>(in.cell_x[i])) -
-                          static_cast<std::uint32_t>(all.low_x);
-  const std::uint32_t y = static_cast<std::uint32_t>(static_cast<std::int32_t>(in.cell_y[i])) -
-                          static_cast<std::uint32_t>(all.low_y);
-  if (x >= all.size_x || y >= all.size_y) return nullptr;
-  return all.columns + std::size_t{y} * all.size_x + x;
+  return find_column(in.columns, static_cast<std::int32_t>(in.cell_x[i]),
+                     static_cast<std::int32_t>(in.cell_y[i]));
 }
 
 inline std::int32_t record_of(const KernelInput& in, std::size_t i) {
-  const KernelColumn* const column = column_of(in, i);
-  if (column == nullptr) return 0;
-  const std::uint32_t z = static_cast<std::uint32_t>(static_cast<std::int32_t>(in.cell_z[i])) -
-                          static_cast<std::uint32_t>(std::int32_t{column->low_z});
-  return z < column->size_z ? in.columns.records[column->first + z] : 0;
+  return find_record(in.columns, static_cast<std::int32_t>(in.cell_x[i]),
+                     static_cast<std::int32_t>(in.cell_y[i]),
+                     static_cast<std::int32_t>(in.cell_z[i]));
 }
 
 // Brings nearer what find_records() looks into for the points whose cells changed.
@@ -287,7 +280,7 @@ struct Ahead {
       const std::size_t found = step - (kLocateAhead - kRecordsAhead);
       if (found < batches) {
         find_records(in, found * kKernelBatch, changed[found % kRing]);
-        fetch_records(in, found * kKernelBatch);
+        if (changed[found % kRing] != 0) fetch_records(in, found * kKernelBatch);
       }
       const std::size_t computed = step - kLocateAhead;
       if (computed < batches) use(computed * kKernelBatch, points[computed % kRing]);
