@@ -88,6 +88,9 @@ std::vector<CellPart> coarse_parts(const std::vector<CellPart>& fine) {
   return parts_of(cells);
 }
 
+// As many points as were added were taken away again.
+bool is_empty(const CellMoments& moments) { return !(moments.count > 0.5); }
+
 }  // namespace
 
 Eigen::Matrix3d surface_information_per_m2(const Nd& nd) {
@@ -103,29 +106,22 @@ void RollingCells::add(const std::vector<CellPart>& parts, double sign) {
   }
 }
 
-// Places left behind go: the last cell takes the place of an empty one.
 void RollingCells::forget_empty_cells() {
-  const std::size_t count = cells_.size();
-  for (std::size_t i = 0; i < cells_.size();) {
-    if (cells_[i].moments.count > 0.5) {
-      ++i;
-      continue;
-    }
-    grid_.take_away(cells_[i].key);
-    if (i + 1 < cells_.size()) cells_[i] = cells_.back();
-    cells_.pop_back();
-  }
-  if (cells_.size() == count) return;
+  std::erase_if(cells_, [](const Cell& cell) { return is_empty(cell.moments); });
   index_ = CellIndex();
   for (const Cell& cell : cells_) index_.add(cell.key);
 }
 
 void RollingCells::finish() {
-  forget_empty_cells();
   std::vector<std::size_t> full;  // of the cells that changed
   std::vector<Nd> nds;
+  std::size_t empty_count = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     Cell& cell = cells_[i];
+    if (is_empty(cell.moments)) {
+      cell.moments = {};  // of what was added and taken away again, rounding would be left
+      ++empty_count;
+    }
     if (!std::exchange(cell.is_changed, false)) continue;
     cell.is_valid = false;
     if (cell.moments.count < kLeastPoints) {
@@ -145,6 +141,8 @@ void RollingCells::finish() {
   std::erase_if(nds, [](const Nd& nd) { return nd.eigenvalues_m2[0] < kLeastExtent_m2; });
   grid_.put(nds, surface_information_per_m2);
   grid_.finish();
+  // To number all others anew takes longer than to pass by a few.
+  if (4 * empty_count > cells_.size()) forget_empty_cells();
 }
 
 NdtMap RollingCells::nds() const {
