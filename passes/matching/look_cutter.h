@@ -54,9 +54,9 @@ class LookCutter {
   std::size_t most_ = 0;        // points that the look prepared for takes
   bool is_by_normals_ = false;  // that look
   std::vector<Eigen::Vector3d> taken_m_;
-  std::vector<std::uint64_t> slots_;  // of voxels; 0: free
-  std::vector<std::uint8_t> bins_;    // of points: their direction and distance
-  std::vector<CellKey> keys_;         // of points: their cells of the map
+  std::vector<std::uint64_t> slots_;    // of voxels; 0: free
+  std::vector<std::uint8_t> bins_;      // of points: their direction and distance
+  std::vector<CellKey> keys_;           // of points: their cells of the map
   std::vector<std::uint32_t> records_;  // and the numbers of their records
 };
 
