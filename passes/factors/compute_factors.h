@@ -8,8 +8,8 @@
 #include "formats/surroundings/ndt_map.h"
 #include "formats/surroundings/virtual_scans.h"
 #include "passes/factors/group_nds.h"
+#include "passes/matching/grid/match_grid.h"
 #include "passes/matching/localizer.h"
-#include "passes/matching/match_grid.h"
 #include "passes/pass/pass_context.h"
 
 namespace sightline {

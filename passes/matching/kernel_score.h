@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 #include "passes/matching/match_score.h"
 
 namespace sightline {

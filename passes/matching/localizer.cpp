@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "formats/base/check.h"
-#include "passes/matching/coarse_map.h"
+#include "passes/matching/grid/coarse_map.h"
 
 // Why levels: wide NDs have a wide basin and a blunt optimum, sharp ones the reverse. A level that
 // only shows the way may end far from its optimum and needs few points; what it costs is small

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "formats/geometry.h"
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 
 namespace sightline {
 

@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "formats/geometry.h"
+#include "passes/matching/grid/match_grid.h"
 #include "passes/matching/kernel_score.h"
-#include "passes/matching/match_grid.h"
 #include "passes/matching/match_score.h"
 
 namespace sightline {

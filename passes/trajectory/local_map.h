@@ -12,7 +12,7 @@
 #include "formats/grid/cell_index.h"
 #include "formats/grid/cell_moments.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 
 // What odometry matches scans to; part of estimate-trajectory.
 

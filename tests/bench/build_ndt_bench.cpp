@@ -1,7 +1,7 @@
 #include <cstdio>
 
 #include "passes/map/build_ndt.h"
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 #include "tests/bench/bench_clouds.h"
 #include "tests/bench/pcl_map.h"
 #include "tests/bench/side_by_side.h"

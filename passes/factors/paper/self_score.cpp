@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "formats/base/portable_math.h"
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 
 // The 17 x 17 shifted copies of a sample fall into few cells (nine at most where cells are 2 m), so
 // the cell is looked up once for each rectangle of shifts that shares it, not once for each shift.

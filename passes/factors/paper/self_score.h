@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "passes/factors/vicinity.h"
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 
 // How well a part of the map matches the whole map when it is moved sideways (paper, Eq. 5; exact
 // in schemas/definitions.md, `score_entropy`).

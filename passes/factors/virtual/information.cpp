@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 
 namespace sightline {
 namespace {

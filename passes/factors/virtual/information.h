@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "formats/surroundings/ndt_map.h"
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 
 // What a virtual scan tells about the pose of the sensor (schemas/definitions.md, "virtual scan").
 

@@ -1,4 +1,4 @@
-#include "passes/matching/cell_columns.h"
+#include "passes/matching/grid/cell_columns.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/base/random.h"
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 #include "tests/passes/matching/random_scene.h"
 
 namespace sightline {

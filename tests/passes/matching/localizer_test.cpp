@@ -7,7 +7,7 @@
 
 #include "examples/town/drive.h"
 #include "passes/map/build_ndt.h"
-#include "passes/matching/coarse_map.h"
+#include "passes/matching/grid/coarse_map.h"
 #include "passes/matching/scan_preparation.h"
 #include "tests/passes/matching/allocation_counter.h"
 #include "tests/passes/matching/random_scene.h"

@@ -1,4 +1,4 @@
-#include "passes/matching/match_grid.h"
+#include "passes/matching/grid/match_grid.h"
 
 #include <Eigen/LU>
 #include <cmath>

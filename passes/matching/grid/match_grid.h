@@ -9,7 +9,7 @@
 #include "formats/base/huge_pages.h"
 #include "formats/grid/cell_index.h"
 #include "formats/surroundings/ndt_map.h"
-#include "passes/matching/cell_columns.h"
+#include "passes/matching/grid/cell_columns.h"
 #include "passes/matching/kernel/match_kernel.h"
 
 namespace sightline {

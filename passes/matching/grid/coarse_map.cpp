@@ -1,4 +1,4 @@
-#include "passes/matching/coarse_map.h"
+#include "passes/matching/grid/coarse_map.h"
 
 #include <map>
 #include <utility>

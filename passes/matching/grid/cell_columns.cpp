@@ -1,4 +1,4 @@
-#include "passes/matching/cell_columns.h"
+#include "passes/matching/grid/cell_columns.h"
 
 #include <algorithm>
 #include <limits>
