@@ -18,7 +18,7 @@ const std::vector<NamedVersion>& definitions() {
   static const std::vector<NamedVersion> kDefinitions = {{"choice-of-range", 4},
                                                          {"factor-of-mapping-drive", 4},
                                                          {"factors-of-the-paper", 1},
-                                                         {"factors-of-virtual-scan", 4},
+                                                         {"factors-of-virtual-scan", 5},
                                                          {"localizers", 3},
                                                          {"looks", 1},
                                                          {"measured-error", 3},

@@ -30,7 +30,7 @@ std::vector<OptionField> option_fields(FactorsOfSitesOptions& options);
 Result<AtRest<FactorTable>> factors_of_sites(PassContext& ctx, const FactorsOfSitesOptions& options,
                                              const TiledNds& nds, const TiledSurface& surface,
                                              const Sites& sites, const SensorProfile& sensor);
-inline constexpr Pass kComputeFactors{"compute-factors", 7, "map-factors", "Map factors",
+inline constexpr Pass kComputeFactors{"compute-factors", 8, "map-factors", "Map factors",
                                       &factors_of_sites};
 
 }  // namespace sightline

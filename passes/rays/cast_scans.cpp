@@ -1,5 +1,6 @@
 #include "passes/rays/cast_scans.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -10,6 +11,8 @@ namespace sightline {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+// Of neighbouring rays at the longest range: two or three meet a voxel there, and more nearer by.
+constexpr double kMostApart_leaves = 0.4;
 
 std::vector<Eigen::Vector3d> subsampled_hits(const std::vector<Eigen::Vector3d>& directions,
                                              std::span<const double> distance_m, double leaf_m) {
@@ -29,7 +32,8 @@ TakeDistances take_into(const RayFan& fan, double leaf_m, ScanOfSite& scan_of_si
 }
 
 RayFan fan_of(const CastScansOptions& options, const SensorProfile& sensor) {
-  return {beam_directions(sensor), options.near_m, options.longest_range_m, AzimuthView(sensor)};
+  return {beam_directions(sensor, azimuth_stride(options, sensor)), options.near_m,
+          options.longest_range_m, AzimuthView(sensor)};
 }
 
 Error at_pass(Error error) {
@@ -55,18 +59,22 @@ VirtualScans join(const ScanOfSite& scan_of_site, const CastScansOptions& option
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor) {
+std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor, int stride) {
   const auto azimuth_count = static_cast<int>(std::lround(360.0 / sensor.azimuth_step_deg));
   std::vector<Eigen::Vector3d> directions;
-  directions.reserve(sensor.beam_elevations_deg.size() * static_cast<std::size_t>(azimuth_count));
   for (const double elevation_deg : sensor.beam_elevations_deg) {
     const double elevation_rad = elevation_deg * kRadPerDeg;
-    for (int i = 0; i < azimuth_count; ++i) {
+    for (int i = 0; i < azimuth_count; i += stride) {
       const double azimuth_rad = i * sensor.azimuth_step_deg * kRadPerDeg;
       directions.push_back(direction_of(azimuth_rad, elevation_rad));
     }
   }
   return directions;
+}
+
+int azimuth_stride(const CastScansOptions& options, const SensorProfile& sensor) {
+  const double apart_m = sensor.azimuth_step_deg * kRadPerDeg * options.longest_range_m;
+  return std::max(1, static_cast<int>(kMostApart_leaves * options.leaf_m / apart_m));
 }
 
 std::vector<OptionField> option_fields(CastScansOptions& options) {

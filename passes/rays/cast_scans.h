@@ -18,14 +18,19 @@ struct CastScansOptions {
 };
 std::vector<OptionField> option_fields(CastScansOptions& options);
 
-// Where the beams of a level sensor that turns point at each azimuth step, the first along map +x;
-// unit length, beam by beam, so that neighbours in the list are neighbours in the world. Of a
-// sensor that does not see all round AzimuthView tells which of them it has at a site.
-std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor);
+// Where the beams of a level sensor that turns point at every `stride`-th azimuth step, the first
+// along map +x; unit length, beam by beam, so that neighbours in the list are neighbours in the
+// world. Of a sensor that does not see all round AzimuthView tells which of them it has at a site.
+std::vector<Eigen::Vector3d> beam_directions(const SensorProfile& sensor, int stride = 1);
 
-// What the localizing sensor would measure at every site: each of its beams at each azimuth step,
-// the first along map +x, that lies in its view, cast level from p on the surface and subsampled on
-// the localizer's voxel grid. Definition: schemas/definitions.md, "virtual scan".
+// Which azimuth steps are cast, every one or every n-th: the most for which neighbouring rays are
+// no more than 0.4 leaf_m apart at the longest range. What lies between them would end in the same
+// voxels.
+int azimuth_stride(const CastScansOptions& options, const SensorProfile& sensor);
+
+// What the localizing sensor would measure at every site: each of its beams at the azimuth steps of
+// azimuth_stride(), the first along map +x, that lies in its view, cast level from p on the surface
+// and subsampled on the localizer's voxel grid. Definition: schemas/definitions.md, "virtual scan".
 // Errors: mismatched-inputs (surface and sites in different frames), bad-value (near beyond far),
 // cannot-read.
 Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& options,
@@ -34,6 +39,6 @@ Result<VirtualScans> cast_scans(PassContext& ctx, const CastScansOptions& option
 // The same from the sites of one block. The scene reaches as far as the options.
 Result<VirtualScans> cast_scans_in_block(const CastScansOptions& options, const BlockScene& scene,
                                          const SensorProfile& sensor, int threads);
-inline constexpr Pass kCastScans{"cast-scans", 3, "virtual-scans", "Virtual scans", &cast_scans};
+inline constexpr Pass kCastScans{"cast-scans", 4, "virtual-scans", "Virtual scans", &cast_scans};
 
 }  // namespace sightline

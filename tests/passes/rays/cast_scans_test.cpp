@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "passes/map/build_surface.h"
 #include "passes/matching/scan_preparation.h"
@@ -167,6 +168,53 @@ TEST(CastScans, OfASensorThatLooksStraightUpLieAheadOfTheVehicle) {
   for (const Eigen::Vector3d& point_m : must_cast(surface_of(world), world.sites, up).points_m) {
     EXPECT_GT(point_m.x(), 0.0);
   }
+}
+
+// Neighbouring rays at the longest range are 0.35, 0.30 and 0.38 m apart, and the next stride would
+// take more than 0.4 leaves.
+TEST(CastScans, LeavesOutAzimuthsThatEndInTheSameVoxelsAnyway) {
+  const auto stride_of = [](double azimuth_step_deg, double longest_range_m, double leaf_m) {
+    SensorProfile sensor;
+    sensor.azimuth_step_deg = azimuth_step_deg;
+    return azimuth_stride({0.5, longest_range_m, leaf_m}, sensor);
+  };
+  EXPECT_EQ(stride_of(0.2, 50.0, 1.0), 2);
+  EXPECT_EQ(stride_of(0.1728, 50.0, 1.0), 2);
+  EXPECT_EQ(stride_of(0.44, 50.0, 1.0), 1);
+  EXPECT_EQ(stride_of(0.2, 100.0, 1.0), 1);
+  EXPECT_EQ(stride_of(0.2, 20.0, 1.0), 5);
+  EXPECT_EQ(stride_of(0.2, 50.0, 0.5), 1);
+  EXPECT_EQ(stride_of(2.0, 50.0, 0.1), 1);
+}
+
+// What two neighbouring azimuth steps of a beam put into a voxel, one of every two puts there too.
+TEST(CastScans, MissNoVoxelThatNeighbouringAzimuthsMeet) {
+  const ToyWorld world = draw_world(kStreet);
+  const Surface surface = surface_of(world);
+  SensorProfile fine = five_beams();
+  fine.azimuth_step_deg = 0.2;
+  const VirtualScans scans = must_cast(surface, world.sites, fine);
+  const std::vector<Eigen::Vector3d> directions = beam_directions(fine);
+  ASSERT_EQ(directions.size(), 5U * 1800U);
+  std::size_t compared = 0;
+  const TakeDistances take = [&](std::size_t site, std::span<const double> distance_m) {
+    std::set<CellKey> voxels;
+    for (const Eigen::Vector3d& sample_m : scans.points_of(site)) {
+      voxels.insert(cell_key(sample_m, scans.leaf_m));
+    }
+    for (std::size_t i = 1; i < directions.size(); ++i) {
+      if (i % 1800 == 0 || !std::isfinite(distance_m[i - 1]) || !std::isfinite(distance_m[i])) {
+        continue;
+      }
+      const CellKey voxel = cell_key(distance_m[i] * directions[i], scans.leaf_m);
+      if (voxel != cell_key(distance_m[i - 1] * directions[i - 1], scans.leaf_m)) continue;
+      EXPECT_TRUE(voxels.contains(voxel)) << "site " << site << ", ray " << i;
+      ++compared;
+    }
+  };
+  PassContext ctx;
+  ASSERT_TRUE(cast_at_sites(ctx, surface, world.sites, {directions, 0.5, 50.0}, take));
+  EXPECT_GT(compared, 1000U);
 }
 
 }  // namespace
