@@ -8,6 +8,7 @@
 #include "passes/trajectory/following/overlaps.h"
 #include "passes/trajectory/given/given_trajectory.h"
 #include "passes/trajectory/graph/contradictions.h"
+#include "passes/trajectory/graph/drive_scales.h"
 #include "passes/trajectory/graph/loops.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
@@ -191,6 +192,9 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
         const Trajectory checked,
         checked_trajectory(ctx, options, seen, solver_of(ctx, options, seen, contradicted)));
     contradicted.warn_of(ctx, drive, checked);
+    SIGHTLINE_ASSIGN(const std::vector<ScaleDifference> scales,
+                     find_scale_differences(ctx, drive, checked));
+    warn_of_scale_differences(ctx, drive, scales);
     return checked;
   }
   if (options.mode == PoseMode::kRefine && !some_given) {
@@ -208,6 +212,9 @@ Result<Trajectory> estimate_trajectory(PassContext& ctx, const EstimateTrajector
   SIGHTLINE_ASSIGN(const Trajectory rigid, estimate(ctx, drive));
   SIGHTLINE_ASSIGN(const Trajectory answer, estimate_undistorted(ctx, drive, rigid, estimate));
   contradicted.warn_of(ctx, drive, answer);
+  SIGHTLINE_ASSIGN(const std::vector<ScaleDifference> scales,
+                   find_scale_differences(ctx, drive, answer));
+  warn_of_scale_differences(ctx, drive, scales);
   return answer;
 }
 

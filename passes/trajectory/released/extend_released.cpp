@@ -9,6 +9,7 @@
 #include "formats/grid/point_grid.h"
 #include "passes/matching/match_score.h"
 #include "passes/trajectory/graph/contradictions.h"
+#include "passes/trajectory/graph/drive_scales.h"
 #include "passes/trajectory/graph/loops.h"
 #include "passes/trajectory/graph/plane_adjustment.h"
 #include "passes/trajectory/graph/pose_graph.h"
@@ -286,6 +287,9 @@ Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& o
     pose.piece = joined.piece[all.first + i];
     extended.poses.push_back(pose);
   }
+  SIGHTLINE_ASSIGN(const std::vector<ScaleDifference> scales,
+                   find_scale_differences(ctx, seen, extended, all.first));
+  warn_of_scale_differences(ctx, seen, scales);
   return extended;
 }
 

@@ -25,10 +25,12 @@ std::vector<Pose> along_street(double from_m, std::size_t count) {
   return poses;
 }
 
-// Drives through streets, one a day; each from a place of its street.
+// Drives through streets, one a day; each from a place of its street, measured so many times as
+// large.
 struct DayOf {
   std::uint64_t street = 4;
   double from_m = 0.0;
+  double scale = 1.0;
 };
 TestDrive drives(const std::vector<DayOf>& days) {
   std::vector<Scan> scans;
@@ -39,6 +41,7 @@ TestDrive drives(const std::vector<DayOf>& days) {
     for (std::size_t i = 0; i < kCount; ++i) {
       scans.push_back(*one.drive.store->read(i));
       scans.back().stamp_ns += static_cast<std::int64_t>(day) * kDay_ns;
+      for (Eigen::Vector3d& point_m : scans.back().points_m) point_m *= days[day].scale;
       poses.push_back(way[i]);
     }
   }
@@ -116,6 +119,16 @@ TEST(ExtendReleased, KeepsReleasedPosesToTheBitAndLaysOtherDrivesOntoThem) {
   expect_kept(*told.trajectory, released);
   EXPECT_EQ(told.trajectory->poses.back().piece, 0U);
   EXPECT_LT(largest_error_m(*told.trajectory, all.truth), 0.1);
+}
+
+TEST(ExtendReleased, NamesADriveThatMeasuresOtherwiseThanReleasedOnes) {
+  const TestDrive all = drives({{4, 0.0}, {4, 2.0, 1.01}});
+  const Told told = extend(all.drive, shipped(all, 1));
+  ASSERT_TRUE(told.trajectory.has_value()) << to_string(told.trajectory.error());
+  EXPECT_EQ(told.trajectory->poses.back().piece, 0U);
+  ASSERT_EQ(told.warnings.size(), 1U);
+  EXPECT_NE(told.warnings[0].find("drive day 2 measures 1.0 % more than"), std::string::npos)
+      << told.warnings[0];
 }
 
 TEST(ExtendReleased, OfNothingNewIsWhatWasReleased) {

@@ -1,0 +1,232 @@
+#include "passes/trajectory/graph/drive_scales.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "formats/base/parallel.h"
+#include "formats/base/portable_math.h"
+#include "formats/grid/point_grid.h"
+#include "passes/trajectory/first_places.h"
+#include "passes/trajectory/local_match.h"
+#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/pieces/seek_piece.h"
+
+namespace sightline {
+namespace {
+
+constexpr double kMeetingStep_m = 2.0;  // of the later way
+constexpr double kBeside_m = 8.0;
+constexpr std::size_t kMostEarlier = 3;  // parts that a later one is compared with
+constexpr std::size_t kMostScans = 4;    // of a pair
+constexpr std::size_t kLeastScans = 3;
+constexpr double kScaleStep = 0.005;
+constexpr int kScaleSteps = 8;  // to either side of 1
+constexpr double kMostDifference = 0.003;
+
+// A scan of a later part, and the nearest one of an earlier part.
+struct Meeting {
+  std::uint32_t later = 0;
+  std::uint32_t earlier = 0;
+};
+// Of two parts.
+struct MeetingsOfPair {
+  std::uint32_t earlier = 0;
+  std::uint32_t later = 0;
+  std::vector<Meeting> meetings;
+};
+
+// The trajectory as an odometry whose pieces are runs of scans of one part and piece.
+Odometry as_odometry(const Drive& drive, const Trajectory& trajectory) {
+  Odometry odometry;
+  std::uint32_t run = 0;
+  for (std::size_t i = 0; i < trajectory.poses.size(); ++i) {
+    const Pose T_map_lidar = trajectory.poses[i].T_map_vehicle * drive.sensor.T_vehicle_lidar;
+    const bool goes_on = i > 0 && drive.scans[i].part == drive.scans[i - 1].part &&
+                         trajectory.poses[i].piece == trajectory.poses[i - 1].piece;
+    if (i > 0 && !goes_on) ++run;
+    const double step_m =
+        goes_on ? (T_map_lidar.translation() - odometry.T_map_lidar.back().translation()).norm()
+                : 0.0;
+    odometry.driven_m.push_back((i > 0 ? odometry.driven_m.back() : 0.0) + step_m);
+    odometry.T_map_lidar.push_back(T_map_lidar);
+    odometry.piece.push_back(run);
+  }
+  return odometry;
+}
+
+// The places of the scans of each part; those of others are not finite, and not found.
+std::vector<PointGrid> places_by_part(const Drive& drive, const Odometry& odometry) {
+  std::vector<PointGrid> places;
+  for (std::uint32_t part = 0; part <= drive.later_parts.size(); ++part) {
+    std::vector<Eigen::Vector3d> places_m;
+    for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+      places_m.push_back(drive.scans[i].part == part
+                             ? Eigen::Vector3d(odometry.T_map_lidar[i].translation())
+                             : Eigen::Vector3d::Constant(std::nan("")));
+    }
+    places.emplace_back(places_m);
+  }
+  return places;
+}
+
+// Of each later part with those that it meets most: the work does not grow with the square of the
+// number of drives.
+std::vector<MeetingsOfPair> pairs_that_meet(const Drive& drive, const Odometry& odometry,
+                                            std::size_t from) {
+  const std::vector<PointGrid> places = places_by_part(drive, odometry);
+  std::vector<std::vector<MeetingsOfPair>> of_later(places.size());
+  for (std::uint32_t later = 0; later < places.size(); ++later) {
+    for (std::uint32_t earlier = 0; earlier < later; ++earlier) {
+      of_later[later].push_back({earlier, later, {}});
+    }
+  }
+  double next_m = 0.0;
+  for (std::size_t i = from; i < drive.scans.size(); ++i) {
+    if (odometry.driven_m[i] < next_m) continue;
+    next_m = odometry.driven_m[i] + kMeetingStep_m;
+    for (MeetingsOfPair& pair : of_later[drive.scans[i].part]) {
+      const std::optional<NearPoint> nearest =
+          places[pair.earlier].nearest(odometry.T_map_lidar[i].translation(), kBeside_m);
+      if (!nearest) continue;
+      pair.meetings.push_back(
+          {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(nearest->index)});
+    }
+  }
+  std::vector<MeetingsOfPair> pairs;
+  for (std::vector<MeetingsOfPair>& all : of_later) {
+    std::ranges::stable_sort(all, std::greater(),
+                             [](const MeetingsOfPair& pair) { return pair.meetings.size(); });
+    for (MeetingsOfPair& pair : std::span(all).first(std::min(all.size(), kMostEarlier))) {
+      if (pair.meetings.size() >= kLeastScans) pairs.push_back(std::move(pair));
+    }
+  }
+  return pairs;
+}
+
+std::vector<Meeting> some_of(const std::vector<Meeting>& meetings) {
+  const std::size_t count = std::min(meetings.size(), kMostScans);
+  std::vector<Meeting> some;
+  for (std::size_t i = 0; i < count; ++i) {
+    some.push_back(meetings[(2 * i + 1) * meetings.size() / (2 * count)]);
+  }
+  return some;
+}
+
+// How well a scan fits what was seen around it, by its scale in steps from 1; each is asked once.
+class FitByScale {
+ public:
+  FitByScale(const LocalGrids& grids, std::vector<Eigen::Vector3d> points_m,
+             const Pose& T_map_lidar)
+      : grids_(grids), points_m_(std::move(points_m)), T_map_lidar_(T_map_lidar) {}
+
+  // Of every second step first, then of those beside the best; between them as the parabola
+  // through the best and its neighbours has it. None where the best is the first or the last.
+  std::optional<double> best_scale() {
+    int best = 0;
+    for (int step = -kScaleSteps; step <= kScaleSteps; step += 2) {
+      if (at(step) > at(best)) best = step;
+    }
+    if (std::abs(best) == kScaleSteps) return std::nullopt;
+    for (const int step : {best - 1, best + 1}) {
+      if (at(step) > at(best)) best = step;
+    }
+    const double over_less = at(best) - at(best - 1);
+    const double over_more = at(best) - at(best + 1);
+    const double sum = over_less + over_more;
+    return 1.0 + kScaleStep * (best + (sum > 0.0 ? 0.5 * (over_less - over_more) / sum : 0.0));
+  }
+
+ private:
+  // A logarithm: its top is a parabola.
+  double at(int step) {
+    const auto [known, is_new] = fit_.try_emplace(step, 0.0);
+    if (!is_new) return known->second;
+    const double scale = 1.0 + kScaleStep * step;
+    std::vector<Eigen::Vector3d> scaled_m;
+    for (const Eigen::Vector3d& point_m : points_m_) scaled_m.push_back(scale * point_m);
+    const LocalMatch match = match_locally(grids_, scaled_m, T_map_lidar_);
+    return known->second = portable_log(match.likelihood * match.scored_share);
+  }
+
+  const LocalGrids& grids_;
+  std::vector<Eigen::Vector3d> points_m_;
+  Pose T_map_lidar_;
+  std::map<int, double> fit_;
+};
+
+// How large the later scan measures beside what the earlier drive saw around.
+Result<std::optional<double>> ratio_of(const Drive& drive, const Odometry& odometry,
+                                       const ScanRange& earlier_run, const Meeting& meeting) {
+  SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive, odometry, earlier_run, meeting.earlier, 1));
+  SIGHTLINE_ASSIGN(ThinnedScan scan, read_thinned(drive, meeting.later));
+  FitByScale fit(visit.grids, std::move(scan.to_match_m), odometry.T_map_lidar[meeting.later]);
+  const std::optional<double> scale = fit.best_scale();
+  return scale ? std::optional(1.0 / *scale) : std::nullopt;
+}
+
+// Of the ratios of a pair's scans; 1 where they do not say that it is another.
+double ratio_told_by(std::vector<double> ratios) {
+  if (ratios.size() < kLeastScans) return 1.0;
+  std::ranges::sort(ratios);
+  const double off = ratios[ratios.size() / 2] - 1.0;
+  if (std::abs(off) <= kMostDifference) return 1.0;
+  const double way = off > 0.0 ? 1.0 : -1.0;
+  const auto agreeing = std::ranges::count_if(
+      ratios, [&](double ratio) { return way * (ratio - 1.0) > 0.5 * kMostDifference; });
+  return 4 * static_cast<std::size_t>(agreeing) >= 3 * ratios.size() ? 1.0 + off : 1.0;
+}
+
+}  // namespace
+
+Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& ctx,
+                                                            const Drive& drive,
+                                                            const Trajectory& trajectory,
+                                                            std::size_t from) {
+  std::vector<ScaleDifference> found;
+  if (drive.later_parts.empty()) return found;
+  const Odometry odometry = as_odometry(drive, trajectory);
+  const std::vector<ScanRange> runs = ranges_of(odometry.piece);
+  for (const MeetingsOfPair& pair : pairs_that_meet(drive, odometry, from)) {
+    const std::vector<Meeting> meetings = some_of(pair.meetings);
+    std::vector<Result<std::optional<double>>> told(meetings.size(), std::optional<double>());
+    parallel_for(meetings.size(), ctx.threads, [&](std::size_t i) {
+      const ScanRange& earlier_run = runs[odometry.piece[meetings[i].earlier]];
+      told[i] = ratio_of(drive, odometry, earlier_run, meetings[i]);
+    });
+    std::vector<double> ratios;
+    for (const Result<std::optional<double>>& ratio : told) {
+      if (!ratio) return ratio.error();
+      if (*ratio) ratios.push_back(**ratio);
+    }
+    const double ratio = ratio_told_by(ratios);
+    if (ratio == 1.0) continue;
+    found.push_back(
+        {pair.earlier, pair.later, ratio, static_cast<std::uint32_t>(ratios.size())});
+  }
+  return found;
+}
+
+std::string to_text(const ScaleDifference& found, const Drive& drive) {
+  char text[320];
+  std::snprintf(text, sizeof text, "drive %s measures %.1f %% %s than drive %s (median of %u scans)",
+                drive.name_of_part(found.later).c_str(), 100.0 * std::abs(found.ratio - 1.0),
+                found.ratio > 1.0 ? "more" : "less", drive.name_of_part(found.earlier).c_str(),
+                found.scan_count);
+  return text;
+}
+
+void warn_of_scale_differences(const PassContext& ctx, const Drive& drive,
+                               const std::vector<ScaleDifference>& found) {
+  if (found.empty()) return;
+  ctx.warn(with_first_places("drives do not agree on how far away things are", found, drive) +
+           ". The map may have its walls twice, the farther from the route the more: check the "
+           "ranges of these sensors, or leave out the drive that is wrong");
+}
+
+}  // namespace sightline

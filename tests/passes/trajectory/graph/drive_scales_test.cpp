@@ -1,0 +1,121 @@
+#include "passes/trajectory/graph/drive_scales.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "passes/trajectory/estimate_trajectory.h"
+#include "tests/support/box_world.h"
+
+namespace sightline {
+namespace {
+
+constexpr std::size_t kCount = 16;  // scans of each drive
+
+// Drives along one street, a metre a scan; what each measures is so many times what is there.
+TestDrive drives(const std::vector<double>& scales, std::size_t count = kCount) {
+  std::vector<Pose> poses;
+  for (std::size_t day = 0; day < scales.size(); ++day) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const double x_m = static_cast<double>(i) + 0.4 * static_cast<double>(day);
+      poses.push_back(pose_at(x_m, 0.5 * std::sin(0.3 * x_m), 0.15 * std::cos(0.3 * x_m)));
+    }
+  }
+  TestDrive all = drive_through(random_street(4), poses, 0.5);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    scans.push_back(*all.drive.store->read(i));
+    for (Eigen::Vector3d& point_m : scans.back().points_m) point_m *= scales[i / count];
+    all.drive.scans[i].part = static_cast<std::uint32_t>(i / count);
+  }
+  for (std::size_t day = 1; day < scales.size(); ++day) {
+    all.drive.later_parts.push_back("day " + std::to_string(day + 1));
+  }
+  all.drive.store = memory_scan_store(scans);
+  return all;
+}
+
+std::vector<ScaleDifference> differences(const TestDrive& all, std::size_t from = 0,
+                                         int threads = 1) {
+  PassContext ctx;
+  ctx.threads = threads;
+  const Result<std::vector<ScaleDifference>> found =
+      find_scale_differences(ctx, all.drive, all.truth, from);
+  EXPECT_TRUE(found.has_value());
+  return *found;
+}
+
+TEST(DriveScales, TellHowMuchMoreALaterDriveMeasures) {
+  for (const double scale : {0.97, 0.992, 1.006, 1.01, 1.02}) {
+    const std::vector<ScaleDifference> found = differences(drives({1.0, scale}));
+    ASSERT_EQ(found.size(), 1U) << scale;
+    EXPECT_EQ(found[0].earlier, 0U);
+    EXPECT_EQ(found[0].later, 1U);
+    EXPECT_NEAR(found[0].ratio, scale, 0.0025);
+    EXPECT_EQ(found[0].scan_count, 4U);
+  }
+}
+
+TEST(DriveScales, AreSilentWhereDrivesAgree) {
+  EXPECT_TRUE(differences(drives({1.0, 1.0, 1.001})).empty());
+  EXPECT_TRUE(differences(drives({1.02})).empty());
+}
+
+TEST(DriveScales, TellThePairsOfTheDriveThatIsOff) {
+  const TestDrive all = drives({1.0, 1.01, 1.0});
+  const std::vector<ScaleDifference> found = differences(all);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].later, 1U);
+  EXPECT_NEAR(found[0].ratio, 1.01, 0.0025);
+  EXPECT_EQ(found[1].earlier, 1U);
+  EXPECT_EQ(found[1].later, 2U);
+  EXPECT_NEAR(found[1].ratio, 1.0 / 1.01, 0.0025);
+  EXPECT_NE(to_text(found[1], all.drive).find("drive day 3 measures 0.9 % less than drive day 2"),
+            std::string::npos)
+      << to_text(found[1], all.drive);
+}
+
+TEST(DriveScales, JudgeNoScanBeforeThoseThatAreNew) {
+  const std::vector<ScaleDifference> found = differences(drives({1.0, 1.01, 1.0}), 2 * kCount);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].later, 2U);
+}
+
+TEST(DriveScales, SayNothingByFewerThanThreeScans) {
+  EXPECT_TRUE(differences(drives({1.0, 1.02}, 4)).empty());
+  EXPECT_EQ(differences(drives({1.0, 1.02}, 10)).size(), 1U);
+}
+
+TEST(DriveScales, DoNotDependOnThreads) {
+  const TestDrive all = drives({1.0, 1.013, 0.99});
+  const std::vector<ScaleDifference> by_one = differences(all);
+  const std::vector<ScaleDifference> by_three = differences(all, 0, 3);
+  ASSERT_EQ(by_one.size(), 3U);
+  ASSERT_EQ(by_three.size(), by_one.size());
+  for (std::size_t i = 0; i < by_one.size(); ++i) EXPECT_EQ(by_one[i].ratio, by_three[i].ratio);
+}
+
+// Its loops are met within 0.25 m.
+TEST(DriveScales, AreToldByTheTrajectory) {
+  for (const double scale : {1.0, 1.01}) {
+    TestDrive all = drives({1.0, scale});
+    for (ScanInfo& scan : all.drive.scans) scan.T_world_vehicle.reset();
+    std::vector<std::string> warnings;
+    PassContext ctx;
+    ctx.threads = 2;
+    ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
+    const Result<Trajectory> trajectory = estimate_trajectory(ctx, {}, all.drive);
+    ASSERT_TRUE(trajectory.has_value()) << to_string(trajectory.error());
+    EXPECT_EQ(trajectory->poses.back().piece, 0U);
+    if (scale == 1.0) {
+      EXPECT_TRUE(warnings.empty()) << warnings.front();
+      continue;
+    }
+    ASSERT_EQ(warnings.size(), 1U);
+    EXPECT_NE(warnings[0].find("drive day 2 measures 1.0 % more than drive "), std::string::npos)
+        << warnings[0];
+  }
+}
+
+}  // namespace
+}  // namespace sightline
