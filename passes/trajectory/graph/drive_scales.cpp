@@ -206,15 +206,15 @@ Result<std::vector<ScaleDifference>> find_scale_differences(const PassContext& c
     }
     const double ratio = ratio_told_by(ratios);
     if (ratio == 1.0) continue;
-    found.push_back(
-        {pair.earlier, pair.later, ratio, static_cast<std::uint32_t>(ratios.size())});
+    found.push_back({pair.earlier, pair.later, ratio, static_cast<std::uint32_t>(ratios.size())});
   }
   return found;
 }
 
 std::string to_text(const ScaleDifference& found, const Drive& drive) {
   char text[320];
-  std::snprintf(text, sizeof text, "drive %s measures %.1f %% %s than drive %s (median of %u scans)",
+  std::snprintf(text, sizeof text,
+                "drive %s measures %.1f %% %s than drive %s (median of %u scans)",
                 drive.name_of_part(found.later).c_str(), 100.0 * std::abs(found.ratio - 1.0),
                 found.ratio > 1.0 ? "more" : "less", drive.name_of_part(found.earlier).c_str(),
                 found.scan_count);
