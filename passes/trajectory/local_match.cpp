@@ -19,6 +19,8 @@ constexpr double kFarthest_m = 70.0;
 // without an ND near.
 constexpr double kLeastLikelihood = 1.2;
 constexpr double kLeastScoredShare = 0.15;
+constexpr double kLeastSureLikelihood = 1.8;
+constexpr double kLeastSureShare = 0.4;
 constexpr double kSearchStep_m = 1.0;
 // Coarse matches that end this near each other lead to one fine match: its basin is many times
 // wider.
@@ -41,6 +43,10 @@ bool LocalMatch::is_better_than(const LocalMatch& other) const {
 
 bool LocalMatch::is_good() const {
   return likelihood >= kLeastLikelihood && scored_share >= kLeastScoredShare;
+}
+
+bool LocalMatch::is_sure() const {
+  return likelihood >= kLeastSureLikelihood && scored_share >= kLeastSureShare;
 }
 
 Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index) {

@@ -32,6 +32,9 @@ struct LocalMatch {
   // ring, whether the vehicle moved or not.
   [[nodiscard]] bool is_better_than(const LocalMatch& other) const;
   [[nodiscard]] bool is_good() const;
+  // Stricter, where a wrong one would be believed against all others: a false loop bends the whole
+  // route.
+  [[nodiscard]] bool is_sure() const;
 };
 // The least likelihood of a good match.
 double least_likelihood();

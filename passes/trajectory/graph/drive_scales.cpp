@@ -118,7 +118,7 @@ std::vector<Meeting> some_of(const std::vector<Meeting>& meetings) {
   return some;
 }
 
-// How well a scan fits what was seen around it, by its scale in steps from 1; each is asked once.
+// How well a scan fits what was seen around it, by its scale in steps from 1; each is matched once.
 class FitByScale {
  public:
   FitByScale(const LocalGrids& grids, std::vector<Eigen::Vector3d> points_m,
@@ -126,7 +126,8 @@ class FitByScale {
       : grids_(grids), points_m_(std::move(points_m)), T_map_lidar_(T_map_lidar) {}
 
   // Of every second step first, then of those beside the best; between them as the parabola
-  // through the best and its neighbours has it. None where the best is the first or the last.
+  // through the best and its neighbours has it. None where the best is the first or the last, or
+  // not sure.
   std::optional<double> best_scale() {
     int best = 0;
     for (int step = -kScaleSteps; step <= kScaleSteps; step += 2) {
@@ -136,6 +137,7 @@ class FitByScale {
     for (const int step : {best - 1, best + 1}) {
       if (at(step) > at(best)) best = step;
     }
+    if (!match_at(best).is_sure()) return std::nullopt;
     const double over_less = at(best) - at(best - 1);
     const double over_more = at(best) - at(best + 1);
     const double sum = over_less + over_more;
@@ -145,19 +147,24 @@ class FitByScale {
  private:
   // A logarithm: its top is a parabola.
   double at(int step) {
-    const auto [known, is_new] = fit_.try_emplace(step, 0.0);
+    constexpr double kLeast = 1e-3;  // finite where nothing fits
+    const LocalMatch& match = match_at(step);
+    return portable_log(std::max(kLeast, match.likelihood * match.scored_share));
+  }
+
+  const LocalMatch& match_at(int step) {
+    const auto [known, is_new] = matches_.try_emplace(step);
     if (!is_new) return known->second;
     const double scale = 1.0 + kScaleStep * step;
     std::vector<Eigen::Vector3d> scaled_m;
     for (const Eigen::Vector3d& point_m : points_m_) scaled_m.push_back(scale * point_m);
-    const LocalMatch match = match_locally(grids_, scaled_m, T_map_lidar_);
-    return known->second = portable_log(match.likelihood * match.scored_share);
+    return known->second = match_locally(grids_, scaled_m, T_map_lidar_);
   }
 
   const LocalGrids& grids_;
   std::vector<Eigen::Vector3d> points_m_;
   Pose T_map_lidar_;
-  std::map<int, double> fit_;
+  std::map<int, LocalMatch> matches_;
 };
 
 // How large the later scan measures beside what the earlier drive saw around.

@@ -29,9 +29,6 @@ constexpr double kMostBetween_m = 15.0;
 constexpr std::size_t kLongestChain = 16;
 // Around where a scan is expected.
 constexpr double kNearReach_m = 1.0;
-// Stricter than odometry's, because a false loop bends the whole route.
-constexpr double kLeastLikelihood = 1.8;
-constexpr double kLeastScoredShare = 0.4;
 constexpr double kLoopSigma_m = 0.05;
 constexpr double kLoopSigma_rad = 0.002;
 
@@ -146,10 +143,6 @@ class Visits {
   std::map<std::size_t, std::vector<Eigen::Vector3d>> kept_;  // in the sensor's frame
 };
 
-bool is_sure(const LocalMatch& match) {
-  return match.likelihood >= kLeastLikelihood && match.scored_share >= kLeastScoredShare;
-}
-
 // The edges of a chain, where the scans match. The first is looked for as far as odometry may have
 // drifted, those behind it where the one before them was found, and, where they are not there, as
 // the first.
@@ -167,11 +160,11 @@ Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Odometry& odome
     if (T_found_odometry) {
       match = search_locally(visit, scan.to_match_m, *T_found_odometry * T_map_later, kNearReach_m);
     }
-    if (!is_sure(match)) {
+    if (!match.is_sure()) {
       match = search_locally(visit, scan.to_match_m, T_map_later,
                              kNearReach_m + drift_m(odometry, candidate));
     }
-    if (!is_sure(match)) continue;
+    if (!match.is_sure()) continue;
     T_found_odometry = tidied(match.T_map_lidar * T_map_later.inverse());
     GraphEdge edge;
     edge.from = static_cast<std::uint32_t>(candidate.earlier);

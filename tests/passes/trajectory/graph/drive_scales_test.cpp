@@ -86,6 +86,22 @@ TEST(DriveScales, SayNothingByFewerThanThreeScans) {
   EXPECT_EQ(differences(drives({1.0, 1.02}, 10)).size(), 1U);
 }
 
+// The later drive went through another street than its poses say.
+TEST(DriveScales, SayNothingByScansThatFitNowhere) {
+  for (const std::uint64_t street : {5, 12}) {
+    TestDrive all = drives({1.0, 1.0});
+    std::vector<Pose> poses;
+    for (const TrajectoryPose& pose : all.truth.poses) poses.push_back(pose.T_map_vehicle);
+    const TestDrive elsewhere = drive_through(random_street(street), poses, 0.5);
+    std::vector<Scan> scans;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      scans.push_back(*(i < kCount ? all : elsewhere).drive.store->read(i));
+    }
+    all.drive.store = memory_scan_store(scans);
+    EXPECT_TRUE(differences(all).empty()) << street;
+  }
+}
+
 TEST(DriveScales, DoNotDependOnThreads) {
   const TestDrive all = drives({1.0, 1.013, 0.99});
   const std::vector<ScaleDifference> by_one = differences(all);
