@@ -88,7 +88,7 @@ TEST(DriveScales, SayNothingByFewerThanThreeScans) {
 
 // The later drive went through another street than its poses say.
 TEST(DriveScales, SayNothingByScansThatFitNowhere) {
-  for (const std::uint64_t street : {5, 12}) {
+  for (const std::uint64_t street : {5U, 12U}) {
     TestDrive all = drives({1.0, 1.0});
     std::vector<Pose> poses;
     for (const TrajectoryPose& pose : all.truth.poses) poses.push_back(pose.T_map_vehicle);
