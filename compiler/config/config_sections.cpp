@@ -149,7 +149,8 @@ std::vector<ConfigSection> drive_sections(CompileConfig& config) {
        .help = "What was shipped, for a map with more drives; or the file alone",
        .fields = {text("poses", config.base_poses,
                        "poses that were written beside an earlier map (.slposes): its drives, "
-                       "named first under mapping, keep them; empty: poses are found anew")},
+                       "named first under mapping, keep them, and others lay what is new "
+                       "(choose-scans); empty: poses are found anew")},
        .word = "poses"},
       {.name = "map",
        .help = "A finished map, annotated along `route`, in place of `mapping`; or its file alone",

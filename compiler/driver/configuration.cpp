@@ -20,6 +20,7 @@ std::vector<ConfigSection> published_sections(CompileConfig& config) {
   CompileConfig of_nds = finished;
   of_nds.map.is_apollo = true;
   complete.other_sensors.front().scans = "any";
+  complete.base_poses = "any";
   complete.later_mapping.resize(1);
   complete.later_mapping.front().scans = "any";
   std::vector<ConfigSection> sections = drive_sections(config);

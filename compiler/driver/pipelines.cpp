@@ -159,12 +159,7 @@ CompilePlan compile_plan(const CompileConfig& config, ModelSource model) {
   const Wire<FactorTable> map_factors = add_map(config, mapping, localizing_sensor, compile);
   // From here on the map is done; what follows asks how well a vehicle localizes in it, by its
   // first sensor.
-  LocalizedDrive localized{compile.drive, compile.trajectory, compile.undistorted};
-  if (mapping.drive != compile.drive) {
-    localized.undistorted =
-        plan.run_as("first-sensor", kUndistortScans, plan.options(kUndistortScans), compile.drive,
-                    compile.trajectory);
-  }
+  LocalizedDrive localized{compile.drive, compile.trajectory, compile.of_first_sensor};
   compile.factors = add_own_scans(config, localized, map_factors, localizing_sensor,
                                   config.is_split() && model == ModelSource::kTrained, compile);
   if (!config.is_split()) {

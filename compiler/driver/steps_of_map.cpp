@@ -1,5 +1,7 @@
 #include "compiler/driver/steps_of_map.h"
 
+#include <algorithm>
+
 #include "compiler/driver/steps_of_drives.h"
 #include "passes/emit/pack_nds.h"
 #include "passes/factors/factors_of_sites.h"
@@ -15,6 +17,7 @@
 #include "passes/map/build_nd_surface.h"
 #include "passes/map/build_ndt.h"
 #include "passes/map/build_surface.h"
+#include "passes/map/changes/choose_scans.h"
 #include "passes/map/choose_sites.h"
 #include "passes/map/count_drives.h"
 #include "passes/map/places/choose_field_sites.h"
@@ -76,6 +79,15 @@ Wire<Sites> add_places(CompilePlan& compile) {
   return plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
 }
 
+Wire<Drive> undistort_first_sensor(const CompileConfig& config, Wire<Trajectory> trajectory,
+                                   CompilePlan& compile) {
+  Plan& plan = compile.plan;
+  const bool is_only = std::ranges::all_of(
+      config.other_sensors, [](const RecordingOptions& other) { return other.scans.empty(); });
+  return plan.run_as(is_only ? "" : "first-sensor", kUndistortScans, plan.options(kUndistortScans),
+                     compile.drive, trajectory);
+}
+
 }  // namespace
 
 MappingDrive with_other_sensors(const CompileConfig& config, const MappingDrive& first,
@@ -116,8 +128,17 @@ void add_trajectory(const CompileConfig& config, CompilePlan& compile) {
     compile.trajectory = plan.run(kEstimateTrajectory, compile.drive);
   } else {
     compile.base = plan.input<ReleasedPoses>("base/released-poses");
-    compile.trajectory = plan.run_as("", kExtendReleased, plan.options(kEstimateTrajectory),
-                                     compile.drive, compile.base);
+    const Wire<Drive> shipped = plan.run(kReleasedDrive, compile.drive, compile.base);
+    const Wire<Trajectory> stays = plan.run(kReleasedTrajectory, compile.drive, compile.base);
+    const Wire<Drive> straight =
+        plan.run_as("released", kUndistortScans, plan.options(kUndistortScans), shipped, stays);
+    const Wire<Trajectory> extended =
+        plan.run_as("", kExtendReleased, plan.options(kEstimateTrajectory), compile.drive, straight,
+                    compile.base);
+    compile.of_first_sensor = undistort_first_sensor(config, extended, compile);
+    compile.trajectory =
+        plan.run(kChooseScans, compile.drive, compile.of_first_sensor, extended, compile.base);
+    // From here on scans of later drives that show nothing new are not laid into the map.
   }
   compile.released = plan.run(kReleasePoses, compile.drive, compile.trajectory);
   compile.ships_poses = !config.later_mapping.empty() || !compile.base_file.empty();
@@ -129,7 +150,15 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   RemoveMovingOptions moving = plan.options(kRemoveMoving);
   ChooseSitesOptions route = plan.options(kChooseSites);
   moving.scans = route.scans = scan_shares(config).mapping;
-  compile.undistorted = plan.run(kUndistortScans, mapping.drive, mapping.trajectory);
+  const bool is_one_sensor = mapping.drive == compile.drive;
+  compile.undistorted = is_one_sensor && compile.of_first_sensor.is_connected()
+                            ? compile.of_first_sensor
+                            : plan.run(kUndistortScans, mapping.drive, mapping.trajectory);
+  if (is_one_sensor) {
+    compile.of_first_sensor = compile.undistorted;
+  } else if (!compile.of_first_sensor.is_connected()) {
+    compile.of_first_sensor = undistort_first_sensor(config, compile.trajectory, compile);
+  }
   // From here on a scan is as if it had been measured at once.
   compile.points = plan.run_as("", kRemoveMoving, moving, compile.undistorted, mapping.trajectory);
   // From here on all that is left stood still.
@@ -139,7 +168,6 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   compile.ndt = plan.run(kBuildNdt, compile.points);
   compile.packed_nds = plan.run(kPackNds, compile.ndt);
   compile.surface = plan.run(kBuildSurface, compile.points);
-  const bool is_one_sensor = mapping.drive == compile.drive;
   compile.sharpness = plan.run(
       kMeasureSharpness, is_one_sensor ? compile.undistorted : compile.drive, compile.trajectory);
   compile.sites = plan.run_as("", kChooseSites, route, compile.drive, compile.trajectory);

@@ -16,7 +16,8 @@ constexpr std::array<std::pair<Stage, std::string_view>, 6> kNames = {{{Stage::k
                                                                        {Stage::kLearn, "learn"},
                                                                        {Stage::kLink, "link"}}};
 
-// By pass. A pass that runs for a drive beside the one that makes the map has a label.
+// By pass. A pass that runs for a drive beside the one that makes the map has a label; one that
+// runs elsewhere with a label of its own is named with it.
 struct PassStage {
   std::string_view pass;
   Stage stage;
@@ -31,8 +32,12 @@ constexpr std::array kStages = {
     PassStage{"join-drives", Stage::kGraph, Stage::kGraph},
     PassStage{"join-sensors", Stage::kGraph, Stage::kGraph},
     PassStage{"estimate-trajectory", Stage::kGraph, Stage::kDrives},
-    PassStage{"release-poses", Stage::kGraph, Stage::kGraph},
-    PassStage{"complete-trajectory", Stage::kGraph, Stage::kGraph},
+    PassStage{"choose-scans", Stage::kTiles, Stage::kTiles},
+    PassStage{"release-poses", Stage::kTiles, Stage::kTiles},
+    PassStage{"complete-trajectory", Stage::kTiles, Stage::kTiles},
+    PassStage{"released-drive", Stage::kGraph, Stage::kGraph},
+    PassStage{"released-trajectory", Stage::kGraph, Stage::kGraph},
+    PassStage{"undistort-scans:released", Stage::kGraph, Stage::kGraph},
     PassStage{"undistort-scans", Stage::kTiles, Stage::kTiles},
     PassStage{"remove-moving", Stage::kTiles, Stage::kTiles},
     PassStage{"count-drives", Stage::kTiles, Stage::kTiles},
@@ -82,8 +87,11 @@ bool is_shared(Stage stage) {
 
 Stage stage_of(const PassStep& step) {
   const std::size_t colon = step.name.find(':');
-  const auto found =
-      std::ranges::find(kStages, std::string_view(step.name).substr(0, colon), &PassStage::pass);
+  auto found = std::ranges::find(kStages, step.name, &PassStage::pass);
+  if (found == kStages.end()) {
+    found =
+        std::ranges::find(kStages, std::string_view(step.name).substr(0, colon), &PassStage::pass);
+  }
   SIGHTLINE_CHECK(found != kStages.end());
   return colon == std::string::npos ? found->stage : found->with_label;
 }

@@ -46,6 +46,8 @@ PoseCovariance decode_covariance(ByteReader& reader) {
 }
 
 constexpr double kNotMeasured = -1.0;  // an overlap
+// Beside the number of a piece: its scan is not laid into the map.
+constexpr std::uint32_t kNotLaid = std::uint32_t{1} << 31;
 
 bool is_residual(double value) { return std::isfinite(value) && value >= 0.0; }
 
@@ -123,12 +125,15 @@ Table dump(const Trajectory& trajectory) {
                                            "sigma_rx_rad", "sigma_ry_rad", "sigma_rz_rad",
                                            "piece",        "overlap"};
   table.columns.insert(table.columns.end(), sigmas.begin(), sigmas.end());
+  const bool are_all_laid = std::ranges::all_of(trajectory.poses, &TrajectoryPose::is_laid);
+  if (!are_all_laid) table.columns.emplace_back("is_laid");
   for (const TrajectoryPose& pose : trajectory.poses) {
     std::vector<Cell> row = {std::int64_t{pose.recording_index}, pose.stamp_ns};
     append_cells(pose.T_map_vehicle, row);
     for (int i = 0; i < 6; ++i) row.emplace_back(std::sqrt(pose.covariance(i, i)));
     row.emplace_back(std::int64_t{pose.piece});
     row.push_back(pose.overlap ? Cell(*pose.overlap) : Cell(std::string()));
+    if (!are_all_laid) row.emplace_back(std::int64_t{pose.is_laid ? 1 : 0});
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -148,7 +153,7 @@ void encode(const Trajectory& trajectory, ByteWriter& writer) {
     writer.put(pose.stamp_ns);
     encode(pose.T_map_vehicle, writer);
     encode_covariance(pose.covariance.matrix(), writer);
-    writer.put(pose.piece);
+    writer.put(pose.piece | (pose.is_laid ? 0 : kNotLaid));
     writer.put(pose.overlap.value_or(kNotMeasured));
   }
 }
@@ -168,7 +173,9 @@ void decode(ByteReader& reader, Trajectory& trajectory) {
     reader.get(pose.stamp_ns);
     decode(reader, pose.T_map_vehicle);
     pose.covariance = decode_covariance(reader);
-    reader.get(pose.piece);
+    const auto piece = reader.get<std::uint32_t>();
+    pose.piece = piece & ~kNotLaid;
+    pose.is_laid = (piece & kNotLaid) == 0;
     double overlap = kNotMeasured;
     reader.get(overlap);
     if (overlap != kNotMeasured) pose.overlap = overlap;

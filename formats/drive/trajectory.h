@@ -40,6 +40,9 @@ struct TrajectoryPose {
   // Share of the scan's upright returns that meet what was seen before it ("Overlap" in
   // schemas/definitions.md, v1); none where it was not measured.
   std::optional<double> overlap = std::nullopt;
+  // Whether its scan is laid into the map: beside an earlier map (`base`) one that shows nothing
+  // new is not, and no pass behind choose-scans takes it.
+  bool is_laid = true;
 };
 
 // Where the vehicle was at each scan of a drive, in `frame`; one pose per scan, in time order.

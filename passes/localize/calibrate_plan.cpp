@@ -7,14 +7,15 @@
 #include <optional>
 #include <utility>
 
-#include "formats/base/parallel.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
 #include "passes/localize/area_localizers.h"
+#include "passes/localize/match_contents.h"
 #include "passes/matching/foretold_pose.h"
 #include "passes/matching/look_plan.h"
 #include "passes/pass/default_looks.h"
 #include "passes/pass/scan_selection.h"
+#include "passes/pass/work_in_parts.h"
 
 namespace sightline {
 namespace {
@@ -82,25 +83,86 @@ Result<std::optional<FirstLook>> look_first(const Setup& setup, const LookPlan& 
       found.doubt, (found.T_map_first.translation() - T_map_reference.translation()).norm()});
 }
 
-Result<std::vector<FirstLook>> first_looks(PassContext& ctx, const Setup& setup,
-                                           const LookPlan& usual) {
-  std::vector<std::optional<FirstLook>> found(setup.scans.size());
-  std::vector<std::optional<Error>> failures(setup.scans.size());
-  parallel_for(setup.scans.size(), ctx.threads, [&](std::size_t i) {
-    LookMemory memory{LookCutter(setup.options.matching.leaf_m), {}};
-    Result<std::optional<FirstLook>> look = look_first(setup, usual, i, memory);
-    if (look) {
-      found[i] = *look;
-    } else {
-      failures[i] = look.error();
-    }
-  });
-  for (const std::optional<Error>& failure : failures) {
-    if (failure) return *failure;
+// Consecutive scans that are looked at together.
+constexpr std::size_t kScansInPart = 64;
+
+std::vector<std::byte> to_bytes(const std::vector<FirstLook>& looks) {
+  ByteWriter writer;
+  writer.put<std::uint64_t>(looks.size());
+  for (const FirstLook& look : looks) {
+    writer.put(look.doubt);
+    writer.put(look.error_m);
   }
+  return writer.take();
+}
+
+bool from_bytes(std::span<const std::byte> bytes, std::vector<FirstLook>& looks) {
+  ByteReader reader(bytes);
+  looks.resize(reader.get_count(2 * sizeof(double)));
+  for (FirstLook& look : looks) {
+    reader.get(look.doubt);
+    reader.get(look.error_m);
+  }
+  return reader.at_end();
+}
+
+// Of the scans from `first` on, in their order.
+Result<std::vector<FirstLook>> look_first(const Setup& setup, const LookPlan& usual,
+                                          std::size_t first) {
   std::vector<FirstLook> looks;
-  for (const std::optional<FirstLook>& look : found) {
+  const std::size_t end = std::min(first + kScansInPart, setup.scans.size());
+  for (std::size_t position = first; position < end; ++position) {
+    LookMemory memory{LookCutter(setup.options.matching.leaf_m), {}};
+    SIGHTLINE_ASSIGN(const std::optional<FirstLook> look,
+                     look_first(setup, usual, position, memory));
     if (look) looks.push_back(*look);
+  }
+  return looks;
+}
+
+// What decides the looks of a part besides what `street` names: its scans, the two before and after
+// them in time, and the NDs that they may meet.
+std::optional<Digest> content_of(const Setup& setup, const MatchContents& contents,
+                                 const Digest& street, std::size_t first) {
+  std::vector<std::optional<std::size_t>> scans;
+  ByteWriter writer;
+  const std::size_t end = std::min(first + kScansInPart, setup.scans.size());
+  for (std::size_t i = first - std::min<std::size_t>(first, 2); i < end; ++i) {
+    scans.emplace_back(setup.scans[i]);
+    writer.put(setup.drive.scans[setup.scans[i]].stamp_ns);
+    writer.put(setup.in_map.poses[setup.scans[i]].piece);
+  }
+  const std::optional<Digest> matches = contents.of(scans);
+  if (!matches) return std::nullopt;
+  DigestBuilder builder;
+  builder.add(street);
+  builder.add(*matches);
+  builder.add(writer.bytes());
+  return builder.finish();
+}
+
+Result<std::vector<FirstLook>> first_looks(PassContext& ctx, const Setup& setup,
+                                           const LookPlan& usual, const MatchContents& contents,
+                                           const Digest& street) {
+  std::vector<std::vector<FirstLook>> found((setup.scans.size() + kScansInPart - 1) / kScansInPart);
+  PartedWork work;
+  work.count = found.size();
+  work.content = [&](std::size_t part) {
+    return content_of(setup, contents, street, part * kScansInPart);
+  };
+  work.make = [&](std::size_t part, int /*threads*/) -> Result<std::vector<std::byte>> {
+    SIGHTLINE_ASSIGN(const std::vector<FirstLook> looks,
+                     look_first(setup, usual, part * kScansInPart));
+    return to_bytes(looks);
+  };
+  work.take = [&](std::size_t part, std::span<const std::byte> bytes) {
+    return from_bytes(bytes, found[part]);
+  };
+  work.order = PartOrder::kApart;
+  SIGHTLINE_TRY(work_in_parts(ctx, work));
+  std::vector<FirstLook> looks;
+  for (const std::vector<FirstLook>& of_part : found) {
+    looks.insert(looks.end(), of_part.begin(), of_part.end());
   }
   return looks;
 }
@@ -175,7 +237,13 @@ Result<CalibratedPlan> calibrate_plan(PassContext& ctx, const CalibratePlanOptio
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (is_selected(drive.scans[i], options.matching.scans)) setup.scans.push_back(i);
   }
-  SIGHTLINE_ASSIGN(const std::vector<FirstLook> looks, first_looks(ctx, setup, *calibrated.plan));
+  SIGHTLINE_ASSIGN(TileDigests tiles, digests_of(nds));
+  const MatchContents contents(drive, in_map, std::move(tiles), drive.sensor.max_range_m);
+  DigestBuilder street;
+  street.add(to_bytes(sites));
+  street.add(to_bytes(ranges));
+  SIGHTLINE_ASSIGN(const std::vector<FirstLook> looks,
+                   first_looks(ctx, setup, *calibrated.plan, contents, street.finish()));
   const std::vector<double> good = doubts_of_good(options, looks);
   LookPlan& plan = *calibrated.plan;
   calibrated.scan_count = static_cast<std::uint32_t>(looks.size());

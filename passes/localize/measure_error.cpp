@@ -153,9 +153,10 @@ std::vector<std::optional<std::size_t>> nearest_scans(const MeasureErrorOptions&
   std::vector<std::size_t> selected;
   std::vector<Eigen::Vector3d> places_m;
   for (std::size_t i = 0; i < measuring.drive.scans.size(); ++i) {
-    if (!is_selected(measuring.drive.scans[i], selection)) continue;
+    const TrajectoryPose& pose = measuring.trajectory.poses[i];
+    if (!is_selected(measuring.drive.scans[i], selection) || !pose.is_laid) continue;
     selected.push_back(i);
-    places_m.push_back(measuring.trajectory.poses[i].T_map_vehicle.translation());
+    places_m.push_back(pose.T_map_vehicle.translation());
   }
   const PointGrid grid(places_m);
   std::vector<std::optional<std::size_t>> scans;

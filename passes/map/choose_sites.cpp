@@ -164,8 +164,8 @@ Result<Sites> choose_sites(PassContext& ctx, const ChooseSitesOptions& options, 
   const ScanSelection selection = options.scans;
   std::vector<RoutePose> poses;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    if (!is_selected(drive.scans[i], selection)) continue;
     const TrajectoryPose& pose = trajectory.poses[i];
+    if (!is_selected(drive.scans[i], selection) || !pose.is_laid) continue;
     poses.push_back({pose.T_map_vehicle, pose.piece, drive.scans[i].part});
   }
   if (poses.empty()) {

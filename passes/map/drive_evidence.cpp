@@ -18,6 +18,10 @@ constexpr double kLowestOfWall_m = 1.0;
 constexpr double kHighestOfWall_m = 3.0;
 constexpr double kBand_m = 0.5;
 constexpr std::uint32_t kAllBands = 0b1111;
+// Cars and what lies on the ground tell of no change.
+constexpr double kLowestOfChange_m = 0.5;
+constexpr double kHighestParked_m = 2.0;
+constexpr int kLeastBelow = 4;  // voxels of a column that tell of what is above them
 
 // What the drives that know a voxel say of it.
 struct Opinion {
@@ -34,6 +38,47 @@ struct Opinion {
   }
   [[nodiscard]] bool is_outvoted() const { return standing > 0 && gone > standing; }
 };
+
+// Between what some drives say of a voxel and what later ones say.
+enum class Change : std::uint8_t {
+  kNone,
+  kStands,    // stood and stands
+  kWent,      // stood, and is looked through
+  kCame,      // was looked through, and stands
+  kNotSeen,   // stood, and later ones do not know it
+  kNotKnown,  // stands, and earlier ones did not know it
+};
+
+Change change_of(const Opinion& before, const Opinion& since) {
+  const bool stood = before.log_odds >= kSeenLogOdds;
+  const bool stands = since.log_odds >= kSeenLogOdds;
+  if (stood && stands) return Change::kStands;
+  if (stood && since.log_odds <= -kSeenLogOdds) return Change::kWent;
+  if (stands && before.log_odds <= -kSeenLogOdds) return Change::kCame;
+  if (stood && since.log_odds == 0.0) return Change::kNotSeen;
+  if (stands && before.log_odds == 0.0) return Change::kNotKnown;
+  return Change::kNone;
+}
+
+// `below`: voxels of its column further down that came, less those that went.
+DriveEvidence::Comparison comparison_of(Change change, int below) {
+  switch (change) {
+    case Change::kStands:
+      return DriveEvidence::Comparison::kConfirmed;
+    case Change::kWent:
+    case Change::kCame:
+      return DriveEvidence::Comparison::kChanged;
+    case Change::kNotSeen:
+      return below <= -kLeastBelow ? DriveEvidence::Comparison::kChanged
+                                   : DriveEvidence::Comparison::kNothing;
+    case Change::kNotKnown:
+      return below >= kLeastBelow ? DriveEvidence::Comparison::kChanged
+                                  : DriveEvidence::Comparison::kNothing;
+    case Change::kNone:
+      break;
+  }
+  return DriveEvidence::Comparison::kNothing;
+}
 
 // In which bands of height something stands, of each column.
 using StandingBands = std::unordered_map<std::int64_t, std::uint32_t>;
@@ -61,6 +106,33 @@ bool DriveEvidence::stands_anyway(std::uint32_t voxel,
     if (log_odds(counts(voxel, drive).hits, most_misses) < kStrongLogOdds) return false;
   }
   return true;
+}
+
+std::vector<DriveEvidence::Comparison> DriveEvidence::compare(const SeenVoxels& seen,
+                                                              std::size_t first_new) const {
+  std::vector<Change> changes(seen.size());
+  std::unordered_map<std::int64_t, int> below;  // see comparison_of
+  for (std::uint32_t v = 0; v < seen.size(); ++v) {
+    Opinion before;
+    Opinion since;
+    for (std::size_t drive = 0; drive < drive_count_; ++drive) {
+      const Counts& said = counts(v, drive);
+      if (said.hits + said.misses == 0) continue;
+      (drive < first_new ? before : since).add(log_odds(said.hits, said.misses));
+    }
+    changes[v] = change_of(before, since);
+    const double above_m = seen.values()[v].above_ground_m;
+    if (above_m <= kLowestOfChange_m || above_m > kHighestParked_m) continue;
+    if (changes[v] == Change::kCame) ++below[column_of(seen.keys()[v])];
+    if (changes[v] == Change::kWent) --below[column_of(seen.keys()[v])];
+  }
+  std::vector<Comparison> comparisons(seen.size(), Comparison::kNothing);
+  for (std::uint32_t v = 0; v < seen.size(); ++v) {
+    if (seen.values()[v].above_ground_m <= kHighestParked_m) continue;
+    const auto column = below.find(column_of(seen.keys()[v]));
+    comparisons[v] = comparison_of(changes[v], column == below.end() ? 0 : column->second);
+  }
+  return comparisons;
 }
 
 void DriveEvidence::conclude(SeenVoxels& seen) const {

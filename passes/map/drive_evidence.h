@@ -31,6 +31,17 @@ class DriveEvidence {
   // Fills of_drives_log_odds and has_changed. After mark_ground.
   void conclude(SeenVoxels& seen) const;
 
+  // What the drives from `first_new` on say of a voxel that those before knew, or did not know.
+  enum class Comparison : std::uint8_t { kNothing, kConfirmed, kChanged };
+
+  // Of each voxel; nothing up to 2 m above the ground, where things are parked. Confirmed: it stood
+  // for the drives before beyond doubt, and it stands for the others. Changed: it stood and is
+  // looked through, or it was looked through and stands. Where one side knows it standing and the
+  // other does not know it (over open ground no ray goes through it), what both say of its column
+  // further down decides. After mark_ground.
+  [[nodiscard]] std::vector<Comparison> compare(const SeenVoxels& seen,
+                                                std::size_t first_new) const;
+
  private:
   struct Counts {
     std::uint32_t hits = 0;

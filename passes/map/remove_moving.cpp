@@ -17,7 +17,7 @@ Result<std::vector<PlacedScan>> place_scans(const RemoveMovingOptions& options, 
   const ScanSelection selection = options.scans;
   std::vector<PlacedScan> scans;
   for (std::uint32_t i = 0; i < drive.scans.size(); ++i) {
-    if (!is_selected(drive.scans[i], selection)) continue;
+    if (!is_selected(drive.scans[i], selection) || !trajectory.poses[i].is_laid) continue;
     const SensorProfile& sensor = drive.sensor_of(drive.scans[i]);
     scans.push_back({i, trajectory.poses[i].T_map_vehicle * sensor.T_vehicle_lidar,
                      sensor.min_range_m, sensor.max_range_m, drive.scans[i].part});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -142,6 +143,27 @@ class TileCarver {
       found.moving_count += seen_.values()[v].point_count;
     }
     std::ranges::sort(found.moved_voxels);
+    return found;
+  }
+
+  [[nodiscard]] std::vector<ComparedSquare> compared(std::uint32_t first_new,
+                                                     double square_m) const {
+    if (!of_drives_) return {};
+    std::map<TileKey, ComparedSquare> squares;
+    const std::vector<DriveEvidence::Comparison> of_voxels = of_drives_->compare(seen_, first_new);
+    for (std::size_t v = 0; v < of_voxels.size(); ++v) {
+      if (of_voxels[v] == DriveEvidence::Comparison::kNothing) continue;
+      const Eigen::Vector3d at_m = cell_centre_m(seen_.keys()[v], options_.voxel_m);
+      if (!is_inside(at_m.head<2>())) continue;
+      ComparedSquare& square = squares[tile_key(at_m, square_m)];
+      const bool is_confirmed = of_voxels[v] == DriveEvidence::Comparison::kConfirmed;
+      ++(is_confirmed ? square.confirmed : square.changed);
+    }
+    std::vector<ComparedSquare> found;
+    for (auto& [key, square] : squares) {
+      square.square = key;
+      found.push_back(square);
+    }
     return found;
   }
 
@@ -394,6 +416,16 @@ Result<TileFindings> find_moving_in_tile(const CarveOptions& options, const Scan
   TileCarver carver(options, store, scans, tile);
   SIGHTLINE_TRY(carver.look());
   return carver.findings();
+}
+
+Result<std::vector<ComparedSquare>> compare_in_tile(const CarveOptions& options,
+                                                    const ScanStore& store,
+                                                    std::span<const PlacedScan> scans,
+                                                    const TileKey& tile, std::uint32_t first_new,
+                                                    double square_m) {
+  TileCarver carver(options, store, scans, tile);
+  SIGHTLINE_TRY(carver.look());
+  return carver.compared(first_new, square_m);
 }
 
 Result<SeenVoxels> look_at_tile(const CarveOptions& options, const ScanStore& store,

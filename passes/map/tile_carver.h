@@ -42,6 +42,21 @@ std::vector<PlacedScan> scans_of_tile(const CarveOptions& options,
 Result<TileFindings> find_moving_in_tile(const CarveOptions& options, const ScanStore& store,
                                          std::span<const PlacedScan> scans, const TileKey& tile);
 
+// What later drives say of a square of the plane, in voxels (DriveEvidence::compare).
+struct ComparedSquare {
+  TileKey square;
+  std::uint32_t confirmed = 0;
+  std::uint32_t changed = 0;
+};
+
+// The squares of one tile, a multiple of them, in which the parts of the drive from `first_new` on
+// confirm or contradict those before; ascending. Errors: what reading a scan says.
+Result<std::vector<ComparedSquare>> compare_in_tile(const CarveOptions& options,
+                                                    const ScanStore& store,
+                                                    std::span<const PlacedScan> scans,
+                                                    const TileKey& tile, std::uint32_t first_new,
+                                                    double square_m);
+
 // What the scans say of the voxels of a tile and of those around it, before any verdict: hits,
 // misses, and which are ground. A voxel that stands whatever a scan says is asked of none: no
 // misses. Errors: what reading a scan says.

@@ -5,11 +5,15 @@
 #include <functional>
 #include <numbers>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "formats/base/parallel.h"
 #include "formats/drive/trajectory_of_drive.h"
 #include "formats/rotation.h"
 #include "passes/matching/matcher.h"
+#include "passes/pass/tile_digests.h"
+#include "passes/pass/work_in_parts.h"
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/odometry.h"
 #include "passes/trajectory/pieces/own_pieces.h"
@@ -169,10 +173,33 @@ std::optional<Placement> place(PassContext& ctx, const MatchGrid& grid,
   return best && best->confirmed >= needed ? best : std::nullopt;
 }
 
+// Of each scan, and of each piece whether it was found in the map; the scans of one that was not
+// are laid aside.
 struct Followed {
   std::vector<Pose> T_map_lidar;
-  std::vector<bool> is_matched;
+  std::vector<std::uint8_t> is_matched;
+  std::vector<std::uint8_t> is_placed;
 };
+
+std::vector<std::byte> to_bytes(const Followed& followed) {
+  ByteWriter writer;
+  for (const Pose& T_map_lidar : followed.T_map_lidar) encode(T_map_lidar, writer);
+  writer.put_array(followed.is_matched);
+  writer.put_array(followed.is_placed);
+  return writer.take();
+}
+
+// Into one of as many scans and pieces.
+bool from_bytes(std::span<const std::byte> bytes, Followed& followed) {
+  ByteReader reader(bytes);
+  for (Pose& T_map_lidar : followed.T_map_lidar) decode(reader, T_map_lidar);
+  const std::size_t scans = followed.is_matched.size();
+  const std::size_t pieces = followed.is_placed.size();
+  reader.get_array(followed.is_matched);
+  reader.get_array(followed.is_placed);
+  return reader.at_end() && followed.is_matched.size() == scans &&
+         followed.is_placed.size() == pieces;
+}
 
 // From the anchor to both ends of its piece: each scan is expected where its neighbour's match puts
 // it.
@@ -184,8 +211,9 @@ Result<void> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
     SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
     const Pose start = T_map_own * T_own_lidar[k];
     const MapMatch found = match_to_map(grid, scan.to_match_m, start);
-    followed.is_matched[k] = found.is_good && is_near(found.T_map_lidar, start);
-    followed.T_map_lidar[k] = followed.is_matched[k] ? found.T_map_lidar : start;
+    const bool is_matched = found.is_good && is_near(found.T_map_lidar, start);
+    followed.is_matched[k] = is_matched ? 1 : 0;
+    followed.T_map_lidar[k] = is_matched ? found.T_map_lidar : start;
     ctx.progress(std::min(++done, drive.scans.size()), drive.scans.size());
     return Pose(followed.T_map_lidar[k] * T_own_lidar[k].inverse());
   };
@@ -202,14 +230,87 @@ Result<void> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
   return {};
 }
 
+// What is aligned with what.
+struct Alignment {
+  const AlignDriveOptions& options;
+  const Drive& drive;
+  const Sites& sites;
+  const NdtMap& map;
+  const std::vector<OwnPiece>& pieces;
+  const std::vector<Pose>& T_own_lidar;
+};
+
+Result<Followed> follow_pieces(PassContext& ctx, const Alignment& alignment, Followed followed) {
+  const Drive& drive = alignment.drive;
+  const MatchGrid grid = make_match_grid(alignment.map, surface_information_per_m2);
+  const std::vector<Pose> places = candidates(alignment.sites, alignment.options.candidate_step_m);
+  for (std::size_t i = 0; i < alignment.pieces.size(); ++i) {
+    const OwnPiece& piece = alignment.pieces[i];
+    SIGHTLINE_ASSIGN(const std::vector<Query> queries,
+                     make_queries(drive, piece, alignment.T_own_lidar));
+    const std::optional<Placement> placement = place(ctx, grid, queries, places);
+    followed.is_placed[i] = placement ? 1 : 0;
+    if (placement) {
+      SIGHTLINE_TRY(follow(ctx, grid, drive, alignment.T_own_lidar, piece, *placement, followed));
+    } else {
+      lay_aside(alignment.T_own_lidar, piece, alignment.sites, followed.T_map_lidar);
+    }
+  }
+  return followed;
+}
+
+// All that follow_pieces() depends on; nothing where a scan is not known without reading it.
+std::optional<Digest> content_of(const Alignment& alignment, const TileDigests& nds,
+                                 const Trajectory& own) {
+  ByteWriter writer;
+  encode(alignment.drive.sensor, writer);
+  for (std::size_t k = 0; k < alignment.drive.scans.size(); ++k) {
+    const std::optional<Digest> scan = alignment.drive.store->identity(k);
+    if (!scan) return std::nullopt;
+    writer.put_array(std::span<const std::uint8_t>(*scan));
+  }
+  DigestBuilder builder;
+  builder.add(writer.bytes());
+  builder.add(to_bytes(own));
+  builder.add(to_bytes(alignment.sites));
+  std::vector<Eigen::Vector3d> nds_m;
+  for (const Nd& nd : alignment.map.nds) nds_m.push_back(nd.mean_m);
+  builder.add(nds.within(box_around(nds_m, 0.0)));
+  return builder.finish();
+}
+
+// As it was found before in the same map, whatever made it.
+Result<Followed> follow_or_find(PassContext& ctx, const Alignment& alignment,
+                                const TileDigests& nds, const Trajectory& own) {
+  Followed followed{std::vector<Pose>(alignment.drive.scans.size(), Pose::Identity()),
+                    std::vector<std::uint8_t>(alignment.drive.scans.size()),
+                    std::vector<std::uint8_t>(alignment.pieces.size())};
+  PassContext of_parts = ctx;
+  of_parts.progress_sink = {};  // scans are counted
+  PartedWork work;
+  work.count = 1;
+  work.content = [&](std::size_t /*part*/) { return content_of(alignment, nds, own); };
+  work.make = [&](std::size_t /*part*/, int /*threads*/) -> Result<std::vector<std::byte>> {
+    SIGHTLINE_ASSIGN(const Followed made, follow_pieces(ctx, alignment, followed));
+    return to_bytes(made);
+  };
+  work.take = [&](std::size_t /*part*/, std::span<const std::byte> bytes) {
+    Followed found = followed;
+    if (!from_bytes(bytes, found)) return false;
+    followed = std::move(found);
+    return true;
+  };
+  SIGHTLINE_TRY(work_in_parts(of_parts, work));
+  return followed;
+}
+
 PoseGraph graph_of(const Followed& followed, const std::vector<OwnPiece>& pieces,
                    const std::vector<Pose>& T_own_lidar) {
   PoseGraph graph;
   for (const OwnPiece& piece : pieces) {
-    const auto begin = followed.is_matched.begin();
-    const auto first = begin + static_cast<std::ptrdiff_t>(piece.begin);
-    const bool is_placed = std::find(first, begin + static_cast<std::ptrdiff_t>(piece.end), true) !=
-                           begin + static_cast<std::ptrdiff_t>(piece.end);
+    const auto of_piece =
+        std::span(followed.is_matched).subspan(piece.begin, piece.end - piece.begin);
+    const bool is_placed = std::ranges::find(of_piece, 1) != of_piece.end();
     if (!is_placed) graph.held.push_back(static_cast<std::uint32_t>(piece.begin));
   }
   std::size_t next = 0;
@@ -220,7 +321,7 @@ PoseGraph graph_of(const Followed& followed, const std::vector<OwnPiece>& pieces
       graph.odometry.push_back(
           {k - 1, k, T_own_lidar[k - 1].inverse() * T_own_lidar[k], kStepSigma_m, kStepSigma_rad});
     }
-    if (followed.is_matched[k]) {
+    if (followed.is_matched[k] != 0) {
       graph.priors.push_back({k, followed.T_map_lidar[k], kMatchSigma_m, kMatchSigma_rad});
     }
   }
@@ -252,7 +353,7 @@ Trajectory trajectory_of(const Drive& drive, const NdtMap& map, const PoseGraph&
 }
 
 void warn_of_unmatched(const PassContext& ctx, const Drive& drive, const Followed& followed) {
-  const auto unmatched = std::ranges::count(followed.is_matched, false);
+  const auto unmatched = std::ranges::count(followed.is_matched, 0);
   if (unmatched == 0) return;
   ctx.warn(std::to_string(unmatched) + " of " + std::to_string(drive.scans.size()) +
            " scans of drive " + drive.name +
@@ -292,28 +393,16 @@ Result<Trajectory> align_drive(PassContext& ctx, const AlignDriveOptions& option
   for (const TrajectoryPose& pose : near.poses) {
     T_own_lidar.push_back(pose.T_map_vehicle * drive.sensor.T_vehicle_lidar);
   }
-  const MatchGrid grid = make_match_grid(map, surface_information_per_m2);
-  const std::vector<Pose> places = candidates(sites, options.candidate_step_m);
   const std::vector<OwnPiece> pieces = pieces_of_drive(own);
-  Followed followed{std::vector<Pose>(drive.scans.size(), Pose::Identity()),
-                    std::vector<bool>(drive.scans.size())};
-  std::vector<OwnPiece> unplaced;
-  for (const OwnPiece& piece : pieces) {
-    SIGHTLINE_ASSIGN(const std::vector<Query> queries, make_queries(drive, piece, T_own_lidar));
-    const std::optional<Placement> placement = place(ctx, grid, queries, places);
-    if (placement) {
-      SIGHTLINE_TRY(follow(ctx, grid, drive, T_own_lidar, piece, *placement, followed));
-    } else {
-      unplaced.push_back(piece);
-    }
-  }
-  if (unplaced.size() == pieces.size()) {
+  SIGHTLINE_ASSIGN(const TileDigests tiles, digests_of(nds));
+  const Alignment alignment{options, drive, sites, map, pieces, T_own_lidar};
+  SIGHTLINE_ASSIGN(const Followed followed, follow_or_find(ctx, alignment, tiles, own));
+  if (std::ranges::count(followed.is_placed, 1) == 0) {
     return Error{ErrorCode::kNoOverlap, "no two scans agree on where the drive was in the map", "",
                  "drive " + drive.name};
   }
-  for (const OwnPiece& piece : unplaced) {
-    lay_aside(T_own_lidar, piece, sites, followed.T_map_lidar);
-    warn_of_unplaced(ctx, drive, piece);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (followed.is_placed[i] == 0) warn_of_unplaced(ctx, drive, pieces[i]);
   }
   warn_of_unmatched(ctx, drive, followed);
   const PoseGraph graph = graph_of(followed, pieces, T_own_lidar);

@@ -34,6 +34,7 @@ std::vector<Plan> complete_plans() {
   CompileConfig several;
   several.localization.scans = "any";
   several.later_mapping.emplace_back();
+  several.base_poses = "any";
   CompileConfig finished;
   finished.localization.scans = "any";
   finished.map.points = "any";

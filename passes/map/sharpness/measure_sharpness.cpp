@@ -55,10 +55,11 @@ struct LaidScan {
   Pose T_laid_vehicle = Pose::Identity();
 };
 
-// One scan in so much of the way. Positions in the drive.
+// Of those laid one scan in so much of the way. Positions in the drive.
 std::vector<std::size_t> take_scans(double scan_step_m, const Trajectory& trajectory) {
   std::vector<std::size_t> taken;
   for (std::size_t k = 0; k < trajectory.poses.size(); ++k) {
+    if (!trajectory.poses[k].is_laid) continue;
     const Eigen::Vector3d at_m = trajectory.poses[k].T_map_vehicle.translation();
     if (!taken.empty()) {
       const Pose& last = trajectory.poses[taken.back()].T_map_vehicle;

@@ -110,10 +110,22 @@ void add_tile(const PlaneEquations& tile, const std::vector<std::uint32_t>& keys
   }
 }
 
-Result<void> add_planes(PassContext& ctx, const std::vector<Pose>& poses, ScanCache& cache,
-                        Equations& all) {
+std::vector<bool> held_keys(const PoseGraph& graph, std::size_t key_count) {
+  std::vector<bool> is_held(key_count, false);
+  for (const std::uint32_t key : graph.held) is_held[key] = true;
+  return is_held;
+}
+
+// What planes say of poses that are not held.
+Result<void> add_planes(PassContext& ctx, const std::vector<Pose>& poses,
+                        const std::vector<bool>& is_held, ScanCache& cache, Equations& all) {
   const std::map<TileKey, std::vector<std::uint32_t>> tiles = keys_of_tiles(poses);
-  std::vector<std::pair<TileKey, std::vector<std::uint32_t>>> list(tiles.begin(), tiles.end());
+  std::vector<std::pair<TileKey, std::vector<std::uint32_t>>> list;
+  for (const auto& [tile, keys] : tiles) {
+    const bool is_sought =
+        std::ranges::any_of(keys, [&](std::uint32_t key) { return !is_held[key]; });
+    if (is_sought) list.emplace_back(tile, keys);
+  }
   for (std::size_t first = 0; first < list.size(); first += kTilesAtOnce) {
     const std::size_t count = std::min(kTilesAtOnce, list.size() - first);
     std::set<std::uint32_t> wanted;
@@ -126,7 +138,7 @@ Result<void> add_planes(PassContext& ctx, const std::vector<Pose>& poses, ScanCa
           const auto& [tile, keys] = list[first + i];
           std::vector<PlaneScan> scans;
           for (const std::uint32_t key : keys) {
-            scans.push_back({key, poses[key], &cache.points_m(key)});
+            scans.push_back({key, poses[key], &cache.points_m(key), is_held[key]});
           }
           const Eigen::Vector2d low_m(tile.x * kTile_m, tile.y * kTile_m);
           return plane_equations(scans, low_m, low_m + Eigen::Vector2d(kTile_m, kTile_m));
@@ -205,7 +217,7 @@ Result<Adjustment> adjust_to_planes(PassContext& ctx, const Drive& drive, const 
   Equations planes;
   for (int round = 0; round < kMostRounds; ++round) {
     planes = no_equations(poses.size());
-    SIGHTLINE_TRY(add_planes(ctx, poses, cache, planes));
+    SIGHTLINE_TRY(add_planes(ctx, poses, held_keys(graph, keys.size()), cache, planes));
     const std::map<BlockKey, Matrix6d> of_planes_alone = blocks_below_graph(graph, poses, planes);
     add_graph(graph, poses, planes);
     if (!solver.factor(planes)) return no_solution();
@@ -223,7 +235,7 @@ Result<Adjustment> weigh_by_planes(PassContext& ctx, const Drive& drive, const P
   ScanCache cache(drive, keys);
   NormalSolver solver;
   Equations planes = no_equations(poses.size());
-  SIGHTLINE_TRY(add_planes(ctx, poses, cache, planes));
+  SIGHTLINE_TRY(add_planes(ctx, poses, held_keys(graph, keys.size()), cache, planes));
   SIGHTLINE_ASSIGN(Adjustment adjustment, weighed(graph, start, keys, poses, planes, solver));
   adjustment.T_map_lidar = start;
   return adjustment;

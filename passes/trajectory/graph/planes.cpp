@@ -102,6 +102,7 @@ Matrix64 motion_map(const Eigen::Vector3d& n, const Eigen::Vector3d& origin_m) {
   return map;
 }
 
+// Of a scan that is not held.
 struct Term {
   std::uint32_t scan = 0;
   Matrix63 to_plane = Matrix63::Zero();  // B
@@ -131,10 +132,17 @@ Moments sum_of(const SeenCell& cell) {
   return sum;
 }
 
+// Whether a cell may say something of a pose that is sought.
+bool tells(const SeenCell& cell, std::span<const PlaneScan> scans) {
+  return cell.members.size() >= 2 && std::ranges::any_of(cell.members, [&](const Member& member) {
+           return !scans[member.scan].is_held;
+         });
+}
+
 void add_cell(SeenCell cell, std::span<const PlaneScan> scans, PlaneEquations& equations) {
-  if (cell.members.size() < 2) return;
+  if (!tells(cell, scans)) return;
   keep_one_side(plane_of(sum_of(cell)).axes.col(0), scans, cell);
-  if (cell.members.size() < 2) return;
+  if (!tells(cell, scans)) return;
   const Plane plane = plane_of(sum_of(cell));
   if (!plane.is_plane) return;
   const Eigen::Vector3d n = plane.axes.col(0);
@@ -161,14 +169,14 @@ void add_cell(SeenCell cell, std::span<const PlaneScan> scans, PlaneEquations& e
     const Matrix64 motion =
         motion_map(n, T_map_lidar.translation() - cell_centre_m(cell.key, kCell_m));
     const Matrix64 weighted = motion * moments;
-    const Eigen::Index row = 6 * static_cast<Eigen::Index>(member.scan);
-    equations.hessian.block<6, 6>(row, row) += weighted * motion.transpose();
-    equations.gradient.segment<6>(row) += weighted * residual;
-    terms.push_back({member.scan, weighted * unknowns.transpose()});
+    if (!scans[member.scan].is_held) {
+      const Eigen::Index row = 6 * static_cast<Eigen::Index>(member.scan);
+      equations.hessian.block<6, 6>(row, row) += weighted * motion.transpose();
+      equations.gradient.segment<6>(row) += weighted * residual;
+      terms.push_back({member.scan, weighted * unknowns.transpose()});
+    }
     of_plane += unknowns * moments * unknowns.transpose();
     gradient_of_plane += unknowns * moments * residual;
-    equations.squares_m2 += residual.dot(member.moments * residual);
-    equations.point_count += count;
   }
   // Where all points lie on one line the plane may turn about it.
   of_plane.diagonal().array() += 1e-6 * of_plane.diagonal().maxCoeff();
@@ -184,7 +192,6 @@ void add_cell(SeenCell cell, std::span<const PlaneScan> scans, PlaneEquations& e
       equations.hessian.block<6, 6>(row, column).noalias() -= left * b.to_plane.transpose();
     }
   }
-  ++equations.plane_count;
 }
 
 }  // namespace

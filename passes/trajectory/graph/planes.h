@@ -18,21 +18,22 @@ struct PlaneScan {
   std::uint32_t key = 0;  // which of the poses sought
   Pose T_map_lidar = Pose::Identity();
   const std::vector<Eigen::Vector3f>* points_m = nullptr;
+  // Where it is is known: it tells of planes, and has no rows and columns of its own.
+  bool is_held = false;
 };
 
-// Normal equations of a few poses: row and column block i belong to scan i of the call.
+// Normal equations of a few poses: row and column block i belong to scan i of the call, and are
+// zero where it is held.
 struct PlaneEquations {
   Eigen::MatrixXd hessian;   // 6 m x 6 m; lower triangle of blocks
   Eigen::VectorXd gradient;  // of half the squared residuals
-  std::uint32_t plane_count = 0;
-  double squares_m2 = 0.0;  // of the points' distances from their planes, and how many points
-  double point_count = 0.0;
 };
 
-// Cells of 1 m within [low, high) in the plane that at least two scans saw as one plane. Residuals
-// are the points' distances from it; the plane's own three unknowns are eliminated (Schur), so that
-// what couples the scans is left: Gauss-Newton for plane adjustment (Zhou, Koppel, Kaess, "LiDAR
-// SLAM with Plane Adjustment", 2021, in cells). Motions of a pose as in match_score.h.
+// Cells of 1 m within [low, high) in the plane that at least two scans, not all of them held, saw
+// as one plane. Residuals are the points' distances from it; the plane's own three unknowns are
+// eliminated (Schur), so that what couples the scans is left: Gauss-Newton for plane adjustment
+// (Zhou, Koppel, Kaess, "LiDAR SLAM with Plane Adjustment", 2021, in cells). Motions of a pose as
+// in match_score.h.
 PlaneEquations plane_equations(std::span<const PlaneScan> scans, const Eigen::Vector2d& low_m,
                                const Eigen::Vector2d& high_m);
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/drive/trajectory_of_drive.h"
 #include "formats/grid/point_grid.h"
 #include "passes/matching/match_score.h"
 #include "passes/trajectory/graph/contradictions.h"
@@ -15,6 +16,7 @@
 #include "passes/trajectory/graph/pose_graph.h"
 #include "passes/trajectory/graph/scan_graph.h"
 #include "passes/trajectory/odometry.h"
+#include "passes/trajectory/parts_of_drive.h"
 #include "passes/trajectory/pieces/join_pieces.h"
 #include "passes/trajectory/pieces/tell_pieces.h"
 #include "passes/trajectory/pieces/tied_pieces.h"
@@ -68,8 +70,9 @@ Drive parts_from(const Drive& drive, std::size_t first) {
   return later;
 }
 
-Trajectory released_trajectory(const Drive& drive, const ReleasedPoses& released,
-                               const std::vector<const TrajectoryPose*>& poses, std::size_t count) {
+// The poses of the first `count` scans.
+Trajectory shipped_trajectory(const Drive& drive, const ReleasedPoses& released,
+                              const std::vector<const TrajectoryPose*>& poses, std::size_t count) {
   Trajectory trajectory = rebase(released.trajectory, drive.frame);
   const TrajectoryPose* first = released.trajectory.poses.data();
   std::vector<TrajectoryPose> told;
@@ -133,18 +136,16 @@ Followed followed(const Drive& drive, const Trajectory& released, const Trajecto
   return all;
 }
 
-// Scans as if each had been measured at once, by the poses that all have by now.
-Result<Drive> straight(PassContext& ctx, const Drive& drive, const Trajectory& released,
-                       const Trajectory& own) {
-  Trajectory all = released;
-  const std::uint32_t pieces = released.poses.back().piece + 1;
-  for (TrajectoryPose pose : own.poses) {
-    pose.piece += pieces;
-    all.poses.push_back(pose);
-  }
+// All scans as if each had been measured at once; `released`: those that were released.
+Result<Drive> straight_scans(PassContext& ctx, const Drive& drive, const Drive& released,
+                             const Trajectory& own) {
   PassContext quiet;  // undistort-scans warns
   quiet.threads = ctx.threads;
-  return undistort_scans(quiet, {}, drive, all);
+  SIGHTLINE_ASSIGN(const Drive later,
+                   undistort_scans(quiet, {}, parts_from(drive, released.scans.size()), own));
+  std::vector<Drive> parts = parts_of(released);
+  for (Drive& part : parts_of(later)) parts.push_back(std::move(part));
+  return joined_again(drive, parts);
 }
 
 // Where given poses say how the other scans lie to the released ones: T_map_lidar of both.
@@ -243,9 +244,9 @@ Result<Adjustment> adjusted(PassContext& ctx, const Drive& drive, const Followed
 }
 
 Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                            const Drive& drive, const Trajectory& released, const Trajectory& own) {
+                            const Drive& drive, const Drive& seen, const Trajectory& released,
+                            const Trajectory& own) {
   Followed all = followed(drive, released, own);
-  SIGHTLINE_ASSIGN(const Drive seen, straight(ctx, drive, released, own));
   SIGHTLINE_ASSIGN(const JoinedPieces joined,
                    join_pieces(ctx, seen, given_poses(drive, released, all), all.odometry,
                                {all.of_run, all.released_runs}));
@@ -295,15 +296,34 @@ Result<Trajectory> lay_onto(PassContext& ctx, const EstimateTrajectoryOptions& o
 
 }  // namespace
 
-Result<Trajectory> extend_released(PassContext& ctx, const EstimateTrajectoryOptions& options,
-                                   const Drive& drive, const ReleasedPoses& released) {
+Result<Drive> released_drive(PassContext& /*ctx*/, const NoOptions& /*options*/, const Drive& drive,
+                             const ReleasedPoses& released) {
+  SIGHTLINE_ASSIGN(const std::size_t count, count_released(drive, poses_of(drive, released)));
+  if (count == drive.scans.size()) return drive;
+  Drive shipped = stretch_of(drive, 0, count);
+  shipped.later_parts.resize(drive.scans[count].part - 1);
+  return shipped;
+}
+
+Result<Trajectory> released_trajectory(PassContext& /*ctx*/, const NoOptions& /*options*/,
+                                       const Drive& drive, const ReleasedPoses& released) {
   const std::vector<const TrajectoryPose*> poses = poses_of(drive, released);
   SIGHTLINE_ASSIGN(const std::size_t count, count_released(drive, poses));
-  const Trajectory shipped = released_trajectory(drive, released, poses, count);
+  return shipped_trajectory(drive, released, poses, count);
+}
+
+Result<Trajectory> extend_released(PassContext& ctx, const EstimateTrajectoryOptions& options,
+                                   const Drive& drive, const Drive& straight,
+                                   const ReleasedPoses& released) {
+  const std::vector<const TrajectoryPose*> poses = poses_of(drive, released);
+  SIGHTLINE_ASSIGN(const std::size_t count, count_released(drive, poses));
+  const Trajectory shipped = shipped_trajectory(drive, released, poses, count);
+  SIGHTLINE_TRY(check_trajectory_of_drive(straight, shipped));
   if (count == drive.scans.size()) return shipped;
   SIGHTLINE_ASSIGN(const Trajectory own,
                    estimate_trajectory(ctx, options, parts_from(drive, count)));
-  return lay_onto(ctx, options, drive, shipped, own);
+  SIGHTLINE_ASSIGN(const Drive seen, straight_scans(ctx, drive, straight, own));
+  return lay_onto(ctx, options, drive, seen, shipped, own);
 }
 
 Result<ReleasedPoses> release_poses(PassContext& /*ctx*/, const NoOptions& /*options*/,

@@ -70,6 +70,22 @@ TEST(Trajectory, IsPrintedWithItsPosesAndWhereTheyCameFrom) {
   EXPECT_EQ(table.facts[3].second, Cell(std::string("refined")));
 }
 
+TEST(Trajectory, SaysWhichScansAreNotLaid) {
+  Trajectory trajectory = two_poses();
+  EXPECT_EQ(dump(trajectory).columns.back(), "overlap");
+  trajectory.poses[1].is_laid = false;
+  expect_survives_disk(trajectory);
+  const Result<Trajectory> again = from_bytes<Trajectory>(to_bytes(trajectory));
+  ASSERT_TRUE(again);
+  EXPECT_TRUE(again->poses[0].is_laid);
+  EXPECT_FALSE(again->poses[1].is_laid);
+  EXPECT_EQ(again->poses[1].piece, 1u);
+  const Table table = dump(trajectory);
+  EXPECT_EQ(table.columns.back(), "is_laid");
+  EXPECT_EQ(table.rows[0].back(), Cell(std::int64_t{1}));
+  EXPECT_EQ(table.rows[1].back(), Cell(std::int64_t{0}));
+}
+
 TEST(Trajectory, RefusesPiecesOutOfOrderAndOverlapsThatAreNoShares) {
   Trajectory skipped = two_poses();
   skipped.poses[1].piece = 2;

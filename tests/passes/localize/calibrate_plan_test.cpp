@@ -5,6 +5,7 @@
 #include "passes/pass/default_looks.h"
 #include "tests/passes/localize/mapped_street.h"
 #include "tests/support/artifact_checks.h"
+#include "tests/support/kept_parts.h"
 
 namespace sightline {
 namespace {
@@ -75,6 +76,35 @@ TEST(CalibratePlan, MatchesEveryScanFromWhereTheTwoBeforeItForetellIt) {
   const Result<CalibratedPlan> again = calibrate(half_metre_voxels(), ranges_with_looks({}), 3);
   ASSERT_TRUE(again);
   EXPECT_EQ(to_bytes(*again), to_bytes(*calibrated)) << "whatever the number of threads";
+}
+
+TEST(CalibratePlan, FindsAgainWhatDependsOnNothingNew) {
+  KeptParts kept;
+  const auto calibrated = [&](const TestDrive& drive, const NdtMap& map, const RangeTable& ranges) {
+    PassContext ctx = kept.context();
+    return to_bytes(*calibrate_plan(ctx, half_metre_voxels(), drive.drive, drive.truth, map,
+                                    street().sites, ranges));
+  };
+  const TestDrive& drive = street().second;
+  const std::vector<std::byte> first = calibrated(drive, street().map, ranges_with_looks({}));
+  EXPECT_EQ(kept.made().size(), 1U);
+  TestDrive renamed = drive;
+  renamed.drive.name = "another";
+  EXPECT_EQ(calibrated(renamed, street().map, ranges_with_looks({})), first);
+  EXPECT_TRUE(kept.made().empty());
+  // What it depends on.
+  TestDrive moved = drive;
+  moved.truth.poses[3].T_map_vehicle.translation().x() += 0.01;
+  calibrated(moved, street().map, ranges_with_looks({}));
+  EXPECT_EQ(kept.made().size(), 1U);
+  TestDrive later = drive;
+  later.drive.scans[5].stamp_ns += 1;
+  calibrated(later, street().map, ranges_with_looks({}));
+  EXPECT_EQ(kept.made().size(), 1U);
+  NdtMap other = street().map;
+  other.nds.front().mean_m.z() += 0.001;
+  calibrated(drive, other, ranges_with_looks({}));
+  EXPECT_EQ(kept.made().size(), 1U);
 }
 
 TEST(CalibratePlan, HasNoPlanWithoutLooks) {

@@ -59,6 +59,59 @@ TEST(DriveEvidence, WhatWasParkedOnOneOfThreeDaysIsGoneWhicheverDayThatWas) {
   EXPECT_LT(log_odds(concluded({{40, 0}, {0, 30}})), 0.0);
 }
 
+// What the third drive says of a voxel that two knew, above another in the same column.
+DriveEvidence::Comparison compared(const std::vector<OfDrive>& drives, float above_m,
+                                   const std::vector<OfDrive>& below) {
+  SeenVoxels seen;
+  SeenVoxel voxel;
+  voxel.above_ground_m = above_m;
+  voxel.point_count = 1;
+  seen.insert({0, 0, 20}, voxel);
+  voxel.above_ground_m = 1.0F;
+  for (int i = 0; i < 4; ++i) seen.insert({i % 2, i / 2, 5}, voxel);
+  DriveEvidence evidence(3);
+  for (std::uint32_t v = 0; v < 5; ++v) {
+    const std::vector<OfDrive>& said = v == 0 ? drives : below;
+    for (std::size_t drive = 0; drive < said.size(); ++drive) {
+      for (int i = 0; i < said[drive].hits; ++i) evidence.add_hit(v, drive);
+      for (int i = 0; i < said[drive].misses; ++i) evidence.add_miss(v, drive);
+    }
+  }
+  return evidence.compare(seen, 2).front();
+}
+
+TEST(DriveEvidence, ComparesWhatStoodWithWhatStands) {
+  using enum DriveEvidence::Comparison;
+  const std::vector<OfDrive> nothing(3);
+  const OfDrive hit{5, 0};
+  const OfDrive missed{0, 8};
+  EXPECT_EQ(compared({hit, hit, hit}, 4.0F, nothing), kConfirmed);
+  EXPECT_EQ(compared({hit, hit, missed}, 4.0F, nothing), kChanged);
+  EXPECT_EQ(compared({missed, missed, hit}, 4.0F, nothing), kChanged);
+  EXPECT_EQ(compared({missed, missed, missed}, 4.0F, nothing), kNothing);
+  EXPECT_EQ(compared({hit, hit, missed}, 1.9F, nothing), kNothing) << "where cars are parked";
+  // The second drive had seen it go, or come.
+  EXPECT_EQ(compared({hit, missed, missed}, 4.0F, nothing), kNothing);
+  EXPECT_EQ(compared({missed, hit, hit}, 4.0F, nothing), kConfirmed);
+  // Weak evidence on either side.
+  EXPECT_EQ(compared({hit, hit, {0, 1}}, 4.0F, nothing), kNothing);
+  EXPECT_EQ(compared({{1, 0}, {}, missed}, 4.0F, nothing), kNothing);
+}
+
+TEST(DriveEvidence, WhatOneSideDoesNotKnowIsDecidedBelow) {
+  using enum DriveEvidence::Comparison;
+  const std::vector<OfDrive> nothing(3);
+  const OfDrive hit{5, 0};
+  const OfDrive missed{0, 8};
+  const std::vector<OfDrive> went = {hit, hit, missed};
+  const std::vector<OfDrive> came = {missed, missed, hit};
+  EXPECT_EQ(compared({hit, hit, {}}, 4.0F, nothing), kNothing);
+  EXPECT_EQ(compared({hit, hit, {}}, 4.0F, went), kChanged);
+  EXPECT_EQ(compared({hit, hit, {}}, 4.0F, came), kNothing);
+  EXPECT_EQ(compared({{}, {}, hit}, 4.0F, came), kChanged);
+  EXPECT_EQ(compared({{}, {}, hit}, 4.0F, went), kNothing);
+}
+
 TEST(DriveEvidence, StandsAnywayOnlyWhereNoDriveCouldContradict) {
   DriveEvidence evidence(2);
   for (int i = 0; i < 20; ++i) evidence.add_hit(0, 0);

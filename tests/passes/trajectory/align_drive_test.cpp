@@ -7,6 +7,7 @@
 #include "passes/map/build_ndt.h"
 #include "passes/trajectory/align_later_drive.h"
 #include "tests/support/box_world.h"
+#include "tests/support/kept_parts.h"
 
 namespace sightline {
 namespace {
@@ -53,6 +54,37 @@ Trajectory own_trajectory(const TestDrive& drive) {
   const Pose T_first_map = drive.truth.poses[0].T_map_vehicle.inverse();
   for (TrajectoryPose& pose : own.poses) pose.T_map_vehicle = T_first_map * pose.T_map_vehicle;
   return own;
+}
+
+TEST(AlignDrive, FindsAgainWhatItFoundInTheSameMap) {
+  const BoxWorld world = random_street(20);
+  const Place place = mapped(world);
+  const TestDrive drive = second_drive(world, false);
+  const Trajectory own = own_trajectory(drive);
+  KeptParts kept;
+  const auto aligned = [&](const Drive& second, const Trajectory& poses, const Place& in) {
+    PassContext ctx = kept.context();
+    return to_bytes(*align_drive(ctx, {}, second, poses, in.map, in.sites));
+  };
+  const std::vector<std::byte> first = aligned(drive.drive, own, place);
+  EXPECT_EQ(kept.made().size(), 1U);
+  Drive renamed = drive.drive;
+  renamed.name = "another";
+  EXPECT_EQ(aligned(renamed, own, place), first);
+  EXPECT_TRUE(kept.made().empty());
+  // What it depends on.
+  Place other = place;
+  other.map.nds.back().mean_m.z() += 0.001;
+  aligned(drive.drive, own, other);
+  EXPECT_EQ(kept.made().size(), 1U);
+  other = place;
+  other.sites.sites.pop_back();
+  aligned(drive.drive, own, other);
+  EXPECT_EQ(kept.made().size(), 1U);
+  Trajectory moved = own;
+  moved.poses.back().T_map_vehicle.translation().x() += 0.001;
+  aligned(drive.drive, moved, place);
+  EXPECT_EQ(kept.made().size(), 1U);
 }
 
 TEST(AlignDrive, FindsASecondDriveInTheMapOfTheFirst) {

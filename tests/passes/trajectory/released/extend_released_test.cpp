@@ -8,6 +8,7 @@
 
 #include "passes/ingest/join_drives.h"
 #include "passes/trajectory/stretch_of_drive.h"
+#include "passes/trajectory/undistort_scans.h"
 #include "tests/support/swept_world.h"
 
 namespace sightline {
@@ -79,7 +80,14 @@ Told extend(const Drive& drive, const ReleasedPoses& released,
   PassContext ctx;
   ctx.threads = 2;
   ctx.warning_sink = [&](const std::string& text) { warnings.push_back(text); };
-  Result<Trajectory> trajectory = extend_released(ctx, options, drive, released);
+  const auto extended = [&]() -> Result<Trajectory> {
+    PassContext quiet;
+    SIGHTLINE_ASSIGN(const Drive first, released_drive(quiet, {}, drive, released));
+    SIGHTLINE_ASSIGN(const Trajectory poses, released_trajectory(quiet, {}, drive, released));
+    SIGHTLINE_ASSIGN(const Drive straight, undistort_scans(quiet, {}, first, poses));
+    return extend_released(ctx, options, drive, straight, released);
+  };
+  Result<Trajectory> trajectory = extended();
   return {std::move(trajectory), std::move(warnings)};
 }
 
