@@ -74,7 +74,7 @@ Result<std::vector<Query>> make_queries(const Drive& drive, const OwnPiece& piec
     Query query;
     query.scan = piece.begin + (2 * i + 1) * piece.size() / (2 * count);
     query.T_own_lidar = T_own_lidar[query.scan];
-    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, query.scan));
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, query.scan, ThinnedFor::kMatch));
     query.points_m = scan.to_match_m;
     queries.push_back(std::move(query));
   }
@@ -208,7 +208,7 @@ Result<void> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
                     const Placement& placement, Followed& followed) {
   std::size_t done = piece.begin;
   const auto visit = [&](std::size_t k, const Pose& T_map_own) -> Result<Pose> {
-    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k));
+    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k, ThinnedFor::kMatch));
     const Pose start = T_map_own * T_own_lidar[k];
     const MapMatch found = match_to_map(grid, scan.to_match_m, start);
     const bool is_matched = found.is_good && is_near(found.T_map_lidar, start);

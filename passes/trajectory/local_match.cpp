@@ -49,7 +49,7 @@ bool LocalMatch::is_sure() const {
   return likelihood >= kLeastSureLikelihood && scored_share >= kLeastSureShare;
 }
 
-Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index) {
+Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index, ThinnedFor use) {
   SIGHTLINE_ASSIGN(const Scan scan, drive.store->read(index));
   const SensorProfile& sensor = drive.sensor_of(drive.scans[index]);
   const Pose T_first_sensor = drive.sensor.T_vehicle_lidar.inverse() * sensor.T_vehicle_lidar;
@@ -61,8 +61,10 @@ Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index) {
       within_m.push_back(T_first_sensor * point_m);
     }
   }
-  return ThinnedScan{voxel_subsample(within_m, kMatchLeaf_m),
-                     voxel_subsample(within_m, kMapLeaf_m)};
+  ThinnedScan thinned;
+  if (use != ThinnedFor::kMap) thinned.to_match_m = voxel_subsample(within_m, kMatchLeaf_m);
+  if (use != ThinnedFor::kMatch) thinned.to_map_m = voxel_subsample(within_m, kMapLeaf_m);
+  return thinned;
 }
 
 Pose tidied(const Pose& pose) {

@@ -21,8 +21,11 @@ struct ThinnedScan {
   std::vector<Eigen::Vector3d> to_match_m;
   std::vector<Eigen::Vector3d> to_map_m;  // denser: what local maps are made of
 };
-// Errors: what reading a scan says.
-Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index);
+// What a scan is thinned for; who needs one alone spares the other.
+enum class ThinnedFor { kBoth, kMatch, kMap };
+// What is not asked for stays empty. Errors: what reading a scan says.
+Result<ThinnedScan> read_thinned(const Drive& drive, std::size_t index,
+                                 ThinnedFor use = ThinnedFor::kBoth);
 
 struct LocalMatch {
   Pose T_map_lidar = Pose::Identity();

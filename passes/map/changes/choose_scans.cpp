@@ -24,7 +24,7 @@ constexpr double kSameDirection = 0.7071067811865476;  // cosine of 45 degrees
 constexpr double kSameWay_m = 2.0;
 // Of each drive one scan in so much of its way is compared.
 constexpr double kStep_m = 8.0;
-// Earlier scans this near others are asked.
+// Earlier scans this near others are asked, and rays look so far for what has changed.
 constexpr double kSeenTogether_m = 40.0;
 // Edge of the squares of the plane in which voxels are one change.
 constexpr double kSquare_m = 4.0;
@@ -153,6 +153,7 @@ Result<std::vector<ComparedSquare>> compare(const PassContext& ctx,
                                             std::uint32_t first_new) {
   CarveOptions carve;
   carve.voxel_m = options.voxel_m;
+  carve.carve_range_m = kSeenTogether_m;
   const PointGrid origins = origins_of(scans);
   std::vector<PlacedScan> since = scans;
   std::erase_if(since, [&](const PlacedScan& scan) { return scan.part < first_new; });

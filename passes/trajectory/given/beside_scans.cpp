@@ -34,8 +34,8 @@ bool is_matched_through(const Odometry& odometry, std::uint32_t from, std::uint3
 
 Result<bool> is_contradicted(const Drive& drive, const MotionPair& motion) {
   const Eigen::Matrix3d level = drive.sensor.T_vehicle_lidar.linear();
-  SIGHTLINE_ASSIGN(const ThinnedScan from, read_thinned(drive, motion.from));
-  SIGHTLINE_ASSIGN(const ThinnedScan to, read_thinned(drive, motion.to));
+  SIGHTLINE_ASSIGN(const ThinnedScan from, read_thinned(drive, motion.from, ThinnedFor::kMap));
+  SIGHTLINE_ASSIGN(const ThinnedScan to, read_thinned(drive, motion.to, ThinnedFor::kMatch));
   UprightMap seen(1.0);
   seen.add(upright_points(from.to_map_m, level), Pose::Identity(), 0.0);
   const std::vector<Eigen::Vector3d> upright_m = upright_points(to.to_match_m, level);

@@ -112,11 +112,12 @@ class PartJudge {
     std::vector<Eigen::Vector3d> points_m;
     UprightMap upright(std::numeric_limits<double>::infinity());
     for (const std::uint32_t scan : visit_scans(encounter.earlier)) {
-      SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive_, scan));
+      SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive_, scan, ThinnedFor::kMap));
       for (const Eigen::Vector3d& p_m : thinned.to_map_m) points_m.push_back(*given_[scan] * p_m);
       upright.add(upright_points(thinned.to_map_m, level), *given_[scan], 0.0);
     }
-    SIGHTLINE_ASSIGN(const ThinnedScan sought, read_thinned(drive_, encounter.later));
+    SIGHTLINE_ASSIGN(const ThinnedScan sought,
+                     read_thinned(drive_, encounter.later, ThinnedFor::kMatch));
     const std::vector<Eigen::Vector3d> upright_m = upright_points(sought.to_match_m, level);
     const Pose& T_map_given = *given_[encounter.later];
     const double here = upright.overlap(upright_m, T_map_given).value_or(0.0);

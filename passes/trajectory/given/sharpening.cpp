@@ -61,7 +61,7 @@ Result<std::vector<SeenScan>> scans_of(const PassContext& ctx, const Drive& driv
   }
   std::vector<std::optional<Error>> errors(taken.size());
   parallel_for(taken.size(), ctx.threads, [&](std::size_t i) {
-    Result<ThinnedScan> scan = read_thinned(drive, taken[i].scan);
+    Result<ThinnedScan> scan = read_thinned(drive, taken[i].scan, ThinnedFor::kMap);
     if (!scan) {
       errors[i] = scan.error();
       return;

@@ -171,7 +171,7 @@ class FitByScale {
 Result<std::optional<double>> ratio_of(const Drive& drive, const Odometry& odometry,
                                        const ScanRange& earlier_run, const Meeting& meeting) {
   SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive, odometry, earlier_run, meeting.earlier, 1));
-  SIGHTLINE_ASSIGN(ThinnedScan scan, read_thinned(drive, meeting.later));
+  SIGHTLINE_ASSIGN(ThinnedScan scan, read_thinned(drive, meeting.later, ThinnedFor::kMatch));
   FitByScale fit(visit.grids, std::move(scan.to_match_m), odometry.T_map_lidar[meeting.later]);
   const std::optional<double> scale = fit.best_scale();
   return scale ? std::optional(1.0 / *scale) : std::nullopt;

@@ -119,7 +119,7 @@ class Visits {
       if (driven_m[k] > last_m) break;
       if (!takes_part(k) || odometry_.piece[k] != odometry_.piece[around]) continue;
       if (!kept_.contains(k)) {
-        SIGHTLINE_ASSIGN(ThinnedScan scan, read_thinned(drive_, k));
+        SIGHTLINE_ASSIGN(ThinnedScan scan, read_thinned(drive_, k, ThinnedFor::kMap));
         kept_[k] = std::move(scan.to_map_m);
       }
       for (const Eigen::Vector3d& point_m : kept_[k]) {
@@ -153,7 +153,8 @@ Result<std::vector<GraphEdge>> confirm(const Drive& drive, const Odometry& odome
   for (const Candidate& candidate : chain) {
     SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> visit_m,
                      visits.points_m(candidate.earlier));
-    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, candidate.later));
+    SIGHTLINE_ASSIGN(const ThinnedScan scan,
+                     read_thinned(drive, candidate.later, ThinnedFor::kMatch));
     const LocalGrids visit = local_grids(visit_m);
     const Pose& T_map_later = odometry.T_map_lidar[candidate.later];
     LocalMatch match;

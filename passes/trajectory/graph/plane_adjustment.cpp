@@ -47,7 +47,7 @@ class ScanCache {
     }
     std::vector<std::optional<Error>> errors(missing.size());
     parallel_for(missing.size(), threads, [&](std::size_t i) {
-      const Result<ThinnedScan> scan = read_thinned(drive_, keys_[missing[i]]);
+      const Result<ThinnedScan> scan = read_thinned(drive_, keys_[missing[i]], ThinnedFor::kMap);
       if (!scan) {
         errors[i] = scan.error();
         return;

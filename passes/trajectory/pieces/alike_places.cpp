@@ -14,7 +14,7 @@ constexpr double kKeyEvery_m = 5.0;
 constexpr double kKeyReach_m = 15.0;
 
 Result<PlaceKey> key_of(const Drive& drive, std::uint32_t scan) {
-  SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive, scan));
+  SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive, scan, ThinnedFor::kMatch));
   return place_key(upright_points(thinned.to_match_m, drive.sensor.T_vehicle_lidar.linear()));
 }
 

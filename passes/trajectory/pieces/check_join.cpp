@@ -82,7 +82,7 @@ Result<bool> fits(const Drive& drive, const Odometry& odometry, const Seen& seen
                   const Asked& asked) {
   const auto& [middle, range] = seen.scans[asked.near];
   SIGHTLINE_ASSIGN(const Visit visit, make_visit(drive, odometry, range, middle, /*threads=*/1));
-  SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive, asked.scan));
+  SIGHTLINE_ASSIGN(const ThinnedScan thinned, read_thinned(drive, asked.scan, ThinnedFor::kMatch));
   const std::vector<Eigen::Vector3d> upright_m =
       upright_points(thinned.to_match_m, drive.sensor.T_vehicle_lidar.linear());
   const auto is_within = [&](double reach_m) {

@@ -69,7 +69,7 @@ Result<Visit> make_visit(const Drive& drive, const Odometry& odometry, const Sca
   }
   std::vector<Result<ThinnedScan>> read(scans.size(), ThinnedScan());
   parallel_for(scans.size(), threads,
-               [&](std::size_t i) { read[i] = read_thinned(drive, scans[i]); });
+               [&](std::size_t i) { read[i] = read_thinned(drive, scans[i], ThinnedFor::kMap); });
   Visit visit;
   visit.middle = middle;
   std::vector<Eigen::Vector3d> points_m;
@@ -102,7 +102,7 @@ Result<std::vector<Query>> read_queries(const Drive& drive, const Odometry& odom
   for (const std::uint32_t scan : query_scans(odometry, range)) {
     Query& query = queries.emplace_back();
     query.scan = scan;
-    SIGHTLINE_ASSIGN(query.thinned, read_thinned(drive, scan));
+    SIGHTLINE_ASSIGN(query.thinned, read_thinned(drive, scan, ThinnedFor::kMatch));
     query.upright_m =
         upright_points(query.thinned.to_match_m, drive.sensor.T_vehicle_lidar.linear());
   }
