@@ -1,177 +1,26 @@
 #include "passes/trajectory/align_drive.h"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <utility>
 
-#include "formats/base/parallel.h"
 #include "formats/drive/trajectory_of_drive.h"
-#include "formats/rotation.h"
-#include "passes/matching/matcher.h"
 #include "passes/pass/tile_digests.h"
 #include "passes/pass/work_in_parts.h"
 #include "passes/trajectory/graph/pose_graph.h"
-#include "passes/trajectory/odometry.h"
+#include "passes/trajectory/local_match.h"
 #include "passes/trajectory/pieces/own_pieces.h"
+#include "passes/trajectory/place_drive.h"
 
 namespace sightline {
 namespace {
 
-// So many scans, evenly over the drive, are looked for everywhere: about this many points of each
-// tell which places are worth a match of all of them.
-constexpr std::size_t kQueries = 8;
-constexpr std::size_t kFewPoints = 200;
-constexpr std::size_t kWorthAMatch = 16;
-// A match is believed when its points score at least this, and so many of them have an ND near. In
-// its place a scan of a generated town scores about 2.5, elsewhere 1 to 1.7.
-constexpr double kLeastLikelihood = 1.8;
-constexpr double kLeastScoredShare = 0.4;
-// A placement that another scan confirms moves it no farther than this.
-constexpr double kConfirms_m = 1.0;
-constexpr double kConfirms_rad = 0.05;
 // Of a match with the map, which is made of another day's scans; and of one own step.
 constexpr double kMatchSigma_m = 0.03;
 constexpr double kMatchSigma_rad = 0.002;
 constexpr double kStepSigma_m = 0.005;
 constexpr double kStepSigma_rad = 0.0005;
-
-struct MapMatch {
-  Pose T_map_lidar = Pose::Identity();
-  double likelihood = 0.0;
-  bool is_good = false;
-};
-
-MapMatch match_to_map(const MatchGrid& grid, const std::vector<Eigen::Vector3d>& points_m,
-                      const Pose& T_map_start) {
-  const MatchResult found = match(grid, points_m, T_map_start);
-  MapMatch result{found.T_map_sensor, found.nearest_voxel_likelihood};
-  const double share = found.scored_points / std::max(1.0, static_cast<double>(points_m.size()));
-  result.is_good = result.likelihood >= kLeastLikelihood && share >= kLeastScoredShare;
-  return result;
-}
-
-bool is_near(const Pose& a, const Pose& b) {
-  const Pose between = a.inverse() * b;
-  return between.translation().norm() <= kConfirms_m &&
-         rotation_angle_rad(between.linear()) <= kConfirms_rad;
-}
-
-struct Query {
-  std::size_t scan = 0;
-  Pose T_own_lidar = Pose::Identity();
-  std::vector<Eigen::Vector3d> points_m;
-};
-
-Result<std::vector<Query>> make_queries(const Drive& drive, const OwnPiece& piece,
-                                        const std::vector<Pose>& T_own_lidar) {
-  std::vector<Query> queries;
-  const std::size_t count = std::min(kQueries, piece.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    Query query;
-    query.scan = piece.begin + (2 * i + 1) * piece.size() / (2 * count);
-    query.T_own_lidar = T_own_lidar[query.scan];
-    SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, query.scan, ThinnedFor::kMatch));
-    query.points_m = scan.to_match_m;
-    queries.push_back(std::move(query));
-  }
-  return queries;
-}
-
-// Where a sensor may have been: on the route, looking ahead or back.
-std::vector<Pose> candidates(const Sites& sites, double step_m) {
-  std::vector<Pose> places;
-  double next_m = 0.0;
-  std::optional<std::uint32_t> run;
-  for (const Site& site : sites.sites) {
-    if (run == site.run && site.s_m < next_m) continue;
-    run = site.run;
-    next_m = site.s_m + step_m;
-    Pose ahead = site.T_map_vehicle;
-    ahead.translation() = site.p_map_m;
-    places.push_back(ahead);
-    Pose back = ahead;
-    back.linear() = ahead.linear() * rotation_matrix({Eigen::Vector3d::UnitZ(), std::numbers::pi});
-    places.push_back(back);
-  }
-  return places;
-}
-
-struct Placement {
-  Pose T_map_own = Pose::Identity();
-  std::size_t anchor = 0;  // a scan that it is known from
-  double support = 0.0;    // likelihoods of the scans that confirm it
-  int confirmed = 0;
-};
-
-std::vector<Eigen::Vector3d> few_points(const std::vector<Eigen::Vector3d>& points_m) {
-  const std::size_t stride = std::max<std::size_t>(1, points_m.size() / kFewPoints);
-  std::vector<Eigen::Vector3d> few_m;
-  for (std::size_t i = 0; i < points_m.size(); i += stride) few_m.push_back(points_m[i]);
-  return few_m;
-}
-
-// Where a few points of a scan match best, the best first. Starts that end at one place count once.
-std::vector<Pose> likely_places(const MatchGrid& grid, const Query& query,
-                                const std::vector<Pose>& places) {
-  const std::vector<Eigen::Vector3d> few_m = few_points(query.points_m);
-  std::vector<MapMatch> found;
-  for (const Pose& place : places) found.push_back(match_to_map(grid, few_m, place));
-  std::ranges::stable_sort(found, std::greater(), &MapMatch::likelihood);
-  std::vector<Pose> likely;
-  for (const MapMatch& match : found) {
-    if (likely.size() == kWorthAMatch) break;
-    const bool is_new = std::ranges::none_of(
-        likely, [&](const Pose& other) { return is_near(other, match.T_map_lidar); });
-    if (is_new) likely.push_back(match.T_map_lidar);
-  }
-  return likely;
-}
-
-// The best place of one scan anywhere.
-std::optional<Placement> place_anywhere(const MatchGrid& grid, const Query& query,
-                                        const std::vector<Pose>& places) {
-  MapMatch best;
-  for (const Pose& place : likely_places(grid, query, places)) {
-    const MapMatch found = match_to_map(grid, query.points_m, place);
-    if (found.is_good && found.likelihood > best.likelihood) best = found;
-  }
-  if (!best.is_good) return std::nullopt;
-  return Placement{best.T_map_lidar * query.T_own_lidar.inverse(), query.scan};
-}
-
-void confirm(const MatchGrid& grid, const std::vector<Query>& queries, Placement& placement) {
-  for (const Query& query : queries) {
-    const Pose start = placement.T_map_own * query.T_own_lidar;
-    const MapMatch found = match_to_map(grid, query.points_m, start);
-    if (!found.is_good || !is_near(found.T_map_lidar, start)) continue;
-    placement.support += found.likelihood;
-    ++placement.confirmed;
-  }
-}
-
-// The placement that scans all over the drive speak for; among them that the drive's own poses are
-// the map's already.
-std::optional<Placement> place(PassContext& ctx, const MatchGrid& grid,
-                               const std::vector<Query>& queries, const std::vector<Pose>& places) {
-  std::vector<std::optional<Placement>> found(queries.size() + 1);
-  found.back() = Placement{Pose::Identity(), queries.front().scan};
-  parallel_for(queries.size(), ctx.threads,
-               [&](std::size_t i) { found[i] = place_anywhere(grid, queries[i], places); });
-  parallel_for(found.size(), ctx.threads, [&](std::size_t i) {
-    if (found[i]) confirm(grid, queries, *found[i]);
-  });
-  std::optional<Placement> best;
-  for (const std::optional<Placement>& placement : found) {
-    if (placement && (!best || placement->support > best->support)) best = placement;
-  }
-  // A scan that finds a place confirms itself; it takes another to be believed.
-  const int needed = queries.size() > 1 ? 2 : 1;
-  return best && best->confirmed >= needed ? best : std::nullopt;
-}
 
 // Of each scan, and of each piece whether it was found in the map; the scans of one that was not
 // are laid aside.
@@ -211,7 +60,7 @@ Result<void> follow(PassContext& ctx, const MatchGrid& grid, const Drive& drive,
     SIGHTLINE_ASSIGN(const ThinnedScan scan, read_thinned(drive, k, ThinnedFor::kMatch));
     const Pose start = T_map_own * T_own_lidar[k];
     const MapMatch found = match_to_map(grid, scan.to_match_m, start);
-    const bool is_matched = found.is_good && is_near(found.T_map_lidar, start);
+    const bool is_matched = found.is_good && is_same_place(found.T_map_lidar, start);
     followed.is_matched[k] = is_matched ? 1 : 0;
     followed.T_map_lidar[k] = is_matched ? found.T_map_lidar : start;
     ctx.progress(std::min(++done, drive.scans.size()), drive.scans.size());
@@ -243,12 +92,12 @@ struct Alignment {
 Result<Followed> follow_pieces(PassContext& ctx, const Alignment& alignment, Followed followed) {
   const Drive& drive = alignment.drive;
   const MatchGrid grid = make_match_grid(alignment.map, surface_information_per_m2);
-  const std::vector<Pose> places = candidates(alignment.sites, alignment.options.candidate_step_m);
+  const std::vector<Pose> places =
+      sensor_places(alignment.sites, alignment.options.candidate_step_m);
   for (std::size_t i = 0; i < alignment.pieces.size(); ++i) {
     const OwnPiece& piece = alignment.pieces[i];
-    SIGHTLINE_ASSIGN(const std::vector<Query> queries,
-                     make_queries(drive, piece, alignment.T_own_lidar));
-    const std::optional<Placement> placement = place(ctx, grid, queries, places);
+    SIGHTLINE_ASSIGN(const std::optional<Placement> placement,
+                     place_piece(ctx, grid, drive, piece, alignment.T_own_lidar, places));
     followed.is_placed[i] = placement ? 1 : 0;
     if (placement) {
       SIGHTLINE_TRY(follow(ctx, grid, drive, alignment.T_own_lidar, piece, *placement, followed));
