@@ -87,8 +87,8 @@ struct CompilePlan {
   Wire<Trajectory> trajectory;
   Wire<ReleasedPoses> released;  // for the next map
   bool ships_poses = false;      // beside the map: it is of several drives
-  Wire<Drive> undistorted;       // of all sensors
-  Wire<Drive> of_first_sensor;   // undistorted too
+  Wire<Drive> of_first_sensor;   // its scans, undistorted
+  Wire<Drive> undistorted;       // those of all sensors
   Wire<SurfacePoints> points;    // not connected where a finished map holds NDs
   Wire<NdtMap> ndt;
   Wire<PackedNds> packed_nds;  // the same, for the map file

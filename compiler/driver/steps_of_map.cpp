@@ -79,6 +79,7 @@ Wire<Sites> add_places(CompilePlan& compile) {
   return plan.run(kChooseRouteSites, finished.route, compile.surface, compile.localizing_sensor);
 }
 
+// `trajectory`: of the first sensor's scans.
 Wire<Drive> undistort_first_sensor(const CompileConfig& config, Wire<Trajectory> trajectory,
                                    CompilePlan& compile) {
   Plan& plan = compile.plan;
@@ -126,12 +127,13 @@ void add_trajectory(const CompileConfig& config, CompilePlan& compile) {
   compile.base_file = config.base_poses;
   if (compile.base_file.empty()) {
     compile.trajectory = plan.run(kEstimateTrajectory, compile.drive);
+    compile.of_first_sensor = undistort_first_sensor(config, compile.trajectory, compile);
   } else {
     compile.base = plan.input<ReleasedPoses>("base/released-poses");
     const Wire<Drive> shipped = plan.run(kReleasedDrive, compile.drive, compile.base);
     const Wire<Trajectory> stays = plan.run(kReleasedTrajectory, compile.drive, compile.base);
-    const Wire<Drive> straight =
-        plan.run_as("released", kUndistortScans, plan.options(kUndistortScans), shipped, stays);
+    // For the estimate scans are undistorted whatever the map is made of.
+    const Wire<Drive> straight = plan.run_as("released", kUndistortScans, {}, shipped, stays);
     const Wire<Trajectory> extended =
         plan.run_as("", kExtendReleased, plan.options(kEstimateTrajectory), compile.drive, straight,
                     compile.base);
@@ -151,14 +153,9 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   ChooseSitesOptions route = plan.options(kChooseSites);
   moving.scans = route.scans = scan_shares(config).mapping;
   const bool is_one_sensor = mapping.drive == compile.drive;
-  compile.undistorted = is_one_sensor && compile.of_first_sensor.is_connected()
+  compile.undistorted = is_one_sensor
                             ? compile.of_first_sensor
                             : plan.run(kUndistortScans, mapping.drive, mapping.trajectory);
-  if (is_one_sensor) {
-    compile.of_first_sensor = compile.undistorted;
-  } else if (!compile.of_first_sensor.is_connected()) {
-    compile.of_first_sensor = undistort_first_sensor(config, compile.trajectory, compile);
-  }
   // From here on a scan is as if it had been measured at once.
   compile.points = plan.run_as("", kRemoveMoving, moving, compile.undistorted, mapping.trajectory);
   // From here on all that is left stood still.

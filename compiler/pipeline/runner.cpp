@@ -244,10 +244,11 @@ class Runner {
     ctx.part_sink = [&](const PartName& part, std::span<const std::byte> bytes) {
       cache_.store_part(step.name, part_key(key, part), bytes);
     };
+    std::size_t lists = 0;
     ctx.parts_sink = [&](std::span<const PartName> parts) {
       std::vector<Digest> keys;
       for (const PartName& part : parts) keys.push_back(part_key(key, part));
-      cache_.store_part_list(step.name, key.key, keys);
+      cache_.store_part_list(step.name, key.key, keys, lists++);
     };
     std::vector<std::string> said;
     ctx.warning_sink = [&](const std::string& message) {

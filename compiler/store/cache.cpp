@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 
 #include "formats/base/atomic_file.h"
 #include "formats/base/bytes.h"
@@ -35,6 +36,16 @@ std::string without_label(const std::string& pass) { return pass.substr(0, pass.
 
 ObjectName part_name(const std::string& pass, const Digest& part) {
   return {without_label(pass) + std::string(kPart), part};
+}
+
+// The number-th list of the parts of an artifact.
+ObjectName list_name(const std::string& pass, const Digest& key, std::size_t number) {
+  const ObjectName first{pass + std::string(kPartList), key};
+  if (number == 0) return first;
+  DigestBuilder builder;
+  builder.add(key);
+  builder.add(std::to_string(number));
+  return {first.kind, builder.finish()};
 }
 
 std::string text_of(const ObjectName& name) {
@@ -154,10 +165,14 @@ Result<void> ArtifactCache::store(const std::string& pass, const Digest& key,
 
 void ArtifactCache::mark_used(const std::string& pass, const Digest& key) const {
   if (!is_enabled()) return;
-  for (const std::string_view beside : {std::string_view(), kPartList, kWarnings}) {
-    const std::filesystem::path file = directory_ / place_of({pass + std::string(beside), key});
-    (void)::utimensat(AT_FDCWD, file.c_str(), nullptr, AT_SYMLINK_NOFOLLOW);
-  }
+  const auto touch = [&](const ObjectName& name) {
+    const std::filesystem::path file = directory_ / place_of(name);
+    return ::utimensat(AT_FDCWD, file.c_str(), nullptr, AT_SYMLINK_NOFOLLOW) == 0;
+  };
+  touch({pass, key});
+  touch({pass + std::string(kWarnings), key});
+  std::size_t list = 0;
+  while (touch(list_name(pass, key, list))) ++list;
 }
 
 Result<ArtifactCache::Content> ArtifactCache::load_part(const std::string& pass,
@@ -175,19 +190,24 @@ void ArtifactCache::store_part(const std::string& pass, const Digest& part,
 }
 
 void ArtifactCache::store_part_list(const std::string& pass, const Digest& key,
-                                    std::span<const Digest> parts) const {
+                                    std::span<const Digest> parts, std::size_t number) const {
   if (!is_enabled()) return;
-  const ObjectName name{pass + std::string(kPartList), key};
+  const ObjectName name = list_name(pass, key, number);
   (void)store_object(directory_ / place_of(name), name, std::as_bytes(parts));
 }
 
 std::optional<ArtifactCache::PartCount> ArtifactCache::part_count(const std::string& pass,
                                                                   const Digest& key) const {
   if (!is_enabled()) return std::nullopt;
-  const ObjectName name{pass + std::string(kPartList), key};
-  const Result<Content> content = load_object(directory_ / place_of(name), name);
-  if (!content || !*content || (*content)->size() % sizeof(Digest) != 0) return std::nullopt;
-  const std::vector<Digest> parts = keys_of_parts(**content);
+  std::set<Digest> parts;
+  std::size_t lists = 0;
+  for (;; ++lists) {
+    const ObjectName name = list_name(pass, key, lists);
+    const Result<Content> content = load_object(directory_ / place_of(name), name);
+    if (!content || !*content || (*content)->size() % sizeof(Digest) != 0) break;
+    for (const Digest& part : keys_of_parts(**content)) parts.insert(part);
+  }
+  if (lists == 0) return std::nullopt;
   PartCount count;
   count.all = parts.size();
   for (const Digest& part : parts) {

@@ -50,10 +50,11 @@ class ArtifactCache {
   [[nodiscard]] Result<Content> load_part(const std::string& pass, const Digest& part) const;
   void store_part(const std::string& pass, const Digest& part,
                   std::span<const std::byte> content) const;
-  // The keys of the parts of an artifact, as its pass told them when it began; and how many of them
-  // are there. Nothing where it did not begin.
-  void store_part_list(const std::string& pass, const Digest& key,
-                       std::span<const Digest> parts) const;
+  // The keys of the parts of an artifact, as its pass told them before it made them: some at once,
+  // the number-th time, in a file of its own that no later one replaces. And how many of all are
+  // there, each counted once; nothing where it did not begin.
+  void store_part_list(const std::string& pass, const Digest& key, std::span<const Digest> parts,
+                       std::size_t number = 0) const;
   struct PartCount {
     std::size_t there = 0;
     std::size_t all = 0;

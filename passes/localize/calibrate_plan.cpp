@@ -120,8 +120,8 @@ Result<std::vector<FirstLook>> look_first(const Setup& setup, const LookPlan& us
   return looks;
 }
 
-// What decides the looks of a part besides what `street` names: its scans, the two before and after
-// them in time, and the NDs that they may meet.
+// What decides the looks of a part besides what `street` names: its scans and the two before them,
+// where and when they were, and the NDs that they may meet.
 std::optional<Digest> content_of(const Setup& setup, const MatchContents& contents,
                                  const Digest& street, std::size_t first) {
   std::vector<std::optional<std::size_t>> scans;

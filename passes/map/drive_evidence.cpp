@@ -29,8 +29,10 @@ struct Opinion {
   int standing = 0;       // drives
   int gone = 0;
   bool is_gone_at_last = false;
+  bool is_known = false;  // by any drive
 
   void add(double of_drive) {
+    is_known = true;
     log_odds = std::clamp(log_odds + of_drive, kGoneLogOdds, kStrongLogOdds);
     standing += of_drive >= kSeenLogOdds ? 1 : 0;
     gone += of_drive <= -kSeenLogOdds ? 1 : 0;
@@ -55,8 +57,8 @@ Change change_of(const Opinion& before, const Opinion& since) {
   if (stood && stands) return Change::kStands;
   if (stood && since.log_odds <= -kSeenLogOdds) return Change::kWent;
   if (stands && before.log_odds <= -kSeenLogOdds) return Change::kCame;
-  if (stood && since.log_odds == 0.0) return Change::kNotSeen;
-  if (stands && before.log_odds == 0.0) return Change::kNotKnown;
+  if (stood && !since.is_known) return Change::kNotSeen;
+  if (stands && !before.is_known) return Change::kNotKnown;
   return Change::kNone;
 }
 

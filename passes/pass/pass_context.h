@@ -42,7 +42,8 @@ struct PassContext {
   // comes back to the same pass with the same options and the same content, if it was kept.
   std::function<std::optional<std::vector<std::byte>>(const PartName& part)> saved_part;
   std::function<void(const PartName& part, std::span<const std::byte> bytes)> part_sink;
-  // All there are, told once, before the first.
+  // What there is to make, before the first of it. A pass whose parts hang on others that it made
+  // before tells of both in turn; whoever runs it again tells the same lists in the same order.
   std::function<void(std::span<const PartName> parts)> parts_sink;
   WorkShare share;
 

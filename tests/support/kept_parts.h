@@ -19,9 +19,10 @@ class KeptParts {
   // For one run of a pass.
   PassContext context() {
     made_.clear();
+    names_.clear();
     PassContext ctx;
     ctx.parts_sink = [this](std::span<const PartName> names) {
-      names_.assign(names.begin(), names.end());
+      names_.insert(names_.end(), names.begin(), names.end());
     };
     ctx.saved_part = [this](const PartName& part) -> std::optional<std::vector<std::byte>> {
       const std::lock_guard<std::mutex> lock(mutex_);

@@ -188,11 +188,8 @@ PassContext after_extents(const PassContext& ctx, const SurfacePoints& points) {
     };
   }
   if (ctx.parts_sink) {
-    after.parts_sink = [&ctx, &points, later](std::span<const PartName> parts) {
+    after.parts_sink = [&ctx, later](std::span<const PartName> parts) {
       std::vector<PartName> told;
-      for (std::size_t block = 0; block < block_count(points); ++block) {
-        told.push_back({block, content_of_block(points, block)});
-      }
       for (const PartName& part : parts) told.push_back(later(part));
       ctx.parts_sink(told);
     };

@@ -152,6 +152,24 @@ TEST(CompileConfig, TakesAListOfDrivesThatAreLocalized) {
   EXPECT_FALSE(is_valid(json_of(YAML::Load("localization: []"))));
 }
 
+TEST(CompileConfig, ReleasedDrivesAreUndistortedForTheEstimateInEveryCase) {
+  const Result<CompileConfig> config = load(
+      "base: old.slposes\nmapping: [{scans: a}, {scans: b}]\n"
+      "undistort-scans: {enabled: false}\n");
+  ASSERT_TRUE(config.has_value()) << to_string(config.error());
+  const CompilePlan compile = compile_plan(*config);
+  const auto is_enabled = [&](const std::string& name) {
+    const auto step = std::ranges::find(compile.plan.steps(), name, &PassStep::name);
+    EXPECT_NE(step, compile.plan.steps().end()) << name;
+    for (const auto& [option, value] : step->options) {
+      if (option == "enabled") return value;
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(is_enabled("undistort-scans:released"), "true");
+  EXPECT_EQ(is_enabled("undistort-scans"), "false");
+}
+
 // A list of one is the drive alone: the same steps, and so the same map.
 TEST(CompileConfig, AListOfOneDriveIsThatDrive) {
   const Result<CompileConfig> one = load("mapping: {scans: a}\nlocalization: {scans: b}\n");

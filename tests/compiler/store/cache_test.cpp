@@ -54,6 +54,14 @@ TEST_F(Cache, CountsThePartsThatAreThere) {
   EXPECT_EQ(count->all, 3U);
   EXPECT_EQ(count->there, 1U);
   EXPECT_FALSE(cache.part_count("a", other_));
+  // What the pass tells later stands beside it, and what it told before counts once.
+  const auto first_list = read_file(folder_ / place_of({"a part list", key_}));
+  cache.store_part_list("a", key_, std::vector<Digest>{other_, sha256("four")}, 1);
+  cache.store_part_list("a", key_, std::vector<Digest>{sha256("five")}, 2);
+  EXPECT_EQ(cache.part_count("a", key_)->all, 5U);
+  EXPECT_EQ(cache.part_count("a", key_)->there, 1U);
+  EXPECT_EQ(*read_file(folder_ / place_of({"a part list", key_})), *first_list);
+  EXPECT_EQ(look_at_cache(folder_)->useless.size(), 0U) << "each at its place";
   put(place_of({"a part list", key_}), "damaged");
   EXPECT_FALSE(cache.part_count("a", key_));
 }
@@ -116,8 +124,11 @@ TEST_F(Cache, RemovesWhatNoRunUsedForLongWhereItIsAsked) {
   for (const Digest& key : {key_, other_}) {
     ASSERT_TRUE(cache.store("pass", key, content_));
     ASSERT_TRUE(cache.store_warnings("pass", key, {"a warning"}));
+    const Digest later = derived_digest("told later", key, {});
     cache.store_part_list("pass", key, std::vector<Digest>{key});
+    cache.store_part_list("pass", key, std::vector<Digest>{later}, 1);
     cache.store_part("pass", key, content_);
+    cache.store_part("pass", later, content_);
   }
   for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
     if (entry.is_regular_file()) grow_old(entry.path());
@@ -127,14 +138,15 @@ TEST_F(Cache, RemovesWhatNoRunUsedForLongWhereItIsAsked) {
   cache.mark_used("pass", other_);
   const Result<CacheContents> contents = look_at_cache(folder_, std::chrono::hours(120));
   ASSERT_TRUE(contents);
-  EXPECT_EQ(contents->unused.size(), 4U);
-  EXPECT_EQ(contents->object_count, 4U);
+  EXPECT_EQ(contents->unused.size(), 6U);
+  EXPECT_EQ(contents->object_count, 6U);
   ASSERT_TRUE(prune_cache(*contents));
   EXPECT_FALSE(cache.has("pass", key_));
   EXPECT_EQ(*cache.load_part("pass", key_), ArtifactCache::Content());
   EXPECT_FALSE(cache.part_count("pass", key_));
   EXPECT_EQ(*cache.load("pass", other_), content_);
   EXPECT_EQ(*cache.load_part("pass", other_), content_) << "the part of a list that is used";
+  EXPECT_EQ(cache.part_count("pass", other_)->there, 2U);
   EXPECT_EQ(cache.load_warnings("pass", other_).size(), 1U);
 }
 

@@ -90,10 +90,11 @@ inline std::vector<Eigen::Vector3d> standing_m(const SurfacePoints& points) {
 // What is kept between runs of one pass.
 struct NumberedParts {
   std::map<std::size_t, std::vector<std::byte>> parts;
-  std::size_t count = 0;  // as the pass told it last
+  std::size_t count = 0;  // as the pass told them
 
   PassContext context(int threads, WorkShare share = {}) {
     PassContext ctx;
+    count = 0;
     ctx.threads = threads;
     ctx.share = share;
     ctx.saved_part = [this](const PartName& part) -> std::optional<std::vector<std::byte>> {
@@ -104,7 +105,7 @@ struct NumberedParts {
       EXPECT_TRUE(parts.emplace(part.number, std::vector(bytes.begin(), bytes.end())).second)
           << "part " << part.number << " was made twice";
     };
-    ctx.parts_sink = [this](std::span<const PartName> all) { count = all.size(); };
+    ctx.parts_sink = [this](std::span<const PartName> all) { count += all.size(); };
     return ctx;
   }
 };
