@@ -160,7 +160,7 @@ Wire<FactorTable> add_map(const CompileConfig& config, const MappingDrive& mappi
   compile.points = plan.run_as("", kRemoveMoving, moving, compile.undistorted, mapping.trajectory);
   // From here on all that is left stood still.
   if (!config.later_mapping.empty()) {
-    compile.tile_drives = plan.run(kCountDrives, mapping.drive, compile.points);
+    compile.tile_drives = plan.run(kCountDrives, mapping.drive, mapping.trajectory, compile.points);
   }
   compile.ndt = plan.run(kBuildNdt, compile.points);
   compile.packed_nds = plan.run(kPackNds, compile.ndt);

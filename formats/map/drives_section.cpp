@@ -10,10 +10,11 @@ std::vector<std::byte> encode_drives(const TileDrives& tiles) {
   return writer.take();
 }
 
-Result<TileDrives> decode_drives(std::span<const std::byte> raw, std::uint64_t row_count) {
+Result<TileDrives> decode_drives(std::span<const std::byte> raw, std::uint32_t version,
+                                 std::uint64_t row_count) {
   TileDrives tiles;
   ByteReader reader(raw);
-  decode(reader, tiles);
+  decode(reader, tiles, version);
   if (!reader.at_end() || tiles.rows.size() != row_count) {
     return Error{ErrorCode::kBadLayer,
                  "found " + std::to_string(raw.size()) + " bytes of the drives of tiles, in " +

@@ -181,8 +181,8 @@ Result<void> MapDecoder::visit_section(const PackedBlock& block) {
   for (ExpectedFactors& expected : factors_) {
     if (block.name == expected.names) return decode_factor_names(raw.bytes(), expected.table);
   }
-  if (block.name == kDrivesSection && block.version == kDrivesSectionVersion) {
-    SIGHTLINE_ASSIGN(map_.tile_drives, decode_drives(raw.bytes(), block.row_count));
+  if (block.name == kDrivesSection && knows_drives_section(block.version)) {
+    SIGHTLINE_ASSIGN(map_.tile_drives, decode_drives(raw.bytes(), block.version, block.row_count));
     return {};
   }
   if (block.name != kModelSection) return {};

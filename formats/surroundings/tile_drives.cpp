@@ -8,7 +8,8 @@
 namespace sightline {
 namespace {
 
-constexpr std::size_t kRowSize = 4 * sizeof(std::uint32_t);
+// In the first version; later rows have more.
+constexpr std::size_t kLeastRowSize = 4 * sizeof(std::uint32_t);
 
 Error invalid_row(const std::string& message, std::size_t row) {
   return {ErrorCode::kInvalidArtifact, message, "", "row " + std::to_string(row)};
@@ -41,7 +42,8 @@ Result<void> validate(const TileDrives& tiles) {
   }
   for (std::size_t i = 0; i < tiles.rows.size(); ++i) {
     const TileDrive& row = tiles.rows[i];
-    if (row.drive >= tiles.drives.size() || row.scan_count == 0) {
+    if (row.drive >= tiles.drives.size() ||
+        (row.scan_count == 0 && row.confirming_scan_count == 0)) {
       return invalid_row("found a drive that is not known, or that left nothing there", i);
     }
     if (i > 0 && place_of(tiles.rows[i - 1]) >= place_of(row)) {
@@ -52,13 +54,17 @@ Result<void> validate(const TileDrives& tiles) {
 }
 
 Table dump(const TileDrives& tiles) {
-  Table table{"tile-drives", {"tile_x", "tile_y", "drive", "day", "scan_count"}, {}, {}};
+  Table table{"tile-drives",
+              {"tile_x", "tile_y", "drive", "day", "scan_count", "confirming_scan_count"},
+              {},
+              {}};
   table.facts.emplace_back("tile_m", tiles.tile_m);
   for (const TileDrive& row : tiles.rows) {
     const MappedDrive& drive = tiles.drives[row.drive];
     table.rows.push_back({static_cast<std::int64_t>(row.tile.x),
                           static_cast<std::int64_t>(row.tile.y), drive.name, day_of(drive.begin_ns),
-                          static_cast<std::int64_t>(row.scan_count)});
+                          static_cast<std::int64_t>(row.scan_count),
+                          static_cast<std::int64_t>(row.confirming_scan_count)});
   }
   return table;
 }
@@ -77,10 +83,11 @@ void encode(const TileDrives& tiles, ByteWriter& writer) {
     writer.put(row.tile.y);
     writer.put(row.drive);
     writer.put(row.scan_count);
+    writer.put(row.confirming_scan_count);
   }
 }
 
-void decode(ByteReader& reader, TileDrives& tiles) {
+void decode(ByteReader& reader, TileDrives& tiles, std::uint32_t version) {
   reader.get(tiles.tile_m);
   constexpr std::size_t kLeastDriveSize = 3 * sizeof(std::uint64_t);
   tiles.drives.resize(reader.get_count(kLeastDriveSize));
@@ -89,12 +96,13 @@ void decode(ByteReader& reader, TileDrives& tiles) {
     reader.get(drive.begin_ns);
     reader.get(drive.end_ns);
   }
-  tiles.rows.resize(reader.get_count(kRowSize));
+  tiles.rows.resize(reader.get_count(kLeastRowSize));
   for (TileDrive& row : tiles.rows) {
     reader.get(row.tile.x);
     reader.get(row.tile.y);
     reader.get(row.drive);
     reader.get(row.scan_count);
+    if (version >= 2) reader.get(row.confirming_scan_count);
   }
 }
 

@@ -7,8 +7,8 @@
 #include "formats/artifact.h"
 #include "formats/grid/cell_key.h"
 
-// Which drives a map of several is made of, tile by tile: so the map says from which days a tile
-// is.
+// Which drives a map of several is made of, tile by tile, and which found nothing new there: so the
+// map says from which days a tile is, and when somebody last saw that it still looks so.
 
 namespace sightline {
 
@@ -23,11 +23,13 @@ struct MappedDrive {
 // The date in UTC, "2026-05-04"; empty where times are counted from the beginning of a recording.
 std::string day_of(std::int64_t stamp_ns);
 
-// A drive whose returns stand in a tile.
+// A drive whose returns stand in a tile, or that found nothing new in it. Scans are those that the
+// pass count-drives counts; at least one count is not 0.
 struct TileDrive {
   TileKey tile;
   std::uint32_t drive = 0;
-  std::uint32_t scan_count = 0;  // that the pass count-drives counts; at least 1
+  std::uint32_t scan_count = 0;             // of those in the map, with returns in the tile
+  std::uint32_t confirming_scan_count = 0;  // taken in the tile, not laid: they show nothing new
   friend bool operator==(const TileDrive&, const TileDrive&) = default;
 };
 
@@ -41,14 +43,16 @@ struct TileDrives {
 template <>
 struct ArtifactTraits<TileDrives> {
   static constexpr std::string_view kName = "tile-drives";
-  static constexpr std::uint32_t kVersion = 1;
+  static constexpr std::uint32_t kVersion = 2;
 };
 
 // Error: invalid-artifact.
 Result<void> validate(const TileDrives& tiles);
 Table dump(const TileDrives& tiles);  // a row for each tile and drive
-// The section `drives` of a map (schemas/map_format.md) is these bytes.
+// The section `drives` of a map (schemas/map_format.md) is these bytes, by the same version. In
+// version 1 there were no confirming scans.
 void encode(const TileDrives& tiles, ByteWriter& writer);
-void decode(ByteReader& reader, TileDrives& tiles);
+void decode(ByteReader& reader, TileDrives& tiles,
+            std::uint32_t version = ArtifactTraits<TileDrives>::kVersion);
 
 }  // namespace sightline

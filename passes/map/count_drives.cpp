@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <tuple>
+#include <optional>
 #include <utility>
 
+#include "formats/drive/trajectory_of_drive.h"
 #include "passes/pass/work_in_parts.h"
 
 namespace sightline {
@@ -15,19 +16,35 @@ constexpr std::uint32_t kLeastReturns = 10;
 
 using ScanCounts = std::map<TileKey, std::uint32_t>;
 
+// Takes the places that follow each other at least so far apart, from the first on.
+class StepByStep {
+ public:
+  explicit StepByStep(double step_m) : step_m_(step_m) {}
+  bool takes(const Eigen::Vector3d& place_m) {
+    if (last_m_ && (place_m - *last_m_).norm() < step_m_) return false;
+    last_m_ = place_m;
+    return true;
+  }
+
+ private:
+  double step_m_;
+  std::optional<Eigen::Vector3d> last_m_;
+};
+
 // Of one drive, as SurfacePointReader numbers them.
 std::vector<std::size_t> scans_apart(const SurfacePoints& points, std::uint32_t part,
                                      double step_m) {
   std::vector<std::size_t> chosen;
+  StepByStep way(step_m);
   for (std::size_t i = 0; i < points.scans.size(); ++i) {
-    if (points.scans[i].part != part) continue;
-    const Eigen::Vector3d at_m = points.scans[i].T_map_lidar.translation();
-    const bool is_far =
-        chosen.empty() ||
-        (at_m - points.scans[chosen.back()].T_map_lidar.translation()).norm() >= step_m;
-    if (is_far) chosen.push_back(i);
+    const PlacedScan& scan = points.scans[i];
+    if (scan.part == part && way.takes(scan.T_map_lidar.translation())) chosen.push_back(i);
   }
   return chosen;
+}
+
+TileKey tile_of(const Eigen::Vector3d& place_m, double tile_m) {
+  return {floor_to_int(place_m.x() / tile_m), floor_to_int(place_m.y() / tile_m)};
 }
 
 Result<ScanCounts> counts_of(const SurfacePoints& points, const std::vector<std::size_t>& scans,
@@ -38,11 +55,26 @@ Result<ScanCounts> counts_of(const SurfacePoints& points, const std::vector<std:
     SIGHTLINE_ASSIGN(const std::vector<Eigen::Vector3d> standing_m, reader.standing(scan));
     ScanCounts returns;
     for (const Eigen::Vector3d& point_m : standing_m) {
-      ++returns[{floor_to_int(point_m.x() / tile_m), floor_to_int(point_m.y() / tile_m)}];
+      ++returns[tile_of(point_m, tile_m)];
     }
     for (const auto& [tile, count] : returns) {
       if (count >= kLeastReturns) ++counts[tile];
     }
+  }
+  return counts;
+}
+
+// By drive and tile, those that are not laid.
+std::vector<ScanCounts> confirming_scans(const Drive& drive, const Trajectory& trajectory,
+                                         std::size_t drive_count,
+                                         const CountDrivesOptions& options) {
+  std::vector<ScanCounts> counts(drive_count);
+  std::vector<StepByStep> ways(drive_count, StepByStep(options.step_m));
+  for (std::size_t i = 0; i < drive.scans.size(); ++i) {
+    const std::uint32_t part = drive.scans[i].part;
+    const Eigen::Vector3d place_m = trajectory.poses[i].T_map_vehicle.translation();
+    if (trajectory.poses[i].is_laid || !ways[part].takes(place_m)) continue;
+    ++counts[part][tile_of(place_m, options.tile_m)];
   }
   return counts;
 }
@@ -93,7 +125,9 @@ std::vector<OptionField> option_fields(CountDrivesOptions& options) {
 }
 
 Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& options,
-                                const Drive& drive, const SurfacePoints& points) {
+                                const Drive& drive, const Trajectory& trajectory,
+                                const SurfacePoints& points) {
+  SIGHTLINE_TRY(check_trajectory_of_drive(drive, trajectory));
   TileDrives tiles{options.tile_m, drives_of(drive), {}};
   for (const PlacedScan& scan : points.scans) {
     if (scan.part < tiles.drives.size()) continue;
@@ -115,12 +149,22 @@ Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& opti
         return from_bytes(bytes, counts[part]);
       }};
   SIGHTLINE_TRY(work_in_parts(ctx, work));
+  const std::vector<ScanCounts> confirming =
+      confirming_scans(drive, trajectory, counts.size(), options);
+  std::map<std::pair<TileKey, std::uint32_t>, TileDrive> rows;
+  const auto row_of = [&](TileKey tile, std::uint32_t part) -> TileDrive& {
+    TileDrive& row = rows[{tile, part}];
+    row.tile = tile;
+    row.drive = part;
+    return row;
+  };
   for (std::uint32_t part = 0; part < counts.size(); ++part) {
-    for (const auto& [tile, count] : counts[part]) tiles.rows.push_back({tile, part, count});
+    for (const auto& [tile, count] : counts[part]) row_of(tile, part).scan_count = count;
+    for (const auto& [tile, count] : confirming[part]) {
+      row_of(tile, part).confirming_scan_count = count;
+    }
   }
-  std::ranges::sort(tiles.rows, {}, [](const TileDrive& row) {
-    return std::tuple(row.tile.x, row.tile.y, row.drive);
-  });
+  for (const auto& [place, row] : rows) tiles.rows.push_back(row);
   return tiles;
 }
 

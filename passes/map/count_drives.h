@@ -1,6 +1,7 @@
 #pragma once
 
 #include "formats/drive/drive.h"
+#include "formats/drive/trajectory.h"
 #include "formats/surroundings/surface_points.h"
 #include "formats/surroundings/tile_drives.h"
 #include "passes/pass/pass.h"
@@ -14,12 +15,15 @@ struct CountDrivesOptions {
 std::vector<OptionField> option_fields(CountDrivesOptions& options);
 
 // Of a map of several drives: how many of each one's scans left ten standing returns or more in
-// each tile, in the map frame. Of every drive scans step_m apart are looked at, from its first on:
-// which days a tile is from does not hang on single scans, and reading all of them once more would.
-// Errors: mismatched-inputs (the points are not of this drive), and what reading a scan says.
+// each tile, in the map frame, and how many of those that are not laid, since they show nothing
+// new, were taken in it. Of every drive scans step_m apart are looked at, from its first on: which
+// days a tile is from does not hang on single scans, and reading all of them once more would.
+// Errors: mismatched-inputs (the points or the trajectory are not of this drive), and what reading
+// a scan says.
 Result<TileDrives> count_drives(PassContext& ctx, const CountDrivesOptions& options,
-                                const Drive& drive, const SurfacePoints& points);
-inline constexpr Pass kCountDrives{"count-drives", 1, "tile-drives",
+                                const Drive& drive, const Trajectory& trajectory,
+                                const SurfacePoints& points);
+inline constexpr Pass kCountDrives{"count-drives", 2, "tile-drives",
                                    "Which drives, and so which days, each tile is from",
                                    &count_drives};
 

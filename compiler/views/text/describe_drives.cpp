@@ -10,11 +10,17 @@ std::string describe_drives(const TileDrives& tiles) {
   for (std::uint32_t i = 0; i < tiles.drives.size(); ++i) {
     const MappedDrive& drive = tiles.drives[i];
     const std::string day = day_of(drive.begin_ns);
-    const auto count = std::ranges::count(tiles.rows, i, &TileDrive::drive);
+    const auto tiles_with = [&](std::uint32_t TileDrive::*count) {
+      return std::ranges::count_if(
+          tiles.rows, [&](const TileDrive& row) { return row.drive == i && row.*count > 0; });
+    };
+    const auto confirmed = tiles_with(&TileDrive::confirming_scan_count);
     std::string name = drive.name;
     name.resize(std::max(kNameWidth, name.size()), ' ');
     text += "  " + name + " " + (day.empty() ? "day not known" : day) + ", in " +
-            std::to_string(count) + " tiles\n";
+            std::to_string(tiles_with(&TileDrive::scan_count)) + " tiles";
+    if (confirmed > 0) text += ", nothing new in " + std::to_string(confirmed);
+    text += "\n";
   }
   return text;
 }

@@ -228,9 +228,10 @@ Result<void> decode_model(const MapContainer& container, CompiledMap& map) {
 
 Result<void> decode_tile_drives(const MapContainer& container, CompiledMap& map) {
   const schema::Block* entry = find_section(container, kDrivesSection);
-  if (entry == nullptr || entry->version() != kDrivesSectionVersion) return {};
+  if (entry == nullptr || !knows_drives_section(entry->version())) return {};
   SIGHTLINE_ASSIGN(const RawBytes raw, checked_bytes(packed_block(container, *entry)));
-  SIGHTLINE_ASSIGN(map.tile_drives, decode_drives(raw.bytes(), entry->row_count()));
+  SIGHTLINE_ASSIGN(map.tile_drives,
+                   decode_drives(raw.bytes(), entry->version(), entry->row_count()));
   return {};
 }
 

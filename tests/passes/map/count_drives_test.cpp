@@ -22,10 +22,12 @@ struct Seen {
   std::uint32_t part = 0;
   double x_m = 0.0;
   Scan scan;
+  bool is_laid = true;
 };
 
 struct World {
   Drive drive;
+  Trajectory trajectory;
   SurfacePoints points;
 };
 
@@ -41,9 +43,13 @@ World world_of(const std::vector<Seen>& seen) {
     info.stamp_ns = 10 * i;
     info.part = seen[i].part;
     world.drive.scans.push_back(info);
-    PlacedScan placed{i, Pose::Identity(), 0.0, 1000.0, seen[i].part};
-    placed.T_map_lidar.translation().x() = seen[i].x_m;
-    world.points.scans.push_back(placed);
+    TrajectoryPose pose;
+    pose.T_map_vehicle.translation().x() = seen[i].x_m;
+    pose.is_laid = seen[i].is_laid;
+    world.trajectory.poses.push_back(pose);
+    if (pose.is_laid) {
+      world.points.scans.push_back({i, pose.T_map_vehicle, 0.0, 1000.0, seen[i].part});
+    }
     scans.push_back(seen[i].scan);
   }
   world.points.store = memory_scan_store(std::move(scans));
@@ -53,7 +59,8 @@ World world_of(const std::vector<Seen>& seen) {
 TileDrives must_count(const World& world, const CountDrivesOptions& options, int threads = 1) {
   PassContext ctx;
   ctx.threads = threads;
-  const Result<TileDrives> tiles = count_drives(ctx, options, world.drive, world.points);
+  const Result<TileDrives> tiles =
+      count_drives(ctx, options, world.drive, world.trajectory, world.points);
   EXPECT_TRUE(tiles.has_value());
   return tiles.has_value() ? *tiles : TileDrives{};
 }
@@ -65,7 +72,7 @@ TEST(CountDrives, NamesTheDrivesOfEachTile) {
                                 {1, 4.0, scan_of({5.0, 1.0, 0.0}, 9)}});
   const TileDrives tiles = must_count(world, {.tile_m = 64.0});
   EXPECT_EQ(tiles.drives, (std::vector<MappedDrive>{{"first", 0, 10}, {"later 0", 20, 30}}));
-  EXPECT_EQ(tiles.rows, (std::vector<TileDrive>{{{-1, 0}, 1, 1}, {{0, 0}, 0, 2}}))
+  EXPECT_EQ(tiles.rows, (std::vector<TileDrive>{{{-1, 0}, 1, 1, 0}, {{0, 0}, 0, 2, 0}}))
       << "nine returns say nothing";
   EXPECT_TRUE(validate(tiles));
 }
@@ -75,6 +82,19 @@ TEST(CountDrives, LooksAtScansThatLieApart) {
   for (int i = 0; i < 9; ++i) seen.push_back({0, 0.5 * i, scan_of({5.0, 1.0, 0.0}, 20)});
   EXPECT_EQ(must_count(world_of(seen), {.step_m = 2.0}).rows[0].scan_count, 3U) << "0, 2 and 4 m";
   EXPECT_EQ(must_count(world_of(seen), {.step_m = 0.0}).rows[0].scan_count, 9U);
+}
+
+// A scan that is not laid has no returns in the map, but its drive passed there and found no
+// change.
+TEST(CountDrives, NamesTheDrivesThatFoundNothingNew) {
+  std::vector<Seen> seen = {{0, 0.0, scan_of({5.0, 1.0, 0.0}, 20)}};
+  for (int i = 0; i < 40; ++i) {
+    const double x_m = 44.0 + i;  // 20 m in the first tile, 20 m in the second
+    seen.push_back({1, x_m, scan_of({-30.0, 0.0, 0.0}, 20), i >= 30});
+  }
+  const TileDrives tiles = must_count(world_of(seen), {.tile_m = 64.0, .step_m = 2.0});
+  EXPECT_EQ(tiles.rows,
+            (std::vector<TileDrive>{{{0, 0}, 0, 1, 0}, {{0, 0}, 1, 5, 10}, {{1, 0}, 1, 0, 5}}));
 }
 
 // What moved is not in the map.
@@ -106,7 +126,7 @@ TEST(CountDrives, RefusesPointsOfAnotherDrive) {
   World world = world_of({{0, 0.0, scan_of({5.0, 1.0, 0.0}, 10)}});
   world.points.scans[0].part = 1;
   PassContext ctx;
-  EXPECT_EQ(count_drives(ctx, {}, world.drive, world.points).error().code,
+  EXPECT_EQ(count_drives(ctx, {}, world.drive, world.trajectory, world.points).error().code,
             ErrorCode::kMismatchedInputs);
 }
 
